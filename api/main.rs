@@ -1,0 +1,3 @@
+//! The `strahl` command.
+
+fn main() {}

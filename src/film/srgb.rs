@@ -1,0 +1,1 @@
+//! The sRGB transfer function at the speed of a table.

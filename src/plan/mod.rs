@@ -1,0 +1,3 @@
+//! Which effects a scene calls for.
+
+pub mod explain;

@@ -1,0 +1,1 @@
+//! The slow, independent tracer that the tests compare with.

@@ -1,0 +1,3 @@
+//! Other formats, turned into a [`Description`](super::Description).
+
+pub mod nff;

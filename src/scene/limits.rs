@@ -1,0 +1,47 @@
+//! Every limit on what a scene may ask for, in one place. Errors name the constant.
+
+/// A limit by name, as errors and `GET /v1/limits` quote it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limit {
+    /// Name in errors.
+    pub name: &'static str,
+    /// Largest value allowed.
+    pub max: u64,
+}
+
+impl Limit {
+    const fn new(name: &'static str, max: u64) -> Self {
+        Self { name, max }
+    }
+}
+
+/// Bytes of a scene file, after decompression.
+pub const SCENE_BYTES: Limit = Limit::new("scene_bytes", 256 << 20);
+/// Levels of arrays and objects in the JSON.
+pub const JSON_DEPTH: Limit = Limit::new("json_depth", 127);
+/// Groups in groups and instances in definitions in instances, counted along the longest chain.
+pub const NESTING: Limit = Limit::new("nesting", 32);
+/// Objects written in a scene, faces of meshes not counted.
+pub const OBJECTS: Limit = Limit::new("objects", 2_000_000);
+/// Triangles written in a scene.
+pub const TRIANGLES: Limit = Limit::new("triangles", 20_000_000);
+/// Lights.
+pub const LIGHTS: Limit = Limit::new("lights", 1_000);
+/// Corners of one polygon (ear clipping takes quadratic time).
+pub const POLYGON_VERTICES: Limit = Limit::new("polygon_vertices", 10_000);
+/// Primitives after all instances are expanded, which never happens in memory: 2^53, so that JSON keeps the count exact.
+pub const EXPANDED_PRIMITIVES: Limit = Limit::new("expanded_primitives", 1 << 53);
+/// Width or height of the picture.
+pub const IMAGE_SIDE: Limit = Limit::new("image_side", 16_384);
+/// Pixels of the picture.
+pub const PIXELS: Limit = Limit::new("pixels", 100_000_000);
+/// Samples per pixel.
+pub const SAMPLES: Limit = Limit::new("samples", 1_024);
+/// Depth of the ray tree.
+pub const MAX_DEPTH: Limit = Limit::new("max_depth", 100_000);
+/// Rays followed for one sample; deeper rays are dropped and counted in `cost.rays.dropped`.
+pub const RAYS_PER_SAMPLE: Limit = Limit::new("rays_per_sample", 1_000_000);
+/// Problems reported for one scene.
+pub const PROBLEMS: Limit = Limit::new("problems", 50);
+/// Largest magnitude of a coordinate, length or colour, so that squares of lengths stay finite in single precision.
+pub const MAGNITUDE: f64 = 1e15;

@@ -1,0 +1,18 @@
+//! From a scene's text to the [`Scene`](compile::Scene) that a render needs: read, check, compile.
+
+pub mod color;
+pub mod compile;
+pub mod description;
+pub mod import;
+pub mod limits;
+pub mod load;
+pub mod locate;
+pub mod named;
+pub mod problem;
+pub mod read;
+pub mod schema;
+
+pub use compile::Scene;
+pub use description::Description;
+pub use load::{Format, Loaded, Overrides, load};
+pub use problem::{Problem, Problems};

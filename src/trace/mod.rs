@@ -1,0 +1,4 @@
+//! Whitted's recursion.
+
+pub mod query;
+pub mod tree;
