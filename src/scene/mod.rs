@@ -3,6 +3,7 @@
 pub mod color;
 pub mod compile;
 pub mod description;
+pub mod ear_clipping;
 pub mod import;
 pub mod limits;
 pub mod load;
