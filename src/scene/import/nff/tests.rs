@@ -293,7 +293,7 @@ fn mistakes_in_views() {
 
 #[test]
 fn order_matters() {
-    refused(&format!("s 0 0 0 1\n{VIEW}"), 2, 1, Code::InvalidNff, "second view");
+    refused(&format!("{VIEW}s 0 0 0 1"), 1, 1, Code::InvalidNff, "second view");
     let found = problems(&format!("s 0 0 0 1\n{VIEW}l 0 0 0\nb 0 0 0\n"));
     assert_eq!(found.iter().map(|problem| problem.line).collect::<Vec<_>>(), [Some(2), Some(9), Some(10)]);
     assert!(found.iter().all(|problem| problem.detail.contains("before the first object, which is on line 1")));
@@ -308,9 +308,10 @@ fn order_matters() {
 
 #[test]
 fn all_problems_are_found_up_to_the_limit() {
-    let found = problems(&format!("{VIEW}q 1\ns 1 x 1 1\np 3 0 0 0\n  1 y 0\n  1 1 1\nS 1 1 1 1\ns 1 1 1 1\n"));
-    assert_eq!(found.iter().map(|problem| problem.line).collect::<Vec<_>>(), [Some(8), Some(9), Some(11), Some(13)]);
+    let found = problems(&format!("{VIEW}q 1\ns 1 x 1 1\np 3 0 0 0\n  1 y 0\n  1 1 1\nl 1 1\ns 1 1 1 1\n"));
+    assert_eq!(found.iter().map(|problem| problem.line).collect::<Vec<_>>(), [Some(8), Some(9), Some(11), Some(14)]);
     assert!(found[0].detail.contains("entities are v, b, l, f, c, s, p and pp"), "{}", found[0]);
+    assert!(problems("S 1 1 1 1")[0].detail.starts_with("\"S\" starts no entity"));
     // one view that cannot be read is not missing, too
     assert_eq!(problems("v\nfrom 0 0 z\ns 0 0 0 1\n").len(), 1);
     assert_eq!(problems(&"s 0 0 0 x\n".repeat(100)).len(), 50);
