@@ -7,7 +7,7 @@ use strahl::scene::problem::{Code, Problems};
 
 fn read(name: &str) -> Result<Description, Problems> {
     let path = format!("{}/tests/inputs/nff/{name}", env!("CARGO_MANIFEST_DIR"));
-    read_nff(&std::fs::read(path).unwrap(), NffOptions::default())
+    read_nff(&std::fs::read(&path).unwrap_or_else(|error| panic!("{path}: {error}")), NffOptions::default())
 }
 
 /// Lights, materials, spheres, cones and cylinders, polygons, triangles of flat meshes, triangles of smooth meshes.
@@ -49,11 +49,11 @@ fn the_dialect_of_assimp_is_refused() {
     let problems = read("assimp_cone.nff").unwrap_err().0;
     let found: Vec<_> = problems.iter().map(|problem| (problem.line, problem.code)).collect();
     let expected = [
-        (Some(2), Code::Unsupported),
-        (Some(5), Code::Unsupported),
-        (Some(9), Code::InvalidNff),
-        (Some(14), Code::Unsupported),
-        (Some(20), Code::Unsupported),
+        (Some(3), Code::Unsupported),
+        (Some(6), Code::Unsupported),
+        (Some(10), Code::InvalidNff),
+        (Some(15), Code::Unsupported),
+        (Some(21), Code::Unsupported),
     ];
     assert_eq!(found, expected, "{problems:#?}");
 }

@@ -21,8 +21,7 @@ pub fn has_no_area(vertices: &[[f64; 3]]) -> bool {
     let origin = DVec3::from_array(origin);
     let extent = vertices.iter().map(|&vertex| DVec3::from_array(vertex).distance_squared(origin)).fold(0.0, f64::max);
     let normal = newell_normal(vertices).length();
-    // not `<=`: what is not a number has no area, either
-    !(normal > 1e-12 * extent)
+    normal.is_nan() || normal <= 1e-12 * extent
 }
 
 /// Cuts a planar polygon into triangles with the same orientation, as indices of its vertices.

@@ -28,7 +28,9 @@ impl<'a> Reader<'a> {
 
     /// Goes on, after a problem, with the next line that starts with an entity. Returns the one left behind.
     pub(super) fn recover(&mut self) -> Option<(Kind, Place)> {
-        while self.tokens.peek().is_some_and(|token| !token.starts_line || Kind::of_keyword(token.text).is_none()) {
+        let starts_entity =
+            |token: Token<'_>| token.starts_line && (Kind::of_keyword(token.text).is_some() || is_assimp(token));
+        while self.tokens.peek().is_some_and(|token| !starts_entity(token)) {
             self.tokens.next();
         }
         self.current.take()
@@ -36,9 +38,8 @@ impl<'a> Reader<'a> {
 
     /// The next entity and where it starts; none at the end.
     pub(super) fn entity(&mut self) -> Result<Option<(Place, Entity)>, Problem> {
-        let Some(token) = self.tokens.peek() else { return Ok(None) };
-        let Some(kind) = Kind::of_keyword(token.text) else { return Err(self.not_an_entity(token)) };
-        self.tokens.next();
+        let Some(token) = self.tokens.next() else { return Ok(None) };
+        let kind = Kind::of_keyword(token.text).ok_or_else(|| self.not_an_entity(token))?;
         self.current = Some((kind, token.place));
         let entity = match kind {
             Kind::View => Entity::View(self.view()?),
@@ -199,7 +200,7 @@ impl<'a> Reader<'a> {
             let detail = format!("{what}. This is assimp's dialect of NFF, not the SPD's, and is not supported");
             token.place.problem(Code::Unsupported, detail)
         };
-        if matches!(token.text, b"tess" | b"tet" | b"oct" | b"hex" | b"dod") {
+        if is_assimp(token) {
             return dialect(&format!("{found} is no entity of NFF"));
         }
         let detail = match self.current {
@@ -219,6 +220,11 @@ impl<'a> Reader<'a> {
         };
         token.place.problem(Code::InvalidNff, detail)
     }
+}
+
+/// Whether it is one of the keywords that assimp adds to NFF.
+fn is_assimp(token: Token<'_>) -> bool {
+    matches!(token.text, b"tess" | b"tet" | b"oct" | b"hex" | b"dod")
 }
 
 fn at_most(limit: limits::Limit, value: f64, place: Place) -> Result<(), Problem> {
