@@ -249,6 +249,8 @@ mod tests {
                 let around = |corners: &[DVec2]| {
                     let crossings = (0..corners.len()).filter(|&k| {
                         let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
+                        // upwards, so that both triangles at an edge round alike
+                        let (a, b) = if a.y < b.y { (a, b) } else { (b, a) };
                         (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
                     });
                     crossings.count() % 2

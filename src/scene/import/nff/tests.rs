@@ -349,3 +349,25 @@ fn gzip_is_unpacked_within_the_limit() {
     assert_eq!(large.0[0].code, Code::Limit);
     assert!(large.0[0].detail.contains("scene_bytes"), "{large}");
 }
+
+proptest::proptest! {
+    /// Whatever the tokens, there is an answer, and each problem says where.
+    #[test]
+    fn any_tokens_have_an_answer(picks in proptest::collection::vec((0..TOKENS.len(), 0..3_usize), 0..60)) {
+        let soup: String = picks.iter().flat_map(|&(token, space)| [TOKENS[token], ["\n", " ", " "][space]]).collect();
+        for text in [soup.clone(), format!("{VIEW}{soup}"), format!("{VIEW}{GLASS}{PATCH}{soup}")] {
+            match read_nff(text.as_bytes(), NffOptions::default()) {
+                Ok(found) => assert!(!found.objects.is_empty()),
+                Err(Problems(found)) => {
+                    assert!((1..=50).contains(&found.len()));
+                    assert!(found.iter().all(|problem| problem.line.is_some()), "{found:?}");
+                }
+            }
+        }
+    }
+}
+
+const TOKENS: [&str; 23] = [
+    "v", "from", "at", "b", "l", "f", "c", "s", "p", "pp", "0", "1", "-1", "3", "3", ".5", "1e16", "x", "#", "tess",
+    "4", "2", "0",
+];
