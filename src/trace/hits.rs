@@ -69,11 +69,7 @@ pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>) -> Hit
         left &= !same;
         hits.closed |= if owner.item.closed { same } else { 0 };
         hits.hollow |= if owner.item.hollow { same } else { 0 };
-        let surface = L::vectorize(
-            s,
-            #[inline(always)]
-            || resolve(s, &owner, &nearest.expanded, rays),
-        );
+        let surface = resolve(s, &owner, &nearest.expanded, rays);
         let mask = L::mask(s, same);
         let old = hits.surface;
         hits.surface = Surface {
