@@ -1,6 +1,9 @@
 //! Pixels and the files they go into.
 
 pub mod encode;
+mod exr;
+mod pfm;
+mod png;
 pub mod srgb;
 
 pub use encode::{FileFormat, encode};
