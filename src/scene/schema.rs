@@ -18,7 +18,8 @@ pub fn schema_text() -> String {
 }
 
 fn build() -> Value {
-    let settings = SchemaSettings::draft2020_12().with_transform(schemars::transform::RecursiveTransform(bound_integers));
+    let settings =
+        SchemaSettings::draft2020_12().with_transform(schemars::transform::RecursiveTransform(bound_integers));
     let mut schema = settings.into_generator().into_root_schema_for::<Description>();
     schema.insert("$id".into(), "/schema/scene.json".into());
     schema.insert("title".into(), "strahl scene, version 1".into());
@@ -36,5 +37,7 @@ fn bound_integers(schema: &mut schemars::Schema) {
 mod tests {
     use super::*;
     #[test]
-    fn show() { println!("{}", schema_text()); }
+    fn show() {
+        println!("{}", schema_text());
+    }
 }
