@@ -5,8 +5,7 @@ use super::description::{Description, Precision};
 use super::import::nff::{self, NffOptions};
 use super::limits::PROBLEMS;
 use super::locate::locate;
-use super::mend::Mended;
-use super::read::{self, Unreadable, read_json};
+use super::read::{self, Mended, Unreadable, read_json};
 use super::{Problem, Problems, Scene};
 use std::time::Instant;
 
@@ -150,4 +149,64 @@ impl Overrides {
 
 fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::problem::Code;
+    use super::*;
+
+    const SCENE: &str = r#"{
+  "version": 1,
+  "image": { "width": 0 },
+  "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+  "materials": { "red": { "diffus": 1 }, "blue": { "ior": true } },
+  "objects": [
+    { "sphere": { "center": [0, 0, 0] } },
+    { "sphere": { "center": [0, 0, 0], "radius": 1, "material": "green" } }
+  ]
+}"#;
+
+    fn mended() -> Mended {
+        *read_json(SCENE.as_bytes()).unwrap_err().mended.unwrap()
+    }
+
+    #[test]
+    fn broken_parts_keep_their_places() {
+        let Mended { description, .. } = mended();
+        assert_eq!(description.objects.len(), 2);
+        assert_eq!(description.materials.len(), 2);
+        assert_eq!(description.image.width, 0);
+    }
+
+    #[test]
+    fn what_stands_in_is_not_reported() {
+        let mended = mended();
+        let problem = |pointer: &str| Problem::new(pointer, Code::OutOfRange, "");
+        assert!(mended.is_ours(&problem("/objects/0/sphere/radius")));
+        assert!(mended.is_ours(&problem("/materials/blue")));
+        assert!(!mended.is_ours(&problem("/objects/1/sphere/material")));
+        // Only the unknown key went.
+        assert!(!mended.is_ours(&problem("/materials/red")));
+        assert!(!mended.is_ours(&problem("/materials/blue2")));
+    }
+
+    #[test]
+    fn overridden_keys_have_no_line() {
+        let overrides = Overrides { width: Some(0), ..Overrides::default() };
+        let mut problems =
+            [Problem::new("/image/width", Code::OutOfRange, ""), Problem::new("/image/height", Code::OutOfRange, "")];
+        overrides.locate(SCENE.as_bytes(), &mut problems);
+        assert_eq!(problems[0].line, None);
+        assert_eq!((problems[1].line, problems[1].column), (Some(3), Some(12)));
+    }
+
+    #[test]
+    fn problems_come_in_the_order_of_the_text() {
+        let Problems(problems) = load(SCENE.as_bytes(), Format::Json, &Overrides::default()).unwrap_err();
+        let shape: Vec<_> = problems.iter().filter(|p| p.code != Code::UnknownReference).collect();
+        let pointers: Vec<_> = shape.iter().map(|p| p.pointer.as_str()).collect();
+        assert_eq!(pointers, ["/image/width", "/materials/red/diffus", "/materials/blue/ior", "/objects/0/sphere"]);
+        assert!(problems.is_sorted_by_key(|p| (p.line, p.column)));
+    }
 }

@@ -3,17 +3,14 @@
 pub mod color;
 pub mod compile;
 pub mod description;
-mod diagnose;
 pub mod import;
 pub mod limits;
 pub mod load;
 pub mod locate;
-pub mod mend;
 pub mod named;
 pub mod problem;
 pub mod read;
 pub mod schema;
-mod wording;
 
 pub use compile::Scene;
 pub use description::Description;

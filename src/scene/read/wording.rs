@@ -1,6 +1,6 @@
 //! The phrases that [`diagnose`](super::diagnose) makes its sentences of.
 
-use super::diagnose::Node;
+use crate::scene::schema::Node;
 use serde_json::Value;
 
 /// What a schema asks for: `an array of 3 numbers`, `"x" or "y"`.

@@ -1,15 +1,16 @@
 //! Everything that is wrong with the shape of a scene, said in sentences.
 //!
-//! serde stops at the first error. So when it fails, the scene's [`Value`] is held against the [`schema`], branch by
+//! serde stops at the first error. So when it fails, the scene's [`Value`] is held against the [`schema`](crate::scene::schema), branch by
 //! branch: where the schema offers alternatives, the scene's own key or the type of its value names the one that is
 //! meant, and the problems keep their precise pointers. (A general validator lists what is wrong with every
 //! alternative, thirteen for each misspelt object, and takes memory for all of them before it reports one.)
 //! The tests check against the `jsonschema` crate that both refuse the same scenes.
 
-use super::limits::PROBLEMS;
-use super::problem::{Code, Problem, did_you_mean, push_token};
-use super::schema::schema;
 use super::wording::{self, list, quoted};
+use crate::scene::description::Color;
+use crate::scene::limits::PROBLEMS;
+use crate::scene::problem::{Code, Problem, did_you_mean, push_token};
+use crate::scene::schema::{Node, schema};
 use serde_json::{Map, Value};
 use std::rc::Rc;
 
@@ -55,70 +56,6 @@ pub(super) fn diagnose(scene: &Value) -> Vec<Finding> {
     let mut walk = Walk { root, found: Vec::new(), path: String::new(), part: whole };
     walk.visit(Node { schema: root, name: "scene" }, scene);
     walk.found
-}
-
-/// A schema and the name it goes by: that of the nearest definition around it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Node<'s> {
-    pub(super) schema: &'s Value,
-    pub(super) name: &'s str,
-}
-
-impl<'s> Node<'s> {
-    /// Follows references.
-    pub(super) fn resolve(self, root: &'s Value) -> Self {
-        let mut node = self;
-        while let Some(name) = node.schema["$ref"].as_str().and_then(|r| r.strip_prefix("#/$defs/")) {
-            node = Node { schema: &root["$defs"][name], name };
-        }
-        node
-    }
-
-    /// The schemas one of which has to fit, without alternatives of alternatives; just this one if there is no choice.
-    pub(super) fn alternatives(self, root: &'s Value) -> Vec<Self> {
-        let node = self.resolve(root);
-        match node.schema["oneOf"].as_array().or_else(|| node.schema["anyOf"].as_array()) {
-            None => vec![node],
-            Some(choices) => {
-                choices.iter().flat_map(|schema| Node { schema, name: node.name }.alternatives(root)).collect()
-            }
-        }
-    }
-
-    /// The key of an alternative that is an object with just this key.
-    pub(super) fn tag(self) -> Option<&'s str> {
-        match self.schema["required"].as_array().map(Vec::as_slice) {
-            Some([tag]) if self.schema["properties"].as_object().is_some_and(|keys| keys.len() == 1) => tag.as_str(),
-            _ => None,
-        }
-    }
-
-    /// The strings it allows, if it lists them.
-    pub(super) fn words(self) -> Vec<&'s str> {
-        let listed = self.schema["enum"].as_array().map_or(&[][..], Vec::as_slice);
-        listed.iter().chain(self.schema.get("const")).filter_map(Value::as_str).collect()
-    }
-
-    /// Its JSON types.
-    pub(super) fn types(self) -> Vec<&'s str> {
-        match &self.schema["type"] {
-            Value::Array(types) => types.iter().filter_map(Value::as_str).collect(),
-            name => name.as_str().into_iter().collect(),
-        }
-    }
-
-    fn takes(self, value: &Value) -> bool {
-        self.types().iter().any(|name| match *name {
-            "null" => value.is_null(),
-            "boolean" => value.is_boolean(),
-            "number" => value.is_number(),
-            // As serde has it: 5.0 is no integer.
-            "integer" => value.is_i64() || value.is_u64(),
-            "string" => value.is_string(),
-            "array" => value.is_array(),
-            _ => value.is_object(),
-        })
-    }
 }
 
 struct Walk<'s> {
@@ -234,7 +171,10 @@ impl<'s> Walk<'s> {
         // A kind may be written as the alternative of a type within a type (`Diffuse` or null).
         let name = kinds.first().map_or(node.name, |(_, choice)| choice.name);
         let noun = wording::noun(name);
-        let all = || list(kinds.iter().map(|(kind, _)| quoted(kind)), "and");
+        let kinds_are = || match kinds {
+            [(kind, _)] => format!("the only kind is \"{kind}\""),
+            _ => format!("kinds are {}", list(kinds.iter().map(|(kind, _)| quoted(kind)), "and")),
+        };
         let known: Vec<&str> = kinds.iter().map(|(kind, _)| *kind).filter(|kind| object.contains_key(*kind)).collect();
         match (object.iter().next(), object.len(), known.as_slice()) {
             (Some((key, value)), 1, _) => {
@@ -246,12 +186,15 @@ impl<'s> Walk<'s> {
                 let pointer = push_token(&self.path, key);
                 let mend = self.replace_part();
                 if is_later(name, key) {
-                    let detail = format!("the {noun} \"{key}\" is not available in this version; there is {}", all());
+                    let detail = format!("the {noun} \"{key}\" is not available in this version; {}", kinds_are());
                     return self.add(pointer, Code::Unsupported, detail, mend);
                 }
                 let near = did_you_mean(key, kinds.iter().map(|(kind, _)| *kind));
-                let near = if near.is_empty() { ";".to_owned() } else { near };
-                let detail = format!("no such kind of {noun} \"{key}\"{near} Kinds are {}", all());
+                let kinds_are = match near.as_str() {
+                    "" => format!("; {}", kinds_are()),
+                    near => format!("{near} Here {}", kinds_are()),
+                };
+                let detail = format!("no such kind of {noun} \"{key}\"{kinds_are}");
                 self.add(pointer, Code::UnknownKey, detail, mend);
             }
             (_, count, [kind]) if count > 1 => {
@@ -270,9 +213,9 @@ impl<'s> Walk<'s> {
                     format!("it has {}", list(object.keys().take(5).map(|key| quoted(key)), "and"))
                 };
                 let detail = format!(
-                    "{} {noun} has exactly one key, which names its kind, and {has}; kinds are {}",
+                    "{} {noun} has exactly one key, which names its kind, and {has}; {}",
                     wording::article(noun),
-                    all()
+                    kinds_are(),
                 );
                 self.unreadable(Code::WrongType, detail);
             }
@@ -304,7 +247,7 @@ impl<'s> Walk<'s> {
                     let detail =
                         format!("must be {}, is {}{near}", wording::expected(node, self.root), wording::shown(value));
                     self.unreadable(Code::WrongType, detail);
-                } else if node.schema.get("pattern").is_some() && super::color::Color::from_hex(word).is_none() {
+                } else if node.schema.get("pattern").is_some() && Color::from_hex(word).is_none() {
                     let shown = wording::shown(value);
                     let detail = format!("{shown} is no colour; write \"#rrggbb\", [r, g, b] or a grey number");
                     self.unreadable(Code::WrongType, detail);
@@ -410,141 +353,4 @@ fn is_later(name: &str, key: &str) -> bool {
 
 fn fits_u32(value: u64) -> bool {
     u32::try_from(value).is_ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Description;
-    use super::super::mend::mend;
-    use super::*;
-    use proptest::prelude::*;
-    use serde_json::json;
-
-    /// A scene that uses most of the format.
-    fn rich() -> Value {
-        json!({
-            "version": 1,
-            "image": { "width": 64 },
-            "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0], "vfov_deg": 30 } },
-            "background": "#102030",
-            "lights": [
-                { "point": { "position": [0, 9, 0], "falloff": { "linear": { "reach": 20 } } } },
-                { "spot": { "position": [0, 9, 0], "direction": [0, -1, 0], "falloff": "inverse_square" } }
-            ],
-            "materials": {
-                "floor": { "diffuse": { "checker": { "a": 0, "b": [1, 1, 1], "axes": "xyz" } }, "ambient": null },
-                "a/b~c": { "ior": 1.33, "transmission": 0.9 }
-            },
-            "definitions": { "pair": [{ "box": { "min": [0, 0, 0], "max": [1, 1, 1] } }] },
-            "objects": [
-                { "sphere": { "center": [0, 0, 0], "radius": 1, "material": "floor", "hollow": true } },
-                { "mesh": { "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]] } },
-                { "group": {
-                    "objects": [{ "instance": { "of": "pair", "transform": { "scale": 2 } } }],
-                    "transform": { "rotate_deg": { "axis": [0, 1, 0], "angle": 45 }, "scale": [1, 2, 3] }
-                } }
-            ],
-            "render": { "precision": "double", "accuracy": { "fixed": {} } }
-        })
-    }
-
-    /// Pointers of all values.
-    fn pointers(value: &Value, pointer: String, all: &mut Vec<String>) {
-        match value {
-            Value::Object(object) => object.iter().for_each(|(k, v)| pointers(v, push_token(&pointer, k), all)),
-            Value::Array(array) => {
-                array.iter().enumerate().for_each(|(i, v)| pointers(v, push_token(&pointer, i), all))
-            }
-            _ => {}
-        }
-        all.push(pointer);
-    }
-
-    /// Replaces, removes or renames something.
-    fn spoil(scene: &mut Value, which: usize, how: usize) {
-        let mut all = Vec::new();
-        pointers(scene, String::new(), &mut all);
-        let Some(value) = scene.pointer_mut(&all[which % all.len()]) else { return };
-        let junk = [
-            json!(null),
-            json!(-1),
-            json!(0.5),
-            json!(1e300),
-            json!(5_000_000_000_u64),
-            json!("sphere"),
-            json!("none"),
-            json!("#ffeedd"),
-            json!([]),
-            json!([1, 2, 3]),
-            json!({}),
-            json!({ "sphere": 1, "plane": 2 }),
-            json!({ "checker": {} }),
-            json!(true),
-        ];
-        match (how % (junk.len() + 4), value) {
-            (0, Value::Object(object)) => {
-                object.insert("radus".to_owned(), json!(1));
-            }
-            (1, Value::Object(object)) => {
-                if let Some(key) = object.keys().nth(which % object.len().max(1)).cloned() {
-                    object.remove(&key);
-                }
-            }
-            (2, Value::Object(object)) => {
-                if let Some(key) = object.keys().nth(which % object.len().max(1)).cloned() {
-                    let moved = object.remove(&key).unwrap_or_default();
-                    object.insert(format!("{key}x"), moved);
-                }
-            }
-            (3, Value::Array(array)) => array.push(json!(0)),
-            (how, value) => *value = junk[how % junk.len()].clone(),
-        }
-    }
-
-    #[test]
-    fn nothing_is_wrong_with_the_rich_scene() {
-        assert!(diagnose(&rich()).is_empty(), "{:?}", diagnose(&rich()));
-    }
-
-    #[test]
-    fn knows_every_keyword_of_the_schema() {
-        const KNOWN: &str = "$ref $defs $id $schema title description default format type properties required \
-            additionalProperties oneOf anyOf enum const items minItems maxItems minimum maximum exclusiveMinimum \
-            exclusiveMaximum pattern";
-        fn check(schema: &Value) {
-            let Some(keys) = schema.as_object() else { return };
-            for (key, value) in keys {
-                assert!(KNOWN.split_whitespace().any(|known| known == key), "{key}");
-                match key.as_str() {
-                    "properties" | "$defs" => value.as_object().unwrap().values().for_each(check),
-                    "oneOf" | "anyOf" => value.as_array().unwrap().iter().for_each(check),
-                    "items" | "additionalProperties" => check(value),
-                    _ => {}
-                }
-            }
-        }
-        check(schema());
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(3000))]
-
-        /// Three judges agree on randomly spoilt scenes, and every mended scene is readable.
-        #[test]
-        fn agrees_with_jsonschema_and_serde(spoils in proptest::collection::vec((0_usize..400, 0_usize..18), 1..4)) {
-            static VALIDATOR: std::sync::LazyLock<jsonschema::Validator> =
-                std::sync::LazyLock::new(|| jsonschema::validator_for(schema()).unwrap());
-            let mut scene = rich();
-            for (which, how) in spoils {
-                spoil(&mut scene, which, how);
-            }
-            let findings = diagnose(&scene);
-            prop_assert_eq!(VALIDATOR.is_valid(&scene), findings.is_empty(), "{:#} {:?}", scene, findings);
-            let readable = serde_json::from_str::<Description>(&scene.to_string());
-            let only_ranges = findings.iter().all(|finding| finding.mend == Mend::Keep);
-            prop_assert_eq!(readable.is_ok(), only_ranges, "{:#} {:?} {:?}", scene, findings, readable);
-            let is_object = scene.is_object();
-            prop_assert_eq!(mend(scene, &findings).is_some(), is_object);
-        }
-    }
 }

@@ -3,9 +3,9 @@
 //! Every unreadable part is replaced by a harmless one of its kind: indices and names stay what they are, and no
 //! other part is reported for what it refers to.
 
-use super::Description;
 use super::diagnose::{Finding, Mend, Part};
-use super::problem::{Code, Problem};
+use crate::scene::Description;
+use crate::scene::problem::{Code, Problem};
 use serde_json::{Value, json};
 
 /// What is left of a scene without its unreadable parts.
