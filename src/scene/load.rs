@@ -1,6 +1,6 @@
 //! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
 
-use super::compile::compile;
+use super::compile::{CompileOptions, compile, compile_with};
 use super::description::{Description, Precision};
 use super::import::nff::{self, NffOptions};
 use super::limits::PROBLEMS;
@@ -63,7 +63,8 @@ pub fn load(bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loade
             let options = NffOptions { two_sided: overrides.two_sided, spd_counts: overrides.spd_counts };
             let mut description = nff::read_nff(bytes, options)?;
             overrides.apply(&mut description);
-            compiled(description, start)
+            let options = CompileOptions { spd_counts: overrides.spd_counts, ..CompileOptions::default() };
+            compiled(description, options, start)
         }
     }
 }
@@ -73,10 +74,11 @@ fn load_json(text: &[u8], overrides: &Overrides) -> Result<Loaded, Problems> {
     match read_json(text) {
         Ok(mut description) => {
             overrides.apply(&mut description);
-            let mut loaded = compiled(description, start).map_err(|Problems(mut problems)| {
-                overrides.locate(text, &mut problems);
-                Problems(problems)
-            })?;
+            let mut loaded =
+                compiled(description, CompileOptions::default(), start).map_err(|Problems(mut problems)| {
+                    overrides.locate(text, &mut problems);
+                    Problems(problems)
+                })?;
             overrides.locate(text, &mut loaded.scene.warnings);
             Ok(loaded)
         }
@@ -87,10 +89,10 @@ fn load_json(text: &[u8], overrides: &Overrides) -> Result<Loaded, Problems> {
     }
 }
 
-fn compiled(description: Description, start: Instant) -> Result<Loaded, Problems> {
+fn compiled(description: Description, options: CompileOptions, start: Instant) -> Result<Loaded, Problems> {
     let parse_ms = milliseconds(start);
     let start = Instant::now();
-    let scene = compile(&description)?;
+    let scene = compile_with(&description, options)?;
     let plan_ms = (milliseconds(start) - scene.bvh_ms).max(0.0);
     Ok(Loaded { description, scene, parse_ms, plan_ms })
 }
