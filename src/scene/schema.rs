@@ -92,6 +92,12 @@ impl<'s> Node<'s> {
         }
     }
 
+    /// Whether it takes all numbers.
+    pub(in crate::scene) fn is_any_number(self) -> bool {
+        let bounds = ["minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"];
+        self.schema["type"] == "number" && bounds.iter().all(|bound| self.schema.get(bound).is_none())
+    }
+
     /// Whether a value is of one of its types.
     pub(in crate::scene) fn takes(self, value: &Value) -> bool {
         self.types().iter().any(|name| match *name {

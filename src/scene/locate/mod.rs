@@ -73,11 +73,10 @@ pub fn duplicate_keys(text: &[u8]) -> Vec<Problem> {
                 let Some((token, seen)) = path.last_mut() else { continue };
                 *token = Token::Key(raw);
                 if !seen.insert(decode(raw)) {
-                    let name = decode(raw);
                     let mut problem = Problem::new(
                         pointer(path.iter().map(|(token, _)| *token)),
                         Code::DuplicateName,
-                        format!("\"{name}\" is given twice in the same object; keep one of them"),
+                        "this key is given twice in the same object; keep one of the two",
                     );
                     let (line, column) = lines.place(start);
                     (problem.line, problem.column) = (Some(line), Some(column));

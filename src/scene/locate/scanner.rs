@@ -25,7 +25,7 @@ enum Frame {
 #[derive(Debug)]
 pub(super) struct Scanner<'t> {
     text: &'t [u8],
-    /// Offset behind the last event's first token.
+    /// Offset behind the last event's token.
     pub(super) at: usize,
     stack: Vec<Frame>,
 }

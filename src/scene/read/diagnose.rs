@@ -152,7 +152,7 @@ impl<'s> Walk<'s> {
                         "no such {} {}{}; write {}",
                         wording::noun(node.name),
                         wording::shown(value),
-                        did_you_mean(word, words.iter().copied().chain(kinds)),
+                        near_name(word, words.iter().copied().chain(kinds)),
                         wording::expected(node, self.root),
                     );
                     return self.unreadable(Code::WrongType, detail);
@@ -183,13 +183,17 @@ impl<'s> Walk<'s> {
                     self.visit_child(key, inner, value);
                     return;
                 }
+                if key.len() > KEY_BYTES {
+                    let detail = format!("no such kind of {noun}, a key of {} bytes; {}", key.len(), kinds_are());
+                    return self.unreadable(Code::UnknownKey, detail);
+                }
                 let pointer = push_token(&self.path, key);
                 let mend = self.replace_part();
                 if is_later(name, key) {
                     let detail = format!("the {noun} \"{key}\" is not available in this version; {}", kinds_are());
                     return self.add(pointer, Code::Unsupported, detail, mend);
                 }
-                let near = did_you_mean(key, kinds.iter().map(|(kind, _)| *kind));
+                let near = near_name(key, kinds.iter().map(|(kind, _)| *kind));
                 let kinds_are = match near.as_str() {
                     "" => format!("; {}", kinds_are()),
                     near => format!("{near} Here {}", kinds_are()),
@@ -198,7 +202,8 @@ impl<'s> Walk<'s> {
                 self.add(pointer, Code::UnknownKey, detail, mend);
             }
             (_, count, [kind]) if count > 1 => {
-                let others = list(object.keys().filter(|key| key != kind).map(|key| quoted(key)), "and");
+                let others =
+                    list(object.keys().filter(|key| key != kind).take(5).map(|key| wording::shown_name(key)), "and");
                 let detail = format!(
                     "{} {noun} has exactly one key, which names its kind; here it is \"{kind}\", so {others} must go \
                      or move inside it",
@@ -210,7 +215,7 @@ impl<'s> Walk<'s> {
                 let has = if count == 0 {
                     "it has none".to_owned()
                 } else {
-                    format!("it has {}", list(object.keys().take(5).map(|key| quoted(key)), "and"))
+                    format!("it has {}", list(object.keys().take(5).map(|key| wording::shown_name(key)), "and"))
                 };
                 let detail = format!(
                     "{} {noun} has exactly one key, which names its kind, and {has}; {}",
@@ -243,7 +248,7 @@ impl<'s> Walk<'s> {
             Value::String(word) => {
                 let words = node.words();
                 if !words.is_empty() && !words.contains(&word.as_str()) {
-                    let near = did_you_mean(word, words.iter().copied());
+                    let near = near_name(word, words.iter().copied());
                     let detail =
                         format!("must be {}, is {}{near}", wording::expected(node, self.root), wording::shown(value));
                     self.unreadable(Code::WrongType, detail);
@@ -272,10 +277,10 @@ impl<'s> Walk<'s> {
             } else {
                 let names = || keys.into_iter().flat_map(Map::keys).map(String::as_str);
                 // One slip of the finger is one problem: not unknown here and missing there.
-                let meant = missing.iter().position(|name| !did_you_mean(key, [*name]).is_empty());
+                let meant = missing.iter().position(|name| !near_name(key, [*name]).is_empty());
                 let near = match meant {
-                    Some(i) => did_you_mean(key, [missing.remove(i)]),
-                    None => did_you_mean(key, names().filter(|name| !object.contains_key(*name))),
+                    Some(i) => near_name(key, [missing.remove(i)]),
+                    None => near_name(key, names().filter(|name| !object.contains_key(*name))),
                 };
                 self.unknown_key(node, key, near, names(), complete);
             }
@@ -299,13 +304,16 @@ impl<'s> Walk<'s> {
         names: impl Iterator<Item = &'k str>,
         complete: bool,
     ) {
-        let pointer = push_token(&self.path, key);
         // An object that lacks a key stays unreadable without this one; the scene itself gets what it lacks.
         let mend = if complete || self.path.is_empty() {
             Mend::Remove { object: self.path.clone(), key: key.to_owned() }
         } else {
             self.replace_part()
         };
+        if key.len() > KEY_BYTES {
+            return self.add(self.path.clone(), Code::UnknownKey, format!("unknown key of {} bytes", key.len()), mend);
+        }
+        let pointer = push_token(&self.path, key);
         if is_later(node.name, key) {
             let detail = format!("\"{key}\" is not available in this version; remove it");
             return self.add(pointer, Code::Unsupported, detail, mend);
@@ -332,6 +340,10 @@ impl<'s> Walk<'s> {
             self.add(self.path.clone(), Code::OutOfRange, detail, Mend::Keep);
         }
         let items = Node { schema: &node.schema["items"], name: node.name };
+        // Most of a large scene are coordinates, of which there is nothing to say.
+        if items.is_any_number() && elements.iter().all(Value::is_number) {
+            return;
+        }
         for (i, element) in elements.iter().enumerate() {
             if self.full() {
                 return;
@@ -345,6 +357,13 @@ impl<'s> Walk<'s> {
         let detail = format!("must be {}, is {}{hint}", wording::expected(node, self.root), wording::shown(value));
         self.unreadable(Code::WrongType, detail);
     }
+}
+
+/// Longest key that is compared and repeated in messages; what is longer is no slip of the finger.
+const KEY_BYTES: usize = 64;
+
+fn near_name<'a>(given: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    if given.len() > KEY_BYTES { String::new() } else { did_you_mean(given, names) }
 }
 
 fn is_later(name: &str, key: &str) -> bool {

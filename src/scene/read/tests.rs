@@ -76,7 +76,7 @@ fn broken_objects() {
         ),
         (
             r#"{"sphere": {"center": [0, 0, 0], "radius": 1, "radius": 2}}"#,
-            "line 5, column 47: /objects/0/sphere/radius: \"radius\" is given twice in the same object; keep one of them \
+            "line 5, column 47: /objects/0/sphere/radius: this key is given twice in the same object; keep one of the two \
                  [DuplicateName]",
         ),
         (
@@ -105,7 +105,7 @@ fn broken_rest() {
         ),
         (
             "\"materials\": {\"m\": {\"diffuse\": true}, \"m\": {}}",
-            "line 7, column 39: /materials/m: \"m\" is given twice in the same object; keep one of them [DuplicateName]",
+            "line 7, column 39: /materials/m: this key is given twice in the same object; keep one of the two [DuplicateName]",
         ),
         (
             "\"materials\": {\"m\": {\"diffuse\": true}}",
@@ -181,6 +181,14 @@ fn broken_documents() {
     assert!(seen(b"{\"name\": \"\xff\"}").starts_with("line 1, column 11: /name: this byte is not UTF-8"));
     assert!(seen(b"\x1f\x8b\x08").contains("gzip"));
     assert!(seen(b"\xff\xfe{\0").contains("UTF-16"));
+}
+
+#[test]
+fn long_keys_and_strings_are_not_repeated() {
+    let long = "x".repeat(100_000);
+    let text = scene(&format!("{{\"{long}\": 1}}, {{\"disc\": \"{long}\"}}, {{\"plane\": {{\"{long}\": 1}}}}"), "");
+    let seen = seen(text.as_bytes());
+    assert!(seen.len() < 1500 && seen.lines().count() == 4, "{seen}");
 }
 
 #[test]

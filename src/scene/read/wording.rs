@@ -56,10 +56,7 @@ pub(super) fn shown(value: &Value) -> String {
     match value {
         Value::Null => "null".to_owned(),
         Value::Bool(_) | Value::Number(_) => value.to_string(),
-        Value::String(text) if text.chars().count() > 40 => {
-            format!("{:?}", format!("{}...", text.chars().take(37).collect::<String>()))
-        }
-        Value::String(text) => format!("{text:?}"),
+        Value::String(text) => shown_name(text),
         Value::Array(elements) => match elements.len() {
             0 => "an empty array".to_owned(),
             1 => "an array of 1 element".to_owned(),
@@ -69,17 +66,21 @@ pub(super) fn shown(value: &Value) -> String {
     }
 }
 
+/// A string between quotes, its beginning if it is long.
+pub(super) fn shown_name(text: &str) -> String {
+    match text.char_indices().nth(40) {
+        Some((end, _)) => format!("{:?}", format!("{}...", &text[..end])),
+        None => format!("{text:?}"),
+    }
+}
+
 /// What to do about a value of the wrong type, where it is plain.
 pub(super) fn type_hint(node: Node<'_>, value: &Value, root: &Value) -> &'static str {
     let choices = node.alternatives(root);
     let wants = |name: &str| choices.iter().any(|choice| choice.types().contains(&name));
     match value {
-        Value::String(text) if wants("number") || wants("integer") => {
-            if text.trim().parse::<f64>().is_ok() {
-                "; write it without quotes"
-            } else {
-                ""
-            }
+        Value::String(text) if (wants("number") || wants("integer")) && text.trim().parse::<f64>().is_ok() => {
+            "; write it without quotes"
         }
         Value::String(text) if wants("boolean") && matches!(text.as_str(), "true" | "false") => {
             "; write it without quotes"
