@@ -1,6 +1,8 @@
-//! `strahl explain`: which effects, and why.
+//! `strahl explain`: which effects a scene calls for, and why, as EXPLAIN does for a database query.
 
-use crate::scene::{Description, Scene};
+use super::use_of::{Uses, uses};
+use crate::scene::description::{Camera, Description, Diffuse, Falloff, Light, Object, Precision, Shadows};
+use crate::scene::problem::push_token;
 use serde::Serialize;
 
 /// The effects of a scene.
@@ -8,6 +10,8 @@ use serde::Serialize;
 pub struct Explanation {
     /// Every effect the renderer knows.
     pub effects: Vec<Effect>,
+    /// What no ray of this renderer shows, whatever the scene.
+    pub not_simulated: &'static [&'static str],
 }
 
 /// One effect.
@@ -15,22 +19,334 @@ pub struct Explanation {
 pub struct Effect {
     /// Its name.
     pub effect: &'static str,
-    /// `on`, `removed` (asked for, but it cannot show) or `off` (not asked for).
-    pub state: &'static str,
+    /// Whether it is simulated.
+    pub state: State,
     /// Why, in a sentence.
     pub reason: String,
-    /// JSON pointers of what calls for it.
+    /// JSON pointers of what calls for it, at most [`MAX_POINTERS`].
     pub because: Vec<String>,
 }
 
+/// States of an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// Simulated.
+    On,
+    /// Asked for, but it cannot show in the picture.
+    Removed,
+    /// Not asked for.
+    Off,
+}
+
+/// Most pointers listed for one effect.
+pub const MAX_POINTERS: usize = 10;
+
+const NOT_SIMULATED: &[&str] = &["caustics", "indirect diffuse light", "diffraction", "polarisation"];
+
+/// Explains what a scene makes the renderer do.
+pub fn explain(description: &Description) -> Explanation {
+    let uses = uses(description);
+    let effects = vec![
+        ambient(description),
+        diffuse(description, &uses),
+        highlights(description, &uses),
+        shadows(description),
+        transmissive_shadows(description, &uses),
+        reflection(description, &uses),
+        transmission(description, &uses),
+        total_reflection(description, &uses),
+        hollow(&uses),
+        checker(description, &uses),
+        smooth_normals(&uses),
+        spot_lights(description),
+        falloff(description),
+        instancing(&uses),
+        projection(description),
+        antialiasing(description),
+        double_precision(description),
+    ];
+    Explanation { effects, not_simulated: NOT_SIMULATED }
+}
+
 impl Explanation {
+    /// Names of the effects that are on.
+    pub fn names_on(&self) -> impl Iterator<Item = &'static str> {
+        self.effects.iter().filter(|e| e.state == State::On).map(|e| e.effect)
+    }
+
     /// A readable table.
     pub fn to_table(&self) -> String {
-        String::new()
+        let mut table = format!("{:<22}{:<9}{}\n", "effect", "state", "reason");
+        for effect in &self.effects {
+            let state = match effect.state {
+                State::On => "on",
+                State::Removed => "removed",
+                State::Off => "off",
+            };
+            let place = effect.because.first().map_or_else(String::new, |p| format!(" ({p})"));
+            table.push_str(&format!("{:<22}{state:<9}{}{place}\n", effect.effect, effect.reason));
+        }
+        table.push_str(&format!("not simulated: {}\n", self.not_simulated.join(", ")));
+        table
     }
 }
 
-/// Explains what a scene makes the renderer do.
-pub fn explain(_description: &Description, _scene: &Scene) -> Explanation {
-    Explanation { effects: Vec::new() }
+fn effect(name: &'static str, state: State, reason: impl Into<String>, mut because: Vec<String>) -> Effect {
+    because.truncate(MAX_POINTERS);
+    Effect { effect: name, state, reason: reason.into(), because }
+}
+
+/// On, if something calls for it; removed, if only materials that no object uses do.
+fn by_material(
+    name: &'static str,
+    description: &Description,
+    uses: &Uses,
+    key: &str,
+    calls: impl Fn(&crate::scene::description::Material) -> bool,
+    on: &str,
+    off: &str,
+) -> Effect {
+    let pointer = |material: &str| push_token(&push_token("/materials", material), key);
+    let calling: Vec<&str> = description.materials.iter().filter(|(_, m)| calls(m)).map(|(name, _)| name).collect();
+    let used: Vec<String> = calling.iter().filter(|m| uses.materials.contains(**m)).map(|m| pointer(m)).collect();
+    if !used.is_empty() {
+        return effect(name, State::On, on, used);
+    }
+    if !calling.is_empty() {
+        let unused = calling.into_iter().map(pointer).collect();
+        return effect(name, State::Removed, "only materials that no object uses ask for it", unused);
+    }
+    effect(name, State::Off, off, Vec::new())
+}
+
+fn ambient(description: &Description) -> Effect {
+    if description.ambient.0.max_element() > 0.0 {
+        effect("ambient light", State::On, "the scene has ambient light", vec!["/ambient".into()])
+    } else {
+        effect("ambient light", State::Off, "ambient is 0", Vec::new())
+    }
+}
+
+fn lit(description: &Description) -> bool {
+    description.lights.iter().any(|light| {
+        let (color, intensity) = match light {
+            Light::Point(l) => (l.color, l.intensity),
+            Light::Directional(l) => (l.color, l.intensity),
+            Light::Spot(l) => (l.color, l.intensity),
+        };
+        color.0.max_element() * intensity > 0.0
+    })
+}
+
+fn shines(diffuse: &Diffuse) -> bool {
+    match diffuse {
+        Diffuse::Uniform(color) => color.0.max_element() > 0.0,
+        Diffuse::Checker(checker) => checker.a.0.max_element().max(checker.b.0.max_element()) > 0.0,
+    }
+}
+
+fn diffuse(description: &Description, uses: &Uses) -> Effect {
+    let name = "diffuse reflection";
+    if !lit(description) {
+        return effect(name, State::Removed, "no light shines", vec!["/lights".into()]);
+    }
+    if uses.default_material {
+        return effect(name, State::On, "bodies without a material are diffuse", Vec::new());
+    }
+    let (on, off) = ("surfaces scatter the lights", "no material has a diffuse colour");
+    by_material(name, description, uses, "diffuse", |m| shines(&m.diffuse), on, off)
+}
+
+fn highlights(description: &Description, uses: &Uses) -> Effect {
+    let name = "highlights";
+    let effect_of = by_material(
+        name,
+        description,
+        uses,
+        "specular",
+        |m| m.specular.0.max_element() > 0.0,
+        "lights mirror in shiny surfaces (Phong)",
+        "specular is 0 everywhere",
+    );
+    if effect_of.state == State::On && !lit(description) {
+        return effect(name, State::Removed, "no light shines", vec!["/lights".into()]);
+    }
+    effect_of
+}
+
+fn shadows(description: &Description) -> Effect {
+    let name = "shadows";
+    match (description.render.shadows, lit(description)) {
+        (Shadows::None, _) => effect(name, State::Off, "render.shadows is \"none\"", vec!["/render/shadows".into()]),
+        (_, false) => effect(name, State::Removed, "no light shines", vec!["/lights".into()]),
+        _ => effect(name, State::On, "bodies hide the lights from each other", vec!["/lights".into()]),
+    }
+}
+
+fn transmissive_shadows(description: &Description, uses: &Uses) -> Effect {
+    let name = "transmissive shadows";
+    if description.render.shadows != Shadows::Transmissive {
+        return effect(name, State::Off, "render.shadows is not \"transmissive\"", Vec::new());
+    }
+    let clear = |m: &str| description.materials.get(m).is_some_and(|m| m.transmission.0.max_element() > 0.0);
+    let because = vec!["/render/shadows".into()];
+    if !uses.materials.iter().any(|m| clear(m)) {
+        return effect(name, State::Removed, "no body transmits light", because);
+    }
+    effect(name, State::On, "transmitting bodies let some of the light through", because)
+}
+
+/// Why nothing beyond the camera rays is followed, if so.
+fn cut_off(description: &Description) -> Option<&'static str> {
+    if description.render.max_depth <= 1 {
+        Some("max_depth is 1: only camera rays are followed")
+    } else if description.render.min_weight >= 1.0 {
+        Some("min_weight is 1: no ray is heavy enough to be followed")
+    } else {
+        None
+    }
+}
+
+fn reflection(description: &Description, uses: &Uses) -> Effect {
+    let name = "reflection";
+    let effect_of = by_material(
+        name,
+        description,
+        uses,
+        "reflection",
+        |m| m.reflection.0.max_element() > 0.0,
+        "surfaces mirror their surroundings",
+        "reflection is 0 everywhere",
+    );
+    match cut_off(description) {
+        Some(why) if effect_of.state == State::On => {
+            effect(name, State::Removed, why, vec!["/render/max_depth".into()])
+        }
+        _ => effect_of,
+    }
+}
+
+fn transmission(description: &Description, uses: &Uses) -> Effect {
+    let name = "refraction";
+    let effect_of = by_material(
+        name,
+        description,
+        uses,
+        "transmission",
+        |m| m.transmission.0.max_element() > 0.0,
+        "light passes through bodies and bends by Snell's law",
+        "transmission is 0 everywhere",
+    );
+    match cut_off(description) {
+        Some(why) if effect_of.state == State::On => {
+            effect(name, State::Removed, why, vec!["/render/max_depth".into()])
+        }
+        _ => effect_of,
+    }
+}
+
+fn total_reflection(description: &Description, uses: &Uses) -> Effect {
+    let name = "total reflection";
+    let clear = |m: &&crate::scene::description::Material| m.transmission.0.max_element() > 0.0;
+    let used = |(n, m)| uses.materials.contains(n).then_some(m);
+    let indices: Vec<f64> = description.materials.iter().filter_map(used).filter(clear).map(|m| m.ior).collect();
+    if cut_off(description).is_some() {
+        return effect(name, State::Off, "no refraction", Vec::new());
+    }
+    match indices.as_slice() {
+        [] => effect(name, State::Off, "no refraction", Vec::new()),
+        all if all.iter().all(|ior| *ior == 1.0) => {
+            effect(name, State::Removed, "all indices of refraction are 1: nothing bends", Vec::new())
+        }
+        _ => effect(name, State::On, "light can meet a less dense medium at a grazing angle", Vec::new()),
+    }
+}
+
+fn found(name: &'static str, because: &[String], on: &str, off: &str) -> Effect {
+    let state = if because.is_empty() { State::Off } else { State::On };
+    effect(name, state, if because.is_empty() { off } else { on }, because.to_vec())
+}
+
+fn hollow(uses: &Uses) -> Effect {
+    found("hollow bodies", &uses.hollow, "bodies enclose empty space", "no body is hollow")
+}
+
+fn checker(description: &Description, uses: &Uses) -> Effect {
+    let checkered = |d: &Diffuse| matches!(d, Diffuse::Checker(c) if c.a != c.b);
+    let (on, off) = ("colours depend on the place", "all colours are uniform");
+    let calls =
+        |m: &crate::scene::description::Material| checkered(&m.diffuse) || m.ambient.as_ref().is_some_and(checkered);
+    by_material("checker texture", description, uses, "diffuse", calls, on, off)
+}
+
+fn smooth_normals(uses: &Uses) -> Effect {
+    found("smooth normals", &uses.smooth, "meshes interpolate their normals", "no mesh has normals")
+}
+
+fn light_pointers(description: &Description, calls: impl Fn(&Light) -> bool) -> Vec<String> {
+    let calling = description.lights.iter().enumerate().filter(|(_, light)| calls(light));
+    calling.map(|(i, _)| format!("/lights/{i}")).collect()
+}
+
+fn spot_lights(description: &Description) -> Effect {
+    let spots = light_pointers(description, |light| matches!(light, Light::Spot(_)));
+    found("spot lights", &spots, "lights shine into cones", "no light is a spot")
+}
+
+fn falloff(description: &Description) -> Effect {
+    let fades = light_pointers(description, |light| match light {
+        Light::Point(l) => l.falloff != Falloff::None,
+        Light::Spot(l) => l.falloff != Falloff::None,
+        Light::Directional(_) => false,
+    });
+    found("light falloff", &fades, "lights fade with distance", "no light fades with distance")
+}
+
+fn instancing(uses: &Uses) -> Effect {
+    found("instancing", &uses.placed, "objects are placed, not copied", "no object is placed by a transform")
+}
+
+fn projection(description: &Description) -> Effect {
+    let kind = description.camera.kind();
+    let state = if matches!(description.camera, Camera::Pinhole(_)) { State::Off } else { State::On };
+    effect("special projection", state, format!("the camera is {kind}"), vec![format!("/camera/{kind}")])
+}
+
+fn antialiasing(description: &Description) -> Effect {
+    let name = "antialiasing";
+    let render = &description.render;
+    if render.antialias && render.samples >= 16 {
+        return effect(
+            name,
+            State::Removed,
+            "every pixel has 16 samples or more anyway",
+            vec!["/render/samples".into()],
+        );
+    }
+    if render.antialias {
+        return effect(
+            name,
+            State::On,
+            "pixels that differ from a neighbour get 16 samples",
+            vec!["/render/antialias".into()],
+        );
+    }
+    effect(name, State::Off, "render.antialias is false", vec!["/render/antialias".into()])
+}
+
+fn double_precision(description: &Description) -> Effect {
+    match description.render.precision {
+        Precision::Double => effect("double precision", State::On, "asked for", vec!["/render/precision".into()]),
+        Precision::Single => effect("double precision", State::Off, "render.precision is \"single\"", Vec::new()),
+    }
+}
+
+/// Whether an object is placed by a transform of its own.
+pub(super) fn is_placed(object: &Object) -> bool {
+    match object {
+        Object::Instance(_) => true,
+        Object::Group(group) => group.transform != crate::scene::description::Transform::default(),
+        _ => false,
+    }
 }

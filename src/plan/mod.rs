@@ -1,3 +1,4 @@
 //! Which effects a scene calls for.
 
 pub mod explain;
+mod use_of;

@@ -90,13 +90,21 @@ impl std::error::Error for Problems {}
 
 /// ` did you mean "..."?` with the candidate nearest to `given`, if one is near enough to be a slip of the finger.
 pub fn did_you_mean<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    // The distance takes quadratic time, and nobody mistypes a name this long.
+    if given.len() > LONGEST_NAME {
+        return String::new();
+    }
     let near = candidates
         .into_iter()
+        .filter(|candidate| candidate.len() <= LONGEST_NAME)
         .map(|candidate| (strsim::damerau_levenshtein(given, candidate), candidate))
         .filter(|(distance, candidate)| *distance <= 1 + candidate.len().min(given.len()) / 4)
         .min_by_key(|(distance, _)| *distance);
     near.map_or_else(String::new, |(_, candidate)| format!("; did you mean \"{candidate}\"?"))
 }
+
+/// Longest name that suggestions are made for, in bytes.
+const LONGEST_NAME: usize = 64;
 
 /// Appends one reference token to a JSON pointer, escaped (RFC 6901 section 3).
 pub fn push_token(pointer: &str, token: impl fmt::Display) -> String {

@@ -140,7 +140,11 @@ pub fn intersect_triangle<L: Lanes>(
     let (e1, e2) = (v1 - v0, v2 - v0);
     let point = v0 + (e1 * b1 + e2 * b2);
     let reach = (v0.abs() * b0.abs() + v1.abs() * b1.abs() + v2.abs() * b2.abs()) + v0.abs();
-    let error = reach * L::lit(s, gamma::<L::Real>(8.0));
+    // t is a mean of the corners' depths, so a ray that starts on the triangle is placed to a few roundings of the
+    // triangle's own size, in whatever direction that extends.
+    let size = e1.abs() + e2.abs();
+    let extent = size.x.max(size.y).max(size.z) * L::lit(s, gamma::<L::Real>(6.0));
+    let error = reach * L::lit(s, gamma::<L::Real>(8.0)) + V3 { x: extent, y: extent, z: extent };
     let normal = e1.cross(e2);
     // A sliver without a measurable normal faces its ray.
     let size = normal.abs();

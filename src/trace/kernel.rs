@@ -195,7 +195,7 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
     #[inline(always)]
     pub(super) fn push(&mut self, mut rays: Followed<L>) {
         let wanted = rays.active;
-        if !(self.world.rules.spd_counts && rays.kind == RayKind::Reflected) {
+        if !self.world.rules.spd_counts {
             rays.active &= self.heavy_enough(rays.weight);
         }
         let light = wanted & !rays.active;

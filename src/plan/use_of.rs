@@ -1,0 +1,92 @@
+//! What the objects of a scene use: materials, hollowness, smooth normals, placements. Definitions that no instance
+//! places do not count.
+
+use super::explain::{MAX_POINTERS, is_placed};
+use crate::scene::description::{
+    AxisBox, Cone, Cylinder, Description, Disc, Look, Mesh, Object, Plane, Polygon, Quad, Sphere, Torus, Triangle,
+};
+use crate::scene::problem::push_token;
+use std::collections::HashSet;
+
+/// What is used, with the pointers of the first objects that use it.
+#[derive(Debug, Default)]
+pub(super) struct Uses {
+    pub(super) materials: HashSet<String>,
+    pub(super) default_material: bool,
+    pub(super) hollow: Vec<String>,
+    pub(super) smooth: Vec<String>,
+    pub(super) placed: Vec<String>,
+}
+
+/// Walks all objects that can be seen.
+pub(super) fn uses(description: &Description) -> Uses {
+    let mut uses = Uses::default();
+    let mut definitions = HashSet::new();
+    uses.walk("/objects", &description.objects, description, &mut definitions);
+    uses
+}
+
+impl Uses {
+    fn walk<'a>(
+        &mut self,
+        list: &str,
+        objects: &'a [Object],
+        description: &'a Description,
+        definitions: &mut HashSet<&'a str>,
+    ) {
+        for (i, object) in objects.iter().enumerate() {
+            let pointer = || format!("{list}/{i}/{}", object.kind());
+            if is_placed(object) && self.placed.len() < MAX_POINTERS {
+                self.placed.push(pointer());
+            }
+            match object {
+                Object::Group(group) => {
+                    self.walk(&format!("{}/objects", pointer()), &group.objects, description, definitions);
+                }
+                Object::Instance(instance) => {
+                    if let Some(objects) = description.definitions.get(&instance.of)
+                        && definitions.insert(&instance.of)
+                    {
+                        let list = push_token("/definitions", &instance.of);
+                        self.walk(&list, objects, description, definitions);
+                    }
+                }
+                _ => self.body(object, pointer),
+            }
+        }
+    }
+
+    fn body(&mut self, object: &Object, pointer: impl Fn() -> String) {
+        let Some(look) = look(object) else { return };
+        match look.material {
+            Some(name) if !self.materials.contains(name) => {
+                self.materials.insert(name.to_owned());
+            }
+            Some(_) => {}
+            None => self.default_material = true,
+        }
+        if look.hollow && self.hollow.len() < MAX_POINTERS {
+            self.hollow.push(pointer());
+        }
+        if matches!(object, Object::Mesh(Mesh { normals: Some(_), .. })) && self.smooth.len() < MAX_POINTERS {
+            self.smooth.push(pointer());
+        }
+    }
+}
+
+fn look(object: &Object) -> Option<Look<'_>> {
+    Some(match object {
+        Object::Sphere(o) => Sphere::look(o),
+        Object::Plane(o) => Plane::look(o),
+        Object::Disc(o) => Disc::look(o),
+        Object::Triangle(o) => Triangle::look(o),
+        Object::Quad(o) => Quad::look(o),
+        Object::Box(o) => AxisBox::look(o),
+        Object::Cylinder(o) => Cylinder::look(o),
+        Object::Cone(o) => Cone::look(o),
+        Object::Torus(o) => Torus::look(o),
+        Object::Mesh(o) => Mesh::look(o),
+        Object::Polygon(o) => Polygon::look(o),
+        Object::Group(_) | Object::Instance(_) => return None,
+    })
+}
