@@ -307,6 +307,9 @@ pub(crate) struct ServeArgs {
     /// Seconds a client may take to send a request's body.
     #[arg(long, env = "STRAHL_BODY_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     pub(crate) body_timeout: Duration,
+    /// Seconds a client may stop reading its answer.
+    #[arg(long, env = "STRAHL_WRITE_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    pub(crate) write_timeout: Duration,
     /// Seconds that running requests have to finish after SIGTERM or Ctrl-C.
     #[arg(long, env = "STRAHL_DRAIN_TIMEOUT", value_name = "SECONDS", default_value = "20", value_parser = seconds)]
     pub(crate) drain_timeout: Duration,

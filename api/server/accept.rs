@@ -1,6 +1,7 @@
 //! The accept loop: a bounded number of connections, each with a deadline for its headers, until the service drains.
 
-use super::drain::stop_signal;
+use super::drain::StopSignals;
+use super::stall::Impatient;
 use super::{App, routes};
 use crate::cli::ServeArgs;
 use hyper::server::conn::http1;
@@ -21,7 +22,7 @@ const MAX_HEADERS: usize = 100;
 const FLUSH: Duration = Duration::from_secs(2);
 
 /// Serves until a signal comes and the running requests have finished or run out of time.
-pub(super) async fn serve(listener: TcpListener, service: App, args: &ServeArgs) {
+pub(super) async fn serve(listener: TcpListener, signals: StopSignals, service: App, args: &ServeArgs) {
     match listener.local_addr() {
         Ok(address) => tracing::info!("listening on http://{address}"),
         Err(error) => tracing::warn!(%error, "listening, but not on a known address"),
@@ -35,13 +36,14 @@ pub(super) async fn serve(listener: TcpListener, service: App, args: &ServeArgs)
         .max_buf_size(MAX_HEADER_BYTES)
         .max_headers(MAX_HEADERS);
 
-    let mut drained = std::pin::pin!(drained(&service, args.drain_timeout));
+    let mut drained = std::pin::pin!(drained(&service, signals, args.drain_timeout));
     loop {
         let (stream, place) = tokio::select! {
             next = next_connection(&listener, &places) => next,
             () = &mut drained => break,
         };
-        let connection = connections.watch(http.serve_connection(TokioIo::new(stream), app.clone()));
+        let stream = TokioIo::new(Impatient::new(stream, args.write_timeout));
+        let connection = connections.watch(http.serve_connection(stream, app.clone()));
         tokio::spawn(async move {
             if let Err(error) = connection.await {
                 tracing::debug!(%error, "connection ended early");
@@ -57,14 +59,14 @@ pub(super) async fn serve(listener: TcpListener, service: App, args: &ServeArgs)
 }
 
 /// Waits for the signal, then for the requests. Connections are still accepted meanwhile, so that probes learn why.
-async fn drained(service: &App, patience: Duration) {
-    let signal = stop_signal().await;
+async fn drained(service: &App, mut signals: StopSignals, patience: Duration) {
+    let signal = signals.next().await;
     service.drain.begin();
     tracing::info!(signal, "draining: no new work is taken");
     tokio::select! {
         () = service.drain.idle() => {}
         () = sleep(patience) => tracing::warn!("requests did not finish in time and are given up"),
-        signal = stop_signal() => tracing::warn!(signal, "a second signal: requests are given up"),
+        signal = signals.next() => tracing::warn!(signal, "a second signal: requests are given up"),
     }
 }
 

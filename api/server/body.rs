@@ -6,6 +6,7 @@ use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, header};
 use http_body_util::BodyExt;
 use std::sync::Arc;
+use std::time::Duration;
 use strahl::scene::Format;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout;
@@ -13,6 +14,9 @@ use tokio::time::timeout;
 /// Bytes that one permit of the memory budget stands for. Semaphores count up to 2^61 on 64-bit machines, but acquire
 /// at most 2^32 permits at a time.
 pub(super) const UNIT: u64 = 4_096;
+
+/// How long the body of a refused request is listened to.
+const DISCARD: Duration = Duration::from_secs(2);
 
 /// So many bytes in units.
 pub(super) fn units(bytes: u64) -> usize {
@@ -74,14 +78,37 @@ fn unsupported(what: String) -> Problem {
 
 /// Reads a whole body, within the limits. Who announces too much is refused before sending it.
 pub(super) async fn read(service: &Service, headers: &HeaderMap, body: Body) -> Result<Held, Problem> {
-    let announced = text(headers, header::CONTENT_LENGTH).parse::<u64>().unwrap_or(0);
-    if announced > service.limits.max_body_bytes {
+    if announced(headers) > service.limits.max_body_bytes {
         return Err(too_large(service));
     }
     timeout(service.limits.body_timeout, collect(service, body)).await.unwrap_or_else(|_| {
         let seconds = service.limits.body_timeout.as_secs_f64();
         Err(Problem::new(Kind::BodyTimeout, format!("the body was not complete after {seconds} s (body_timeout)")))
     })
+}
+
+/// Takes in a body whose request is refused anyway: who is still sending does not hear the answer. Bodies that are too
+/// large or too slow do not get that courtesy.
+pub(super) async fn discard(service: &Service, headers: &HeaderMap, mut body: Body) {
+    let mut left = service.limits.max_body_bytes;
+    if announced(headers) > left {
+        return;
+    }
+    let all = async {
+        while let Some(Ok(frame)) = body.frame().await {
+            let length = frame.data_ref().map_or(0, Bytes::len) as u64;
+            if length > left {
+                return;
+            }
+            left -= length;
+        }
+    };
+    // Out of time or not, the answer is the same.
+    let _ = timeout(DISCARD, all).await;
+}
+
+fn announced(headers: &HeaderMap) -> u64 {
+    text(headers, header::CONTENT_LENGTH).parse().unwrap_or(0)
 }
 
 async fn collect(service: &Service, mut body: Body) -> Result<Held, Problem> {

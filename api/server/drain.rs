@@ -1,7 +1,7 @@
 //! The end of the service: no new work, the running work finishes, probes are told.
 
-use std::future::pending;
-use tokio::signal::unix::{SignalKind, signal};
+use std::io;
+use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::watch;
 
 /// Whether the service is about to end, and how many requests it still has.
@@ -51,22 +51,24 @@ impl Drop for Counted {
     }
 }
 
-/// Waits for SIGTERM or SIGINT.
-pub(super) async fn stop_signal() -> &'static str {
-    tokio::select! {
-        () = arrival(SignalKind::terminate()) => "SIGTERM",
-        () = arrival(SignalKind::interrupt()) => "SIGINT",
-    }
+/// SIGTERM and SIGINT.
+#[derive(Debug)]
+pub(super) struct StopSignals {
+    terminate: Signal,
+    interrupt: Signal,
 }
 
-async fn arrival(kind: SignalKind) {
-    match signal(kind) {
-        Ok(mut signal) => {
-            signal.recv().await;
-        }
-        Err(error) => {
-            tracing::error!(%error, "a signal cannot be watched for");
-            pending::<()>().await;
+impl StopSignals {
+    /// From now on the signals no longer end the process by themselves.
+    pub(super) fn watch() -> io::Result<Self> {
+        Ok(Self { terminate: signal(SignalKind::terminate())?, interrupt: signal(SignalKind::interrupt())? })
+    }
+
+    /// Waits for the next one; its name.
+    pub(super) async fn next(&mut self) -> &'static str {
+        tokio::select! {
+            _ = self.terminate.recv() => "SIGTERM",
+            _ = self.interrupt.recv() => "SIGINT",
         }
     }
 }

@@ -4,6 +4,7 @@ use super::App;
 use super::problem::{Kind, Problem};
 use crate::schema::scene_schema;
 use axum::Json;
+use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, Uri, header};
 use axum::response::IntoResponse;
@@ -36,7 +37,8 @@ pub(super) async fn schema() -> impl IntoResponse {
 }
 
 /// `GET /problems/{slug}`.
-pub(super) async fn problem_page(Path(slug): Path<String>) -> Result<String, Problem> {
+pub(super) async fn problem_page(slug: Result<Path<String>, PathRejection>) -> Result<String, Problem> {
+    let slug = slug.map_or_else(|_| String::new(), |Path(slug)| slug);
     Kind::ALL
         .iter()
         .map(|kind| kind.page())

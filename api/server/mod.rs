@@ -1,6 +1,7 @@
 //! `strahl serve`: the service. Tokio's threads talk, the pool's threads render.
 
 mod accept;
+mod asked;
 mod body;
 mod drain;
 mod envelope;
@@ -12,12 +13,14 @@ mod picture;
 mod problem;
 mod questions;
 mod queue;
+mod rays;
 mod routes;
+mod stall;
 
 use crate::cli::ServeArgs;
 use crate::commands::start_workers;
 use crate::failure::Failure;
-use drain::Drain;
+use drain::{Drain, StopSignals};
 use limits::Limits;
 use queue::Queue;
 use std::io;
@@ -70,7 +73,10 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         let listener = TcpListener::bind(args.listen)
             .await
             .map_err(|error| Failure::Input(format!("cannot listen on {}: {error}", args.listen)))?;
-        accept::serve(listener, service, args).await;
+        // Before the address is announced: whoever reads it may send a signal at once.
+        let signals = StopSignals::watch()
+            .map_err(|error| Failure::Input(format!("the signals to stop cannot be watched for: {error}")))?;
+        accept::serve(listener, signals, service, args).await;
         Ok(())
     });
     runtime.shutdown_timeout(LAST_WAIT);

@@ -1,10 +1,11 @@
 //! `POST /v1/render` and `POST /v1/render/tile`: a scene in, a picture out.
 
-use super::body::{self, Held};
+use super::asked::{self, Asked};
+use super::body::Held;
 use super::negotiate;
 use super::parameters::{Parameters, outside};
 use super::problem::{Kind, Problem};
-use super::queue::Done;
+use super::queue::{Done, Job};
 use super::{App, Service};
 use crate::picture::{self, Finished};
 use crate::report::Report;
@@ -31,18 +32,14 @@ async fn answer(
     request: Request,
     region: impl FnOnce(&mut Parameters) -> Option<Region>,
 ) -> Result<Response, Problem> {
-    let (parts, body) = request.into_parts();
-    let format = body::scene_format(&parts.headers)?;
-    let mut parameters = Parameters::of(&parts.uri)?;
-    let overrides = parameters.overrides(format);
-    let region = region(&mut parameters);
-    let file_format = parameters.picture_format(&parts.headers)?;
-    parameters.finish()?;
-
-    let body = body::read(&service, &parts.headers, body).await?;
+    let further = |parameters: &mut Parameters, headers: &HeaderMap| {
+        Ok((region(parameters), parameters.picture_format(headers)?))
+    };
+    let Asked { format, overrides, further: (region, file_format), body } =
+        asked::read(&service, request, further).await?;
     let render = {
         let service = Arc::clone(&service);
-        move |job: &super::queue::Job| {
+        move |job: &Job| {
             let loaded = load(job, body.as_ref(), format, &overrides)?;
             let region = region_of(&service, &loaded, region)?;
             picture::make(job.started, &loaded, region, file_format, &job.workers, &job.control).map_err(|_| gone())
@@ -54,12 +51,7 @@ async fn answer(
 }
 
 /// Reads, checks and compiles a scene as part of a job.
-pub(super) fn load(
-    job: &super::queue::Job,
-    bytes: &[u8],
-    format: Format,
-    overrides: &Overrides,
-) -> Result<Loaded, Problem> {
+pub(super) fn load(job: &Job, bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loaded, Problem> {
     let loaded = job.workers.work(|| strahl::scene::load(bytes, format, overrides));
     if job.control.cancelled.load(Ordering::Relaxed) {
         return Err(gone());

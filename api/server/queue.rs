@@ -74,7 +74,7 @@ impl Queue {
         let deadline = (queued + self.patience).into();
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| self.saturated())?;
         let driver = timeout_at(deadline, Arc::clone(&self.drivers).acquire_owned()).await;
-        let driver = driver.map_err(|_| self.saturated())?.map_err(|_| self.saturated())?;
+        let driver = driver.ok().and_then(Result::ok).ok_or_else(|| self.waited())?;
         let queue_ms = milliseconds(queued);
 
         let control = Arc::new(Control::default());
@@ -118,6 +118,11 @@ impl Queue {
     /// When a place should be free.
     pub(super) fn retry_after(&self) -> u32 {
         self.pace.seconds_for(self.size - self.places.available_permits())
+    }
+
+    fn waited(&self) -> Problem {
+        let detail = format!("the renderer was busy for {} s (timeout)", self.patience.as_secs_f64());
+        Problem::new(Kind::Saturated, detail).retry_after(self.retry_after())
     }
 
     fn saturated(&self) -> Problem {

@@ -1,10 +1,10 @@
 //! Every path of the service.
 
 use super::problem::{Kind, Problem};
-use super::{App, envelope, meta, picture, questions};
+use super::{App, envelope, meta, picture, questions, rays};
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, Request, State};
-use axum::middleware::{Next, from_fn_with_state};
+use axum::extract::DefaultBodyLimit;
+use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use std::any::Any;
@@ -16,11 +16,10 @@ pub(super) fn routes(service: App) -> Router {
     let work = Router::new()
         .route("/v1/render", post(picture::whole))
         .route("/v1/render/tile", post(picture::tile))
-        .route("/v1/rays", post(questions::rays))
+        .route("/v1/rays", post(rays::rays))
         .route("/v1/tree", post(questions::tree))
         .route("/v1/explain", post(questions::explanation))
-        .route("/v1/scenes/validate", post(questions::validate))
-        .route_layer(from_fn_with_state(Arc::clone(&service), refuse_while_draining));
+        .route("/v1/scenes/validate", post(questions::validate));
     let about = Router::new()
         .route("/livez", get(meta::livez))
         .route("/readyz", get(meta::readyz))
@@ -35,14 +34,6 @@ pub(super) fn routes(service: App) -> Router {
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn_with_state(Arc::clone(&service), envelope::envelope))
         .with_state(service)
-}
-
-/// Work that comes after the signal belongs to another instance.
-async fn refuse_while_draining(State(service): State<App>, request: Request, next: Next) -> Response {
-    if service.drain.has_begun() {
-        return Problem::new(Kind::Draining, "no new work is taken").retry_after(1).into_response();
-    }
-    next.run(request).await
 }
 
 /// A handler panicked (jobs are caught in the queue). The panic itself has been written to standard error.
