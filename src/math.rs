@@ -41,3 +41,8 @@ pub fn acos(x: f64) -> f64 {
 pub fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
+
+/// Arc sine in radians, of a value in [-1, 1].
+pub fn asin(x: f64) -> f64 {
+    libm::asin(x)
+}

@@ -1,9 +1,18 @@
 //! One picture: tiles on the current rayon pool, with progress and cancellation.
 
+use crate::film::srgb::code8;
 use crate::film::{Film, Region};
+use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::scene::Scene;
+use crate::scene::compile::Precise;
+use crate::scene::world::World;
+use crate::trace::enclosing::media_at;
+use crate::trace::kernel::Tracer;
+use fearless_simd::{Level, dispatch, f32x16, f64x8};
+use rayon::prelude::*;
 use serde::Serialize;
-use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
 
 /// Shared between a render and whoever watches it.
 #[derive(Debug, Default)]
@@ -32,6 +41,21 @@ pub struct RayCounts {
     pub dropped: u64,
 }
 
+impl std::ops::Add for RayCounts {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self {
+            camera: self.camera + o.camera,
+            shadow: self.shadow + o.shadow,
+            reflected: self.reflected + o.reflected,
+            transmitted: self.transmitted + o.transmitted,
+            camera_hits: self.camera_hits + o.camera_hits,
+            total_internal_reflections: self.total_internal_reflections + o.total_internal_reflections,
+            dropped: self.dropped + o.dropped,
+        }
+    }
+}
+
 /// A finished render.
 #[derive(Debug)]
 pub struct Picture {
@@ -47,7 +71,266 @@ pub struct Picture {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cancelled;
 
+/// How a picture is cut into work; no pixel depends on it.
+#[derive(Debug, Clone, Copy)]
+pub struct Cut {
+    /// Edge of a tile in pixels, at least 1.
+    pub tile: u32,
+    /// Instruction set.
+    pub level: Level,
+}
+
+impl Default for Cut {
+    fn default() -> Self {
+        Self { tile: 32, level: Level::new() }
+    }
+}
+
 /// Renders a region of the scene's picture, which must fit ([`Region::fits`]).
-pub fn render(_scene: &Scene, _region: Region, _control: &Control) -> Result<Picture, Cancelled> {
-    Err(Cancelled)
+pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Picture, Cancelled> {
+    render_cut(scene, region, control, Cut::default())
+}
+
+/// [`render`], cut in a given way.
+pub fn render_cut(scene: &Scene, region: Region, control: &Control, cut: Cut) -> Result<Picture, Cancelled> {
+    let start = Instant::now();
+    let (film, rays) = match &scene.world {
+        Precise::Single(world) => Renderer::new(scene, world, control, cut).picture(region)?,
+        Precise::Double(world) => Renderer::new(scene, world, control, cut).picture(region)?,
+    };
+    Ok(Picture { film, rays, trace_ms: start.elapsed().as_secs_f64() * 1e3 })
+}
+
+/// Samples of one pixel of the scene's picture: `samples`, or more where antialiasing refines it.
+pub fn samples_of(scene: &Scene, x: u32, y: u32) -> u32 {
+    if !refines(scene) {
+        return scene.samples;
+    }
+    let control = Control::default();
+    let around = Region { x, y, width: 1, height: 1 }.with_border(scene.width, scene.height);
+    let uneven = match &scene.world {
+        Precise::Single(world) => Renderer::new(scene, world, &control, Cut::default()).uneven_in(around, x, y),
+        Precise::Double(world) => Renderer::new(scene, world, &control, Cut::default()).uneven_in(around, x, y),
+    };
+    if uneven { REFINED_SAMPLES } else { scene.samples }
+}
+
+/// Samples of a pixel that differs from a neighbour.
+const REFINED_SAMPLES: u32 = 16;
+/// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
+const CONTRAST: u8 = 8;
+
+fn refines(scene: &Scene) -> bool {
+    scene.antialias && scene.samples < REFINED_SAMPLES
+}
+
+/// Offset of sample i of n within its pixel: the Hammersley set, which puts one sample into each of n columns and of
+/// n rows. A single sample is the pixel's centre.
+pub fn sample_offset(i: u32, n: u32) -> [f64; 2] {
+    let n = f64::from(n);
+    // The van der Corput sequence reaches from 0 to 1 - 1/n on average one half of 1/n below the middle.
+    let radical_inverse = f64::from(i.reverse_bits()) / 4_294_967_296.0;
+    if n == 1.0 { [0.5, 0.5] } else { [(f64::from(i) + 0.5) / n, (radical_inverse + 0.5 / n).min(1.0 - 0.5 / n)] }
+}
+
+/// The two kernels that pictures are traced with.
+trait Kernel: Real {
+    /// Traces the pixels at `at` with `samples` samples each.
+    fn trace(level: Level, world: &World<Self>, eye: &[(u64, Self)], at: &[[u32; 2]], samples: u32, out: &mut Traced);
+    /// The bodies around the eye.
+    fn eye_media(world: &World<Self>) -> Vec<(u64, Self)>;
+}
+
+#[derive(Default)]
+struct Traced {
+    pixels: Vec<[f32; 3]>,
+    rays: RayCounts,
+}
+
+macro_rules! kernel {
+    ($real:ident, $lanes:ident) => {
+        impl Kernel for $real {
+            fn trace(
+                level: Level,
+                world: &World<Self>,
+                eye: &[(u64, Self)],
+                at: &[[u32; 2]],
+                samples: u32,
+                out: &mut Traced,
+            ) {
+                dispatch!(level, s => trace_with::<$lanes<_>>(s, world, eye, at, samples, out));
+            }
+            fn eye_media(world: &World<Self>) -> Vec<(u64, Self)> {
+                // The origin of the primary rays of every camera with a single eye is the same for all pixels.
+                let zero = <Self as Real>::from_f64(0.0);
+                let eye = world.camera.primary((), zero, zero).origin.lane(0);
+                if world.transmits && world.camera.has_single_eye() { media_at::<Self>((), world, eye) } else { Vec::new() }
+            }
+        }
+    };
+}
+
+kernel!(f32, f32x16);
+kernel!(f64, f64x8);
+
+/// Names the instruction set's type once, so that the macro's argument can be a type over it.
+#[inline(always)]
+fn trace_with<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    eye: &[(u64, L::Real)],
+    at: &[[u32; 2]],
+    samples: u32,
+    out: &mut Traced,
+) {
+    let mut tracer = Tracer::<L, ()>::new(s, world, eye, ());
+    for packet in at.chunks(L::COUNT) {
+        let active = ((1u64 << packet.len()) - 1) as u32;
+        let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+        add_samples(&mut tracer, packet, active, samples, &mut sum);
+        for lane in 0..packet.len() {
+            out.pixels.push(sum.lane(lane).map(|c| c.to_f64() as f32));
+        }
+    }
+    out.rays = out.rays + tracer.counts;
+}
+
+/// Adds all samples of a packet of pixels, each weighted 1/n.
+#[inline(always)]
+pub(crate) fn add_samples<L: Lanes, O: crate::trace::observer::Observer<L>>(
+    tracer: &mut Tracer<'_, L, O>,
+    pixels: &[[u32; 2]],
+    active: u32,
+    samples: u32,
+    sum: &mut V3<L>,
+) {
+    let s = tracer.simd();
+    let weight = L::Real::from_f64(1.0 / f64::from(samples));
+    for i in 0..samples {
+        let offset = sample_offset(i, samples);
+        let coordinate = |axis: usize| {
+            L::from_fn(s, |lane| {
+                let pixel = pixels.get(lane).map_or(0, |p| p[axis]);
+                L::Real::from_f64(f64::from(pixel) + offset[axis])
+            })
+        };
+        tracer.sample(coordinate(0), coordinate(1), active, weight, sum);
+    }
+}
+
+struct Renderer<'a, R> {
+    scene: &'a Scene,
+    world: &'a World<R>,
+    control: &'a Control,
+    cut: Cut,
+    eye: Vec<(u64, R)>,
+}
+
+impl<'a, R: Kernel> Renderer<'a, R> {
+    fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
+        Self { scene, world, control, cut, eye: R::eye_media(world) }
+    }
+
+    fn picture(&self, region: Region) -> Result<(Film, RayCounts), Cancelled> {
+        let (width, height) = (self.scene.width, self.scene.height);
+        // Antialiasing compares with neighbours, also across the region's edge, so that a tile is a crop of the whole.
+        let around = if refines(self.scene) { region.with_border(width, height) } else { region };
+        self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
+        let (base, mut rays) = self.grid(around)?;
+        let at = |x: u32, y: u32| ((y - around.y) * around.width + (x - around.x)) as usize;
+        let mut pixels: Vec<[f32; 3]> = region.iter().map(|[x, y]| base[at(x, y)]).collect();
+        if refines(self.scene) {
+            let codes: Vec<[u8; 3]> = base.iter().map(|p| p.map(code8)).collect();
+            let uneven: Vec<[u32; 2]> = region.iter().filter(|&[x, y]| is_uneven(&codes, around, x, y)).collect();
+            self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
+            let (refined, more) = self.list(&uneven, REFINED_SAMPLES)?;
+            for (&[x, y], pixel) in uneven.iter().zip(refined) {
+                pixels[((y - region.y) * region.width + (x - region.x)) as usize] = pixel;
+            }
+            rays = rays + more;
+        }
+        Ok((Film { region, full_width: width, full_height: height, pixels }, rays))
+    }
+
+    /// The base samples of a region, row by row.
+    fn grid(&self, region: Region) -> Result<(Vec<[f32; 3]>, RayCounts), Cancelled> {
+        let tiles: Vec<Region> = region.tiles(self.cut.tile).collect();
+        let traced: Result<Vec<Traced>, Cancelled> = tiles
+            .par_iter()
+            .map(|tile| {
+                // A packet is a block of pixels, so that its rays stay together.
+                let blocks: Vec<[u32; 2]> =
+                    tile.tiles(BLOCK).flat_map(|block| block.iter().collect::<Vec<_>>()).collect();
+                self.trace(&blocks, self.scene.samples).map(|traced| (blocks, traced))
+            })
+            .map(|result| {
+                result.map(|(blocks, mut traced)| {
+                    // Back to rows, for the copy below.
+                    let mut order: Vec<usize> = (0..blocks.len()).collect();
+                    order.sort_by_key(|&i| (blocks[i][1], blocks[i][0]));
+                    traced.pixels = order.into_iter().map(|i| traced.pixels[i]).collect();
+                    traced
+                })
+            })
+            .collect();
+        let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
+        let mut rays = RayCounts::default();
+        for (tile, traced) in tiles.iter().zip(traced?) {
+            for (row, line) in traced.pixels.chunks(tile.width as usize).enumerate() {
+                let start = (tile.y - region.y) as usize + row;
+                let start = start * region.width as usize + (tile.x - region.x) as usize;
+                pixels[start..start + line.len()].copy_from_slice(line);
+            }
+            rays = rays + traced.rays;
+        }
+        Ok((pixels, rays))
+    }
+
+    /// Pixels anywhere, in the order given.
+    fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<(Vec<[f32; 3]>, RayCounts), Cancelled> {
+        let traced: Result<Vec<Traced>, Cancelled> =
+            at.par_chunks(16 * MAX_LANES).map(|part| self.trace(part, samples)).collect();
+        let mut all = Traced::default();
+        for part in traced? {
+            all.pixels.extend(part.pixels);
+            all.rays = all.rays + part.rays;
+        }
+        Ok((all.pixels, all.rays))
+    }
+
+    fn trace(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
+        let mut traced = Traced::default();
+        for part in at.chunks(CHECK_EVERY) {
+            if self.control.cancelled.load(Ordering::Relaxed) {
+                return Err(Cancelled);
+            }
+            R::trace(self.cut.level, self.world, &self.eye, part, samples, &mut traced);
+        }
+        self.control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
+        Ok(traced)
+    }
+
+    fn uneven_in(&self, around: Region, x: u32, y: u32) -> bool {
+        let Ok((base, _)) = self.grid(around) else { return false };
+        let codes: Vec<[u8; 3]> = base.iter().map(|p| p.map(code8)).collect();
+        is_uneven(&codes, around, x, y)
+    }
+}
+
+/// Edge of the block of pixels that share a packet: 4 x 4 are 16 lanes.
+const BLOCK: u32 = 4;
+/// Pixels between two looks at the cancel flag.
+const CHECK_EVERY: usize = 64;
+
+/// Whether a pixel differs from one of its eight neighbours.
+fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {
+    let at = |x: u32, y: u32| codes[((y - around.y) * around.width + (x - around.x)) as usize];
+    let here = at(x, y);
+    let columns = x.saturating_sub(1).max(around.x)..=(x + 1).min(around.x + around.width - 1);
+    columns
+        .flat_map(|x| {
+            let rows = y.saturating_sub(1).max(around.y)..=(y + 1).min(around.y + around.height - 1);
+            rows.map(move |y| (x, y))
+        })
+        .any(|(x, y)| at(x, y).iter().zip(here).any(|(a, b)| a.abs_diff(b) >= CONTRAST))
 }

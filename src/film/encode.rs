@@ -1,5 +1,6 @@
-//! Film to the bytes of a file.
-use super::Film;
+//! Film to the bytes of a file. The same film gives the same bytes, on every machine and with any number of threads.
+
+use super::{Film, exr, pfm, png};
 
 /// Picture formats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +16,21 @@ pub enum FileFormat {
 }
 
 /// Encodes a film. This cannot fail: a film's size is within the formats' limits.
-pub fn encode(_film: &Film, _format: FileFormat) -> Vec<u8> {
-    Vec::new()
+pub fn encode(film: &Film, format: FileFormat) -> Vec<u8> {
+    match format {
+        FileFormat::Png8 => png::encode8(film),
+        FileFormat::Png16 => png::encode16(film),
+        FileFormat::Exr => exr::encode(film),
+        FileFormat::Pfm => pfm::encode(film),
+    }
+}
+
+/// A film whose every channel tells where it is, for the encoders' tests.
+#[cfg(test)]
+pub(super) fn test_film(region: super::Region, full_width: u32, full_height: u32) -> Film {
+    let pixel = |i: u32| {
+        let (x, y) = (region.x + i % region.width, region.y + i / region.width);
+        [x as f32 / full_width as f32, y as f32 / full_height as f32, (x * y) as f32 * 0.3]
+    };
+    Film { region, full_width, full_height, pixels: (0..region.width * region.height).map(pixel).collect() }
 }

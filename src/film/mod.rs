@@ -1,6 +1,9 @@
 //! Pixels and the files they go into.
 
 pub mod encode;
+mod exr;
+mod pfm;
+mod png;
 pub mod srgb;
 
 pub use encode::{FileFormat, encode};
@@ -29,6 +32,42 @@ impl Region {
         let inside =
             |start: u32, length: u32, end: u32| length > 0 && start.checked_add(length).is_some_and(|e| e <= end);
         inside(self.x, self.width, width) && inside(self.y, self.height, height)
+    }
+}
+
+impl Region {
+    /// Number of pixels.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// The region and the pixels next to it, within a picture of this size.
+    #[must_use]
+    pub fn with_border(&self, width: u32, height: u32) -> Self {
+        let (x, y) = (self.x.saturating_sub(1), self.y.saturating_sub(1));
+        let (right, bottom) = ((self.x + self.width + 1).min(width), (self.y + self.height + 1).min(height));
+        Self { x, y, width: right - x, height: bottom - y }
+    }
+
+    /// The pixels, row by row.
+    pub fn iter(self) -> impl Iterator<Item = [u32; 2]> {
+        (self.y..self.y + self.height).flat_map(move |y| (self.x..self.x + self.width).map(move |x| [x, y]))
+    }
+
+    /// Squares of the given edge that cover the region, cut off at its border, row by row.
+    pub fn tiles(self, edge: u32) -> impl Iterator<Item = Self> {
+        let (columns, rows) = (self.width.div_ceil(edge), self.height.div_ceil(edge));
+        (0..rows).flat_map(move |row| {
+            (0..columns).map(move |column| {
+                let (left, top) = (column * edge, row * edge);
+                Self {
+                    x: self.x + left,
+                    y: self.y + top,
+                    width: edge.min(self.width - left),
+                    height: edge.min(self.height - top),
+                }
+            })
+        })
     }
 }
 

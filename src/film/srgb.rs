@@ -1,1 +1,143 @@
-//! The sRGB transfer function at the speed of a table.
+//! Linear light to sRGB codes (IEC 61966-2-1): exact, and at the speed of a table.
+//!
+//! The 8-bit code of x is `floor(255 oetf(clamp(x, 0, 1)) + 0.5)`. A power function for each channel would take
+//! longer than tracing a simple pixel, so the 255 values where the code changes are found once; a table over the
+//! leading bits of x then names the only threshold that can lie near x.
+
+use crate::math;
+use std::sync::OnceLock;
+
+/// Everything below has code 0: the first threshold is near 1.5e-4.
+const FLOOR: f32 = 1.0 / 8192.0;
+/// The largest value below 1; it has code 255.
+const CEILING: f32 = 1.0 - f32::EPSILON / 2.0;
+/// Mantissa bits that select a bucket: 128 buckets for each power of two, which is the least that keeps two
+/// thresholds out of one bucket.
+const BUCKET_BITS: u32 = 7;
+const SHIFT: u32 = f32::MANTISSA_DIGITS - 1 - BUCKET_BITS;
+
+/// The table behind [`code8`].
+#[derive(Debug)]
+pub struct Codes8 {
+    buckets: Vec<Bucket>,
+}
+
+/// Values whose bits agree down to [`SHIFT`].
+#[derive(Debug, Clone, Copy)]
+struct Bucket {
+    /// From here on the code is one higher.
+    threshold: f32,
+    /// Code of the bucket's first value.
+    code: u32,
+}
+
+impl Codes8 {
+    /// The table, built on first use.
+    pub fn get() -> &'static Self {
+        static TABLE: OnceLock<Codes8> = OnceLock::new();
+        TABLE.get_or_init(Self::build)
+    }
+
+    fn build() -> Self {
+        let first = FLOOR.to_bits() >> SHIFT;
+        let last = CEILING.to_bits() >> SHIFT;
+        let buckets = (first..=last).map(|bucket| {
+            let start = bucket << SHIFT;
+            let code = formula8(f32::from_bits(start));
+            // Bisection over the bits, which are in the order of the values.
+            let (mut low, mut high) = (start, start + (1 << SHIFT));
+            while high - low > 1 {
+                let middle = low + (high - low) / 2;
+                if formula8(f32::from_bits(middle)) > code {
+                    high = middle;
+                } else {
+                    low = middle;
+                }
+            }
+            Bucket { threshold: f32::from_bits(high), code }
+        });
+        Self { buckets: buckets.collect() }
+    }
+
+    /// The 8-bit code of a linear value; NaN has code 0.
+    #[inline]
+    pub fn code(&self, linear: f32) -> u8 {
+        // max() before min(): it returns FLOOR for NaN.
+        let x = linear.max(FLOOR).min(CEILING);
+        let bucket = self.buckets[((x.to_bits() >> SHIFT) - (FLOOR.to_bits() >> SHIFT)) as usize];
+        (bucket.code + u32::from(x >= bucket.threshold)) as u8
+    }
+}
+
+/// The 8-bit code of one linear value. For many values, call [`Codes8::get`] once.
+pub fn code8(linear: f32) -> u8 {
+    Codes8::get().code(linear)
+}
+
+/// The 16-bit code of a linear value, by the formula; NaN has code 0.
+pub fn code16(linear: f32) -> u16 {
+    formula(linear, 65535.0) as u16
+}
+
+fn formula8(linear: f32) -> u32 {
+    formula(linear, 255.0)
+}
+
+fn formula(linear: f32, codes: f64) -> u32 {
+    let clamped = f64::from(linear.max(0.0).min(1.0));
+    (codes * math::linear_to_srgb(clamped) + 0.5).floor() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_bucket_holds_two_thresholds() {
+        let buckets = &Codes8::get().buckets;
+        for pair in buckets.windows(2) {
+            assert!(pair[1].code - pair[0].code <= 1, "{pair:?}");
+        }
+        assert_eq!((buckets[0].code, buckets[buckets.len() - 1].code), (0, 255));
+    }
+
+    #[test]
+    fn table_is_the_formula_around_every_threshold() {
+        for bucket in &Codes8::get().buckets {
+            let at = bucket.threshold.to_bits();
+            for bits in at - 40..at + 40 {
+                let x = f32::from_bits(bits);
+                assert_eq!(u32::from(code8(x)), formula8(x), "{x:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn table_is_the_formula_and_monotone_everywhere() {
+        let mut before = 0;
+        // Every 641st float from 0 to beyond 2: about 1.7 million values.
+        for bits in (0..0x4010_0000_u32).step_by(641) {
+            let x = f32::from_bits(bits);
+            let code = code8(x);
+            assert_eq!(u32::from(code), formula8(x), "{x:e}");
+            assert!(code >= before, "{x:e}");
+            before = code;
+        }
+    }
+
+    #[test]
+    fn ends_and_odd_values() {
+        for x in [f32::NAN, -f32::NAN, f32::NEG_INFINITY, -1.0, -0.0, 0.0, f32::MIN_POSITIVE] {
+            assert_eq!((code8(x), code16(x)), (0, 0), "{x}");
+        }
+        for x in [1.0, CEILING, 1.5, f32::MAX, f32::INFINITY] {
+            assert_eq!(code8(x), 255, "{x}");
+        }
+        assert_eq!((code16(1.0), code16(f32::INFINITY)), (65535, 65535));
+        assert_eq!((code8(0.5), code8(0.214_041_14)), (188, 128));
+        // Every code comes back from the light it stands for.
+        for code in 0..=255_u8 {
+            assert_eq!(code8(math::srgb_to_linear(f64::from(code) / 255.0) as f32), code);
+        }
+    }
+}

@@ -1,1 +1,98 @@
-//! The slow, independent tracer that the tests compare with.
+//! The slow, independent tracer that the tests hold the fast one against: Whitted's method (CACM 23(6), 1980) read
+//! straight from the [`Description`], in f64, by recursion, one ray at a time.
+//!
+//! It shares no intersection, traversal or shading code with the fast path, and prefers the plain formula to the quick
+//! one. The description must be valid: [`compile`](crate::scene::compile::compile) is what checks it.
+
+mod camera;
+mod flat;
+mod mesh;
+mod optics;
+mod phong;
+mod ray;
+mod round;
+mod shape;
+mod torus;
+mod transform;
+mod whitted;
+mod world;
+
+#[cfg(test)]
+mod tests;
+
+use crate::math::Rgb;
+use crate::scene::description::{Description, Light, RenderSettings};
+use camera::Camera;
+use ray::Ray;
+use world::World;
+
+/// A scene ready to be traced.
+#[derive(Debug)]
+pub struct Reference {
+    camera: Camera,
+    width: u32,
+    height: u32,
+    world: World,
+    lights: Vec<Light>,
+    ambient: Rgb,
+    background: Rgb,
+    settings: RenderSettings,
+}
+
+/// The first thing a ray meets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hit {
+    /// Where on the ray, in units of its direction.
+    pub t: f64,
+    /// The point.
+    pub point: [f64; 3],
+    /// Unit geometric normal out of the body's material: into the cavity of a hollow body.
+    pub normal: [f64; 3],
+    /// JSON pointer of the object in the scene's `objects`.
+    pub object: String,
+}
+
+impl Reference {
+    /// Prepares a valid description.
+    pub fn new(description: &Description) -> Self {
+        Self {
+            camera: Camera::new(description),
+            width: description.image.width,
+            height: description.image.height,
+            world: World::new(description),
+            lights: description.lights.clone(),
+            ambient: description.ambient.0,
+            background: description.background.0,
+            settings: description.render,
+        }
+    }
+
+    /// The radiance at a point of the picture, in pixels from its upper left corner; pixel centres lie at + 0.5.
+    pub fn radiance_at(&self, x: f64, y: f64) -> [f64; 3] {
+        let radiance = match self.camera.primary_ray(x, y) {
+            Some(ray) => whitted::primary_radiance(self, ray),
+            None => self.background,
+        };
+        radiance.to_array()
+    }
+
+    /// The first hit with t > `t_min`. The direction is taken as it is.
+    pub fn closest_hit(&self, origin: [f64; 3], dir: [f64; 3], t_min: f64) -> Option<Hit> {
+        let ray = Ray { origin: origin.into(), dir: dir.into() };
+        self.world.closest_hit(&ray, t_min).map(|hit| Hit {
+            t: hit.t,
+            point: ray.at(hit.t).to_array(),
+            normal: hit.ng.to_array(),
+            object: format!("/objects/{}", hit.path[0]),
+        })
+    }
+
+    /// The whole picture, rows from the top, one sample in the centre of each pixel.
+    pub fn render(&self) -> Vec<[f64; 3]> {
+        let centers = |n: u32| (0..n).map(|i| f64::from(i) + 0.5);
+        centers(self.height)
+            .flat_map(|y| centers(self.width).map(move |x| (x, y)))
+            .map(|(x, y)| self.radiance_at(x, y))
+            .collect()
+    }
+}

@@ -45,3 +45,5 @@ pub const RAYS_PER_SAMPLE: Limit = Limit::new("rays_per_sample", 1_000_000);
 pub const PROBLEMS: Limit = Limit::new("problems", 50);
 /// Largest magnitude of a coordinate, length or colour, so that squares of lengths stay finite in single precision.
 pub const MAGNITUDE: f64 = 1e15;
+/// Smallest length, so that squares of lengths do not vanish in single precision.
+pub const SMALLEST_LENGTH: f64 = 1e-15;

@@ -3,6 +3,7 @@
 pub mod color;
 pub mod compile;
 pub mod description;
+pub mod ear_clipping;
 pub mod import;
 pub mod limits;
 pub mod load;
@@ -11,6 +12,7 @@ pub mod named;
 pub mod problem;
 pub mod read;
 pub mod schema;
+pub mod world;
 
 pub use compile::Scene;
 pub use description::Description;

@@ -29,6 +29,12 @@ impl<T> Named<T> {
         self.position(name).map(|i| &self.entries[i].1)
     }
 
+    /// Name and value at a position below [`Self::len`].
+    pub fn at(&self, position: usize) -> (&str, &T) {
+        let (name, value) = &self.entries[position];
+        (name, value)
+    }
+
     /// Adds a value; false, and no change, if the name is taken.
     pub fn insert(&mut self, name: String, value: T) -> bool {
         if self.index.contains_key(&name) {

@@ -1,4 +1,10 @@
-//! Whitted's recursion.
+//! Whitted's recursion, L = L_Phong + r_s L_s + r_t L_t (CACM 23(6), 1980), as a loop over an explicit stack.
 
+pub mod enclosing;
+pub mod hits;
+pub mod kernel;
+pub mod lighting;
+pub mod observer;
 pub mod query;
+pub mod secondary;
 pub mod tree;

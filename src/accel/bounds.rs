@@ -1,0 +1,116 @@
+//! Axis-aligned bounding boxes, and the conservative slab test.
+
+use crate::lanes::{Lanes, Real, V3};
+use crate::ray::{Rays, gamma};
+use glam::DVec3;
+
+/// An axis-aligned box in f64; empty if min > max.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
+pub struct Bounds {
+    pub min: DVec3,
+    pub max: DVec3,
+}
+
+impl Bounds {
+    /// The box without points.
+    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+    /// The smallest box around points.
+    pub fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
+    }
+
+    /// The smallest box around two boxes.
+    pub fn union(self, o: Self) -> Self {
+        Self { min: self.min.min(o.min), max: self.max.max(o.max) }
+    }
+
+    /// Half the surface area; 0 for the empty box.
+    pub fn half_area(self) -> f64 {
+        let d = (self.max - self.min).max(DVec3::ZERO);
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
+
+    /// The middle.
+    pub fn center(self) -> DVec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// Larger by `amount` on all sides.
+    pub fn grown(self, amount: f64) -> Self {
+        Self { min: self.min - amount, max: self.max + amount }
+    }
+
+    /// The eight corners.
+    pub fn corners(self) -> [DVec3; 8] {
+        std::array::from_fn(|i| {
+            let pick = |bit: usize, low: f64, high: f64| if i & bit == 0 { low } else { high };
+            DVec3::new(
+                pick(1, self.min.x, self.max.x),
+                pick(2, self.min.y, self.max.y),
+                pick(4, self.min.z, self.max.z),
+            )
+        })
+    }
+
+    /// The box in another format, rounded outwards.
+    pub(super) fn narrowed<R: Real>(self) -> Slab<R> {
+        // One rounding to nearest moves a coordinate by at most u of itself; two ulps outwards cover it.
+        let wide = |x: f64, sign: f64| R::from_f64(x + sign * (2.0 * R::ROUNDOFF * x.abs() + f64::MIN_POSITIVE));
+        Slab { min: self.min.to_array().map(|x| wide(x, -1.0)), max: self.max.to_array().map(|x| wide(x, 1.0)) }
+    }
+}
+
+/// A box in the kernel's format.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slab<R> {
+    pub(super) min: [R; 3],
+    pub(super) max: [R; 3],
+}
+
+/// What the slab test needs of a ray: 1/d, with zero components replaced so that nothing is 0/0.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reciprocal<L> {
+    inverse: V3<L>,
+    widen: L,
+    narrow: L,
+}
+
+impl<L: Lanes> Reciprocal<L> {
+    #[inline(always)]
+    pub(super) fn new(s: L::Simd, rays: &Rays<L>) -> Self {
+        // A parallel ray crosses its slab at once or never: with a tiny d, (b - o)/d is huge with the right sign, and
+        // 0 where o lies on the boundary, which belongs to the box. Tiny means beside the longest component.
+        let d = rays.dir.abs();
+        let smallest = if L::Real::ROUNDOFF > 1e-10 { f64::from(f32::MIN_POSITIVE) } else { f64::MIN_POSITIVE };
+        let tiny = (d.x.max(d.y).max(d.z) * L::lit(s, 1e-25)).max(L::lit(s, smallest));
+        let zero = L::lit(s, 0.0);
+        let one = L::lit(s, 1.0);
+        let safe = |d: L| one / L::select(d.abs().lt(tiny), L::select(d.lt(zero), -tiny, tiny), d);
+        // (b - o) * (1/d) has three roundings; the far side is moved out by them twice over (Ize, JCGT 2(2) 2013).
+        let slack = 2.0 * gamma::<L::Real>(3.0);
+        Self {
+            inverse: V3 { x: safe(rays.dir.x), y: safe(rays.dir.y), z: safe(rays.dir.z) },
+            widen: L::lit(s, 1.0 + slack),
+            narrow: L::lit(s, 1.0 - slack),
+        }
+    }
+
+    /// The lanes whose ray passes the box inside its range: never false for a ray that meets something in the box.
+    #[inline(always)]
+    pub(super) fn crosses<R: Real>(&self, s: L::Simd, slab: &Slab<R>, rays: &Rays<L>) -> L::Mask
+    where
+        L: Lanes<Real = R>,
+    {
+        let low = V3::<L>::splat(s, slab.min) - rays.origin;
+        let high = V3::<L>::splat(s, slab.max) - rays.origin;
+        let (a, b) = (low.times(self.inverse), high.times(self.inverse));
+        let enter = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
+        let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
+        // Positive bounds are widened by a factor; around zero the sign decides and needs no slack.
+        let enter = enter * L::select(enter.gt(L::lit(s, 0.0)), self.narrow, self.widen);
+        let exit = exit * self.widen;
+        rays.active & enter.max(rays.t_min).le(exit.min(rays.t_max))
+    }
+}

@@ -1,0 +1,15 @@
+//! Bounding volume hierarchies: what a ray meets, without asking everything.
+
+mod bounds;
+mod build;
+mod geometry;
+mod occlusion;
+mod resolve;
+mod traverse;
+
+pub use bounds::Bounds;
+pub use build::{Bvh, BvhKind};
+pub use geometry::{Geometry, Instance, Item, Mesh, Placement, Shape};
+pub use occlusion::{Blockers, transmittance};
+pub use resolve::{Owner, Surface, resolve};
+pub use traverse::{Nearest, closest_hit};

@@ -1,0 +1,173 @@
+//! From the number of a primitive to the surface a ray has met there, in the coordinates of the scene.
+
+use super::geometry::{Geometry, Item, Placement, Shape};
+use super::traverse::intersect_item;
+use crate::lanes::{Lanes, MAX_LANES, Real, V3};
+use crate::ray::{Meeting, Rays, gamma};
+use crate::shape::{Shear, intersect_triangle};
+
+/// A surface under each ray.
+#[derive(Debug, Clone, Copy)]
+pub struct Surface<L: Lanes> {
+    /// The point, on the surface as exactly as the format allows.
+    pub point: V3<L>,
+    /// Bound on the error of each of its coordinates.
+    pub error: V3<L>,
+    /// Geometric normal: unit, pointing out of the body's material.
+    pub ng: V3<L>,
+    /// Shading normal: unit, on the same side as `ng`.
+    pub ns: V3<L>,
+    /// The point in the coordinates in which the body is written.
+    pub local: V3<L>,
+}
+
+/// The body that owns a primitive, and where it stands in the expanded scene.
+#[derive(Debug)]
+pub struct Owner<'a, R> {
+    /// The item.
+    pub item: &'a Item<R>,
+    /// Expanded index of its first primitive: the identity of the placed body.
+    pub body: u64,
+    /// The placed geometries around it, outermost first.
+    pub instances: Vec<&'a Item<R>>,
+}
+
+impl<'a, R: Real> Owner<'a, R> {
+    /// Finds the owner of an expanded index.
+    pub fn find(geometries: &'a [Geometry<R>], root: usize, expanded: u64) -> Self {
+        let mut geometry = &geometries[root];
+        let mut base = 0;
+        let mut instances = Vec::new();
+        loop {
+            let item = geometry.owner(expanded - base);
+            base += item.offset;
+            match &item.shape {
+                Shape::Instance(instance) => {
+                    instances.push(item);
+                    geometry = &geometries[instance.geometry as usize];
+                }
+                _ => return Self { item, body: base, instances },
+            }
+        }
+    }
+
+    /// Whether an expanded index belongs to this body.
+    pub fn owns(&self, expanded: u64) -> bool {
+        (self.body..self.body + self.item.expanded).contains(&expanded)
+    }
+}
+
+/// The surfaces that `rays` (as they were cast) meet on the primitives `expanded` of one body.
+#[inline(always)]
+pub fn resolve<L: Lanes>(
+    s: L::Simd,
+    owner: &Owner<'_, L::Real>,
+    expanded: &[u64; MAX_LANES],
+    rays: &Rays<L>,
+) -> Surface<L> {
+    // Down to the body's own coordinates ...
+    let mut inner = *rays;
+    for placed in &owner.instances {
+        if let Shape::Instance(instance) = &placed.shape {
+            inner = instance.rays_in(s, &inner);
+        }
+    }
+    let meeting = meet(s, owner, expanded, &inner);
+    let outward = if owner.item.hollow { L::lit(s, -1.0) } else { L::lit(s, 1.0) };
+    let ng = unit(s, meeting.normal * outward);
+    let ns = shading_normal(s, owner, expanded, &meeting, ng);
+    let mut surface = Surface { point: meeting.point, error: meeting.error, ng, ns, local: meeting.point };
+    // ... and back up, from the innermost placement out.
+    for placed in owner.instances.iter().rev() {
+        if let Shape::Instance(instance) = &placed.shape {
+            surface = surface.placed(s, &instance.to_world, &instance.to_local);
+        }
+    }
+    surface
+}
+
+/// Meets the same primitives again, now for point, error and normal.
+#[inline(always)]
+fn meet<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: &[u64; MAX_LANES], rays: &Rays<L>) -> Meeting<L> {
+    let shear = Shear::new(s, rays);
+    match &owner.item.shape {
+        Shape::Mesh(mesh) => {
+            let corner = |k: usize| V3::from_fn(s, |lane| mesh.corners(face_of(owner, expanded[lane]))[k]);
+            intersect_triangle(s, [corner(0), corner(1), corner(2)], rays, &shear, owner.item.sides)
+        }
+        _ => intersect_item(s, owner.item, 0, rays, &shear),
+    }
+}
+
+/// The face with an expanded index; the first one in lanes that belong to other bodies.
+#[inline(always)]
+fn face_of<R: Real>(owner: &Owner<'_, R>, expanded: u64) -> usize {
+    if owner.owns(expanded) { (expanded - owner.body) as usize } else { 0 }
+}
+
+#[inline(always)]
+fn shading_normal<L: Lanes>(
+    s: L::Simd,
+    owner: &Owner<'_, L::Real>,
+    expanded: &[u64; MAX_LANES],
+    meeting: &Meeting<L>,
+    ng: V3<L>,
+) -> V3<L> {
+    let Shape::Mesh(mesh) = &owner.item.shape else { return ng };
+    if mesh.normals.is_empty() {
+        return ng;
+    }
+    let normal =
+        |k: usize| V3::<L>::from_fn(s, |lane| mesh.normals[mesh.faces[face_of(owner, expanded[lane])][k] as usize]);
+    let [b1, b2] = meeting.barycentric;
+    let b0 = L::lit(s, 1.0) - b1 - b2;
+    let ns = normal(0) * b0 + normal(1) * b1 + normal(2) * b2;
+    let zero = L::lit(s, 0.0);
+    // Interpolated normals may cancel, and some files have them pointing inwards.
+    let length = ns.length();
+    let unit = V3 { x: ns.x / length, y: ns.y / length, z: ns.z / length };
+    let side = unit.dot(ng);
+    let ns = V3::select(side.lt(zero), -unit, unit);
+    V3::select(side.abs().gt(zero), ns, ng)
+}
+
+/// Unit vector of any vector but 0, without overflow or underflow in its square.
+#[inline(always)]
+fn unit<L: Lanes>(s: L::Simd, v: V3<L>) -> V3<L> {
+    let a = v.abs();
+    let scale = L::lit(s, 1.0) / a.x.max(a.y).max(a.z);
+    (v * scale).normalized()
+}
+
+impl<L: Lanes> Surface<L> {
+    /// The surface in the coordinates around a placed geometry. The error grows by the roundings of this map, and by
+    /// those of mapping the origin of the next ray back (Wächter and Binder's and NVIDIA's bounds, with
+    /// gamma(3)(|M||p| + |t|) each way).
+    #[inline(always)]
+    fn placed(self, s: L::Simd, to_world: &Placement<L::Real>, to_local: &Placement<L::Real>) -> Self {
+        let point = to_world.point(s, self.point);
+        let step = L::lit(s, gamma::<L::Real>(4.0));
+        let moved = to_world.spread(s, self.point.abs()) + V3::<L>::splat(s, to_world.translation).abs();
+        let returned = to_local.spread(s, point.abs()) + V3::<L>::splat(s, to_local.translation).abs();
+        Self {
+            point,
+            error: to_world.spread(s, self.error + returned * step) + moved * step,
+            ng: unit(s, to_local.transposed(s, self.ng)),
+            ns: unit(s, to_local.transposed(s, self.ns)),
+            local: self.local,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unit_survives_extremes() {
+        for size in [1e-38f32, 1e-20, 1.0, 1e20, 1e38] {
+            let v = unit((), V3 { x: size, y: 0.0, z: -size });
+            assert!((v.dot(v) - 1.0).abs() < 1e-6, "{size}");
+        }
+    }
+}

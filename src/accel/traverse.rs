@@ -1,0 +1,205 @@
+//! The nearest meeting of each ray of a packet.
+
+use super::bounds::Reciprocal;
+use super::build::MAX_DEPTH;
+use super::geometry::{Geometry, Instance, Item, Placement, Shape};
+use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::ray::{Meeting, Rays};
+use crate::shape::{Shear, intersect_triangle};
+
+/// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
+#[derive(Debug, Clone, Copy)]
+pub struct Nearest {
+    /// Lanes that have one.
+    pub found: u32,
+    /// Expanded index of the primitive.
+    pub expanded: [u64; MAX_LANES],
+}
+
+impl Nearest {
+    /// No lane has a primitive yet.
+    pub fn none() -> Self {
+        Self { found: 0, expanded: [0; MAX_LANES] }
+    }
+
+    /// Takes a primitive where it is nearer, or equally near and earlier in the scene; the latter makes the answer
+    /// independent of the order of traversal.
+    #[inline(always)]
+    fn offer<L: Lanes>(&mut self, s: L::Simd, rays: &mut Rays<L>, hit: L::Mask, t: L, expanded: u64) {
+        let mut nearer = (hit & t.lt(rays.t_max)).bits();
+        let ties = (hit & t.eq(rays.t_max)).bits() & self.found;
+        for lane in lanes_of(ties) {
+            nearer |= u32::from(expanded < self.expanded[lane]) << lane;
+        }
+        if nearer != 0 {
+            rays.t_max = L::select(L::mask(s, nearer), t, rays.t_max);
+            self.found |= nearer;
+            for lane in lanes_of(nearer) {
+                self.expanded[lane] = expanded;
+            }
+        }
+    }
+}
+
+/// Finds the nearest primitive of each active ray in `geometries[geometry]`, whose expanded indices start at `base`.
+/// Shortens `t_max` to it.
+pub fn closest_hit<L: Lanes>(
+    s: L::Simd,
+    geometries: &[Geometry<L::Real>],
+    geometry: usize,
+    base: u64,
+    rays: &mut Rays<L>,
+    nearest: &mut Nearest,
+) {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || closest_in(s, geometries, geometry, base, rays, nearest),
+    );
+}
+
+#[inline(always)]
+fn closest_in<L: Lanes>(
+    s: L::Simd,
+    geometries: &[Geometry<L::Real>],
+    geometry: usize,
+    base: u64,
+    rays: &mut Rays<L>,
+    nearest: &mut Nearest,
+) {
+    let here = &geometries[geometry];
+    let shear = Shear::new(s, rays);
+    let reciprocal = Reciprocal::new(s, rays);
+    let active = rays.active;
+
+    for &index in &here.unbounded {
+        visit(s, geometries, &here.items[index as usize], 0, base, rays, &shear, nearest);
+    }
+    if here.bvh.nodes.is_empty() {
+        return;
+    }
+    let nodes = &here.bvh.nodes;
+    let mut stack = [0u32; MAX_DEPTH + 1];
+    let mut height = 1;
+    while height > 0 {
+        height -= 1;
+        let node = &nodes[stack[height] as usize];
+        let inside = reciprocal.crosses(s, &node.slab, rays);
+        let bits = inside.bits();
+        if bits == 0 {
+            continue;
+        }
+        if node.count == 0 {
+            // The child nearer to the first ray goes on top.
+            let lane = bits.trailing_zeros() as usize;
+            let dir = [rays.dir.x, rays.dir.y, rays.dir.z][usize::from(node.axis)].lane(lane);
+            let backwards = u32::from(dir < L::Real::from_f64(0.0));
+            stack[height] = node.first + 1 - backwards;
+            stack[height + 1] = node.first + backwards;
+            height += 2;
+            continue;
+        }
+        rays.active = inside;
+        for &place in &here.bvh.order[node.first as usize..(node.first + node.count) as usize] {
+            let primitive = here.primitives[place as usize];
+            let item = &here.items[primitive.item as usize];
+            visit(s, geometries, item, primitive.face, base, rays, &shear, nearest);
+        }
+        rays.active = active;
+    }
+}
+
+/// Tests one primitive, or descends into an instance.
+#[inline(always)]
+fn visit<L: Lanes>(
+    s: L::Simd,
+    geometries: &[Geometry<L::Real>],
+    item: &Item<L::Real>,
+    face: u32,
+    base: u64,
+    rays: &mut Rays<L>,
+    shear: &Shear<L>,
+    nearest: &mut Nearest,
+) {
+    let first = base + item.offset;
+    if let Shape::Instance(instance) = &item.shape {
+        let mut inner = instance.rays_in(s, rays);
+        closest_hit(s, geometries, instance.geometry as usize, first, &mut inner, nearest);
+        // t is the same number in both systems, since the direction is not normalised again.
+        rays.t_max = inner.t_max;
+        return;
+    }
+    // Ties are for `offer` to settle, so the range is closed at its far end here.
+    let closed = Rays { t_max: rays.t_max * L::lit(s, 1.0 + 4.0 * L::Real::ROUNDOFF), ..*rays };
+    let meeting = intersect_item(s, item, face, &closed, shear);
+    nearest.offer(s, rays, meeting.hit, meeting.t, first + u64::from(face));
+}
+
+/// Meeting with one primitive of an item that is no instance.
+#[inline(always)]
+pub(super) fn intersect_item<L: Lanes>(
+    s: L::Simd,
+    item: &Item<L::Real>,
+    face: u32,
+    rays: &Rays<L>,
+    shear: &Shear<L>,
+) -> Meeting<L> {
+    match &item.shape {
+        Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
+        Shape::Mesh(mesh) => {
+            let corners = mesh.corners(face as usize).map(|v| V3::splat(s, v));
+            intersect_triangle(s, corners, rays, shear, item.sides)
+        }
+        Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
+        Shape::Disc(disc) => disc.intersect(s, rays, item.sides),
+        Shape::Cuboid(cuboid) => cuboid.intersect(s, rays, item.sides),
+        Shape::Frustum(frustum) => L::vectorize(
+            s,
+            #[inline(always)]
+            || frustum.intersect(s, rays, item.sides),
+        ),
+        Shape::Torus(torus) => L::vectorize(
+            s,
+            #[inline(always)]
+            || torus.intersect(s, rays, item.sides),
+        ),
+        Shape::Instance(_) => unreachable!("instances are descended into, not met"),
+    }
+}
+
+impl<R: Real> Placement<R> {
+    /// The image of a point.
+    #[inline(always)]
+    pub(super) fn point<L: Lanes<Real = R>>(&self, s: L::Simd, p: V3<L>) -> V3<L> {
+        V3::splat(s, self.translation) + self.vector(s, p)
+    }
+
+    /// The image of a direction.
+    #[inline(always)]
+    pub(super) fn vector<L: Lanes<Real = R>>(&self, s: L::Simd, d: V3<L>) -> V3<L> {
+        let [x, y, z] = self.columns.map(|column| V3::<L>::splat(s, column));
+        x * d.x + y * d.y + z * d.z
+    }
+
+    /// The transposed linear part, applied to a normal.
+    #[inline(always)]
+    pub(super) fn transposed<L: Lanes<Real = R>>(&self, s: L::Simd, n: V3<L>) -> V3<L> {
+        let [x, y, z] = self.columns.map(|column| V3::<L>::splat(s, column));
+        V3 { x: x.dot(n), y: y.dot(n), z: z.dot(n) }
+    }
+
+    /// The image of a box of errors: absolute values throughout.
+    #[inline(always)]
+    pub(super) fn spread<L: Lanes<Real = R>>(&self, s: L::Simd, e: V3<L>) -> V3<L> {
+        let [x, y, z] = self.columns.map(|column| V3::<L>::splat(s, column).abs());
+        x * e.x + y * e.y + z * e.z
+    }
+}
+
+impl<R: Real> Instance<R> {
+    /// Rays in the coordinates of the instance's geometry; `t` keeps its meaning.
+    #[inline(always)]
+    pub(super) fn rays_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> Rays<L> {
+        Rays { origin: self.to_local.point(s, rays.origin), dir: self.to_local.vector(s, rays.dir), ..*rays }
+    }
+}

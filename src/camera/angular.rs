@@ -1,0 +1,97 @@
+//! Fisheye, Omnimax dome, panorama and cylinder: pictures whose coordinates are angles.
+//!
+//! Sines are taken in f64 for each lane, with the same function everywhere, so these pictures too are the same on
+//! every machine.
+
+use super::{Basis, Primary};
+use crate::lanes::{Lanes, MAX_LANES, Real, V3};
+use crate::math;
+use glam::DVec3;
+
+/// A projection by angles.
+#[derive(Debug, Clone, Copy)]
+pub struct Angular {
+    basis: Basis,
+    size: (f64, f64),
+    projection: Projection,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Projection {
+    /// Equidistant: theta = r fov/2, with r = 1 on a circle of the given diameter around `center` (pixels).
+    Equidistant { half_fov: f64, diameter: f64, center: (f64, f64) },
+    /// Longitude and latitude are linear in x and y.
+    Equirectangular { hfov: f64, vfov: f64 },
+    /// Longitude is linear in x, the tangent of the latitude in y.
+    Cylindrical { hfov: f64, half_tan: f64 },
+}
+
+impl Angular {
+    pub(super) fn fisheye(basis: &Basis, fov: f64, size: (f64, f64)) -> Self {
+        let center = (size.0 * 0.5, size.1 * 0.5);
+        let projection = Projection::Equidistant { half_fov: fov * 0.5, diameter: size.0.min(size.1), center };
+        Self { basis: *basis, size, projection }
+    }
+
+    pub(super) fn omnimax(basis: &Basis, fov: f64, size: (f64, f64)) -> Self {
+        let center = (size.0 * 0.5, size.0 * 0.5);
+        let projection = Projection::Equidistant { half_fov: fov * 0.5, diameter: size.0, center };
+        Self { basis: *basis, size, projection }
+    }
+
+    pub(super) fn panorama(basis: &Basis, hfov: f64, vfov: f64, size: (f64, f64)) -> Self {
+        Self { basis: *basis, size, projection: Projection::Equirectangular { hfov, vfov } }
+    }
+
+    pub(super) fn cylinder(basis: &Basis, hfov: f64, half_tan: f64, size: (f64, f64)) -> Self {
+        Self { basis: *basis, size, projection: Projection::Cylindrical { hfov, half_tan } }
+    }
+
+    /// Unit direction through a point of the picture, or `None` outside the image circle.
+    pub fn direction(&self, x: f64, y: f64) -> Option<DVec3> {
+        let Basis { right, up, forward, .. } = self.basis;
+        let (width, height) = self.size;
+        match self.projection {
+            Projection::Equidistant { half_fov, diameter, center } => {
+                let px = 2.0 * (x - center.0) / diameter;
+                let py = 2.0 * (center.1 - y) / diameter;
+                let r = (px * px + py * py).sqrt();
+                if r > 1.0 {
+                    return None;
+                }
+                let theta = r * half_fov;
+                let (sin, cos) = math::sin_cos(theta);
+                // sin(theta)/r tends to fov/2 in the middle.
+                let scale = if r > 0.0 { sin / r } else { half_fov };
+                Some(forward * cos + (right * px + up * py) * scale)
+            }
+            Projection::Equirectangular { hfov, vfov } => {
+                let (sin_lon, cos_lon) = math::sin_cos((x / width - 0.5) * hfov);
+                let (sin_lat, cos_lat) = math::sin_cos((0.5 - y / height) * vfov);
+                Some(up * sin_lat + (forward * cos_lon + right * sin_lon) * cos_lat)
+            }
+            Projection::Cylindrical { hfov, half_tan } => {
+                let (sin, cos) = math::sin_cos((x / width - 0.5) * hfov);
+                Some((forward * cos + right * sin + up * ((1.0 - 2.0 * y / height) * half_tan)).normalize())
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn primary<L: Lanes>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
+        let mut dirs = [self.basis.forward; MAX_LANES];
+        let mut seen = 0;
+        for lane in 0..L::COUNT {
+            if let Some(dir) = self.direction(x.lane(lane).to_f64(), y.lane(lane).to_f64()) {
+                dirs[lane] = dir;
+                seen |= 1 << lane;
+            }
+        }
+        let eye = self.basis.eye.to_array().map(L::Real::from_f64);
+        Primary {
+            origin: V3::splat(s, eye),
+            dir: V3::from_fn(s, |lane| dirs[lane].to_array().map(L::Real::from_f64)),
+            seen: L::mask(s, seen),
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Pinhole and orthographic projection: the image plane is a plane.
+
+use super::{Basis, Primary};
+use crate::lanes::{Lanes, Real, V3};
+use glam::DVec3;
+
+/// With (u, v) = (2x - width, height - 2y) the point of the image plane is `middle + u right + v up`.
+#[derive(Debug, Clone, Copy)]
+pub struct Flat<R> {
+    width: R,
+    height: R,
+    eye: [R; 3],
+    forward: [R; 3],
+    right: [R; 3],
+    up: [R; 3],
+    /// Rays are parallel and start on the image plane, instead of passing through it from the eye.
+    pub(super) parallel: bool,
+}
+
+impl<R: Real> Flat<R> {
+    /// All rays start at the eye; the image plane lies at distance 1, h = 2 tan(theta/2).
+    pub(super) fn pinhole(basis: &Basis, half_tan: f64, size: (f64, f64)) -> Self {
+        Self::new(basis, half_tan / size.1, size, false)
+    }
+
+    /// Rays run along the view through a rectangle of the given height.
+    pub(super) fn orthographic(basis: &Basis, height: f64, size: (f64, f64)) -> Self {
+        Self::new(basis, 0.5 * height / size.1, size, true)
+    }
+
+    fn new(basis: &Basis, half_pixel: f64, (width, height): (f64, f64), parallel: bool) -> Self {
+        let narrow = |v: DVec3| v.to_array().map(R::from_f64);
+        Self {
+            width: R::from_f64(width),
+            height: R::from_f64(height),
+            eye: narrow(basis.eye),
+            forward: narrow(basis.forward),
+            right: narrow(basis.right * half_pixel),
+            up: narrow(basis.up * half_pixel),
+            parallel,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn primary<L: Lanes<Real = R>>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
+        let u = x + x - L::splat(s, self.width);
+        let v = L::splat(s, self.height) - (y + y);
+        let offset = V3::splat(s, self.right) * u + V3::splat(s, self.up) * v;
+        let (eye, forward) = (V3::splat(s, self.eye), V3::<L>::splat(s, self.forward));
+        let seen = L::mask(s, u32::MAX);
+        if self.parallel {
+            Primary { origin: eye + offset, dir: forward, seen }
+        } else {
+            Primary { origin: eye, dir: (forward + offset).normalized(), seen }
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Projections: from a point of the picture to the primary ray.
+
+mod angular;
+mod flat;
+
+pub use angular::Angular;
+pub use flat::Flat;
+
+use crate::lanes::{Lanes, Real, V3};
+use crate::math;
+use crate::scene::description::{self, View};
+use glam::DVec3;
+
+/// A camera in the kernel's format.
+#[derive(Debug, Clone, Copy)]
+pub enum Camera<R> {
+    /// Pinhole and orthographic: rays are affine in the pixel.
+    Flat(Flat<R>),
+    /// Fisheye, dome, panorama, cylinder: directions are angles.
+    Angular(Angular),
+}
+
+/// A primary ray in each lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Primary<L: Lanes> {
+    /// Start.
+    pub origin: V3<L>,
+    /// Unit direction.
+    pub dir: V3<L>,
+    /// Lanes whose point of the picture shows anything; the others are background.
+    pub seen: L::Mask,
+}
+
+/// Orthonormal axes of a camera: right, up and forward.
+#[derive(Debug, Clone, Copy)]
+pub struct Basis {
+    /// Eye point.
+    pub eye: DVec3,
+    /// To the right in the picture.
+    pub right: DVec3,
+    /// Up in the picture.
+    pub up: DVec3,
+    /// Into the picture.
+    pub forward: DVec3,
+}
+
+impl Basis {
+    /// The axes of a view; `None` if eye and target coincide or `up` is parallel to the view.
+    pub fn new(view: &View) -> Option<Self> {
+        let eye = DVec3::from_array(view.eye);
+        let forward = (DVec3::from_array(view.look_at) - eye).try_normalize()?;
+        let up = DVec3::from_array(view.up).try_normalize()?;
+        let across = forward.cross(up);
+        // Below 1e-9 the picture's roll would be rounding noise.
+        if across.length() < 1e-9 {
+            return None;
+        }
+        let right = across.normalize();
+        Some(Self { eye, right, up: right.cross(forward), forward })
+    }
+}
+
+impl<R: Real> Camera<R> {
+    /// The camera of a description for a picture of this size.
+    pub fn new(camera: &description::Camera, basis: &Basis, width: u32, height: u32) -> Self {
+        use description::Camera as C;
+        let size = (f64::from(width), f64::from(height));
+        let half_tan = |degrees: f64| math::tan(degrees.to_radians() * 0.5);
+        match *camera {
+            C::Pinhole(c) => Self::Flat(Flat::pinhole(basis, half_tan(c.vfov_deg), size)),
+            C::Orthographic(c) => Self::Flat(Flat::orthographic(basis, c.height, size)),
+            C::Fisheye(c) => Self::Angular(Angular::fisheye(basis, c.fov_deg.to_radians(), size)),
+            C::Omnimax(c) => Self::Angular(Angular::omnimax(basis, c.fov_deg.to_radians(), size)),
+            C::Panorama(c) => {
+                Self::Angular(Angular::panorama(basis, c.hfov_deg.to_radians(), c.vfov_deg.to_radians(), size))
+            }
+            C::Cylinder(c) => {
+                Self::Angular(Angular::cylinder(basis, c.hfov_deg.to_radians(), half_tan(c.vfov_deg), size))
+            }
+        }
+    }
+
+    /// Whether all primary rays start at one point.
+    pub fn has_single_eye(&self) -> bool {
+        !matches!(self, Self::Flat(Flat { parallel: true, .. }))
+    }
+
+    /// Primary rays through the points (x, y) of the picture, in pixels from its upper left corner.
+    #[inline(always)]
+    pub fn primary<L: Lanes<Real = R>>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
+        match self {
+            Self::Flat(flat) => flat.primary(s, x, y),
+            Self::Angular(angular) => angular.primary(s, x, y),
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Portable float map (Debevec): a text header, then linear RGB as 32-bit floats, rows from the bottom up.
+//!
+//! The format knows no regions: a film of a region is a picture of the region's size.
+
+use super::Film;
+
+/// Little-endian, which the negative scale says.
+pub(super) fn encode(film: &Film) -> Vec<u8> {
+    let (width, height) = (film.region.width, film.region.height);
+    let mut file = format!("PF\n{width} {height}\n-1.0\n").into_bytes();
+    file.reserve(film.pixels.len() * 12);
+    for row in film.pixels.chunks_exact(width as usize).rev() {
+        file.extend(row.as_flattened().iter().flat_map(|channel| channel.to_le_bytes()));
+    }
+    file
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{FileFormat, Region, encode, encode::test_film};
+
+    #[test]
+    fn rows_go_upwards() {
+        let film = test_film(Region { x: 1, y: 2, width: 3, height: 2 }, 8, 8);
+        let file = encode(&film, FileFormat::Pfm);
+        let samples = file.strip_prefix(b"PF\n3 2\n-1.0\n").unwrap();
+        let read: Vec<[f32; 3]> = samples
+            .chunks_exact(12)
+            .map(|p| [0, 4, 8].map(|i| f32::from_le_bytes([p[i], p[i + 1], p[i + 2], p[i + 3]])))
+            .collect();
+        assert_eq!(samples.len(), 6 * 12);
+        assert_eq!(read[..3], film.pixels[3..]);
+        assert_eq!(read[3..], film.pixels[..3]);
+    }
+}

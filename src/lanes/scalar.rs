@@ -1,0 +1,89 @@
+//! One lane: f32 and f64 as bundles of themselves.
+
+use super::{Lanes, Mask, Real};
+
+impl Mask for bool {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
+}
+
+macro_rules! scalar {
+    ($type:ident, $roundoff:expr, $narrow:expr) => {
+        impl Real for $type {
+            const ROUNDOFF: f64 = $roundoff;
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                $narrow(x)
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+        }
+
+        impl Lanes for $type {
+            type Real = $type;
+            type Mask = bool;
+            type Simd = ();
+            const COUNT: usize = 1;
+
+            #[inline(always)]
+            fn vectorize<T>((): (), f: impl FnOnce() -> T) -> T {
+                f()
+            }
+            #[inline(always)]
+            fn splat((): (), x: $type) -> Self {
+                x
+            }
+            #[inline(always)]
+            fn from_fn((): (), mut f: impl FnMut(usize) -> $type) -> Self {
+                f(0)
+            }
+            #[inline(always)]
+            fn mask((): (), bits: u32) -> bool {
+                bits & 1 != 0
+            }
+            #[inline(always)]
+            fn lane(self, _: usize) -> $type {
+                self
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$type>::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$type>::abs(self)
+            }
+            #[inline(always)]
+            fn floor(self) -> Self {
+                <$type>::floor(self)
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> bool {
+                self < other
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> bool {
+                self <= other
+            }
+            #[inline(always)]
+            fn eq(self, other: Self) -> bool {
+                self == other
+            }
+            #[inline(always)]
+            fn select(mask: bool, a: Self, b: Self) -> Self {
+                if mask { a } else { b }
+            }
+        }
+    };
+}
+
+scalar!(f32, 1.0 / 16_777_216.0, |x: f64| x as f32);
+scalar!(f64, 1.0 / 9_007_199_254_740_992.0, |x: f64| x);

@@ -1,0 +1,108 @@
+//! Vectors of three, one for each lane.
+
+use super::Lanes;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// x, y and z of every lane.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "the names say it")]
+pub struct V3<L> {
+    pub x: L,
+    pub y: L,
+    pub z: L,
+}
+
+impl<L: Lanes> V3<L> {
+    /// The same vector in all lanes.
+    #[inline(always)]
+    pub fn splat(s: L::Simd, v: [L::Real; 3]) -> Self {
+        Self { x: L::splat(s, v[0]), y: L::splat(s, v[1]), z: L::splat(s, v[2]) }
+    }
+
+    /// Lane i gets `f(i)`.
+    #[inline(always)]
+    pub fn from_fn(s: L::Simd, mut f: impl FnMut(usize) -> [L::Real; 3]) -> Self {
+        Self { x: L::from_fn(s, |i| f(i)[0]), y: L::from_fn(s, |i| f(i)[1]), z: L::from_fn(s, |i| f(i)[2]) }
+    }
+
+    /// The vector in lane `i`.
+    #[inline(always)]
+    pub fn lane(self, i: usize) -> [L::Real; 3] {
+        [self.x.lane(i), self.y.lane(i), self.z.lane(i)]
+    }
+
+    /// Scalar product.
+    #[inline(always)]
+    pub fn dot(self, o: Self) -> L {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    /// Vector product.
+    #[inline(always)]
+    pub fn cross(self, o: Self) -> Self {
+        Self { x: self.y * o.z - self.z * o.y, y: self.z * o.x - self.x * o.z, z: self.x * o.y - self.y * o.x }
+    }
+
+    /// Length.
+    #[inline(always)]
+    pub fn length(self) -> L {
+        self.dot(self).sqrt()
+    }
+
+    /// Divided by its length; NaN for the zero vector.
+    #[inline(always)]
+    pub fn normalized(self) -> Self {
+        let length = self.length();
+        Self { x: self.x / length, y: self.y / length, z: self.z / length }
+    }
+
+    /// Component by component.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
+    }
+
+    /// Component by component.
+    #[inline(always)]
+    pub fn times(self, o: Self) -> Self {
+        Self { x: self.x * o.x, y: self.y * o.y, z: self.z * o.z }
+    }
+
+    /// `a` where the mask is true, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: L::Mask, a: Self, b: Self) -> Self {
+        Self { x: L::select(mask, a.x, b.x), y: L::select(mask, a.y, b.y), z: L::select(mask, a.z, b.z) }
+    }
+}
+
+impl<L: Lanes> Add for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self { x: self.x + o.x, y: self.y + o.y, z: self.z + o.z }
+    }
+}
+
+impl<L: Lanes> Sub for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self { x: self.x - o.x, y: self.y - o.y, z: self.z - o.z }
+    }
+}
+
+impl<L: Lanes> Neg for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { x: -self.x, y: -self.y, z: -self.z }
+    }
+}
+
+impl<L: Lanes> Mul<L> for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, k: L) -> Self {
+        Self { x: self.x * k, y: self.y * k, z: self.z * k }
+    }
+}

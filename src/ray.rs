@@ -1,0 +1,84 @@
+//! Rays, what they meet, and how a new ray starts on a surface without meeting it again.
+
+use crate::lanes::{Lanes, Mask, Real, V3};
+
+/// One ray in each lane. The direction is unit unless stated; `t` counts in its units.
+#[derive(Debug, Clone, Copy)]
+pub struct Rays<L: Lanes> {
+    /// Start.
+    pub origin: V3<L>,
+    /// Direction.
+    pub dir: V3<L>,
+    /// Hits must lie above this t.
+    pub t_min: L,
+    /// Hits must lie below this t.
+    pub t_max: L,
+    /// The lanes that hold a ray. Others may hold anything, NaN included.
+    pub active: L::Mask,
+}
+
+/// Where a ray meets one shape, in the shape's own space.
+#[derive(Debug, Clone, Copy)]
+pub struct Meeting<L: Lanes> {
+    /// Ray parameter.
+    pub t: L,
+    /// The lanes that meet the shape inside (t_min, t_max).
+    pub hit: L::Mask,
+    /// The point, moved onto the surface as exactly as the format allows.
+    pub point: V3<L>,
+    /// Bound on the error of each coordinate of `point`, its own rounding when it is moved included.
+    pub error: V3<L>,
+    /// Outward geometric normal, any length but 0.
+    pub normal: V3<L>,
+    /// Barycentric weights of the second and third vertex, for triangles.
+    pub barycentric: [L; 2],
+}
+
+impl<L: Lanes> Meeting<L> {
+    /// A meeting of shapes that have no barycentric weights.
+    #[inline(always)]
+    pub fn smooth(t: L, hit: L::Mask, point: V3<L>, error: V3<L>, normal: V3<L>) -> Self {
+        Self { t, hit, point, error, normal, barycentric: [t, t] }
+    }
+}
+
+/// `gamma(n) = n u / (1 - n u)`, the bound on n accumulated roundings (Higham, Accuracy and Stability, lemma 3.1).
+pub fn gamma<R: Real>(n: f64) -> f64 {
+    n * R::ROUNDOFF / (1.0 - n * R::ROUNDOFF)
+}
+
+/// Error bound for a point near `point` of a body near `center`: `own` roundings of the vector between them, and two of
+/// adding it to the centre and moving it along the normal.
+#[inline(always)]
+pub fn error_around<L: Lanes>(s: L::Simd, point: V3<L>, center: V3<L>, own: f64, from_center: V3<L>) -> V3<L> {
+    let own = L::lit(s, gamma::<L::Real>(own));
+    let sum = L::lit(s, gamma::<L::Real>(2.0));
+    from_center.abs() * own + (point.abs() + center.abs()) * sum
+}
+
+/// Origin of a ray that leaves the surface at `point` on the side `side` points to (a unit normal, signed): the point,
+/// moved along the normal by the extent of its error box, `delta = |n| . error` (Pharr et al., PBRT 4, section 6.8.6).
+#[inline(always)]
+pub fn leave<L: Lanes>(point: V3<L>, error: V3<L>, side: V3<L>) -> V3<L> {
+    point + side * side.abs().dot(error)
+}
+
+impl<L: Lanes> Rays<L> {
+    /// The point at `t`.
+    #[inline(always)]
+    pub fn at(&self, t: L) -> V3<L> {
+        self.origin + self.dir * t
+    }
+
+    /// The lanes in which `t` lies inside the ray's range. False for NaN.
+    #[inline(always)]
+    pub fn in_range(&self, t: L) -> L::Mask {
+        t.gt(self.t_min) & t.lt(self.t_max)
+    }
+
+    /// Whether any lane holds a ray.
+    #[inline(always)]
+    pub fn any(&self) -> bool {
+        self.active.any()
+    }
+}

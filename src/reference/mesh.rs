@@ -1,0 +1,72 @@
+//! Triangles: alone, in quads and in meshes, tested one after the other.
+
+use super::ray::{Ball, Crossing, Ray};
+use crate::math;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Triangles over shared vertices, their fronts counter-clockwise.
+#[derive(Debug)]
+pub(super) struct Mesh {
+    vertices: Vec<DVec3>,
+    faces: Vec<[usize; 3]>,
+    normals: Option<Vec<DVec3>>,
+    ball: Ball,
+}
+
+impl Mesh {
+    pub(super) fn new(vertices: Vec<DVec3>, faces: Vec<[usize; 3]>, normals: Option<Vec<DVec3>>) -> Self {
+        let ball = Ball::around_points(&vertices);
+        Self { vertices, faces, normals, ball }
+    }
+
+    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+        let (middle, line) = ray.around(self.ball.center);
+        self.faces.iter().filter_map(|&face| self.face_crossing(face, middle, &line)).collect()
+    }
+
+    /// The line passes inside if the volumes it spans with the edges (Pluecker) have one sign.
+    ///
+    /// The tolerance is what rounding can do to a volume, so no line slips between neighbours or through a vertex;
+    /// one through an edge may cross both neighbours at the same t.
+    fn face_crossing(&self, face: [usize; 3], middle: f64, line: &Ray) -> Option<Crossing> {
+        let [a, b, c] = face.map(|i| self.vertices[i] - self.ball.center);
+        let normal = (b - a).cross(c - a);
+        let longest_edge = (b - a).length().max((c - b).length()).max((a - c).length());
+        let (a, b, c) = (a - line.origin, b - line.origin, c - line.origin);
+        let farthest = a.length().max(b.length()).max(c.length());
+        let rounding = 8.0 * f64::EPSILON * line.dir.length() * farthest * longest_edge;
+        let volume = |p: DVec3, q: DVec3| line.dir.dot(p.cross(q - p));
+        let (u, v, w) = (volume(b, c), volume(c, a), volume(a, b));
+        let sum = u + v + w;
+        // Edge-on triangles show nothing but their edges, which belong to the neighbours.
+        if (u.min(v).min(w) < -rounding && u.max(v).max(w) > rounding) || sum.abs() <= 1e3 * rounding {
+            return None;
+        }
+        let s = normal.dot(a) / normal.dot(line.dir);
+        let point = self.ball.center + line.at(s);
+        let shading = self.normals.as_ref().map(|normals| {
+            let [na, nb, nc] = face.map(|i| normals[i]);
+            (na * u + nb * v + nc * w) / sum
+        });
+        Some(Crossing { t: middle + s, point, normal, shading })
+    }
+
+    /// Whether the faces surround the point: the solid angles they subtend there (Van Oosterom and Strackee 1983) add
+    /// up to a full sphere, seen from their backs.
+    pub(super) fn contains(&self, point: DVec3) -> bool {
+        let solid_angle = |&face: &[usize; 3]| {
+            let [a, b, c] = face.map(|i| self.vertices[i] - point);
+            let (la, lb, lc) = (a.length(), b.length(), c.length());
+            let volume = a.dot(b.cross(c));
+            let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+            let size = volume.hypot(denominator);
+            if size == 0.0 { 0.0 } else { 2.0 * math::acos((denominator / size).clamp(-1.0, 1.0)).copysign(volume) }
+        };
+        self.faces.iter().map(solid_angle).sum::<f64>() > 2.0 * PI
+    }
+
+    pub(super) fn ball(&self) -> Ball {
+        self.ball
+    }
+}

@@ -1,0 +1,105 @@
+//! Mirror, Snell's law, and the media a ray is in.
+
+use super::world::{Container, Intersection, Path};
+use glam::DVec3;
+
+/// r = d - 2 (d.n) n.
+pub(super) fn reflect(d: DVec3, n: DVec3) -> DVec3 {
+    (d - n * (2.0 * d.dot(n))).normalize()
+}
+
+/// Direction of the refracted ray, with `n` on the side `d` comes from and eta = n1/n2; none under total internal
+/// reflection, the critical angle included.
+///
+/// t = eta d + (eta c1 - c2) n with c1 = -d.n, c2 = sqrt(1 - eta^2 sin^2). The factor of n is written as
+/// (eta^2 - 1) / (eta c1 + c2), which does not cancel: equal indices do not bend at all.
+pub(super) fn refract(d: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
+    if eta == 1.0 {
+        return Some(d);
+    }
+    let c1 = -d.dot(n);
+    let radicand = 1.0 - eta * eta * d.cross(n).length_squared();
+    if radicand <= 0.0 {
+        return None;
+    }
+    let bend = (eta * eta - 1.0) / (eta * c1 + radicand.sqrt());
+    Some((d * eta + n * bend).normalize())
+}
+
+/// The medium in one body.
+#[derive(Debug, Clone, PartialEq)]
+struct Medium {
+    body: Path,
+    ior: f64,
+}
+
+/// The media a ray is in, innermost last. Around all of them is empty space.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Media(Vec<Medium>);
+
+impl Media {
+    /// The media at the eye. The body left first is the innermost.
+    pub(super) fn around_eye(mut containers: Vec<Container>) -> Self {
+        containers.sort_by(|a, b| b.exit.total_cmp(&a.exit));
+        let media = containers.into_iter().map(|container| Medium { body: container.path, ior: container.inner_ior });
+        Self(media.collect())
+    }
+
+    fn ior(&self) -> f64 {
+        self.0.last().map_or(1.0, |medium| medium.ior)
+    }
+
+    /// What passing the surface of a body with `inner_ior` does: n1, n2 and the media behind the surface.
+    pub(super) fn pass(&self, intersection: &Intersection<'_>, inner_ior: f64) -> (f64, f64, Self) {
+        let mut behind = self.clone();
+        let n1 = if intersection.goes_in {
+            behind.0.push(Medium { body: intersection.path.clone(), ior: inner_ior });
+            self.ior()
+        } else if let Some(i) = self.0.iter().rposition(|medium| medium.body == intersection.path) {
+            behind.0.remove(i);
+            self.ior()
+        } else {
+            inner_ior
+        };
+        let n2 = behind.ior();
+        (n1, n2, behind)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refraction_obeys_snell() {
+        let d = DVec3::new(0.8, -0.6, 0.0);
+        let t = refract(d, DVec3::Y, 1.0 / 1.5).unwrap();
+        assert!((t.x - 0.8 / 1.5).abs() < 1e-15 && t.y < 0.0, "{t}");
+        assert_eq!(refract(d, DVec3::Y, 1.0), Some(d));
+        let back = refract(-t, DVec3::NEG_Y, 1.5).unwrap();
+        assert!(back.abs_diff_eq(-d, 1e-15), "{back}");
+    }
+
+    #[test]
+    fn beyond_the_critical_angle_all_is_reflected() {
+        let at = |degrees: f64| {
+            let (sin, cos) = crate::math::sin_cos(degrees.to_radians());
+            refract(DVec3::new(sin, -cos, 0.0), DVec3::Y, 1.5)
+        };
+        // asin(1 / 1.5) = 41.81 degrees.
+        assert!(at(41.8).is_some());
+        assert!(at(41.9).is_none());
+    }
+
+    #[test]
+    fn reflection_keeps_the_angle() {
+        assert_eq!(reflect(DVec3::new(0.8, -0.6, 0.0), DVec3::Y), DVec3::new(0.8, 0.6, 0.0));
+    }
+
+    #[test]
+    fn the_body_left_first_is_innermost() {
+        let container = |i, inner_ior, exit| Container { path: vec![i], inner_ior, exit };
+        let media = Media::around_eye(vec![container(0, 1.3, 2.0), container(1, 1.5, f64::INFINITY)]);
+        assert_eq!(media.ior(), 1.3);
+    }
+}

@@ -1,0 +1,149 @@
+//! The recursion: L = L_Phong + r_s L_s + r_t L_t (Whitted, CACM 23(6), 1980).
+
+use super::Reference;
+use super::optics::{self, Media};
+use super::phong::{self, Incident};
+use super::ray::Ray;
+use super::world::Intersection;
+use crate::math::Rgb;
+use crate::scene::description::Shadows;
+use glam::DVec3;
+
+/// A ray on its way, with unit direction.
+#[derive(Debug, Clone)]
+struct Path {
+    ray: Ray,
+    /// Hits at or below this t are the surface the ray starts on.
+    near: f64,
+    media: Media,
+    /// Product of the coefficients on the way here.
+    weight: Rgb,
+    /// The primary ray's is 1.
+    depth: u32,
+}
+
+/// A hit as the rays that leave it need it.
+struct Vertex<'a> {
+    hit: Intersection<'a>,
+    point: DVec3,
+    /// Geometric and shading normal, on the side the ray comes from.
+    ng: DVec3,
+    ns: DVec3,
+    /// Below this t a ray from here may meet the surface it starts on, by rounding.
+    near: f64,
+}
+
+impl<'a> Vertex<'a> {
+    fn new(ray: &Ray, hit: Intersection<'a>) -> Self {
+        let point = ray.at(hit.t);
+        let near = 1e-9 * (point.abs().max_element() + hit.t);
+        let ng = if ray.dir.dot(hit.ng) > 0.0 { -hit.ng } else { hit.ng };
+        let ns = if hit.ns.dot(ng) < 0.0 { -hit.ns } else { hit.ns };
+        Self { hit, point, ng, ns, near }
+    }
+}
+
+/// The radiance a primary ray brings.
+pub(super) fn primary_radiance(reference: &Reference, ray: Ray) -> Rgb {
+    let media = Media::around_eye(reference.world.containers(&ray));
+    radiance(reference, &Path { ray, near: 0.0, media, weight: Rgb::ONE, depth: 1 })
+}
+
+fn radiance(reference: &Reference, path: &Path) -> Rgb {
+    let Some(hit) = reference.world.closest_hit(&path.ray, path.near) else {
+        return reference.background;
+    };
+    let vertex = Vertex::new(&path.ray, hit);
+    let material = &vertex.hit.body.material;
+    let mut sum = local_radiance(reference, path.ray.dir, &vertex);
+
+    let mut reflection = material.reflection.0;
+    let transmission = material.transmission.0;
+    if vertex.hit.body.transmits() {
+        if let Some((dir, media)) = transmitted(path, &vertex) {
+            sum += transmission * followed(reference, path, &vertex, dir, media, transmission);
+        } else {
+            reflection += transmission;
+        }
+    }
+    sum + reflection
+        * followed(reference, path, &vertex, reflected(path.ray.dir, &vertex), path.media.clone(), reflection)
+}
+
+/// The radiance of a child ray, or nothing if it is not worth following.
+fn followed(
+    reference: &Reference,
+    parent: &Path,
+    vertex: &Vertex<'_>,
+    dir: DVec3,
+    media: Media,
+    coefficient: Rgb,
+) -> Rgb {
+    let weight = (parent.weight * coefficient).max_element();
+    if parent.depth >= reference.settings.max_depth || weight <= 0.0 || weight < reference.settings.min_weight {
+        return Rgb::ZERO;
+    }
+    radiance(
+        reference,
+        &Path {
+            ray: Ray { origin: vertex.point, dir },
+            near: vertex.near,
+            media,
+            weight: parent.weight * coefficient,
+            depth: parent.depth + 1,
+        },
+    )
+}
+
+/// By the shading normal, unless that would lead through the surface.
+fn reflected(d: DVec3, vertex: &Vertex<'_>) -> DVec3 {
+    let dir = optics::reflect(d, vertex.ns);
+    if dir.dot(vertex.ng) > 0.0 { dir } else { optics::reflect(d, vertex.ng) }
+}
+
+/// Direction and media behind the surface; none under total internal reflection.
+fn transmitted(path: &Path, vertex: &Vertex<'_>) -> Option<(DVec3, Media)> {
+    let d = path.ray.dir;
+    let Some(inner_ior) = vertex.hit.body.inner_ior() else {
+        return Some((d, path.media.clone()));
+    };
+    let (n1, n2, media) = path.media.pass(&vertex.hit, inner_ior);
+    // A shading normal that faces away from the ray has no angle of incidence.
+    let n = if d.dot(vertex.ns) < 0.0 { vertex.ns } else { vertex.ng };
+    let dir = optics::refract(d, n, n1 / n2)?;
+    let dir = if dir.dot(vertex.ng) < 0.0 { dir } else { optics::refract(d, vertex.ng, n1 / n2)? };
+    Some((dir, media))
+}
+
+/// L_Phong, shadows included.
+fn local_radiance(reference: &Reference, d: DVec3, vertex: &Vertex<'_>) -> Rgb {
+    let Vertex { hit, point, ng, ns, .. } = vertex;
+    let mut sum = phong::ambient(&hit.body.material, hit.object_point, reference.ambient);
+    for light in &reference.lights {
+        let Some(incident) = phong::incident(light, *point) else { continue };
+        let unshadowed = phong::phong(&hit.body.material, hit.object_point, *ng, *ns, -d, &incident);
+        if unshadowed != Rgb::ZERO {
+            sum += unshadowed * visibility(reference, vertex, &incident);
+        }
+    }
+    sum
+}
+
+/// The share of a light that reaches the vertex.
+fn visibility(reference: &Reference, vertex: &Vertex<'_>, light: &Incident) -> Rgb {
+    let mut share = Rgb::ONE;
+    let shadows = reference.settings.shadows;
+    if shadows == Shadows::None {
+        return share;
+    }
+    let ray = Ray { origin: vertex.point, dir: light.to_light };
+    let far = light.distance * (1.0 - 1e-9);
+    reference.world.each_intersection(&ray, vertex.near, far, |blocker| {
+        share *= match shadows {
+            Shadows::Transmissive => blocker.body.material.transmission.0,
+            Shadows::Opaque | Shadows::None => Rgb::ZERO,
+        };
+        if share == Rgb::ZERO { f64::NEG_INFINITY } else { far }
+    });
+    share
+}

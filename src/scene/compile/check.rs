@@ -1,0 +1,238 @@
+//! Everything that can be wrong with a scene of the right shape. Past this check nothing can fail.
+
+use super::check_objects::check_objects;
+use super::path::Path;
+use crate::camera::Basis;
+use crate::scene::color::{Color, Diffuse};
+use crate::scene::description::{Camera, Description, Falloff, Light, Material, Vec3};
+use crate::scene::limits::{self, Limit};
+use crate::scene::problem::{Code, Problem, Problems};
+
+/// Collects problems.
+#[derive(Debug, Default)]
+pub(super) struct Findings {
+    problems: Vec<Problem>,
+}
+
+impl Findings {
+    pub(super) fn add(&mut self, at: Path<'_>, code: Code, detail: impl Into<String>) {
+        if !self.full() {
+            self.problems.push(Problem::new(at.pointer(), code, detail));
+        }
+    }
+
+    pub(super) fn full(&self) -> bool {
+        self.problems.len() as u64 >= limits::PROBLEMS.max
+    }
+
+    /// A number inside a range, given as words and as a test.
+    pub(super) fn number(&mut self, at: Path<'_>, x: f64, range: &str, ok: bool) {
+        if !x.is_finite() {
+            self.add(at, Code::OutOfRange, format!("must be a finite number, is {x}"));
+        } else if !ok {
+            self.add(at, Code::OutOfRange, format!("must be {range}, is {x}"));
+        }
+    }
+
+    /// A length: positive, and neither too small nor too large for single precision.
+    pub(super) fn length(&mut self, at: Path<'_>, x: f64) {
+        let words = format!("above 0, between {:e} and {:e}", limits::SMALLEST_LENGTH, limits::MAGNITUDE);
+        self.number(at, x, &words, (limits::SMALLEST_LENGTH..=limits::MAGNITUDE).contains(&x));
+    }
+
+    pub(super) fn point(&mut self, at: Path<'_>, p: &Vec3) -> bool {
+        let before = self.problems.len();
+        for (i, x) in p.iter().enumerate() {
+            let words = format!("between -{0:e} and {0:e}", limits::MAGNITUDE);
+            self.number(at.index(i), *x, &words, x.abs() <= limits::MAGNITUDE);
+        }
+        self.problems.len() == before
+    }
+
+    pub(super) fn direction(&mut self, at: Path<'_>, d: &Vec3) {
+        if self.point(at, d) && d.iter().all(|x| x.abs() < limits::SMALLEST_LENGTH) {
+            self.add(at, Code::Degenerate, "must not be the zero vector");
+        }
+    }
+
+    pub(super) fn count(&mut self, at: Path<'_>, what: &str, count: u64, limit: Limit) {
+        if count > limit.max {
+            let detail = format!("{count} {what} are over the limit {} of {}", limit.name, limit.max);
+            self.add(at, Code::Limit, detail);
+        }
+    }
+
+    fn color(&mut self, at: Path<'_>, color: Color) {
+        for x in color.0.to_array() {
+            let words = format!("in each channel between 0 and {:e}", limits::MAGNITUDE);
+            self.number(at, x, &words, (0.0..=limits::MAGNITUDE).contains(&x));
+        }
+    }
+
+    fn factor(&mut self, at: Path<'_>, x: f64) {
+        self.number(at, x, &format!("between 0 and {:e}", limits::MAGNITUDE), (0.0..=limits::MAGNITUDE).contains(&x));
+    }
+
+    fn texture(&mut self, at: Path<'_>, texture: &Diffuse) {
+        match texture {
+            Diffuse::Uniform(color) => self.color(at, *color),
+            Diffuse::Checker(checker) => {
+                let at = at.key("checker");
+                self.color(at.key("a"), checker.a);
+                self.color(at.key("b"), checker.b);
+                self.length(at.key("size"), checker.size);
+            }
+        }
+    }
+}
+
+/// Checks a whole description.
+pub(super) fn check(description: &Description) -> Result<(), Problems> {
+    let mut findings = Findings::default();
+    let root = Path::ROOT;
+    if description.version != 1 {
+        let detail = format!("must be 1, the only version there is, is {}", description.version);
+        findings.add(root.key("version"), Code::Unsupported, detail);
+    }
+    check_image(&mut findings, description);
+    check_camera(&mut findings, &description.camera);
+    findings.color(root.key("background"), description.background);
+    findings.color(root.key("ambient"), description.ambient);
+    check_lights(&mut findings, &description.lights);
+    for (name, material) in description.materials.iter() {
+        check_material(&mut findings, root.key("materials").key(name), material);
+    }
+    check_objects(&mut findings, description);
+    check_render(&mut findings, description);
+    if findings.problems.is_empty() { Ok(()) } else { Err(Problems(findings.problems)) }
+}
+
+fn check_image(findings: &mut Findings, description: &Description) {
+    let image = Path::ROOT.key("image");
+    let side = limits::IMAGE_SIDE;
+    for (key, pixels) in [("width", description.image.width), ("height", description.image.height)] {
+        if pixels == 0 {
+            findings.add(image.key(key), Code::OutOfRange, "must be at least 1, is 0");
+        } else if u64::from(pixels) > side.max {
+            let detail = format!("{pixels} pixels are over the limit {} of {}", side.name, side.max);
+            findings.add(image.key(key), Code::Limit, detail);
+        }
+    }
+    let pixels = u64::from(description.image.width) * u64::from(description.image.height);
+    findings.count(image, "pixels", pixels, limits::PIXELS);
+}
+
+fn check_camera(findings: &mut Findings, camera: &Camera) {
+    let root = Path::ROOT;
+    let at = root.key("camera");
+    let at = at.key(camera.kind());
+    let view = camera.view();
+    let sound = findings.point(at.key("eye"), &view.eye) & findings.point(at.key("look_at"), &view.look_at);
+    findings.direction(at.key("up"), &view.up);
+    if sound && view.eye == view.look_at {
+        findings.add(
+            at.key("look_at"),
+            Code::Degenerate,
+            "must not be the eye point: there is no direction to look in",
+        );
+    } else if sound && Basis::new(&view).is_none() && view.up.iter().any(|x| x.abs() >= limits::SMALLEST_LENGTH) {
+        findings.add(at.key("up"), Code::Degenerate, "must not be parallel to the view: choose another up direction");
+    }
+    let mut angle = |key: &str, x: f64, open: bool, max: f64| {
+        let (words, ok) = if open {
+            (format!("above 0 and below {max}"), x > 0.0 && x < max)
+        } else {
+            (format!("above 0, at most {max}"), x > 0.0 && x <= max)
+        };
+        findings.number(at.key(key), x, &words, ok);
+    };
+    match camera {
+        Camera::Pinhole(c) => angle("vfov_deg", c.vfov_deg, true, 180.0),
+        Camera::Orthographic(c) => findings.length(at.key("height"), c.height),
+        Camera::Fisheye(c) | Camera::Omnimax(c) => angle("fov_deg", c.fov_deg, false, 360.0),
+        Camera::Panorama(c) => {
+            angle("hfov_deg", c.hfov_deg, false, 360.0);
+            angle("vfov_deg", c.vfov_deg, false, 180.0);
+        }
+        Camera::Cylinder(c) => {
+            angle("hfov_deg", c.hfov_deg, false, 360.0);
+            angle("vfov_deg", c.vfov_deg, true, 180.0);
+        }
+    }
+}
+
+fn check_lights(findings: &mut Findings, lights: &[Light]) {
+    let root = Path::ROOT;
+    let list = root.key("lights");
+    findings.count(list, "lights", lights.len() as u64, limits::LIGHTS);
+    for (i, light) in lights.iter().enumerate() {
+        let at = list.index(i);
+        match light {
+            Light::Point(light) => {
+                let at = at.key("point");
+                findings.point(at.key("position"), &light.position);
+                findings.color(at.key("color"), light.color);
+                findings.factor(at.key("intensity"), light.intensity);
+                check_falloff(findings, at, light.falloff);
+            }
+            Light::Directional(light) => {
+                let at = at.key("directional");
+                findings.direction(at.key("direction"), &light.direction);
+                findings.color(at.key("color"), light.color);
+                findings.factor(at.key("intensity"), light.intensity);
+            }
+            Light::Spot(light) => {
+                let at = at.key("spot");
+                findings.point(at.key("position"), &light.position);
+                findings.direction(at.key("direction"), &light.direction);
+                findings.color(at.key("color"), light.color);
+                findings.factor(at.key("intensity"), light.intensity);
+                check_falloff(findings, at, light.falloff);
+                let (inner, outer) = (light.inner_deg, light.outer_deg);
+                findings.number(at.key("inner_deg"), inner, "between 0 and 90", (0.0..=90.0).contains(&inner));
+                findings.number(at.key("outer_deg"), outer, "above 0, at most 90", outer > 0.0 && outer <= 90.0);
+                if inner > outer {
+                    let detail = format!("must not be above outer_deg, {outer}, is {inner}");
+                    findings.add(at.key("inner_deg"), Code::OutOfRange, detail);
+                }
+            }
+        }
+    }
+}
+
+fn check_falloff(findings: &mut Findings, light: Path<'_>, falloff: Falloff) {
+    if let Falloff::Linear(linear) = falloff {
+        findings.length(light.key("falloff").key("linear").key("reach"), linear.reach);
+    }
+}
+
+fn check_material(findings: &mut Findings, at: Path<'_>, material: &Material) {
+    if let Some(ambient) = &material.ambient {
+        findings.texture(at.key("ambient"), ambient);
+    }
+    findings.texture(at.key("diffuse"), &material.diffuse);
+    findings.color(at.key("specular"), material.specular);
+    findings.color(at.key("reflection"), material.reflection);
+    findings.color(at.key("transmission"), material.transmission);
+    let (m, ior) = (material.shininess, material.ior);
+    findings.number(at.key("shininess"), m, "between 0 and 1000000", (0.0..=1e6).contains(&m));
+    findings.number(at.key("ior"), ior, "between 0.01 and 100", (0.01..=100.0).contains(&ior));
+}
+
+fn check_render(findings: &mut Findings, description: &Description) {
+    let root = Path::ROOT;
+    let at = root.key("render");
+    let render = &description.render;
+    for (key, value, limit) in
+        [("max_depth", render.max_depth, limits::MAX_DEPTH), ("samples", render.samples, limits::SAMPLES)]
+    {
+        if value == 0 {
+            findings.add(at.key(key), Code::OutOfRange, "must be at least 1, is 0");
+        } else if u64::from(value) > limit.max {
+            let detail = format!("{value} is over the limit {} of {}", limit.name, limit.max);
+            findings.add(at.key(key), Code::Limit, detail);
+        }
+    }
+    let weight = render.min_weight;
+    findings.number(at.key("min_weight"), weight, "between 0 and 1", (0.0..=1.0).contains(&weight));
+}

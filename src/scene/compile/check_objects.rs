@@ -1,0 +1,313 @@
+//! Checks of objects and definitions: geometry, references, cycles, and limits on their number.
+
+use super::check::Findings;
+use super::path::Path;
+use super::transform::affine;
+use crate::scene::description::{Description, Look, Mesh, Object, Vec3};
+use crate::scene::ear_clipping::triangulate;
+use crate::scene::limits;
+use crate::scene::problem::{Code, did_you_mean};
+use glam::DVec3;
+
+/// Checks all objects and definitions.
+pub(super) fn check_objects(findings: &mut Findings, description: &Description) {
+    let root = Path::ROOT;
+    let mut counter = Counter { findings, description, objects: 0, triangles: 0 };
+    if description.objects.is_empty() {
+        let detail = "is empty: a scene needs at least one object";
+        counter.findings.add(root.key("objects"), Code::Degenerate, detail);
+    }
+    counter.list(root.key("objects"), &description.objects);
+    for (name, objects) in description.definitions.iter() {
+        counter.list(root.key("definitions").key(name), objects);
+    }
+    let (objects, triangles) = (counter.objects, counter.triangles);
+    findings.count(root.key("objects"), "objects", objects, limits::OBJECTS);
+    findings.count(root.key("objects"), "triangles", triangles, limits::TRIANGLES);
+    check_nesting(findings, description);
+}
+
+struct Counter<'a> {
+    findings: &'a mut Findings,
+    description: &'a Description,
+    objects: u64,
+    triangles: u64,
+}
+
+impl Counter<'_> {
+    fn list(&mut self, at: Path<'_>, objects: &[Object]) {
+        for (i, object) in objects.iter().enumerate() {
+            if self.findings.full() {
+                return;
+            }
+            self.objects += 1;
+            let at = at.index(i);
+            self.object(at.key(object.kind()), object);
+        }
+    }
+
+    fn object(&mut self, at: Path<'_>, object: &Object) {
+        let f = &mut *self.findings;
+        let look = match object {
+            Object::Sphere(o) => {
+                f.point(at.key("center"), &o.center);
+                f.length(at.key("radius"), o.radius);
+                o.look()
+            }
+            Object::Plane(o) => {
+                f.point(at.key("point"), &o.point);
+                f.direction(at.key("normal"), &o.normal);
+                o.look()
+            }
+            Object::Disc(o) => {
+                f.point(at.key("center"), &o.center);
+                f.direction(at.key("normal"), &o.normal);
+                f.length(at.key("radius"), o.radius);
+                o.look()
+            }
+            Object::Triangle(o) => {
+                self.triangles += 1;
+                flat_points(f, at, &o.vertices, "triangle");
+                o.look()
+            }
+            Object::Quad(o) => {
+                self.triangles += 2;
+                flat_points(f, at, &o.vertices, "quad");
+                o.look()
+            }
+            Object::Box(o) => {
+                let sound = f.point(at.key("min"), &o.min) & f.point(at.key("max"), &o.max);
+                let sizes: Vec3 = std::array::from_fn(|i| o.max[i] - o.min[i]);
+                if sound && sizes.iter().any(|s| *s < 0.0) {
+                    f.add(at.key("max"), Code::OutOfRange, "must not be below min in any coordinate");
+                } else if sound && sizes.iter().filter(|s| **s == 0.0).count() > 1 {
+                    f.add(
+                        at.key("max"),
+                        Code::Degenerate,
+                        "equals min in more than one coordinate: the box has no area",
+                    );
+                }
+                o.look()
+            }
+            Object::Cylinder(o) => {
+                axis(f, at, &o.base, &o.top);
+                f.length(at.key("radius"), o.radius);
+                o.look()
+            }
+            Object::Cone(o) => {
+                axis(f, at, &o.base, &o.top);
+                for (key, radius) in [("base_radius", o.base_radius), ("top_radius", o.top_radius)] {
+                    if radius != 0.0 {
+                        f.length(at.key(key), radius);
+                    }
+                }
+                if o.base_radius == 0.0 && o.top_radius == 0.0 {
+                    f.add(at.key("base_radius"), Code::Degenerate, "and top_radius must not both be 0");
+                }
+                o.look()
+            }
+            Object::Torus(o) => {
+                f.point(at.key("center"), &o.center);
+                f.direction(at.key("axis"), &o.axis);
+                f.length(at.key("major_radius"), o.major_radius);
+                f.length(at.key("minor_radius"), o.minor_radius);
+                if o.minor_radius >= o.major_radius {
+                    let detail = format!("must be below major_radius, {}, is {}", o.major_radius, o.minor_radius);
+                    f.add(at.key("minor_radius"), Code::OutOfRange, detail);
+                }
+                o.look()
+            }
+            Object::Mesh(o) => {
+                self.triangles += o.faces.len() as u64;
+                check_mesh(f, at, o);
+                o.look()
+            }
+            Object::Polygon(o) => {
+                self.triangles += o.vertices.len().saturating_sub(2) as u64;
+                check_polygon(f, at, &o.vertices);
+                o.look()
+            }
+            Object::Group(o) => {
+                if let Err(detail) = affine(&o.transform) {
+                    f.add(at.key("transform"), Code::Degenerate, detail);
+                }
+                self.list(at.key("objects"), &o.objects);
+                return;
+            }
+            Object::Instance(o) => {
+                if let Err(detail) = affine(&o.transform) {
+                    f.add(at.key("transform"), Code::Degenerate, detail);
+                }
+                if self.description.definitions.get(&o.of).is_none() {
+                    let hint = did_you_mean(&o.of, self.description.definitions.names());
+                    f.add(at.key("of"), Code::UnknownReference, format!("no definition \"{}\"{hint}", o.of));
+                }
+                return;
+            }
+        };
+        self.material(at, look);
+    }
+
+    fn material(&mut self, at: Path<'_>, look: Look<'_>) {
+        if let Some(name) = look.material
+            && self.description.materials.get(name).is_none()
+        {
+            let hint = did_you_mean(name, self.description.materials.names());
+            let detail = format!("no material \"{name}\"{hint}");
+            self.findings.add(at.key("material"), Code::UnknownReference, detail);
+        }
+    }
+}
+
+fn axis(findings: &mut Findings, at: Path<'_>, base: &Vec3, top: &Vec3) {
+    let sound = findings.point(at.key("base"), base) & findings.point(at.key("top"), top);
+    let length = DVec3::from_array(*top).distance(DVec3::from_array(*base));
+    if sound && length < limits::SMALLEST_LENGTH {
+        findings.add(at.key("top"), Code::Degenerate, "must not be the point base: the axis has no direction");
+    }
+}
+
+fn flat_points(findings: &mut Findings, at: Path<'_>, vertices: &[Vec3], what: &str) {
+    let list = at.key("vertices");
+    let mut sound = true;
+    for (i, vertex) in vertices.iter().enumerate() {
+        sound &= findings.point(list.index(i), vertex);
+    }
+    let corner = |i: usize| DVec3::from_array(vertices[i]);
+    let area = |a: usize, b: usize, c: usize| (corner(b) - corner(a)).cross(corner(c) - corner(a));
+    let area = if vertices.len() == 3 { area(0, 1, 2) } else { area(0, 1, 2).abs() + area(0, 2, 3).abs() };
+    if sound && area == DVec3::ZERO {
+        findings.add(list, Code::Degenerate, format!("the {what} has no area: its corners lie on a line"));
+    }
+}
+
+fn check_polygon(findings: &mut Findings, at: Path<'_>, vertices: &[Vec3]) {
+    let list = at.key("vertices");
+    if vertices.len() < 3 {
+        let detail = format!("a polygon needs at least 3 corners, has {}", vertices.len());
+        findings.add(list, Code::OutOfRange, detail);
+        return;
+    }
+    findings.count(list, "corners", vertices.len() as u64, limits::POLYGON_VERTICES);
+    let mut sound = vertices.len() as u64 <= limits::POLYGON_VERTICES.max;
+    for (i, vertex) in vertices.iter().enumerate() {
+        sound &= findings.point(list.index(i), vertex);
+    }
+    if !sound {
+        return;
+    }
+    if let Some(i) = first_out_of_plane(vertices) {
+        let detail = "does not lie in the plane of the others: use a mesh for surfaces that are not flat";
+        findings.add(list.index(i), Code::Degenerate, detail);
+    } else if triangulate(vertices).is_none() {
+        findings.add(list, Code::Degenerate, "the polygon has no area, or its edges cross");
+    }
+}
+
+/// The corner farthest from the polygon's plane, if that is more than a thousandth of its size.
+fn first_out_of_plane(vertices: &[Vec3]) -> Option<usize> {
+    let points: Vec<DVec3> = vertices.iter().map(|v| DVec3::from_array(*v)).collect();
+    let origin = points[0];
+    let next = points.iter().skip(1).chain([&points[0]]);
+    let normal: DVec3 = points.iter().zip(next).map(|(a, b)| (*a - origin).cross(*b - origin)).sum();
+    let normal = normal.try_normalize()?;
+    let size = points.iter().map(|p| p.distance(origin)).fold(0.0, f64::max);
+    let (worst, off) =
+        points.iter().map(|p| (*p - origin).dot(normal).abs()).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (off > 1e-3 * size).then_some(worst)
+}
+
+fn check_mesh(findings: &mut Findings, at: Path<'_>, mesh: &Mesh) {
+    let count = mesh.vertices.len();
+    if mesh.faces.is_empty() {
+        findings.add(at.key("faces"), Code::Degenerate, "is empty: a mesh needs at least one face");
+    }
+    if let Some((i, vertex)) =
+        mesh.vertices.iter().enumerate().find(|(_, v)| v.iter().any(|x| x.is_nan() || x.abs() > limits::MAGNITUDE))
+    {
+        findings.point(at.key("vertices").index(i), vertex);
+    }
+    let stray = |face: &[u32; 3]| face.iter().position(|v| *v as usize >= count);
+    if let Some((i, k)) = mesh.faces.iter().enumerate().find_map(|(i, face)| stray(face).map(|k| (i, k))) {
+        let detail = format!("no vertex {}: the mesh has {count}, counted from 0", mesh.faces[i][k]);
+        findings.add(at.key("faces").index(i).index(k), Code::UnknownReference, detail);
+    } else if !mesh.faces.is_empty() && mesh.faces.iter().all(|face| super::build::is_collapsed(&mesh.vertices, face)) {
+        findings.add(at.key("faces"), Code::Degenerate, "no face has an area");
+    }
+    if let Some(normals) = &mesh.normals {
+        if normals.len() != count {
+            let detail = format!("must have one normal for each of the {count} vertices, has {}", normals.len());
+            findings.add(at.key("normals"), Code::OutOfRange, detail);
+        }
+        if let Some((i, normal)) = normals
+            .iter()
+            .enumerate()
+            .find(|(_, n)| n.iter().any(|x| x.is_nan() || x.abs() > limits::MAGNITUDE) || n.iter().all(|x| *x == 0.0))
+        {
+            findings.direction(at.key("normals").index(i), normal);
+        }
+    }
+    if let Some(uvs) = &mesh.uvs
+        && uvs.len() != count
+    {
+        let detail = format!("must have one pair for each of the {count} vertices, has {}", uvs.len());
+        findings.add(at.key("uvs"), Code::OutOfRange, detail);
+    }
+}
+
+/// Cycles among definitions, and the longest chain of groups and instances.
+fn check_nesting(findings: &mut Findings, description: &Description) {
+    let mut nesting = Nesting { findings, description, depths: vec![Depth::Unknown; description.definitions.len()] };
+    for position in 0..description.definitions.len() {
+        nesting.of_definition(position, 0);
+    }
+    let deepest = nesting.of_list(&description.objects, 0);
+    findings.count(Path::ROOT.key("objects"), "levels of groups and instances", deepest, limits::NESTING);
+}
+
+struct Nesting<'a> {
+    findings: &'a mut Findings,
+    description: &'a Description,
+    depths: Vec<Depth>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Depth {
+    Unknown,
+    Open,
+    Known(u64),
+}
+
+impl Nesting<'_> {
+    /// Levels below a definition. Chains are followed only as far as the limit needs.
+    fn of_definition(&mut self, position: usize, level: u64) -> u64 {
+        let (name, objects) = self.description.definitions.at(position);
+        match self.depths[position] {
+            Depth::Known(depth) => return depth,
+            Depth::Open => {
+                let detail =
+                    format!("the definition \"{name}\" uses itself, directly or through others: remove the cycle");
+                self.findings.add(Path::ROOT.key("definitions").key(name), Code::Cycle, detail);
+                return 0;
+            }
+            Depth::Unknown if level > limits::NESTING.max => return limits::NESTING.max + 1,
+            Depth::Unknown => {}
+        }
+        self.depths[position] = Depth::Open;
+        let depth = self.of_list(objects, level);
+        self.depths[position] = Depth::Known(depth);
+        depth
+    }
+
+    fn of_list(&mut self, objects: &[Object], level: u64) -> u64 {
+        let below = |nesting: &mut Self, object: &Object| match object {
+            Object::Group(group) => 1 + nesting.of_list(&group.objects, level + 1),
+            Object::Instance(instance) => match nesting.description.definitions.position(&instance.of) {
+                Some(position) => 1 + nesting.of_definition(position, level + 1),
+                None => 0,
+            },
+            _ => 0,
+        };
+        objects.iter().map(|object| below(self, object)).max().unwrap_or(0)
+    }
+}

@@ -1,0 +1,67 @@
+//! Boxes around items, of the numbers as the kernel's format holds them.
+
+use crate::accel::{Bounds, Geometry, Instance, Item, Shape};
+use crate::lanes::Real;
+use crate::scene::description::{self as d, Object, Vec3};
+use glam::{DAffine3, DMat3, DVec3};
+
+/// Box around an object that is neither mesh nor instance; `None` if it has none.
+pub(super) fn of_object<R: Real>(object: &Object) -> Option<Bounds> {
+    let round = |x: f64| R::from_f64(x).to_f64();
+    let point = |p: Vec3| DVec3::from_array(p.map(round));
+    let bounds = match object {
+        Object::Sphere(d::Sphere { center, radius, .. }) => Bounds::around([point(*center)]).grown(round(*radius)),
+        Object::Disc(o) => ring(point(o.center), point(o.normal), o.radius),
+        Object::Box(o) => Bounds::around([point(o.min), point(o.max)]),
+        Object::Cylinder(o) => {
+            let axis = point(o.top) - point(o.base);
+            ring(point(o.base), axis, o.radius).union(ring(point(o.top), axis, o.radius))
+        }
+        Object::Cone(o) => {
+            let axis = point(o.top) - point(o.base);
+            ring(point(o.base), axis, o.base_radius).union(ring(point(o.top), axis, o.top_radius))
+        }
+        Object::Torus(o) => ring(point(o.center), point(o.axis), o.major_radius).grown(o.minor_radius),
+        _ => return None,
+    };
+    Some(padded::<R>(bounds))
+}
+
+/// Box around a circle.
+fn ring(center: DVec3, axis: DVec3, radius: f64) -> Bounds {
+    let axis = axis.normalize();
+    let reach = (DVec3::ONE - axis * axis).max(DVec3::ZERO).map(f64::sqrt) * radius;
+    Bounds { min: center - reach, max: center + reach }
+}
+
+/// A little larger, by the roundings that intersection code makes in its own coordinates.
+fn padded<R: Real>(bounds: Bounds) -> Bounds {
+    let size = bounds.min.abs().max(bounds.max.abs()).max_element();
+    bounds.grown(32.0 * R::ROUNDOFF * size)
+}
+
+/// Box around a placed geometry; `None` if it has none.
+pub(super) fn of_instance<R: Real>(instance: &Instance<R>, geometry: &Geometry<R>) -> Option<Bounds> {
+    if geometry.is_unbounded() {
+        return None;
+    }
+    if geometry.bounds.min.x > geometry.bounds.max.x {
+        return Some(Bounds::EMPTY);
+    }
+    let vector = |v: [R; 3]| DVec3::from_array(v.map(Real::to_f64));
+    let [x, y, z] = instance.to_world.columns.map(vector);
+    let map = DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: vector(instance.to_world.translation) };
+    let corners = geometry.bounds.corners().map(|p| map.transform_point3(p));
+    // The way there and back rounds relative to what is added up on it, not to the result.
+    let span = geometry.bounds.min.abs().max(geometry.bounds.max.abs());
+    let sums = x.abs() * span.x + y.abs() * span.y + z.abs() * span.z + map.translation.abs();
+    Some(Bounds::around(corners).grown(32.0 * R::ROUNDOFF * sums.max_element()))
+}
+
+/// Box of an item of a geometry, given the geometries built before it.
+pub(super) fn of_item<R: Real>(item: &Item<R>, boxes: Option<Bounds>, geometries: &[Geometry<R>]) -> Option<Bounds> {
+    match &item.shape {
+        Shape::Instance(instance) => of_instance(instance, &geometries[instance.geometry as usize]),
+        _ => boxes,
+    }
+}

@@ -1,0 +1,125 @@
+//! Description to [`Scene`]: the only step that can fail.
+
+pub(crate) mod build;
+mod check;
+mod check_objects;
+mod extent;
+mod path;
+mod transform;
+mod warn;
+
+use super::description::{Description, Precision};
+use super::problem::Problems;
+use super::world::World;
+use super::{Problem, limits};
+use crate::accel::BvhKind;
+use std::time::Instant;
+
+/// A scene that can be rendered: immutable, finite, all references resolved.
+#[derive(Debug)]
+pub struct Scene {
+    /// Width of the picture in pixels.
+    pub width: u32,
+    /// Height of the picture in pixels.
+    pub height: u32,
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// Whether uneven pixels get more samples.
+    pub antialias: bool,
+    /// The world in the precision asked for.
+    pub world: Precise,
+    /// Where each item comes from.
+    pub sources: Sources,
+    /// What the author should know, though the scene renders.
+    pub warnings: Vec<Problem>,
+    /// Primitives after all instances are expanded, which never happens in memory.
+    pub expanded_primitives: u64,
+    /// Milliseconds spent building bounding volume hierarchies and what they hold.
+    pub bvh_ms: f64,
+}
+
+/// A world in either precision.
+#[derive(Debug)]
+pub enum Precise {
+    /// 32 bits.
+    Single(World<f32>),
+    /// 64 bits.
+    Double(World<f64>),
+}
+
+/// The objects of the JSON that items come from.
+#[derive(Debug, Default)]
+pub struct Sources {
+    lists: Vec<String>,
+    entries: Vec<Source>,
+}
+
+#[derive(Debug)]
+struct Source {
+    list: u32,
+    index: u32,
+    name: Option<Box<str>>,
+}
+
+impl Sources {
+    /// JSON pointer of an item's object.
+    pub fn pointer(&self, source: u32) -> String {
+        let entry = &self.entries[source as usize];
+        format!("{}/{}", self.lists[entry.list as usize], entry.index)
+    }
+
+    /// Name of an item's object.
+    pub fn name(&self, source: u32) -> Option<&str> {
+        self.entries[source as usize].name.as_deref()
+    }
+}
+
+/// Options that are not part of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CompileOptions {
+    /// How hierarchies are built; pictures do not depend on it.
+    pub bvh: BvhKind,
+    /// Follow the SPD's counting rules ([`Rules::spd_counts`](super::world::Rules::spd_counts)).
+    pub spd_counts: bool,
+}
+
+/// Checks a description completely and builds the scene.
+pub fn compile(description: &Description) -> Result<Scene, Problems> {
+    compile_with(description, CompileOptions::default())
+}
+
+/// [`compile`], with options.
+pub fn compile_with(description: &Description, options: CompileOptions) -> Result<Scene, Problems> {
+    check::check(description)?;
+    let start = Instant::now();
+    let (world, built) = match description.render.precision {
+        Precision::Single => {
+            let (world, built) = build::build(description, options);
+            (Precise::Single(world), built)
+        }
+        Precision::Double => {
+            let (world, built) = build::build(description, options);
+            (Precise::Double(world), built)
+        }
+    };
+    let bvh_ms = start.elapsed().as_secs_f64() * 1e3;
+    if built.expanded > u128::from(limits::EXPANDED_PRIMITIVES.max) {
+        let limit = limits::EXPANDED_PRIMITIVES;
+        let detail = format!(
+            "{:e} primitives after expanding instances are over the limit {} of {}",
+            built.expanded as f64, limit.name, limit.max
+        );
+        return Err(Problems::one(Problem::new("/objects", super::problem::Code::Limit, detail)));
+    }
+    Ok(Scene {
+        width: description.image.width,
+        height: description.image.height,
+        samples: description.render.samples,
+        antialias: description.render.antialias,
+        world,
+        sources: built.sources,
+        warnings: warn::warnings(description),
+        expanded_primitives: built.expanded as u64,
+        bvh_ms,
+    })
+}

@@ -1,0 +1,52 @@
+//! What an author should know about a scene that renders.
+
+use crate::scene::description::{Description, Mesh, Object};
+use crate::scene::problem::{Code, Problem, push_token};
+use std::collections::HashMap;
+
+/// Warnings of a checked description.
+pub(super) fn warnings(description: &Description) -> Vec<Problem> {
+    let mut warnings = Vec::new();
+    for (name, material) in description.materials.iter() {
+        let sum = material.reflection.0 + material.transmission.0;
+        if sum.max_element() > 1.0 {
+            let detail = format!(
+                "reflection and transmission add up to {}, above 1: light grows with each surface it meets",
+                sum.max_element()
+            );
+            warnings.push(Problem::new(push_token("/materials", name), Code::OutOfRange, detail));
+        }
+    }
+    if description.lights.is_empty() && description.ambient.0.max_element() == 0.0 {
+        let detail = "there is no light: only the background is visible";
+        warnings.push(Problem::new("/lights", Code::Degenerate, detail));
+    }
+    let transmits = |name: &Option<String>| {
+        let material = name.as_ref().and_then(|name| description.materials.get(name));
+        material.is_some_and(|m| m.transmission.0.max_element() > 0.0)
+    };
+    for (i, object) in description.objects.iter().enumerate() {
+        if let Object::Mesh(mesh) = object
+            && transmits(&mesh.material)
+            && !is_closed(mesh)
+        {
+            let detail = "the mesh transmits light but is not closed: light that enters may never leave";
+            warnings.push(Problem::new(format!("/objects/{i}/mesh"), Code::Degenerate, detail));
+        }
+    }
+    warnings
+}
+
+/// Whether each edge belongs to two faces that run along it in opposite directions, vertices compared by position.
+fn is_closed(mesh: &Mesh) -> bool {
+    let mut edges: HashMap<([u64; 3], [u64; 3]), i32> = HashMap::new();
+    for face in &mesh.faces {
+        // Adding 0 turns -0 into 0.
+        let corner = face.map(|i| mesh.vertices[i as usize].map(|x| (x + 0.0).to_bits()));
+        for k in 0..3 {
+            let (a, b) = (corner[k], corner[(k + 1) % 3]);
+            *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+        }
+    }
+    edges.values().all(|balance| *balance == 0)
+}

@@ -1,0 +1,116 @@
+//! Materials, and the coefficients of the material under each ray.
+
+use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
+
+/// A material in the kernel's format: the symbols of L = L_Phong + r_s L_s + r_t L_t.
+#[derive(Debug, Clone)]
+pub struct Material<R> {
+    /// k_a.
+    pub ambient: Texture<R>,
+    /// k_d.
+    pub diffuse: Texture<R>,
+    /// k_s.
+    pub specular: [R; 3],
+    /// m.
+    pub shininess: R,
+    /// r_s.
+    pub reflection: [R; 3],
+    /// r_t.
+    pub transmission: [R; 3],
+    /// Index of refraction.
+    pub ior: R,
+}
+
+/// A colour that may depend on the place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Texture<R> {
+    /// The same everywhere.
+    Uniform([R; 3]),
+    /// `a` where the sum of floor(p / size) over the axes is even, `b` elsewhere.
+    Checker {
+        /// Colour of the even tiles.
+        a: [R; 3],
+        /// Colour of the odd tiles.
+        b: [R; 3],
+        /// Edge of a tile.
+        size: R,
+        /// Whether x, y and z count.
+        axes: [bool; 3],
+    },
+}
+
+impl<R: Real> Texture<R> {
+    /// The colour at points of the body's own coordinates.
+    #[inline(always)]
+    pub fn at<L: Lanes<Real = R>>(&self, s: L::Simd, local: V3<L>) -> V3<L> {
+        match self {
+            Self::Uniform(color) => V3::splat(s, *color),
+            Self::Checker { a, b, size, axes } => {
+                let size = L::splat(s, *size);
+                let mut sum = L::lit(s, 0.0);
+                for (p, counts) in [local.x, local.y, local.z].into_iter().zip(axes) {
+                    if *counts {
+                        sum = sum + (p / size).floor();
+                    }
+                }
+                let half = sum * L::lit(s, 0.5);
+                V3::select(half.floor().eq(half), V3::splat(s, *a), V3::splat(s, *b))
+            }
+        }
+    }
+}
+
+/// The coefficients under each ray.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "as in Material")]
+pub struct Coefficients<L: Lanes> {
+    pub ambient: V3<L>,
+    pub diffuse: V3<L>,
+    pub specular: V3<L>,
+    pub reflection: V3<L>,
+    pub transmission: V3<L>,
+    pub shininess: [L::Real; MAX_LANES],
+}
+
+impl<L: Lanes> Coefficients<L> {
+    /// Looks the materials up, one trip for each distinct one among the lanes of `active`.
+    #[inline(always)]
+    pub fn look_up(
+        s: L::Simd,
+        materials: &[Material<L::Real>],
+        index: &[u32; MAX_LANES],
+        active: u32,
+        local: V3<L>,
+    ) -> Self {
+        let black = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+        let mut all = Self {
+            ambient: black,
+            diffuse: black,
+            specular: black,
+            reflection: black,
+            transmission: black,
+            shininess: [L::Real::from_f64(0.0); MAX_LANES],
+        };
+        let mut left = active;
+        while left != 0 {
+            let id = index[left.trailing_zeros() as usize];
+            let mut same = 0;
+            for lane in lanes_of(left) {
+                same |= u32::from(index[lane] == id) << lane;
+            }
+            left &= !same;
+            let material = &materials[id as usize];
+            let mask = L::mask(s, same);
+            let put = |new: V3<L>, old: V3<L>| V3::select(mask, new, old);
+            all.ambient = put(material.ambient.at(s, local), all.ambient);
+            all.diffuse = put(material.diffuse.at(s, local), all.diffuse);
+            all.specular = put(V3::splat(s, material.specular), all.specular);
+            all.reflection = put(V3::splat(s, material.reflection), all.reflection);
+            all.transmission = put(V3::splat(s, material.transmission), all.transmission);
+            for lane in lanes_of(same) {
+                all.shininess[lane] = material.shininess;
+            }
+        }
+        all
+    }
+}

@@ -1,0 +1,7 @@
+//! What surfaces do with light: pure functions over lanes, without access to the scene.
+
+pub mod light;
+pub mod material;
+pub mod media;
+pub mod optics;
+pub mod phong;

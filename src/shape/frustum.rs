@@ -1,0 +1,119 @@
+//! Circular cone, its frustum, and the cylinder, which is the frustum of equal radii.
+
+use super::{Frame, Sides};
+use crate::lanes::{Lanes, Real, V3};
+use crate::ray::{Meeting, Rays};
+
+/// x^2 + y^2 = (r0 + k z)^2 for 0 <= z <= height, with discs at both ends if `capped`.
+#[derive(Debug, Clone, Copy)]
+pub struct Frustum<R> {
+    /// Its base is the origin, its axis points to the top.
+    pub frame: Frame<R>,
+    /// Length of the axis, above 0.
+    pub height: R,
+    /// Radius at z = 0.
+    pub base_radius: R,
+    /// Radius at z = height.
+    pub top_radius: R,
+    /// k = (top_radius - base_radius) / height.
+    pub slope: R,
+    /// Whether discs close the ends.
+    pub capped: bool,
+}
+
+impl<R: Real> Frustum<R> {
+    /// Nearest meeting in range.
+    ///
+    /// The origin is first moved along the ray to where it is closest to the middle of the axis, so that distance does
+    /// not cancel. With o, d the parts across the axis, m = k dz and r = r0 + k oz:
+    /// a = d.d - m^2, b' = -(o.d - m r), c = (|o|-r)(|o|+r), and the discriminant b'^2 - a c is
+    /// (A - B)(A + B) with A = |r d - m o|, B = |o x d|. q = b' + sign(b') s covers a = 0, a ray parallel to a generator.
+    #[inline(always)]
+    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
+        let zero = L::lit(s, 0.0);
+        let height = L::splat(s, self.height);
+        let (r0, r1, k) = (L::splat(s, self.base_radius), L::splat(s, self.top_radius), L::splat(s, self.slope));
+
+        let far = self.frame.point_in(s, rays.origin);
+        let d = self.frame.vector_in(s, rays.dir);
+        let middle = V3 { x: zero, y: zero, z: height * L::lit(s, 0.5) };
+        let shift = (middle - far).dot(d) / d.dot(d);
+        let o = far + d * shift;
+
+        let m = k * d.z;
+        let r = r0 + k * o.z;
+        let a = d.x * d.x + d.y * d.y - m * m;
+        let b = m * r - (o.x * d.x + o.y * d.y);
+        let across = (o.x * o.x + o.y * o.y).sqrt();
+        let c = (across - r) * (across + r);
+        let (ax, ay) = (r * d.x - m * o.x, r * d.y - m * o.y);
+        let big = (ax * ax + ay * ay).sqrt();
+        let small = (o.x * d.y - o.y * d.x).abs();
+        let discriminant = (big - small) * (big + small);
+        let real = discriminant.ge(zero);
+        let root = discriminant.max(zero).sqrt();
+        let q = b + L::select(b.gt(zero), root, -root);
+        let (u, v) = (c / q, q / a);
+
+        let mut best = Candidate { t: L::lit(s, f64::INFINITY), found: L::mask(s, 0), point: o, normal: o };
+        // Side and caps share the rim. Where rounding decides, both take it, so that no ray slips between them.
+        let slack = L::lit(s, 16.0 * R::ROUNDOFF) * (height + r0.max(r1));
+        for t in [u, v] {
+            let p = o + d * t;
+            let z = p.z.max(zero).min(height);
+            let radius = r0 + k * z;
+            let rho = (p.x * p.x + p.y * p.y).sqrt();
+            let fit = radius / rho;
+            let (x, y) = (p.x * fit, p.y * fit);
+            let normal = V3 { x, y, z: -(k * radius) };
+            let on = real & (p.z - z).abs().le(slack) & L::lit(s, 0.0).le(r0 + k * p.z + slack) & rho.gt(zero);
+            best.offer(s, rays, t + shift, on, V3 { x, y, z }, normal, d, sides);
+        }
+        if self.capped {
+            for (end, radius, outward) in [(zero, r0, L::lit(s, -1.0)), (height, r1, L::lit(s, 1.0))] {
+                let t = (end - o.z) / d.z;
+                let p = o + d * t;
+                let rho = (p.x * p.x + p.y * p.y).sqrt();
+                let on = rho.le(radius);
+                let normal = V3 { x: zero, y: zero, z: outward };
+                best.offer(s, rays, t + shift, on, V3 { x: p.x, y: p.y, z: end }, normal, d, sides);
+            }
+        }
+
+        let (point, error) = self.frame.point_out(s, best.point);
+        let normal = self.frame.vector_out(s, best.normal);
+        Meeting::smooth(best.t, best.found & rays.active, point, error, normal)
+    }
+}
+
+/// The nearest of the up to four meetings with side and caps, in the frame's coordinates.
+struct Candidate<L: Lanes> {
+    t: L,
+    found: L::Mask,
+    point: V3<L>,
+    normal: V3<L>,
+}
+
+impl<L: Lanes> Candidate<L> {
+    #[inline(always)]
+    fn offer(
+        &mut self,
+        s: L::Simd,
+        rays: &Rays<L>,
+        t: L,
+        on: L::Mask,
+        point: V3<L>,
+        normal: V3<L>,
+        dir: V3<L>,
+        sides: Sides,
+    ) {
+        let zero = L::lit(s, 0.0);
+        let cosine = normal.dot(dir);
+        let seen = sides.outside::<L>(s, cosine.le(zero)) | sides.inside::<L>(s, cosine.ge(zero));
+        let better = on & seen & rays.in_range(t) & t.lt(self.t);
+        self.t = L::select(better, t, self.t);
+        self.found = self.found | better;
+        self.point = V3::select(better, point, self.point);
+        self.normal = V3::select(better, normal, self.normal);
+    }
+}

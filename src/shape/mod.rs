@@ -1,0 +1,25 @@
+//! Intersection of rays with each kind of shape, in the shape's own space, and nothing else.
+//!
+//! Each shape has one function `intersect`, which finds the nearest meeting inside the ray's range with its point,
+//! error bound and normal. Traversal uses only `t` and the mask, and the compiler drops the rest.
+
+mod cuboid;
+mod disc;
+mod frame;
+mod frustum;
+mod plane;
+mod quartic;
+mod sides;
+mod sphere;
+mod torus;
+mod triangle;
+
+pub use cuboid::Cuboid;
+pub use disc::Disc;
+pub use frame::Frame;
+pub use frustum::Frustum;
+pub use plane::Plane;
+pub use sides::Sides;
+pub use sphere::Sphere;
+pub use torus::Torus;
+pub use triangle::{Shear, intersect_triangle};

@@ -1,0 +1,56 @@
+//! Sphere: the quadratic that survives distance (Haines, Günther, Akenine-Möller, Ray Tracing Gems ch. 7) joined with
+//! the plain one, which is better for origins on or inside the sphere.
+
+use super::Sides;
+use crate::lanes::{Lanes, Real, V3};
+use crate::ray::{Meeting, Rays, error_around};
+
+/// All points at `radius` from `center`.
+#[derive(Debug, Clone, Copy)]
+pub struct Sphere<R> {
+    /// Centre.
+    pub center: [R; 3],
+    /// Radius, above 0.
+    pub radius: R,
+}
+
+impl<R: Real> Sphere<R> {
+    /// Nearest meeting in range.
+    ///
+    /// With f = o - c, a = d.d, b' = -f.d, c = (|f|-r)(|f|+r) the roots are c/q and q/a for
+    /// q = b' + sign(b') s, and s = sqrt(b'^2 - a c) = sqrt(a (r-l)(r+l)) with l = |f + (b'/a) d|.
+    #[inline(always)]
+    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
+        let zero = L::lit(s, 0.0);
+        let center = V3::<L>::splat(s, self.center);
+        let radius = L::splat(s, self.radius);
+
+        let f = rays.origin - center;
+        let a = rays.dir.dot(rays.dir);
+        let b = -f.dot(rays.dir);
+        let distance = f.length();
+        let c = (distance - radius) * (distance + radius);
+
+        // Near the sphere b'^2 - ac is exact enough; from afar it cancels, and the distance l of the line does not.
+        let near = c.le(zero) | (a * c).abs().lt(L::lit(s, 0.5) * b * b);
+        let l = (f + rays.dir * (b / a)).length();
+        let discriminant = L::select(near, b * b - a * c, a * ((radius - l) * (radius + l)));
+        let root = discriminant.max(zero).sqrt();
+
+        let toward = b.gt(zero);
+        let q = b + L::select(toward, root, -root);
+        let (c_q, q_a) = (c / q, q / a);
+        let t0 = L::select(toward, c_q, q_a);
+        let t1 = L::select(toward, q_a, c_q);
+
+        let real = discriminant.ge(zero) & rays.active;
+        let first = sides.outside::<L>(s, rays.in_range(t0));
+        let hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
+        let t = L::select(first, t0, t1);
+
+        let from_center = rays.at(t) - center;
+        let normal = from_center * (radius / from_center.length());
+        let point = center + normal;
+        Meeting::smooth(t, hit, point, error_around(s, point, center, 5.0, normal), normal)
+    }
+}

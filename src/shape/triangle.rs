@@ -1,0 +1,150 @@
+//! Watertight triangles: Woop, Benthin, Wald, JCGT 2(1) 2013, with the products compared instead of subtracted.
+//!
+//! Rounding is monotone: exact a >= b implies fl(a) >= fl(b). So the accepted set of each triangle contains the exact
+//! one over the rounded vertices, and since neighbours share these bit for bit, no ray slips between them, at any
+//! scale. This needs products that are not fused with the comparison; Rust never fuses on its own.
+
+use super::Sides;
+use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
+use crate::ray::{Meeting, Rays, gamma};
+
+/// A ray's shear: the transformation that makes it point along +z from the origin.
+#[derive(Debug, Clone, Copy)]
+pub struct Shear<L: Lanes> {
+    /// The axis along which the ray is longest, if all active lanes agree.
+    common: Option<Axis>,
+    y_major: L::Mask,
+    z_major: L::Mask,
+    flip: L::Mask,
+    origin: V3<L>,
+    sx: L,
+    sy: L,
+    sz: L,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Axis {
+    index: u8,
+    flip: bool,
+}
+
+impl<L: Lanes> Shear<L> {
+    /// The shear of each ray, chosen once per ray so that all triangles see the same one.
+    #[inline(always)]
+    pub fn new(s: L::Simd, rays: &Rays<L>) -> Self {
+        let a = rays.dir.abs();
+        let z_major = a.z.ge(a.x) & a.z.ge(a.y);
+        let y_major = !z_major & a.y.ge(a.x);
+        let major = L::select(z_major, rays.dir.z, L::select(y_major, rays.dir.y, rays.dir.x));
+        let flip = major.lt(L::lit(s, 0.0));
+
+        let on = rays.active.bits();
+        let same = |mask: L::Mask| match mask.bits() & on {
+            0 => Some(false),
+            bits if bits == on => Some(true),
+            _ => None,
+        };
+        let common = match (same(z_major), same(y_major), same(flip)) {
+            (Some(true), _, Some(flip)) => Some(Axis { index: 2, flip }),
+            (Some(false), Some(true), Some(flip)) => Some(Axis { index: 1, flip }),
+            (Some(false), Some(false), Some(flip)) => Some(Axis { index: 0, flip }),
+            _ => None,
+        };
+        let mut shear = Self {
+            common,
+            y_major,
+            z_major,
+            flip,
+            origin: rays.origin,
+            sx: major,
+            sy: major,
+            sz: L::lit(s, 1.0) / major,
+        };
+        let d = shear.permute(rays.dir);
+        shear.sx = d.x / d.z;
+        shear.sy = d.y / d.z;
+        shear
+    }
+
+    /// Coordinates in the order kx, ky, kz, where kz is the major axis and handedness is kept.
+    #[inline(always)]
+    fn permute(&self, v: V3<L>) -> V3<L> {
+        if let Some(axis) = self.common {
+            let (x, y, z) = match axis.index {
+                2 => (v.x, v.y, v.z),
+                1 => (v.z, v.x, v.y),
+                _ => (v.y, v.z, v.x),
+            };
+            return if axis.flip { V3 { x: y, y: x, z } } else { V3 { x, y, z } };
+        }
+        let x = L::select(self.z_major, v.x, L::select(self.y_major, v.z, v.y));
+        let y = L::select(self.z_major, v.y, L::select(self.y_major, v.x, v.z));
+        let z = L::select(self.z_major, v.z, L::select(self.y_major, v.y, v.x));
+        V3 { x: L::select(self.flip, y, x), y: L::select(self.flip, x, y), z }
+    }
+
+    /// A vertex in the ray's sheared space; z is left unscaled.
+    #[inline(always)]
+    fn apply(&self, vertex: V3<L>) -> V3<L> {
+        let v = self.permute(vertex - self.origin);
+        V3 { x: v.x - self.sx * v.z, y: v.y - self.sy * v.z, z: v.z }
+    }
+}
+
+/// Meeting of each ray with its triangle, whose front sees v0, v1, v2 counter-clockwise.
+#[inline(always)]
+pub fn intersect_triangle<L: Lanes>(
+    s: L::Simd,
+    [v0, v1, v2]: [V3<L>; 3],
+    rays: &Rays<L>,
+    shear: &Shear<L>,
+    sides: Sides,
+) -> Meeting<L> {
+    let zero = L::lit(s, 0.0);
+    let (a, b, c) = (shear.apply(v0), shear.apply(v1), shear.apply(v2));
+    let (u0, u1) = (c.x * b.y, c.y * b.x);
+    let (w0, w1) = (b.x * a.y, b.y * a.x);
+    let (e0, e1) = (a.x * c.y, a.y * c.x);
+    let inside = (u0.ge(u1) & e0.ge(e1) & w0.ge(w1)) | (u0.le(u1) & e0.le(e1) & w0.le(w1));
+
+    let (mut u, mut v, mut w) = (u0 - u1, e0 - e1, w0 - w1);
+    let mut det = u + v + w;
+    let flat = rays.active & inside & det.eq(zero);
+    if flat.any() {
+        // All rounded areas vanish: decide in f64, where products of f32 are exact. In f64 such a triangle is missed.
+        let exact = |lane: usize| {
+            let [ax, ay, _] = a.lane(lane).map(Real::to_f64);
+            let [bx, by, _] = b.lane(lane).map(Real::to_f64);
+            let [cx, cy, _] = c.lane(lane).map(Real::to_f64);
+            let areas = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
+            let size = (areas[0] + areas[1] + areas[2]).abs();
+            areas.map(|area| area / size)
+        };
+        let mut areas = [[0.0; 3]; crate::lanes::MAX_LANES];
+        for lane in lanes_of(flat.bits()) {
+            areas[lane] = exact(lane);
+        }
+        let area = |k: usize| L::from_fn(s, |lane| L::Real::from_f64(areas[lane][k]));
+        u = L::select(flat, area(0), u);
+        v = L::select(flat, area(1), v);
+        w = L::select(flat, area(2), w);
+        det = u + v + w;
+    }
+    let (b0, b1, b2) = (u / det, v / det, w / det);
+    let t = (b0 * a.z + b1 * b.z + b2 * c.z) * shear.sz;
+
+    // det is minus twice the sheared area along the ray, so it is positive where the ray meets the front.
+    let seen = sides.outside::<L>(s, det.gt(zero)) | sides.inside::<L>(s, det.lt(zero));
+    let hit = rays.active & inside & seen & rays.in_range(t);
+
+    let (e1, e2) = (v1 - v0, v2 - v0);
+    let point = v0 + (e1 * b1 + e2 * b2);
+    let reach = (v0.abs() * b0.abs() + v1.abs() * b1.abs() + v2.abs() * b2.abs()) + v0.abs();
+    let error = reach * L::lit(s, gamma::<L::Real>(8.0));
+    let normal = e1.cross(e2);
+    // A sliver without a measurable normal faces its ray.
+    let size = normal.abs();
+    let measurable = (size.x + size.y + size.z).gt(zero);
+    let normal = V3::select(measurable, normal, -rays.dir);
+    Meeting { t, hit, point, error, normal, barycentric: [b1, b2] }
+}

@@ -1,0 +1,232 @@
+//! The recursion, as a loop over packets of rays on an explicit stack: depth costs memory, never the thread's stack.
+//!
+//! What happens to a lane does not depend on the others: every operation is lane by lane, ties between surfaces go to
+//! the one written first, and each lane's rays are handled in depth-first order, transmitted before reflected. So a
+//! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
+
+use super::enclosing::media_at;
+use super::hits::find;
+use super::lighting::illuminate;
+use super::observer::{NotFollowed, Observer};
+use super::secondary::scatter;
+use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::ray::Rays;
+use crate::render::RayCounts;
+use crate::scene::limits::RAYS_PER_SAMPLE;
+use crate::scene::world::World;
+use crate::shading::media::{Media, MediumList, OUTSIDE};
+use serde::Serialize;
+
+/// Whitted's kinds of rays that are followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum RayKind {
+    Camera,
+    Reflected,
+    Transmitted,
+}
+
+/// A packet of rays to follow.
+#[derive(Debug, Clone, Copy)]
+pub struct Followed<L: Lanes> {
+    /// Start.
+    pub origin: V3<L>,
+    /// Unit direction.
+    pub dir: V3<L>,
+    /// What its radiance is multiplied with on the way to the pixel.
+    pub weight: V3<L>,
+    /// Lanes that hold a ray.
+    pub active: u32,
+    /// The media the ray is in.
+    pub media: [MediumList; MAX_LANES],
+    /// Rays in the chain so far, this one included.
+    pub depth: u32,
+    /// Its kind.
+    pub kind: RayKind,
+    /// The observer's number of the ray it comes from.
+    pub parent: u32,
+}
+
+/// Traces packets of samples through a world. Reused from packet to packet.
+#[derive(Debug)]
+pub struct Tracer<'a, L: Lanes, O> {
+    pub(super) s: L::Simd,
+    pub(super) world: &'a World<L::Real>,
+    pub(super) observer: O,
+    pub(super) media: Media<L::Real>,
+    /// Rays waiting to be followed.
+    pub(super) stack: Vec<Followed<L>>,
+    /// Smallest weight followed, times the sample's own.
+    pub(super) min_weight: L,
+    /// What was traced so far.
+    pub counts: RayCounts,
+    followed: [u64; MAX_LANES],
+    eye_media: Vec<(u64, L::Real)>,
+}
+
+impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
+    /// A tracer for packets of `L::COUNT` samples.
+    pub fn new(s: L::Simd, world: &'a World<L::Real>, eye_media: &[(u64, L::Real)], observer: O) -> Self {
+        Self {
+            s,
+            world,
+            observer,
+            media: Media::default(),
+            stack: Vec::new(),
+            min_weight: L::lit(s, 0.0),
+            counts: RayCounts::default(),
+            followed: [0; MAX_LANES],
+            eye_media: eye_media.to_vec(),
+        }
+    }
+
+    /// The proof of instructions this tracer was made with.
+    #[inline(always)]
+    pub fn simd(&self) -> L::Simd {
+        self.s
+    }
+
+    /// Gives the observer back.
+    pub fn into_observer(self) -> O {
+        self.observer
+    }
+
+    /// Adds `weight` times the radiance of the samples at (x, y), in pixels from the upper left corner, to `sum`.
+    #[inline(always)]
+    pub fn sample(&mut self, x: L, y: L, active: u32, weight: L::Real, sum: &mut V3<L>) {
+        let s = self.s;
+        let weight = L::splat(s, weight);
+        self.min_weight = weight * L::splat(s, self.world.rules.min_weight);
+        self.followed = [0; MAX_LANES];
+        self.media.clear();
+        self.stack.clear();
+
+        let primary = self.world.camera.primary(s, x, y);
+        let seen = primary.seen.bits() & active;
+        let weight = V3 { x: weight, y: weight, z: weight };
+        let first = Followed {
+            origin: primary.origin,
+            dir: primary.dir,
+            weight,
+            active: seen,
+            media: self.media_at_eye(&primary.origin, seen),
+            depth: 1,
+            kind: RayKind::Camera,
+            parent: 0,
+        };
+        if seen != active {
+            self.add(sum, active & !seen, weight.times(V3::splat(s, self.world.background)));
+        }
+        self.counts.camera += u64::from(seen.count_ones());
+        self.stack.push(first);
+        while let Some(rays) = self.stack.pop() {
+            if rays.active != 0 {
+                self.follow(&rays, sum);
+            }
+        }
+    }
+
+    fn media_at_eye(&mut self, origin: &V3<L>, active: u32) -> [MediumList; MAX_LANES] {
+        let s = self.s;
+        let mut lists = [OUTSIDE; MAX_LANES];
+        if !self.world.transmits {
+            return lists;
+        }
+        if self.world.camera.has_single_eye() {
+            // Entries are innermost first; the list is built from the outside.
+            let list =
+                self.eye_media.iter().rev().fold(OUTSIDE, |list, &(body, ior)| self.media.enter(list, body, ior));
+            return [list; MAX_LANES];
+        }
+        for lane in lanes_of(active) {
+            let around = media_at::<L>(s, self.world, origin.lane(lane));
+            lists[lane] = around.iter().rev().fold(OUTSIDE, |list, &(body, ior)| self.media.enter(list, body, ior));
+        }
+        lists
+    }
+
+    /// Shades what the rays hit and stacks the rays that leave from there.
+    #[inline(always)]
+    fn follow(&mut self, rays: &Followed<L>, sum: &mut V3<L>) {
+        let s = self.s;
+        let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
+        let cast = Rays {
+            origin: rays.origin,
+            dir: rays.dir,
+            t_min: L::lit(s, 0.0),
+            t_max: L::lit(s, f64::INFINITY),
+            active: L::mask(s, rays.active),
+        };
+        let hits = find(s, self.world, &cast);
+        let missed = rays.active & !hits.found;
+        if missed != 0 {
+            let background = rays.weight.times(V3::splat(s, self.world.background));
+            self.add(sum, missed, background);
+            if O::WATCHING {
+                self.observer.contributes(number, background);
+            }
+        }
+        if hits.found == 0 {
+            return;
+        }
+        if rays.kind == RayKind::Camera {
+            self.counts.camera_hits += u64::from(hits.found.count_ones());
+        }
+        if O::WATCHING {
+            self.observer.hits(number, &hits);
+        }
+        let coefficients = hits.coefficients(s, self.world);
+        illuminate(self, rays, &hits, &coefficients, number, sum);
+        scatter(self, rays, &hits, &coefficients, number);
+    }
+
+    /// Adds radiance to the lanes of `lanes`.
+    #[inline(always)]
+    pub(super) fn add(&self, sum: &mut V3<L>, lanes: u32, radiance: V3<L>) {
+        *sum = V3::select(L::mask(self.s, lanes), *sum + radiance, *sum);
+    }
+
+    /// Stacks rays, but for those too light to matter and those beyond the limit on rays.
+    #[inline(always)]
+    pub(super) fn push(&mut self, mut rays: Followed<L>) {
+        let wanted = rays.active;
+        if !(self.world.rules.spd_counts && rays.kind == RayKind::Reflected) {
+            rays.active &= self.heavy_enough(rays.weight);
+        }
+        let light = wanted & !rays.active;
+        for lane in lanes_of(rays.active) {
+            self.followed[lane] += 1;
+            if self.followed[lane] >= RAYS_PER_SAMPLE.max {
+                rays.active &= !(1 << lane);
+                self.counts.dropped += 1;
+            }
+        }
+        if O::WATCHING && rays.active != wanted {
+            let why = if light != 0 { NotFollowed::Weight } else { NotFollowed::Budget };
+            self.observer.not_followed(rays.parent, rays.kind, rays.weight, why);
+        }
+        if rays.active != 0 {
+            let count = u64::from(rays.active.count_ones());
+            match rays.kind {
+                RayKind::Camera => self.counts.camera += count,
+                RayKind::Reflected => self.counts.reflected += count,
+                RayKind::Transmitted => self.counts.transmitted += count,
+            }
+            self.stack.push(rays);
+        }
+    }
+
+    /// Lanes whose weight is above 0 and not below the smallest weight in some channel.
+    #[inline(always)]
+    fn heavy_enough(&self, weight: V3<L>) -> u32 {
+        let zero = L::lit(self.s, 0.0);
+        let heaviest = weight.x.max(weight.y).max(weight.z);
+        (heaviest.ge(self.min_weight) & heaviest.gt(zero)).bits()
+    }
+}
+
+/// A one-lane number of the kernel's format, for events.
+pub(super) fn first<L: Lanes>(x: L) -> f64 {
+    x.lane(0).to_f64()
+}

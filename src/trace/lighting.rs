@@ -1,0 +1,104 @@
+//! L_Phong: ambient light, and for each light a shadow ray and Phong's model.
+
+use super::hits::Hits;
+use super::kernel::{Followed, Tracer};
+use super::observer::Observer;
+use crate::accel::transmittance;
+use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::ray::{Rays, leave};
+use crate::shading::light::Light;
+use crate::shading::material::Coefficients;
+use crate::shading::phong::{highlight_cosine, power};
+
+/// Shadow rays end this many roundings before the light, so that a light on a surface is not shadowed by it at random.
+const LIGHT_MARGIN: f64 = 16.0;
+
+/// Adds the local illumination of what the rays hit to `sum`.
+#[inline(always)]
+pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
+    tracer: &mut Tracer<'_, L, O>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    number: u32,
+    sum: &mut V3<L>,
+) {
+    let s = tracer.s;
+    let world = tracer.world;
+    let ambient = rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient)));
+    tracer.add(sum, hits.found, ambient);
+    if O::WATCHING {
+        tracer.observer.contributes(number, ambient);
+    }
+    if world.lights.is_empty() {
+        return;
+    }
+    let zero = L::lit(s, 0.0);
+    let found = L::mask(s, hits.found);
+    let origin = leave(hits.surface.point, hits.surface.error, hits.ng);
+    for (index, light) in world.lights.iter().enumerate() {
+        let arrival = light.arrive(s, hits.surface.point);
+        // NaN, at the light's own position, is neither side.
+        let facing = found & hits.ng.dot(arrival.to_light).gt(zero);
+        let cosine = hits.ns.dot(arrival.to_light);
+        let lit = facing & cosine.gt(zero) & arrival.strength.gt(zero);
+        let cast = if world.rules.spd_counts { facing } else { lit };
+        if !cast.any() {
+            continue;
+        }
+        let radiance = phong(s, rays, hits, coefficients, light, arrival.to_light, cosine, arrival.strength, lit);
+        let mut passed = V3::splat(s, [L::Real::from_f64(1.0); 3]);
+        if let Some(blockers) = world.rules.shadows {
+            tracer.counts.shadow += u64::from(cast.bits().count_ones());
+            let shadow = shadow_rays(s, light, origin, cast);
+            passed = transmittance(s, &world.geometries, world.root, blockers, shadow);
+        }
+        let radiance = rays.weight.times(radiance.times(passed));
+        tracer.add(sum, lit.bits(), radiance);
+        if O::WATCHING {
+            let added = V3::select(lit, radiance, V3 { x: zero, y: zero, z: zero });
+            tracer.observer.shadow(number, index, origin, passed, added);
+        }
+    }
+}
+
+/// (k_d (N.L) + k_s (R.V)^m) I for one light.
+#[inline(always)]
+fn phong<L: Lanes>(
+    s: L::Simd,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    light: &Light<L::Real>,
+    to_light: V3<L>,
+    cosine: L,
+    strength: L,
+    lit: L::Mask,
+) -> V3<L> {
+    let mut reflected = coefficients.diffuse * cosine;
+    let zero = L::lit(s, 0.0);
+    let ks = coefficients.specular;
+    let shiny = lit & ks.x.max(ks.y).max(ks.z).gt(zero);
+    if shiny.any() {
+        let highlight = highlight_cosine(s, hits.ns, to_light, -rays.dir);
+        let highlight = power(s, highlight, &coefficients.shininess, shiny);
+        reflected = reflected + ks * highlight;
+    }
+    reflected.times(V3::splat(s, light.color)) * strength
+}
+
+/// Segments from the surface to the light; t = 1 is the light, or infinity for directional light.
+#[inline(always)]
+fn shadow_rays<L: Lanes>(s: L::Simd, light: &Light<L::Real>, origin: V3<L>, active: L::Mask) -> Rays<L> {
+    let t_min = L::lit(s, 0.0);
+    match light.position() {
+        Some(position) => {
+            let t_max = L::lit(s, 1.0 - LIGHT_MARGIN * L::Real::ROUNDOFF);
+            Rays { origin, dir: V3::splat(s, position) - origin, t_min, t_max, active }
+        }
+        None => {
+            let dir = light.arrive(s, origin).to_light;
+            Rays { origin, dir, t_min, t_max: L::lit(s, f64::INFINITY), active }
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Watching the recursion: the kernel tells an observer what every ray does. The observer `()` is told nothing and
+//! costs nothing.
+
+use super::hits::Hits;
+use super::kernel::{Followed, RayKind};
+use crate::lanes::{Lanes, V3};
+use crate::shading::media::Media;
+
+/// Why a ray was not followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NotFollowed {
+    /// The chain has reached `max_depth`.
+    Depth,
+    /// Its weight is below `min_weight`.
+    Weight,
+    /// The sample has reached the limit on rays.
+    Budget,
+}
+
+/// What a surface does to the direction of a ray: the angles of Snell's law, of lane 0.
+#[derive(Debug, Clone, Copy)]
+pub struct Snell {
+    /// Index on the side the ray comes from.
+    pub n1: f64,
+    /// Index on the other side.
+    pub n2: f64,
+    /// cos(theta1).
+    pub cos_incident: f64,
+    /// cos(theta2), 0 under total internal reflection.
+    pub cos_transmitted: f64,
+    /// Whether all is reflected.
+    pub total: bool,
+    /// Unpolarised Fresnel reflectance, for information: the model's r_s and r_t are constants.
+    pub reflectance: f64,
+}
+
+/// Receives the events of a kernel with one lane.
+pub trait Observer<L: Lanes> {
+    /// Whether events are sent at all.
+    const WATCHING: bool;
+    /// A ray is followed; returns its number, which its children name as their parent.
+    fn ray(&mut self, ray: &Followed<L>, media: &Media<L::Real>) -> u32;
+    /// Radiance that a ray adds to the pixel, weight included.
+    fn contributes(&mut self, ray: u32, radiance: V3<L>);
+    /// What a ray hits.
+    fn hits(&mut self, ray: u32, hits: &Hits<L>);
+    /// A shadow ray to a light, what it lets through, and what it adds to the pixel, weight included.
+    fn shadow(&mut self, ray: u32, light: usize, origin: V3<L>, passed: V3<L>, radiance: V3<L>);
+    /// Snell's law at the surface a ray hits.
+    fn refracts(&mut self, ray: u32, snell: Snell);
+    /// A ray that would have had this weight is not followed.
+    fn not_followed(&mut self, ray: u32, kind: RayKind, weight: V3<L>, why: NotFollowed);
+}
+
+impl<L: Lanes> Observer<L> for () {
+    const WATCHING: bool = false;
+    #[inline(always)]
+    fn ray(&mut self, _: &Followed<L>, _: &Media<L::Real>) -> u32 {
+        0
+    }
+    #[inline(always)]
+    fn contributes(&mut self, _: u32, _: V3<L>) {}
+    #[inline(always)]
+    fn hits(&mut self, _: u32, _: &Hits<L>) {}
+    #[inline(always)]
+    fn shadow(&mut self, _: u32, _: usize, _: V3<L>, _: V3<L>, _: V3<L>) {}
+    #[inline(always)]
+    fn refracts(&mut self, _: u32, _: Snell) {}
+    #[inline(always)]
+    fn not_followed(&mut self, _: u32, _: RayKind, _: V3<L>, _: NotFollowed) {}
+}

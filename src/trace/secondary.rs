@@ -1,0 +1,177 @@
+//! r_s L_s + r_t L_t: the reflected and the transmitted ray.
+
+use super::hits::Hits;
+use super::kernel::{Followed, RayKind, Tracer, first};
+use super::observer::{NotFollowed, Observer, Snell};
+use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::ray::leave;
+use crate::shading::material::Coefficients;
+use crate::shading::media::MediumList;
+use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
+
+/// Stacks the rays that leave from what the rays hit. The transmitted one goes on top and is followed first.
+#[inline(always)]
+pub(super) fn scatter<L: Lanes, O: Observer<L>>(
+    tracer: &mut Tracer<'_, L, O>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    number: u32,
+) {
+    let s = tracer.s;
+    let (r_s, r_t) = (coefficients.reflection, coefficients.transmission);
+    let zero = L::lit(s, 0.0);
+    let mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
+    let clear = r_t.x.max(r_t.y).max(r_t.z).gt(zero).bits() & hits.found;
+    if mirror | clear == 0 {
+        return;
+    }
+    if rays.depth >= tracer.world.rules.max_depth {
+        if O::WATCHING {
+            report_end(tracer, rays, coefficients, mirror, clear, number);
+        }
+        return;
+    }
+
+    let mut reflected_weight = rays.weight.times(r_s);
+    let mut transmitted = None;
+    let mut total = 0;
+    if clear != 0 {
+        let crossing = cross(tracer, rays, hits, clear);
+        total = crossing.refraction.total.bits() & clear & hits.closed;
+        tracer.counts.total_internal_reflections += u64::from(total.count_ones());
+        if O::WATCHING {
+            tracer.observer.refracts(number, crossing.snell(s));
+        }
+        // Under total internal reflection r_t joins r_s.
+        let joined = reflected_weight + rays.weight.times(r_t);
+        reflected_weight = V3::select(L::mask(s, total), joined, reflected_weight);
+        transmitted = Some(Followed {
+            origin: leave(hits.surface.point, hits.surface.error, -hits.ng),
+            dir: crossing.dir,
+            weight: rays.weight.times(r_t),
+            active: clear & !total,
+            media: crossing.media,
+            depth: rays.depth + 1,
+            kind: RayKind::Transmitted,
+            parent: number,
+        });
+    }
+
+    let everywhere = if tracer.world.rules.spd_counts { clear } else { total };
+    let reflecting = mirror | everywhere;
+    if reflecting != 0 {
+        let dir = reflect(s, rays.dir, hits.ns);
+        // An interpolated normal may send the mirrored ray below the surface; the geometric one does not.
+        let above = dir.dot(hits.ng).gt(zero);
+        let dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng)).normalized();
+        tracer.push(Followed {
+            origin: leave(hits.surface.point, hits.surface.error, hits.ng),
+            dir,
+            weight: reflected_weight,
+            active: reflecting,
+            media: rays.media,
+            depth: rays.depth + 1,
+            kind: RayKind::Reflected,
+            parent: number,
+        });
+    }
+    if let Some(transmitted) = transmitted
+        && transmitted.active != 0
+    {
+        tracer.push(transmitted);
+    }
+}
+
+/// How rays pass a surface.
+struct Crossing<L: Lanes> {
+    n1: L,
+    n2: L,
+    refraction: Refraction<L>,
+    dir: V3<L>,
+    /// The media behind the surface.
+    media: [MediumList; MAX_LANES],
+}
+
+impl<L: Lanes> Crossing<L> {
+    fn snell(&self, s: L::Simd) -> Snell {
+        Snell {
+            n1: first(self.n1),
+            n2: first(self.n2),
+            cos_incident: first(self.refraction.cos_incident),
+            cos_transmitted: first(self.refraction.cos_transmitted),
+            total: self.refraction.total.bits() & 1 != 0,
+            reflectance: first(fresnel_dielectric(s, self.n1 / self.n2, &self.refraction)),
+        }
+    }
+}
+
+#[inline(always)]
+fn cross<L: Lanes, O: Observer<L>>(
+    tracer: &mut Tracer<'_, L, O>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    clear: u32,
+) -> Crossing<L> {
+    let s = tracer.s;
+    let one = L::Real::from_f64(1.0);
+    let mut media = rays.media;
+    let (mut before, mut behind) = ([one; MAX_LANES], [one; MAX_LANES]);
+    for lane in lanes_of(clear & hits.closed) {
+        let list = rays.media[lane];
+        let body = hits.body[lane];
+        let hollow = hits.hollow & (1 << lane) != 0;
+        let entering = hits.entering & (1 << lane) != 0;
+        // A hollow body's region is its cavity, which holds empty space; one goes into it out of the material.
+        let (goes_in, inside) = if hollow {
+            (!entering, one)
+        } else {
+            (entering, tracer.world.materials[hits.material[lane] as usize].ior)
+        };
+        if goes_in {
+            media[lane] = tracer.media.enter(list, body, inside);
+            before[lane] = tracer.media.ior(list);
+            behind[lane] = inside;
+        } else {
+            let known = tracer.media.contains(list, body);
+            media[lane] = tracer.media.leave(list, body);
+            before[lane] = if known { tracer.media.ior(list) } else { inside };
+            behind[lane] = tracer.media.ior(media[lane]);
+        }
+    }
+    let n1 = L::from_fn(s, |lane| before[lane]);
+    let n2 = L::from_fn(s, |lane| behind[lane]);
+    let eta = n1 / n2;
+    let refraction = refract(s, rays.dir, hits.ns, eta);
+    // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides.
+    let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total;
+    let flat = refract(s, rays.dir, hits.ng, eta);
+    let refraction = Refraction {
+        dir: V3::select(below, refraction.dir, flat.dir),
+        cos_incident: L::select(below, refraction.cos_incident, flat.cos_incident),
+        cos_transmitted: L::select(below, refraction.cos_transmitted, flat.cos_transmitted),
+        total: refraction.total | (!below & flat.total),
+    };
+    // Through equal media the direction is the same to the last bit.
+    let dir = V3::select(eta.eq(L::lit(s, 1.0)), rays.dir, refraction.dir.normalized());
+    Crossing { n1, n2, refraction, dir, media }
+}
+
+/// Tells the observer which rays the end of the chain has cut off.
+fn report_end<L: Lanes, O: Observer<L>>(
+    tracer: &mut Tracer<'_, L, O>,
+    rays: &Followed<L>,
+    coefficients: &Coefficients<L>,
+    mirror: u32,
+    clear: u32,
+    number: u32,
+) {
+    for (kind, lanes, factor) in [
+        (RayKind::Reflected, mirror, coefficients.reflection),
+        (RayKind::Transmitted, clear, coefficients.transmission),
+    ] {
+        if lanes != 0 {
+            tracer.observer.not_followed(number, kind, rays.weight.times(factor), NotFollowed::Depth);
+        }
+    }
+}
