@@ -78,9 +78,12 @@ fn region_of(service: &Service, loaded: &Loaded, region: Option<Region>) -> Resu
 
 fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64) -> HeaderMap {
     let (name, media_type) = negotiate::description(format);
-    let timing: Vec<String> = [("queue", queue_ms)]
+    let phases = report.cost.phases_ms.list();
+    // What no phase accounts for was spent waiting for a turn on the pool.
+    let waited = report.cost.wall_ms - phases.iter().map(|(_, ms)| ms).sum::<f64>();
+    let timing: Vec<String> = [("queue", queue_ms + waited.max(0.0))]
         .into_iter()
-        .chain(report.cost.phases_ms.list())
+        .chain(phases)
         .map(|(phase, ms)| format!("{phase};dur={ms:.3}"))
         .collect();
     let rays = report.cost.rays;

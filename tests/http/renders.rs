@@ -32,7 +32,7 @@ fn a_scene_becomes_a_picture_and_says_what_it_cost() {
     );
     assert_eq!(again.body, answer.body, "the same scene gives the same bytes");
     assert_eq!(again.header("x-request-id"), "mine-1");
-    assert!(service.log().contains("request=mine-1"), "{}", service.log());
+    service.wait_for_log("request=mine-1");
 }
 
 #[test]

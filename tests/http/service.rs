@@ -42,6 +42,15 @@ impl Service {
         self.log.lock().unwrap().clone()
     }
 
+    /// Waits for a line of the log, which comes through a pipe and may be a little later than the answer.
+    pub(crate) fn wait_for_log(&self, part: &str) {
+        let started = Instant::now();
+        while !self.log().contains(part) {
+            assert!(started.elapsed() < Duration::from_secs(5), "{part} is not in the log:\n{}", self.log());
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+
     pub(crate) fn terminate(&self) {
         let sent = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status().expect("kill runs");
         assert!(sent.success());
