@@ -161,10 +161,7 @@ macro_rules! kernel {
                 dispatch!(level, s => trace_with::<$lanes<_>>(s, world, eye, at, samples, out));
             }
             fn eye_media(world: &World<Self>) -> Vec<(u64, Self)> {
-                // The origin of the primary rays of every camera with a single eye is the same for all pixels.
-                let zero = <Self as Real>::from_f64(0.0);
-                let eye = world.camera.primary((), zero, zero).origin.lane(0);
-                if world.transmits && world.camera.has_single_eye() { media_at::<Self>((), world, eye) } else { Vec::new() }
+                eye_media::<Self>((), world)
             }
         }
     };
@@ -216,6 +213,15 @@ pub(crate) fn add_samples<L: Lanes, O: crate::trace::observer::Observer<L>>(
         };
         tracer.sample(coordinate(0), coordinate(1), active, weight, sum);
     }
+}
+
+/// The bodies around the eye, innermost first, if all rays start there.
+pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<(u64, L::Real)> {
+    if !world.transmits || !world.camera.has_single_eye() {
+        return Vec::new();
+    }
+    let eye = world.camera.primary(s, L::lit(s, 0.0), L::lit(s, 0.0)).origin.lane(0);
+    media_at::<L>(s, world, eye)
 }
 
 struct Renderer<'a, R> {

@@ -15,12 +15,21 @@ fn smoke() {
             std::fs::write(name, film::encode(&pic.film, film::FileFormat::Png8)).unwrap();
             let r = strahl::reference::Reference::new(&d);
             let (mut worst, mut bad) = (0.0f64, 0);
-            for y in (0..scene.height).step_by(7) { for x in (0..scene.width).step_by(7) {
-                let a = pic.film.pixels[(y * scene.width + x) as usize];
-                let b = r.radiance_at(x as f64 + 0.5, y as f64 + 0.5);
-                let e = (0..3).map(|i| (a[i] as f64 - b[i]).abs()).fold(0.0, f64::max);
-                if e > 1e-3 { bad += 1; if bad < 5 { println!("  {x} {y} {a:?} {b:?}"); } } else { worst = worst.max(e); }
-            }}
+            for y in (0..scene.height).step_by(7) {
+                for x in (0..scene.width).step_by(7) {
+                    let a = pic.film.pixels[(y * scene.width + x) as usize];
+                    let b = r.radiance_at(x as f64 + 0.5, y as f64 + 0.5);
+                    let e = (0..3).map(|i| (a[i] as f64 - b[i]).abs()).fold(0.0, f64::max);
+                    if e > 1e-3 {
+                        bad += 1;
+                        if bad < 5 {
+                            println!("  {x} {y} {a:?} {b:?}");
+                        }
+                    } else {
+                        worst = worst.max(e);
+                    }
+                }
+            }
             println!("  off {bad}, worst of the rest {worst:e}");
         }
     }

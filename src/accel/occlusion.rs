@@ -3,7 +3,7 @@
 use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Geometry, Item, Shape};
-use super::traverse::intersect_item;
+use super::traverse::{intersect_called, intersect_item};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use crate::shape::Shear;
@@ -63,7 +63,7 @@ fn attenuate_in<L: Lanes>(
     let reciprocal = Reciprocal::new(s, rays);
 
     for &index in &here.unbounded {
-        visit(s, geometries, &here.items[index as usize], 0, blockers, rays, &shear, passed);
+        visit_unbounded(s, geometries, &here.items[index as usize], blockers, rays, &shear, passed);
     }
     if here.bvh.nodes.is_empty() {
         return;
@@ -120,11 +120,42 @@ fn visit<L: Lanes>(
         rays.active = rays.active & !hit;
         return;
     }
+    attenuate_through(s, item, face, rays, shear, passed);
+}
+
+/// [`visit`] for items without bounds. Compiled once, since they are few.
+fn visit_unbounded<L: Lanes>(
+    s: L::Simd,
+    geometries: &[Geometry<L::Real>],
+    item: &Item<L::Real>,
+    blockers: Blockers,
+    rays: &mut Rays<L>,
+    shear: &Shear<L>,
+    passed: &mut V3<L>,
+) {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || visit(s, geometries, item, 0, blockers, rays, shear, passed),
+    );
+}
+
+/// Multiplies `passed` by an item's transmission for each crossing of one of its primitives.
+#[inline(always)]
+fn attenuate_through<L: Lanes>(
+    s: L::Simd,
+    item: &Item<L::Real>,
+    face: u32,
+    rays: &mut Rays<L>,
+    shear: &Shear<L>,
+    passed: &mut V3<L>,
+) {
+    let zero = L::lit(s, 0.0);
     // A ray may cross a body up to four times (torus); each search starts behind the last crossing.
     let filter = V3::splat(s, item.transmission);
     let mut search = *rays;
     for _ in 0..MAX_CROSSINGS {
-        let meeting = intersect_item(s, item, face, &search, shear);
+        let meeting = intersect_called(s, item, face, &search, shear);
         if !meeting.hit.any() {
             break;
         }

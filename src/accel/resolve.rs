@@ -1,7 +1,7 @@
 //! From the number of a primitive to the surface a ray has met there, in the coordinates of the scene.
 
 use super::geometry::{Geometry, Item, Placement, Shape};
-use super::traverse::intersect_item;
+use super::traverse::intersect_called;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::ray::{Meeting, Rays, gamma};
 use crate::shape::{Shear, intersect_triangle};
@@ -58,8 +58,21 @@ impl<'a, R: Real> Owner<'a, R> {
 }
 
 /// The surfaces that `rays` (as they were cast) meet on the primitives `expanded` of one body.
-#[inline(always)]
 pub fn resolve<L: Lanes>(
+    s: L::Simd,
+    owner: &Owner<'_, L::Real>,
+    expanded: &[u64; MAX_LANES],
+    rays: &Rays<L>,
+) -> Surface<L> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || resolve_in(s, owner, expanded, rays),
+    )
+}
+
+#[inline(always)]
+fn resolve_in<L: Lanes>(
     s: L::Simd,
     owner: &Owner<'_, L::Real>,
     expanded: &[u64; MAX_LANES],
@@ -95,7 +108,7 @@ fn meet<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: &[u64; MAX_L
             let corner = |k: usize| V3::from_fn(s, |lane| mesh.corners(face_of(owner, expanded[lane]))[k]);
             intersect_triangle(s, [corner(0), corner(1), corner(2)], rays, &shear, owner.item.sides)
         }
-        _ => intersect_item(s, owner.item, 0, rays, &shear),
+        _ => intersect_called(s, owner.item, 0, rays, &shear),
     }
 }
 

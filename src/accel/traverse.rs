@@ -73,7 +73,7 @@ fn closest_in<L: Lanes>(
     let active = rays.active;
 
     for &index in &here.unbounded {
-        visit(s, geometries, &here.items[index as usize], 0, base, rays, &shear, nearest);
+        visit_unbounded(s, geometries, &here.items[index as usize], base, rays, &shear, nearest);
     }
     if here.bvh.nodes.is_empty() {
         return;
@@ -135,7 +135,24 @@ fn visit<L: Lanes>(
     nearest.offer(s, rays, meeting.hit, meeting.t, first + u64::from(face));
 }
 
-/// Meeting with one primitive of an item that is no instance.
+/// [`visit`] for items without bounds: planes, and instances that hold some. Compiled once, since they are few.
+fn visit_unbounded<L: Lanes>(
+    s: L::Simd,
+    geometries: &[Geometry<L::Real>],
+    item: &Item<L::Real>,
+    base: u64,
+    rays: &mut Rays<L>,
+    shear: &Shear<L>,
+    nearest: &mut Nearest,
+) {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || visit(s, geometries, item, 0, base, rays, shear, nearest),
+    );
+}
+
+/// Meeting with one primitive of an item that is no instance. The common shapes become part of the caller.
 #[inline(always)]
 pub(super) fn intersect_item<L: Lanes>(
     s: L::Simd,
@@ -150,21 +167,35 @@ pub(super) fn intersect_item<L: Lanes>(
             let corners = mesh.corners(face as usize).map(|v| V3::splat(s, v));
             intersect_triangle(s, corners, rays, shear, item.sides)
         }
-        Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
-        Shape::Disc(disc) => disc.intersect(s, rays, item.sides),
-        Shape::Cuboid(cuboid) => cuboid.intersect(s, rays, item.sides),
-        Shape::Frustum(frustum) => L::vectorize(
-            s,
-            #[inline(always)]
-            || frustum.intersect(s, rays, item.sides),
-        ),
-        Shape::Torus(torus) => L::vectorize(
-            s,
-            #[inline(always)]
-            || torus.intersect(s, rays, item.sides),
-        ),
-        Shape::Instance(_) => unreachable!("instances are descended into, not met"),
+        _ => intersect_called(s, item, face, rays, shear),
     }
+}
+
+/// [`intersect_item`] as a function of its own: a copy of each shape in every caller would only cost compile time.
+pub(super) fn intersect_called<L: Lanes>(
+    s: L::Simd,
+    item: &Item<L::Real>,
+    face: u32,
+    rays: &Rays<L>,
+    shear: &Shear<L>,
+) -> Meeting<L> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || match &item.shape {
+            Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
+            Shape::Mesh(mesh) => {
+                let corners = mesh.corners(face as usize).map(|v| V3::splat(s, v));
+                intersect_triangle(s, corners, rays, shear, item.sides)
+            }
+            Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
+            Shape::Disc(disc) => disc.intersect(s, rays, item.sides),
+            Shape::Cuboid(cuboid) => cuboid.intersect(s, rays, item.sides),
+            Shape::Frustum(frustum) => frustum.intersect(s, rays, item.sides),
+            Shape::Torus(torus) => torus.intersect(s, rays, item.sides),
+            Shape::Instance(_) => unreachable!("instances are descended into, not met"),
+        },
+    )
 }
 
 impl<R: Real> Placement<R> {

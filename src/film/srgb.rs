@@ -62,8 +62,7 @@ impl Codes8 {
     /// The 8-bit code of a linear value; NaN has code 0.
     #[inline]
     pub fn code(&self, linear: f32) -> u8 {
-        // max() before min(): it returns FLOOR for NaN.
-        let x = linear.max(FLOOR).min(CEILING);
+        let x = clamp(linear, FLOOR, CEILING);
         let bucket = self.buckets[((x.to_bits() >> SHIFT) - (FLOOR.to_bits() >> SHIFT)) as usize];
         (bucket.code + u32::from(x >= bucket.threshold)) as u8
     }
@@ -79,12 +78,18 @@ pub fn code16(linear: f32) -> u16 {
     formula(linear, 65535.0) as u16
 }
 
+/// Unlike `f32::clamp` this takes NaN to `low`.
+#[inline]
+fn clamp(x: f32, low: f32, high: f32) -> f32 {
+    x.max(low).min(high)
+}
+
 fn formula8(linear: f32) -> u32 {
     formula(linear, 255.0)
 }
 
 fn formula(linear: f32, codes: f64) -> u32 {
-    let clamped = f64::from(linear.max(0.0).min(1.0));
+    let clamped = f64::from(clamp(linear, 0.0, 1.0));
     (codes * math::linear_to_srgb(clamped) + 0.5).floor() as u32
 }
 

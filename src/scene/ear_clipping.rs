@@ -21,8 +21,7 @@ pub fn has_no_area(vertices: &[[f64; 3]]) -> bool {
     let origin = DVec3::from_array(origin);
     let extent = vertices.iter().map(|&vertex| DVec3::from_array(vertex).distance_squared(origin)).fold(0.0, f64::max);
     let normal = newell_normal(vertices).length();
-    // not `<=`: what is not a number has no area, either
-    !(normal > 1e-12 * extent)
+    normal.is_nan() || normal <= 1e-12 * extent
 }
 
 /// Cuts a planar polygon into triangles with the same orientation, as indices of its vertices.
@@ -107,19 +106,30 @@ struct Ring {
 
 impl Ring {
     fn new(points: Vec<DVec2>) -> Self {
-        let count = points.len();
-        // of vertices that repeat their predecessor nothing could be cut
-        let corners: Vec<usize> = (0..count).filter(|&i| points[i] != points[(i + count - 1) % count]).collect();
-        let len = corners.len();
-        let (mut previous, mut next) = (vec![0; count], vec![0; count]);
-        for (i, &corner) in corners.iter().enumerate() {
-            previous[corner] = corners[(i + len - 1) % len];
-            next[corner] = corners[(i + 1) % len];
-        }
-        let any = corners.first().copied().unwrap_or_default();
-        let mut ring = Self { points, previous, next, any, len, blunt: Vec::new() };
-        ring.blunt = corners.into_iter().filter(|&corner| ring.turn(corner) <= 0.0).collect();
+        let len = points.len();
+        let previous = (0..len).map(|i| (i + len - 1) % len).collect();
+        let next = (0..len).map(|i| (i + 1) % len).collect();
+        let mut ring = Self { points, previous, next, any: 0, len, blunt: Vec::new() };
+        ring.drop_spikes();
+        ring.blunt = ring.vertices().filter(|&vertex| ring.turn(vertex) <= 0.0).collect();
         ring
+    }
+
+    /// Removes vertices that repeat a neighbour or at which the boundary runs straight back: ears at their neighbours
+    /// would lie outside.
+    fn drop_spikes(&mut self) {
+        let mut waiting: Vec<usize> = self.vertices().collect();
+        while let Some(vertex) = waiting.pop() {
+            let (a, c) = (self.previous[vertex], self.next[vertex]);
+            let is_left = self.next[a] == vertex && self.len > 3;
+            if is_left && self.turn(vertex) == 0.0 {
+                let [before, tip, after] = [a, vertex, c].map(|i| self.points[i]);
+                if (before - tip).dot(after - tip) >= 0.0 {
+                    self.remove(vertex);
+                    waiting.extend([a, c]);
+                }
+            }
+        }
     }
 
     fn clip(mut self) -> Option<Vec<[u32; 3]>> {
@@ -239,6 +249,8 @@ mod tests {
                 let around = |corners: &[DVec2]| {
                     let crossings = (0..corners.len()).filter(|&k| {
                         let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
+                        // upwards, so that both triangles at an edge round alike
+                        let (a, b) = if a.y < b.y { (a, b) } else { (b, a) };
                         (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
                     });
                     crossings.count() % 2
@@ -307,6 +319,8 @@ mod tests {
     fn doubled_vertices_and_spikes_vanish() {
         check_everywhere(&[[0.0, 0.0], [0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [2.0, 2.0], [0.0, 2.0], [0.0, 0.0]]);
         check_everywhere(&[[0.0, 0.0], [2.0, 0.0], [3.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
+        check_everywhere(&[[3.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [0.0, 0.0], [2.0, 0.0]]);
+        check_everywhere(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [0.0, 2.0]]);
     }
 
     #[test]
@@ -333,22 +347,21 @@ mod tests {
     }
 
     proptest! {
+        // Rounded as in a file, which makes collinear corners likely, but not so much that edges could cross.
         #[test]
-        fn random_stars(radii in prop::collection::vec(0.05_f64..1.0, 3..80), decimals in 1..6) {
-            // rounded as in a file, which makes collinear corners likely
+        fn random_stars_with_and_without_a_hole(radii in prop::collection::vec(0.05_f64..1.0, 3..80), decimals in 2..7) {
             let scale = math::pow(10.0, f64::from(decimals));
             let count = radii.len() as f64;
-            let round = |x: f64| (x * scale).round() / scale;
-            let points: Vec<_> = radii.iter().enumerate()
-                .map(|(i, r)| polar(10.0 * r, i as f64 / count * TAU).map(round))
-                .collect();
-            let star: Vec<[f64; 3]> = points.iter().map(|&[x, y]| [x, y, 0.0]).collect();
-            prop_assume!(!has_no_area(&star) && newell_normal(&star).z > 0.0);
-            // rounding to one decimal may make a star that touches or crosses itself
-            match triangulate(&star) {
-                Some(_) => check(&star),
-                None => prop_assert!(decimals < 3, "{star:?}"),
-            }
+            let star = |size: f64| -> Vec<[f64; 3]> {
+                let corners = radii.iter().enumerate().map(|(i, r)| polar(size * r, i as f64 / count * TAU));
+                corners.map(|p| p.map(|x| (x * scale).round() / scale)).map(|[x, y]| [x, y, 0.0]).collect()
+            };
+            let outside = star(10.0);
+            check(&outside);
+            let hole = star(5.0);
+            let inward = hole.iter().chain([&hole[0]]).rev();
+            let bridged: Vec<_> = outside.iter().chain([&outside[0]]).chain(inward).copied().collect();
+            check(&bridged);
         }
     }
 }

@@ -41,6 +41,8 @@ pub const SAMPLES: Limit = Limit::new("samples", 1_024);
 pub const MAX_DEPTH: Limit = Limit::new("max_depth", 100_000);
 /// Rays followed for one sample; deeper rays are dropped and counted in `cost.rays.dropped`.
 pub const RAYS_PER_SAMPLE: Limit = Limit::new("rays_per_sample", 1_000_000);
+/// Rays recorded for one ray tree.
+pub const TREE_RAYS: Limit = Limit::new("tree_rays", 100_000);
 /// Problems reported for one scene.
 pub const PROBLEMS: Limit = Limit::new("problems", 50);
 /// Largest magnitude of a coordinate, length or colour, so that squares of lengths stay finite in single precision.

@@ -1,7 +1,13 @@
 //! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
 
+use super::compile::{CompileOptions, compile, compile_with};
 use super::description::{Description, Precision};
-use super::{Problems, Scene};
+use super::import::nff::{self, NffOptions};
+use super::limits::PROBLEMS;
+use super::locate::locate;
+use super::read::{self, Mended, Unreadable, read_json};
+use super::{Problem, Problems, Scene};
+use std::time::Instant;
 
 /// File formats of scenes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +55,160 @@ pub struct Loaded {
 }
 
 /// Reads, checks and compiles a scene; all problems are reported at once.
-pub fn load(_bytes: &[u8], _format: Format, _overrides: &Overrides) -> Result<Loaded, Problems> {
-    Err(Problems(Vec::new()))
+pub fn load(bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loaded, Problems> {
+    match format {
+        Format::Json => load_json(read::strip_mark(bytes), overrides),
+        Format::Nff => {
+            let start = Instant::now();
+            let options = NffOptions { two_sided: overrides.two_sided, spd_counts: overrides.spd_counts };
+            let mut description = nff::read_nff(bytes, options)?;
+            overrides.apply(&mut description);
+            let options = CompileOptions { spd_counts: overrides.spd_counts, ..CompileOptions::default() };
+            compiled(description, options, start)
+        }
+    }
+}
+
+fn load_json(text: &[u8], overrides: &Overrides) -> Result<Loaded, Problems> {
+    let start = Instant::now();
+    match read_json(text) {
+        Ok(mut description) => {
+            overrides.apply(&mut description);
+            let mut loaded =
+                compiled(description, CompileOptions::default(), start).map_err(|Problems(mut problems)| {
+                    overrides.locate(text, &mut problems);
+                    Problems(problems)
+                })?;
+            overrides.locate(text, &mut loaded.scene.warnings);
+            Ok(loaded)
+        }
+        Err(Unreadable { problems, mended }) => Err(match mended {
+            Some(mended) => with_rest(text, problems, *mended, overrides),
+            None => problems,
+        }),
+    }
+}
+
+fn compiled(description: Description, options: CompileOptions, start: Instant) -> Result<Loaded, Problems> {
+    let parse_ms = milliseconds(start);
+    let start = Instant::now();
+    let scene = compile_with(&description, options)?;
+    let plan_ms = (milliseconds(start) - scene.bvh_ms).max(0.0);
+    Ok(Loaded { description, scene, parse_ms, plan_ms })
+}
+
+/// Adds to the problems of a scene's shape what else is wrong with it.
+fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overrides) -> Problems {
+    let Problems(mut problems) = shape;
+    if problems.len() as u64 >= PROBLEMS.max {
+        return Problems(problems);
+    }
+    overrides.apply(&mut mended.description);
+    if let Err(Problems(mut rest)) = compile(&mended.description) {
+        rest.retain(|problem| {
+            !mended.is_ours(problem) && problems.iter().all(|known| known.pointer != problem.pointer)
+        });
+        overrides.locate(text, &mut rest);
+        problems.append(&mut rest);
+        problems.sort_by_key(|problem| (problem.line, problem.column));
+        problems.truncate(PROBLEMS.max as usize);
+    }
+    Problems(problems)
+}
+
+impl Overrides {
+    /// Puts the settings into a description.
+    pub fn apply(&self, description: &mut Description) {
+        let Description { image, render, .. } = description;
+        image.width = self.width.unwrap_or(image.width);
+        image.height = self.height.unwrap_or(image.height);
+        render.max_depth = self.max_depth.unwrap_or(render.max_depth);
+        render.min_weight = self.min_weight.unwrap_or(render.min_weight);
+        render.samples = self.samples.unwrap_or(render.samples);
+        render.antialias = self.antialias.unwrap_or(render.antialias);
+        render.precision = self.precision.unwrap_or(render.precision);
+    }
+
+    /// Finds problems in the text. What an override says does not stand there.
+    fn locate(&self, text: &[u8], problems: &mut [Problem]) {
+        let overridden = [
+            ("/image/width", self.width.is_some()),
+            ("/image/height", self.height.is_some()),
+            ("/render/max_depth", self.max_depth.is_some()),
+            ("/render/min_weight", self.min_weight.is_some()),
+            ("/render/samples", self.samples.is_some()),
+            ("/render/antialias", self.antialias.is_some()),
+            ("/render/precision", self.precision.is_some()),
+        ];
+        locate(text, problems);
+        for problem in problems {
+            if overridden.contains(&(problem.pointer.as_str(), true)) {
+                (problem.line, problem.column) = (None, None);
+            }
+        }
+    }
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::problem::Code;
+    use super::*;
+
+    const SCENE: &str = r#"{
+  "version": 1,
+  "image": { "width": 0 },
+  "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+  "materials": { "red": { "diffus": 1 }, "blue": { "ior": true } },
+  "objects": [
+    { "sphere": { "center": [0, 0, 0] } },
+    { "sphere": { "center": [0, 0, 0], "radius": 1, "material": "green" } }
+  ]
+}"#;
+
+    fn mended() -> Mended {
+        *read_json(SCENE.as_bytes()).unwrap_err().mended.unwrap()
+    }
+
+    #[test]
+    fn broken_parts_keep_their_places() {
+        let Mended { description, .. } = mended();
+        assert_eq!(description.objects.len(), 2);
+        assert_eq!(description.materials.len(), 2);
+        assert_eq!(description.image.width, 0);
+    }
+
+    #[test]
+    fn what_stands_in_is_not_reported() {
+        let mended = mended();
+        let problem = |pointer: &str| Problem::new(pointer, Code::OutOfRange, "");
+        assert!(mended.is_ours(&problem("/objects/0/sphere/radius")));
+        assert!(mended.is_ours(&problem("/materials/blue")));
+        assert!(!mended.is_ours(&problem("/objects/1/sphere/material")));
+        // Only the unknown key went.
+        assert!(!mended.is_ours(&problem("/materials/red")));
+        assert!(!mended.is_ours(&problem("/materials/blue2")));
+    }
+
+    #[test]
+    fn overridden_keys_have_no_line() {
+        let overrides = Overrides { width: Some(0), ..Overrides::default() };
+        let mut problems =
+            [Problem::new("/image/width", Code::OutOfRange, ""), Problem::new("/image/height", Code::OutOfRange, "")];
+        overrides.locate(SCENE.as_bytes(), &mut problems);
+        assert_eq!(problems[0].line, None);
+        assert_eq!((problems[1].line, problems[1].column), (Some(3), Some(12)));
+    }
+
+    #[test]
+    fn problems_come_in_the_order_of_the_text() {
+        let Problems(problems) = load(SCENE.as_bytes(), Format::Json, &Overrides::default()).unwrap_err();
+        let shape: Vec<_> = problems.iter().filter(|p| p.code != Code::UnknownReference).collect();
+        let pointers: Vec<_> = shape.iter().map(|p| p.pointer.as_str()).collect();
+        assert_eq!(pointers, ["/image/width", "/materials/red/diffus", "/materials/blue/ior", "/objects/0/sphere"]);
+        assert!(problems.is_sorted_by_key(|p| (p.line, p.column)));
+    }
 }

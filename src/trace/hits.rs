@@ -5,6 +5,7 @@ use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::scene::world::World;
 use crate::shading::material::Coefficients;
+use crate::shading::media::{Media, MediumList};
 
 /// The nearest surface under each ray.
 #[derive(Debug, Clone, Copy)]
@@ -31,6 +32,17 @@ pub struct Hits<L: Lanes> {
     pub closed: u32,
     /// Lanes whose body is hollow.
     pub hollow: u32,
+}
+
+/// The media on both sides of a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Interface<R> {
+    /// Index of refraction on the side the ray comes from.
+    pub n1: R,
+    /// Index of refraction on the other side.
+    pub n2: R,
+    /// The media of a ray on the other side.
+    pub behind: MediumList,
 }
 
 /// Follows rays to the nearest surface.
@@ -69,11 +81,7 @@ pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>) -> Hit
         left &= !same;
         hits.closed |= if owner.item.closed { same } else { 0 };
         hits.hollow |= if owner.item.hollow { same } else { 0 };
-        let surface = L::vectorize(
-            s,
-            #[inline(always)]
-            || resolve(s, &owner, &nearest.expanded, rays),
-        );
+        let surface = resolve(s, &owner, &nearest.expanded, rays);
         let mask = L::mask(s, same);
         let old = hits.surface;
         hits.surface = Surface {
@@ -96,6 +104,31 @@ impl<L: Lanes> Hits<L> {
     #[inline(always)]
     pub fn coefficients(&self, s: L::Simd, world: &World<L::Real>) -> Coefficients<L> {
         Coefficients::look_up(s, &world.materials, &self.material, self.found, self.surface.local)
+    }
+
+    /// The two media at the surface of a closed body that the ray in `lane`, which is in the media `list`, has hit.
+    pub fn interface(
+        &self,
+        world: &World<L::Real>,
+        media: &mut Media<L::Real>,
+        list: MediumList,
+        lane: usize,
+    ) -> Interface<L::Real> {
+        let body = self.body[lane];
+        let hollow = self.hollow & (1 << lane) != 0;
+        let entering = self.entering & (1 << lane) != 0;
+        // A hollow body's region is its cavity, which holds empty space; one goes into it out of the material.
+        let (goes_in, inside) = if hollow {
+            (!entering, L::Real::from_f64(1.0))
+        } else {
+            (entering, world.materials[self.material[lane] as usize].ior)
+        };
+        if goes_in {
+            return Interface { n1: media.ior(list), n2: inside, behind: media.enter(list, body, inside) };
+        }
+        let n1 = if media.contains(list, body) { media.ior(list) } else { inside };
+        let behind = media.leave(list, body);
+        Interface { n1, n2: media.ior(behind), behind }
     }
 
     /// Whether a lane's body transmits light in any channel.

@@ -116,7 +116,11 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
             parent: 0,
         };
         if seen != active {
-            self.add(sum, active & !seen, weight.times(V3::splat(s, self.world.background)));
+            let background = weight.times(V3::splat(s, self.world.background));
+            self.add(sum, active & !seen, background);
+            if O::WATCHING {
+                self.observer.outside(background);
+            }
         }
         self.counts.camera += u64::from(seen.count_ones());
         self.stack.push(first);

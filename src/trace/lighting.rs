@@ -57,7 +57,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
         tracer.add(sum, lit.bits(), radiance);
         if O::WATCHING {
             let added = V3::select(lit, radiance, V3 { x: zero, y: zero, z: zero });
-            tracer.observer.shadow(number, index, origin, passed, added);
+            tracer.observer.shadow(number, index, origin, arrival.to_light, passed, added);
         }
     }
 }

@@ -8,3 +8,4 @@ pub mod observer;
 pub mod query;
 pub mod secondary;
 pub mod tree;
+mod tree_drawing;

@@ -40,12 +40,14 @@ pub trait Observer<L: Lanes> {
     const WATCHING: bool;
     /// A ray is followed; returns its number, which its children name as their parent.
     fn ray(&mut self, ray: &Followed<L>, media: &Media<L::Real>) -> u32;
+    /// A sample outside the image circle shows the background, weight included.
+    fn outside(&mut self, radiance: V3<L>);
     /// Radiance that a ray adds to the pixel, weight included.
     fn contributes(&mut self, ray: u32, radiance: V3<L>);
     /// What a ray hits.
     fn hits(&mut self, ray: u32, hits: &Hits<L>);
     /// A shadow ray to a light, what it lets through, and what it adds to the pixel, weight included.
-    fn shadow(&mut self, ray: u32, light: usize, origin: V3<L>, passed: V3<L>, radiance: V3<L>);
+    fn shadow(&mut self, ray: u32, light: usize, origin: V3<L>, to_light: V3<L>, passed: V3<L>, radiance: V3<L>);
     /// Snell's law at the surface a ray hits.
     fn refracts(&mut self, ray: u32, snell: Snell);
     /// A ray that would have had this weight is not followed.
@@ -59,11 +61,13 @@ impl<L: Lanes> Observer<L> for () {
         0
     }
     #[inline(always)]
+    fn outside(&mut self, _: V3<L>) {}
+    #[inline(always)]
     fn contributes(&mut self, _: u32, _: V3<L>) {}
     #[inline(always)]
     fn hits(&mut self, _: u32, _: &Hits<L>) {}
     #[inline(always)]
-    fn shadow(&mut self, _: u32, _: usize, _: V3<L>, _: V3<L>, _: V3<L>) {}
+    fn shadow(&mut self, _: u32, _: usize, _: V3<L>, _: V3<L>, _: V3<L>, _: V3<L>) {}
     #[inline(always)]
     fn refracts(&mut self, _: u32, _: Snell) {}
     #[inline(always)]

@@ -1,6 +1,15 @@
 //! Single rays: what `strahl rays` and `POST /v1/rays` answer.
 
+use super::enclosing::media_at;
+use super::hits::{Hits, find};
+use super::kernel::first;
+use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::ray::Rays;
 use crate::scene::Scene;
+use crate::scene::compile::Precise;
+use crate::scene::world::World;
+use crate::shading::media::{Media, OUTSIDE};
+use crate::shading::optics::{fresnel_dielectric, reflect, refract};
 use serde::{Deserialize, Serialize};
 
 /// A ray; `t` counts in units of `direction`, which is taken as given.
@@ -24,9 +33,112 @@ pub struct RayQuery {
 pub struct RayAnswer {
     /// Whether it hits anything; the other keys are there only if it does.
     pub hit: bool,
+    /// The hit.
+    #[serde(flatten)]
+    pub at: Option<RayHit>,
+}
+
+/// Where and what. Numbers are those of the scene's precision, written so that they read back exactly.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RayHit {
+    /// Ray parameter, in units of the direction.
+    pub t: f64,
+    /// The point on the surface.
+    pub point: [f64; 3],
+    /// Unit geometric normal, pointing out of the body's material.
+    pub normal: [f64; 3],
+    /// JSON pointer of the object in `objects`.
+    pub object: String,
+    /// JSON pointer of the body itself, if it stands in a group or definition.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// Name of the body.
+    pub name: Option<String>,
+    /// Whether the ray goes into the body's material.
+    pub entering: bool,
+    /// Unit mirror direction.
+    pub reflected: [f64; 3],
+    /// Unit direction of the transmitted ray; `None` if the body is opaque or all is reflected.
+    pub transmitted: Option<[f64; 3]>,
+    /// Whether there is total internal reflection.
+    pub tir: bool,
+    /// Unpolarised Fresnel reflectance between the media at the surface, whether or not the body transmits.
+    pub reflectance: f64,
 }
 
 /// Follows one ray to its first hit.
-pub fn answer(_scene: &Scene, _ray: &RayQuery) -> RayAnswer {
-    RayAnswer { hit: false }
+pub fn answer(scene: &Scene, ray: &RayQuery) -> RayAnswer {
+    let at = match &scene.world {
+        Precise::Single(world) => hit::<f32>(scene, world, ray),
+        Precise::Double(world) => hit::<f64>(scene, world, ray),
+    };
+    RayAnswer { hit: at.is_some(), at }
+}
+
+fn hit<L>(scene: &Scene, world: &World<L::Real>, ray: &RayQuery) -> Option<RayHit>
+where
+    L: Lanes<Simd = ()>,
+{
+    let s = ();
+    let narrow = |v: [f64; 3]| v.map(L::Real::from_f64);
+    let rays = Rays {
+        origin: V3::<L>::splat(s, narrow(ray.origin)),
+        dir: V3::splat(s, narrow(ray.direction)),
+        t_min: L::lit(s, ray.t_min),
+        t_max: L::lit(s, ray.t_max.unwrap_or(f64::INFINITY)),
+        active: L::mask(s, 1),
+    };
+    let hits: Hits<L> = find(s, world, &rays);
+    if hits.found == 0 {
+        return None;
+    }
+    let wide = |v: V3<L>| v.lane(0).map(Real::to_f64);
+    let (object, body, name) = name_of(scene, world, hits.expanded[0]);
+    let dir = rays.dir.normalized();
+
+    let (n1, n2) = if hits.closed != 0 {
+        let mut media = Media::default();
+        let around = media_at::<L>(s, world, narrow(ray.origin));
+        let list = around.iter().rev().fold(OUTSIDE, |list, &(body, ior)| media.enter(list, body, ior));
+        let interface = hits.interface(world, &mut media, list, 0);
+        (interface.n1, interface.n2)
+    } else {
+        (L::Real::from_f64(1.0), L::Real::from_f64(1.0))
+    };
+    let eta = L::splat(s, n1 / n2);
+    let refraction = refract(s, dir, hits.ng, eta);
+    let total = refraction.total.any();
+    let clear = hits.transmits(world, 0);
+    Some(RayHit {
+        t: first(hits.t),
+        point: wide(hits.surface.point),
+        normal: wide(hits.surface.ng),
+        object,
+        body,
+        name,
+        entering: hits.entering != 0,
+        reflected: wide(reflect(s, dir, hits.ng).normalized()),
+        transmitted: (clear && !total).then(|| wide(refraction.dir.normalized())),
+        tir: total,
+        reflectance: first(fresnel_dielectric(s, eta, &refraction)),
+    })
+}
+
+/// JSON pointers of the object in `objects` and of the body if that is another, and the nearest name.
+pub(super) fn name_of<R: Real>(
+    scene: &Scene,
+    world: &World<R>,
+    expanded: u64,
+) -> (String, Option<String>, Option<String>) {
+    let owner = world.owner(expanded);
+    let body = scene.sources.pointer(owner.item.source);
+    let outermost = owner.instances.first().map_or_else(|| body.clone(), |i| scene.sources.pointer(i.source));
+    // "/objects/3" of "/objects/3/group/objects/0".
+    let top = outermost.match_indices('/').nth(2).map_or(outermost.as_str(), |(end, _)| &outermost[..end]).to_owned();
+    let name = std::iter::once(owner.item)
+        .chain(owner.instances.iter().rev().copied())
+        .find_map(|item| scene.sources.name(item.source))
+        .map(str::to_owned);
+    let body = (body != top).then_some(body);
+    (top, body, name)
 }

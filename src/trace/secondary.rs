@@ -119,25 +119,8 @@ fn cross<L: Lanes, O: Observer<L>>(
     let (mut before, mut behind) = ([one; MAX_LANES], [one; MAX_LANES]);
     for lane in lanes_of(clear & hits.closed) {
         let list = rays.media[lane];
-        let body = hits.body[lane];
-        let hollow = hits.hollow & (1 << lane) != 0;
-        let entering = hits.entering & (1 << lane) != 0;
-        // A hollow body's region is its cavity, which holds empty space; one goes into it out of the material.
-        let (goes_in, inside) = if hollow {
-            (!entering, one)
-        } else {
-            (entering, tracer.world.materials[hits.material[lane] as usize].ior)
-        };
-        if goes_in {
-            media[lane] = tracer.media.enter(list, body, inside);
-            before[lane] = tracer.media.ior(list);
-            behind[lane] = inside;
-        } else {
-            let known = tracer.media.contains(list, body);
-            media[lane] = tracer.media.leave(list, body);
-            before[lane] = if known { tracer.media.ior(list) } else { inside };
-            behind[lane] = tracer.media.ior(media[lane]);
-        }
+        let interface = hits.interface(tracer.world, &mut tracer.media, list, lane);
+        (before[lane], behind[lane], media[lane]) = (interface.n1, interface.n2, interface.behind);
     }
     let n1 = L::from_fn(s, |lane| before[lane]);
     let n2 = L::from_fn(s, |lane| behind[lane]);

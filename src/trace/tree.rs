@@ -1,6 +1,16 @@
-//! The ray tree of a pixel.
+//! The ray tree of a pixel: every ray as data, recorded by the kernel itself.
 
+use super::hits::Hits;
+use super::kernel::{Followed, RayKind, Tracer, first};
+use super::observer::{NotFollowed, Observer, Snell};
+use super::query::name_of;
+use crate::lanes::{Lanes, Real, V3};
+use crate::render::{add_samples, eye_media, samples_of};
 use crate::scene::Scene;
+use crate::scene::compile::Precise;
+use crate::scene::limits::TREE_RAYS;
+use crate::scene::world::World;
+use crate::shading::media::Media;
 use serde::Serialize;
 
 /// Every ray of one pixel.
@@ -8,20 +18,292 @@ use serde::Serialize;
 pub struct Tree {
     /// Column and row of the pixel.
     pub pixel: [u32; 2],
+    /// `single` or `double`: the format of all numbers here.
+    pub precision: &'static str,
+    /// Samples of the pixel; each has a camera ray.
+    pub samples: u32,
+    /// The pixel's linear value: the contributions, added in the order of `rays` in this precision, to the last bit.
+    pub value: [f64; 3],
+    /// Whether there were more rays than the limit `tree_rays`; then the contributions do not add up.
+    pub truncated: bool,
+    /// The rays, each after its parent.
+    pub rays: Vec<Node>,
 }
 
-impl Tree {
-    /// Graphviz text.
-    pub fn to_dot(&self) -> String {
-        String::new()
-    }
-    /// A drawing.
-    pub fn to_svg(&self) -> String {
-        String::new()
-    }
+/// Kinds of rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum NodeKind {
+    Camera,
+    Reflected,
+    Transmitted,
+    Shadow,
+}
+
+/// One ray.
+#[derive(Debug, Clone, Serialize)]
+pub struct Node {
+    /// Its number: its place in the list.
+    pub id: u32,
+    /// The ray it comes from; none for camera rays.
+    pub parent: Option<u32>,
+    /// Its kind.
+    pub kind: NodeKind,
+    /// Rays in the chain so far, this one included.
+    pub depth: u32,
+    /// What its radiance is multiplied with on the way to the pixel.
+    pub weight: [f64; 3],
+    /// What it adds to the pixel itself, its children left out: ambient light or background, and for shadow rays the
+    /// light they let through.
+    pub contribution: [f64; 3],
+    /// Start.
+    pub origin: [f64; 3],
+    /// Unit direction; for shadow rays towards the light.
+    pub direction: [f64; 3],
+    /// The media it is in, innermost first; empty space is not listed.
+    pub media: Vec<Medium>,
+    /// What it hits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hit: Option<NodeHit>,
+    /// Snell's law where it hits a surface that transmits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub snell: Option<SnellAngles>,
+    /// For shadow rays: the light's number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub light: Option<usize>,
+    /// For shadow rays: how much of each channel passes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transmittance: Option<[f64; 3]>,
+    /// Rays that would have left from here but were not followed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_followed: Vec<Ended>,
+}
+
+/// A medium a ray is in.
+#[derive(Debug, Clone, Serialize)]
+pub struct Medium {
+    /// JSON pointer of the body.
+    pub object: String,
+    /// Index of refraction.
+    pub ior: f64,
+}
+
+/// What a ray hits.
+#[derive(Debug, Clone, Serialize)]
+pub struct NodeHit {
+    /// Distance.
+    pub t: f64,
+    /// The point on the surface.
+    pub point: [f64; 3],
+    /// Unit geometric normal, pointing out of the body's material.
+    pub normal: [f64; 3],
+    /// JSON pointer of the object in `objects`.
+    pub object: String,
+    /// JSON pointer of the body itself, if it stands in a group or definition.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// Name of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Whether the ray goes into the body's material.
+    pub entering: bool,
+}
+
+/// Angles of Snell's law.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct SnellAngles {
+    /// Index of refraction on the side the ray comes from.
+    pub n1: f64,
+    /// Index of refraction on the other side.
+    pub n2: f64,
+    /// Angle of incidence in degrees.
+    pub theta1_deg: f64,
+    /// Angle of refraction in degrees; none under total internal reflection.
+    pub theta2_deg: Option<f64>,
+    /// Total internal reflection.
+    pub tir: bool,
+    /// Unpolarised Fresnel reflectance, for information: r_s and r_t are constants of the material.
+    pub reflectance: f64,
+}
+
+/// A ray that was not followed.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Ended {
+    /// Its kind.
+    pub kind: RayKind,
+    /// The weight it would have had.
+    pub weight: [f64; 3],
+    /// `depth`, `weight` or `budget`.
+    pub why: &'static str,
 }
 
 /// Traces one pixel and records every ray. The pixel must lie inside the picture.
-pub fn trace_pixel(_scene: &Scene, x: u32, y: u32) -> Tree {
-    Tree { pixel: [x, y] }
+pub fn trace_pixel(scene: &Scene, x: u32, y: u32) -> Tree {
+    match &scene.world {
+        Precise::Single(world) => record::<f32>(scene, world, x, y, "single"),
+        Precise::Double(world) => record::<f64>(scene, world, x, y, "double"),
+    }
+}
+
+fn record<L>(scene: &Scene, world: &World<L::Real>, x: u32, y: u32, precision: &'static str) -> Tree
+where
+    L: Lanes<Simd = ()>,
+{
+    let samples = samples_of(scene, x, y);
+    let recorder = Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false };
+    let mut tracer = Tracer::<L, _>::new((), world, &eye_media::<L>((), world), recorder);
+    let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
+    add_samples(&mut tracer, &[[x, y]], 1, samples, &mut sum);
+    let Recorder { rays, truncated, .. } = tracer.into_observer();
+    Tree { pixel: [x, y], precision, samples, value: sum.lane(0).map(Real::to_f64), truncated, rays }
+}
+
+/// Writes down what the kernel tells.
+struct Recorder<'a, R> {
+    scene: &'a Scene,
+    world: &'a World<R>,
+    rays: Vec<Node>,
+    truncated: bool,
+}
+
+/// The number of a ray that was not recorded.
+const UNRECORDED: u32 = u32::MAX;
+
+impl<R: Real> Recorder<'_, R> {
+    fn push(&mut self, node: Node) -> u32 {
+        if self.rays.len() as u64 >= TREE_RAYS.max {
+            self.truncated = true;
+            return UNRECORDED;
+        }
+        let id = self.rays.len() as u32;
+        self.rays.push(Node { id, ..node });
+        id
+    }
+
+    fn node(&mut self, ray: u32) -> Option<&mut Node> {
+        self.rays.get_mut(ray as usize)
+    }
+}
+
+fn wide<L: Lanes>(v: V3<L>) -> [f64; 3] {
+    v.lane(0).map(Real::to_f64)
+}
+
+/// A camera ray that carries nothing yet.
+fn blank() -> Node {
+    Node {
+        id: 0,
+        parent: None,
+        kind: NodeKind::Camera,
+        depth: 1,
+        weight: [0.0; 3],
+        contribution: [0.0; 3],
+        origin: [0.0; 3],
+        direction: [0.0; 3],
+        media: Vec::new(),
+        hit: None,
+        snell: None,
+        light: None,
+        transmittance: None,
+        not_followed: Vec::new(),
+    }
+}
+
+impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
+    const WATCHING: bool = true;
+
+    fn ray(&mut self, ray: &Followed<L>, media: &Media<L::Real>) -> u32 {
+        let (kind, parent) = match ray.kind {
+            RayKind::Camera => (NodeKind::Camera, None),
+            RayKind::Reflected => (NodeKind::Reflected, Some(ray.parent)),
+            RayKind::Transmitted => (NodeKind::Transmitted, Some(ray.parent)),
+        };
+        let media = media
+            .entries(ray.media[0])
+            .map(|(body, ior)| {
+                let (top, own, _) = name_of(self.scene, self.world, body);
+                Medium { object: own.unwrap_or(top), ior: ior.to_f64() }
+            })
+            .collect();
+        self.push(Node {
+            parent,
+            kind,
+            depth: ray.depth,
+            weight: wide(ray.weight),
+            origin: wide(ray.origin),
+            direction: wide(ray.dir),
+            media,
+            ..blank()
+        })
+    }
+
+    fn outside(&mut self, radiance: V3<L>) {
+        self.push(Node { contribution: wide(radiance), ..blank() });
+    }
+
+    fn contributes(&mut self, ray: u32, radiance: V3<L>) {
+        if let Some(node) = self.node(ray) {
+            node.contribution = wide(radiance);
+        }
+    }
+
+    fn hits(&mut self, ray: u32, hits: &Hits<L>) {
+        let (object, body, name) = name_of(self.scene, self.world, hits.expanded[0]);
+        if let Some(node) = self.node(ray) {
+            node.hit = Some(NodeHit {
+                t: first(hits.t),
+                point: wide(hits.surface.point),
+                normal: wide(hits.surface.ng),
+                object,
+                body,
+                name,
+                entering: hits.entering != 0,
+            });
+        }
+    }
+
+    fn shadow(&mut self, ray: u32, light: usize, origin: V3<L>, to_light: V3<L>, passed: V3<L>, radiance: V3<L>) {
+        let Some(parent) = self.node(ray) else { return };
+        let (depth, weight, media) = (parent.depth + 1, parent.weight, parent.media.clone());
+        self.push(Node {
+            parent: Some(ray),
+            kind: NodeKind::Shadow,
+            depth,
+            weight,
+            contribution: wide(radiance),
+            origin: wide(origin),
+            direction: wide(to_light),
+            media,
+            light: Some(light),
+            transmittance: Some(wide(passed)),
+            ..blank()
+        });
+    }
+
+    fn refracts(&mut self, ray: u32, snell: Snell) {
+        let degrees = |cosine: f64| crate::math::acos(cosine.clamp(-1.0, 1.0)).to_degrees();
+        if let Some(node) = self.node(ray) {
+            node.snell = Some(SnellAngles {
+                n1: snell.n1,
+                n2: snell.n2,
+                theta1_deg: degrees(snell.cos_incident),
+                theta2_deg: (!snell.total).then(|| degrees(snell.cos_transmitted)),
+                tir: snell.total,
+                reflectance: snell.reflectance,
+            });
+        }
+    }
+
+    fn not_followed(&mut self, ray: u32, kind: RayKind, weight: V3<L>, why: NotFollowed) {
+        let why = match why {
+            NotFollowed::Depth => "depth",
+            NotFollowed::Weight => "weight",
+            NotFollowed::Budget => "budget",
+        };
+        let weight = wide(weight);
+        if let Some(node) = self.node(ray) {
+            node.not_followed.push(Ended { kind, weight, why });
+        }
+    }
 }

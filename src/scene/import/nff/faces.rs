@@ -1,0 +1,84 @@
+//! Polygons and patches as triangles over shared vertices.
+
+use super::tokens::Place;
+use crate::scene::description::{Mesh, Vec3};
+use crate::scene::ear_clipping::{has_no_area, newell_normal, triangulate};
+use crate::scene::problem::{Code, Problem};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Cuts a polygon into triangles whose fronts are the polygon's. May turn the order of its vertices (and normals) round.
+pub(super) fn triangles(place: Place, vertices: &mut [Vec3], normals: &mut [Vec3]) -> Result<Vec<[u32; 3]>, Problem> {
+    if has_no_area(vertices) {
+        return Err(place.problem(Code::Degenerate, no_area(vertices)));
+    }
+    if faces_backwards(vertices) {
+        vertices.reverse();
+        normals.reverse();
+    }
+    triangulate(vertices).ok_or_else(|| place.problem(Code::Degenerate, "edges of the polygon cross each other"))
+}
+
+fn no_area(vertices: &[Vec3]) -> String {
+    let count = vertices.len();
+    let twin = (0..count).find(|&i| vertices[i] == vertices[(i + 1) % count]);
+    let reason = twin.map_or_else(
+        || "its vertices lie on a line".to_owned(),
+        |i| format!("its vertices {} and {} are the same", i + 1, (i + 1) % count + 1),
+    );
+    format!("the polygon has no area: {reason}")
+}
+
+/// NFF's normal is (v1 - v0) x (v2 - v1): the first corner has to be convex and tells the front. In a polygon that breaks
+/// this rule the front is the other side than its order says. A first corner that is straight but for rounding (files
+/// have six digits) tells nothing.
+fn faces_backwards(vertices: &[Vec3]) -> bool {
+    const STRAIGHT: f64 = 1e-3;
+    let [v0, v1, v2] = [0, 1, 2].map(|i: usize| DVec3::from_array(vertices[i]));
+    let corner = (v1 - v0).normalize_or_zero().cross((v2 - v1).normalize_or_zero());
+    corner.dot(newell_normal(vertices).normalize_or_zero()) < -STRAIGHT
+}
+
+/// Triangles, their equal vertices merged. With normals a vertex is its position and its normal.
+#[derive(Debug, Default)]
+pub(super) struct Faces {
+    vertices: Vec<Vec3>,
+    /// One for each vertex, or none at all.
+    normals: Vec<Vec3>,
+    faces: Vec<[u32; 3]>,
+    known: HashMap<[u64; 6], u32>,
+}
+
+impl Faces {
+    pub(super) fn len(&self) -> usize {
+        self.faces.len()
+    }
+
+    /// Adds a polygon's triangles. `normals` is empty for flat faces.
+    pub(super) fn add(&mut self, vertices: &[Vec3], normals: &[Vec3], triangles: &[[u32; 3]]) {
+        let indices: Vec<u32> = (0..vertices.len()).map(|i| self.index(vertices[i], normals.get(i).copied())).collect();
+        self.faces.extend(triangles.iter().map(|triangle| triangle.map(|i| indices[i as usize])));
+    }
+
+    fn index(&mut self, vertex: Vec3, normal: Option<Vec3>) -> u32 {
+        let [x, y, z] = vertex;
+        let [nx, ny, nz] = normal.unwrap_or_default();
+        // -0 + 0 is 0: files have both, for the same place
+        let key = [x, y, z, nx, ny, nz].map(|number| (number + 0.0).to_bits());
+        *self.known.entry(key).or_insert_with(|| {
+            self.vertices.push(vertex);
+            self.normals.extend(normal);
+            (self.vertices.len() - 1) as u32
+        })
+    }
+
+    pub(super) fn into_mesh(self, material: Option<String>) -> Mesh {
+        let normals = (!self.normals.is_empty()).then_some(self.normals);
+        let Self { vertices, faces, .. } = self;
+        Mesh { vertices, faces, normals, uvs: None, material, name: None, hollow: false }
+    }
+
+    pub(super) fn into_triangles(self) -> impl Iterator<Item = [Vec3; 3]> {
+        self.faces.into_iter().map(move |face| face.map(|i| self.vertices[i as usize]))
+    }
+}

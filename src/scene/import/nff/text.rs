@@ -1,0 +1,40 @@
+//! The bytes of an NFF file: unpacked if they are gzip, and refused if they are another format called NFF.
+
+use super::tokens::Tokens;
+use crate::scene::limits::SCENE_BYTES;
+use crate::scene::problem::{Code, Problem};
+use flate2::read::MultiGzDecoder;
+use std::borrow::Cow;
+use std::io::Read;
+
+/// The text, plain.
+pub(super) fn unpack(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Problem> {
+    let text = if bytes.starts_with(&[0x1f, 0x8b]) { Cow::Owned(gunzip(bytes)?) } else { Cow::Borrowed(bytes) };
+    if text.len() as u64 > SCENE_BYTES.max {
+        let detail =
+            format!("the file, unpacked, is larger than the limit {} of {}", SCENE_BYTES.name, SCENE_BYTES.max);
+        return Err(Problem::new("", Code::Limit, detail));
+    }
+    Ok(text)
+}
+
+/// Stops one byte above the limit: a small file may unpack to any size.
+fn gunzip(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
+    let mut text = Vec::new();
+    let unpacked = MultiGzDecoder::new(bytes).take(SCENE_BYTES.max + 1).read_to_end(&mut text);
+    unpacked.map_err(|error| Problem::new("", Code::InvalidNff, format!("the gzip data is damaged: {error}")))?;
+    Ok(text)
+}
+
+/// Sense8's WorldToolKit has a format of the same name and extension.
+pub(super) fn refuse_sense8(text: &[u8]) -> Result<(), Problem> {
+    let first = Tokens::new(text).peek();
+    let Some(token) = first.filter(|t| [&b"nff"[..], b"version"].iter().any(|w| t.text.eq_ignore_ascii_case(w))) else {
+        return Ok(());
+    };
+    let detail = format!(
+        "{} starts a Sense8 (WorldToolKit) NFF file; only the SPD's Neutral File Format is supported, a different format",
+        token.quoted()
+    );
+    Err(token.place.problem(Code::Unsupported, detail))
+}

@@ -1,0 +1,317 @@
+//! Where things are in a scene's text: JSON pointers to lines and columns, and back.
+//!
+//! One pass of a [`Scanner`] answers any number of questions of a kind.
+
+mod scanner;
+
+use super::limits::PROBLEMS;
+use super::problem::{Code, Problem, push_token};
+use scanner::{Event, Scanner};
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
+
+/// Gives every problem without a line the line and column of the value its pointer names; of the key itself where the
+/// key is the problem. Where there is no such value, the innermost one around it that exists counts. One pass.
+pub fn locate(text: &[u8], problems: &mut [Problem]) {
+    let mut tree = Tree::default();
+    let targets: Vec<(usize, usize)> = (0..problems.len())
+        .filter(|&i| problems[i].line.is_none())
+        .map(|i| (i, tree.add(&problems[i].pointer)))
+        .collect();
+    if targets.is_empty() {
+        return;
+    }
+    let mut lines = Lines::new(text);
+    let mut path: Vec<Option<usize>> = Vec::new();
+    let mut scanner = Scanner::new(text);
+    let mut key = None;
+    while let Some(event) = scanner.next() {
+        match event {
+            Event::Key { start, raw } => {
+                let child = path.last().copied().flatten().and_then(|node| tree.child(node, &decode(raw)));
+                key = child;
+                if let Some(node) = child {
+                    tree.nodes[node].key = Some(lines.place(start));
+                }
+            }
+            Event::Value { start, opens, index } => {
+                let node = match (path.last().copied(), index) {
+                    (None, _) => Some(0),
+                    (Some(parent), Some(index)) => parent.and_then(|node| tree.child(node, &index.to_string())),
+                    (Some(_), None) => key.take(),
+                };
+                if let Some(node) = node {
+                    tree.nodes[node].value = Some(lines.place(start));
+                }
+                if opens {
+                    path.push(node);
+                }
+            }
+            Event::Close => {
+                path.pop();
+            }
+        }
+    }
+    for (i, node) in targets {
+        let problem = &mut problems[i];
+        let is_key = matches!(problem.code, Code::UnknownKey | Code::DuplicateName | Code::Unsupported);
+        if let Some((line, column)) = tree.nearest(node, is_key) {
+            (problem.line, problem.column) = (Some(line), Some(column));
+        }
+    }
+}
+
+/// The keys that their object already has: serde's derived types refuse these, but name no place.
+pub fn duplicate_keys(text: &[u8]) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    let mut lines = Lines::new(text);
+    let mut path: Vec<(Token<'_>, HashSet<Cow<'_, str>>)> = Vec::new();
+    let mut scanner = Scanner::new(text);
+    while let Some(event) = scanner.next() {
+        match event {
+            Event::Key { start, raw } => {
+                let Some((token, seen)) = path.last_mut() else { continue };
+                *token = Token::Key(raw);
+                if !seen.insert(decode(raw)) {
+                    let mut problem = Problem::new(
+                        pointer(path.iter().map(|(token, _)| *token)),
+                        Code::DuplicateName,
+                        "this key is given twice in the same object; keep one of the two",
+                    );
+                    let (line, column) = lines.place(start);
+                    (problem.line, problem.column) = (Some(line), Some(column));
+                    problems.push(problem);
+                    if problems.len() as u64 >= PROBLEMS.max {
+                        break;
+                    }
+                }
+            }
+            Event::Value { opens, index, .. } => {
+                if let (Some((token, _)), Some(index)) = (path.last_mut(), index) {
+                    *token = Token::Index(index);
+                }
+                if opens {
+                    path.push((Token::None, HashSet::new()));
+                }
+            }
+            Event::Close => {
+                path.pop();
+            }
+        }
+    }
+    problems
+}
+
+/// The pointer of the innermost value that has begun at a byte offset.
+pub fn innermost(text: &[u8], offset: usize) -> String {
+    let mut path: Vec<Token<'_>> = Vec::new();
+    let mut scanner = Scanner::new(text);
+    while let Some(event) = scanner.next() {
+        match event {
+            Event::Key { start, .. } | Event::Value { start, .. } if start > offset => break,
+            Event::Key { raw, .. } => {
+                if let Some(token) = path.last_mut() {
+                    *token = Token::Key(raw);
+                }
+            }
+            Event::Value { opens, index, .. } => {
+                if let (Some(token), Some(index)) = (path.last_mut(), index) {
+                    *token = Token::Index(index);
+                }
+                if opens {
+                    path.push(Token::None);
+                }
+            }
+            Event::Close if scanner.at > offset => break,
+            Event::Close => {
+                path.pop();
+            }
+        }
+    }
+    pointer(path.into_iter())
+}
+
+/// The byte offset of a line and a column, both from 1; the end of the text if there is no such place.
+pub fn offset(text: &[u8], line: usize, column: usize) -> usize {
+    let mut start = 0;
+    for _ in 1..line {
+        match text[start..].iter().position(|&byte| byte == b'\n') {
+            Some(length) => start += length + 1,
+            None => return text.len(),
+        }
+    }
+    start.saturating_add(column.saturating_sub(1)).min(text.len())
+}
+
+/// Line and column of a byte offset, both from 1.
+pub fn place(text: &[u8], offset: usize) -> (u32, u32) {
+    Lines::new(text).place(offset)
+}
+
+/// One step of a path; none before the first element.
+#[derive(Debug, Clone, Copy)]
+enum Token<'t> {
+    None,
+    Key(&'t [u8]),
+    Index(u64),
+}
+
+fn pointer<'t>(path: impl Iterator<Item = Token<'t>>) -> String {
+    path.fold(String::new(), |pointer, token| match token {
+        Token::None => pointer,
+        Token::Key(raw) => push_token(&pointer, decode(raw)),
+        Token::Index(index) => push_token(&pointer, index),
+    })
+}
+
+/// The text of a string between its quotes.
+fn decode(raw: &[u8]) -> Cow<'_, str> {
+    if raw.contains(&b'\\') {
+        let quoted = [b"\"", raw, b"\""].concat();
+        if let Ok(text) = serde_json::from_slice::<String>(&quoted) {
+            return Cow::Owned(text);
+        }
+    }
+    String::from_utf8_lossy(raw)
+}
+
+/// Pointers as a tree of their tokens, so that what no pointer leads to costs nothing.
+#[derive(Debug)]
+struct Tree {
+    nodes: Vec<Node>,
+}
+
+#[derive(Debug, Default)]
+struct Node {
+    parent: usize,
+    children: HashMap<String, usize>,
+    key: Option<(u32, u32)>,
+    value: Option<(u32, u32)>,
+}
+
+impl Default for Tree {
+    fn default() -> Self {
+        Self { nodes: vec![Node::default()] }
+    }
+}
+
+impl Tree {
+    fn add(&mut self, pointer: &str) -> usize {
+        pointer.split('/').skip(1).fold(0, |parent, token| {
+            let token = token.replace("~1", "/").replace("~0", "~");
+            let next = self.nodes.len();
+            let node = *self.nodes[parent].children.entry(token).or_insert(next);
+            if node == next {
+                self.nodes.push(Node { parent, ..Node::default() });
+            }
+            node
+        })
+    }
+
+    fn child(&self, node: usize, token: &str) -> Option<usize> {
+        self.nodes[node].children.get(token).copied()
+    }
+
+    fn nearest(&self, mut node: usize, is_key: bool) -> Option<(u32, u32)> {
+        if is_key && self.nodes[node].key.is_some() {
+            return self.nodes[node].key;
+        }
+        while self.nodes[node].value.is_none() && node != 0 {
+            node = self.nodes[node].parent;
+        }
+        self.nodes[node].value
+    }
+}
+
+/// Line numbers of growing offsets.
+#[derive(Debug)]
+struct Lines<'t> {
+    text: &'t [u8],
+    at: usize,
+    line: u32,
+    line_start: usize,
+}
+
+impl<'t> Lines<'t> {
+    fn new(text: &'t [u8]) -> Self {
+        Self { text, at: 0, line: 1, line_start: 0 }
+    }
+
+    fn place(&mut self, offset: usize) -> (u32, u32) {
+        let offset = offset.min(self.text.len());
+        for at in self.at..offset {
+            if self.text[at] == b'\n' {
+                self.line = self.line.saturating_add(1);
+                self.line_start = at + 1;
+            }
+        }
+        self.at = self.at.max(offset);
+        (self.line, u32::try_from(offset - self.line_start + 1).unwrap_or(u32::MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const TEXT: &str =
+        "{\n  \"a\": [10, {\"b~/c\": true}],\n  \"d\\u0065\": { \"x\": \"}\\\"\", \"y\": {} },\n  \"x\": 1\n}";
+
+    fn at(pointer: &str, code: Code) -> Option<(u32, u32)> {
+        let mut problems = [Problem::new(pointer, code, "")];
+        locate(TEXT.as_bytes(), &mut problems);
+        problems[0].line.zip(problems[0].column)
+    }
+
+    #[test]
+    fn pointers_lead_to_values() {
+        for (pointer, place) in [
+            ("", (1, 1)),
+            ("/a", (2, 8)),
+            ("/a/0", (2, 9)),
+            ("/a/1/b~0~1c", (2, 22)),
+            ("/de", (3, 14)),
+            ("/de/x", (3, 21)),
+            ("/de/y", (3, 33)),
+            ("/x", (4, 8)),
+            // Not there: the innermost value around it.
+            ("/a/2", (2, 8)),
+            ("/de/y/z/0", (3, 33)),
+            ("/nothing", (1, 1)),
+        ] {
+            assert_eq!(at(pointer, Code::OutOfRange), Some(place), "{pointer}");
+        }
+        assert_eq!(at("/de/y", Code::UnknownKey), Some((3, 28)));
+    }
+
+    #[test]
+    fn offsets_lead_to_pointers() {
+        for (token, pointer) in
+            [("10", "/a/0"), ("true", "/a/1/b~0~1c"), ("{}", "/de/y"), ("}\\\"", "/de/x"), ("1\n", "/x"), ("]", "/a/1")]
+        {
+            assert_eq!(innermost(TEXT.as_bytes(), TEXT.find(token).unwrap()), pointer, "{token}");
+        }
+        assert_eq!(offset(TEXT.as_bytes(), 4, 8), TEXT.find("1\n").unwrap());
+        assert_eq!(offset(TEXT.as_bytes(), 9, 1), TEXT.len());
+    }
+
+    #[test]
+    fn finds_duplicates_behind_escapes() {
+        let found = duplicate_keys(br#"{"a": {"a": 1, "b": [{"c": 0}, {"c": 0, "\u0063": 1}]}, "a": 2}"#);
+        let found: Vec<_> = found.iter().map(|p| (p.pointer.as_str(), p.column)).collect();
+        assert_eq!(found, [("/a/b/1/c", Some(41)), ("/a", Some(57))]);
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_panics(text in r#"[\[\]{}",:\\a0\n ]{0,60}"#, pointer in "(/[a0]){0,3}", at in 0_usize..70) {
+            let mut problems = [Problem::new(pointer, Code::UnknownKey, "")];
+            locate(text.as_bytes(), &mut problems);
+            duplicate_keys(text.as_bytes());
+            innermost(text.as_bytes(), at);
+            offset(text.as_bytes(), at, at);
+            place(text.as_bytes(), at);
+        }
+    }
+}

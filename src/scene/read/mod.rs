@@ -1,0 +1,117 @@
+//! JSON text to [`Description`], reporting every problem of its shape at once.
+//!
+//! A good scene is deserialised straight from the text. Only when that fails is the text read again, into a
+//! [`Value`], for [`diagnose`] to say all that is wrong with it.
+
+mod diagnose;
+mod mend;
+mod strict;
+mod syntax;
+mod wording;
+
+use super::limits::{PROBLEMS, SCENE_BYTES};
+use super::problem::{Code, Problem};
+use super::{Description, Problems, locate};
+use diagnose::diagnose;
+use serde::de::{Deserialize, IgnoredAny};
+use serde_json::Value;
+use strict::Strict;
+use syntax::{first_problem, not_json, not_utf8};
+
+pub use mend::Mended;
+
+/// Longest text of which all problems are reported. A [`Value`] takes up to 16 times the bytes of its text, so of a
+/// longer one only the first problem is.
+const DIAGNOSED_BYTES: usize = 32 << 20;
+
+/// The version this program reads.
+const VERSION: u32 = 1;
+
+/// Why a text is no scene.
+#[derive(Debug)]
+pub struct Unreadable {
+    /// What is wrong with it, in the order of the text, with line and column.
+    pub problems: Problems,
+    /// What is right in it, to check further; none if it is no JSON, or of another version.
+    pub mended: Option<Box<Mended>>,
+}
+
+impl Unreadable {
+    fn one(problem: Problem) -> Self {
+        Self { problems: Problems::one(problem), mended: None }
+    }
+}
+
+/// Reads scene JSON: the shape is checked completely, ranges and references are not if the shape is right.
+pub fn read_json(text: &[u8]) -> Result<Description, Unreadable> {
+    if text.len() as u64 > SCENE_BYTES.max {
+        let detail =
+            format!("the scene has {} bytes, above the limit {} = {}", text.len(), SCENE_BYTES.name, SCENE_BYTES.max);
+        return Err(Unreadable::one(Problem::new("", Code::Limit, detail)));
+    }
+    // RFC 8259 lets a reader ignore a byte order mark, and some editors insist on writing one.
+    let text = strip_mark(text);
+    if let Err(error) = std::str::from_utf8(text) {
+        return Err(Unreadable::one(not_utf8(text, error.valid_up_to())));
+    }
+    let error = match parse(text) {
+        Ok(description) if description.version == VERSION => return Ok(description),
+        Ok(description) => return Err(Unreadable::one(wrong_version(text, &description.version.to_string()))),
+        Err(error) => error,
+    };
+    if text.len() > DIAGNOSED_BYTES {
+        let problem = match serde_json::from_slice::<IgnoredAny>(text) {
+            Ok(_) => first_problem(text, &error),
+            Err(error) => not_json(text, &error),
+        };
+        return Err(Unreadable::one(problem));
+    }
+    // The category of the first error does not tell whether this is JSON: a number in the place of an object is a
+    // syntax error to serde_json's enums.
+    match serde_json::from_slice::<Value>(text) {
+        Ok(scene) => Err(all_problems(text, scene, &error)),
+        Err(error) => Err(Unreadable::one(not_json(text, &error))),
+    }
+}
+
+fn parse(text: &[u8]) -> serde_json::Result<Description> {
+    let mut deserializer = serde_json::Deserializer::from_slice(text);
+    let description = Description::deserialize(Strict(&mut deserializer))?;
+    deserializer.end()?;
+    Ok(description)
+}
+
+/// The text without a byte order mark.
+pub(super) fn strip_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text)
+}
+
+fn all_problems(text: &[u8], scene: Value, error: &serde_json::Error) -> Unreadable {
+    // What another version means by its keys is not for this one to say.
+    if let Some(version) = scene.get("version").filter(|v| v.is_number() && v.as_u64() != Some(u64::from(VERSION))) {
+        return Unreadable::one(wrong_version(text, &version.to_string()));
+    }
+    let findings = diagnose(&scene);
+    let mut problems: Vec<Problem> = findings.iter().map(|finding| finding.problem.clone()).collect();
+    locate::locate(text, &mut problems);
+    problems.extend(locate::duplicate_keys(text));
+    if problems.is_empty() {
+        problems.push(first_problem(text, error));
+    }
+    problems.sort_by_key(|problem| (problem.line, problem.column));
+    problems.truncate(PROBLEMS.max as usize);
+    Unreadable { problems: Problems(problems), mended: mend::mend(scene, &findings).map(Box::new) }
+}
+
+fn wrong_version(text: &[u8], version: &str) -> Problem {
+    let detail = format!("this is scene format version {version}, and this program reads version {VERSION}");
+    let mut problem = [Problem::new("/version", Code::Unsupported, detail)];
+    locate::locate(text, &mut problem);
+    let [problem] = problem;
+    problem
+}
+
+#[cfg(test)]
+mod agreement;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,198 @@
+//! Broken scenes, and what their authors are told.
+
+use super::*;
+use crate::scene::limits::PROBLEMS;
+
+/// A scene around one object and more top-level keys, on known lines.
+fn scene(object: &str, more: &str) -> String {
+    format!(
+        "{{\n\"version\": 1,\n\"camera\": {{\"pinhole\": {{\"eye\": [0, 0, 5], \"look_at\": [0, 0, 0]}}}},\n\
+             \"objects\": [\n{object}\n]{more}\n}}"
+    )
+}
+
+fn problems(text: &[u8]) -> Vec<Problem> {
+    read_json(text).map_or_else(|unreadable| unreadable.problems.0, |_| Vec::new())
+}
+
+fn seen(text: &[u8]) -> String {
+    problems(text).iter().map(|p| format!("{p} [{:?}]\n", p.code)).collect()
+}
+
+#[test]
+fn reads_a_scene() {
+    let ball = r#"{"sphere": {"center": [0, 0, 0], "radius": 1}}"#;
+    assert_eq!(read_json(scene(ball, "").as_bytes()).unwrap().objects.len(), 1);
+    assert!(read_json(format!("\u{feff}{}", scene(ball, "")).as_bytes()).is_ok());
+}
+
+#[test]
+fn broken_objects() {
+    // The object stands on line 5, from column 1.
+    for (object, expected) in [
+        (
+            r#"{"sphere": {"center": [0, 0, 0], "radus": 1}}"#,
+            "line 5, column 34: /objects/0/sphere/radus: unknown key \"radus\"; did you mean \"radius\"? [UnknownKey]",
+        ),
+        (
+            r#"{"sphere": {"center": [0, 0, 0]}}"#,
+            "line 5, column 12: /objects/0/sphere: the key \"radius\" is missing [MissingKey]",
+        ),
+        (
+            r#"{"sphere": {}}"#,
+            "line 5, column 12: /objects/0/sphere: the keys \"center\" and \"radius\" are missing [MissingKey]",
+        ),
+        (
+            r#"{"sphere": {"center": [0, 0], "radius": -1}}"#,
+            "line 5, column 23: /objects/0/sphere/center: must be an array of 3 numbers, has 2 [WrongType]\n\
+                 line 5, column 41: /objects/0/sphere/radius: must be above 0, is -1 [OutOfRange]",
+        ),
+        (
+            r#"{"sphere": {"center": [0, "0", null], "radius": "1"}}"#,
+            "line 5, column 27: /objects/0/sphere/center/1: must be a number, is \"0\"; write it without quotes [WrongType]\n\
+                 line 5, column 32: /objects/0/sphere/center/2: must be a number, is null [WrongType]\n\
+                 line 5, column 49: /objects/0/sphere/radius: must be a number, is \"1\"; write it without quotes [WrongType]",
+        ),
+        (
+            r#"{"spere": {"center": [0, 0, 0], "radius": 1}}"#,
+            "line 5, column 2: /objects/0/spere: no such kind of object \"spere\"; did you mean \"sphere\"? Here kinds are \
+                 \"sphere\", \"plane\", \"disc\", \"triangle\", \"quad\", \"box\", \"cylinder\", \"cone\", \"torus\", \"mesh\", \
+                 \"polygon\", \"group\" and \"instance\" [UnknownKey]",
+        ),
+        (
+            r#"{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "red"}"#,
+            "line 5, column 1: /objects/0: an object has exactly one key, which names its kind; here it is \"sphere\", \
+                 so \"material\" must go or move inside it [WrongType]",
+        ),
+        (
+            r#""sphere""#,
+            "line 5, column 1: /objects/0: \"sphere\" needs its keys: write {\"sphere\": {...}} [WrongType]",
+        ),
+        (
+            r#"{"mesh": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, -2], [0, 1, 2.0]]}}"#,
+            "line 5, column 75: /objects/0/mesh/faces/0/2: must be at least 0 and at most 4294967295, is -2 [OutOfRange]\n\
+                 line 5, column 87: /objects/0/mesh/faces/1/2: must be a whole number, is 2.0; write it without decimal \
+                 point and exponent [WrongType]",
+        ),
+        (
+            r#"{"sphere": {"center": [0, 0, 0], "radius": 1, "radius": 2}}"#,
+            "line 5, column 47: /objects/0/sphere/radius: this key is given twice in the same object; keep one of the two \
+                 [DuplicateName]",
+        ),
+        (
+            r#"{"group": {"objects": [{"group": {"objects": [{"disc": 1}]}}]}}"#,
+            "line 5, column 56: /objects/0/group/objects/0/group/objects/0/disc: must be an object, is 1 [WrongType]",
+        ),
+    ] {
+        assert_eq!(seen(scene(object, "").as_bytes()).trim_end(), expected, "{object}");
+    }
+}
+
+#[test]
+fn broken_rest() {
+    // The rest begins on line 7.
+    for (rest, expected) in [
+        (
+            "\"image\": {\"width\": 0, \"hight\": 3}",
+            "line 7, column 20: /image/width: must be at least 1 and at most 16384, is 0 [OutOfRange]\n\
+                 line 7, column 23: /image/hight: unknown key \"hight\"; did you mean \"height\"? [UnknownKey]",
+        ),
+        (
+            "\"materials\": {\"a/b\": {\"fresnel\": true, \"diffuse\": \"#12345g\"}}",
+            "line 7, column 23: /materials/a~1b/fresnel: \"fresnel\" is not available in this version; remove it [Unsupported]\n\
+                 line 7, column 51: /materials/a~1b/diffuse: \"#12345g\" is no colour; write \"#rrggbb\", [r, g, b] or a grey \
+                 number [WrongType]",
+        ),
+        (
+            "\"materials\": {\"m\": {\"diffuse\": true}, \"m\": {}}",
+            "line 7, column 39: /materials/m: this key is given twice in the same object; keep one of the two [DuplicateName]",
+        ),
+        (
+            "\"materials\": {\"m\": {\"diffuse\": true}}",
+            "line 7, column 32: /materials/m/diffuse: must be a number, an array of 3 numbers, \"#rrggbb\" or \
+                 {\"checker\": {...}}, is true [WrongType]",
+        ),
+        (
+            "\"materials\": {\"m\": {\"ambient\": {\"chequer\": {}}}}",
+            "line 7, column 33: /materials/m/ambient/chequer: no such kind of pattern \"chequer\"; did you mean \
+                 \"checker\"? Here the only kind is \"checker\" [UnknownKey]",
+        ),
+        (
+            "\"lights\": [{\"point\": {\"position\": [0, 0, 0], \"falloff\": \"quadratic\"}}]",
+            "line 7, column 57: /lights/0/point/falloff: no such falloff \"quadratic\"; write \"none\", \"inverse_square\" or \
+                 {\"linear\": {...}} [WrongType]",
+        ),
+        (
+            "\"render\": {\"accuracy\": {\"proved\": {\"max_codes\": 1}}, \"shadows\": \"soft\", \"antialias\": \"true\"}",
+            "line 7, column 25: /render/accuracy/proved: the accuracy mode \"proved\" is not available in this version; the \
+                 only kind is \"fixed\" [Unsupported]\n\
+                 line 7, column 65: /render/shadows: no such shadow mode \"soft\"; write \"opaque\", \"transmissive\" or \
+                 \"none\" [WrongType]\n\
+                 line 7, column 86: /render/antialias: must be true or false, is \"true\"; write it without quotes [WrongType]",
+        ),
+    ] {
+        let ball = r#"{"sphere": {"center": [0, 0, 0], "radius": 1}}"#;
+        let text = scene(ball, &format!(",\n{rest}"));
+        assert_eq!(seen(text.as_bytes()).trim_end(), expected, "{rest}");
+    }
+}
+
+#[test]
+fn broken_documents() {
+    let deep = "[".repeat(128);
+    for (text, expected) in [
+        ("", "line 1, column 1: not valid JSON: the text is empty [InvalidJson]"),
+        ("[]", "line 1, column 1: must be an object, is an empty array [WrongType]"),
+        ("{}", "line 1, column 1: the keys \"version\", \"camera\" and \"objects\" are missing [MissingKey]"),
+        (
+            "{\"version\": 2, \"scene\": {}}",
+            "line 1, column 2: /version: this is scene format version 2, and this program reads version 1 [Unsupported]",
+        ),
+        (
+            "{\"version\": 1,\n \"objects\": [NaN]}",
+            "line 2, column 14: /objects/0: not valid JSON: NaN is not a JSON number; numbers must be finite [InvalidJson]",
+        ),
+        (
+            "{\"objects\": [1, -Infinity]}",
+            "line 1, column 17: /objects/1: not valid JSON: -Infinity is not a JSON number; numbers must be finite \
+                 [InvalidJson]",
+        ),
+        (
+            "{\"image\": {\"width\": 1e999}}",
+            "line 1, column 21: /image/width: 1e999 is too large: numbers are 64-bit floats and must be finite \
+                 [OutOfRange]",
+        ),
+        (
+            "{\"objects\": [1,]}",
+            "line 1, column 16: /objects/0: not valid JSON: remove the comma before the closing bracket [InvalidJson]",
+        ),
+        ("{} x", "line 1, column 4: not valid JSON: something follows the end of the scene [InvalidJson]"),
+        ("{'a': 1}", "line 1, column 2: not valid JSON: strings and keys stand between double quotes [InvalidJson]"),
+        ("// scene\n{}", "line 1, column 1: not valid JSON: there are no comments in JSON [InvalidJson]"),
+        (
+            "{\"objects\": [",
+            "line 1, column 13: /objects: not valid JSON: the text ends too early (EOF while parsing a list) [InvalidJson]",
+        ),
+        (&format!("{{\"name\": {deep}"), "more than 127 levels of arrays and objects, the limit json_depth [Limit]"),
+    ] {
+        let seen = seen(text.as_bytes());
+        assert!(seen.trim_end().ends_with(expected), "{text}: {seen}");
+    }
+    assert!(seen(b"{\"name\": \"\xff\"}").starts_with("line 1, column 11: /name: this byte is not UTF-8"));
+    assert!(seen(b"\x1f\x8b\x08").contains("gzip"));
+    assert!(seen(b"\xff\xfe{\0").contains("UTF-16"));
+}
+
+#[test]
+fn long_keys_and_strings_are_not_repeated() {
+    let long = "x".repeat(100_000);
+    let text = scene(&format!("{{\"{long}\": 1}}, {{\"disc\": \"{long}\"}}, {{\"plane\": {{\"{long}\": 1}}}}"), "");
+    let seen = seen(text.as_bytes());
+    assert!(seen.len() < 1500 && seen.lines().count() == 4, "{seen}");
+}
+
+#[test]
+fn stops_at_the_limit_of_problems() {
+    let text = scene(&vec!["1"; 1000].join(","), "");
+    assert_eq!(problems(text.as_bytes()).len() as u64, PROBLEMS.max);
+}
