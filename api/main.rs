@@ -7,7 +7,6 @@ mod input;
 mod picture;
 mod rays;
 mod report;
-mod schema;
 mod server;
 mod workers;
 

@@ -5,5 +5,5 @@ use crate::failure::Failure;
 
 /// Prints it.
 pub(super) fn run() -> Result<(), Failure> {
-    output::print(&output::pretty(&crate::schema::scene_schema())?)
+    output::print(strahl::scene::schema::schema_text().as_bytes())
 }

@@ -82,11 +82,13 @@ impl Limits {
             scene::SAMPLES,
             scene::MAX_DEPTH,
             scene::RAYS_PER_SAMPLE,
+            scene::TREE_RAYS,
             scene::PROBLEMS,
         ];
         let mut by_name: serde_json::Map<_, _> =
             scene_limits.iter().map(|limit| (limit.name.to_owned(), json!(limit.max))).collect();
         by_name.insert("magnitude".into(), json!(scene::MAGNITUDE));
+        by_name.insert("smallest_length".into(), json!(scene::SMALLEST_LENGTH));
         json!({
             "request": {
                 "max_body_bytes": self.max_body_bytes,

@@ -2,13 +2,13 @@
 
 use super::App;
 use super::problem::{Kind, Problem};
-use crate::schema::scene_schema;
 use axum::Json;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, Uri, header};
 use axum::response::IntoResponse;
 use serde_json::{Value, json};
+use strahl::scene::schema::schema_text;
 
 /// `GET /livez`: the process answers.
 pub(super) async fn livez() -> impl IntoResponse {
@@ -33,7 +33,7 @@ pub(super) async fn limits(State(service): State<App>) -> Json<Value> {
 
 /// `GET /schema/scene.json`.
 pub(super) async fn schema() -> impl IntoResponse {
-    ([(header::CONTENT_TYPE, "application/schema+json")], scene_schema().to_string())
+    ([(header::CONTENT_TYPE, "application/schema+json")], schema_text())
 }
 
 /// `GET /problems/{slug}`.
