@@ -92,6 +92,7 @@ impl Limits {
         json!({
             "request": {
                 "max_body_bytes": self.max_body_bytes,
+                "memory_bytes": self.memory_bytes,
                 "max_pixels": self.max_pixels,
                 "max_samples_total": self.max_samples_total,
                 "max_rays": MAX_RAYS,
