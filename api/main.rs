@@ -1,3 +1,21 @@
-//! The `strahl` command.
+//! The `strahl` command: reads the arguments, runs one command, turns its failure into a message and an exit code.
 
-fn main() {}
+mod cli;
+mod commands;
+mod failure;
+mod input;
+mod picture;
+mod rays;
+mod report;
+mod server;
+mod workers;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match commands::run(cli::Cli::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.tell(),
+    }
+}

@@ -1,0 +1,387 @@
+//! The command line: every command, every flag, and their help.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+use strahl::film::Region;
+use strahl::scene::description::Precision;
+use strahl::scene::{Format, Overrides};
+
+/// Renders JSON scenes with Whitted's ray tracing, and says what the picture cost.
+#[derive(Debug, Parser)]
+#[command(name = "strahl", version, max_term_width = 100, arg_required_else_help = true)]
+#[command(after_help = "\
+Examples:
+  strahl render scene.json -o scene.png
+  strahl render balls.nff.gz --width 1024 --height 1024 -o - --format png > balls.png
+  strahl explain scene.json
+  strahl serve --listen 127.0.0.1:8080
+
+SCENE is a .json, .nff or .nff.gz file, or - for standard input.
+Exit codes: 0 done, 1 bad input, 2 bad usage, 130 interrupted.")]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// Everything `strahl` can do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene into a picture file.
+    Render(RenderArgs),
+    /// Follow single rays to their first hit: one JSON ray per line in, one JSON answer per line out.
+    Rays(RaysArgs),
+    /// Show the tree of rays behind one pixel.
+    Tree(TreeArgs),
+    /// Show which effects a scene calls for, and why.
+    Explain(ExplainArgs),
+    /// Turn a Neutral File Format file into scene JSON.
+    Import(ImportArgs),
+    /// Check a scene and report all its problems, without rendering it.
+    Validate(ValidateArgs),
+    /// Print the JSON Schema of scenes.
+    Schema,
+    /// Serve renders over HTTP.
+    Serve(ServeArgs),
+    /// Ask a running service whether it is alive; exit code 0 if it is.
+    Healthcheck(HealthcheckArgs),
+}
+
+/// Where a scene comes from.
+#[derive(Debug, Args)]
+pub(crate) struct SceneArgs {
+    /// Scene file (.json, .nff or .nff.gz), or - for standard input.
+    pub(crate) scene: String,
+    /// Format of the scene [default: by file name, else by content].
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) input: Option<InputFormat>,
+}
+
+/// Names of scene formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum InputFormat {
+    /// Scene JSON.
+    Json,
+    /// Neutral File Format, plain or gzip.
+    Nff,
+}
+
+impl From<InputFormat> for Format {
+    fn from(format: InputFormat) -> Self {
+        match format {
+            InputFormat::Json => Self::Json,
+            InputFormat::Nff => Self::Nff,
+        }
+    }
+}
+
+/// Settings put over those in the scene, and the threads to use.
+#[derive(Debug, Args)]
+pub(crate) struct SettingsArgs {
+    /// Threads to render with [default: all the machine, or its container, gives].
+    #[arg(long, env = "STRAHL_THREADS", value_parser = threads())]
+    pub(crate) threads: Option<u64>,
+    /// Pixels across [default: as the scene says].
+    #[arg(long)]
+    width: Option<u32>,
+    /// Pixels down [default: as the scene says].
+    #[arg(long)]
+    height: Option<u32>,
+    /// Longest chain of rays; the primary ray counts 1 [default: as the scene says].
+    #[arg(long, value_name = "RAYS")]
+    max_depth: Option<u32>,
+    /// Weight below which a ray is not followed, 0 to 1 [default: as the scene says].
+    #[arg(long, value_name = "WEIGHT")]
+    min_weight: Option<f64>,
+    /// Rays for each pixel [default: as the scene says].
+    #[arg(long)]
+    samples: Option<u32>,
+    /// Floating-point format of the whole trace: single or double [default: as the scene says].
+    #[arg(long, value_parser = precision)]
+    precision: Option<Precision>,
+    /// Whether pixels that differ from a neighbour get more samples: true or false [default: as the scene says].
+    #[arg(long, value_name = "BOOL")]
+    antialias: Option<bool>,
+    /// See opaque surfaces from behind, too (NFF only).
+    #[arg(long)]
+    two_sided: bool,
+    /// Follow the counting rules of the Standard Procedural Databases: 513 x 513 corner rays, depth 5 (NFF only).
+    #[arg(long)]
+    spd_counts: bool,
+}
+
+impl SettingsArgs {
+    /// The settings as the renderer takes them.
+    pub(crate) fn overrides(&self) -> Overrides {
+        Overrides {
+            width: self.width,
+            height: self.height,
+            max_depth: self.max_depth,
+            min_weight: self.min_weight,
+            samples: self.samples,
+            antialias: self.antialias,
+            precision: self.precision,
+            two_sided: self.two_sided,
+            spd_counts: self.spd_counts,
+        }
+    }
+}
+
+/// What only commands that render pictures take.
+#[derive(Debug, Args)]
+pub(crate) struct PictureArgs {
+    /// Render only these pixels of the picture: left edge, upper edge, width, height.
+    #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
+    pub(crate) region: Option<Region>,
+    /// Write the cost report as JSON: plan, times, rays. - is standard output.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) stats: Option<PathBuf>,
+}
+
+/// `strahl render`.
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Picture file: .png, or .exr or .pfm for linear floats; - for standard output, which needs --format.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Format of the picture [default: by file name].
+    #[arg(long)]
+    pub(crate) format: Option<PictureFormat>,
+    /// Bits per channel of a PNG: 8 or 16.
+    #[arg(long, default_value = "8", value_parser = ["8", "16"], hide_possible_values = true)]
+    pub(crate) bits: String,
+    #[command(flatten)]
+    pub(crate) settings: SettingsArgs,
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
+}
+
+/// Names of picture formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PictureFormat {
+    /// sRGB.
+    Png,
+    /// OpenEXR, linear 32-bit floats.
+    Exr,
+    /// Portable float map, linear 32-bit floats.
+    Pfm,
+}
+
+/// `strahl rays`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A ray:  {\"origin\":[0,0,5],\"direction\":[0,0,-1],\"t_min\":0,\"t_max\":null}
+The direction is taken as given: t counts in its units. If SCENE is -, the rays cannot come from standard input as well: \
+use --rays FILE.")]
+pub(crate) struct RaysArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// File with the rays.
+    #[arg(long, value_name = "FILE", default_value = "-")]
+    pub(crate) rays: String,
+    #[command(flatten)]
+    pub(crate) settings: SettingsArgs,
+}
+
+/// `strahl tree`.
+#[derive(Debug, Args)]
+pub(crate) struct TreeArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Column and row of the pixel, from 0 at the upper left.
+    #[arg(long, value_name = "X,Y", value_parser = pixel)]
+    pub(crate) pixel: [u32; 2],
+    /// How to show the tree.
+    #[arg(long, default_value = "json")]
+    pub(crate) format: TreeFormat,
+    #[command(flatten)]
+    pub(crate) settings: SettingsArgs,
+}
+
+/// Names of tree formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TreeFormat {
+    /// Every ray with all its numbers.
+    Json,
+    /// Graphviz.
+    Dot,
+    /// A drawing.
+    Svg,
+}
+
+/// `strahl explain`.
+#[derive(Debug, Args)]
+pub(crate) struct ExplainArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// How to show the plan.
+    #[arg(long, default_value = "table")]
+    pub(crate) format: ExplainFormat,
+    /// Render the scene, too, and put the rays actually traced beside the plan.
+    #[arg(long)]
+    pub(crate) analyze: bool,
+    #[command(flatten)]
+    pub(crate) settings: SettingsArgs,
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
+}
+
+/// Names of plan formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExplainFormat {
+    /// For people.
+    Table,
+    /// For programs.
+    Json,
+}
+
+/// `strahl import`.
+#[derive(Debug, Args)]
+pub(crate) struct ImportArgs {
+    /// Neutral File Format file (.nff or .nff.gz), or - for standard input.
+    pub(crate) file: String,
+    /// Where the scene JSON goes.
+    #[arg(short, long, value_name = "FILE.json", default_value = "-")]
+    pub(crate) output: PathBuf,
+    /// See opaque surfaces from behind, too.
+    #[arg(long)]
+    pub(crate) two_sided: bool,
+    /// Follow the counting rules of the Standard Procedural Databases: 513 x 513 corner rays, depth 5.
+    #[arg(long)]
+    pub(crate) spd_counts: bool,
+}
+
+/// `strahl validate`.
+#[derive(Debug, Args)]
+pub(crate) struct ValidateArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// How to report.
+    #[arg(long, default_value = "text")]
+    pub(crate) format: ReportFormat,
+}
+
+/// Names of report formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ReportFormat {
+    /// For people.
+    Text,
+    /// For programs.
+    Json,
+}
+
+/// `strahl serve`.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ServeArgs {
+    /// Address and port to listen on; port 0 takes a free one. There is no authentication: expose it with care.
+    #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    pub(crate) listen: SocketAddr,
+    /// Threads to render with [default: all the machine, or its container, gives].
+    #[arg(long, env = "STRAHL_THREADS", value_parser = threads())]
+    pub(crate) threads: Option<u64>,
+    /// Requests that may wait for the renderer; further ones are answered with 503.
+    #[arg(long, env = "STRAHL_QUEUE", default_value_t = 32, value_parser = clap::value_parser!(u32).range(..=100_000))]
+    pub(crate) queue: u32,
+    /// Connections open at one time; further ones wait to be accepted.
+    #[arg(long, env = "STRAHL_MAX_CONNECTIONS", default_value_t = 2_048, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) max_connections: u32,
+    /// Bytes of a request body.
+    #[arg(long, env = "STRAHL_MAX_BODY_BYTES", value_name = "BYTES", default_value_t = 64 << 20, value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
+    pub(crate) max_body_bytes: u64,
+    /// Pixels of one answer.
+    #[arg(long, env = "STRAHL_MAX_PIXELS", value_name = "PIXELS", default_value_t = 8_300_000)]
+    pub(crate) max_pixels: u64,
+    /// Samples of one answer: its pixels times the samples for each.
+    #[arg(long, env = "STRAHL_MAX_SAMPLES_TOTAL", value_name = "SAMPLES", default_value_t = 64_000_000)]
+    pub(crate) max_samples_total: u64,
+    /// Seconds until a request that is not answered is given up.
+    #[arg(long, env = "STRAHL_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    pub(crate) timeout: Duration,
+    /// Seconds a client may take to send a request's headers.
+    #[arg(long, env = "STRAHL_HEADER_TIMEOUT", value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    pub(crate) header_timeout: Duration,
+    /// Seconds a client may take to send a request's body.
+    #[arg(long, env = "STRAHL_BODY_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    pub(crate) body_timeout: Duration,
+    /// Seconds a client may stop reading its answer.
+    #[arg(long, env = "STRAHL_WRITE_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    pub(crate) write_timeout: Duration,
+    /// Seconds that running requests have to finish after SIGTERM or Ctrl-C.
+    #[arg(long, env = "STRAHL_DRAIN_TIMEOUT", value_name = "SECONDS", default_value = "20", value_parser = seconds)]
+    pub(crate) drain_timeout: Duration,
+}
+
+/// `strahl healthcheck`.
+#[derive(Debug, Args)]
+pub(crate) struct HealthcheckArgs {
+    /// What to ask.
+    #[arg(long, env = "STRAHL_HEALTHCHECK_URL", default_value = "http://127.0.0.1:8080/livez")]
+    pub(crate) url: String,
+}
+
+fn threads() -> clap::builder::RangedU64ValueParser {
+    clap::value_parser!(u64).range(1..=1_024)
+}
+
+/// Reads `single` or `double`.
+pub(crate) fn precision(text: &str) -> Result<Precision, &'static str> {
+    match text {
+        "single" => Ok(Precision::Single),
+        "double" => Ok(Precision::Double),
+        _ => Err("expected single or double"),
+    }
+}
+
+fn numbers<const N: usize>(text: &str) -> Option<[u32; N]> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    numbers.ok()?.try_into().ok()
+}
+
+fn region(text: &str) -> Result<Region, &'static str> {
+    let [x, y, width, height] =
+        numbers(text).ok_or("expected four whole numbers: left edge, upper edge, width, height")?;
+    Ok(Region { x, y, width, height })
+}
+
+fn pixel(text: &str) -> Result<[u32; 2], &'static str> {
+    numbers(text).ok_or("expected two whole numbers: column and row")
+}
+
+fn seconds(text: &str) -> Result<Duration, &'static str> {
+    let seconds: f64 = text.parse().map_err(|_| "expected a number of seconds")?;
+    if seconds > 0.0 && seconds <= 86_400.0 {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err("expected a number of seconds above 0, at most 86400")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn regions_have_four_numbers() {
+        assert_eq!(region("1, 2,3,4"), Ok(Region { x: 1, y: 2, width: 3, height: 4 }));
+        assert!(region("1,2,3").is_err());
+        assert!(region("1,2,3,-4").is_err());
+    }
+
+    #[test]
+    fn a_timeout_is_finite_and_above_0() {
+        assert_eq!(seconds("0.5"), Ok(Duration::from_millis(500)));
+        for wrong in ["0", "-1", "inf", "NaN", "soon"] {
+            assert!(seconds(wrong).is_err(), "{wrong}");
+        }
+    }
+}

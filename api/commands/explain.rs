@@ -1,0 +1,73 @@
+//! `strahl explain`: which effects a scene calls for, and why; with `--analyze` also what they took.
+
+use super::{interrupt, output, progress, region_of, start_workers};
+use crate::cli::{ExplainArgs, ExplainFormat};
+use crate::failure::Failure;
+use crate::input::Source;
+use crate::picture;
+use crate::report::{Cost, Report};
+use serde_json::json;
+use std::fmt::Write;
+use std::sync::Arc;
+use std::time::Instant;
+use strahl::film::FileFormat;
+use strahl::plan::explain::explain;
+use strahl::render::Control;
+
+/// Explains.
+pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
+    if !args.analyze && (args.picture.region.is_some() || args.picture.stats.is_some()) {
+        return Err(Failure::Usage("--region and --stats need --analyze: without it nothing is rendered".into()));
+    }
+    let workers = start_workers(args.settings.threads)?;
+    let control = Arc::new(Control::default());
+    interrupt::cancel_on_ctrl_c(&control)?;
+    let started = Instant::now();
+    let source = Source::read(&args.scene)?;
+    let loaded = workers.work(|| source.load(&args.settings.overrides()))?;
+    if !args.analyze {
+        let plan = explain(&loaded.description, &loaded.scene);
+        return match args.format {
+            ExplainFormat::Table => output::print(plan.to_table().as_bytes()),
+            ExplainFormat::Json => output::print(&output::pretty(&plan)?),
+        };
+    }
+
+    let region = region_of(&loaded.scene, args.picture.region)?;
+    let make = || picture::make(started, &loaded, region, FileFormat::Png8, &workers, &control);
+    let report = progress::while_showing(&control, make)?.report;
+    if let Some(path) = &args.picture.stats {
+        output::write(path, &output::pretty(&report)?)?;
+    }
+    match args.format {
+        ExplainFormat::Table => output::print(table(&report).as_bytes()),
+        ExplainFormat::Json => {
+            let both = json!({ "effects": report.plan.effects, "actual": report.cost });
+            output::print(&output::pretty(&both)?)
+        }
+    }
+}
+
+/// The plan, and below it what was traced.
+fn table(report: &Report) -> String {
+    let Cost { rays, phases_ms, wall_ms, .. } = &report.cost;
+    let mut text = report.plan.to_table();
+    text.push_str("\nactual\n");
+    let counts = [
+        ("camera rays", rays.camera),
+        ("  that hit something", rays.camera_hits),
+        ("shadow rays", rays.shadow),
+        ("reflected rays", rays.reflected),
+        ("transmitted rays", rays.transmitted),
+        ("total internal reflections", rays.total_internal_reflections),
+        ("rays dropped at a limit", rays.dropped),
+    ];
+    // Writing to a String cannot fail.
+    for (name, count) in counts {
+        let _ = writeln!(text, "  {name:<28}{count:>14}");
+    }
+    for (name, ms) in phases_ms.list().into_iter().chain([("all", *wall_ms)]) {
+        let _ = writeln!(text, "  {name:<28}{ms:>14.1} ms");
+    }
+    text
+}

@@ -1,0 +1,59 @@
+//! `strahl healthcheck`: asks a running service whether it is alive. It needs no shell and no HTTP library, so a
+//! container can run it.
+
+use crate::cli::HealthcheckArgs;
+use crate::failure::Failure;
+use std::io::{self, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::Duration;
+
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Fails if the service does.
+pub(super) fn run(args: &HealthcheckArgs) -> Result<(), Failure> {
+    let (authority, path) = split(&args.url)?;
+    let status =
+        get(&authority, path).map_err(|error| Failure::Input(format!("{} does not answer: {error}", args.url)))?;
+    if status.starts_with("HTTP/1.1 200") {
+        Ok(())
+    } else {
+        Err(Failure::Input(format!("{} answers \"{}\"", args.url, status.trim_end())))
+    }
+}
+
+/// Host with port, and path.
+fn split(url: &str) -> Result<(String, &str), Failure> {
+    let rest = url
+        .strip_prefix("http://")
+        .ok_or_else(|| Failure::Usage(format!("--url {url} does not start with http://")))?;
+    let slash = rest.find('/').unwrap_or(rest.len());
+    let (authority, path) = rest.split_at(slash);
+    let has_port = authority.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok());
+    let authority = if has_port { authority.to_owned() } else { format!("{authority}:80") };
+    Ok((authority, if path.is_empty() { "/livez" } else { path }))
+}
+
+/// The status line of the answer.
+fn get(authority: &str, path: &str) -> io::Result<String> {
+    let address = authority.to_socket_addrs()?.next().ok_or(io::ErrorKind::AddrNotAvailable)?;
+    let mut stream = TcpStream::connect_timeout(&address, PATIENCE)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {authority}\r\nConnection: close\r\n\r\n")?;
+    let mut answer = String::new();
+    stream.take(4_096).read_to_string(&mut answer)?;
+    Ok(answer.lines().next().unwrap_or("nothing").to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn urls_are_split() {
+        assert_eq!(split("http://127.0.0.1:8080/livez").unwrap(), ("127.0.0.1:8080".into(), "/livez"));
+        assert_eq!(split("http://[::1]:81").unwrap(), ("[::1]:81".into(), "/livez"));
+        assert_eq!(split("http://box/readyz").unwrap(), ("box:80".into(), "/readyz"));
+        assert!(split("https://box/").is_err());
+    }
+}

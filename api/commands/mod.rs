@@ -1,0 +1,53 @@
+//! One file for each command.
+
+mod explain;
+mod healthcheck;
+mod import;
+mod interrupt;
+mod output;
+mod progress;
+mod rays;
+mod render;
+mod schema;
+mod tree;
+mod validate;
+
+use crate::cli::Command;
+use crate::failure::Failure;
+use crate::workers::Workers;
+use strahl::film::Region;
+use strahl::scene::Scene;
+
+/// Runs a command.
+pub(crate) fn run(command: Command) -> Result<(), Failure> {
+    match command {
+        Command::Render(args) => render::run(&args),
+        Command::Rays(args) => rays::run(&args),
+        Command::Tree(args) => tree::run(&args),
+        Command::Explain(args) => explain::run(&args),
+        Command::Import(args) => import::run(&args),
+        Command::Validate(args) => validate::run(&args),
+        Command::Schema => schema::run(),
+        Command::Serve(args) => crate::server::run(&args),
+        Command::Healthcheck(args) => healthcheck::run(&args),
+    }
+}
+
+/// Starts the threads that render.
+pub(crate) fn start_workers(threads: Option<u64>) -> Result<Workers, Failure> {
+    Workers::start(threads).map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))
+}
+
+/// The region asked for, or the whole picture.
+fn region_of(scene: &Scene, region: Option<Region>) -> Result<Region, Failure> {
+    let Scene { width, height, .. } = *scene;
+    let region = region.unwrap_or_else(|| Region::whole(width, height));
+    if region.fits(width, height) {
+        Ok(region)
+    } else {
+        Err(Failure::Usage(format!(
+            "--region {},{},{},{} does not lie inside the picture of {width} x {height} pixels",
+            region.x, region.y, region.width, region.height
+        )))
+    }
+}

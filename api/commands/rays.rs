@@ -1,0 +1,90 @@
+//! `strahl rays`: one JSON ray per line in, one JSON answer per line out, in the same order.
+
+use super::{output, start_workers};
+use crate::cli::RaysArgs;
+use crate::failure::Failure;
+use crate::input::Source;
+use crate::rays::read_ray;
+use crate::workers::Workers;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use strahl::scene::Scene;
+use strahl::trace::query::answer;
+
+/// Bytes read ahead, which is also about how much is answered at one time.
+const BATCH: usize = 1 << 20;
+
+/// Answers rays until they end.
+pub(super) fn run(args: &RaysArgs) -> Result<(), Failure> {
+    if args.scene.scene == "-" && args.rays == "-" {
+        return Err(Failure::Usage(
+            "the scene and the rays cannot both come from standard input: use --rays FILE".into(),
+        ));
+    }
+    let workers = start_workers(args.settings.threads)?;
+    let source = Source::read(&args.scene)?;
+    let loaded = workers.work(|| source.load(&args.settings.overrides()))?;
+    let name = if args.rays == "-" { "standard input" } else { args.rays.as_str() };
+    let cannot = |error: io::Error| Failure::Input(format!("{name} cannot be read: {error}"));
+    let rays: Box<dyn Read> =
+        if args.rays == "-" { Box::new(io::stdin().lock()) } else { Box::new(File::open(&args.rays).map_err(cannot)?) };
+
+    let mut rays = BufReader::with_capacity(BATCH, rays);
+    let mut next_line = 1;
+    let mut wrong = 0_usize;
+    loop {
+        let lines = read_batch(&mut rays).map_err(cannot)?;
+        if lines.is_empty() {
+            break;
+        }
+        let (text, wrong_here) = answer_lines(&loaded.scene, &lines, next_line, &workers);
+        output::print(&text)?;
+        next_line += lines.len();
+        wrong += wrong_here;
+    }
+    match wrong {
+        0 => Ok(()),
+        1 => Err(Failure::Incomplete(format!("one line of {name} is not a ray; its answer says why"))),
+        n => Err(Failure::Incomplete(format!("{n} lines of {name} are not rays; their answers say why"))),
+    }
+}
+
+/// All lines that are there already, but at least one: who sends a single ray and waits gets its answer.
+fn read_batch<R: Read>(rays: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
+    let mut lines = Vec::new();
+    loop {
+        let mut line = Vec::new();
+        if rays.read_until(b'\n', &mut line)? == 0 {
+            return Ok(lines);
+        }
+        lines.push(line);
+        if !rays.buffer().contains(&b'\n') {
+            return Ok(lines);
+        }
+    }
+}
+
+/// The answers, and how many of the lines are not rays.
+fn answer_lines(scene: &Scene, lines: &[Vec<u8>], first: usize, workers: &Workers) -> (Vec<u8>, usize) {
+    let answers: Vec<_> = workers.work(|| lines.par_iter().map(|line| answer_line(scene, line)).collect());
+    let mut text = Vec::new();
+    let mut wrong = 0;
+    for (i, answer) in answers.into_iter().enumerate() {
+        match answer {
+            Ok(json) => text.extend(json.into_bytes()),
+            Err(error) => {
+                wrong += 1;
+                text.extend(serde_json::json!({ "error": error, "line": first + i }).to_string().into_bytes());
+            }
+        }
+        text.push(b'\n');
+    }
+    (text, wrong)
+}
+
+fn answer_line(scene: &Scene, line: &[u8]) -> Result<String, String> {
+    let line = std::str::from_utf8(line).map_err(|_| "this is not UTF-8 text")?;
+    let ray = read_ray(line)?;
+    serde_json::to_string(&answer(scene, &ray)).map_err(|error| error.to_string())
+}

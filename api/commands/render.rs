@@ -1,0 +1,106 @@
+//! `strahl render`: a scene into a picture file.
+
+use super::{interrupt, output, progress, region_of, start_workers};
+use crate::cli::{PictureFormat, RenderArgs};
+use crate::failure::Failure;
+use crate::input::Source;
+use crate::picture::{self, Finished};
+use crate::report::Report;
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+use strahl::film::FileFormat;
+use strahl::render::Control;
+use strahl::scene::Problem;
+
+/// Renders.
+pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let format = file_format(args)?;
+    let stats = args.picture.stats.as_deref();
+    if stats.is_some_and(output::is_standard) && output::is_standard(&args.output) {
+        return Err(Failure::Usage("the picture and --stats cannot both go to standard output".into()));
+    }
+    for path in [Some(args.output.as_path()), stats].into_iter().flatten() {
+        output::check_folder(path)?;
+    }
+
+    let workers = start_workers(args.settings.threads)?;
+    let control = Arc::new(Control::default());
+    interrupt::cancel_on_ctrl_c(&control)?;
+
+    let started = Instant::now();
+    let source = Source::read(&args.scene)?;
+    let loaded = workers.work(|| source.load(&args.settings.overrides()))?;
+    if control.cancelled.load(Ordering::Relaxed) {
+        return Err(Failure::Interrupted);
+    }
+    warn(&source.name, &loaded.scene.warnings);
+    let region = region_of(&loaded.scene, args.picture.region)?;
+    let Finished { file, report } =
+        progress::while_showing(&control, || picture::make(started, &loaded, region, format, &workers, &control))?;
+
+    output::write(&args.output, &file)?;
+    if let Some(path) = stats {
+        output::write(path, &output::pretty(&report)?)?;
+    }
+    summarise(&report);
+    Ok(())
+}
+
+fn file_format(args: &RenderArgs) -> Result<FileFormat, Failure> {
+    let format = match args.format {
+        Some(format) => format,
+        None if output::is_standard(&args.output) => {
+            return Err(Failure::Usage("a picture on standard output needs --format png, exr or pfm".into()));
+        }
+        None => by_name(&args.output)?,
+    };
+    match (format, args.bits.as_str()) {
+        (PictureFormat::Png, "16") => Ok(FileFormat::Png16),
+        (PictureFormat::Png, _) => Ok(FileFormat::Png8),
+        (_, "16") => Err(Failure::Usage("--bits is for PNG; EXR and PFM hold 32-bit floats".into())),
+        (PictureFormat::Exr, _) => Ok(FileFormat::Exr),
+        (PictureFormat::Pfm, _) => Ok(FileFormat::Pfm),
+    }
+}
+
+fn by_name(path: &Path) -> Result<PictureFormat, Failure> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    match extension.as_str() {
+        "png" => Ok(PictureFormat::Png),
+        "exr" => Ok(PictureFormat::Exr),
+        "pfm" => Ok(PictureFormat::Pfm),
+        _ => {
+            let name = path.display();
+            Err(Failure::Usage(format!("{name} names no format: use .png, .exr or .pfm, or give --format")))
+        }
+    }
+}
+
+/// Warnings are no errors: the picture comes all the same.
+fn warn(name: &str, warnings: &[Problem]) {
+    let mut err = io::stderr().lock();
+    for warning in warnings {
+        // The picture matters more than what is said about it.
+        let _ = writeln!(err, "warning: {name}: {warning}");
+    }
+}
+
+/// One line for people; programs ask for `--stats`.
+fn summarise(report: &Report) {
+    let mut err = io::stderr().lock();
+    if err.is_terminal() {
+        let rays = report.cost.rays;
+        let all = rays.camera + rays.shadow + rays.reflected + rays.transmitted;
+        let seconds = report.cost.wall_ms / 1e3;
+        let _ = writeln!(
+            err,
+            "{} x {} pixels, {all} rays, {seconds:.2} s ({:.2} s tracing)",
+            report.replay.region.width,
+            report.replay.region.height,
+            report.cost.phases_ms.trace / 1e3
+        );
+    }
+}

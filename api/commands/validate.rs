@@ -1,0 +1,36 @@
+//! `strahl validate`: all problems of a scene, without rendering it.
+
+use super::output;
+use crate::cli::{ReportFormat, ValidateArgs};
+use crate::failure::Failure;
+use crate::input::Source;
+use serde_json::json;
+use std::fmt::Write;
+use strahl::scene::{Overrides, Problem};
+
+/// Validates.
+pub(super) fn run(args: &ValidateArgs) -> Result<(), Failure> {
+    let source = Source::read(&args.scene)?;
+    let checked = source.load(&Overrides::default());
+    match args.format {
+        ReportFormat::Text => output::print(text(&source.name, &checked?.scene.warnings).as_bytes()),
+        ReportFormat::Json => {
+            let report = match &checked {
+                Ok(loaded) => json!({ "valid": true, "warnings": loaded.scene.warnings }),
+                Err(Failure::Scene { problems, .. }) => json!({ "valid": false, "errors": problems }),
+                Err(_) => return checked.map(drop),
+            };
+            output::print(&output::pretty(&report)?)?;
+            checked.map(drop)
+        }
+    }
+}
+
+fn text(name: &str, warnings: &[Problem]) -> String {
+    let mut text = format!("{name} is valid\n");
+    for warning in warnings {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  warning: {warning}");
+    }
+    text
+}

@@ -1,0 +1,76 @@
+//! Why a command failed: one block of text on standard error, and the exit code.
+
+use std::fmt;
+use std::io::{self, Write};
+use std::process::ExitCode;
+use strahl::render::Cancelled;
+use strahl::scene::Problems;
+
+/// Why a command failed.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The arguments do not make sense together or with this scene. Exit code 2, as clap's own errors.
+    Usage(String),
+    /// A file cannot be read or written, or the service does not answer. Exit code 1.
+    Input(String),
+    /// The scene has problems. Exit code 1.
+    Scene {
+        /// File name, or `standard input`.
+        name: String,
+        /// What is wrong with it.
+        problems: Problems,
+    },
+    /// The output is incomplete and says itself where. Exit code 1.
+    Incomplete(String),
+    /// Whoever read the output has closed it: nobody is left to tell. Exit code 1.
+    OutputClosed,
+    /// Ctrl-C. Exit code 130, as shells expect of a command that SIGINT ended.
+    Interrupted,
+}
+
+impl Failure {
+    /// Says what happened on standard error; returns the exit code.
+    pub(crate) fn tell(&self) -> ExitCode {
+        if !matches!(self, Self::OutputClosed) {
+            // With standard error closed there is nowhere left to complain.
+            let _ = writeln!(io::stderr().lock(), "{self}");
+        }
+        match self {
+            Self::Usage(_) => ExitCode::from(2),
+            Self::Interrupted => ExitCode::from(130),
+            _ => ExitCode::from(1),
+        }
+    }
+
+    /// Standard output or a file could not be written.
+    pub(crate) fn writing(name: &str, error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Self::OutputClosed,
+            _ => Self::Input(format!("{name} cannot be written: {error}")),
+        }
+    }
+}
+
+impl From<Cancelled> for Failure {
+    fn from(Cancelled: Cancelled) -> Self {
+        Self::Interrupted
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage(what) => write!(f, "error: {what}\n\nFor more information, try '--help'."),
+            Self::Input(what) | Self::Incomplete(what) => write!(f, "error: {what}"),
+            Self::Scene { name, problems } => {
+                match problems.0.len() {
+                    1 => write!(f, "error: {name} has a problem")?,
+                    n => write!(f, "error: {name} has {n} problems")?,
+                }
+                problems.0.iter().try_for_each(|problem| write!(f, "\n  {problem}"))
+            }
+            Self::OutputClosed => f.write_str("error: the output was closed"),
+            Self::Interrupted => f.write_str("interrupted"),
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! A scene file or standard input, and which format it has.
+
+use crate::cli::SceneArgs;
+use crate::failure::Failure;
+use std::io::{self, Read};
+use strahl::scene::limits::SCENE_BYTES;
+use strahl::scene::{Format, Loaded, Overrides, load};
+
+/// The bytes of a scene.
+#[derive(Debug)]
+pub(crate) struct Source {
+    /// File name, or `standard input`: for error messages.
+    pub(crate) name: String,
+    /// Everything in it.
+    pub(crate) bytes: Vec<u8>,
+    /// Which format it is in.
+    pub(crate) format: Format,
+}
+
+impl Source {
+    /// Reads the scene that the arguments name.
+    pub(crate) fn read(scene: &SceneArgs) -> Result<Self, Failure> {
+        let (name, bytes) = read(&scene.scene)?;
+        let format = scene.input.map(Format::from).or_else(|| by_name(&scene.scene)).unwrap_or_else(|| sniff(&bytes));
+        Ok(Self { name, bytes, format })
+    }
+
+    /// Reads, checks and compiles the scene.
+    pub(crate) fn load(&self, overrides: &Overrides) -> Result<Loaded, Failure> {
+        if self.format == Format::Json && (overrides.two_sided || overrides.spd_counts) {
+            let what = "--two-sided and --spd-counts are for NFF files; in JSON, materials have \"one_sided\"";
+            return Err(Failure::Usage(what.into()));
+        }
+        load(&self.bytes, self.format, overrides)
+            .map_err(|problems| Failure::Scene { name: self.name.clone(), problems })
+    }
+}
+
+/// The whole of a file, or of standard input for `-`; its name and its bytes.
+pub(crate) fn read(path: &str) -> Result<(String, Vec<u8>), Failure> {
+    let name = if path == "-" { "standard input" } else { path };
+    let cannot = |error: io::Error| Failure::Input(format!("{name} cannot be read: {error}"));
+    let file: Box<dyn Read> =
+        if path == "-" { Box::new(io::stdin().lock()) } else { Box::new(std::fs::File::open(path).map_err(cannot)?) };
+    let mut bytes = Vec::new();
+    // One byte more than allowed is enough for the loader to refuse it, and an endless input must end somewhere.
+    file.take(SCENE_BYTES.max + 1).read_to_end(&mut bytes).map_err(cannot)?;
+    Ok((name.to_owned(), bytes))
+}
+
+fn by_name(path: &str) -> Option<Format> {
+    let path = path.to_ascii_lowercase();
+    if path.ends_with(".json") {
+        Some(Format::Json)
+    } else if path.ends_with(".nff") || path.ends_with(".nff.gz") {
+        Some(Format::Nff)
+    } else {
+        None
+    }
+}
+
+/// Scene JSON starts with a brace; NFF starts with a letter or `#`, or is compressed.
+fn sniff(bytes: &[u8]) -> Format {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    match text.iter().find(|byte| !byte.is_ascii_whitespace()) {
+        Some(byte) if byte.is_ascii_alphabetic() || matches!(byte, b'#' | 0x1f) => Format::Nff,
+        _ => Format::Json,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_are_known_by_name_or_by_content() {
+        assert_eq!(by_name("a/B.JSON"), Some(Format::Json));
+        assert_eq!(by_name("balls.nff.gz"), Some(Format::Nff));
+        assert_eq!(by_name("-"), None);
+        assert_eq!(sniff(b"\xef\xbb\xbf\n {}"), Format::Json);
+        assert_eq!(sniff(b"v\nfrom 0 0 1"), Format::Nff);
+        assert_eq!(sniff(b"\x1f\x8b\x08"), Format::Nff);
+        assert_eq!(sniff(b""), Format::Json);
+    }
+}

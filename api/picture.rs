@@ -1,0 +1,60 @@
+//! From a loaded scene to a picture file and its cost report.
+
+use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
+use crate::workers::Workers;
+use std::time::Instant;
+use strahl::film::{FileFormat, Region, encode};
+use strahl::plan::explain::explain;
+use strahl::render::{Cancelled, Control, render};
+use strahl::scene::Loaded;
+
+/// A picture file and what it cost.
+#[derive(Debug)]
+pub(crate) struct Finished {
+    /// The bytes of the file.
+    pub(crate) file: Vec<u8>,
+    /// What it cost.
+    pub(crate) report: Report,
+}
+
+/// Renders a region, which must fit the picture, and encodes it. `started` is when work on the scene's bytes began.
+pub(crate) fn make(
+    started: Instant,
+    loaded: &Loaded,
+    region: Region,
+    format: FileFormat,
+    workers: &Workers,
+    control: &Control,
+) -> Result<Finished, Cancelled> {
+    let scene = &loaded.scene;
+    let plan = explain(&loaded.description, scene);
+    let picture = workers.work(|| render(scene, region, control))?;
+    let encoding = Instant::now();
+    let file = encode(&picture.film, format);
+    let phases = Phases {
+        parse: loaded.parse_ms,
+        plan: loaded.plan_ms,
+        bvh: scene.bvh_ms,
+        trace: picture.trace_ms,
+        png: milliseconds(encoding),
+    };
+    let cost = Cost {
+        wall_ms: milliseconds(started),
+        phases_ms: phases,
+        rays: picture.rays,
+        camera_hits: picture.rays.camera_hits,
+        threads: workers.threads(),
+    };
+    let replay = Replay {
+        version: env!("CARGO_PKG_VERSION"),
+        image: [scene.width, scene.height],
+        region,
+        render: loaded.description.render,
+    };
+    Ok(Finished { file, report: Report { plan, cost, error: ErrorBounds::default(), replay } })
+}
+
+/// Milliseconds since an instant.
+pub(crate) fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}

@@ -1,0 +1,90 @@
+//! The accept loop: a bounded number of connections, each with a deadline for its headers, until the service drains.
+
+use super::drain::StopSignals;
+use super::stall::Impatient;
+use super::{App, routes};
+use crate::cli::ServeArgs;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::server::graceful::GracefulShutdown;
+use hyper_util::service::TowerToHyperService;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::{sleep, timeout};
+
+/// Bytes of a request's line and headers.
+const MAX_HEADER_BYTES: usize = 64 << 10;
+/// Headers of a request.
+const MAX_HEADERS: usize = 100;
+/// What the last answers get to reach their clients, once they are made.
+const FLUSH: Duration = Duration::from_secs(2);
+
+/// Serves until a signal comes and the running requests have finished or run out of time.
+pub(super) async fn serve(listener: TcpListener, signals: StopSignals, service: App, args: &ServeArgs) {
+    match listener.local_addr() {
+        Ok(address) => tracing::info!("listening on http://{address}"),
+        Err(error) => tracing::warn!(%error, "listening, but not on a known address"),
+    }
+    let app = TowerToHyperService::new(routes::routes(Arc::clone(&service)));
+    let places = Arc::new(Semaphore::new(args.max_connections as usize));
+    let connections = GracefulShutdown::new();
+    let mut http = http1::Builder::new();
+    http.timer(TokioTimer::new())
+        .header_read_timeout(args.header_timeout)
+        .max_buf_size(MAX_HEADER_BYTES)
+        .max_headers(MAX_HEADERS);
+
+    let mut drained = std::pin::pin!(drained(&service, signals, args.drain_timeout));
+    loop {
+        let (stream, place) = tokio::select! {
+            next = next_connection(&listener, &places) => next,
+            () = &mut drained => break,
+        };
+        let stream = TokioIo::new(Impatient::new(stream, args.write_timeout));
+        let connection = connections.watch(http.serve_connection(stream, app.clone()));
+        tokio::spawn(async move {
+            if let Err(error) = connection.await {
+                tracing::debug!(%error, "connection ended early");
+            }
+            drop(place);
+        });
+    }
+    // Whatever is still open now is idle, sending its last bytes, or out of time.
+    if timeout(FLUSH, connections.shutdown()).await.is_err() {
+        tracing::warn!("connections were cut off");
+    }
+    tracing::info!("stopped");
+}
+
+/// Waits for the signal, then for the requests. Connections are still accepted meanwhile, so that probes learn why.
+async fn drained(service: &App, mut signals: StopSignals, patience: Duration) {
+    let signal = signals.next().await;
+    service.drain.begin();
+    tracing::info!(signal, "draining: no new work is taken");
+    tokio::select! {
+        () = service.drain.idle() => {}
+        () = sleep(patience) => tracing::warn!("requests did not finish in time and are given up"),
+        signal = signals.next() => tracing::warn!(signal, "a second signal: requests are given up"),
+    }
+}
+
+async fn next_connection(listener: &TcpListener, places: &Arc<Semaphore>) -> (TcpStream, Option<OwnedSemaphorePermit>) {
+    // The semaphore is never closed.
+    let place = Arc::clone(places).acquire_owned().await.ok();
+    loop {
+        match listener.accept().await {
+            Ok((stream, _)) => {
+                // Answers are written in one go; waiting to fill a packet only delays their end.
+                let _ = stream.set_nodelay(true);
+                return (stream, place);
+            }
+            Err(error) => {
+                // Out of file descriptors, mostly: trying again at once would only burn a processor.
+                tracing::warn!(%error, "a connection was not accepted");
+                sleep(Duration::from_millis(50)).await;
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! What all requests about a scene share: a content type, parameters, and the scene itself as the body.
+
+use super::Service;
+use super::body::{self, Held};
+use super::parameters::Parameters;
+use super::problem::{Kind, Problem};
+use axum::extract::Request;
+use axum::http::HeaderMap;
+use axum::http::request::Parts;
+use strahl::scene::{Format, Overrides};
+
+/// A request, read completely and checked except for the scene.
+#[derive(Debug)]
+pub(super) struct Asked<P> {
+    /// The format of the scene.
+    pub(super) format: Format,
+    /// Settings put over the scene's.
+    pub(super) overrides: Overrides,
+    /// The parameters that only some requests take.
+    pub(super) further: P,
+    /// The scene.
+    pub(super) body: Held,
+}
+
+/// Reads a request; `further` takes the parameters that only this kind of request has.
+pub(super) async fn read<P>(
+    service: &Service,
+    request: Request,
+    further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
+) -> Result<Asked<P>, Problem> {
+    let (parts, body) = request.into_parts();
+    match check(service, &parts, further) {
+        Ok((format, overrides, further)) => {
+            let body = body::read(service, &parts.headers, body).await?;
+            Ok(Asked { format, overrides, further, body })
+        }
+        Err(problem) => {
+            body::discard(service, &parts.headers, body).await;
+            Err(problem)
+        }
+    }
+}
+
+fn check<P>(
+    service: &Service,
+    parts: &Parts,
+    further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
+) -> Result<(Format, Overrides, P), Problem> {
+    if service.drain.has_begun() {
+        return Err(Problem::new(Kind::Draining, "the service is about to stop and takes no new work").retry_after(1));
+    }
+    let format = body::scene_format(&parts.headers)?;
+    let mut parameters = Parameters::of(&parts.uri)?;
+    let overrides = parameters.overrides(format);
+    let further = further(&mut parameters, &parts.headers)?;
+    parameters.finish()?;
+    Ok((format, overrides, further))
+}

@@ -1,0 +1,108 @@
+//! What one request may ask of the service. What a scene may say is in `strahl::scene::limits`.
+
+use super::problem::{Kind, Problem};
+use crate::cli::ServeArgs;
+use serde_json::{Value, json};
+use std::time::Duration;
+use strahl::film::Region;
+use strahl::scene::Loaded;
+use strahl::scene::limits as scene;
+
+/// Rays of one `POST /v1/rays`.
+pub(super) const MAX_RAYS: usize = 100_000;
+/// Bodies of the largest size that memory is set aside for.
+const BODIES: u64 = 8;
+
+/// Limits by the names that errors quote.
+#[derive(Debug)]
+pub(super) struct Limits {
+    pub(super) max_body_bytes: u64,
+    /// Bytes of all bodies and answers together.
+    pub(super) memory_bytes: u64,
+    pub(super) body_timeout: Duration,
+    timeout: Duration,
+    header_timeout: Duration,
+    write_timeout: Duration,
+    queue: u32,
+    max_pixels: u64,
+    max_samples_total: u64,
+}
+
+impl Limits {
+    /// As the command line says.
+    pub(super) fn new(args: &ServeArgs) -> Self {
+        Self {
+            max_body_bytes: args.max_body_bytes,
+            memory_bytes: args.max_body_bytes.saturating_mul(BODIES).max(512 << 20),
+            body_timeout: args.body_timeout,
+            timeout: args.timeout,
+            header_timeout: args.header_timeout,
+            write_timeout: args.write_timeout,
+            queue: args.queue,
+            max_pixels: args.max_pixels,
+            max_samples_total: args.max_samples_total,
+        }
+    }
+
+    /// Refuses a region that is too much work for one answer.
+    pub(super) fn check(&self, loaded: &Loaded, region: Region) -> Result<(), Problem> {
+        let pixels = u64::from(region.width) * u64::from(region.height);
+        if pixels > self.max_pixels {
+            let detail = format!(
+                "{} x {} is {pixels} pixels; one answer has at most {} (max_pixels): ask for tiles",
+                region.width, region.height, self.max_pixels
+            );
+            return Err(Problem::limit(Kind::CostLimit, "max_pixels", self.max_pixels, detail));
+        }
+        let samples = pixels * u64::from(loaded.description.render.samples);
+        if samples > self.max_samples_total {
+            let detail = format!(
+                "{pixels} pixels with {} samples each are {samples} samples; one answer has at most {} \
+                 (max_samples_total): ask for tiles or fewer samples",
+                loaded.description.render.samples, self.max_samples_total
+            );
+            return Err(Problem::limit(Kind::CostLimit, "max_samples_total", self.max_samples_total, detail));
+        }
+        Ok(())
+    }
+
+    /// `GET /v1/limits`.
+    pub(super) fn to_json(&self) -> Value {
+        let scene_limits = [
+            scene::SCENE_BYTES,
+            scene::JSON_DEPTH,
+            scene::NESTING,
+            scene::OBJECTS,
+            scene::TRIANGLES,
+            scene::LIGHTS,
+            scene::POLYGON_VERTICES,
+            scene::EXPANDED_PRIMITIVES,
+            scene::IMAGE_SIDE,
+            scene::PIXELS,
+            scene::SAMPLES,
+            scene::MAX_DEPTH,
+            scene::RAYS_PER_SAMPLE,
+            scene::TREE_RAYS,
+            scene::PROBLEMS,
+        ];
+        let mut by_name: serde_json::Map<_, _> =
+            scene_limits.iter().map(|limit| (limit.name.to_owned(), json!(limit.max))).collect();
+        by_name.insert("magnitude".into(), json!(scene::MAGNITUDE));
+        by_name.insert("smallest_length".into(), json!(scene::SMALLEST_LENGTH));
+        json!({
+            "request": {
+                "max_body_bytes": self.max_body_bytes,
+                "memory_bytes": self.memory_bytes,
+                "max_pixels": self.max_pixels,
+                "max_samples_total": self.max_samples_total,
+                "max_rays": MAX_RAYS,
+                "queue": self.queue,
+                "header_timeout_s": self.header_timeout.as_secs_f64(),
+                "body_timeout_s": self.body_timeout.as_secs_f64(),
+                "write_timeout_s": self.write_timeout.as_secs_f64(),
+                "timeout_s": self.timeout.as_secs_f64(),
+            },
+            "scene": by_name,
+        })
+    }
+}

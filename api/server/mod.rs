@@ -1,0 +1,84 @@
+//! `strahl serve`: the service. Tokio's threads talk, the pool's threads render.
+
+mod accept;
+mod asked;
+mod body;
+mod drain;
+mod envelope;
+mod limits;
+mod meta;
+mod negotiate;
+mod parameters;
+mod picture;
+mod problem;
+mod questions;
+mod queue;
+mod rays;
+mod routes;
+mod stall;
+
+use crate::cli::ServeArgs;
+use crate::commands::start_workers;
+use crate::failure::Failure;
+use drain::{Drain, StopSignals};
+use limits::Limits;
+use queue::Queue;
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
+use tracing_subscriber::EnvFilter;
+
+/// Everything the handlers share.
+#[derive(Debug)]
+struct Service {
+    /// The one way to the renderer.
+    queue: Queue,
+    /// What a request may ask for.
+    limits: Limits,
+    /// How much memory bodies and answers may take together, in units of [`body::UNIT`] bytes.
+    memory: Arc<Semaphore>,
+    /// Whether the service is about to end.
+    drain: Drain,
+}
+
+/// How handlers get it.
+type App = Arc<Service>;
+
+/// Threads that only wait for sockets: the pool needs the processors.
+const TALKERS: usize = 2;
+/// What a render that ignores its cancellation gets before the process ends without it.
+const LAST_WAIT: Duration = Duration::from_secs(1);
+
+/// Serves until SIGTERM or Ctrl-C.
+pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
+    let filter = EnvFilter::try_from_env("STRAHL_LOG").unwrap_or_else(|_| EnvFilter::new("info"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).with_ansi(false).init();
+
+    let workers = start_workers(args.threads)?;
+    let limits = Limits::new(args);
+    let service = Arc::new(Service {
+        queue: Queue::new(workers, args.queue, args.timeout),
+        memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
+        limits,
+        drain: Drain::default(),
+    });
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(TALKERS)
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::Input(format!("the service cannot start: {error}")))?;
+    let served = runtime.block_on(async {
+        let listener = TcpListener::bind(args.listen)
+            .await
+            .map_err(|error| Failure::Input(format!("cannot listen on {}: {error}", args.listen)))?;
+        // Before the address is announced: whoever reads it may send a signal at once.
+        let signals = StopSignals::watch()
+            .map_err(|error| Failure::Input(format!("the signals to stop cannot be watched for: {error}")))?;
+        accept::serve(listener, signals, service, args).await;
+        Ok(())
+    });
+    runtime.shutdown_timeout(LAST_WAIT);
+    served
+}

@@ -1,0 +1,186 @@
+//! Query parameters: all that are wrong are reported at once, unknown ones with a suggestion.
+
+use super::negotiate;
+use super::problem::{Kind, Problem};
+use axum::extract::Query;
+use axum::http::{HeaderMap, Uri};
+use serde_json::{Value, json};
+use std::str::FromStr;
+use strahl::film::{FileFormat, Region};
+use strahl::scene::problem::did_you_mean;
+use strahl::scene::{Format, Overrides};
+
+/// The parameters of a request, taken out one by one.
+#[derive(Debug)]
+pub(super) struct Parameters {
+    given: Vec<(String, String)>,
+    known: Vec<&'static str>,
+    errors: Vec<Value>,
+}
+
+impl Parameters {
+    /// Takes the query apart.
+    pub(super) fn of(uri: &Uri) -> Result<Self, Problem> {
+        let Query(given) = Query::try_from_uri(uri)
+            .map_err(|error| Problem::new(Kind::InvalidParameter, format!("the query cannot be read: {error}")))?;
+        Ok(Self { given, known: Vec::new(), errors: Vec::new() })
+    }
+
+    /// The value of a parameter, as `read` understands it.
+    fn take_as<T>(&mut self, name: &'static str, expected: &str, read: impl FnOnce(&str) -> Option<T>) -> Option<T> {
+        self.known.push(name);
+        let at = self.given.iter().position(|(given, _)| given == name)?;
+        let (_, text) = self.given.remove(at);
+        let value = read(&text);
+        if value.is_none() {
+            self.wrong(name, "out-of-range", format!("expected {expected}, got \"{text}\""));
+        }
+        value
+    }
+
+    fn take<T: FromStr>(&mut self, name: &'static str, expected: &str) -> Option<T> {
+        self.take_as(name, expected, |text| text.parse().ok())
+    }
+
+    fn require(&mut self, name: &'static str) -> u32 {
+        if !self.given.iter().any(|(given, _)| given == name) {
+            self.wrong(name, "missing-key", "it is required: a whole number of pixels".into());
+        }
+        // With an error noted, `finish` fails, and nobody sees the 0.
+        self.take(name, "a whole number of pixels").unwrap_or(0)
+    }
+
+    fn wrong(&mut self, parameter: &str, code: &str, detail: String) {
+        self.errors.push(json!({ "parameter": parameter, "code": code, "detail": detail }));
+    }
+
+    /// The settings that a query may put over the scene's.
+    pub(super) fn overrides(&mut self, format: Format) -> Overrides {
+        let two_sided = self.take("two_sided", "true or false");
+        if two_sided.is_some() && format == Format::Json {
+            let detail = "it is for NFF; in JSON, materials have \"one_sided\"";
+            self.wrong("two_sided", "unsupported", detail.into());
+        }
+        Overrides {
+            width: self.take("width", "a whole number of pixels"),
+            height: self.take("height", "a whole number of pixels"),
+            max_depth: self.take("max_depth", "a whole number"),
+            min_weight: self.take_as("min_weight", "a number from 0 to 1", |text| {
+                text.parse().ok().filter(|weight: &f64| weight.is_finite())
+            }),
+            samples: self.take("samples", "a whole number"),
+            antialias: self.take("antialias", "true or false"),
+            precision: self.take_as("precision", "single or double", |text| crate::cli::precision(text).ok()),
+            two_sided: two_sided.unwrap_or(false),
+            spd_counts: false,
+        }
+    }
+
+    /// The format of the picture: `format` and `bits`, else what the client accepts.
+    pub(super) fn picture_format(&mut self, headers: &HeaderMap) -> Result<FileFormat, Problem> {
+        let named = self.take_as("format", "png, exr or pfm", negotiate::by_name);
+        let bits = self.take_as("bits", "8 or 16", |text| matches!(text, "8" | "16").then(|| text == "16"));
+        let format = named.map_or_else(|| negotiate::by_accept(headers), Ok)?;
+        match (format, bits) {
+            (FileFormat::Png8, Some(true)) => Ok(FileFormat::Png16),
+            (FileFormat::Exr | FileFormat::Pfm, Some(_)) => {
+                self.wrong("bits", "unsupported", "it is for PNG; the other formats hold 32-bit floats".into());
+                Ok(format)
+            }
+            _ => Ok(format),
+        }
+    }
+
+    /// `x`, `y`, `w` and `h`.
+    pub(super) fn region(&mut self) -> Region {
+        Region { x: self.require("x"), y: self.require("y"), width: self.require("w"), height: self.require("h") }
+    }
+
+    /// `x` and `y`.
+    pub(super) fn pixel(&mut self) -> [u32; 2] {
+        [self.require("x"), self.require("y")]
+    }
+
+    /// One of some names, by default the first.
+    pub(super) fn choice<T: Copy>(&mut self, name: &'static str, choices: &[(&str, T)], default: T) -> T {
+        let names: Vec<_> = choices.iter().map(|(name, _)| *name).collect();
+        let by_name = |text: &str| choices.iter().find(|(name, _)| *name == text).map(|(_, value)| *value);
+        self.take_as(name, &format!("one of {}", names.join(", ")), by_name).unwrap_or(default)
+    }
+
+    /// Everything has been taken: what is left is unknown or there twice.
+    pub(super) fn finish(mut self) -> Result<(), Problem> {
+        for (name, _) in std::mem::take(&mut self.given) {
+            if self.known.contains(&name.as_str()) {
+                self.wrong(&name, "duplicate-name", "it is given twice".into());
+            } else {
+                let suggestion = did_you_mean(&name, self.known.iter().copied());
+                self.wrong(&name, "unknown-key", format!("there is no parameter \"{name}\"{suggestion}"));
+            }
+        }
+        if self.errors.is_empty() {
+            return Ok(());
+        }
+        let sentences: Vec<_> = self
+            .errors
+            .iter()
+            .map(|error| format!("{}: {}", text(&error["parameter"]), text(&error["detail"])))
+            .collect();
+        Err(Problem::new(Kind::InvalidParameter, sentences.join("; ")).with("errors", self.errors.into()))
+    }
+}
+
+/// A region or pixel of a request that the picture does not have.
+pub(super) fn outside(what: &str, width: u32, height: u32) -> Problem {
+    let detail = format!("{what} does not lie inside the picture of {width} x {height} pixels");
+    Problem::new(Kind::InvalidParameter, detail)
+}
+
+fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters(query: &str) -> Parameters {
+        Parameters::of(&format!("/v1/render?{query}").parse().unwrap()).unwrap()
+    }
+
+    fn complaint(query: &str) -> String {
+        let mut parameters = parameters(query);
+        parameters.overrides(Format::Json);
+        parameters.picture_format(&HeaderMap::new()).unwrap();
+        parameters.finish().err().map(|problem| format!("{problem:?}")).unwrap_or_default()
+    }
+
+    #[test]
+    fn good_parameters_are_taken() {
+        let mut parameters = parameters("width=64&min_weight=0.5&precision=double&antialias=false&bits=16");
+        let overrides = parameters.overrides(Format::Json);
+        assert_eq!((overrides.width, overrides.height), (Some(64), None));
+        assert_eq!((overrides.min_weight, overrides.antialias), (Some(0.5), Some(false)));
+        assert_eq!(parameters.picture_format(&HeaderMap::new()).unwrap(), FileFormat::Png16);
+        assert!(parameters.finish().is_ok());
+    }
+
+    #[test]
+    fn every_wrong_parameter_is_reported() {
+        let message = complaint("widht=64&samples=-1&width=1&width=2");
+        for part in ["did you mean", "width", "samples", "twice"] {
+            assert!(message.contains(part), "{part} in {message}");
+        }
+        assert!(complaint("min_weight=NaN").contains("min_weight"));
+        assert!(complaint("two_sided=true").contains("NFF"));
+        assert!(complaint("format=exr&bits=16").contains("bits"));
+        assert!(complaint("spd_counts=true").contains("no parameter"));
+    }
+
+    #[test]
+    fn tiles_need_all_four_numbers() {
+        let mut parameters = parameters("x=0&y=0&w=8");
+        parameters.region();
+        assert!(format!("{:?}", parameters.finish()).contains("required"));
+    }
+}

@@ -1,0 +1,111 @@
+//! `POST /v1/render` and `POST /v1/render/tile`: a scene in, a picture out.
+
+use super::asked::{self, Asked};
+use super::body::Held;
+use super::negotiate;
+use super::parameters::{Parameters, outside};
+use super::problem::{Kind, Problem};
+use super::queue::{Done, Job};
+use super::{App, Service};
+use crate::picture::{self, Finished};
+use crate::report::Report;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use strahl::film::{FileFormat, Region};
+use strahl::scene::{Format, Loaded, Overrides, Scene};
+
+/// `POST /v1/render`.
+pub(super) async fn whole(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+    answer(service, request, |_| None).await
+}
+
+/// `POST /v1/render/tile`: the same bytes as that part of the whole picture.
+pub(super) async fn tile(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+    answer(service, request, |parameters| Some(parameters.region())).await
+}
+
+async fn answer(
+    service: App,
+    request: Request,
+    region: impl FnOnce(&mut Parameters) -> Option<Region>,
+) -> Result<Response, Problem> {
+    let further = |parameters: &mut Parameters, headers: &HeaderMap| {
+        Ok((region(parameters), parameters.picture_format(headers)?))
+    };
+    let Asked { format, overrides, further: (region, file_format), body } =
+        asked::read(&service, request, further).await?;
+    let render = {
+        let service = Arc::clone(&service);
+        move |job: &Job| {
+            let loaded = load(job, body.as_ref(), format, &overrides)?;
+            let region = region_of(&service, &loaded, region)?;
+            picture::make(job.started, &loaded, region, file_format, &job.workers, &job.control).map_err(|_| gone())
+        }
+    };
+    let Done { value: Finished { file, report }, queue_ms } = service.queue.run(render).await?;
+    let headers = picture_headers(file_format, &report, queue_ms);
+    Ok((headers, Held::new(file, &service.memory).into_body()).into_response())
+}
+
+/// Reads, checks and compiles a scene as part of a job.
+pub(super) fn load(job: &Job, bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loaded, Problem> {
+    let loaded = job.workers.work(|| strahl::scene::load(bytes, format, overrides));
+    if job.control.cancelled.load(Ordering::Relaxed) {
+        return Err(gone());
+    }
+    loaded.map_err(|problems| Problem::scene(&problems))
+}
+
+/// A job noticed that it was cancelled. Nobody waits for this answer any more: its client has gone or has been
+/// answered.
+pub(super) fn gone() -> Problem {
+    Problem::new(Kind::RenderDeadline, "the request was given up")
+}
+
+fn region_of(service: &Service, loaded: &Loaded, region: Option<Region>) -> Result<Region, Problem> {
+    let Scene { width, height, .. } = loaded.scene;
+    let region = region.unwrap_or_else(|| Region::whole(width, height));
+    if !region.fits(width, height) {
+        let Region { x, y, width: w, height: h } = region;
+        return Err(outside(&format!("the region x={x}, y={y}, w={w}, h={h}"), width, height));
+    }
+    service.limits.check(loaded, region)?;
+    Ok(region)
+}
+
+fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64) -> HeaderMap {
+    let (name, media_type) = negotiate::description(format);
+    let phases = report.cost.phases_ms.list();
+    // What no phase accounts for was spent waiting for a turn on the pool.
+    let waited = report.cost.wall_ms - phases.iter().map(|(_, ms)| ms).sum::<f64>();
+    let timing: Vec<String> = [("queue", queue_ms + waited.max(0.0))]
+        .into_iter()
+        .chain(phases)
+        .map(|(phase, ms)| format!("{phase};dur={ms:.3}"))
+        .collect();
+    let rays = report.cost.rays;
+    let rays = format!(
+        "camera={}, shadow={}, reflected={}, transmitted={}",
+        rays.camera, rays.shadow, rays.reflected, rays.transmitted
+    );
+    let on: Vec<_> =
+        report.plan.effects.iter().filter(|effect| effect.state == "on").map(|effect| effect.effect).collect();
+    let mut headers = HeaderMap::new();
+    for (header, value) in [
+        (header::CONTENT_TYPE, media_type.to_owned()),
+        (header::CONTENT_DISPOSITION, format!("inline; filename=\"picture.{name}\"")),
+        (header::VARY, "Accept".to_owned()),
+        (HeaderName::from_static("server-timing"), timing.join(", ")),
+        (HeaderName::from_static("render-rays"), rays),
+        (HeaderName::from_static("render-plan"), on.join(", ")),
+    ] {
+        // Names of effects and numbers are ASCII, so this does not fail.
+        if let Ok(value) = HeaderValue::from_str(&value) {
+            headers.insert(header, value);
+        }
+    }
+    headers
+}

@@ -1,0 +1,283 @@
+//! Errors as RFC 9457 problem details. Handlers return a [`Problem`]; the envelope writes it, with the request's id.
+
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+use strahl::scene;
+use strahl::scene::problem::Code;
+
+/// What can go wrong. Each kind has a page at `/problems/{slug}`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    InvalidJson,
+    InvalidNff,
+    InvalidParameter,
+    InvalidScene,
+    InvalidRays,
+    UnsupportedMediaType,
+    NotAcceptable,
+    TooLarge,
+    CostLimit,
+    NotFound,
+    MethodNotAllowed,
+    BodyTimeout,
+    Saturated,
+    Draining,
+    RenderDeadline,
+    Internal,
+}
+
+impl Kind {
+    /// All kinds.
+    pub(super) const ALL: [Self; 16] = [
+        Self::InvalidJson,
+        Self::InvalidNff,
+        Self::InvalidParameter,
+        Self::InvalidScene,
+        Self::InvalidRays,
+        Self::UnsupportedMediaType,
+        Self::NotAcceptable,
+        Self::TooLarge,
+        Self::CostLimit,
+        Self::NotFound,
+        Self::MethodNotAllowed,
+        Self::BodyTimeout,
+        Self::Saturated,
+        Self::Draining,
+        Self::RenderDeadline,
+        Self::Internal,
+    ];
+
+    /// Its name in URLs, its status, its title, and what to do about it.
+    pub(super) fn page(self) -> (&'static str, StatusCode, &'static str, &'static str) {
+        match self {
+            Self::InvalidJson => (
+                "invalid-json",
+                StatusCode::BAD_REQUEST,
+                "The body is not JSON",
+                "`detail` and `errors` say where the text stops being JSON.",
+            ),
+            Self::InvalidNff => (
+                "invalid-nff",
+                StatusCode::BAD_REQUEST,
+                "The body is not Neutral File Format",
+                "`errors` says which line is wrong. A scene in JSON needs Content-Type: application/json.",
+            ),
+            Self::InvalidParameter => (
+                "invalid-parameter",
+                StatusCode::BAD_REQUEST,
+                "A query parameter is wrong",
+                "`errors` lists every parameter that is unknown, missing or out of range.",
+            ),
+            Self::InvalidScene => (
+                "invalid-scene",
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "The scene is not valid",
+                "`errors` lists every problem with its JSON pointer, line and column. The format is described at \
+                 /schema/scene.json.",
+            ),
+            Self::InvalidRays => (
+                "invalid-rays",
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "The rays are not valid",
+                "The body is {\"scene\": {...}, \"rays\": [{\"origin\": [0,0,5], \"direction\": [0,0,-1]}]}.",
+            ),
+            Self::UnsupportedMediaType => (
+                "unsupported-media-type",
+                StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                "The body's type is not understood",
+                "Send application/json, text/x-nff, or application/gzip for a compressed NFF file.",
+            ),
+            Self::NotAcceptable => (
+                "not-acceptable",
+                StatusCode::NOT_ACCEPTABLE,
+                "No acceptable format",
+                "`available` lists the formats there are.",
+            ),
+            Self::TooLarge => (
+                "too-large",
+                StatusCode::PAYLOAD_TOO_LARGE,
+                "The request is too large",
+                "`limit` names the limit. All limits are at /v1/limits. Sending the same again does not help.",
+            ),
+            Self::CostLimit => (
+                "cost-limit",
+                StatusCode::PAYLOAD_TOO_LARGE,
+                "The picture is too much work for one answer",
+                "`limit` names the limit. Ask for tiles (POST /v1/render/tile), a smaller picture or fewer samples.",
+            ),
+            Self::NotFound => {
+                ("not-found", StatusCode::NOT_FOUND, "There is nothing here", "Renders are at POST /v1/render.")
+            }
+            Self::MethodNotAllowed => (
+                "method-not-allowed",
+                StatusCode::METHOD_NOT_ALLOWED,
+                "Wrong method",
+                "The Allow header lists the methods there are.",
+            ),
+            Self::BodyTimeout => (
+                "body-timeout",
+                StatusCode::REQUEST_TIMEOUT,
+                "The body took too long to arrive",
+                "Send it faster or make it smaller; NFF may be sent compressed.",
+            ),
+            Self::Saturated => (
+                "saturated",
+                StatusCode::SERVICE_UNAVAILABLE,
+                "The service is busy",
+                "Try again after the seconds in the Retry-After header.",
+            ),
+            Self::Draining => (
+                "draining",
+                StatusCode::SERVICE_UNAVAILABLE,
+                "The service is about to stop",
+                "Try again after the seconds in the Retry-After header, or at another instance.",
+            ),
+            Self::RenderDeadline => (
+                "render-deadline",
+                StatusCode::GATEWAY_TIMEOUT,
+                "The render took too long",
+                "Ask for tiles, a smaller picture, fewer samples or a lower max_depth.",
+            ),
+            Self::Internal => (
+                "internal",
+                StatusCode::INTERNAL_SERVER_ERROR,
+                "The service has made a mistake",
+                "It is the service's fault, not the request's. The log has more under the id in `instance`.",
+            ),
+        }
+    }
+}
+
+/// An error on its way to a client.
+#[derive(Debug, Clone)]
+pub(super) struct Problem {
+    kind: Kind,
+    detail: String,
+    /// Further members of the JSON.
+    members: Map<String, Value>,
+    retry_after: Option<u32>,
+}
+
+impl Problem {
+    /// A problem with a sentence that says what to do.
+    pub(super) fn new(kind: Kind, detail: impl Into<String>) -> Self {
+        Self { kind, detail: detail.into(), members: Map::new(), retry_after: None }
+    }
+
+    /// A limit, by name.
+    pub(super) fn limit(kind: Kind, name: &str, max: u64, detail: impl Into<String>) -> Self {
+        Self::new(kind, detail).with("limit", json!({ "name": name, "max": max }))
+    }
+
+    /// Adds a member.
+    pub(super) fn with(mut self, member: &str, value: Value) -> Self {
+        self.members.insert(member.to_owned(), value);
+        self
+    }
+
+    /// Says when to try again, in seconds.
+    pub(super) fn retry_after(mut self, seconds: u32) -> Self {
+        self.retry_after = Some(seconds);
+        self
+    }
+
+    /// Problems of a scene. Text that cannot even be read as its format is the request's fault, not the scene's.
+    pub(super) fn scene(problems: &scene::Problems) -> Self {
+        let kind = match problems.0.first().map(|first| first.code) {
+            Some(Code::InvalidJson) => Kind::InvalidJson,
+            Some(Code::InvalidNff) => Kind::InvalidNff,
+            _ => Kind::InvalidScene,
+        };
+        let first = problems.0.first().map_or_else(String::new, ToString::to_string);
+        let detail = match problems.0.len() {
+            0 | 1 => first,
+            n => format!("{n} problems; the first: {first}"),
+        };
+        Self::new(kind, detail).with("errors", problems.0.iter().map(error_entry).collect())
+    }
+
+    /// The request's id completes the answer.
+    pub(super) fn answer(self, request_id: &str) -> Response {
+        let (slug, status, title, _) = self.kind.page();
+        let mut body = Map::new();
+        body.insert("type".into(), format!("/problems/{slug}").into());
+        body.insert("title".into(), title.into());
+        body.insert("status".into(), status.as_u16().into());
+        body.insert("detail".into(), self.detail.into());
+        body.insert("instance".into(), request_id.into());
+        body.extend(self.members);
+        let mut response = (status, Value::Object(body).to_string()).into_response();
+        let headers = response.headers_mut();
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+        if let Some(seconds) = self.retry_after {
+            headers.insert(header::RETRY_AFTER, seconds.into());
+        }
+        response
+    }
+}
+
+impl IntoResponse for Problem {
+    /// Only carries the problem to the envelope, which knows the request's id.
+    fn into_response(self) -> Response {
+        let (_, status, _, _) = self.kind.page();
+        let mut response = status.into_response();
+        response.extensions_mut().insert(self);
+        response
+    }
+}
+
+/// A scene's problem as an entry of `errors`.
+fn error_entry(problem: &scene::Problem) -> Value {
+    let mut entry = json!({
+        "pointer": format!("#{}", fragment(&problem.pointer)),
+        "code": problem.code,
+        "detail": problem.detail,
+    });
+    for (key, value) in [("line", problem.line), ("column", problem.column)] {
+        if let Some(value) = value {
+            entry[key] = value.into();
+        }
+    }
+    entry
+}
+
+/// A JSON pointer as a URI fragment (RFC 6901 section 6): bytes that a fragment cannot hold are percent-encoded.
+fn fragment(pointer: &str) -> String {
+    let mut encoded = String::with_capacity(pointer.len());
+    for byte in pointer.bytes() {
+        if byte.is_ascii_alphanumeric() || b"-._~!$&'()*+,;=:@/?".contains(&byte) {
+            encoded.push(char::from(byte));
+        } else {
+            // Writing to a String cannot fail.
+            let _ = write!(encoded, "%{byte:02X}");
+        }
+    }
+    encoded
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slugs_are_unique() {
+        let mut slugs: Vec<_> = Kind::ALL.iter().map(|kind| kind.page().0).collect();
+        slugs.sort_unstable();
+        slugs.dedup();
+        assert_eq!(slugs.len(), Kind::ALL.len());
+    }
+
+    #[test]
+    fn pointers_become_fragments() {
+        assert_eq!(fragment("/materials/dark red~1x/ior"), "/materials/dark%20red~1x/ior");
+    }
+
+    #[test]
+    fn scenes_and_their_text_have_different_statuses() {
+        let of = |code| Problem::scene(&scene::Problems::one(scene::Problem::new("/a", code, "wrong"))).kind;
+        assert_eq!(of(Code::InvalidJson), Kind::InvalidJson);
+        assert_eq!(of(Code::OutOfRange), Kind::InvalidScene);
+    }
+}

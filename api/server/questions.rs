@@ -1,0 +1,95 @@
+//! Questions about a scene that are answered without a picture: ray trees, the plan, validity.
+
+use super::App;
+use super::asked::{self, Asked};
+use super::body::Held;
+use super::parameters::{Parameters, outside};
+use super::picture::load;
+use super::problem::{Kind, Problem};
+use super::queue::Job;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, header};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use serde_json::json;
+use strahl::plan::explain::explain;
+use strahl::scene::{Format, Overrides};
+use strahl::trace::tree::trace_pixel;
+
+/// `POST /v1/explain`: which effects the scene calls for, and why.
+pub(super) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+    let answer = |job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
+        let loaded = load(job, bytes, format, overrides)?;
+        to_json(&explain(&loaded.description, &loaded.scene))
+    };
+    ask(service, request, nothing, answer).await
+}
+
+/// `POST /v1/scenes/validate`: all problems, or none and perhaps warnings.
+pub(super) async fn validate(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+    let answer = |job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
+        let loaded = load(job, bytes, format, overrides)?;
+        to_json(&json!({ "valid": true, "warnings": loaded.scene.warnings }))
+    };
+    ask(service, request, nothing, answer).await
+}
+
+/// `POST /v1/tree`: every ray of one pixel.
+pub(super) async fn tree(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+    let answer = |job: &Job, bytes: &[u8], format, overrides: &Overrides, (pixel, tree_format): ([u32; 2], _)| {
+        let [x, y] = pixel;
+        let scene = load(job, bytes, format, overrides)?.scene;
+        if x >= scene.width || y >= scene.height {
+            return Err(outside(&format!("the pixel x={x}, y={y}"), scene.width, scene.height));
+        }
+        let tree = job.workers.work(|| trace_pixel(&scene, x, y));
+        match tree_format {
+            TreeFormat::Json => to_json(&tree),
+            TreeFormat::Dot => Ok(("text/vnd.graphviz", tree.to_dot().into_bytes())),
+            TreeFormat::Svg => Ok(("image/svg+xml", tree.to_svg().into_bytes())),
+        }
+    };
+    ask(service, request, pixel_and_format, answer).await
+}
+
+#[derive(Debug, Clone, Copy)]
+enum TreeFormat {
+    Json,
+    Dot,
+    Svg,
+}
+
+fn pixel_and_format(parameters: &mut Parameters, _: &HeaderMap) -> Result<([u32; 2], TreeFormat), Problem> {
+    let formats = [("json", TreeFormat::Json), ("dot", TreeFormat::Dot), ("svg", TreeFormat::Svg)];
+    Ok((parameters.pixel(), parameters.choice("format", &formats, TreeFormat::Json)))
+}
+
+fn nothing(_: &mut Parameters, _: &HeaderMap) -> Result<(), Problem> {
+    Ok(())
+}
+
+/// A media type and bytes of it.
+pub(super) type Answer = (&'static str, Vec<u8>);
+
+/// A value as an answer.
+pub(super) fn to_json(value: &impl Serialize) -> Result<Answer, Problem> {
+    let json = serde_json::to_vec(value).map_err(|error| {
+        tracing::error!(%error, "an answer cannot be written as JSON");
+        Problem::new(Kind::Internal, "the answer cannot be written")
+    })?;
+    Ok(("application/json", json))
+}
+
+/// What all questions share: the request is read, a job answers it.
+pub(super) async fn ask<P: Send + 'static>(
+    service: App,
+    request: Request,
+    further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
+    answer: impl FnOnce(&Job, &[u8], Format, &Overrides, P) -> Result<Answer, Problem> + Send + 'static,
+) -> Result<Response, Problem> {
+    let Asked { format, overrides, further, body } = asked::read(&service, request, further).await?;
+    let work = move |job: &Job| answer(job, body.as_ref(), format, &overrides, further);
+    let (media_type, bytes) = service.queue.run(work).await?.value;
+    let body = Held::new(bytes, &service.memory).into_body();
+    Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
+}

@@ -1,0 +1,269 @@
+//! The bounded queue before the renderer, the only way from a request to the pool.
+//!
+//! A request that finds no place is refused at once, one that waits or works too long is given up, and one whose
+//! client goes away stops: its future is dropped, and with it the guard that cancels the job. A place is free again
+//! only when the job has really ended.
+
+use super::problem::{Kind, Problem};
+use crate::picture::milliseconds;
+use crate::workers::Workers;
+use std::any::Any;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+use strahl::render::Control;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::timeout_at;
+
+/// Jobs under way at one time. They take turns on the pool; the second one is there so that one can encode its
+/// picture while the other renders.
+const DRIVERS: usize = 2;
+
+/// The queue.
+#[derive(Debug)]
+pub(super) struct Queue {
+    workers: Arc<Workers>,
+    /// Places for jobs that wait and jobs under way.
+    places: Arc<Semaphore>,
+    drivers: Arc<Semaphore>,
+    size: usize,
+    patience: Duration,
+    pace: Pace,
+}
+
+/// What a job works with.
+#[derive(Debug)]
+pub(super) struct Job {
+    /// The threads that render.
+    pub(super) workers: Arc<Workers>,
+    /// Tells the job to stop.
+    pub(super) control: Arc<Control>,
+    /// When work began.
+    pub(super) started: Instant,
+}
+
+/// What a job has made.
+#[derive(Debug)]
+pub(super) struct Done<T> {
+    /// The result.
+    pub(super) value: T,
+    /// Milliseconds it waited before.
+    pub(super) queue_ms: f64,
+}
+
+impl Queue {
+    /// A queue for so many waiting jobs, each of which may take so long until it is done.
+    pub(super) fn new(workers: Workers, waiting: u32, patience: Duration) -> Self {
+        let size = waiting as usize + DRIVERS;
+        Self {
+            workers: Arc::new(workers),
+            places: Arc::new(Semaphore::new(size)),
+            drivers: Arc::new(Semaphore::new(DRIVERS)),
+            size,
+            patience,
+            pace: Pace::default(),
+        }
+    }
+
+    /// Queues a job and waits for it. The job runs on a thread of its own, never on one of tokio's workers.
+    pub(super) async fn run<T: Send + 'static>(
+        &self,
+        job: impl FnOnce(&Job) -> Result<T, Problem> + Send + 'static,
+    ) -> Result<Done<T>, Problem> {
+        let queued = Instant::now();
+        let deadline = (queued + self.patience).into();
+        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| self.saturated())?;
+        let driver = timeout_at(deadline, Arc::clone(&self.drivers).acquire_owned()).await;
+        let driver = driver.ok().and_then(Result::ok).ok_or_else(|| self.waited())?;
+        let queue_ms = milliseconds(queued);
+
+        let control = Arc::new(Control::default());
+        let _guard = CancelOnDrop(Arc::clone(&control));
+        let job_side = Job { workers: Arc::clone(&self.workers), control, started: Instant::now() };
+        let work = tokio::task::spawn_blocking(move || {
+            let held = Held { _place: place, _driver: driver };
+            let value = job(&job_side);
+            drop(held);
+            (value, job_side.started.elapsed())
+        });
+        match timeout_at(deadline, work).await {
+            Ok(Ok((value, took))) => {
+                self.pace.record(took);
+                Ok(Done { value: value?, queue_ms })
+            }
+            Ok(Err(panic)) => {
+                let what =
+                    panic.try_into_panic().map_or_else(|_| "it was aborted".into(), |payload| message(&*payload));
+                tracing::error!(panic = what, "a job panicked");
+                Err(Problem::new(Kind::Internal, "the render failed; the service goes on, and its log says more"))
+            }
+            Err(_) => {
+                let seconds = self.patience.as_secs_f64();
+                let detail = format!("the answer was not ready after {seconds} s (timeout)");
+                Err(Problem::new(Kind::RenderDeadline, detail).with("suggest", "tiles".into()))
+            }
+        }
+    }
+
+    /// Jobs under way.
+    pub(super) fn running(&self) -> usize {
+        DRIVERS - self.drivers.available_permits()
+    }
+
+    /// Jobs that wait.
+    pub(super) fn waiting(&self) -> usize {
+        (self.size - self.places.available_permits()).saturating_sub(self.running())
+    }
+
+    /// When a place should be free.
+    pub(super) fn retry_after(&self) -> u32 {
+        self.pace.seconds_for(self.size - self.places.available_permits())
+    }
+
+    fn waited(&self) -> Problem {
+        let detail = format!("the renderer was busy for {} s (timeout)", self.patience.as_secs_f64());
+        Problem::new(Kind::Saturated, detail).retry_after(self.retry_after())
+    }
+
+    fn saturated(&self) -> Problem {
+        let detail = format!("{} requests are waiting already (queue)", self.waiting());
+        Problem::new(Kind::Saturated, detail).retry_after(self.retry_after())
+    }
+}
+
+/// What a job under way occupies, given back however it ends.
+#[derive(Debug)]
+struct Held {
+    _place: OwnedSemaphorePermit,
+    _driver: OwnedSemaphorePermit,
+}
+
+/// Cancels a job when nobody waits for it any more.
+#[derive(Debug)]
+struct CancelOnDrop(Arc<Control>);
+
+impl Drop for CancelOnDrop {
+    fn drop(&mut self) {
+        self.0.cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
+/// How long jobs take lately: an exponential moving average in microseconds.
+#[derive(Debug, Default)]
+struct Pace(AtomicU64);
+
+impl Pace {
+    fn record(&self, took: Duration) {
+        let took = u64::try_from(took.as_micros()).unwrap_or(u64::MAX / 8);
+        // Two jobs that end at once may lose one of the two; an average can bear that.
+        let average = self.0.load(Ordering::Relaxed);
+        self.0.store((average * 7 + took) / 8, Ordering::Relaxed);
+    }
+
+    /// Whole seconds until so many jobs are done, 1 to 120.
+    fn seconds_for(&self, jobs: usize) -> u32 {
+        let micros = self.0.load(Ordering::Relaxed).saturating_mul(jobs as u64);
+        u32::try_from(micros.div_ceil(1_000_000)).unwrap_or(u32::MAX).clamp(1, 120)
+    }
+}
+
+/// The text of a panic, for the log only.
+fn message(payload: &(dyn Any + Send)) -> String {
+    payload
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_owned())
+        .or_else(|| payload.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "no message".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::http::StatusCode;
+    use axum::response::IntoResponse;
+    use std::thread::sleep;
+
+    fn queue(waiting: u32, patience_ms: u64) -> Arc<Queue> {
+        Arc::new(Queue::new(Workers::start(Some(2)).unwrap(), waiting, Duration::from_millis(patience_ms)))
+    }
+
+    fn status<T>(result: Result<Done<T>, Problem>) -> Option<StatusCode> {
+        result.err().map(|problem| problem.into_response().status())
+    }
+
+    /// A job that runs until it is cancelled.
+    fn endless(job: &Job) -> Result<(), Problem> {
+        while !job.control.cancelled.load(Ordering::Relaxed) {
+            sleep(Duration::from_millis(1));
+        }
+        Ok(())
+    }
+
+    async fn until(mut condition: impl FnMut() -> bool) {
+        let started = Instant::now();
+        while !condition() {
+            assert!(started.elapsed() < Duration::from_secs(5), "it does not come to pass");
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    }
+
+    #[tokio::test]
+    async fn a_panicking_job_is_a_500_and_the_next_one_runs() {
+        let queue = queue(0, 5_000);
+        for _ in 0..5 {
+            let bad = queue.run(|job| -> Result<(), Problem> { job.workers.work(|| panic!("the kernel broke")) }).await;
+            assert_eq!(status(bad), Some(StatusCode::INTERNAL_SERVER_ERROR));
+        }
+        assert_eq!(queue.run(|job| Ok(job.workers.work(|| 42))).await.unwrap().value, 42);
+        assert_eq!((queue.running(), queue.waiting()), (0, 0));
+    }
+
+    #[tokio::test]
+    async fn a_full_queue_refuses_at_once() {
+        let queue = queue(1, 60_000);
+        let busy: Vec<_> = (0..DRIVERS + 1)
+            .map(|_| {
+                let queue = Arc::clone(&queue);
+                tokio::spawn(async move { queue.run(endless).await.map(|done| done.value) })
+            })
+            .collect();
+        until(|| (queue.running(), queue.waiting()) == (DRIVERS, 1)).await;
+        let asked = Instant::now();
+        assert_eq!(status(queue.run(endless).await), Some(StatusCode::SERVICE_UNAVAILABLE));
+        assert!(asked.elapsed() < Duration::from_millis(100));
+        busy.iter().for_each(tokio::task::JoinHandle::abort);
+        until(|| (queue.running(), queue.waiting()) == (0, 0)).await;
+    }
+
+    #[tokio::test]
+    async fn a_client_that_goes_away_stops_its_job() {
+        let queue = queue(0, 60_000);
+        let request = {
+            let queue = Arc::clone(&queue);
+            tokio::spawn(async move { queue.run(endless).await.map(|done| done.value) })
+        };
+        until(|| queue.running() == 1).await;
+        request.abort();
+        let gone = Instant::now();
+        until(|| queue.running() == 0).await;
+        assert!(gone.elapsed() < Duration::from_millis(100), "{:?}", gone.elapsed());
+    }
+
+    #[tokio::test]
+    async fn a_job_past_its_deadline_is_given_up() {
+        let queue = queue(0, 50);
+        assert_eq!(status(queue.run(endless).await), Some(StatusCode::GATEWAY_TIMEOUT));
+        until(|| queue.running() == 0).await;
+    }
+
+    #[test]
+    fn waiting_times_follow_the_pace() {
+        let pace = Pace::default();
+        assert_eq!(pace.seconds_for(30), 1);
+        for _ in 0..100 {
+            pace.record(Duration::from_secs(2));
+        }
+        assert!((3..=4).contains(&pace.seconds_for(2)), "{}", pace.seconds_for(2));
+        assert_eq!(pace.seconds_for(10_000), 120);
+    }
+}

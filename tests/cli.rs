@@ -1,0 +1,226 @@
+//! The command as its users see it: the real binary, its files, its streams, its exit codes.
+
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+use serde_json::Value;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const BALL: &str = r#"{
+  "version": 1,
+  "image": { "width": 40, "height": 30 },
+  "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0.5, 0] } },
+  "materials": { "red": { "diffuse": [0.8, 0.2, 0.1], "reflection": 0.2 } },
+  "objects": [
+    { "sphere": { "center": [0, 1, 0], "radius": 1, "material": "red" } },
+    { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }
+  ]
+}"#;
+
+const NFF: &str = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nb 0.1 0.2 0.3\n\
+                   l 3 3 3\nf 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
+
+/// A folder of its own for each test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("ball.json"), BALL).unwrap();
+    std::fs::write(folder.join("ball.nff"), NFF).unwrap();
+    folder
+}
+
+fn strahl(folder: &Path, args: &[&str], input: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_strahl"))
+        .args(args)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // A command that does not read its input may be gone already.
+    let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
+    child.wait_with_output().unwrap()
+}
+
+#[track_caller]
+fn done(folder: &Path, args: &[&str], input: &str) -> Vec<u8> {
+    let output = strahl(folder, args, input);
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
+
+#[track_caller]
+fn fails(folder: &Path, args: &[&str], input: &str, code: i32, part: &str) {
+    let output = strahl(folder, args, input);
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
+    assert!(text.starts_with("error: ") && text.contains(part), "{args:?}: {part} in {text}");
+}
+
+fn size(png: &[u8]) -> (u32, u32) {
+    let picture = image::load_from_memory(png).unwrap();
+    (picture.width(), picture.height())
+}
+
+#[test]
+fn a_scene_is_rendered_into_every_format() {
+    let folder = folder("render");
+    for (name, magic) in [("a.png", b"\x89PNG".as_slice()), ("a.exr", b"\x76\x2f\x31\x01"), ("a.pfm", b"PF\n")] {
+        done(&folder, &["render", "ball.json", "-o", name], "");
+        assert!(std::fs::read(folder.join(name)).unwrap().starts_with(magic), "{name}");
+    }
+    assert_eq!(size(&std::fs::read(folder.join("a.png")).unwrap()), (40, 30));
+    done(&folder, &["render", "ball.nff", "-o", "n.png", "--width", "9", "--height", "7"], "");
+    assert_eq!(size(&std::fs::read(folder.join("n.png")).unwrap()), (9, 7));
+    let deep = done(&folder, &["render", "ball.json", "-o", "-", "--format", "png", "--bits", "16"], "");
+    assert_eq!(image::load_from_memory(&deep).unwrap().color(), image::ColorType::Rgb16);
+}
+
+#[test]
+fn a_dash_is_standard_input_and_output() {
+    let folder = folder("dash");
+    let png = ["render", "-", "-o", "-", "--format", "png"];
+    let json = done(&folder, &png, BALL);
+    assert_eq!(size(&json), (40, 30));
+    assert_eq!(
+        size(&done(&folder, &[&png[..], &["--input", "nff", "--width", "8", "--height", "8"]].concat(), NFF)),
+        (8, 8)
+    );
+    assert_eq!(size(&done(&folder, &[&png[..], &["--width", "8", "--height", "8"]].concat(), NFF)), (8, 8), "sniffed");
+}
+
+#[test]
+fn threads_and_regions_never_change_a_pixel() {
+    let folder = folder("threads");
+    let png = ["render", "ball.json", "-o", "-", "--format", "png"];
+    let one = done(&folder, &[&png[..], &["--threads", "1"]].concat(), "");
+    assert_eq!(one, done(&folder, &[&png[..], &["--threads", "3"]].concat(), ""));
+    let part = done(&folder, &[&png[..], &["--region", "5,6,20,10"]].concat(), "");
+    let crop = image::load_from_memory(&one).unwrap().crop_imm(5, 6, 20, 10);
+    assert_eq!(image::load_from_memory(&part).unwrap().to_rgb8(), crop.to_rgb8());
+}
+
+#[test]
+fn stats_say_what_the_picture_cost() {
+    let folder = folder("stats");
+    done(&folder, &["render", "ball.json", "-o", "a.png", "--stats", "stats.json"], "");
+    let stats: Value = serde_json::from_slice(&std::fs::read(folder.join("stats.json")).unwrap()).unwrap();
+    assert!(stats["plan"]["effects"].is_array(), "{stats}");
+    for phase in ["parse", "plan", "bvh", "trace", "png"] {
+        assert!(stats["cost"]["phases_ms"][phase].is_number(), "{phase} in {stats}");
+    }
+    for kind in ["camera", "shadow", "reflected", "transmitted"] {
+        assert!(stats["cost"]["rays"][kind].is_u64(), "{kind} in {stats}");
+    }
+    assert!(stats["cost"]["wall_ms"].is_number() && stats["cost"]["camera_hits"].is_u64(), "{stats}");
+    assert!(stats["error"].as_object().is_some_and(|error| error.len() == 3), "{stats}");
+    assert!(stats["replay"]["render"]["max_depth"].is_u64(), "{stats}");
+}
+
+#[test]
+fn rays_are_answered_line_by_line() {
+    let folder = folder("rays");
+    let rays = "{\"origin\":[0,1,5],\"direction\":[0,0,-1]}\n{\"origin\":[0,5,0],\"direction\":[0,1,0]}\n";
+    let answers = done(&folder, &["rays", "ball.json", "--precision", "double"], rays);
+    let answers: Vec<Value> = answers.split(|b| *b == b'\n').filter_map(|l| serde_json::from_slice(l).ok()).collect();
+    assert_eq!(answers.len(), 2);
+    assert_eq!((&answers[0]["hit"], &answers[1]["hit"]), (&true.into(), &false.into()));
+
+    let output = strahl(&folder, &["rays", "ball.json"], &format!("nonsense\n{rays}"));
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 3, "{text}");
+    assert!(lines[0]["error"].is_string() && lines[0]["line"] == 1, "{text}");
+}
+
+#[test]
+fn plans_and_trees_are_shown() {
+    let folder = folder("plans");
+    let tree: Value = serde_json::from_slice(&done(&folder, &["tree", "ball.json", "--pixel", "20,15"], "")).unwrap();
+    assert!(tree.is_object());
+    done(&folder, &["tree", "ball.json", "--pixel", "20,15", "--format", "dot"], "");
+    let plan: Value =
+        serde_json::from_slice(&done(&folder, &["explain", "ball.json", "--format", "json"], "")).unwrap();
+    assert!(plan["effects"].is_array(), "{plan}");
+    let actual = done(&folder, &["explain", "ball.json", "--analyze"], "");
+    assert!(String::from_utf8_lossy(&actual).contains("camera rays"));
+}
+
+#[test]
+fn nff_is_imported_and_the_import_is_a_scene() {
+    let folder = folder("import");
+    done(&folder, &["import", "ball.nff", "-o", "imported.json"], "");
+    let text = done(&folder, &["validate", "imported.json"], "");
+    assert!(String::from_utf8_lossy(&text).contains("is valid"));
+    let same = |args: &[&str]| done(&folder, &[&["render", "-o", "-", "--format", "png"], args].concat(), "");
+    assert_eq!(same(&["ball.nff"]), same(&["imported.json"]));
+}
+
+#[test]
+fn validation_reports_every_problem() {
+    let folder = folder("validate");
+    let bad = BALL.replace("\"radius\": 1", "\"radius\": -1").replace("[0, 1, 0] } }\n  ]", "[0, 0, 0] } }\n  ]");
+    std::fs::write(folder.join("bad.json"), bad).unwrap();
+    fails(&folder, &["validate", "bad.json"], "", 1, "/objects/0/sphere/radius");
+    fails(&folder, &["validate", "bad.json"], "", 1, "2 problems");
+    let output = strahl(&folder, &["validate", "bad.json", "--format", "json"], "");
+    assert_eq!(output.status.code(), Some(1));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&report["valid"], report["errors"].as_array().map(Vec::len)), (&false.into(), Some(2)), "{report}");
+    let good: Value =
+        serde_json::from_slice(&done(&folder, &["validate", "ball.json", "--format", "json"], "")).unwrap();
+    assert_eq!(good["valid"], true);
+}
+
+#[test]
+fn the_schema_is_json() {
+    let schema: Value = serde_json::from_slice(&done(&folder("schema"), &["schema"], "")).unwrap();
+    assert!(schema["properties"]["camera"].is_object());
+}
+
+#[test]
+fn mistakes_have_an_exit_code_and_a_sentence() {
+    let folder = folder("mistakes");
+    fails(&folder, &["render", "nothing.json", "-o", "a.png"], "", 1, "nothing.json cannot be read");
+    fails(&folder, &["render", "-", "-o", "a.png"], "{", 1, "standard input");
+    fails(&folder, &["render", "ball.json", "-o", "nowhere/a.png"], "", 1, "no folder nowhere");
+    fails(&folder, &["render", "ball.json", "-o", "a.jpg"], "", 2, "a.jpg names no format");
+    fails(&folder, &["render", "ball.json", "-o", "-"], "", 2, "--format");
+    fails(&folder, &["render", "ball.json", "-o", "a.exr", "--bits", "16"], "", 2, "--bits is for PNG");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--spd-counts"], "", 2, "NFF");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "30,0,11,1"], "", 2, "40 x 30");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "1,2,3"], "", 2, "four whole numbers");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--threads", "0"], "", 2, "--threads");
+    fails(&folder, &["render", "ball.json"], "", 2, "--output");
+    fails(&folder, &["tree", "ball.json", "--pixel", "40,0"], "", 2, "40 x 30");
+    fails(&folder, &["explain", "ball.json", "--region", "0,0,1,1"], "", 2, "--analyze");
+    fails(&folder, &["rays", "-"], "", 2, "--rays FILE");
+    fails(&folder, &["rendr"], "", 2, "render");
+    let help = strahl(&folder, &["render", "--help"], "");
+    assert!(help.status.success() && String::from_utf8_lossy(&help.stdout).contains("--min-weight"));
+}
+
+#[test]
+fn ctrl_c_stops_a_render_and_leaves_no_file() {
+    let folder = folder("interrupt");
+    let slow = BALL
+        .replace("\"width\": 40, \"height\": 30", "\"width\": 8000, \"height\": 8000")
+        .replace("\"version\": 1,", "\"version\": 1, \"render\": { \"samples\": 1024, \"max_depth\": 1000 },");
+    std::fs::write(folder.join("slow.json"), slow).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_strahl"))
+        .args(["render", "slow.json", "-o", "slow.png"])
+        .current_dir(&folder)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(700));
+    let asked = Instant::now();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
+    assert!(!folder.join("slow.png").exists());
+}

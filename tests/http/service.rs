@@ -1,0 +1,182 @@
+//! The real binary on a free port, and a client of plain sockets that sees every byte.
+
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// A running service; it ends with its owner.
+pub(crate) struct Service {
+    child: Child,
+    pub(crate) address: SocketAddr,
+    log: Arc<Mutex<String>>,
+}
+
+impl Service {
+    pub(crate) fn start(flags: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_strahl"))
+            .args(["serve", "--listen", "127.0.0.1:0"])
+            .args(flags)
+            .env_remove("STRAHL_LOG")
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines().map_while(Result::ok);
+        let first = lines.find(|line| line.contains("listening on http://")).expect("it says where it listens");
+        let address =
+            first.rsplit("http://").next().and_then(|address| address.trim().parse().ok()).expect("an address");
+        let log = Arc::new(Mutex::new(String::new()));
+        let sink = Arc::clone(&log);
+        thread::spawn(move || {
+            for line in lines {
+                sink.lock().unwrap().push_str(&(line + "\n"));
+            }
+        });
+        Self { child, address, log }
+    }
+
+    pub(crate) fn log(&self) -> String {
+        self.log.lock().unwrap().clone()
+    }
+
+    /// Waits for a line of the log, which comes through a pipe and may be a little later than the answer.
+    pub(crate) fn wait_for_log(&self, part: &str) {
+        let started = Instant::now();
+        while !self.log().contains(part) {
+            assert!(started.elapsed() < Duration::from_secs(5), "{part} is not in the log:\n{}", self.log());
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    pub(crate) fn terminate(&self) {
+        let sent = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status().expect("kill runs");
+        assert!(sent.success());
+    }
+
+    /// Waits for the process to end by itself.
+    pub(crate) fn ended(&mut self, within: Duration) -> ExitStatus {
+        let started = Instant::now();
+        loop {
+            if let Some(status) = self.child.try_wait().expect("it can be waited for") {
+                return status;
+            }
+            assert!(started.elapsed() < within, "the service does not end; its log:\n{}", self.log());
+            thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    pub(crate) fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(self.address).expect("it accepts connections");
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream
+    }
+
+    pub(crate) fn get(&self, path: &str) -> Answer {
+        self.send("GET", path, &[], b"")
+    }
+
+    pub(crate) fn post_json(&self, path: &str, json: &str) -> Answer {
+        self.send("POST", path, &[("Content-Type", "application/json")], json.as_bytes())
+    }
+
+    pub(crate) fn send(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
+        let mut stream = self.connect();
+        stream.write_all(&request(method, path, headers, body)).expect("the request is taken");
+        Answer::read(stream)
+    }
+
+    /// Starts a request and does not wait for its answer.
+    pub(crate) fn begin(&self, path: &str, json: &str) -> TcpStream {
+        let mut stream = self.connect();
+        let headers = [("Content-Type", "application/json")];
+        stream.write_all(&request("POST", path, &headers, json.as_bytes())).expect("the request is taken");
+        stream
+    }
+
+    /// Waits until so many jobs run and wait.
+    pub(crate) fn wait_for(&self, running: u64, waiting: u64) -> Duration {
+        let started = Instant::now();
+        loop {
+            let ready = self.get("/readyz").json();
+            if ready["running"] == running && ready["waiting"] == waiting {
+                return started.elapsed();
+            }
+            assert!(started.elapsed() < Duration::from_secs(20), "{running}/{waiting} never comes: {ready}");
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+pub(crate) fn request(method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Vec<u8> {
+    let mut text = format!("{method} {path} HTTP/1.1\r\nHost: strahl\r\nConnection: close\r\n");
+    for (name, value) in headers {
+        text += &format!("{name}: {value}\r\n");
+    }
+    if method != "GET" {
+        text += &format!("Content-Length: {}\r\n", body.len());
+    }
+    [text.as_bytes(), b"\r\n", body].concat()
+}
+
+/// An answer, taken apart.
+#[derive(Debug)]
+pub(crate) struct Answer {
+    pub(crate) status: u16,
+    pub(crate) headers: Vec<(String, String)>,
+    pub(crate) body: Vec<u8>,
+}
+
+impl Answer {
+    pub(crate) fn read(mut stream: TcpStream) -> Self {
+        let mut bytes = Vec::new();
+        stream.read_to_end(&mut bytes).expect("an answer comes");
+        let end = bytes.windows(4).position(|four| four == b"\r\n\r\n").expect("the headers end");
+        let head = String::from_utf8(bytes[..end].to_vec()).expect("headers are text");
+        let mut lines = head.split("\r\n");
+        let status =
+            lines.next().and_then(|line| line.split(' ').nth(1)).and_then(|s| s.parse().ok()).expect("a status");
+        let headers =
+            lines.filter_map(|line| line.split_once(": ")).map(|(k, v)| (k.to_lowercase(), v.into())).collect();
+        Self { status, headers, body: bytes[end + 4..].to_vec() }
+    }
+
+    pub(crate) fn header(&self, name: &str) -> &str {
+        self.headers.iter().find(|(known, _)| known == name).map_or("", |(_, value)| value)
+    }
+
+    pub(crate) fn text(&self) -> String {
+        String::from_utf8_lossy(&self.body).into_owned()
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_slice(&self.body).unwrap_or_else(|_| panic!("not JSON: {}", self.text()))
+    }
+
+    pub(crate) fn picture(&self) -> image::DynamicImage {
+        assert_eq!((self.status, self.header("content-type")), (200, "image/png"), "{}", self.text());
+        image::load_from_memory(&self.body).expect("a PNG")
+    }
+
+    /// Checks that this is a problem as RFC 9457 wants it.
+    pub(crate) fn problem(&self, status: u16, slug: &str) -> Value {
+        assert_eq!(self.status, status, "{}", self.text());
+        assert_eq!(self.header("content-type"), "application/problem+json");
+        assert_eq!(self.header("cache-control"), "no-store");
+        let problem = self.json();
+        assert_eq!(problem["type"], format!("/problems/{slug}"), "{problem}");
+        assert_eq!(problem["status"], status);
+        assert_eq!(problem["instance"], self.header("x-request-id"));
+        assert!(problem["detail"].as_str().is_some_and(|detail| !detail.is_empty()), "{problem}");
+        problem
+    }
+}
