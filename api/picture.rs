@@ -27,7 +27,7 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Finished, Cancelled> {
     let scene = &loaded.scene;
-    let plan = explain(&loaded.description, scene);
+    let plan = explain(&loaded.description);
     let picture = workers.work(|| render(scene, region, control))?;
     let encoding = Instant::now();
     let file = encode(&picture.film, format);

@@ -26,7 +26,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     let source = Source::read(&args.scene)?;
     let loaded = workers.work(|| source.load(&args.settings.overrides()))?;
     if !args.analyze {
-        let plan = explain(&loaded.description, &loaded.scene);
+        let plan = explain(&loaded.description);
         return match args.format {
             ExplainFormat::Table => output::print(plan.to_table().as_bytes()),
             ExplainFormat::Json => output::print(&output::pretty(&plan)?),

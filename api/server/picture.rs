@@ -91,8 +91,7 @@ fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64) -> Header
         "camera={}, shadow={}, reflected={}, transmitted={}",
         rays.camera, rays.shadow, rays.reflected, rays.transmitted
     );
-    let on: Vec<_> =
-        report.plan.effects.iter().filter(|effect| effect.state == "on").map(|effect| effect.effect).collect();
+    let on: Vec<_> = report.plan.names_on().collect();
     let mut headers = HeaderMap::new();
     for (header, value) in [
         (header::CONTENT_TYPE, media_type.to_owned()),

@@ -20,7 +20,7 @@ use strahl::trace::tree::trace_pixel;
 pub(super) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer = |job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
         let loaded = load(job, bytes, format, overrides)?;
-        to_json(&explain(&loaded.description, &loaded.scene))
+        to_json(&explain(&loaded.description))
     };
     ask(service, request, nothing, answer).await
 }

@@ -9,6 +9,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use std::any::Any;
 use std::sync::Arc;
+use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
 
 /// The service as a router.
@@ -29,10 +30,13 @@ pub(super) fn routes(service: App) -> Router {
     work.merge(about)
         .fallback(meta::not_found)
         .method_not_allowed_fallback(meta::method_not_allowed)
-        // Bodies are read by `body::read`, which has limits of its own.
-        .layer(DefaultBodyLimit::disable())
-        .layer(CatchPanicLayer::custom(panicked))
-        .layer(from_fn_with_state(Arc::clone(&service), envelope::envelope))
+        .layer(
+            ServiceBuilder::new()
+                .layer(from_fn_with_state(Arc::clone(&service), envelope::envelope))
+                .layer(CatchPanicLayer::custom(panicked))
+                // Bodies are read by `body::read`, which has limits of its own.
+                .layer(DefaultBodyLimit::disable()),
+        )
         .with_state(service)
 }
 

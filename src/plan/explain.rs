@@ -17,7 +17,7 @@ pub struct Explanation {
 /// One effect.
 #[derive(Debug, Clone, Serialize)]
 pub struct Effect {
-    /// Its name.
+    /// Its name, a token of letters and `_`.
     pub effect: &'static str,
     /// Whether it is simulated.
     pub state: State,
@@ -42,7 +42,7 @@ pub enum State {
 /// Most pointers listed for one effect.
 pub const MAX_POINTERS: usize = 10;
 
-const NOT_SIMULATED: &[&str] = &["caustics", "indirect diffuse light", "diffraction", "polarisation"];
+const NOT_SIMULATED: &[&str] = &["caustics", "indirect_diffuse_light", "diffraction", "polarisation"];
 
 /// Explains what a scene makes the renderer do.
 pub fn explain(description: &Description) -> Explanation {
@@ -122,9 +122,9 @@ fn by_material(
 
 fn ambient(description: &Description) -> Effect {
     if description.ambient.0.max_element() > 0.0 {
-        effect("ambient light", State::On, "the scene has ambient light", vec!["/ambient".into()])
+        effect("ambient_light", State::On, "the scene has ambient light", vec!["/ambient".into()])
     } else {
-        effect("ambient light", State::Off, "ambient is 0", Vec::new())
+        effect("ambient_light", State::Off, "ambient is 0", Vec::new())
     }
 }
 
@@ -147,7 +147,7 @@ fn shines(diffuse: &Diffuse) -> bool {
 }
 
 fn diffuse(description: &Description, uses: &Uses) -> Effect {
-    let name = "diffuse reflection";
+    let name = "diffuse_reflection";
     if !lit(description) {
         return effect(name, State::Removed, "no light shines", vec!["/lights".into()]);
     }
@@ -185,7 +185,7 @@ fn shadows(description: &Description) -> Effect {
 }
 
 fn transmissive_shadows(description: &Description, uses: &Uses) -> Effect {
-    let name = "transmissive shadows";
+    let name = "transmissive_shadows";
     if description.render.shadows != Shadows::Transmissive {
         return effect(name, State::Off, "render.shadows is not \"transmissive\"", Vec::new());
     }
@@ -247,7 +247,7 @@ fn transmission(description: &Description, uses: &Uses) -> Effect {
 }
 
 fn total_reflection(description: &Description, uses: &Uses) -> Effect {
-    let name = "total reflection";
+    let name = "total_reflection";
     let clear = |m: &&crate::scene::description::Material| m.transmission.0.max_element() > 0.0;
     let used = |(n, m)| uses.materials.contains(n).then_some(m);
     let indices: Vec<f64> = description.materials.iter().filter_map(used).filter(clear).map(|m| m.ior).collect();
@@ -269,7 +269,7 @@ fn found(name: &'static str, because: &[String], on: &str, off: &str) -> Effect 
 }
 
 fn hollow(uses: &Uses) -> Effect {
-    found("hollow bodies", &uses.hollow, "bodies enclose empty space", "no body is hollow")
+    found("hollow_bodies", &uses.hollow, "bodies enclose empty space", "no body is hollow")
 }
 
 fn checker(description: &Description, uses: &Uses) -> Effect {
@@ -277,11 +277,11 @@ fn checker(description: &Description, uses: &Uses) -> Effect {
     let (on, off) = ("colours depend on the place", "all colours are uniform");
     let calls =
         |m: &crate::scene::description::Material| checkered(&m.diffuse) || m.ambient.as_ref().is_some_and(checkered);
-    by_material("checker texture", description, uses, "diffuse", calls, on, off)
+    by_material("checker_texture", description, uses, "diffuse", calls, on, off)
 }
 
 fn smooth_normals(uses: &Uses) -> Effect {
-    found("smooth normals", &uses.smooth, "meshes interpolate their normals", "no mesh has normals")
+    found("smooth_normals", &uses.smooth, "meshes interpolate their normals", "no mesh has normals")
 }
 
 fn light_pointers(description: &Description, calls: impl Fn(&Light) -> bool) -> Vec<String> {
@@ -291,7 +291,7 @@ fn light_pointers(description: &Description, calls: impl Fn(&Light) -> bool) -> 
 
 fn spot_lights(description: &Description) -> Effect {
     let spots = light_pointers(description, |light| matches!(light, Light::Spot(_)));
-    found("spot lights", &spots, "lights shine into cones", "no light is a spot")
+    found("spot_lights", &spots, "lights shine into cones", "no light is a spot")
 }
 
 fn falloff(description: &Description) -> Effect {
@@ -300,7 +300,7 @@ fn falloff(description: &Description) -> Effect {
         Light::Spot(l) => l.falloff != Falloff::None,
         Light::Directional(_) => false,
     });
-    found("light falloff", &fades, "lights fade with distance", "no light fades with distance")
+    found("light_falloff", &fades, "lights fade with distance", "no light fades with distance")
 }
 
 fn instancing(uses: &Uses) -> Effect {
@@ -310,7 +310,7 @@ fn instancing(uses: &Uses) -> Effect {
 fn projection(description: &Description) -> Effect {
     let kind = description.camera.kind();
     let state = if matches!(description.camera, Camera::Pinhole(_)) { State::Off } else { State::On };
-    effect("special projection", state, format!("the camera is {kind}"), vec![format!("/camera/{kind}")])
+    effect("special_projection", state, format!("the camera is {kind}"), vec![format!("/camera/{kind}")])
 }
 
 fn antialiasing(description: &Description) -> Effect {
@@ -337,8 +337,8 @@ fn antialiasing(description: &Description) -> Effect {
 
 fn double_precision(description: &Description) -> Effect {
     match description.render.precision {
-        Precision::Double => effect("double precision", State::On, "asked for", vec!["/render/precision".into()]),
-        Precision::Single => effect("double precision", State::Off, "render.precision is \"single\"", Vec::new()),
+        Precision::Double => effect("double_precision", State::On, "asked for", vec!["/render/precision".into()]),
+        Precision::Single => effect("double_precision", State::Off, "render.precision is \"single\"", Vec::new()),
     }
 }
 
