@@ -75,6 +75,28 @@ pub struct Instance<R> {
     pub to_world: Placement<R>,
     /// The inverse.
     pub to_local: Placement<R>,
+    /// Ball around the placed geometry, if it has bounds: most rays that pass its box miss it.
+    pub ball: Option<Ball<R>>,
+}
+
+/// A ball that holds something.
+#[derive(Debug, Clone, Copy)]
+pub struct Ball<R> {
+    /// Centre.
+    pub center: [R; 3],
+    /// Radius.
+    pub radius: R,
+}
+
+impl<R: Real> Ball<R> {
+    /// The ball of an extent, larger by the roundings of its own numbers.
+    pub fn new(extent: &Extent) -> Self {
+        let size = extent.center.abs().max_element() + extent.radius;
+        Self {
+            center: extent.center.to_array().map(R::from_f64),
+            radius: R::from_f64(extent.radius + 4.0 * R::ROUNDOFF * size),
+        }
+    }
 }
 
 /// An affine map: columns of the linear part, and the image of the origin.
@@ -105,10 +127,51 @@ pub struct Geometry<R> {
     /// Item and face of each bounded primitive.
     pub(super) primitives: Vec<Primitive>,
     pub(super) bvh: Bvh<R>,
-    /// Box around everything bounded, padded as the hierarchy's own boxes are.
-    pub bounds: Bounds,
+    /// Around everything bounded.
+    pub extent: Extent,
+    /// Whether some of the items are meshes, whose triangles need the rays' shear.
+    pub(super) has_meshes: bool,
     /// Number of primitives when expanded.
     pub expanded: u64,
+}
+
+/// Where something bounded lies: inside a box and inside a ball. Under rotations boxes around boxes grow with each level
+/// of nesting; balls around balls do not.
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    /// The box.
+    pub bounds: Bounds,
+    /// Centre of the ball.
+    pub center: DVec3,
+    /// Radius of the ball; negative if there is nothing inside.
+    pub radius: f64,
+}
+
+impl Extent {
+    /// The extent of nothing.
+    pub const EMPTY: Self = Self { bounds: Bounds::EMPTY, center: DVec3::ZERO, radius: -1.0 };
+
+    /// What is known of something inside a box.
+    pub fn of_box(bounds: Bounds) -> Self {
+        Self { bounds, center: bounds.center(), radius: 0.5 * (bounds.max - bounds.min).length() }
+    }
+
+    /// Box around everything in both box and ball.
+    fn tight_box(&self) -> Bounds {
+        let ball = Bounds::around([self.center]).grown(self.radius);
+        Bounds { min: self.bounds.min.max(ball.min), max: self.bounds.max.min(ball.max) }
+    }
+
+    /// The extent of several things, given the box around them all.
+    fn around(parts: &[Self], bounds: Bounds) -> Self {
+        if parts.is_empty() {
+            return Self::EMPTY;
+        }
+        let center = bounds.center();
+        let radius = parts.iter().map(|part| part.center.distance(center) + part.radius).fold(0.0, f64::max);
+        let of_box = Self::of_box(bounds);
+        Self { bounds, center, radius: radius.min(of_box.radius) }
+    }
 }
 
 /// A bounded primitive: an item, and for meshes one of its faces.
@@ -119,31 +182,35 @@ pub(super) struct Primitive {
 }
 
 impl<R: Real> Geometry<R> {
-    /// Builds the hierarchy over items. `extents` are their boxes, `None` for an item without bounds; those of meshes
-    /// do not matter.
-    pub fn new(items: Vec<Item<R>>, extents: &[Option<Bounds>], kind: BvhKind) -> Self {
+    /// Builds the hierarchy over items. `extents` says where they lie, `None` for an item without bounds; those of
+    /// meshes do not matter.
+    pub fn new(items: Vec<Item<R>>, extents: &[Option<Extent>], kind: BvhKind) -> Self {
         let mut unbounded = Vec::new();
         let mut primitives = Vec::new();
-        let mut boxes = Vec::new();
+        let mut parts = Vec::new();
         for (index, (item, extent)) in items.iter().zip(extents).enumerate() {
             let index = index as u32;
             if let Shape::Mesh(mesh) = &item.shape {
                 for face in 0..mesh.faces.len() {
                     primitives.push(Primitive { item: index, face: face as u32 });
-                    boxes.push(Bounds::around(mesh.corners(face).map(|v| DVec3::from_array(v.map(Real::to_f64)))));
+                    let corners = mesh.corners(face).map(|v| DVec3::from_array(v.map(Real::to_f64)));
+                    parts.push(Extent::of_box(Bounds::around(corners)));
                 }
-            } else if let Some(bounds) = *extent {
-                if bounds.min.x <= bounds.max.x {
+            } else if let Some(extent) = *extent {
+                if extent.radius >= 0.0 {
                     primitives.push(Primitive { item: index, face: 0 });
-                    boxes.push(bounds);
+                    parts.push(extent);
                 }
             } else {
                 unbounded.push(index);
             }
         }
+        let boxes: Vec<Bounds> = parts.iter().map(Extent::tight_box).collect();
         let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
+        let extent = Extent::around(&parts, bounds);
+        let has_meshes = items.iter().any(|item| matches!(item.shape, Shape::Mesh(_)));
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
-        Self { unbounded, bvh: Bvh::build(&boxes, kind), primitives, bounds, expanded, items }
+        Self { unbounded, bvh: Bvh::build(&boxes, kind), primitives, extent, has_meshes, expanded, items }
     }
 
     /// Whether something in it has no bounds.

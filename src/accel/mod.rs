@@ -9,7 +9,7 @@ mod traverse;
 
 pub use bounds::Bounds;
 pub use build::{Bvh, BvhKind};
-pub use geometry::{Geometry, Instance, Item, Mesh, Placement, Shape};
+pub use geometry::{Ball, Extent, Geometry, Instance, Item, Mesh, Placement, Shape};
 pub use occlusion::{Blockers, transmittance};
 pub use resolve::{Owner, Surface, resolve};
 pub use traverse::{Nearest, closest_hit};

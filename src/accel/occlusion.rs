@@ -59,7 +59,7 @@ fn attenuate_in<L: Lanes>(
     passed: &mut V3<L>,
 ) {
     let here = &geometries[geometry];
-    let shear = Shear::new(s, rays);
+    let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
     let reciprocal = Reciprocal::new(s, rays);
 
     for &index in &here.unbounded {
@@ -107,8 +107,11 @@ fn visit<L: Lanes>(
 ) {
     if let Shape::Instance(instance) = &item.shape {
         let mut inner = instance.rays_in(s, rays);
-        attenuate(s, geometries, instance.geometry as usize, blockers, &mut inner, passed);
-        rays.active = inner.active;
+        if inner.any() {
+            let past = rays.active & !inner.active;
+            attenuate(s, geometries, instance.geometry as usize, blockers, &mut inner, passed);
+            rays.active = inner.active | past;
+        }
         return;
     }
     let zero = L::lit(s, 0.0);

@@ -2,7 +2,7 @@
 
 use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
-use super::geometry::{Geometry, Instance, Item, Placement, Shape};
+use super::geometry::{Ball, Geometry, Instance, Item, Placement, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::{Meeting, Rays};
 use crate::shape::{Shear, intersect_triangle};
@@ -68,7 +68,7 @@ fn closest_in<L: Lanes>(
     nearest: &mut Nearest,
 ) {
     let here = &geometries[geometry];
-    let shear = Shear::new(s, rays);
+    let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
     let reciprocal = Reciprocal::new(s, rays);
     let active = rays.active;
 
@@ -124,6 +124,9 @@ fn visit<L: Lanes>(
     let first = base + item.offset;
     if let Shape::Instance(instance) = &item.shape {
         let mut inner = instance.rays_in(s, rays);
+        if !inner.any() {
+            return;
+        }
         closest_hit(s, geometries, instance.geometry as usize, first, &mut inner, nearest);
         // t is the same number in both systems, since the direction is not normalised again.
         rays.t_max = inner.t_max;
@@ -228,9 +231,24 @@ impl<R: Real> Placement<R> {
 }
 
 impl<R: Real> Instance<R> {
-    /// Rays in the coordinates of the instance's geometry; `t` keeps its meaning.
+    /// Rays in the coordinates of the instance's geometry, without those that pass by; `t` keeps its meaning.
     #[inline(always)]
     pub(super) fn rays_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> Rays<L> {
-        Rays { origin: self.to_local.point(s, rays.origin), dir: self.to_local.vector(s, rays.dir), ..*rays }
+        let active = match &self.ball {
+            Some(ball) => rays.active & ball.near(s, rays),
+            None => rays.active,
+        };
+        Rays { origin: self.to_local.point(s, rays.origin), dir: self.to_local.vector(s, rays.dir), active, ..*rays }
+    }
+}
+
+impl<R: Real> Ball<R> {
+    /// The lanes whose line passes the ball: |(o - c) x d| <= r |d|, where each side may be off by roundings of |o - c|.
+    #[inline(always)]
+    fn near<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> L::Mask {
+        let f = rays.origin - V3::splat(s, self.center);
+        let across = f.cross(rays.dir);
+        let reach = L::splat(s, self.radius) + f.length() * L::lit(s, 16.0 * R::ROUNDOFF);
+        across.dot(across).le(reach * reach * rays.dir.dot(rays.dir))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, extent};
-use crate::accel::{Blockers, Bounds, Geometry, Instance, Item, Mesh, Placement, Shape};
+use crate::accel::{Ball, Blockers, Extent, Geometry, Instance, Item, Mesh, Placement, Shape};
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
@@ -90,12 +90,17 @@ impl<'a, R: Real> Builder<'a, R> {
 
     /// Builds the geometry of a list of objects and returns its index.
     fn geometry(&mut self, objects: &'a [Object], list: u32) -> usize {
-        let mut collected = Collected { items: Vec::new(), boxes: Vec::new(), expanded: 0 };
+        let mut collected = Collected { items: Vec::new(), extents: Vec::new(), expanded: 0 };
         self.collect(objects, list, &mut collected);
-        let Collected { items, boxes, expanded } = collected;
-        let boxes: Vec<Option<Bounds>> =
-            items.iter().zip(boxes).map(|(item, b)| extent::of_item(item, b, &self.geometries)).collect();
-        let geometry = Geometry::new(items, &boxes, self.options.bvh);
+        let Collected { mut items, extents, expanded } = collected;
+        let extents: Vec<Option<Extent>> =
+            items.iter().zip(extents).map(|(item, own)| extent::of_item(item, own, &self.geometries)).collect();
+        for (item, extent) in items.iter_mut().zip(&extents) {
+            if let Shape::Instance(instance) = &mut item.shape {
+                instance.ball = extent.as_ref().map(Ball::new);
+            }
+        }
+        let geometry = Geometry::new(items, &extents, self.options.bvh);
         self.geometries.push(geometry);
         self.expanded.push(expanded);
         self.geometries.len() - 1
@@ -151,6 +156,7 @@ impl<'a, R: Real> Builder<'a, R> {
             geometry: geometry as u32,
             to_world: Placement::new(map),
             to_local: Placement::new(map.inverse()),
+            ball: None,
         };
         Item {
             shape: Shape::Instance(Box::new(instance)),
@@ -194,21 +200,21 @@ impl<'a, R: Real> Builder<'a, R> {
     }
 }
 
-/// Items of one geometry so far, with the boxes of those that are neither meshes nor instances.
+/// Items of one geometry so far, with the extents of those that are neither meshes nor instances.
 struct Collected<R> {
     items: Vec<Item<R>>,
-    boxes: Vec<Option<Bounds>>,
+    extents: Vec<Option<Extent>>,
     expanded: u128,
 }
 
 impl<R> Collected<R> {
-    fn push(&mut self, mut item: Item<R>, bounds: Option<Bounds>, expanded: u128) {
+    fn push(&mut self, mut item: Item<R>, extent: Option<Extent>, expanded: u128) {
         // Beyond 64 bits the offsets are wrong, and `compile` refuses the scene.
         item.offset = self.expanded as u64;
         item.expanded = expanded as u64;
         self.expanded = self.expanded.saturating_add(expanded);
         self.items.push(item);
-        self.boxes.push(bounds);
+        self.extents.push(extent);
     }
 }
 

@@ -1,12 +1,12 @@
-//! Boxes around items, of the numbers as the kernel's format holds them.
+//! Where items lie, of the numbers as the kernel's format holds them.
 
-use crate::accel::{Bounds, Geometry, Instance, Item, Shape};
+use crate::accel::{Bounds, Extent, Geometry, Instance, Item, Shape};
 use crate::lanes::Real;
 use crate::scene::description::{self as d, Object, Vec3};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Box around an object that is neither mesh nor instance; `None` if it has none.
-pub(super) fn of_object<R: Real>(object: &Object) -> Option<Bounds> {
+/// Extent of an object that is neither mesh nor instance; `None` if it has no bounds.
+pub(super) fn of_object<R: Real>(object: &Object) -> Option<Extent> {
     let round = |x: f64| R::from_f64(x).to_f64();
     let point = |p: Vec3| DVec3::from_array(p.map(round));
     let bounds = match object {
@@ -24,7 +24,12 @@ pub(super) fn of_object<R: Real>(object: &Object) -> Option<Bounds> {
         Object::Torus(o) => ring(point(o.center), point(o.axis), o.major_radius).grown(o.minor_radius),
         _ => return None,
     };
-    Some(padded::<R>(bounds))
+    let mut extent = Extent::of_box(padded::<R>(bounds));
+    if let Object::Sphere(sphere) = object {
+        extent.radius = 0.5 * (extent.bounds.max - extent.bounds.min).max_element();
+        debug_assert!(extent.radius >= sphere.radius);
+    }
+    Some(extent)
 }
 
 /// Box around a circle.
@@ -40,28 +45,41 @@ fn padded<R: Real>(bounds: Bounds) -> Bounds {
     bounds.grown(32.0 * R::ROUNDOFF * size)
 }
 
-/// Box around a placed geometry; `None` if it has none.
-pub(super) fn of_instance<R: Real>(instance: &Instance<R>, geometry: &Geometry<R>) -> Option<Bounds> {
+/// Extent of a placed geometry; `None` if it has no bounds.
+fn of_instance<R: Real>(instance: &Instance<R>, geometry: &Geometry<R>) -> Option<Extent> {
     if geometry.is_unbounded() {
         return None;
     }
-    if geometry.bounds.min.x > geometry.bounds.max.x {
-        return Some(Bounds::EMPTY);
+    let Extent { bounds, center, radius } = geometry.extent;
+    if radius < 0.0 {
+        return Some(Extent::EMPTY);
     }
     let vector = |v: [R; 3]| DVec3::from_array(v.map(Real::to_f64));
     let [x, y, z] = instance.to_world.columns.map(vector);
     let map = DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: vector(instance.to_world.translation) };
-    let corners = geometry.bounds.corners().map(|p| map.transform_point3(p));
     // The way there and back rounds relative to what is added up on it, not to the result.
-    let span = geometry.bounds.min.abs().max(geometry.bounds.max.abs());
+    let span = bounds.min.abs().max(bounds.max.abs());
     let sums = x.abs() * span.x + y.abs() * span.y + z.abs() * span.z + map.translation.abs();
-    Some(Bounds::around(corners).grown(32.0 * R::ROUNDOFF * sums.max_element()))
+    let slack = 32.0 * R::ROUNDOFF * sums.max_element();
+    Some(Extent {
+        bounds: Bounds::around(bounds.corners().map(|p| map.transform_point3(p))).grown(slack),
+        center: map.transform_point3(center),
+        radius: radius * largest_stretch(map.matrix3) + slack,
+    })
 }
 
-/// Box of an item of a geometry, given the geometries built before it.
-pub(super) fn of_item<R: Real>(item: &Item<R>, boxes: Option<Bounds>, geometries: &[Geometry<R>]) -> Option<Bounds> {
+/// Bound on how much a map lengthens any vector: the square root of the largest row sum of |M^T M|, which is exact for
+/// rotations with scale.
+fn largest_stretch(m: DMat3) -> f64 {
+    let gram = m.transpose() * m;
+    let row = |i: usize| gram.row(i).abs().element_sum();
+    row(0).max(row(1)).max(row(2)).sqrt()
+}
+
+/// Extent of an item of a geometry, given the geometries built before it.
+pub(super) fn of_item<R: Real>(item: &Item<R>, own: Option<Extent>, geometries: &[Geometry<R>]) -> Option<Extent> {
     match &item.shape {
         Shape::Instance(instance) => of_instance(instance, &geometries[instance.geometry as usize]),
-        _ => boxes,
+        _ => own,
     }
 }
