@@ -49,19 +49,14 @@ fn odd_value(random: &mut Random) -> Value {
 
 /// A random place in the document.
 fn pick<'a>(random: &mut Random, value: &'a mut Value) -> &'a mut Value {
-    let deeper = random.below(8) != 0;
+    let size = value.as_array().map_or(0, Vec::len) + value.as_object().map_or(0, serde_json::Map::len);
+    if size == 0 || random.below(8) == 0 {
+        return value;
+    }
+    let i = random.below(size);
     match value {
-        Value::Array(list) if deeper && !list.is_empty() => {
-            let i = random.below(list.len());
-            pick(random, &mut list[i])
-        }
-        Value::Object(map) if deeper && !map.is_empty() => {
-            let i = random.below(map.len());
-            match map.values_mut().nth(i) {
-                Some(inner) => pick(random, inner),
-                None => unreachable!("the index is below the length"),
-            }
-        }
+        Value::Array(list) => pick(random, &mut list[i]),
+        Value::Object(map) => pick(random, map.values_mut().nth(i).unwrap()),
         other => other,
     }
 }
@@ -93,6 +88,9 @@ fn mutate_bytes(random: &mut Random, text: &mut Vec<u8>) {
     const TOKENS: [&str; 14] =
         ["{", "}", "[", "]", ",", ":", "\"", "NaN", "1e999", "-", "\\u0000", "null", "\u{7f}", "[[[["];
     for _ in 0..1 + random.below(4) {
+        if text.is_empty() {
+            return;
+        }
         let at = random.below(text.len());
         match random.below(4) {
             0 => text[at] = random.bits() as u8,

@@ -49,3 +49,5 @@ pub const PROBLEMS: Limit = Limit::new("problems", 50);
 pub const MAGNITUDE: f64 = 1e15;
 /// Smallest length, so that squares of lengths do not vanish in single precision.
 pub const SMALLEST_LENGTH: f64 = 1e-15;
+/// Largest coefficient of a material (k_a, k_d, k_s, r_s, r_t). Nothing real is above 1.
+pub const COEFFICIENT: f64 = 1e3;

@@ -2,6 +2,9 @@
 
 use crate::lanes::{Lanes, Real, V3};
 
+/// Largest factor of an inverse-square light, so that a point beside the light is bright, not infinite.
+const MAX_STRENGTH: f64 = 1e15;
+
 /// A light in the kernel's format.
 #[derive(Debug, Clone, Copy)]
 pub struct Light<R> {
@@ -96,6 +99,7 @@ impl<R: Real> Light<R> {
             let hard = L::select(cosine.ge(outer), one, zero);
             strength = strength * L::select(inner.gt(outer), smooth, hard);
         }
+        let strength = strength.min(L::lit(s, MAX_STRENGTH));
         Arrival { to_light, strength: L::select(squared.gt(zero), strength, zero) }
     }
 }

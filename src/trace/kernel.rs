@@ -17,6 +17,11 @@ use crate::scene::world::World;
 use crate::shading::media::{Media, MediumList, OUTSIDE};
 use serde::Serialize;
 
+/// Largest radiance one ray adds to a pixel, and largest weight of a ray. Only materials whose r_s + r_t is above 1, of
+/// which `compile` warns, and lights beyond all measure come near; in single precision nothing overflows.
+const MAX_RADIANCE: f64 = 1e28;
+const MAX_WEIGHT: f64 = 1e9;
+
 /// Whitted's kinds of rays that are followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -165,7 +170,7 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
         let hits = find(s, self.world, &cast);
         let missed = rays.active & !hits.found;
         if missed != 0 {
-            let background = rays.weight.times(V3::splat(s, self.world.background));
+            let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));
             self.add(sum, missed, background);
             if O::WATCHING {
                 self.observer.contributes(number, background);
@@ -185,6 +190,13 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
         scatter(self, rays, &hits, &coefficients, number);
     }
 
+    /// What a ray adds to the pixel, never above [`MAX_RADIANCE`]: materials that amplify cannot make it infinite.
+    #[inline(always)]
+    pub(super) fn bounded(&self, radiance: V3<L>) -> V3<L> {
+        let max = L::lit(self.s, MAX_RADIANCE);
+        V3 { x: radiance.x.min(max), y: radiance.y.min(max), z: radiance.z.min(max) }
+    }
+
     /// Adds radiance to the lanes of `lanes`.
     #[inline(always)]
     pub(super) fn add(&self, sum: &mut V3<L>, lanes: u32, radiance: V3<L>) {
@@ -194,6 +206,9 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
     /// Stacks rays, but for those too light to matter and those beyond the limit on rays.
     #[inline(always)]
     pub(super) fn push(&mut self, mut rays: Followed<L>) {
+        let max = L::lit(self.s, MAX_WEIGHT);
+        let w = rays.weight;
+        rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
         let wanted = rays.active;
         if !self.world.rules.spd_counts {
             rays.active &= self.heavy_enough(rays.weight);

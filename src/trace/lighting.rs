@@ -25,7 +25,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
 ) {
     let s = tracer.s;
     let world = tracer.world;
-    let ambient = rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient)));
+    let ambient = tracer.bounded(rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient))));
     tracer.add(sum, hits.found, ambient);
     if O::WATCHING {
         tracer.observer.contributes(number, ambient);
@@ -53,7 +53,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
             let shadow = shadow_rays(s, light, origin, cast);
             passed = transmittance(s, &world.geometries, world.root, blockers, shadow);
         }
-        let radiance = rays.weight.times(radiance.times(passed));
+        let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         tracer.add(sum, lit.bits(), radiance);
         if O::WATCHING {
             let added = V3::select(lit, radiance, V3 { x: zero, y: zero, z: zero });

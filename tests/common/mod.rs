@@ -1,5 +1,5 @@
 //! What several tests need: the scenes of the repository, and rendering them as a user would.
-#![allow(dead_code, reason = "each test file uses its own part")]
+#![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 
 use std::path::{Path, PathBuf};
 use strahl::film::{Film, Region};

@@ -62,24 +62,38 @@ impl Findings {
         }
     }
 
+    /// A colour of light.
     fn color(&mut self, at: Path<'_>, color: Color) {
-        for x in color.0.to_array() {
-            let words = format!("in each channel between 0 and {:e}", limits::MAGNITUDE);
-            self.number(at, x, &words, (0.0..=limits::MAGNITUDE).contains(&x));
+        self.channels(at, color, limits::MAGNITUDE);
+    }
+
+    /// A coefficient of a material.
+    fn coefficient(&mut self, at: Path<'_>, color: Color) {
+        self.channels(at, color, limits::COEFFICIENT);
+    }
+
+    fn channels(&mut self, at: Path<'_>, color: Color, max: f64) {
+        let words = format!("in each channel between 0 and {max:e}");
+        if let Some(x) = color.0.to_array().into_iter().find(|x| !(0.0..=max).contains(x)) {
+            self.number(at, x, &words, false);
         }
     }
 
-    fn factor(&mut self, at: Path<'_>, x: f64) {
-        self.number(at, x, &format!("between 0 and {:e}", limits::MAGNITUDE), (0.0..=limits::MAGNITUDE).contains(&x));
+    /// Colour and intensity of a light, and their product.
+    fn light(&mut self, at: Path<'_>, color: Color, intensity: f64) {
+        self.color(at.key("color"), color);
+        let brightest = intensity * color.0.max_element().max(1.0);
+        let words = format!("at least 0, and at most {:e} after multiplication with the colour", limits::MAGNITUDE);
+        self.number(at.key("intensity"), intensity, &words, (0.0..=limits::MAGNITUDE).contains(&brightest));
     }
 
     fn texture(&mut self, at: Path<'_>, texture: &Diffuse) {
         match texture {
-            Diffuse::Uniform(color) => self.color(at, *color),
+            Diffuse::Uniform(color) => self.coefficient(at, *color),
             Diffuse::Checker(checker) => {
                 let at = at.key("checker");
-                self.color(at.key("a"), checker.a);
-                self.color(at.key("b"), checker.b);
+                self.coefficient(at.key("a"), checker.a);
+                self.coefficient(at.key("b"), checker.b);
                 self.length(at.key("size"), checker.size);
             }
         }
@@ -171,22 +185,19 @@ fn check_lights(findings: &mut Findings, lights: &[Light]) {
             Light::Point(light) => {
                 let at = at.key("point");
                 findings.point(at.key("position"), &light.position);
-                findings.color(at.key("color"), light.color);
-                findings.factor(at.key("intensity"), light.intensity);
+                findings.light(at, light.color, light.intensity);
                 check_falloff(findings, at, light.falloff);
             }
             Light::Directional(light) => {
                 let at = at.key("directional");
                 findings.direction(at.key("direction"), &light.direction);
-                findings.color(at.key("color"), light.color);
-                findings.factor(at.key("intensity"), light.intensity);
+                findings.light(at, light.color, light.intensity);
             }
             Light::Spot(light) => {
                 let at = at.key("spot");
                 findings.point(at.key("position"), &light.position);
                 findings.direction(at.key("direction"), &light.direction);
-                findings.color(at.key("color"), light.color);
-                findings.factor(at.key("intensity"), light.intensity);
+                findings.light(at, light.color, light.intensity);
                 check_falloff(findings, at, light.falloff);
                 let (inner, outer) = (light.inner_deg, light.outer_deg);
                 findings.number(at.key("inner_deg"), inner, "between 0 and 90", (0.0..=90.0).contains(&inner));
@@ -211,9 +222,9 @@ fn check_material(findings: &mut Findings, at: Path<'_>, material: &Material) {
         findings.texture(at.key("ambient"), ambient);
     }
     findings.texture(at.key("diffuse"), &material.diffuse);
-    findings.color(at.key("specular"), material.specular);
-    findings.color(at.key("reflection"), material.reflection);
-    findings.color(at.key("transmission"), material.transmission);
+    findings.coefficient(at.key("specular"), material.specular);
+    findings.coefficient(at.key("reflection"), material.reflection);
+    findings.coefficient(at.key("transmission"), material.transmission);
     let (m, ior) = (material.shininess, material.ior);
     findings.number(at.key("shininess"), m, "between 0 and 1000000", (0.0..=1e6).contains(&m));
     findings.number(at.key("ior"), ior, "between 0.01 and 100", (0.01..=100.0).contains(&ior));
