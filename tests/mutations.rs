@@ -1,4 +1,5 @@
 //! 100,000 random mutations of valid scenes: no panic, no hang, and every refusal says where.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 mod common;
 

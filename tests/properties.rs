@@ -1,5 +1,6 @@
 //! What must hold for any scene: pictures do not depend on how the work is cut, ordered or accelerated, and they move
 //! with the scene.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 mod common;
 
@@ -82,7 +83,7 @@ fn random_scene(seed: u64, count: usize) -> Value {
             { "cylinder": { "base": [0, -0.5, 0], "top": [0, 0.5, 0], "radius": 0.4, "material": "shiny" } }
         ] },
         "objects": objects,
-        "render": { "max_depth": 6, "antialias": false, "shadows": if seed % 2 == 0 { "opaque" } else { "transmissive" } }
+        "render": { "max_depth": 6, "antialias": false, "shadows": if seed.is_multiple_of(2) { "opaque" } else { "transmissive" } }
     })
 }
 

@@ -1,4 +1,5 @@
 //! The house rules that a compiler does not check.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 mod common;
 

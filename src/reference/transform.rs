@@ -21,7 +21,7 @@ pub(super) fn to_parent(transform: &Transform) -> DAffine3 {
     }
 }
 
-/// Rodrigues: cos(a) I + sin(a) [k]x + (1 - cos(a)) k k^T.
+/// Rodrigues: cos(a) I + sin(a) \[k\]x + (1 - cos(a)) k k^T.
 fn rotation_matrix(rotation: &Rotation) -> DMat3 {
     let k = DVec3::from(rotation.axis).normalize();
     let (sin, cos) = math::sin_cos(rotation.angle.to_radians());

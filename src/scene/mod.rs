@@ -1,4 +1,4 @@
-//! From a scene's text to the [`Scene`](compile::Scene) that a render needs: read, check, compile.
+//! From a scene's text to the [`Scene`] that a render needs: read, check, compile.
 
 pub mod color;
 pub mod compile;

@@ -5,7 +5,7 @@ use crate::scene::problem::push_token;
 /// A JSON pointer under construction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Path<'a> {
-    parent: Option<&'a Path<'a>>,
+    parent: Option<&'a Self>,
     token: Token<'a>,
 }
 

@@ -1,6 +1,6 @@
 //! Where things are in a scene's text: JSON pointers to lines and columns, and back.
 //!
-//! One pass of a [`Scanner`] answers any number of questions of a kind.
+//! One pass of a scanner answers any number of questions of a kind.
 
 mod scanner;
 

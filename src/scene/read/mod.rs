@@ -1,7 +1,7 @@
 //! JSON text to [`Description`], reporting every problem of its shape at once.
 //!
 //! A good scene is deserialised straight from the text. Only when that fails is the text read again, into a
-//! [`Value`], for [`diagnose`] to say all that is wrong with it.
+//! [`Value`], for `diagnose` to say all that is wrong with it.
 
 mod diagnose;
 mod mend;

@@ -1,4 +1,4 @@
-//! The phrases that [`diagnose`](super::diagnose) makes its sentences of.
+//! The phrases that `diagnose` makes its sentences of.
 
 use crate::scene::schema::Node;
 use serde_json::Value;
