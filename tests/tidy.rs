@@ -48,7 +48,7 @@ fn the_reference_shares_no_intersection_or_shading_code() {
 
 #[test]
 fn every_file_says_what_it_is() {
-    for folder in ["src", "api", "tests"] {
+    for folder in ["src", "api", "tests", "benches"] {
         for (path, text) in sources(folder) {
             assert!(text.starts_with("//!"), "{} has no first line that says what it is", path.display());
         }
