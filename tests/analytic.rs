@@ -267,10 +267,15 @@ mod shapes {
         for (base, top) in [((0.0, 1.0), (2.0, 0.0)), ((2.0, 0.0), (0.0, 1.0))] {
             let cone =
                 json!({ "base": [0, base.0, 0], "base_radius": base.1, "top": [0, top.0, 0], "top_radius": top.1 });
+            let mut open = cone.clone();
+            open["capped"] = false.into();
             let cone = one(json!({ "cone": cone }));
             hits(&cone, [0.0, 5.0, 0.0], minus(Y), 3.0, Y, true);
             hits(&cone, [0.0, 1.0, 0.0], Y, 1.0, Y, false);
             hits(&cone, [0.0, -1.0, 0.0], Y, 1.0, minus(Y), true);
+            let open = one(json!({ "cone": open }));
+            hits(&open, [0.0, 5.0, 0.0], minus(Y), 3.0, Y, true);
+            hits(&open, [0.0, -1.0, 0.0], Y, 3.0, Y, false);
         }
     }
 
@@ -514,7 +519,7 @@ mod ranges {
     #[test]
     fn t_counts_in_lengths_of_the_direction() {
         for world in &one(json!({ "sphere": { "center": [0, 0, 0], "radius": 1 } })) {
-            for scale in [0.25, 8.0, 1024.0, 2f64.powi(-40), 2f64.powi(40)] {
+            for scale in [0, -2, 3, 40, -40, 126, -126, 149, -149, 600, -600].map(|n| 2f64.powi(n)) {
                 assert_eq!(t(world, 0.0, None, scale), Some(4.0 / scale));
                 assert_eq!(t(world, 5.0 / scale, None, scale), Some(6.0 / scale));
                 assert_eq!(t(world, 0.0, Some(3.0 / scale), scale), None);

@@ -200,6 +200,20 @@ fn disc(query: &Query<'_>) -> Check {
     }
 }
 
+/// A box that a ray only touches may be hit or missed.
+fn cuboid(query: &Query<'_>) -> Check {
+    let scene = bare(query, json!({ "box": { "min": query.shape("lo"), "max": query.shape("hi") } }));
+    let hit = answer(&scene, &query.ray()).at;
+    let expect = &query.data["expect"];
+    if expect["hit_closed_box"] == false {
+        return must_miss(hit);
+    }
+    match hit {
+        None if expect["on_boundary_only"] == true => Ok(()),
+        hit => near("t", must_hit(hit)?.t, number(&expect["t_enter"]), 0.0),
+    }
+}
+
 fn torus(query: &Query<'_>) -> Check {
     let (major, minor) = (number(query.shape("major_R")), number(query.shape("minor_r")));
     let torus = json!({ "center": [0, 0, 0], "axis": [0, 0, 1], "major_radius": major, "minor_radius": minor });
@@ -242,12 +256,47 @@ fn cylinder(query: &Query<'_>) -> Check {
 }
 
 fn triangles(query: &Query<'_>) -> Check {
-    let corners: Vec<&Value> =
-        query.shape("tris").as_array().unwrap().iter().flat_map(|t| t.as_array().unwrap()).collect();
+    let hit = must_hit(mesh(query, query.shape("tris")))?;
+    distance(query, &hit, query.tolerance("dist_abs"))
+}
+
+/// Triangles without area, or seen from their edge. Slivers stay in a mesh, where they fill the gap between their
+/// neighbours, so one may be hit, at a point of it and with a normal.
+fn degenerate(query: &Query<'_>) -> Check {
+    let mut triangles = query.shape("tris").clone();
+    // A mesh without any area is refused, so there is some beside it.
+    triangles.as_array_mut().unwrap().push(json!([[1e9, 0, 0], [1e9, 1, 0], [1e9, 0, 1]]));
+    let Some(hit) = mesh(query, &triangles) else { return Ok(()) };
+    if query.data["name"] != "pbrt_badcases" {
+        return must_miss(Some(hit));
+    }
+    let hit = must_hit(Some(hit))?;
+    unit("the normal", query, hit.normal)?;
+    let corners: Vec<DVec3> = (0..3).map(|i| vector(&query.shape("tris")[0][i])).collect();
+    let (low, high) = (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
+    let outside = DVec3::from_array(hit.point) - DVec3::from_array(hit.point).clamp(low, high);
+    near_vector("the way to the sliver", outside, DVec3::ZERO, 8.0 * query.u * high.abs().max(low.abs()).max_element())
+}
+
+/// Directions of any length, from the middle of a ball: the normal there is the unit direction.
+fn normalised(query: &Query<'_>) -> Check {
+    let v = vector(&query.data["in"]["v"]);
+    if v == DVec3::ZERO {
+        return Ok(());
+    }
+    let scene = bare(query, json!({ "sphere": { "center": [0, 0, 0], "radius": 1 } }));
+    let ray = RayQuery { origin: [0.0; 3], direction: v.into(), t_min: 0.0, t_max: None };
+    let hit = must_hit(answer(&scene, &ray).at)?;
+    let expected = vector(&query.data["expect"]["unit"]);
+    near_vector("the normal", DVec3::from_array(hit.normal), expected, 3.0 * query.u)?;
+    near_vector("the mirror direction", -DVec3::from_array(hit.reflected), expected, 8.0 * query.u)
+}
+
+fn mesh(query: &Query<'_>, triangles: &Value) -> Option<RayHit> {
+    let corners: Vec<&Value> = triangles.as_array().unwrap().iter().flat_map(|t| t.as_array().unwrap()).collect();
     let faces: Vec<[usize; 3]> = (0..corners.len() / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let scene = bare(query, json!({ "mesh": { "vertices": corners, "faces": faces } }));
-    let hit = must_hit(answer(&scene, &query.ray()).at)?;
-    distance(query, &hit, query.tolerance("dist_abs"))
+    answer(&scene, &query.ray()).at
 }
 
 fn instance(query: &Query<'_>) -> Check {
@@ -548,6 +597,9 @@ ask! {
     disc_rim: disc;
     torus_quartic: torus;
     cylinder_parallel_axis: cylinder;
+    aabb_slab_nan: cuboid;
+    normalize_extreme: normalised;
+    tri_degenerate: degenerate;
     tri_shared_edge: triangles;
     tri_vertex_fan: triangles;
     tri_tiny: triangles;
