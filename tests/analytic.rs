@@ -1,5 +1,7 @@
 //! Scenes small enough for paper: what rays hit and where, what surfaces and lights do with them, where cameras look.
 //! Everything is asked in both precisions.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![allow(clippy::disallowed_methods, reason = "expected values come from another library than strahl's")]
 
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -95,6 +97,15 @@ fn hits(worlds: &[World; 2], origin: [f64; 3], direction: [f64; 3], t: f64, norm
 fn misses(worlds: &[World; 2], origin: [f64; 3], direction: [f64; 3]) {
     for world in worlds {
         assert_eq!(query(world, origin, direction), None, "{origin:?} along {direction:?}");
+    }
+}
+
+/// Numbers in [0, 1), the same ones in every run (Knuth's linear congruential generator).
+fn uniform(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 
@@ -719,11 +730,7 @@ mod optics {
     /// way over any other point of the surface is longer.
     #[test]
     fn refracted_light_takes_the_way_of_least_time() {
-        let mut state = 1u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut random = uniform(1);
         let [_, world] = floor("water");
         for _ in 0..200 {
             let a = DVec3::new(4.0 * random() - 2.0, 0.1 + 3.0 * random(), 4.0 * random() - 2.0);
@@ -1242,6 +1249,52 @@ mod trees {
     fn so_they_do_outside_the_image_circle_and_inside_glass() {
         let fisheye = json!({ "fisheye": { "eye": [-0.8, 0.1, 0.95], "look_at": [0, 0, 0] } });
         trees_are_pictures(&still_life(fisheye, json!({ "antialias": false, "min_weight": 0.01 })));
+    }
+
+    /// A glass body of unit size, placed and scaled.
+    fn glass(kind: &str, place: DVec3, scale: f64) -> Value {
+        let at = |x: f64, y: f64, z: f64| (place + DVec3::new(x, y, z) * scale).to_array();
+        let mut body = match kind {
+            "sphere" => json!({ "center": at(0.0, 0.0, 0.0), "radius": scale }),
+            "box" => json!({ "min": at(-0.7, -0.5, -0.6), "max": at(0.6, 0.4, 0.7) }),
+            "cylinder" => json!({ "base": at(0.3, -0.8, 0.1), "top": at(-0.2, 0.7, 0.3), "radius": 0.5 * scale }),
+            "cone" => json!({ "base": at(0.3, -0.8, 0.1), "base_radius": 0.7 * scale, "top": at(-0.2, 0.9, 0.3) }),
+            "torus" => json!({ "center": at(0.0, 0.0, 0.0), "axis": [0.3, 0.5, 0.8],
+                               "major_radius": 0.8 * scale, "minor_radius": 0.3 * scale }),
+            _ => {
+                json!({ "vertices": [at(-0.8, -0.7, -0.6), at(0.9, -0.8, -0.5), at(0.1, 0.9, -0.4), at(0.0, 0.0, 0.9)],
+                         "faces": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] })
+            }
+        };
+        body["material"] = "crystal".into();
+        json!([{ kind: body }])
+    }
+
+    #[test]
+    fn rays_enter_bodies_from_outside_and_leave_them_from_inside_at_any_scale() {
+        let mut random = uniform(7);
+        let mut point = move || DVec3::new(2.0 * random() - 1.0, 2.0 * random() - 1.0, 2.0 * random() - 1.0);
+        for kind in ["sphere", "box", "cylinder", "cone", "torus", "mesh"] {
+            for (scale, away) in [(1e-6, 0.0), (1.0, 0.0), (1.0, 30.0), (1e6, 0.0)] {
+                for _ in 0..60 {
+                    let place = point() * away * scale;
+                    let (eye, target) = (place + point().normalize() * (4.0 * scale), place + point() * (0.5 * scale));
+                    let more = json!({
+                        "camera": { "orthographic": { "eye": eye.to_array(), "look_at": target.to_array(), "height": scale } },
+                        "materials": { "crystal": { "diffuse": 0, "reflection": 0.3, "transmission": 0.7, "ior": 1.5 } },
+                        "render": { "max_depth": 6, "min_weight": 0 }
+                    });
+                    for World { scene, .. } in &worlds(glass(kind, place, scale), more) {
+                        for ray in &trace_pixel(scene, 0, 0).rays {
+                            let inside = !ray.media.is_empty();
+                            let entering = ray.hit.as_ref().map(|hit| hit.entering);
+                            let expected = if inside { entering == Some(false) } else { entering != Some(false) };
+                            assert!(expected, "{kind} of size {scale}, inside: {inside}: {ray:?}");
+                        }
+                    }
+                }
+            }
+        }
     }
 
     #[test]
