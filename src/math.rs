@@ -46,3 +46,13 @@ pub fn pow(x: f64, y: f64) -> f64 {
 pub fn asin(x: f64) -> f64 {
     libm::asin(x)
 }
+
+/// The whole number e with 2^e <= |x| < 2^(e+1), for finite x other than 0.
+pub fn exponent(x: f64) -> i32 {
+    libm::ilogb(x)
+}
+
+/// x 2^e, rounded once.
+pub fn scale_by_power(x: f64, e: i32) -> f64 {
+    libm::scalbn(x, e)
+}

@@ -56,9 +56,11 @@ impl Bounds {
 
     /// The box in another format, rounded outwards.
     pub(super) fn narrowed<R: Real>(self) -> Slab<R> {
-        // One rounding to nearest moves a coordinate by at most u of itself; two ulps outwards cover it.
-        let wide = |x: f64, sign: f64| R::from_f64(x + sign * (2.0 * R::ROUNDOFF * x.abs() + f64::MIN_POSITIVE));
-        Slab { min: self.min.to_array().map(|x| wide(x, -1.0)), max: self.max.to_array().map(|x| wide(x, 1.0)) }
+        // One rounding to nearest moves a coordinate by at most u of itself; twice that outwards covers it. As much of
+        // the box's width keeps a ray inside that runs in a side at 0, where coordinates give no room.
+        let width = (self.max - self.min).max(DVec3::ZERO);
+        let room = (self.min.abs().max(self.max.abs()) + width) * (2.0 * R::ROUNDOFF) + f64::MIN_POSITIVE;
+        Slab { min: (self.min - room).to_array().map(R::from_f64), max: (self.max + room).to_array().map(R::from_f64) }
     }
 }
 
@@ -81,10 +83,10 @@ impl<L: Lanes> Reciprocal<L> {
     #[inline(always)]
     pub(super) fn new(s: L::Simd, rays: &Rays<L>) -> Self {
         // A parallel ray crosses its slab at once or never: with a tiny d, (b - o)/d is huge with the right sign, and
-        // 0 where o lies on the boundary, which belongs to the box. Tiny means beside the longest component.
-        let d = rays.dir.abs();
+        // 0 where o lies on the boundary, which belongs to the box. The tiniest normal number has a finite reciprocal,
+        // and with it a box may be smaller than its distance by as many orders as the format has.
         let smallest = if L::Real::ROUNDOFF > 1e-10 { f64::from(f32::MIN_POSITIVE) } else { f64::MIN_POSITIVE };
-        let tiny = (d.x.max(d.y).max(d.z) * L::lit(s, 1e-25)).max(L::lit(s, smallest));
+        let tiny = L::lit(s, smallest);
         let zero = L::lit(s, 0.0);
         let one = L::lit(s, 1.0);
         let safe = |d: L| one / L::select(d.abs().lt(tiny), L::select(d.lt(zero), -tiny, tiny), d);

@@ -24,8 +24,8 @@ pub struct Frustum<R> {
 impl<R: Real> Frustum<R> {
     /// Nearest meeting in range.
     ///
-    /// The origin is first moved along the ray to where it is closest to the middle of the axis, so that distance does
-    /// not cancel. With o, d the parts across the axis, m = k dz and r = r0 + k oz:
+    /// The origin is first moved along the ray towards the place on the axis that the ray's line is closest to, so that
+    /// distance does not cancel. With o, d the parts across the axis, m = k dz and r = r0 + k oz:
     /// a = d.d - m^2, b' = -(o.d - m r), c = (|o|-r)(|o|+r), and the discriminant b'^2 - a c is
     /// (A - B)(A + B) with A = |r d - m o|, B = |o x d|. q = b' + sign(b') s covers a = 0, a ray parallel to a generator.
     #[inline(always)]
@@ -36,8 +36,10 @@ impl<R: Real> Frustum<R> {
 
         let far = self.frame.point_in(s, rays.origin);
         let d = self.frame.vector_in(s, rays.dir);
-        let middle = V3 { x: zero, y: zero, z: height * L::lit(s, 0.5) };
-        let shift = (middle - far).dot(d) / d.dot(d);
+        // Between the ends, since a ray along the axis is close to all of it.
+        let closest = far.z - d.z * ((far.x * d.x + far.y * d.y) / (d.x * d.x + d.y * d.y));
+        let closest = L::select(closest.eq(closest), closest, far.z).max(zero).min(height);
+        let shift = (V3 { x: zero, y: zero, z: closest } - far).dot(d) / d.dot(d);
         let o = far + d * shift;
 
         let m = k * d.z;
@@ -56,8 +58,10 @@ impl<R: Real> Frustum<R> {
         let (u, v) = (c / q, q / a);
 
         let mut best = Candidate { t: L::lit(s, f64::INFINITY), found: L::mask(s, 0), point: o, normal: o };
-        // Side and caps share the rim. Where rounding decides, both take it, so that no ray slips between them.
-        let slack = L::lit(s, 16.0 * R::ROUNDOFF) * (height + r0.max(r1));
+        // Side and caps share the rim. Where rounding decides, both take it, so that no ray slips between them. The
+        // rounding is that of where the ray is, not of the whole body: a long tube ends as sharply as a short one.
+        let slack = L::lit(s, 16.0 * R::ROUNDOFF);
+        let width = r0.max(r1) + o.z.abs();
         for t in [u, v] {
             let p = o + d * t;
             let z = p.z.max(zero).min(height);
@@ -65,8 +69,13 @@ impl<R: Real> Frustum<R> {
             let rho = (p.x * p.x + p.y * p.y).sqrt();
             let fit = radius / rho;
             let (x, y) = (p.x * fit, p.y * fit);
-            let normal = V3 { x, y, z: -(k * radius) };
-            let on = real & (p.z - z).abs().le(slack) & L::lit(s, 0.0).le(r0 + k * p.z + slack) & rho.gt(zero);
+            let slack = slack * (width + p.z.abs());
+            let on = real & (p.z - z).abs().le(slack) & zero.le(r0 + k * p.z + slack);
+            // On the axis there is only the tip, where the surface faces along it.
+            let tip = rho.eq(zero);
+            let on = on & (!tip | radius.le(slack));
+            let (x, y) = (L::select(tip, zero, x), L::select(tip, zero, y));
+            let normal = V3 { x, y, z: L::select(tip, -k, -(k * radius)) };
             best.offer(s, rays, t + shift, on, V3 { x, y, z }, normal, d, sides);
         }
         if self.capped {

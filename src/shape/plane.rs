@@ -26,11 +26,11 @@ impl<R: Real> Plane<R> {
         let seen = sides.outside::<L>(s, cosine.lt(zero)) | sides.inside::<L>(s, cosine.gt(zero));
         let hit = rays.active & rays.in_range(t) & seen;
 
-        // o + t d is off by roundings of t d; one projection puts it back. What remains are the roundings of n.(q - p).
+        // o + t d is off by roundings of t d; one projection puts it back. What remains are the roundings of n.(q - p),
+        // a sum in which no distance along the plane counts if the plane is parallel to an axis.
         let q = rays.at(t);
         let point = q - n * n.dot(q - p);
-        let reach = (point - p).abs();
-        let off = (reach.x + reach.y + reach.z) * L::lit(s, gamma::<R>(8.0));
+        let off = n.abs().dot((point - p).abs()) * L::lit(s, gamma::<R>(8.0));
         let own = (point.abs() + p.abs()) * L::lit(s, gamma::<R>(4.0));
         let error = own + V3 { x: off, y: off, z: off };
         Meeting::smooth(t, hit, point, error, n)

@@ -24,17 +24,22 @@ impl Roots {
 }
 
 /// Where `f` changes its sign on [low, high], given the places `turns` (in increasing order) between which it is
-/// monotone. Touching zero without crossing is no root.
+/// monotone. Touching zero without crossing is no root, and neither is a zero at `low`: values of at most `noise` there
+/// may be zero, so the sign is that of the slope.
 pub(super) fn sign_changes(
     f: impl Fn(f64) -> f64,
     slope: impl Fn(f64) -> f64,
     turns: &[f64],
     low: f64,
     high: f64,
+    noise: f64,
 ) -> Roots {
     let mut roots = Roots::default();
     let mut a = low;
     let mut fa = f(a);
+    if fa.abs() <= noise {
+        fa = slope(a);
+    }
     for b in turns.iter().copied().filter(|t| *t > low && *t < high).chain([high]) {
         let fb = f(b);
         if (fa < 0.0) != (fb < 0.0) {
@@ -78,7 +83,7 @@ pub(super) fn turns(c: [f64; 5], low: f64, high: f64) -> Roots {
     let bends = quadratic_roots(d2);
     let cubic = |x: f64| d1[0] + x * (d1[1] + x * (d1[2] + x * d1[3]));
     let square = |x: f64| d2[0] + x * (d2[1] + x * d2[2]);
-    sign_changes(cubic, square, bends.as_slice(), low, high)
+    sign_changes(cubic, square, bends.as_slice(), low, high, 0.0)
 }
 
 fn quadratic_roots(c: [f64; 3]) -> Roots {
@@ -107,7 +112,7 @@ mod tests {
     fn solve(c: [f64; 5], low: f64, high: f64) -> Vec<f64> {
         let f = |x: f64| c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * c[4])));
         let slope = |x: f64| c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4]));
-        sign_changes(f, slope, turns(c, low, high).as_slice(), low, high).as_slice().to_vec()
+        sign_changes(f, slope, turns(c, low, high).as_slice(), low, high, 0.0).as_slice().to_vec()
     }
 
     #[test]

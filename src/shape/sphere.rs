@@ -48,7 +48,10 @@ impl<R: Real> Sphere<R> {
         let hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
         let t = L::select(first, t0, t1);
 
-        let from_center = rays.at(t) - center;
+        // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0,
+        // the sphere faces its ray.
+        let from_center = f + rays.dir * t;
+        let from_center = V3::select(from_center.length().gt(zero), from_center, -rays.dir);
         let normal = from_center * (radius / from_center.length());
         let point = center + normal;
         Meeting::smooth(t, hit, point, error_around(s, point, center, 5.0, normal), normal)

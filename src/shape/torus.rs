@@ -88,7 +88,10 @@ impl<R: Real> Torus<R> {
         let quartic = [k * k - 4.0 * across, -8.0 * along, 2.0 * k - 4.0 * lean, 0.0, 1.0];
         let bends = turns(quartic, low, high);
 
-        let roots = sign_changes(g, slope, bends.as_slice(), low, high);
+        // A ray that starts on the tube, to a few roundings, does not meet it there. Origins of rays that leave it lie
+        // further off, so this never decides against them.
+        let noise = 8.0 * f64::EPSILON * r;
+        let roots = sign_changes(g, slope, bends.as_slice(), low, high, noise);
         roots.as_slice().iter().find_map(|&x| {
             let t = R::from_f64((x + middle) / speed);
             let seen = match sides {

@@ -159,12 +159,15 @@ pub fn intersect_triangle<L: Lanes>(
     // t is a mean of the corners' depths, so a ray that starts on the triangle is placed to a few roundings of the
     // triangle's own size, in whatever direction that extends.
     let size = e1.abs() + e2.abs();
-    let extent = size.x.max(size.y).max(size.z) * L::lit(s, gamma::<L::Real>(6.0));
+    let size = size.x.max(size.y).max(size.z);
+    let extent = size * L::lit(s, gamma::<L::Real>(6.0));
     let error = reach * L::lit(s, gamma::<L::Real>(8.0)) + V3 { x: extent, y: extent, z: extent };
-    let normal = e1.cross(e2);
+    // Edges of length 1, so that the product of tiny ones is not lost.
+    let scale = L::lit(s, 1.0) / size;
+    let normal = (e1 * scale).cross(e2 * scale);
     // A sliver without a measurable normal faces its ray.
     let size = normal.abs();
-    let measurable = (size.x + size.y + size.z).gt(zero);
+    let measurable = (L::lit(s, 1.0) / (size.x + size.y + size.z)).lt(L::lit(s, f64::INFINITY));
     let normal = V3::select(measurable, normal, -rays.dir);
     Meeting { t, hit, point, error, normal, barycentric: [b1, b2] }
 }

@@ -4,6 +4,7 @@ use super::enclosing::media_at;
 use super::hits::{Hits, find};
 use super::kernel::first;
 use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::math::{exponent, scale_by_power};
 use crate::ray::Rays;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
@@ -81,11 +82,15 @@ where
 {
     let s = ();
     let narrow = |v: [f64; 3]| v.map(L::Real::from_f64);
+    // A power of 2 brings the direction to a length around 1, where squares neither vanish nor overflow. It changes no
+    // digit of the answer.
+    let longest = ray.direction.iter().fold(0.0f64, |longest, x| longest.max(x.abs()));
+    let power = if longest > 0.0 && longest < f64::INFINITY { exponent(longest) } else { 0 };
     let rays = Rays {
         origin: V3::<L>::splat(s, narrow(ray.origin)),
-        dir: V3::splat(s, narrow(ray.direction)),
-        t_min: L::lit(s, ray.t_min),
-        t_max: L::lit(s, ray.t_max.unwrap_or(f64::INFINITY)),
+        dir: V3::splat(s, narrow(ray.direction.map(|x| scale_by_power(x, -power)))),
+        t_min: L::lit(s, scale_by_power(ray.t_min, power)),
+        t_max: L::lit(s, scale_by_power(ray.t_max.unwrap_or(f64::INFINITY), power)),
         active: L::mask(s, 1),
     };
     let hits: Hits<L> = find(s, world, &rays);
@@ -110,7 +115,7 @@ where
     let total = refraction.total.any();
     let clear = hits.transmits(world, 0);
     Some(RayHit {
-        t: first(hits.t),
+        t: scale_by_power(first(hits.t), -power),
         point: wide(hits.surface.point),
         normal: wide(hits.surface.ng),
         object,
