@@ -1,11 +1,13 @@
 //! The command line: every command, every flag, and their help.
 
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 use strahl::film::Region;
 use strahl::scene::description::Precision;
+use strahl::scene::limits::{self, Limit};
 use strahl::scene::{Format, Overrides};
 
 /// Renders JSON scenes with Whitted's ray tracing, and says what the picture cost.
@@ -84,19 +86,19 @@ pub(crate) struct SettingsArgs {
     #[arg(long, env = "STRAHL_THREADS", value_parser = threads())]
     pub(crate) threads: Option<u64>,
     /// Pixels across [default: as the scene says].
-    #[arg(long)]
+    #[arg(long, value_parser = up_to(limits::IMAGE_SIDE))]
     width: Option<u32>,
     /// Pixels down [default: as the scene says].
-    #[arg(long)]
+    #[arg(long, value_parser = up_to(limits::IMAGE_SIDE))]
     height: Option<u32>,
     /// Longest chain of rays; the primary ray counts 1 [default: as the scene says].
-    #[arg(long, value_name = "RAYS")]
+    #[arg(long, value_name = "RAYS", value_parser = up_to(limits::MAX_DEPTH))]
     max_depth: Option<u32>,
     /// Weight below which a ray is not followed, 0 to 1 [default: as the scene says].
-    #[arg(long, value_name = "WEIGHT")]
+    #[arg(long, value_name = "WEIGHT", value_parser = weight)]
     min_weight: Option<f64>,
     /// Rays for each pixel [default: as the scene says].
-    #[arg(long)]
+    #[arg(long, value_parser = up_to(limits::SAMPLES))]
     samples: Option<u32>,
     /// Floating-point format of the whole trace: single or double [default: as the scene says].
     #[arg(long, value_parser = precision)]
@@ -110,6 +112,17 @@ pub(crate) struct SettingsArgs {
     /// Follow the counting rules of the Standard Procedural Databases: 513 x 513 corner rays, depth 5 (NFF only).
     #[arg(long)]
     spd_counts: bool,
+}
+
+/// A whole number from 1 to a limit.
+fn up_to(limit: Limit) -> RangedU64ValueParser<u32> {
+    RangedU64ValueParser::new().range(1..=limit.max)
+}
+
+/// A number from 0 to 1.
+pub(crate) fn weight(text: &str) -> Result<f64, String> {
+    let weight: f64 = text.parse().map_err(|_| "expected a number from 0 to 1".to_owned())?;
+    if (0.0..=1.0).contains(&weight) { Ok(weight) } else { Err("expected a number from 0 to 1".into()) }
 }
 
 impl SettingsArgs {
@@ -323,7 +336,7 @@ pub(crate) struct HealthcheckArgs {
     pub(crate) url: String,
 }
 
-fn threads() -> clap::builder::RangedU64ValueParser {
+fn threads() -> RangedU64ValueParser {
     clap::value_parser!(u64).range(1..=1_024)
 }
 

@@ -50,6 +50,8 @@ pub(crate) fn make(
         image: [scene.width, scene.height],
         region,
         render: loaded.description.render,
+        two_sided: loaded.two_sided,
+        spd_counts: loaded.spd_counts,
     };
     Ok(Finished { file, report: Report { plan, cost, error: ErrorBounds::default(), replay } })
 }

@@ -1,5 +1,6 @@
 //! One ray's JSON, checked: for `strahl rays` and `POST /v1/rays`.
 
+use strahl::scene::limits;
 use strahl::trace::query::RayQuery;
 
 /// Reads a ray; the error is a sentence.
@@ -7,6 +8,9 @@ pub(crate) fn read_ray(json: &str) -> Result<RayQuery, String> {
     let ray: RayQuery = serde_json::from_str(json).map_err(|error| format!("this is not a ray: {error}"))?;
     if ray.direction == [0.0; 3] {
         return Err("the direction has length 0; any other length will do".into());
+    }
+    if ray.origin.iter().any(|x| x.abs() > limits::MAGNITUDE) {
+        return Err(format!("the origin must have coordinates between -{0:e} and {0:e}", limits::MAGNITUDE));
     }
     if ray.t_max.is_some_and(|t_max| t_max < ray.t_min) {
         return Err("t_max is below t_min, so no hit could count".into());

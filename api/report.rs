@@ -78,4 +78,8 @@ pub(crate) struct Replay {
     pub(crate) region: Region,
     /// The settings, after overrides.
     pub(crate) render: RenderSettings,
+    /// Whether an NFF file's opaque surfaces were seen from behind, too.
+    pub(crate) two_sided: bool,
+    /// Whether an NFF file was rendered by the SPD's counting rules.
+    pub(crate) spd_counts: bool,
 }

@@ -56,3 +56,8 @@ pub fn exponent(x: f64) -> i32 {
 pub fn scale_by_power(x: f64, e: i32) -> f64 {
     libm::scalbn(x, e)
 }
+
+/// Angle of the point (x, y) in radians, in (-pi, pi].
+pub fn atan2(y: f64, x: f64) -> f64 {
+    libm::atan2(y, x)
+}

@@ -6,6 +6,7 @@ use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
+use crate::shading::media::Medium;
 use crate::trace::enclosing::media_at;
 use crate::trace::kernel::Tracer;
 use fearless_simd::{Level, dispatch, f32x16, f64x8};
@@ -34,6 +35,7 @@ pub struct RayCounts {
     pub reflected: u64,
     pub transmitted: u64,
     /// Camera rays that hit something.
+    #[serde(skip)]
     pub camera_hits: u64,
     /// Transmissions that total internal reflection turned into reflections.
     pub total_internal_reflections: u64,
@@ -102,15 +104,14 @@ pub fn render_cut(scene: &Scene, region: Region, control: &Control, cut: Cut) ->
 }
 
 /// Samples of one pixel of the scene's picture: `samples`, or more where antialiasing refines it.
-pub fn samples_of(scene: &Scene, x: u32, y: u32) -> u32 {
+pub fn samples_of(scene: &Scene, x: u32, y: u32, control: &Control) -> u32 {
     if !refines(scene) {
         return scene.samples;
     }
-    let control = Control::default();
     let around = Region { x, y, width: 1, height: 1 }.with_border(scene.width, scene.height);
     let uneven = match &scene.world {
-        Precise::Single(world) => Renderer::new(scene, world, &control, Cut::default()).uneven_in(around, x, y),
-        Precise::Double(world) => Renderer::new(scene, world, &control, Cut::default()).uneven_in(around, x, y),
+        Precise::Single(world) => Renderer::new(scene, world, control, Cut::default()).uneven_in(around, x, y),
+        Precise::Double(world) => Renderer::new(scene, world, control, Cut::default()).uneven_in(around, x, y),
     };
     if uneven { REFINED_SAMPLES } else { scene.samples }
 }
@@ -136,9 +137,16 @@ pub fn sample_offset(i: u32, n: u32) -> [f64; 2] {
 /// The two kernels that pictures are traced with.
 trait Kernel: Real {
     /// Traces the pixels at `at` with `samples` samples each.
-    fn trace(level: Level, world: &World<Self>, eye: &[(u64, Self)], at: &[[u32; 2]], samples: u32, out: &mut Traced);
+    fn trace(level: Level, job: &Job<'_, Self>, at: &[[u32; 2]], samples: u32, out: &mut Traced);
     /// The bodies around the eye.
-    fn eye_media(world: &World<Self>) -> Vec<(u64, Self)>;
+    fn eye_media(world: &World<Self>) -> Vec<Medium<Self>>;
+}
+
+/// What all tiles of a picture share.
+struct Job<'a, R> {
+    world: &'a World<R>,
+    eye: Vec<Medium<R>>,
+    cancelled: &'a AtomicBool,
 }
 
 #[derive(Default)]
@@ -150,17 +158,10 @@ struct Traced {
 macro_rules! kernel {
     ($real:ident, $lanes:ident) => {
         impl Kernel for $real {
-            fn trace(
-                level: Level,
-                world: &World<Self>,
-                eye: &[(u64, Self)],
-                at: &[[u32; 2]],
-                samples: u32,
-                out: &mut Traced,
-            ) {
-                dispatch!(level, s => trace_with::<$lanes<_>>(s, world, eye, at, samples, out));
+            fn trace(level: Level, job: &Job<'_, Self>, at: &[[u32; 2]], samples: u32, out: &mut Traced) {
+                dispatch!(level, s => trace_with::<$lanes<_>>(s, job, at, samples, out));
             }
-            fn eye_media(world: &World<Self>) -> Vec<(u64, Self)> {
+            fn eye_media(world: &World<Self>) -> Vec<Medium<Self>> {
                 eye_media::<Self>((), world)
             }
         }
@@ -172,15 +173,8 @@ kernel!(f64, f64x8);
 
 /// Names the instruction set's type once, so that the macro's argument can be a type over it.
 #[inline(always)]
-fn trace_with<L: Lanes>(
-    s: L::Simd,
-    world: &World<L::Real>,
-    eye: &[(u64, L::Real)],
-    at: &[[u32; 2]],
-    samples: u32,
-    out: &mut Traced,
-) {
-    let mut tracer = Tracer::<L, ()>::new(s, world, eye, ());
+fn trace_with<L: Lanes>(s: L::Simd, job: &Job<'_, L::Real>, at: &[[u32; 2]], samples: u32, out: &mut Traced) {
+    let mut tracer = Tracer::<L, ()>::new(s, job.world, &job.eye, job.cancelled, ());
     for packet in at.chunks(L::COUNT) {
         let active = ((1u64 << packet.len()) - 1) as u32;
         let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
@@ -204,6 +198,9 @@ pub(crate) fn add_samples<L: Lanes, O: crate::trace::observer::Observer<L>>(
     let s = tracer.simd();
     let weight = L::Real::from_f64(1.0 / f64::from(samples));
     for i in 0..samples {
+        if tracer.is_cancelled() {
+            return;
+        }
         let offset = sample_offset(i, samples);
         let coordinate = |axis: usize| {
             L::from_fn(s, |lane| {
@@ -215,8 +212,8 @@ pub(crate) fn add_samples<L: Lanes, O: crate::trace::observer::Observer<L>>(
     }
 }
 
-/// The bodies around the eye, innermost first, if all rays start there.
-pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<(u64, L::Real)> {
+/// The media around the eye, if all rays start there.
+pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Medium<L::Real>> {
     if !world.transmits || !world.camera.has_single_eye() {
         return Vec::new();
     }
@@ -226,15 +223,14 @@ pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<(u6
 
 struct Renderer<'a, R> {
     scene: &'a Scene,
-    world: &'a World<R>,
     control: &'a Control,
     cut: Cut,
-    eye: Vec<(u64, R)>,
+    job: Job<'a, R>,
 }
 
 impl<'a, R: Kernel> Renderer<'a, R> {
     fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
-        Self { scene, world, control, cut, eye: R::eye_media(world) }
+        Self { scene, control, cut, job: Job { world, eye: R::eye_media(world), cancelled: &control.cancelled } }
     }
 
     fn picture(&self, region: Region) -> Result<(Film, RayCounts), Cancelled> {
@@ -306,11 +302,9 @@ impl<'a, R: Kernel> Renderer<'a, R> {
 
     fn trace(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
         let mut traced = Traced::default();
-        for part in at.chunks(CHECK_EVERY) {
-            if self.control.cancelled.load(Ordering::Relaxed) {
-                return Err(Cancelled);
-            }
-            R::trace(self.cut.level, self.world, &self.eye, part, samples, &mut traced);
+        R::trace(self.cut.level, &self.job, at, samples, &mut traced);
+        if self.control.cancelled.load(Ordering::Relaxed) {
+            return Err(Cancelled);
         }
         self.control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
         Ok(traced)
@@ -325,8 +319,6 @@ impl<'a, R: Kernel> Renderer<'a, R> {
 
 /// Edge of the block of pixels that share a packet: 4 x 4 are 16 lanes.
 const BLOCK: u32 = 4;
-/// Pixels between two looks at the cancel flag.
-const CHECK_EVERY: usize = 64;
 
 /// Whether a pixel differs from one of its eight neighbours.
 fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {

@@ -6,6 +6,7 @@ mod common;
 use common::{Random, read};
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use std::time::{Duration, Instant};
 use strahl::film::Region;
 use strahl::render::{Control, render};
 use strahl::scene::{Format, Overrides, load};
@@ -104,6 +105,11 @@ fn mutate_bytes(random: &mut Random, text: &mut Vec<u8>) {
 
 fn check(text: &[u8], format: Format) {
     let show = || String::from_utf8_lossy(text).into_owned();
+    let start = Instant::now();
+    // As the scene is, only to be accepted or refused; then small enough to be rendered, too.
+    if let Err(problems) = load(text, format, &Overrides::default()) {
+        assert!(!problems.0.is_empty(), "refused without a reason: {}", show());
+    }
     match load(text, format, &SMALL) {
         Ok(loaded) => {
             let picture = render(&loaded.scene, Region::whole(6, 4), &Control::default()).unwrap();
@@ -118,6 +124,8 @@ fn check(text: &[u8], format: Format) {
             }
         }
     }
+    // A hang would be minutes; a loaded machine may take a second.
+    assert!(start.elapsed() < Duration::from_secs(20), "{}", show());
 }
 
 #[test]

@@ -7,6 +7,7 @@ use axum::http::{HeaderMap, Uri};
 use serde_json::{Value, json};
 use std::str::FromStr;
 use strahl::film::{FileFormat, Region};
+use strahl::scene::limits::{self, Limit};
 use strahl::scene::problem::did_you_mean;
 use strahl::scene::{Format, Overrides};
 
@@ -42,6 +43,12 @@ impl Parameters {
         self.take_as(name, expected, |text| text.parse().ok())
     }
 
+    /// A whole number from 1 to a limit.
+    fn take_up_to(&mut self, name: &'static str, limit: Limit) -> Option<u32> {
+        let expected = format!("a whole number from 1 to {} ({})", limit.max, limit.name);
+        self.take_as(name, &expected, |text| text.parse().ok().filter(|n| (1..=limit.max).contains(&u64::from(*n))))
+    }
+
     fn require(&mut self, name: &'static str) -> u32 {
         if !self.given.iter().any(|(given, _)| given == name) {
             self.wrong(name, "missing-key", "it is required: a whole number of pixels".into());
@@ -62,13 +69,11 @@ impl Parameters {
             self.wrong("two_sided", "unsupported", detail.into());
         }
         Overrides {
-            width: self.take("width", "a whole number of pixels"),
-            height: self.take("height", "a whole number of pixels"),
-            max_depth: self.take("max_depth", "a whole number"),
-            min_weight: self.take_as("min_weight", "a number from 0 to 1", |text| {
-                text.parse().ok().filter(|weight: &f64| weight.is_finite())
-            }),
-            samples: self.take("samples", "a whole number"),
+            width: self.take_up_to("width", limits::IMAGE_SIDE),
+            height: self.take_up_to("height", limits::IMAGE_SIDE),
+            max_depth: self.take_up_to("max_depth", limits::MAX_DEPTH),
+            min_weight: self.take_as("min_weight", "a number from 0 to 1", |text| crate::cli::weight(text).ok()),
+            samples: self.take_up_to("samples", limits::SAMPLES),
             antialias: self.take("antialias", "true or false"),
             precision: self.take_as("precision", "single or double", |text| crate::cli::precision(text).ok()),
             two_sided: two_sided.unwrap_or(false),

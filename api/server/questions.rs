@@ -4,7 +4,7 @@ use super::App;
 use super::asked::{self, Asked};
 use super::body::Held;
 use super::parameters::{Parameters, outside};
-use super::picture::load;
+use super::picture::{gone, load};
 use super::problem::{Kind, Problem};
 use super::queue::Job;
 use axum::extract::{Request, State};
@@ -14,7 +14,7 @@ use serde::Serialize;
 use serde_json::json;
 use strahl::plan::explain::explain;
 use strahl::scene::{Format, Overrides};
-use strahl::trace::tree::trace_pixel;
+use strahl::trace::tree::trace_pixel_while;
 
 /// `POST /v1/explain`: which effects the scene calls for, and why.
 pub(super) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
@@ -42,7 +42,7 @@ pub(super) async fn tree(State(service): State<App>, request: Request) -> Result
         if x >= scene.width || y >= scene.height {
             return Err(outside(&format!("the pixel x={x}, y={y}"), scene.width, scene.height));
         }
-        let tree = job.workers.work(|| trace_pixel(&scene, x, y));
+        let tree = job.workers.work(|| trace_pixel_while(&scene, x, y, &job.control)).map_err(|_| gone())?;
         match tree_format {
             TreeFormat::Json => to_json(&tree),
             TreeFormat::Dot => Ok(("text/vnd.graphviz", tree.to_dot().into_bytes())),

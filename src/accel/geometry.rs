@@ -23,6 +23,8 @@ pub struct Item<R> {
     pub hollow: bool,
     /// Whether it encloses a region that light is refracted into.
     pub closed: bool,
+    /// What it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets.
+    pub volume: f64,
     /// Transmission of one crossing, for shadow rays; 0 blocks.
     pub transmission: [R; 3],
     /// Index of its source in the scene's table of names.
@@ -109,6 +111,12 @@ pub struct Placement<R> {
 }
 
 impl<R: Real> Placement<R> {
+    /// Factor on volumes.
+    pub(super) fn volume_scale(&self) -> f64 {
+        let [x, y, z] = self.columns.map(|column| DVec3::from_array(column.map(Real::to_f64)));
+        x.cross(y).dot(z).abs()
+    }
+
     /// The map in this format.
     pub fn new(map: DAffine3) -> Self {
         let narrow = |v: DVec3| v.to_array().map(R::from_f64);

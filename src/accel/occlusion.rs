@@ -4,9 +4,10 @@ use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Geometry, Item, Shape};
 use super::traverse::{intersect_called, intersect_item};
-use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::shape::Shear;
+use std::cmp::Ordering;
 
 /// What a surface does to a shadow ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +20,8 @@ pub enum Blockers {
 
 /// How much of each colour passes along each active ray between `t_min` and `t_max`.
 ///
-/// One traversal in a fixed order, whatever the rays, because the order of factors decides the last bit of a product.
+/// The order of factors decides the last bit of a product, and the order of traversal depends on the other rays and on
+/// the scene's order. So the factors are gathered, and multiplied by size.
 pub fn transmittance<L: Lanes>(
     s: L::Simd,
     geometries: &[Geometry<L::Real>],
@@ -27,25 +29,50 @@ pub fn transmittance<L: Lanes>(
     blockers: Blockers,
     mut rays: Rays<L>,
 ) -> V3<L> {
-    let one = L::lit(s, 1.0);
-    let mut passed = V3 { x: one, y: one, z: one };
-    attenuate(s, geometries, root, blockers, &mut rays, &mut passed);
-    passed
+    let mut passage = Passage { blocked: 0, crossings: Vec::new() };
+    let cast = rays.active.bits();
+    attenuate(s, geometries, root, blockers, &mut rays, &mut passage);
+    passage.crossings.retain(|(lane, _)| passage.blocked & (1 << lane) == 0);
+    passage.crossings.sort_by(|(a, f), (b, g)| a.cmp(b).then_with(|| by_size(f, g)));
+    let one = L::Real::from_f64(1.0);
+    let mut passed = [[one; 3]; MAX_LANES];
+    for lane in lanes_of(passage.blocked & cast) {
+        passed[lane] = [L::Real::from_f64(0.0); 3];
+    }
+    for (lane, factor) in passage.crossings {
+        for (passed, factor) in passed[lane as usize].iter_mut().zip(factor) {
+            *passed = *passed * factor;
+        }
+    }
+    V3::from_fn(s, |lane| passed[lane])
 }
 
-/// Multiplies `passed` by what the surfaces of one geometry let through and switches off the lanes that are dark.
+/// Some order of colours that does not depend on where they come from.
+fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
+    a.map(Real::to_f64).partial_cmp(&b.map(Real::to_f64)).unwrap_or(Ordering::Equal)
+}
+
+/// What shadow rays have met so far.
+struct Passage<R> {
+    /// Lanes that something opaque blocks.
+    blocked: u32,
+    /// Lane and transmission of each surface crossed.
+    crossings: Vec<(u32, [R; 3])>,
+}
+
+/// Gathers what the surfaces of one geometry let through, and switches off the lanes that are blocked.
 fn attenuate<L: Lanes>(
     s: L::Simd,
     geometries: &[Geometry<L::Real>],
     geometry: usize,
     blockers: Blockers,
     rays: &mut Rays<L>,
-    passed: &mut V3<L>,
+    passage: &mut Passage<L::Real>,
 ) {
     L::vectorize(
         s,
         #[inline(always)]
-        || attenuate_in(s, geometries, geometry, blockers, rays, passed),
+        || attenuate_in(s, geometries, geometry, blockers, rays, passage),
     );
 }
 
@@ -56,14 +83,14 @@ fn attenuate_in<L: Lanes>(
     geometry: usize,
     blockers: Blockers,
     rays: &mut Rays<L>,
-    passed: &mut V3<L>,
+    passage: &mut Passage<L::Real>,
 ) {
     let here = &geometries[geometry];
     let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
     let reciprocal = Reciprocal::new(s, rays);
 
     for &index in &here.unbounded {
-        visit_unbounded(s, geometries, &here.items[index as usize], blockers, rays, &shear, passed);
+        visit_unbounded(s, geometries, &here.items[index as usize], blockers, rays, &shear, passage);
     }
     if here.bvh.nodes.is_empty() {
         return;
@@ -88,7 +115,7 @@ fn attenuate_in<L: Lanes>(
         for &place in &here.bvh.order[node.first as usize..(node.first + node.count) as usize] {
             let primitive = here.primitives[place as usize];
             let item = &here.items[primitive.item as usize];
-            visit(s, geometries, item, primitive.face, blockers, rays, &shear, passed);
+            visit(s, geometries, item, primitive.face, blockers, rays, &shear, passage);
         }
         rays.active = rays.active | waiting;
     }
@@ -103,27 +130,25 @@ fn visit<L: Lanes>(
     blockers: Blockers,
     rays: &mut Rays<L>,
     shear: &Shear<L>,
-    passed: &mut V3<L>,
+    passage: &mut Passage<L::Real>,
 ) {
     if let Shape::Instance(instance) = &item.shape {
         let mut inner = instance.rays_in(s, rays);
         if inner.any() {
             let past = rays.active & !inner.active;
-            attenuate(s, geometries, instance.geometry as usize, blockers, &mut inner, passed);
+            attenuate(s, geometries, instance.geometry as usize, blockers, &mut inner, passage);
             rays.active = inner.active | past;
         }
         return;
     }
-    let zero = L::lit(s, 0.0);
-    let nothing = V3 { x: zero, y: zero, z: zero };
     let clear = item.transmission.map(|c| c > L::Real::from_f64(0.0)).contains(&true);
     if blockers == Blockers::Opaque || !clear {
         let hit = intersect_item(s, item, face, rays, shear).hit;
-        *passed = V3::select(hit, nothing, *passed);
+        passage.blocked |= hit.bits();
         rays.active = rays.active & !hit;
         return;
     }
-    attenuate_through(s, item, face, rays, shear, passed);
+    attenuate_through(s, item, face, rays, shear, passage);
 }
 
 /// [`visit`] for items without bounds. Compiled once, since they are few.
@@ -134,40 +159,36 @@ fn visit_unbounded<L: Lanes>(
     blockers: Blockers,
     rays: &mut Rays<L>,
     shear: &Shear<L>,
-    passed: &mut V3<L>,
+    passage: &mut Passage<L::Real>,
 ) {
     L::vectorize(
         s,
         #[inline(always)]
-        || visit(s, geometries, item, 0, blockers, rays, shear, passed),
+        || visit(s, geometries, item, 0, blockers, rays, shear, passage),
     );
 }
 
-/// Multiplies `passed` by an item's transmission for each crossing of one of its primitives.
+/// Gathers an item's transmission for each crossing of one of its primitives.
 #[inline(always)]
 fn attenuate_through<L: Lanes>(
     s: L::Simd,
     item: &Item<L::Real>,
     face: u32,
-    rays: &mut Rays<L>,
+    rays: &Rays<L>,
     shear: &Shear<L>,
-    passed: &mut V3<L>,
+    passage: &mut Passage<L::Real>,
 ) {
-    let zero = L::lit(s, 0.0);
     // A ray may cross a body up to four times (torus); each search starts behind the last crossing.
-    let filter = V3::splat(s, item.transmission);
     let mut search = *rays;
     for _ in 0..MAX_CROSSINGS {
         let meeting = intersect_called(s, item, face, &search, shear);
         if !meeting.hit.any() {
             break;
         }
-        *passed = V3::select(meeting.hit, passed.times(filter), *passed);
+        passage.crossings.extend(lanes_of(meeting.hit.bits()).map(|lane| (lane as u32, item.transmission)));
         search.active = meeting.hit;
         search.t_min = meeting.t;
     }
-    let dark = passed.x.le(zero) & passed.y.le(zero) & passed.z.le(zero);
-    rays.active = rays.active & !dark;
 }
 
 /// Most crossings of a ray with one primitive.

@@ -19,6 +19,8 @@ pub struct Surface<L: Lanes> {
     pub ns: V3<L>,
     /// The point in the coordinates in which the body is written.
     pub local: V3<L>,
+    /// Lanes whose ray does meet the body; the rest holds nothing.
+    pub met: L::Mask,
 }
 
 /// The body that owns a primitive, and where it stands in the expanded scene.
@@ -49,6 +51,15 @@ impl<'a, R: Real> Owner<'a, R> {
                 _ => return Self { item, body: base, instances },
             }
         }
+    }
+
+    /// What the placed body encloses.
+    pub fn volume(&self) -> f64 {
+        let scale = |item: &&Item<R>| match &item.shape {
+            Shape::Instance(instance) => instance.to_world.volume_scale(),
+            _ => 1.0,
+        };
+        self.item.volume * self.instances.iter().map(scale).product::<f64>()
     }
 
     /// Whether an expanded index belongs to this body.
@@ -89,7 +100,8 @@ fn resolve_in<L: Lanes>(
     let outward = if owner.item.hollow { L::lit(s, -1.0) } else { L::lit(s, 1.0) };
     let ng = unit(s, meeting.normal * outward);
     let ns = shading_normal(s, owner, expanded, &meeting, ng);
-    let mut surface = Surface { point: meeting.point, error: meeting.error, ng, ns, local: meeting.point };
+    let mut surface =
+        Surface { point: meeting.point, error: meeting.error, ng, ns, local: meeting.point, met: meeting.hit };
     // ... and back up, from the innermost placement out.
     for placed in owner.instances.iter().rev() {
         if let Shape::Instance(instance) = &placed.shape {
@@ -168,6 +180,7 @@ impl<L: Lanes> Surface<L> {
             ng: unit(s, to_local.transposed(s, self.ng)),
             ns: unit(s, to_local.transposed(s, self.ns)),
             local: self.local,
+            met: self.met,
         }
     }
 }

@@ -6,20 +6,28 @@ use super::geometry::{Ball, Geometry, Instance, Item, Placement, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::{Meeting, Rays};
 use crate::shape::{Shear, intersect_triangle};
+use std::ops::Range;
 
 /// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
 #[derive(Debug, Clone, Copy)]
-pub struct Nearest {
+pub struct Nearest<'a> {
     /// Lanes that have one.
     pub found: u32,
     /// Expanded index of the primitive.
     pub expanded: [u64; MAX_LANES],
+    /// Bodies that each lane does not meet, as ranges of expanded indices.
+    skipped: Option<&'a [Vec<Range<u64>>; MAX_LANES]>,
 }
 
-impl Nearest {
+impl<'a> Nearest<'a> {
     /// No lane has a primitive yet.
     pub fn none() -> Self {
-        Self { found: 0, expanded: [0; MAX_LANES] }
+        Self { found: 0, expanded: [0; MAX_LANES], skipped: None }
+    }
+
+    /// The same for rays that pass some bodies as if they were not there.
+    pub fn without(skipped: &'a [Vec<Range<u64>>; MAX_LANES]) -> Self {
+        Self { skipped: Some(skipped), ..Self::none() }
     }
 
     /// Takes a primitive where it is nearer, or equally near and earlier in the scene; the latter makes the answer
@@ -30,6 +38,11 @@ impl Nearest {
         let ties = (hit & t.eq(rays.t_max)).bits() & self.found;
         for lane in lanes_of(ties) {
             nearer |= u32::from(expanded < self.expanded[lane]) << lane;
+        }
+        if let Some(skipped) = self.skipped {
+            for lane in lanes_of(nearer) {
+                nearer &= !(u32::from(skipped[lane].iter().any(|body| body.contains(&expanded))) << lane);
+            }
         }
         if nearer != 0 {
             rays.t_max = L::select(L::mask(s, nearer), t, rays.t_max);
@@ -49,7 +62,7 @@ pub fn closest_hit<L: Lanes>(
     geometry: usize,
     base: u64,
     rays: &mut Rays<L>,
-    nearest: &mut Nearest,
+    nearest: &mut Nearest<'_>,
 ) {
     L::vectorize(
         s,
@@ -65,7 +78,7 @@ fn closest_in<L: Lanes>(
     geometry: usize,
     base: u64,
     rays: &mut Rays<L>,
-    nearest: &mut Nearest,
+    nearest: &mut Nearest<'_>,
 ) {
     let here = &geometries[geometry];
     let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
@@ -119,7 +132,7 @@ fn visit<L: Lanes>(
     base: u64,
     rays: &mut Rays<L>,
     shear: &Shear<L>,
-    nearest: &mut Nearest,
+    nearest: &mut Nearest<'_>,
 ) {
     let first = base + item.offset;
     if let Shape::Instance(instance) = &item.shape {
@@ -146,7 +159,7 @@ fn visit_unbounded<L: Lanes>(
     base: u64,
     rays: &mut Rays<L>,
     shear: &Shear<L>,
-    nearest: &mut Nearest,
+    nearest: &mut Nearest<'_>,
 ) {
     L::vectorize(
         s,

@@ -45,7 +45,7 @@ pub trait Real:
 }
 
 /// One truth value for each lane.
-pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// Whether it is true in any lane.
     fn any(self) -> bool;
     /// Bit i is lane i.

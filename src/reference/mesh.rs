@@ -15,6 +15,16 @@ pub(super) struct Mesh {
 }
 
 impl Mesh {
+    /// By the divergence theorem: a third of the sum over the faces of a corner times the area vector.
+    pub(super) fn volume(&self) -> f64 {
+        let middle = self.vertices.iter().sum::<DVec3>() / self.vertices.len() as f64;
+        let third = |[a, b, c]: [usize; 3]| {
+            let [a, b, c] = [a, b, c].map(|i| self.vertices[i] - middle);
+            a.dot((b - a).cross(c - a)) / 6.0
+        };
+        self.faces.iter().copied().map(third).sum::<f64>().abs()
+    }
+
     pub(super) fn new(vertices: Vec<DVec3>, faces: Vec<[usize; 3]>, normals: Option<Vec<DVec3>>) -> Self {
         let ball = Ball::around_points(&vertices);
         Self { vertices, faces, normals, ball }

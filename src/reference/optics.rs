@@ -31,38 +31,35 @@ pub(super) fn refract(d: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
 struct Medium {
     body: Path,
     ior: f64,
+    volume: f64,
 }
 
-/// The media a ray is in, innermost last. Around all of them is empty space.
+/// The media a ray is in, in no order. Around all of them is empty space.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Media(Vec<Medium>);
 
 impl Media {
-    /// The media at the eye. The body left first is the innermost.
-    pub(super) fn around_eye(mut containers: Vec<Container>) -> Self {
-        containers.sort_by(|a, b| b.exit.total_cmp(&a.exit));
-        let media = containers.into_iter().map(|container| Medium { body: container.path, ior: container.inner_ior });
-        Self(media.collect())
+    /// The media at the eye.
+    pub(super) fn around_eye(containers: Vec<Container>) -> Self {
+        let medium = |c: Container| Medium { body: c.path, ior: c.inner_ior, volume: c.volume };
+        Self(containers.into_iter().map(medium).collect())
     }
 
+    /// Where bodies overlap the smaller one decides, of equal ones the one written last.
     fn ior(&self) -> f64 {
-        self.0.last().map_or(1.0, |medium| medium.ior)
+        let smallest = self.0.iter().min_by(|a, b| a.volume.total_cmp(&b.volume).then_with(|| b.body.cmp(&a.body)));
+        smallest.map_or(1.0, |medium| medium.ior)
     }
 
     /// What passing the surface of a body with `inner_ior` does: n1, n2 and the media behind the surface.
     pub(super) fn pass(&self, intersection: &Intersection<'_>, inner_ior: f64) -> (f64, f64, Self) {
-        let mut behind = self.clone();
-        let n1 = if intersection.goes_in {
-            behind.0.push(Medium { body: intersection.path.clone(), ior: inner_ior });
-            self.ior()
-        } else if let Some(i) = self.0.iter().rposition(|medium| medium.body == intersection.path) {
-            behind.0.remove(i);
-            self.ior()
-        } else {
-            inner_ior
-        };
-        let n2 = behind.ior();
-        (n1, n2, behind)
+        let body = &intersection.path;
+        let mut without = self.clone();
+        without.0.retain(|medium| medium.body != *body);
+        let mut with = without.clone();
+        with.0.push(Medium { body: body.clone(), ior: inner_ior, volume: intersection.volume });
+        // A body left without having been entered counts as entered.
+        if intersection.goes_in { (self.ior(), with.ior(), with) } else { (with.ior(), without.ior(), without) }
     }
 }
 
@@ -97,8 +94,8 @@ mod tests {
     }
 
     #[test]
-    fn the_body_left_first_is_innermost() {
-        let container = |i, inner_ior, exit| Container { path: vec![i], inner_ior, exit };
+    fn the_smaller_body_decides() {
+        let container = |i, inner_ior, volume| Container { path: vec![i], inner_ior, volume };
         let media = Media::around_eye(vec![container(0, 1.3, 2.0), container(1, 1.5, f64::INFINITY)]);
         assert_eq!(media.ior(), 1.3);
     }

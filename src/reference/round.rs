@@ -52,6 +52,11 @@ pub(super) struct Frustum {
 }
 
 impl Frustum {
+    pub(super) fn volume(&self) -> f64 {
+        let (r, q) = (self.base_radius, self.base_radius + self.slope * self.height);
+        std::f64::consts::PI / 3.0 * self.height * (r * r + r * q + q * q)
+    }
+
     pub(super) fn new(base: DVec3, base_radius: f64, top: DVec3, top_radius: f64, capped: bool) -> Self {
         let height = base.distance(top);
         let axis = (top - base) / height;

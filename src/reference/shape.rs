@@ -7,6 +7,7 @@ use super::round::{Frustum, Sphere};
 use super::torus::Torus;
 use crate::scene::description::{Look, Object, Vec3};
 use glam::DVec3;
+use std::f64::consts::PI;
 
 /// A shape in its own coordinates.
 #[derive(Debug)]
@@ -85,6 +86,18 @@ impl Shape {
             Self::Frustum(frustum) => frustum.is_capped(),
             Self::Mesh { encloses, .. } => *encloses,
             Self::Disc(_) | Self::Polygon(_) => false,
+        }
+    }
+
+    /// What a body encloses; infinite for a half-space.
+    pub(super) fn volume(&self) -> f64 {
+        match self {
+            Self::Sphere(sphere) => 4.0 / 3.0 * PI * sphere.radius.powi(3),
+            Self::AxisBox(axis_box) => (axis_box.max - axis_box.min).element_product(),
+            Self::Frustum(frustum) => frustum.volume(),
+            Self::Torus(torus) => 2.0 * PI * PI * torus.major * torus.minor.powi(2),
+            Self::Mesh { mesh, .. } => mesh.volume(),
+            Self::Plane(_) | Self::Disc(_) | Self::Polygon(_) => f64::INFINITY,
         }
     }
 

@@ -58,6 +58,8 @@ pub(super) struct Intersection<'a> {
     pub(super) ns: DVec3,
     /// Whether the ray passes into the space the shape encloses.
     pub(super) goes_in: bool,
+    /// Volume of that space.
+    pub(super) volume: f64,
 }
 
 /// A body around the eye.
@@ -65,8 +67,7 @@ pub(super) struct Intersection<'a> {
 pub(super) struct Container {
     pub(super) path: Path,
     pub(super) inner_ior: f64,
-    /// Where the ray leaves it; infinite if it never does.
-    pub(super) exit: f64,
+    pub(super) volume: f64,
 }
 
 /// The objects of a scene.
@@ -106,7 +107,7 @@ impl World {
     /// The transmitting bodies that contain the ray's origin, in the order of the description.
     pub(super) fn containers(&self, ray: &Ray) -> Vec<Container> {
         let mut found = Vec::new();
-        collect_containers(&self.nodes, ray, &mut Path::new(), &mut found);
+        collect_containers(&self.nodes, ray, 1.0, &mut Path::new(), &mut found);
         found
     }
 }
@@ -158,12 +159,14 @@ impl<'a> Search<'a, '_> {
                 ng,
                 ns,
                 goes_in: outward < 0.0,
+                volume: body.shape.volume() / to_object.determinant().abs(),
             });
         }
     }
 }
 
-fn collect_containers(nodes: &[Node], ray: &Ray, path: &mut Path, found: &mut Vec<Container>) {
+/// `scale` is the factor on volumes from the nodes to the world.
+fn collect_containers(nodes: &[Node], ray: &Ray, scale: f64, path: &mut Path, found: &mut Vec<Container>) {
     for (i, node) in nodes.iter().enumerate() {
         if node.ball.is_some_and(|ball| !ball.may_contain(ray.origin)) {
             continue;
@@ -171,15 +174,13 @@ fn collect_containers(nodes: &[Node], ray: &Ray, path: &mut Path, found: &mut Ve
         path.push(i);
         match &node.content {
             Content::Placed { to_world, nodes } => {
-                collect_containers(nodes, &ray.transformed(&to_world.inverse()), path, found);
+                let scale = scale * to_world.matrix3.determinant().abs();
+                collect_containers(nodes, &ray.transformed(&to_world.inverse()), scale, path, found);
             }
             Content::Body(body) => {
                 let inner_ior = body.inner_ior().filter(|_| body.transmits() && body.shape.contains(ray.origin));
                 if let Some(inner_ior) = inner_ior {
-                    let leaves = body.shape.crossings(ray).into_iter();
-                    let leaves = leaves.filter(|crossing| crossing.t > 0.0 && ray.dir.dot(crossing.normal) > 0.0);
-                    let exit = leaves.map(|crossing| crossing.t).fold(f64::INFINITY, f64::min);
-                    found.push(Container { path: path.clone(), inner_ior, exit });
+                    found.push(Container { path: path.clone(), inner_ior, volume: body.shape.volume() * scale });
                 }
             }
         }

@@ -27,8 +27,10 @@ pub const OBJECTS: Limit = Limit::new("objects", 2_000_000);
 pub const TRIANGLES: Limit = Limit::new("triangles", 20_000_000);
 /// Lights.
 pub const LIGHTS: Limit = Limit::new("lights", 1_000);
-/// Corners of one polygon (ear clipping takes quadratic time).
+/// Corners of one polygon.
 pub const POLYGON_VERTICES: Limit = Limit::new("polygon_vertices", 10_000);
+/// Sum of the squares of all polygons' corners: what ear clipping takes time for.
+pub const POLYGON_WORK: Limit = Limit::new("polygon_work", 200_000_000);
 /// Primitives after all instances are expanded, which never happens in memory: 2^53, so that JSON keeps the count exact.
 pub const EXPANDED_PRIMITIVES: Limit = Limit::new("expanded_primitives", 1 << 53);
 /// Width or height of the picture.
@@ -41,6 +43,8 @@ pub const SAMPLES: Limit = Limit::new("samples", 1_024);
 pub const MAX_DEPTH: Limit = Limit::new("max_depth", 100_000);
 /// Rays followed for one sample; deeper rays are dropped and counted in `cost.rays.dropped`.
 pub const RAYS_PER_SAMPLE: Limit = Limit::new("rays_per_sample", 1_000_000);
+/// Bodies around one ray whose media are told apart; further ones are passed as if they were not there.
+pub const MEDIA: Limit = Limit::new("media", 32);
 /// Rays recorded for one ray tree.
 pub const TREE_RAYS: Limit = Limit::new("tree_rays", 100_000);
 /// Problems reported for one scene.

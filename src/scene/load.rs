@@ -1,6 +1,6 @@
 //! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
 
-use super::compile::{CompileOptions, compile, compile_with};
+use super::compile::{CompileOptions, check, compile_with};
 use super::description::{Description, Precision};
 use super::import::nff::{self, NffOptions};
 use super::limits::PROBLEMS;
@@ -48,6 +48,10 @@ pub struct Loaded {
     pub description: Description,
     /// The scene.
     pub scene: Scene,
+    /// Whether an NFF file was read as two-sided.
+    pub two_sided: bool,
+    /// Whether an NFF file was read by the SPD's counting rules.
+    pub spd_counts: bool,
     /// Milliseconds spent reading.
     pub parse_ms: f64,
     /// Milliseconds spent checking and compiling, without building hierarchies.
@@ -63,8 +67,7 @@ pub fn load(bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loade
             let options = NffOptions { two_sided: overrides.two_sided, spd_counts: overrides.spd_counts };
             let mut description = nff::read_nff(bytes, options)?;
             overrides.apply(&mut description);
-            let options = CompileOptions { spd_counts: overrides.spd_counts, ..CompileOptions::default() };
-            compiled(description, options, start)
+            compiled(description, overrides, start)
         }
     }
 }
@@ -75,10 +78,11 @@ fn load_json(text: &[u8], overrides: &Overrides) -> Result<Loaded, Problems> {
         Ok(mut description) => {
             overrides.apply(&mut description);
             let mut loaded =
-                compiled(description, CompileOptions::default(), start).map_err(|Problems(mut problems)| {
-                    overrides.locate(text, &mut problems);
-                    Problems(problems)
-                })?;
+                compiled(description, &Overrides { two_sided: false, spd_counts: false, ..*overrides }, start)
+                    .map_err(|Problems(mut problems)| {
+                        overrides.locate(text, &mut problems);
+                        Problems(problems)
+                    })?;
             overrides.locate(text, &mut loaded.scene.warnings);
             Ok(loaded)
         }
@@ -89,12 +93,13 @@ fn load_json(text: &[u8], overrides: &Overrides) -> Result<Loaded, Problems> {
     }
 }
 
-fn compiled(description: Description, options: CompileOptions, start: Instant) -> Result<Loaded, Problems> {
+fn compiled(description: Description, overrides: &Overrides, start: Instant) -> Result<Loaded, Problems> {
     let parse_ms = milliseconds(start);
     let start = Instant::now();
-    let scene = compile_with(&description, options)?;
+    let &Overrides { two_sided, spd_counts, .. } = overrides;
+    let scene = compile_with(&description, CompileOptions { spd_counts, ..CompileOptions::default() })?;
     let plan_ms = (milliseconds(start) - scene.bvh_ms).max(0.0);
-    Ok(Loaded { description, scene, parse_ms, plan_ms })
+    Ok(Loaded { description, scene, two_sided, spd_counts, parse_ms, plan_ms })
 }
 
 /// Adds to the problems of a scene's shape what else is wrong with it.
@@ -104,7 +109,7 @@ fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overr
         return Problems(problems);
     }
     overrides.apply(&mut mended.description);
-    if let Err(Problems(mut rest)) = compile(&mended.description) {
+    if let Err(Problems(mut rest)) = check(&mended.description) {
         rest.retain(|problem| {
             !mended.is_ours(problem) && problems.iter().all(|known| known.pointer != problem.pointer)
         });

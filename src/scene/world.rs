@@ -13,6 +13,8 @@ pub struct World<R> {
     pub geometries: Vec<Geometry<R>>,
     /// Index of the scene itself.
     pub root: usize,
+    /// Largest coordinate of anything bounded.
+    pub size: R,
     /// Materials.
     pub materials: Vec<Material<R>>,
     /// Lights.

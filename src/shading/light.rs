@@ -35,10 +35,10 @@ pub enum Source<R> {
         position: [R; 3],
         /// Unit direction of the axis.
         axis: [R; 3],
-        /// Cosine of the angle within which it is fully lit.
-        cos_inner: R,
-        /// Cosine of the angle beyond which it is dark.
-        cos_outer: R,
+        /// 1 - cos of the angle within which it is fully lit.
+        inner: R,
+        /// 1 - cos of the angle beyond which it is dark.
+        outer: R,
     },
 }
 
@@ -91,13 +91,18 @@ impl<R: Real> Light<R> {
             Falloff::Linear { reach } => (one - distance / L::splat(s, reach)).max(zero),
             Falloff::InverseSquare => one / squared,
         };
-        if let Source::Spot { axis, cos_inner, cos_outer, .. } = self.source {
-            let (inner, outer) = (L::splat(s, cos_inner), L::splat(s, cos_outer));
-            let cosine = -to_light.dot(V3::splat(s, axis));
-            let part = ((cosine - outer) / (inner - outer)).max(zero).min(one);
+        if let Source::Spot { axis, inner, outer, .. } = self.source {
+            let (inner, outer) = (L::splat(s, inner), L::splat(s, outer));
+            let axis = V3::splat(s, axis);
+            let cosine = -to_light.dot(axis);
+            // 1 - cos(a) = sin^2(a) / (1 + cos(a)) keeps its digits in narrow cones, where the cosine has none left.
+            let across = to_light.cross(axis);
+            let versine = across.dot(across) / (one + cosine);
+            let versine = L::select(cosine.gt(zero), versine, one - cosine);
+            let part = ((outer - versine) / (outer - inner)).max(zero).min(one);
             let smooth = part * part * (L::lit(s, 3.0) - L::lit(s, 2.0) * part);
-            let hard = L::select(cosine.ge(outer), one, zero);
-            strength = strength * L::select(inner.gt(outer), smooth, hard);
+            let hard = L::select(versine.le(outer), one, zero);
+            strength = strength * L::select(inner.lt(outer), smooth, hard);
         }
         let strength = strength.min(L::lit(s, MAX_STRENGTH));
         Arrival { to_light, strength: L::select(squared.gt(zero), strength, zero) }

@@ -1,9 +1,12 @@
 //! Which media a ray is in: a list keyed by body, so that nested, touching and overlapping bodies may be left in any
-//! order (after Schmidt and Budge, Simple Nested Dielectrics, 2002). The body entered last decides the index.
+//! order (after Schmidt and Budge, Simple Nested Dielectrics, 2002). Their priorities are given by the scene's author;
+//! ours is the volume: where bodies overlap, the smaller one decides the index, and of equal ones the one written last.
+//! A body inside another is always the smaller, so nesting needs no order, and what light sees does not depend on its way.
 //!
 //! Lists share their tails in an arena, so a ray carries one number and a packet's tree of rays may be any size.
 
 use crate::lanes::Real;
+use crate::scene::limits::MEDIA;
 
 /// A list of media: an index into [`Media`].
 pub type MediumList = u32;
@@ -13,9 +16,26 @@ pub const OUTSIDE: MediumList = 0;
 
 #[derive(Debug, Clone, Copy)]
 struct Node<R> {
-    body: u64,
-    ior: R,
+    medium: Medium<R>,
     below: MediumList,
+}
+
+/// What a body is filled with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Medium<R> {
+    /// Identity of the placed body.
+    pub body: u64,
+    /// Volume of the placed body.
+    pub volume: f64,
+    /// Index of refraction inside.
+    pub ior: R,
+}
+
+impl<R> Medium<R> {
+    /// Whether this medium decides where both are.
+    fn outranks(&self, other: &Self) -> bool {
+        self.volume < other.volume || (self.volume == other.volume && self.body > other.body)
+    }
 }
 
 /// The lists of one packet's rays.
@@ -26,7 +46,8 @@ pub struct Media<R> {
 
 impl<R: Real> Default for Media<R> {
     fn default() -> Self {
-        Self { nodes: vec![Node { body: u64::MAX, ior: R::from_f64(1.0), below: OUTSIDE }] }
+        let outside = Medium { body: u64::MAX, volume: f64::INFINITY, ior: R::from_f64(1.0) };
+        Self { nodes: vec![Node { medium: outside, below: OUTSIDE }] }
     }
 }
 
@@ -38,54 +59,56 @@ impl<R: Real> Media<R> {
 
     /// Index of refraction where a ray with this list is.
     pub fn ior(&self, list: MediumList) -> R {
-        self.nodes[list as usize].ior
+        self.nodes[list as usize].medium.ior
     }
 
-    /// The list inside a body that has been entered.
-    pub fn enter(&mut self, list: MediumList, body: u64, ior: R) -> MediumList {
-        self.nodes.push(Node { body, ior, below: list });
-        (self.nodes.len() - 1) as MediumList
+    /// The list inside a body that has been entered; the same list if there are as many as the limit `media` already.
+    pub fn enter(&mut self, list: MediumList, medium: Medium<R>) -> MediumList {
+        if self.entries(list).count() as u64 >= MEDIA.max {
+            return list;
+        }
+        let above: Vec<Medium<R>> = self.entries(list).take_while(|other| other.outranks(&medium)).collect();
+        let below = above.iter().fold(list, |list, _| self.nodes[list as usize].below);
+        let entered = self.push(below, medium);
+        above.into_iter().rev().fold(entered, |list, medium| self.push(list, medium))
     }
 
     /// The list after a body has been left; the same list if the ray was not in it.
     pub fn leave(&mut self, list: MediumList, body: u64) -> MediumList {
-        if list == OUTSIDE {
-            return OUTSIDE;
-        }
-        if self.nodes[list as usize].body == body {
-            return self.nodes[list as usize].below;
-        }
         if !self.contains(list, body) {
             return list;
         }
-        // Media entered later stay on top.
-        let kept: Vec<Node<R>> = self.iter(list).take_while(|node| node.body != body).collect();
-        let mut result = self.iter(list).find(|node| node.body == body).map_or(OUTSIDE, |node| node.below);
-        for node in kept.into_iter().rev() {
-            result = self.enter(result, node.body, node.ior);
-        }
-        result
+        let above: Vec<Medium<R>> = self.entries(list).take_while(|other| other.body != body).collect();
+        let left = above.iter().fold(list, |list, _| self.nodes[list as usize].below);
+        let below = self.nodes[left as usize].below;
+        above.into_iter().rev().fold(below, |list, medium| self.push(list, medium))
     }
 
     /// Whether a ray with this list is inside a body.
     pub fn contains(&self, list: MediumList, body: u64) -> bool {
-        self.iter(list).any(|node| node.body == body)
+        self.entries(list).any(|medium| medium.body == body)
     }
 
-    /// Bodies and indices of refraction, innermost first.
-    pub fn entries(&self, list: MediumList) -> impl Iterator<Item = (u64, R)> {
-        self.iter(list).map(|node| (node.body, node.ior))
-    }
-
-    fn iter(&self, list: MediumList) -> impl Iterator<Item = Node<R>> {
+    /// The media, the one that decides first.
+    pub fn entries(&self, list: MediumList) -> impl Iterator<Item = Medium<R>> {
         let mut next = list;
         std::iter::from_fn(move || {
             (next != OUTSIDE).then(|| {
                 let node = self.nodes[next as usize];
                 next = node.below;
-                node
+                node.medium
             })
         })
+    }
+
+    /// The list of a ray in several media.
+    pub fn list(&mut self, media: &[Medium<R>]) -> MediumList {
+        media.iter().fold(OUTSIDE, |list, medium| self.enter(list, *medium))
+    }
+
+    fn push(&mut self, below: MediumList, medium: Medium<R>) -> MediumList {
+        self.nodes.push(Node { medium, below });
+        (self.nodes.len() - 1) as MediumList
     }
 }
 
@@ -93,16 +116,39 @@ impl<R: Real> Media<R> {
 mod tests {
     use super::*;
 
+    const WATER: Medium<f64> = Medium { body: 1, volume: 8.0, ior: 1.33 };
+    const GLASS: Medium<f64> = Medium { body: 2, volume: 3.0, ior: 1.5 };
+    const BUBBLE: Medium<f64> = Medium { body: 0, volume: 0.1, ior: 1.0 };
+
+    #[test]
+    fn the_smaller_body_decides_whatever_was_entered_first() {
+        let mut media = Media::default();
+        for order in [[WATER, GLASS, BUBBLE], [BUBBLE, GLASS, WATER], [GLASS, BUBBLE, WATER]] {
+            let list = media.list(&order);
+            assert_eq!(media.entries(list).collect::<Vec<_>>(), [BUBBLE, GLASS, WATER]);
+            assert_eq!(media.ior(list), 1.0);
+        }
+    }
+
+    #[test]
+    fn of_equal_bodies_the_later_one_decides() {
+        let mut media = Media::default();
+        let other = Medium { body: 7, ior: 2.4, ..GLASS };
+        for order in [[GLASS, other], [other, GLASS]] {
+            let list = media.list(&order);
+            assert_eq!(media.ior(list), 2.4);
+        }
+    }
+
     #[test]
     fn bodies_may_be_left_in_any_order() {
-        let mut media = Media::<f64>::default();
-        let water = media.enter(OUTSIDE, 1, 1.33);
-        let glass = media.enter(water, 2, 1.5);
-        assert_eq!(media.ior(glass), 1.5);
-        let only_glass = media.leave(glass, 1);
-        assert_eq!(media.entries(only_glass).collect::<Vec<_>>(), [(2, 1.5)]);
-        assert_eq!(media.ior(media.clone().leave(only_glass, 2)), 1.0);
-        assert_eq!(media.leave(glass, 7), glass, "leaving what it is not in changes nothing");
+        let mut media = Media::default();
+        let both = media.list(&[WATER, GLASS]);
+        let only_glass = media.leave(both, WATER.body);
+        assert_eq!(media.entries(only_glass).collect::<Vec<_>>(), [GLASS]);
+        let outside = media.leave(only_glass, GLASS.body);
+        assert_eq!(media.ior(outside), 1.0);
+        assert_eq!(media.leave(both, 7), both, "leaving what it is not in changes nothing");
         assert_eq!(media.leave(OUTSIDE, 7), OUTSIDE);
     }
 }

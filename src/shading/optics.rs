@@ -13,6 +13,8 @@ pub fn reflect<L: Lanes>(s: L::Simd, d: V3<L>, n: V3<L>) -> V3<L> {
 pub struct Refraction<L: Lanes> {
     /// Unit transmitted direction; meaningless under total internal reflection.
     pub dir: V3<L>,
+    /// sin(theta1).
+    pub sin_incident: L,
     /// cos(theta1), the angle of incidence.
     pub cos_incident: L,
     /// cos(theta2), the angle of refraction; 0 under total internal reflection.
@@ -30,14 +32,21 @@ pub fn refract<L: Lanes>(s: L::Simd, d: V3<L>, n: V3<L>, eta: L) -> Refraction<L
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let c1 = -d.dot(n);
     let across = d.cross(n);
-    let radicand = one - eta * eta * across.dot(across);
+    let sin_squared = across.dot(across);
+    let radicand = one - eta * eta * sin_squared;
     // At the critical angle itself all is reflected; equal media have none.
     let total = radicand.le(zero) & !eta.eq(one);
     let c2 = radicand.max(zero).sqrt();
     let bend = (eta - one) * (eta + one) / (eta * c1 + c2);
     // Equal media at grazing incidence: 0/0 where nothing bends.
     let bend = L::select(eta.eq(one), zero, bend);
-    Refraction { dir: d * eta + n * bend, cos_incident: c1, cos_transmitted: c2, total }
+    Refraction {
+        dir: d * eta + n * bend,
+        sin_incident: sin_squared.sqrt(),
+        cos_incident: c1,
+        cos_transmitted: c2,
+        total,
+    }
 }
 
 /// Unpolarised Fresnel reflectance between dielectrics, eta = n1/n2; 1 under total internal reflection.

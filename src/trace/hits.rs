@@ -1,14 +1,15 @@
 //! What the rays of a packet hit: surfaces, bodies and coefficients, gathered for shading.
 
+use super::touching;
 use crate::accel::{Nearest, Surface, closest_hit, resolve};
-use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::scene::world::World;
 use crate::shading::material::Coefficients;
-use crate::shading::media::{Media, MediumList};
+use crate::shading::media::{Media, Medium, MediumList};
 
 /// The nearest surface under each ray.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Hits<L: Lanes> {
     /// Lanes that hit anything.
     pub found: u32,
@@ -32,6 +33,21 @@ pub struct Hits<L: Lanes> {
     pub closed: u32,
     /// Lanes whose body is hollow.
     pub hollow: u32,
+    /// Volume of the placed body.
+    pub volume: [f64; MAX_LANES],
+    /// Other bodies whose surface is at the same place, as far as rounding can tell, crossed together with this one.
+    pub touching: Vec<Touch<L::Real>>,
+}
+
+/// Another body that light through a surface enters or leaves at the same place.
+#[derive(Debug, Clone, Copy)]
+pub struct Touch<R> {
+    /// The lane.
+    pub lane: usize,
+    /// Whether light goes into the region the body encloses.
+    pub goes_in: bool,
+    /// What that region is filled with.
+    pub medium: Medium<R>,
 }
 
 /// The media on both sides of a surface.
@@ -45,10 +61,24 @@ pub struct Interface<R> {
     pub behind: MediumList,
 }
 
-/// Follows rays to the nearest surface.
+/// Follows rays to the nearest surface, and to what touches it.
 #[inline(always)]
 pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>) -> Hits<L> {
-    let mut nearest = Nearest::none();
+    let mut hits = find_nearest(s, world, rays, Nearest::none());
+    if world.transmits && hits.found != 0 {
+        touching::find(s, world, rays, &mut hits);
+    }
+    hits
+}
+
+/// Follows rays to the nearest surface.
+#[inline(always)]
+pub(super) fn find_nearest<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    rays: &Rays<L>,
+    mut nearest: Nearest<'_>,
+) -> Hits<L> {
     let mut shortened = *rays;
     closest_hit(s, &world.geometries, world.root, 0, &mut shortened, &mut nearest);
 
@@ -57,7 +87,14 @@ pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>) -> Hit
     let mut hits = Hits {
         found: nearest.found,
         t: shortened.t_max,
-        surface: Surface { point: nothing, error: nothing, ng: nothing, ns: nothing, local: nothing },
+        surface: Surface {
+            point: nothing,
+            error: nothing,
+            ng: nothing,
+            ns: nothing,
+            local: nothing,
+            met: L::mask(s, 0),
+        },
         ng: nothing,
         ns: nothing,
         entering: 0,
@@ -66,40 +103,53 @@ pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>) -> Hit
         material: [0; MAX_LANES],
         closed: 0,
         hollow: 0,
+        volume: [0.0; MAX_LANES],
+        touching: Vec::new(),
     };
-    let mut left = nearest.found;
-    while left != 0 {
-        let owner = world.owner(nearest.expanded[left.trailing_zeros() as usize]);
-        let mut same = 0;
-        for lane in lanes_of(left) {
-            if owner.owns(nearest.expanded[lane]) {
-                same |= 1 << lane;
-                hits.body[lane] = owner.body;
-                hits.material[lane] = owner.item.material;
-            }
-        }
-        left &= !same;
-        hits.closed |= if owner.item.closed { same } else { 0 };
-        hits.hollow |= if owner.item.hollow { same } else { 0 };
-        let surface = resolve(s, &owner, &nearest.expanded, rays);
-        let mask = L::mask(s, same);
-        let old = hits.surface;
-        hits.surface = Surface {
-            point: V3::select(mask, surface.point, old.point),
-            error: V3::select(mask, surface.error, old.error),
-            ng: V3::select(mask, surface.ng, old.ng),
-            ns: V3::select(mask, surface.ns, old.ns),
-            local: V3::select(mask, surface.local, old.local),
-        };
-    }
-    let against = rays.dir.dot(hits.surface.ng).lt(zero);
-    hits.entering = crate::lanes::Mask::bits(against) & hits.found;
-    hits.ng = V3::select(against, hits.surface.ng, -hits.surface.ng);
-    hits.ns = V3::select(against, hits.surface.ns, -hits.surface.ns);
+    hits.look_at(s, world, rays, hits.found);
     hits
 }
 
 impl<L: Lanes> Hits<L> {
+    /// Fills in everything about the primitives `expanded` of some lanes.
+    #[inline(always)]
+    pub(super) fn look_at(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
+        let mut left = lanes;
+        self.closed &= !lanes;
+        self.hollow &= !lanes;
+        while left != 0 {
+            let owner = world.owner(self.expanded[left.trailing_zeros() as usize]);
+            let volume = if owner.item.closed { owner.volume() } else { 0.0 };
+            let mut same = 0;
+            for lane in lanes_of(left) {
+                if owner.owns(self.expanded[lane]) {
+                    same |= 1 << lane;
+                    self.body[lane] = owner.body;
+                    self.material[lane] = owner.item.material;
+                    self.volume[lane] = volume;
+                }
+            }
+            left &= !same;
+            self.closed |= if owner.item.closed { same } else { 0 };
+            self.hollow |= if owner.item.hollow { same } else { 0 };
+            let new = resolve(s, &owner, &self.expanded, rays);
+            let mask = L::mask(s, same);
+            let old = self.surface;
+            self.surface = Surface {
+                point: V3::select(mask, new.point, old.point),
+                error: V3::select(mask, new.error, old.error),
+                ng: V3::select(mask, new.ng, old.ng),
+                ns: V3::select(mask, new.ns, old.ns),
+                local: V3::select(mask, new.local, old.local),
+                met: (mask & new.met) | (!mask & old.met),
+            };
+        }
+        let against = rays.dir.dot(self.surface.ng).lt(L::lit(s, 0.0));
+        self.entering = against.bits() & self.found;
+        self.ng = V3::select(against, self.surface.ng, -self.surface.ng);
+        self.ns = V3::select(against, self.surface.ns, -self.surface.ns);
+    }
+
     /// The coefficients of the materials hit.
     #[inline(always)]
     pub fn coefficients(&self, s: L::Simd, world: &World<L::Real>) -> Coefficients<L> {
@@ -114,21 +164,30 @@ impl<L: Lanes> Hits<L> {
         list: MediumList,
         lane: usize,
     ) -> Interface<L::Real> {
-        let body = self.body[lane];
-        let hollow = self.hollow & (1 << lane) != 0;
-        let entering = self.entering & (1 << lane) != 0;
-        // A hollow body's region is its cavity, which holds empty space; one goes into it out of the material.
-        let (goes_in, inside) = if hollow {
-            (!entering, L::Real::from_f64(1.0))
-        } else {
-            (entering, world.materials[self.material[lane] as usize].ior)
-        };
-        if goes_in {
-            return Interface { n1: media.ior(list), n2: inside, behind: media.enter(list, body, inside) };
+        let medium = self.medium(world, lane);
+        let before =
+            if self.goes_in(lane) || media.contains(list, medium.body) { list } else { media.enter(list, medium) };
+        let n1 = media.ior(before);
+        let mut behind = before;
+        let own = Touch { lane, goes_in: self.goes_in(lane), medium };
+        for touch in self.touching.iter().filter(|touch| touch.lane == lane).chain([&own]) {
+            behind =
+                if touch.goes_in { media.enter(behind, touch.medium) } else { media.leave(behind, touch.medium.body) };
         }
-        let n1 = if media.contains(list, body) { media.ior(list) } else { inside };
-        let behind = media.leave(list, body);
         Interface { n1, n2: media.ior(behind), behind }
+    }
+
+    /// What the region that a lane's closed body encloses is filled with: its material, or empty space in a cavity.
+    pub fn medium(&self, world: &World<L::Real>, lane: usize) -> Medium<L::Real> {
+        let hollow = self.hollow & (1 << lane) != 0;
+        let one = L::Real::from_f64(1.0);
+        let ior = if hollow { one } else { world.materials[self.material[lane] as usize].ior };
+        Medium { body: self.body[lane], volume: self.volume[lane], ior }
+    }
+
+    /// Whether a lane's ray goes into the region its body encloses; one goes into a cavity out of the material.
+    pub fn goes_in(&self, lane: usize) -> bool {
+        (self.entering ^ self.hollow) & (1 << lane) != 0
     }
 
     /// Whether a lane's body transmits light in any channel.

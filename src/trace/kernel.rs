@@ -14,13 +14,17 @@ use crate::ray::Rays;
 use crate::render::RayCounts;
 use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::scene::world::World;
-use crate::shading::media::{Media, MediumList, OUTSIDE};
+use crate::shading::media::{Media, Medium, MediumList, OUTSIDE};
 use serde::Serialize;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Largest radiance one ray adds to a pixel, and largest weight of a ray. Only materials whose r_s + r_t is above 1, of
 /// which `compile` warns, and lights beyond all measure come near; in single precision nothing overflows.
 const MAX_RADIANCE: f64 = 1e28;
 const MAX_WEIGHT: f64 = 1e9;
+
+/// Packets followed between two looks at the cancel flag: well below a millisecond for most scenes.
+const PACKETS_BETWEEN_CHECKS: u32 = 256;
 
 /// Whitted's kinds of rays that are followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -67,12 +71,20 @@ pub struct Tracer<'a, L: Lanes, O> {
     /// What was traced so far.
     pub counts: RayCounts,
     followed: [u64; MAX_LANES],
-    eye_media: Vec<(u64, L::Real)>,
+    cancelled: &'a AtomicBool,
+    packets: u32,
+    eye_media: Vec<Medium<L::Real>>,
 }
 
 impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
     /// A tracer for packets of `L::COUNT` samples.
-    pub fn new(s: L::Simd, world: &'a World<L::Real>, eye_media: &[(u64, L::Real)], observer: O) -> Self {
+    pub fn new(
+        s: L::Simd,
+        world: &'a World<L::Real>,
+        eye_media: &[Medium<L::Real>],
+        cancelled: &'a AtomicBool,
+        observer: O,
+    ) -> Self {
         Self {
             s,
             world,
@@ -82,6 +94,8 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
             min_weight: L::lit(s, 0.0),
             counts: RayCounts::default(),
             followed: [0; MAX_LANES],
+            cancelled,
+            packets: 0,
             eye_media: eye_media.to_vec(),
         }
     }
@@ -92,12 +106,18 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
         self.s
     }
 
+    /// Whether the job has been cancelled.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
     /// Gives the observer back.
     pub fn into_observer(self) -> O {
         self.observer
     }
 
-    /// Adds `weight` times the radiance of the samples at (x, y), in pixels from the upper left corner, to `sum`.
+    /// Adds `weight` times the radiance of the samples at (x, y), in pixels from the upper left corner, to `sum`. Once
+    /// cancelled it returns early, and the sum is of no use.
     #[inline(always)]
     pub fn sample(&mut self, x: L, y: L, active: u32, weight: L::Real, sum: &mut V3<L>) {
         let s = self.s;
@@ -130,6 +150,10 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
         self.counts.camera += u64::from(seen.count_ones());
         self.stack.push(first);
         while let Some(rays) = self.stack.pop() {
+            self.packets = self.packets.wrapping_add(1);
+            if self.packets.is_multiple_of(PACKETS_BETWEEN_CHECKS) && self.cancelled.load(Ordering::Relaxed) {
+                return;
+            }
             if rays.active != 0 {
                 self.follow(&rays, sum);
             }
@@ -143,14 +167,12 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
             return lists;
         }
         if self.world.camera.has_single_eye() {
-            // Entries are innermost first; the list is built from the outside.
-            let list =
-                self.eye_media.iter().rev().fold(OUTSIDE, |list, &(body, ior)| self.media.enter(list, body, ior));
+            let list = self.media.list(&self.eye_media);
             return [list; MAX_LANES];
         }
         for lane in lanes_of(active) {
             let around = media_at::<L>(s, self.world, origin.lane(lane));
-            lists[lane] = around.iter().rev().fold(OUTSIDE, |list, &(body, ior)| self.media.enter(list, body, ior));
+            lists[lane] = self.media.list(&around);
         }
         lists
     }

@@ -7,5 +7,6 @@ pub mod lighting;
 pub mod observer;
 pub mod query;
 pub mod secondary;
+mod touching;
 pub mod tree;
 mod tree_drawing;

@@ -24,10 +24,10 @@ pub struct Snell {
     pub n1: f64,
     /// Index on the other side.
     pub n2: f64,
-    /// cos(theta1).
-    pub cos_incident: f64,
-    /// cos(theta2), 0 under total internal reflection.
-    pub cos_transmitted: f64,
+    /// theta1 in radians.
+    pub theta1: f64,
+    /// theta2 in radians; pi/2 under total internal reflection.
+    pub theta2: f64,
     /// Whether all is reflected.
     pub total: bool,
     /// Unpolarised Fresnel reflectance, for information: the model's r_s and r_t are constants.

@@ -9,7 +9,7 @@ use crate::ray::Rays;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
-use crate::shading::media::{Media, OUTSIDE};
+use crate::shading::media::Media;
 use crate::shading::optics::{fresnel_dielectric, reflect, refract};
 use serde::{Deserialize, Serialize};
 
@@ -104,7 +104,7 @@ where
     let (n1, n2) = if hits.closed != 0 {
         let mut media = Media::default();
         let around = media_at::<L>(s, world, narrow(ray.origin));
-        let list = around.iter().rev().fold(OUTSIDE, |list, &(body, ior)| media.enter(list, body, ior));
+        let list = media.list(&around);
         let interface = hits.interface(world, &mut media, list, 0);
         (interface.n1, interface.n2)
     } else {

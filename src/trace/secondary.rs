@@ -4,6 +4,7 @@ use super::hits::Hits;
 use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::math;
 use crate::ray::leave;
 use crate::shading::material::Coefficients;
 use crate::shading::media::MediumList;
@@ -95,11 +96,14 @@ struct Crossing<L: Lanes> {
 
 impl<L: Lanes> Crossing<L> {
     fn snell(&self, s: L::Simd) -> Snell {
+        let sine = first(self.refraction.sin_incident);
+        // The arc tangent of sine and cosine keeps small angles, of which the cosine has lost all digits.
+        let angle = |sine: f64, cosine: L| math::atan2(sine, first(cosine));
         Snell {
             n1: first(self.n1),
             n2: first(self.n2),
-            cos_incident: first(self.refraction.cos_incident),
-            cos_transmitted: first(self.refraction.cos_transmitted),
+            theta1: angle(sine, self.refraction.cos_incident),
+            theta2: angle(sine * first(self.n1) / first(self.n2), self.refraction.cos_transmitted),
             total: self.refraction.total.bits() & 1 != 0,
             reflectance: first(fresnel_dielectric(s, self.n1 / self.n2, &self.refraction)),
         }
@@ -131,6 +135,7 @@ fn cross<L: Lanes, O: Observer<L>>(
     let flat = refract(s, rays.dir, hits.ng, eta);
     let refraction = Refraction {
         dir: V3::select(below, refraction.dir, flat.dir),
+        sin_incident: L::select(below, refraction.sin_incident, flat.sin_incident),
         cos_incident: L::select(below, refraction.cos_incident, flat.cos_incident),
         cos_transmitted: L::select(below, refraction.cos_transmitted, flat.cos_transmitted),
         total: refraction.total | (!below & flat.total),

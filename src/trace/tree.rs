@@ -5,13 +5,14 @@ use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
 use super::query::name_of;
 use crate::lanes::{Lanes, Real, V3};
-use crate::render::{add_samples, eye_media, samples_of};
+use crate::render::{Cancelled, Control, add_samples, eye_media, samples_of};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
 use crate::scene::world::World;
 use crate::shading::media::Media;
 use serde::Serialize;
+use std::sync::atomic::Ordering;
 
 /// Every ray of one pixel.
 #[derive(Debug, Clone, Serialize)]
@@ -61,7 +62,7 @@ pub struct Node {
     pub origin: [f64; 3],
     /// Unit direction; for shadow rays towards the light.
     pub direction: [f64; 3],
-    /// The media it is in, innermost first; empty space is not listed.
+    /// The media it is in, the one that decides first; empty space around all is not listed.
     pub media: Vec<Medium>,
     /// What it hits.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -140,23 +141,37 @@ pub struct Ended {
 
 /// Traces one pixel and records every ray. The pixel must lie inside the picture.
 pub fn trace_pixel(scene: &Scene, x: u32, y: u32) -> Tree {
+    trace_pixel_while(scene, x, y, &Control::default()).unwrap_or_else(|_| unreachable!("nobody cancels this"))
+}
+
+/// [`trace_pixel`], as long as nobody cancels it.
+pub fn trace_pixel_while(scene: &Scene, x: u32, y: u32, control: &Control) -> Result<Tree, Cancelled> {
     match &scene.world {
-        Precise::Single(world) => record::<f32>(scene, world, x, y, "single"),
-        Precise::Double(world) => record::<f64>(scene, world, x, y, "double"),
+        Precise::Single(world) => record::<f32>(scene, world, [x, y], control, "single"),
+        Precise::Double(world) => record::<f64>(scene, world, [x, y], control, "double"),
     }
 }
 
-fn record<L>(scene: &Scene, world: &World<L::Real>, x: u32, y: u32, precision: &'static str) -> Tree
+fn record<L>(
+    scene: &Scene,
+    world: &World<L::Real>,
+    [x, y]: [u32; 2],
+    control: &Control,
+    precision: &'static str,
+) -> Result<Tree, Cancelled>
 where
     L: Lanes<Simd = ()>,
 {
-    let samples = samples_of(scene, x, y);
+    let samples = samples_of(scene, x, y, control);
     let recorder = Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false };
-    let mut tracer = Tracer::<L, _>::new((), world, &eye_media::<L>((), world), recorder);
+    let mut tracer = Tracer::<L, _>::new((), world, &eye_media::<L>((), world), &control.cancelled, recorder);
     let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
     add_samples(&mut tracer, &[[x, y]], 1, samples, &mut sum);
     let Recorder { rays, truncated, .. } = tracer.into_observer();
-    Tree { pixel: [x, y], precision, samples, value: sum.lane(0).map(Real::to_f64), truncated, rays }
+    if control.cancelled.load(Ordering::Relaxed) {
+        return Err(Cancelled);
+    }
+    Ok(Tree { pixel: [x, y], precision, samples, value: sum.lane(0).map(Real::to_f64), truncated, rays })
 }
 
 /// Writes down what the kernel tells.
@@ -221,9 +236,9 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
         };
         let media = media
             .entries(ray.media[0])
-            .map(|(body, ior)| {
-                let (top, own, _) = name_of(self.scene, self.world, body);
-                Medium { object: own.unwrap_or(top), ior: ior.to_f64() }
+            .map(|medium| {
+                let (top, own, _) = name_of(self.scene, self.world, medium.body);
+                Medium { object: own.unwrap_or(top), ior: medium.ior.to_f64() }
             })
             .collect();
         self.push(Node {
@@ -282,13 +297,12 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
     }
 
     fn refracts(&mut self, ray: u32, snell: Snell) {
-        let degrees = |cosine: f64| crate::math::acos(cosine.clamp(-1.0, 1.0)).to_degrees();
         if let Some(node) = self.node(ray) {
             node.snell = Some(SnellAngles {
                 n1: snell.n1,
                 n2: snell.n2,
-                theta1_deg: degrees(snell.cos_incident),
-                theta2_deg: (!snell.total).then(|| degrees(snell.cos_transmitted)),
+                theta1_deg: snell.theta1.to_degrees(),
+                theta2_deg: (!snell.total).then(|| snell.theta2.to_degrees()),
                 tir: snell.total,
                 reflectance: snell.reflectance,
             });

@@ -81,6 +81,7 @@ impl Tree {
                 node.weight,
                 node.contribution
             );
+            let title: String = title.chars().filter(|c| !c.is_control()).collect();
             let title = title.replace('&', "&amp;").replace('<', "&lt;");
             let _ = writeln!(
                 svg,

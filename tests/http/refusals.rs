@@ -87,7 +87,10 @@ fn hostile_scenes_are_refused_with_the_limits_name() {
     assert!(matches!(answer.status, 400 | 422) && answer.text().contains("json_depth"), "{}", answer.text());
 
     let answer = service.post_json("/v1/render?width=4000000000&height=4000000000", BALL);
-    assert!(answer.status == 422 && answer.text().contains("image_side"), "{}", answer.text());
+    assert!(answer.status == 400 && answer.text().contains("image_side"), "{}", answer.text());
+    let absurd = BALL.replacen('{', "{ \"image\": { \"width\": 4000000000 },", 1);
+    let answer = service.post_json("/v1/render", &absurd);
+    assert!(answer.status == 422 && answer.text().contains("image"), "{}", answer.text());
     let problem = service.post_json("/v1/render?width=16000&height=4000", BALL).problem(413, "cost-limit");
     assert_eq!(problem["limit"]["name"], "max_pixels");
     let problem = service.post_json("/v1/render?width=2000&height=2000&samples=100", BALL).problem(413, "cost-limit");

@@ -2,7 +2,7 @@
 
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, extent};
-use crate::accel::{Ball, Blockers, Extent, Geometry, Instance, Item, Mesh, Placement, Shape};
+use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Placement, Shape};
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
@@ -15,6 +15,7 @@ use crate::shading::light::{Falloff, Light, Source as LightSource};
 use crate::shading::material::{Material, Texture};
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
+use std::f64::consts::PI;
 
 /// What building finds out besides the world.
 pub(super) struct Built {
@@ -28,11 +29,14 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let list = builder.list("/objects".to_owned());
     let root = builder.geometry(&description.objects, list);
     let expanded = builder.expanded[root];
+    let bounds = builder.geometries[root].extent.bounds;
+    let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
     let world = World {
         geometries: builder.geometries,
         root,
+        size: R::from_f64(size),
         transmits: builder.materials.iter().any(|m| m.transmission.map(Real::to_f64) != [0.0; 3]),
         materials: builder.materials,
         lights: description.lights.iter().map(light).collect(),
@@ -164,6 +168,7 @@ impl<'a, R: Real> Builder<'a, R> {
             sides: Sides::Both,
             hollow: false,
             closed: false,
+            volume: 0.0,
             transmission: [R::from_f64(0.0); 3],
             source,
             offset: 0,
@@ -192,6 +197,7 @@ impl<'a, R: Real> Builder<'a, R> {
             sides,
             hollow: look.hollow,
             closed,
+            volume: if closed { volume(object) } else { 0.0 },
             transmission: self.materials[material].transmission,
             source,
             offset: 0,
@@ -215,6 +221,29 @@ impl<R> Collected<R> {
         self.expanded = self.expanded.saturating_add(expanded);
         self.items.push(item);
         self.extents.push(extent);
+    }
+}
+
+/// What a closed body encloses.
+fn volume(object: &Object) -> f64 {
+    let distance = |a: Vec3, b: Vec3| DVec3::from_array(a).distance(DVec3::from_array(b));
+    match object {
+        Object::Sphere(o) => 4.0 / 3.0 * PI * o.radius.powi(3),
+        Object::Box(o) => (DVec3::from_array(o.max) - DVec3::from_array(o.min)).element_product(),
+        Object::Cylinder(o) => PI * o.radius * o.radius * distance(o.base, o.top),
+        Object::Cone(o) => {
+            let (r, q) = (o.base_radius, o.top_radius);
+            PI / 3.0 * distance(o.base, o.top) * (r * r + r * q + q * q)
+        }
+        Object::Torus(o) => 2.0 * PI * PI * o.major_radius * o.minor_radius * o.minor_radius,
+        Object::Mesh(o) => {
+            // Sum of the signed volumes of the tetrahedra below the faces, seen from a point near the mesh.
+            let corner = |i: u32| DVec3::from_array(o.vertices[i as usize]);
+            let apex = corner(o.faces[0][0]);
+            let six = |f: &[u32; 3]| (corner(f[0]) - apex).dot((corner(f[1]) - apex).cross(corner(f[2]) - apex));
+            o.faces.iter().map(six).sum::<f64>().abs() / 6.0
+        }
+        _ => f64::INFINITY,
     }
 }
 
@@ -322,12 +351,13 @@ fn light<R: Real>(light: &d::Light) -> Light<R> {
             (LightSource::Directional { to_light }, l.color, l.intensity, Falloff::None)
         }
         d::Light::Spot(l) => {
-            let cosine = |degrees: f64| R::from_f64(math::sin_cos(degrees.to_radians()).1);
+            // 1 - cos(a) = 2 sin^2(a/2).
+            let versine = |degrees: f64| R::from_f64(2.0 * math::sin_cos(degrees.to_radians() * 0.5).0.powi(2));
             let source = LightSource::Spot {
                 position: point(l.position),
                 axis: unit(l.direction).to_array().map(R::from_f64),
-                cos_inner: cosine(l.inner_deg),
-                cos_outer: cosine(l.outer_deg),
+                inner: versine(l.inner_deg),
+                outer: versine(l.outer_deg),
             };
             (source, l.color, l.intensity, fall(l.falloff))
         }

@@ -30,13 +30,13 @@ impl Findings {
         if !x.is_finite() {
             self.add(at, Code::OutOfRange, format!("must be a finite number, is {x}"));
         } else if !ok {
-            self.add(at, Code::OutOfRange, format!("must be {range}, is {x}"));
+            self.add(at, Code::OutOfRange, format!("must be {range}, is {}", shown(x)));
         }
     }
 
     /// A length: positive, and neither too small nor too large for single precision.
     pub(super) fn length(&mut self, at: Path<'_>, x: f64) {
-        let words = format!("above 0, between {:e} and {:e}", limits::SMALLEST_LENGTH, limits::MAGNITUDE);
+        let words = format!("a length between {:e} and {:e}", limits::SMALLEST_LENGTH, limits::MAGNITUDE);
         self.number(at, x, &words, (limits::SMALLEST_LENGTH..=limits::MAGNITUDE).contains(&x));
     }
 
@@ -57,7 +57,7 @@ impl Findings {
 
     pub(super) fn count(&mut self, at: Path<'_>, what: &str, count: u64, limit: Limit) {
         if count > limit.max {
-            let detail = format!("{count} {what} are over the limit {} of {}", limit.name, limit.max);
+            let detail = format!("{count} {what} are over the limit of {} ({})", limit.max, limit.name);
             self.add(at, Code::Limit, detail);
         }
     }
@@ -100,6 +100,11 @@ impl Findings {
     }
 }
 
+/// A number as its author may have written it: huge ones with an exponent.
+fn shown(x: f64) -> String {
+    if x != 0.0 && !(1e-4..1e16).contains(&x.abs()) { format!("{x:e}") } else { x.to_string() }
+}
+
 /// Checks a whole description.
 pub(super) fn check(description: &Description) -> Result<(), Problems> {
     let mut findings = Findings::default();
@@ -128,7 +133,7 @@ fn check_image(findings: &mut Findings, description: &Description) {
         if pixels == 0 {
             findings.add(image.key(key), Code::OutOfRange, "must be at least 1, is 0");
         } else if u64::from(pixels) > side.max {
-            let detail = format!("{pixels} pixels are over the limit {} of {}", side.name, side.max);
+            let detail = format!("{pixels} pixels are over the limit of {} ({})", side.max, side.name);
             findings.add(image.key(key), Code::Limit, detail);
         }
     }
@@ -240,7 +245,7 @@ fn check_render(findings: &mut Findings, description: &Description) {
         if value == 0 {
             findings.add(at.key(key), Code::OutOfRange, "must be at least 1, is 0");
         } else if u64::from(value) > limit.max {
-            let detail = format!("{value} is over the limit {} of {}", limit.name, limit.max);
+            let detail = format!("{value} is over the limit of {} ({})", limit.max, limit.name);
             findings.add(at.key(key), Code::Limit, detail);
         }
     }

@@ -12,7 +12,7 @@ use glam::DVec3;
 /// Checks all objects and definitions.
 pub(super) fn check_objects(findings: &mut Findings, description: &Description) {
     let root = Path::ROOT;
-    let mut counter = Counter { findings, description, objects: 0, triangles: 0 };
+    let mut counter = Counter { findings, description, objects: 0, triangles: 0, polygon_work: 0 };
     if description.objects.is_empty() {
         let detail = "is empty: a scene needs at least one object";
         counter.findings.add(root.key("objects"), Code::Degenerate, detail);
@@ -21,9 +21,10 @@ pub(super) fn check_objects(findings: &mut Findings, description: &Description) 
     for (name, objects) in description.definitions.iter() {
         counter.list(root.key("definitions").key(name), objects);
     }
-    let (objects, triangles) = (counter.objects, counter.triangles);
+    let Counter { objects, triangles, polygon_work, .. } = counter;
     findings.count(root.key("objects"), "objects", objects, limits::OBJECTS);
     findings.count(root.key("objects"), "triangles", triangles, limits::TRIANGLES);
+    findings.count(root.key("objects"), "squared corners of polygons", polygon_work, limits::POLYGON_WORK);
     check_nesting(findings, description);
 }
 
@@ -32,6 +33,7 @@ struct Counter<'a> {
     description: &'a Description,
     objects: u64,
     triangles: u64,
+    polygon_work: u64,
 }
 
 impl Counter<'_> {
@@ -124,7 +126,10 @@ impl Counter<'_> {
             }
             Object::Polygon(o) => {
                 self.triangles += o.vertices.len().saturating_sub(2) as u64;
-                check_polygon(f, at, &o.vertices);
+                self.polygon_work = self.polygon_work.saturating_add((o.vertices.len() as u64).saturating_pow(2));
+                if self.polygon_work <= limits::POLYGON_WORK.max {
+                    check_polygon(f, at, &o.vertices);
+                }
                 o.look()
             }
             Object::Group(o) => {

@@ -83,6 +83,11 @@ pub struct CompileOptions {
     pub spd_counts: bool,
 }
 
+/// Checks a description completely, without building anything.
+pub fn check(description: &Description) -> Result<(), Problems> {
+    check::check(description)
+}
+
 /// Checks a description completely and builds the scene.
 pub fn compile(description: &Description) -> Result<Scene, Problems> {
     compile_with(description, CompileOptions::default())
@@ -106,8 +111,8 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
     if built.expanded > u128::from(limits::EXPANDED_PRIMITIVES.max) {
         let limit = limits::EXPANDED_PRIMITIVES;
         let detail = format!(
-            "{:e} primitives after expanding instances are over the limit {} of {}",
-            built.expanded as f64, limit.name, limit.max
+            "{:e} primitives after expanding instances are over the limit of {} ({})",
+            built.expanded as f64, limit.max, limit.name
         );
         return Err(Problems::one(Problem::new("/objects", super::problem::Code::Limit, detail)));
     }

@@ -1,6 +1,7 @@
 //! What an author should know about a scene that renders.
 
 use crate::scene::description::{Description, Mesh, Object};
+use crate::scene::limits;
 use crate::scene::problem::{Code, Problem, push_token};
 use std::collections::HashMap;
 
@@ -25,16 +26,41 @@ pub(super) fn warnings(description: &Description) -> Vec<Problem> {
         let material = name.as_ref().and_then(|name| description.materials.get(name));
         material.is_some_and(|m| m.transmission.0.max_element() > 0.0)
     };
-    for (i, object) in description.objects.iter().enumerate() {
-        if let Object::Mesh(mesh) = object
-            && transmits(&mesh.material)
-            && !is_closed(mesh)
-        {
-            let detail = "the mesh transmits light but is not closed: light that enters may never leave";
-            warnings.push(Problem::new(format!("/objects/{i}/mesh"), Code::Degenerate, detail));
+    for (name, material) in description.materials.iter() {
+        if material.one_sided && material.transmission.0.max_element() > 0.0 {
+            let detail = "one_sided and transmission together: light enters such a body and is never seen to leave it";
+            let pointer = push_token(&push_token("/materials", name), "one_sided");
+            warnings.push(Problem::new(pointer, Code::Degenerate, detail));
         }
     }
+    let mut open = Vec::new();
+    find_open_meshes("/objects", &description.objects, &transmits, &mut open);
+    for (name, objects) in description.definitions.iter() {
+        find_open_meshes(&push_token("/definitions", name), objects, &transmits, &mut open);
+    }
+    let detail = "the mesh transmits light but is not closed: light that enters may never leave";
+    warnings.extend(open.into_iter().map(|pointer| Problem::new(pointer, Code::Degenerate, detail)));
+    warnings.truncate(limits::PROBLEMS.max as usize);
     warnings
+}
+
+fn find_open_meshes(
+    list: &str,
+    objects: &[Object],
+    transmits: &impl Fn(&Option<String>) -> bool,
+    open: &mut Vec<String>,
+) {
+    for (i, object) in objects.iter().enumerate() {
+        match object {
+            Object::Group(group) => {
+                find_open_meshes(&format!("{list}/{i}/group/objects"), &group.objects, transmits, open);
+            }
+            Object::Mesh(mesh) if transmits(&mesh.material) && !is_closed(mesh) => {
+                open.push(format!("{list}/{i}/mesh"))
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Whether each edge belongs to two faces that run along it in opposite directions, vertices compared by position.

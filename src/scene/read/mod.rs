@@ -22,7 +22,7 @@ pub use mend::Mended;
 
 /// Longest text of which all problems are reported. A [`Value`] takes up to 16 times the bytes of its text, so of a
 /// longer one only the first problem is.
-const DIAGNOSED_BYTES: usize = 32 << 20;
+const DIAGNOSED_BYTES: usize = 8 << 20;
 
 /// The version this program reads.
 const VERSION: u32 = 1;

@@ -1,0 +1,109 @@
+//! Surfaces in the same place: water that fills a glass to its wall, a glass block on a floor.
+//!
+//! A ray that leaves a surface starts far enough from it that rounding cannot take it back. Whatever lies in between, it
+//! would never meet. So where light may pass, the stretch between the two starting points, in front of and behind the
+//! surface, is searched. An opaque surface in the same place hides the one that was hit; bodies that transmit are entered
+//! or left together with it. So touching bodies share one interface, and no rounding decides which is met.
+
+use super::hits::{Hits, Touch, find_nearest};
+use crate::accel::Nearest;
+use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::ray::{Rays, gamma, leave};
+use crate::scene::world::World;
+use std::ops::Range;
+
+/// Roundings of the scene's size that no surface's error exceeds.
+const SEARCHED: f64 = 24.0;
+
+/// Most bodies that touch in one place; further ones are passed by.
+const MAX_TOUCHING: usize = 8;
+
+/// Finds what touches the surfaces that rays have hit and that transmit light.
+#[inline(always)]
+pub(super) fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &mut Hits<L>) {
+    let clear = lanes_of(hits.found).filter(|&lane| hits.transmits(world, lane)).fold(0, |bits, lane| bits | 1 << lane);
+    if clear != 0 {
+        search(s, world, rays, hits, clear);
+    }
+}
+
+fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &mut Hits<L>, clear: u32) {
+    // Surfaces are known as exactly as their own size allows, which may be less exactly than the one that was hit: the
+    // search reaches as far as any may be off, and then each is judged by its own error.
+    let far = V3::splat(s, [world.size; 3]) + hits.surface.point.abs();
+    let reach = hits.surface.error + far * L::lit(s, gamma::<L::Real>(SEARCHED));
+    let front = leave(hits.surface.point, reach, hits.ng);
+    let behind = leave(hits.surface.point, reach, -hits.ng);
+    let mut stretch = Rays {
+        origin: front,
+        dir: behind - front,
+        t_min: L::lit(s, 0.0),
+        t_max: L::lit(s, 1.0),
+        active: L::mask(s, clear),
+    };
+    let mut passed: [Vec<Range<u64>>; MAX_LANES] = Default::default();
+    for lane in lanes_of(clear) {
+        passed[lane].push(body_of(world, hits.expanded[lane]));
+    }
+    let own_error = hits.surface.error;
+    for _ in 0..MAX_TOUCHING {
+        let other = find_nearest(s, world, &stretch, Nearest::without(&passed));
+        if other.found == 0 {
+            return;
+        }
+        let gap = (other.surface.point - hits.surface.point).dot(hits.ng).abs();
+        let errors = own_error + other.surface.error;
+        let touch = gap.le(errors.dot(hits.ng.abs())).bits() & other.found;
+        let mut opaque = 0;
+        for lane in lanes_of(other.found) {
+            passed[lane].push(body_of(world, other.expanded[lane]));
+            if touch & (1 << lane) == 0 {
+                continue;
+            }
+            if !other.transmits(world, lane) {
+                opaque |= 1 << lane;
+            } else if other.closed & (1 << lane) != 0 {
+                hits.touching.push(Touch { lane, goes_in: other.goes_in(lane), medium: other.medium(world, lane) });
+            }
+        }
+        // Rays leave from beyond both surfaces.
+        let both = errors + V3 { x: gap, y: gap, z: gap };
+        hits.surface.error = V3::select(L::mask(s, touch & !opaque), both, hits.surface.error);
+        hide(s, world, rays, hits, &other, opaque);
+        stretch.active = L::mask(s, other.found & !opaque);
+    }
+}
+
+/// Replaces what lanes have hit by the opaque surface in the same place, if their rays do meet it.
+fn hide<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    rays: &Rays<L>,
+    hits: &mut Hits<L>,
+    opaque: &Hits<L>,
+    lanes: u32,
+) {
+    if lanes == 0 {
+        return;
+    }
+    let mut instead = Hits { expanded: opaque.expanded, ..hits.clone() };
+    instead.look_at(s, world, rays, lanes);
+    let met = instead.surface.met.bits() & lanes;
+    for lane in lanes_of(lanes & !met) {
+        instead.expanded[lane] = hits.expanded[lane];
+    }
+    for lane in lanes_of(hits.found & !lanes) {
+        instead.expanded[lane] = hits.expanded[lane];
+    }
+    instead.look_at(s, world, rays, lanes & !met);
+    let keep = L::mask(s, !met);
+    instead.surface.error = V3::select(keep, hits.surface.error, instead.surface.error);
+    instead.touching.retain(|touch| met & (1 << touch.lane) == 0);
+    *hits = instead;
+}
+
+/// The expanded indices of the body that owns a primitive.
+fn body_of<R: Real>(world: &World<R>, expanded: u64) -> Range<u64> {
+    let owner = world.owner(expanded);
+    owner.body..owner.body + owner.item.expanded
+}
