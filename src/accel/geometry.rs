@@ -23,6 +23,8 @@ pub struct Item<R> {
     pub hollow: bool,
     /// Whether it encloses a region that light is refracted into.
     pub closed: bool,
+    /// Whether its surface might touch another one.
+    pub may_touch: bool,
     /// What it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets.
     pub volume: f64,
     /// Transmission of one crossing, for shadow rays; 0 blocks.

@@ -12,4 +12,4 @@ pub use build::{Bvh, BvhKind};
 pub use geometry::{Ball, Extent, Geometry, Instance, Item, Mesh, Placement, Shape};
 pub use occlusion::{Blockers, transmittance};
 pub use resolve::{Owner, Surface, resolve};
-pub use traverse::{Nearest, closest_hit};
+pub use traverse::{Nearest, Skipped, closest_hit};

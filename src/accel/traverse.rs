@@ -15,8 +15,7 @@ pub struct Nearest<'a> {
     pub found: u32,
     /// Expanded index of the primitive.
     pub expanded: [u64; MAX_LANES],
-    /// Bodies that each lane does not meet, as ranges of expanded indices.
-    skipped: Option<&'a [Vec<Range<u64>>; MAX_LANES]>,
+    skipped: Option<&'a Skipped>,
 }
 
 impl<'a> Nearest<'a> {
@@ -26,7 +25,7 @@ impl<'a> Nearest<'a> {
     }
 
     /// The same for rays that pass some bodies as if they were not there.
-    pub fn without(skipped: &'a [Vec<Range<u64>>; MAX_LANES]) -> Self {
+    pub fn without(skipped: &'a Skipped) -> Self {
         Self { skipped: Some(skipped), ..Self::none() }
     }
 
@@ -41,7 +40,7 @@ impl<'a> Nearest<'a> {
         }
         if let Some(skipped) = self.skipped {
             for lane in lanes_of(nearer) {
-                nearer &= !(u32::from(skipped[lane].iter().any(|body| body.contains(&expanded))) << lane);
+                nearer &= !(u32::from(skipped.has(lane, expanded)) << lane);
             }
         }
         if nearer != 0 {
@@ -51,6 +50,23 @@ impl<'a> Nearest<'a> {
                 self.expanded[lane] = expanded;
             }
         }
+    }
+}
+
+/// Bodies that each lane does not meet, as ranges of expanded indices.
+#[derive(Debug, Clone)]
+pub struct Skipped {
+    /// One body of each lane, as its first index and the number of its primitives.
+    pub first: [(u64, u64); MAX_LANES],
+    /// Lanes and further bodies.
+    pub more: Vec<(usize, Range<u64>)>,
+}
+
+impl Skipped {
+    fn has(&self, lane: usize, expanded: u64) -> bool {
+        let (start, count) = self.first[lane];
+        (start..start + count).contains(&expanded)
+            || self.more.iter().any(|(other, body)| *other == lane && body.contains(&expanded))
     }
 }
 

@@ -25,14 +25,18 @@ pub struct Hits<L: Lanes> {
     pub entering: u32,
     /// Expanded index of the primitive.
     pub expanded: [u64; MAX_LANES],
-    /// Identity of the placed body.
+    /// Identity of the placed body: the expanded index of its first primitive.
     pub body: [u64; MAX_LANES],
+    /// Number of the body's primitives.
+    pub primitives: [u64; MAX_LANES],
     /// Index of the body's material.
     pub material: [u32; MAX_LANES],
     /// Lanes whose body encloses a region.
     pub closed: u32,
     /// Lanes whose body is hollow.
     pub hollow: u32,
+    /// Lanes whose body might touch another.
+    pub may_touch: u32,
     /// Volume of the placed body.
     pub volume: [f64; MAX_LANES],
     /// Other bodies whose surface is at the same place, as far as rounding can tell, crossed together with this one.
@@ -65,7 +69,7 @@ pub struct Interface<R> {
 #[inline(always)]
 pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>) -> Hits<L> {
     let mut hits = find_nearest(s, world, rays, Nearest::none());
-    if world.transmits && hits.found != 0 {
+    if world.transmits && hits.may_touch != 0 {
         touching::find(s, world, rays, &mut hits);
     }
     hits
@@ -100,9 +104,11 @@ pub(super) fn find_nearest<L: Lanes>(
         entering: 0,
         expanded: nearest.expanded,
         body: [0; MAX_LANES],
+        primitives: [0; MAX_LANES],
         material: [0; MAX_LANES],
         closed: 0,
         hollow: 0,
+        may_touch: 0,
         volume: [0.0; MAX_LANES],
         touching: Vec::new(),
     };
@@ -117,6 +123,7 @@ impl<L: Lanes> Hits<L> {
         let mut left = lanes;
         self.closed &= !lanes;
         self.hollow &= !lanes;
+        self.may_touch &= !lanes;
         while left != 0 {
             let owner = world.owner(self.expanded[left.trailing_zeros() as usize]);
             let volume = if owner.item.closed { owner.volume() } else { 0.0 };
@@ -125,6 +132,7 @@ impl<L: Lanes> Hits<L> {
                 if owner.owns(self.expanded[lane]) {
                     same |= 1 << lane;
                     self.body[lane] = owner.body;
+                    self.primitives[lane] = owner.item.expanded;
                     self.material[lane] = owner.item.material;
                     self.volume[lane] = volume;
                 }
@@ -132,6 +140,7 @@ impl<L: Lanes> Hits<L> {
             left &= !same;
             self.closed |= if owner.item.closed { same } else { 0 };
             self.hollow |= if owner.item.hollow { same } else { 0 };
+            self.may_touch |= if owner.item.may_touch { same } else { 0 };
             let new = resolve(s, &owner, &self.expanded, rays);
             let mask = L::mask(s, same);
             let old = self.surface;

@@ -6,11 +6,10 @@
 //! or left together with it. So touching bodies share one interface, and no rounding decides which is met.
 
 use super::hits::{Hits, Touch, find_nearest};
-use crate::accel::Nearest;
-use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::accel::{Nearest, Skipped};
+use crate::lanes::{Lanes, Mask, V3, lanes_of};
 use crate::ray::{Rays, gamma, leave};
 use crate::scene::world::World;
-use std::ops::Range;
 
 /// Roundings of the scene's size that no surface's error exceeds.
 const SEARCHED: f64 = 24.0;
@@ -21,7 +20,8 @@ const MAX_TOUCHING: usize = 8;
 /// Finds what touches the surfaces that rays have hit and that transmit light.
 #[inline(always)]
 pub(super) fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &mut Hits<L>) {
-    let clear = lanes_of(hits.found).filter(|&lane| hits.transmits(world, lane)).fold(0, |bits, lane| bits | 1 << lane);
+    let clear =
+        lanes_of(hits.may_touch).filter(|&lane| hits.transmits(world, lane)).fold(0, |bits, lane| bits | 1 << lane);
     if clear != 0 {
         search(s, world, rays, hits, clear);
     }
@@ -41,10 +41,8 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
         t_max: L::lit(s, 1.0),
         active: L::mask(s, clear),
     };
-    let mut passed: [Vec<Range<u64>>; MAX_LANES] = Default::default();
-    for lane in lanes_of(clear) {
-        passed[lane].push(body_of(world, hits.expanded[lane]));
-    }
+    let own = std::array::from_fn(|lane| (hits.body[lane], hits.primitives[lane]));
+    let mut passed = Skipped { first: own, more: Vec::new() };
     let own_error = hits.surface.error;
     for _ in 0..MAX_TOUCHING {
         let other = find_nearest(s, world, &stretch, Nearest::without(&passed));
@@ -56,7 +54,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
         let touch = gap.le(errors.dot(hits.ng.abs())).bits() & other.found;
         let mut opaque = 0;
         for lane in lanes_of(other.found) {
-            passed[lane].push(body_of(world, other.expanded[lane]));
+            passed.more.push((lane, other.body[lane]..other.body[lane] + other.primitives[lane]));
             if touch & (1 << lane) == 0 {
                 continue;
             }
@@ -100,10 +98,4 @@ fn hide<L: Lanes>(
     instead.surface.error = V3::select(keep, hits.surface.error, instead.surface.error);
     instead.touching.retain(|touch| met & (1 << touch.lane) == 0);
     *hits = instead;
-}
-
-/// The expanded indices of the body that owns a primitive.
-fn body_of<R: Real>(world: &World<R>, expanded: u64) -> Range<u64> {
-    let owner = world.owner(expanded);
-    owner.body..owner.body + owner.item.expanded
 }

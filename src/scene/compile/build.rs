@@ -1,7 +1,7 @@
 //! A checked description in the kernel's format.
 
 use super::transform::affine;
-use super::{CompileOptions, Source, Sources, extent};
+use super::{CompileOptions, Source, Sources, contact, extent};
 use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Placement, Shape};
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
@@ -28,6 +28,7 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let mut builder = Builder::<R>::new(description, options);
     let list = builder.list("/objects".to_owned());
     let root = builder.geometry(&description.objects, list);
+    contact::mark_placed(&mut builder.geometries);
     let expanded = builder.expanded[root];
     let bounds = builder.geometries[root].extent.bounds;
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
@@ -104,6 +105,7 @@ impl<'a, R: Real> Builder<'a, R> {
                 instance.ball = extent.as_ref().map(Ball::new);
             }
         }
+        contact::mark_siblings(&mut items, &extents);
         let geometry = Geometry::new(items, &extents, self.options.bvh);
         self.geometries.push(geometry);
         self.expanded.push(expanded);
@@ -168,6 +170,7 @@ impl<'a, R: Real> Builder<'a, R> {
             sides: Sides::Both,
             hollow: false,
             closed: false,
+            may_touch: false,
             volume: 0.0,
             transmission: [R::from_f64(0.0); 3],
             source,
@@ -197,6 +200,7 @@ impl<'a, R: Real> Builder<'a, R> {
             sides,
             hollow: look.hollow,
             closed,
+            may_touch: false,
             volume: if closed { volume(object) } else { 0.0 },
             transmission: self.materials[material].transmission,
             source,

@@ -3,6 +3,7 @@
 pub(crate) mod build;
 mod check;
 mod check_objects;
+mod contact;
 mod extent;
 mod path;
 mod transform;

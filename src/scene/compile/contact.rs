@@ -1,0 +1,102 @@
+//! Which bodies might touch others, so that only their surfaces are searched for what is in the same place
+//! (`trace/touching.rs`). Bodies that are clearly apart, or clearly inside a ball or a box, cost nothing.
+//!
+//! The answer is an upper bound: a body is only let off if it is further from everything than any rounding reaches.
+
+use crate::accel::{Bounds, Extent, Geometry, Item, Shape};
+use crate::lanes::Real;
+use glam::DVec3;
+
+/// Distances below this many roundings of the coordinates are contact.
+const ROUNDINGS: f64 = 256.0;
+/// Most pairs of overlapping boxes looked at; beyond that every body may touch.
+const MAX_PAIRS: usize = 5_000_000;
+
+/// Marks the items of one geometry that might touch another one there.
+pub(super) fn mark_siblings<R: Real>(items: &mut [Item<R>], extents: &[Option<Extent>]) {
+    let boxes: Vec<Option<Bounds>> = items.iter().zip(extents).map(|(item, extent)| bounds(item, extent)).collect();
+    let largest = boxes.iter().flatten().map(|b| b.min.abs().max(b.max.abs()).max_element()).fold(0.0, f64::max);
+    let slack = ROUNDINGS * R::ROUNDOFF * largest;
+    // Sweep along x: only items whose stretches overlap are compared. Unbounded ones come first and never end.
+    let stretch =
+        |i: usize| boxes[i].map_or((f64::NEG_INFINITY, f64::INFINITY), |b| (b.min.x - slack, b.max.x + slack));
+    let mut order: Vec<usize> = (0..items.len()).collect();
+    order.sort_by(|a, b| stretch(*a).0.total_cmp(&stretch(*b).0));
+    let mut marked = vec![false; items.len()];
+    let mut open: Vec<usize> = Vec::new();
+    let mut pairs = 0;
+    for &i in &order {
+        open.retain(|&j| stretch(j).1 >= stretch(i).0);
+        pairs += open.len();
+        if pairs > MAX_PAIRS {
+            marked.fill(true);
+            break;
+        }
+        for &j in &open {
+            if !(marked[i] && marked[j]) && !are_apart((&items[i], boxes[i]), (&items[j], boxes[j]), slack) {
+                (marked[i], marked[j]) = (true, true);
+            }
+        }
+        open.push(i);
+    }
+    for (item, marked) in items.iter_mut().zip(marked) {
+        item.may_touch = marked;
+    }
+}
+
+/// What is inside a placed geometry that might touch something may touch it itself. Geometries come after those they
+/// place.
+pub(super) fn mark_placed<R>(geometries: &mut [Geometry<R>]) {
+    let mut exposed = vec![false; geometries.len()];
+    for index in (0..geometries.len()).rev() {
+        for item in &mut geometries[index].items {
+            item.may_touch |= exposed[index];
+            if let Shape::Instance(instance) = &item.shape {
+                exposed[instance.geometry as usize] |= item.may_touch;
+            }
+        }
+    }
+}
+
+fn bounds<R: Real>(item: &Item<R>, extent: &Option<Extent>) -> Option<Bounds> {
+    match &item.shape {
+        Shape::Mesh(mesh) => Some(Bounds::around(mesh.vertices.iter().map(|v| DVec3::from_array(v.map(Real::to_f64))))),
+        _ => extent.map(|extent| extent.bounds),
+    }
+}
+
+type Boxed<'a, R> = (&'a Item<R>, Option<Bounds>);
+
+/// Whether two items are certainly nowhere closer than `slack`.
+fn are_apart<R: Real>(a: Boxed<'_, R>, b: Boxed<'_, R>, slack: f64) -> bool {
+    if let (Some(a), Some(b)) = (a.1, b.1)
+        && ((a.min - slack).cmpgt(b.max).any() || (b.min - slack).cmpgt(a.max).any())
+    {
+        return true;
+    }
+    lies_clear(a, b, slack) || lies_clear(b, a, slack)
+}
+
+/// Whether `b` lies inside the ball or box `a`, or in front of or behind the plane `a`, with `slack` to spare.
+fn lies_clear<R: Real>((a, _): Boxed<'_, R>, (b, bounds): Boxed<'_, R>, slack: f64) -> bool {
+    let Some(bounds) = bounds else { return false };
+    let point = |p: [R; 3]| DVec3::from_array(p.map(Real::to_f64));
+    match (&a.shape, &b.shape) {
+        (Shape::Sphere(a), Shape::Sphere(b)) => {
+            let distance = point(a.center).distance(point(b.center));
+            distance + b.radius.to_f64() + slack < a.radius.to_f64()
+                || a.radius.to_f64() + b.radius.to_f64() + slack < distance
+        }
+        (Shape::Sphere(a), _) => {
+            bounds.corners().iter().all(|p| p.distance(point(a.center)) + slack < a.radius.to_f64())
+        }
+        (Shape::Cuboid(a), _) => {
+            (point(a.min) + slack).cmplt(bounds.min).all() && (point(a.max) - slack).cmpgt(bounds.max).all()
+        }
+        (Shape::Plane(a), _) => {
+            let heights = bounds.corners().map(|p| point(a.normal).dot(p - point(a.point)));
+            heights.iter().all(|h| *h > slack) || heights.iter().all(|h| *h < -slack)
+        }
+        _ => false,
+    }
+}
