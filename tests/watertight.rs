@@ -15,18 +15,23 @@ use strahl::trace::query::RayQuery;
 /// What rays are aimed at.
 const KINDS: [&str; 3] = ["vertices", "edges", "random"];
 
+/// An edge, or a vertex twice, and the normals of the faces around it.
+struct Aim {
+    ends: [DVec3; 2],
+    normals: Vec<DVec3>,
+}
+
 /// A closed mesh where its rays meet it, and the scene that holds it.
 struct Target {
     scene: Scene,
     precision: Precision,
     /// The mesh in the coordinates of the rays, in the numbers the kernel has where it is not instanced.
     mesh: Closed,
-    /// Whether the first surface seen from inside is always one of leaving.
-    convex: bool,
-    edges: Vec<[usize; 2]>,
-    /// Normals of the faces around each vertex.
-    around: Vec<Vec<DVec3>>,
-    /// A length that is short inside the mesh: no point that far below a vertex is outside.
+    /// The middle of a convex mesh, from inside of which the first surface is always one of leaving.
+    middle: Option<DVec3>,
+    /// Vertices, as edges from themselves to themselves, and edges.
+    aims: [Vec<Aim>; 2],
+    /// A length that is short inside the mesh: no point that far below a vertex, or beside the middle, is outside.
     depth: f64,
 }
 
@@ -51,17 +56,28 @@ fn scene_of(objects: Value, definitions: Value, precision: Precision) -> Scene {
     load(text.to_string().as_bytes(), Format::Json, &overrides).unwrap_or_else(|p| panic!("{p}")).scene
 }
 
+fn aims(mesh: &Closed, list: &[[usize; 2]]) -> Vec<Aim> {
+    let mut around = vec![Vec::new(); mesh.vertices.len()];
+    for (index, face) in mesh.faces.iter().enumerate() {
+        face.iter().for_each(|&vertex| around[vertex].push(index));
+    }
+    let normal = |face: &usize| {
+        let [a, b, c] = mesh.faces[*face].map(|i| mesh.vertices[i]);
+        (b - a).cross(c - a).try_normalize()
+    };
+    let aim = |&[a, b]: &[usize; 2]| Aim {
+        ends: [a, b].map(|i| mesh.vertices[i]),
+        normals: around[a].iter().filter(|face| around[b].contains(face)).filter_map(normal).collect(),
+    };
+    list.iter().map(aim).collect()
+}
+
 impl Target {
-    fn new(scene: Scene, mesh: Closed, shape: &Shape, size: f64, precision: Precision) -> Self {
-        let mut around = vec![Vec::new(); mesh.vertices.len()];
-        for face in &mesh.faces {
-            let [a, b, c] = face.map(|i| mesh.vertices[i]);
-            let normal = (b - a).cross(c - a).try_normalize();
-            for &vertex in face {
-                around[vertex].extend(normal);
-            }
-        }
-        Self { scene, precision, edges: mesh.edges(), around, depth: shape.depth * size, convex: shape.convex, mesh }
+    fn new(scene: Scene, mesh: Closed, shape: &Shape, (size, middle): (f64, DVec3), precision: Precision) -> Self {
+        let middle = shape.convex.then_some(middle);
+        let vertices: Vec<_> = (0..mesh.vertices.len()).map(|i| [i, i]).collect();
+        let aims = [vertices, mesh.edges()].map(|list| aims(&mesh, &list));
+        Self { scene, precision, aims, depth: shape.depth * size, middle, mesh }
     }
 
     /// The mesh alone, scaled and moved.
@@ -71,7 +87,7 @@ impl Target {
         for vertex in &mut mesh.vertices {
             *vertex = narrow(precision, *vertex);
         }
-        Self::new(scene, mesh, shape, scale, precision)
+        Self::new(scene, mesh, shape, (scale, position), precision)
     }
 
     /// The mesh in three placements, one inside the other.
@@ -105,26 +121,28 @@ impl Target {
                 face.swap(1, 2);
             }
         }
-        Self::new(scene, mesh, shape, scale * 0.7 * 1.3, precision)
+        Self::new(scene, mesh, shape, (scale * 0.7 * 1.3, map.translation), precision)
     }
 
     /// A ray of a kind, from inside or outside, that must hit; `None` if this try found none.
     fn ray(&self, kind: usize, inside: bool, random: &mut Random) -> Option<RayQuery> {
-        let vertex = random.below(self.mesh.vertices.len());
-        let edge = self.edges[random.below(self.edges.len())];
-        let corners = if kind == 0 { [vertex; 2] } else { edge };
-        let [a, b] = corners.map(|i| self.mesh.vertices[i]);
-        let mut target = narrow(self.precision, a + (b - a) * random.between(0.0, 1.0));
-        let normals = || corners.iter().flat_map(|&i| &self.around[i]);
-        let outward = normals().sum::<DVec3>().try_normalize()?;
+        let aims = &self.aims[usize::from(kind != 0)];
+        let Aim { ends: [a, b], normals } = &aims[random.below(aims.len())];
+        // Not the ends of edges: far away, rounding moves points there beyond the outline.
+        let mut target = narrow(self.precision, *a + (*b - *a) * random.between(0.05, 0.95));
+        let outward = normals.iter().sum::<DVec3>().try_normalize()?;
 
         let length = if inside { -self.depth * random.between(0.2, 1.0) } else { self.depth * random.between(0.2, 30.0) };
-        let turn = DVec3::from_array(random.point(if inside && !self.convex { 0.3 } else { 0.8 }));
-        let origin = narrow(self.precision, target + (outward + turn).normalize() * length);
+        let turn = DVec3::from_array(random.point(if inside { 0.3 } else { 0.8 }));
+        let origin = match self.middle {
+            Some(middle) if inside => middle + random_point(random) * self.depth,
+            _ => target + (outward + turn).normalize() * length,
+        };
+        let origin = narrow(self.precision, origin);
         let back = (origin - target).normalize();
         // Seen from there, no face around the target is near its outline.
         let side = if inside { -1.0 } else { 1.0 };
-        if !normals().all(|normal| normal.dot(back) * side > 0.1) {
+        if !normals.iter().all(|normal| normal.dot(back) * side > 0.1) {
             return None;
         }
         if kind == 2 {
@@ -165,7 +183,7 @@ impl Target {
         let Some(hit) = hit else { return true };
         let along = DVec3::from_array(ray.direction).dot(DVec3::from_array(hit.normal));
         // Only seen from inside a concave mesh may the nearest face be one that is grazed.
-        self.convex && (along > 0.0) != inside
+        self.middle.is_some() && (along > 0.0) != inside
     }
 }
 
@@ -180,9 +198,9 @@ struct Shape {
 
 fn shapes() -> [Shape; 3] {
     [
-        Shape { mesh: Closed::icosphere(3), depth: 1.0, convex: true, far_scale: 2.0 },
+        Shape { mesh: Closed::icosphere(3), depth: 0.5, convex: true, far_scale: 2.0 },
         Shape { mesh: Closed::knot(), depth: 0.2, convex: false, far_scale: 200.0 },
-        Shape { mesh: Closed::cube(), depth: 1.0, convex: true, far_scale: 2.0 },
+        Shape { mesh: Closed::cube(), depth: 0.5, convex: true, far_scale: 2.0 },
     ]
 }
 
@@ -213,7 +231,6 @@ fn shoot(precision: Precision, count: usize) {
         let mut random = Random::new(seed);
         let mut found = Vec::new();
         for (name, target) in part {
-            println!("{name}");
             for (kind, what) in KINDS.iter().enumerate() {
                 for (inside, side) in [(true, "inside"), (false, "outside")] {
                     let leaks = target.leaks(kind, inside, each, &mut random);
@@ -282,8 +299,9 @@ fn naive_leaks(radius: f64, kind: usize, count: usize) -> [f64; 3] {
     let mut random = Random::new(3);
     let mut leaks = [0; 3];
     for _ in 0..count {
-        let [a, b] = target.edges[random.below(target.edges.len())].map(|i| target.mesh.vertices[i].as_vec3());
-        let point = if kind == 0 { a } else { a + (b - a) * random.between(0.0, 1.0) as f32 };
+        let aim = &target.aims[kind][random.below(target.aims[kind].len())];
+        let [a, b] = aim.ends.map(|v| v.as_vec3());
+        let point = a + (b - a) * random.between(0.0, 1.0) as f32;
         let o = (random_point(&mut random) * 0.3 * radius).as_vec3();
         let d = point - o;
         let hit = |smallest: f32| narrow.iter().any(|&face| naive_single(o, d, face, smallest));
