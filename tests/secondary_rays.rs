@@ -16,7 +16,8 @@ use strahl::trace::query::RayQuery;
 const PLACES: [f64; 3] = [0.0, 100.0, 1e4];
 
 /// Primitives that enclose something, but for the last three.
-const PRIMITIVES: [&str; 9] = ["sphere", "box", "cylinder", "frustum", "torus", "mesh", "disc", "triangle", "plane"];
+const PRIMITIVES: [&str; 10] =
+    ["sphere", "box", "cylinder", "frustum", "torus", "mesh", "cube mesh", "disc", "triangle", "plane"];
 
 /// A body of size about `r` around `c`.
 fn object(name: &str, c: DVec3, r: f64) -> Value {
@@ -36,6 +37,7 @@ fn object(name: &str, c: DVec3, r: f64) -> Value {
             "center": center, "axis": [0.3, -0.5, 0.8], "major_radius": 0.7 * r, "minor_radius": 0.25 * r, "material": "m"
         } }),
         "mesh" => Closed::icosphere(1).placed(r, c).json("m"),
+        "cube mesh" => Closed::cube().placed(r * 0.7, c).json("m"),
         "disc" => json!({ "disc": { "center": center, "normal": [0.3, 0.9, -0.4], "radius": r, "material": "m" } }),
         "triangle" => json!({ "triangle": {
             "vertices": [at(-0.8, -0.5, 0.1), at(0.9, -0.3, -0.4), at(0.1, 0.8, 0.5)], "material": "m"

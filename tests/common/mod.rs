@@ -2,6 +2,7 @@
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 
 pub mod meshes;
+pub mod wide;
 
 use std::path::{Path, PathBuf};
 use strahl::film::{Film, Region};
