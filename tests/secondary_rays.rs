@@ -144,7 +144,7 @@ fn leave(name: &str, r: f64, place: f64, precision: Precision, count: usize, ran
         let narrow = if precision == Precision::Single { direction.as_vec3().as_dvec3() } else { direction };
         let cosine = narrow.dot(DVec3::from_array(exit.normal));
         let off = (origin + narrow * exit.t).distance(DVec3::from_array(exit.point));
-        let bound = 64.0 * u * (r + center.length()) / cosine.abs().max(1e-6);
+        let bound = 128.0 * u * (r + center.length()) / cosine.abs().max(1e-6);
         found.misplaced += usize::from(cosine < 0.0 || off > bound);
     }
     found

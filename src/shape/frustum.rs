@@ -54,7 +54,9 @@ impl<R: Real> Frustum<R> {
         let discriminant = (big - small) * (big + small);
         let real = discriminant.ge(zero);
         let root = discriminant.max(zero).sqrt();
-        let q = b + L::select(b.gt(zero), root, -root);
+        // |q| is at least sqrt(|a c|). Where a grazing ray's discriminant has rounded to less, c/q would be anywhere.
+        let q = (b.abs() + root).max((a * c).abs().sqrt());
+        let q = L::select(b.gt(zero), q, -q);
         let line = Line { o, d, shift, a, m, c, q, u: c / q, v: q / a, real };
         if self.capped { self.meet_solid(s, rays, sides, &line) } else { self.meet_open(s, rays, sides, &line) }
     }
@@ -96,7 +98,7 @@ impl<R: Real> Frustum<R> {
         // the neighbouring surface.
         let p = o + d * t;
         let (_, error) = self.frame.point_out(s, V3 { x: p.x, y: p.y, z: height });
-        let away = (error.x + error.y + error.z) * (L::lit(s, 2.0) + k.abs());
+        let away = error.x.max(error.y).max(error.z) * (L::lit(s, 1.0) + L::lit(s, 2.0) * k.abs());
         let half = L::lit(s, 0.5);
         // In at the top going down, or out there going up.
         let upper = (first & d.z.lt(zero)) | (!first & d.z.gt(zero));
