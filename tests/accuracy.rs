@@ -161,7 +161,7 @@ fn worst(body: &Body, distance: f64, precision: Precision, count: usize, random:
 fn check(precision: Precision) {
     let mut random = Random::new(5);
     let mut wrong = Vec::new();
-    for round in 0..4 {
+    for _ in 0..4 {
         for body in bodies(&mut random) {
             let mut line = Vec::new();
             for distance in DISTANCES {
@@ -171,9 +171,7 @@ fn check(precision: Precision) {
                 }
                 line.push(format!("{error:.1} ({used})"));
             }
-            if round == 0 {
-                println!("{precision:?} {:8} {}", body.name, line.join(", "));
-            }
+            println!("{precision:?} {:8} {}", body.name, line.join(", "));
         }
     }
     assert!(wrong.is_empty(), "{precision:?}: {wrong:#?}");
