@@ -49,7 +49,8 @@ impl<R: Real> Cuboid<R> {
         let t = L::select(first, t_in, t_out);
         let axis = L::select(first, axis_in, axis_out);
 
-        // The coordinate across the face is the face's own; the others stay within the box.
+        // The coordinate across the face is the face's own; the others stay within the box, and by a few roundings away
+        // from its edges: a ray that leaves from there must not start beyond the neighbouring face.
         let at = rays.at(t);
         let at = [at.x, at.y, at.z];
         let mut point = [zero; 3];
@@ -60,7 +61,9 @@ impl<R: Real> Cuboid<R> {
             // Entering through the face that the ray meets from outside, leaving through the opposite one.
             let lower = (dir[i].gt(zero) & first) | (dir[i].lt(zero) & !first);
             let face = L::select(lower, low, high);
-            point[i] = L::select(across, face, at[i].max(low).min(high));
+            let away = low.abs().max(high.abs()) * L::lit(s, gamma::<R>(8.0));
+            let away = away.min((high - low) * L::lit(s, 0.5));
+            point[i] = L::select(across, face, at[i].max(low + away).min(high - away));
             normal[i] = L::select(across, L::select(lower, -one, one), zero);
         }
         let point = V3 { x: point[0], y: point[1], z: point[2] };

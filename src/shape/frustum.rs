@@ -32,7 +32,7 @@ impl<R: Real> Frustum<R> {
     pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
         let zero = L::lit(s, 0.0);
         let height = L::splat(s, self.height);
-        let (r0, r1, k) = (L::splat(s, self.base_radius), L::splat(s, self.top_radius), L::splat(s, self.slope));
+        let (r0, k) = (L::splat(s, self.base_radius), L::splat(s, self.slope));
 
         let far = self.frame.point_in(s, rays.origin);
         let d = self.frame.vector_in(s, rays.dir);
@@ -54,12 +54,80 @@ impl<R: Real> Frustum<R> {
         let discriminant = (big - small) * (big + small);
         let real = discriminant.ge(zero);
         let root = discriminant.max(zero).sqrt();
-        let q = b + L::select(b.gt(zero), root, -root);
-        let (u, v) = (c / q, q / a);
+        // |q| is at least sqrt(|a c|). Where a grazing ray's discriminant has rounded to less, c/q would be anywhere.
+        let q = (b.abs() + root).max((a * c).abs().sqrt());
+        let q = L::select(b.gt(zero), q, -q);
+        let line = Line { o, d, shift, a, m, c, q, u: c / q, v: q / a, real };
+        if self.capped { self.meet_solid(s, rays, sides, &line) } else { self.meet_open(s, rays, sides, &line) }
+    }
 
+    /// The body is what lies inside the side and between the ends at once, so a ray is in it from the later entry to the
+    /// earlier exit. Nothing is decided at the rim, so no ray slips through there or meets it from beyond.
+    #[inline(always)]
+    fn meet_solid<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides, line: &Line<L>) -> Meeting<L> {
+        let zero = L::lit(s, 0.0);
+        let infinity = L::lit(s, f64::INFINITY);
+        let height = L::splat(s, self.height);
+        let (r0, r1, k) = (L::splat(s, self.base_radius), L::splat(s, self.top_radius), L::splat(s, self.slope));
+        let Line { o, d, shift, a, m, c, q, u, v, real } = *line;
+
+        let level = d.z.eq(zero);
+        let between = zero.le(o.z) & o.z.le(height);
+        let (base, top) = ((zero - o.z) / d.z, (height - o.z) / d.z);
+        let cap_in = L::select(level, -infinity, base.min(top));
+        let cap_out = L::select(level, infinity, base.max(top));
+
+        // A ray steeper than the side (a < 0) is inside one nappe before or after both roots, or always.
+        let (low, high) = (u.min(v), u.max(v));
+        let steep = a.lt(zero);
+        let along = a.eq(zero) & q.eq(zero);
+        let rising = m.gt(zero);
+        let all = along | (steep & !real);
+        let side_in = L::select(all | (steep & !rising), -infinity, L::select(steep, high, low));
+        let side_out = L::select(all | (steep & rising), infinity, L::select(steep, low, high));
+        let inside = (real | steep) & (!along | c.le(zero)) & (!level | between);
+
+        let (t_in, t_out) = (cap_in.max(side_in), cap_out.min(side_out));
+        let first = sides.outside::<L>(s, rays.in_range(t_in + shift));
+        let last = sides.inside::<L>(s, rays.in_range(t_out + shift));
+        let hit = rays.active & inside & t_in.le(t_out) & (first | last);
+        let t = L::select(first, t_in, t_out);
+        let on_cap = (first & side_in.le(cap_in)) | (!first & cap_out.le(side_out));
+
+        // The point stays away from the rim by more than its error: a ray that leaves from there must not start beyond
+        // the neighbouring surface.
+        let p = o + d * t;
+        let (_, error) = self.frame.point_out(s, V3 { x: p.x, y: p.y, z: height });
+        let away = error.x.max(error.y).max(error.z) * (L::lit(s, 1.0) + L::lit(s, 2.0) * k.abs());
+        let half = L::lit(s, 0.5);
+        // In at the top going down, or out there going up.
+        let upper = (first & d.z.lt(zero)) | (!first & d.z.gt(zero));
+        let end_radius = L::select(upper, r1, r0);
+        let rho = (p.x * p.x + p.y * p.y).sqrt();
+        let margin = away.min(height * half);
+        let z = L::select(on_cap, L::select(upper, height, zero), p.z.max(margin).min(height - margin));
+        let radius = r0 + k * z;
+        let within = rho.min(end_radius - away.min(end_radius * half));
+        let axial = rho.eq(zero);
+        let fit = L::select(axial, zero, L::select(on_cap, within, radius) / rho);
+        let point = V3 { x: p.x * fit, y: p.y * fit, z };
+        let side = V3 { x: point.x, y: point.y, z: L::select(axial, -k, -(k * radius)) };
+        let cap = V3 { x: zero, y: zero, z: L::select(upper, L::lit(s, 1.0), L::lit(s, -1.0)) };
+        let (point, error) = self.frame.point_out(s, point);
+        let normal = self.frame.vector_out(s, V3::select(on_cap, cap, side));
+        Meeting::smooth(t + shift, hit, point, error, normal)
+    }
+
+    /// The side alone, from both sides.
+    #[inline(always)]
+    fn meet_open<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides, line: &Line<L>) -> Meeting<L> {
+        let zero = L::lit(s, 0.0);
+        let height = L::splat(s, self.height);
+        let (r0, r1, k) = (L::splat(s, self.base_radius), L::splat(s, self.top_radius), L::splat(s, self.slope));
+        let Line { o, d, shift, u, v, real, .. } = *line;
         let mut best = Candidate { t: L::lit(s, f64::INFINITY), found: L::mask(s, 0), point: o, normal: o };
-        // Side and caps share the rim. Where rounding decides, both take it, so that no ray slips between them. The
-        // rounding is that of where the ray is, not of the whole body: a long tube ends as sharply as a short one.
+        // The rounding at the ends is that of where the ray is, not of the whole body: a long tube ends as sharply as a
+        // short one.
         let slack = L::lit(s, 16.0 * R::ROUNDOFF);
         let width = r0.max(r1) + o.z.abs();
         for t in [u, v] {
@@ -78,16 +146,6 @@ impl<R: Real> Frustum<R> {
             let normal = V3 { x, y, z: L::select(tip, -k, -(k * radius)) };
             best.offer(s, rays, t + shift, on, V3 { x, y, z }, normal, d, sides);
         }
-        if self.capped {
-            for (end, radius, outward) in [(zero, r0, L::lit(s, -1.0)), (height, r1, L::lit(s, 1.0))] {
-                let t = (end - o.z) / d.z;
-                let p = o + d * t;
-                let rho = (p.x * p.x + p.y * p.y).sqrt();
-                let on = rho.le(radius);
-                let normal = V3 { x: zero, y: zero, z: outward };
-                best.offer(s, rays, t + shift, on, V3 { x: p.x, y: p.y, z: end }, normal, d, sides);
-            }
-        }
 
         let (point, error) = self.frame.point_out(s, best.point);
         let normal = self.frame.vector_out(s, best.normal);
@@ -95,7 +153,22 @@ impl<R: Real> Frustum<R> {
     }
 }
 
-/// The nearest of the up to four meetings with side and caps, in the frame's coordinates.
+/// A ray in the frame's coordinates, moved by `shift`, and where it meets the whole double cone: a t^2 - 2 b' t + c = 0.
+#[derive(Clone, Copy)]
+struct Line<L: Lanes> {
+    o: V3<L>,
+    d: V3<L>,
+    shift: L,
+    a: L,
+    m: L,
+    c: L,
+    q: L,
+    u: L,
+    v: L,
+    real: L::Mask,
+}
+
+/// The nearest of the two meetings with the side, in the frame's coordinates.
 struct Candidate<L: Lanes> {
     t: L,
     found: L::Mask,

@@ -38,10 +38,13 @@ impl<R: Real> Sphere<R> {
         let root = discriminant.max(zero).sqrt();
 
         let toward = b.gt(zero);
-        let q = b + L::select(toward, root, -root);
-        let (c_q, q_a) = (c / q, q / a);
-        let t0 = L::select(toward, c_q, q_a);
-        let t1 = L::select(toward, q_a, c_q);
+        let signed = L::select(toward, root, -root);
+        let q = b + signed;
+        // From afar b' - sign(b') s does not cancel, and has two roundings less than c/q.
+        let small = L::select(near, c, b - signed) / L::select(near, q, a);
+        let large = q / a;
+        let t0 = L::select(toward, small, large);
+        let t1 = L::select(toward, large, small);
 
         let real = discriminant.ge(zero) & rays.active;
         let first = sides.outside::<L>(s, rays.in_range(t0));

@@ -154,7 +154,6 @@ pub fn intersect_triangle<L: Lanes>(
     let hit = rays.active & inside & seen & rays.in_range(t);
 
     let (e1, e2) = (v1 - v0, v2 - v0);
-    let point = v0 + (e1 * b1 + e2 * b2);
     let reach = (v0.abs() * b0.abs() + v1.abs() * b1.abs() + v2.abs() * b2.abs()) + v0.abs();
     // t is a mean of the corners' depths, so a ray that starts on the triangle is placed to a few roundings of the
     // triangle's own size, in whatever direction that extends.
@@ -169,5 +168,13 @@ pub fn intersect_triangle<L: Lanes>(
     let size = normal.abs();
     let measurable = (L::lit(s, 1.0) / (size.x + size.y + size.z)).lt(L::lit(s, f64::INFINITY));
     let normal = V3::select(measurable, normal, -rays.dir);
+
+    // Away from the edges by more than the error: a ray that leaves from there must not start beyond a neighbour.
+    let (f1, f2) = (e1 * scale, e2 * scale);
+    let away = (error.x + error.y + error.z) * scale / normal.length();
+    let floor = |edge: V3<L>| (away * edge.length()).min(L::lit(s, 0.25));
+    let (p0, p1, p2) = (b0.max(floor(f2 - f1)), b1.max(floor(f2)), b2.max(floor(f1)));
+    let sum = p0 + p1 + p2;
+    let point = v0 + (e1 * (p1 / sum) + e2 * (p2 / sum));
     Meeting { t, hit, point, error, normal, barycentric: [b1, b2] }
 }

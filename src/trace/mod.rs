@@ -5,6 +5,7 @@ pub mod hits;
 pub mod kernel;
 pub mod lighting;
 pub mod observer;
+pub mod packets;
 pub mod query;
 pub mod secondary;
 mod touching;

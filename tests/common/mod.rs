@@ -1,6 +1,9 @@
 //! What several tests need: the scenes of the repository, and rendering them as a user would.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 
+pub mod meshes;
+pub mod wide;
+
 use std::path::{Path, PathBuf};
 use strahl::film::{Film, Region};
 use strahl::render::{Control, Cut, render_cut};
