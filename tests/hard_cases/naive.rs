@@ -91,28 +91,27 @@ pub fn triangle(lab: &Lab, o: DVec3, d: DVec3, corners: [DVec3; 3], least: f64) 
     run!(lab, meet(o, d, corners, least))
 }
 
-/// Woop's test with each difference of products contracted into a fused multiply-add, as some compilers do.
-pub fn woop_contracted(lab: &Lab, o: DVec3, d: DVec3, corners: [DVec3; 3]) -> bool {
-    if lab.is_double() { woop(o, d, corners, f64::mul_add) } else { woop(o, d, corners, fused_single) }
+/// Woop's test; `contract` fuses each difference of products into one operation, as some compilers do.
+pub fn woop(lab: &Lab, o: DVec3, d: DVec3, corners: [DVec3; 3], contract: bool) -> bool {
+    woop_along(lab, o, d, corners, contract, d.abs().max_position())
 }
 
-fn fused_single(a: f64, b: f64, c: f64) -> f64 {
-    f64::from((a as f32).mul_add(b as f32, c as f32))
-}
-
-/// Woop's test on z as the major axis; `fused(a, b, c)` is ab + c with one rounding.
-fn woop(o: DVec3, d: DVec3, corners: [DVec3; 3], fused: fn(f64, f64, f64) -> f64) -> bool {
-    // One rounding to the format, by multiplying with 1.
-    let round = |x: f64| fused(x, 1.0, 0.0);
-    let k = d.abs().max_position();
+/// Woop's test with a given major axis.
+pub fn woop_along(lab: &Lab, o: DVec3, d: DVec3, corners: [DVec3; 3], contract: bool, k: usize) -> bool {
+    let fused = |a: f64, b: f64, c: f64| {
+        if lab.is_double() { a.mul_add(b, c) } else { f64::from((a as f32).mul_add(b as f32, c as f32)) }
+    };
+    let round = |x: f64| lab.round(x);
     let (i, j) = ((k + 1) % 3, (k + 2) % 3);
     let (sx, sy) = (round(d[i] / d[k]), round(d[j] / d[k]));
-    let sheared = corners.map(|v| {
+    let [a, b, c] = corners.map(|v| {
         let at = [round(v[i] - o[i]), round(v[j] - o[j]), round(v[k] - o[k])];
-        [fused(-sx, at[2], at[0]), fused(-sy, at[2], at[1])]
+        [round(at[0] - round(sx * at[2])), round(at[1] - round(sy * at[2]))]
     });
-    let [a, b, c] = sheared;
-    let area = |p: [f64; 2], q: [f64; 2]| fused(p[0], q[1], -round(p[1] * q[0]));
+    let area = |p: [f64; 2], q: [f64; 2]| {
+        let product = round(p[1] * q[0]);
+        if contract { fused(p[0], q[1], -product) } else { round(p[0] * q[1]) - product }
+    };
     let (u, v, w) = (area(c, b), area(a, c), area(b, a));
     (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0)
 }
