@@ -5,7 +5,14 @@ use strahl::trace::query::answer;
 use strahl::trace::tree::{Node, NodeKind, trace_pixel};
 
 /// The rays of the only pixel of an orthographic picture, which starts at `eye` along `direction`.
-pub fn tree(query: &Query<'_>, eye: DVec3, direction: DVec3, objects: Value, materials: Value, render: Value) -> Vec<Node> {
+pub fn tree(
+    query: &Query<'_>,
+    eye: DVec3,
+    direction: DVec3,
+    objects: Value,
+    materials: Value,
+    render: Value,
+) -> Vec<Node> {
     let up = if direction.x == 0.0 && direction.z == 0.0 { [1, 0, 0] } else { [0, 1, 0] };
     let look_at = (eye + direction).to_array();
     let camera = json!({ "orthographic": { "eye": eye.to_array(), "look_at": look_at, "up": up, "height": 1 } });

@@ -225,7 +225,9 @@ fn shared_edge(lab: &Lab) -> Evidence {
             let w = direction(&mut random);
             let d = lab.round3(if w.dot(p) < 0.0 { -w } else { w });
             let mut others = mesh.triangles().enumerate().filter(|(k, _)| *k != i);
-            e.twin(others.any(|(_, t)| naive::triangle(lab, p, d, t, 0.0).is_some_and(|[t, ..]| t > 0.0 && t < 1e-2 * p.length())));
+            e.twin(others.any(|(_, t)| {
+                naive::triangle(lab, p, d, t, 0.0).is_some_and(|[t, ..]| t > 0.0 && t < 1e-2 * p.length())
+            }));
         }
     }
     e
@@ -233,9 +235,7 @@ fn shared_edge(lab: &Lab) -> Evidence {
 
 fn decal(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("pixels of decals");
-    let quad = |y: f64, half: f64, material: &str| {
-        json!({ "quad": { "vertices": [[-half, y, half], [half, y, half], [half, y, -half], [-half, y, -half]], "material": material } })
-    };
+    let quad = |y: f64, half: f64, material: &str| json!({ "quad": { "vertices": [[-half, y, half], [half, y, half], [half, y, -half], [-half, y, -half]], "material": material } });
     // Within a few roundings of the way to the eye the order is that of the computed distances.
     for gap in [1e-3, 1e-5, 64.0 * lab.u, 16.0 * lab.u] {
         for order in [0, 1] {

@@ -192,7 +192,8 @@ const HEAD: &str = "<!doctype html><html lang=en><meta charset=utf-8><title>Hard
 body{font:14px/1.4 system-ui;margin:2em}table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.2em .5em;
 vertical-align:top;text-align:left}.pass{background:#cfc}.gap{background:#fe9}.FAIL{background:#f99}small{color:#555}
 </style>";
-const TABLE: &str = "<table><tr><th>case<th>what<th>precision<th>verdict<th>figure<th>bound<th>unit<th>naive code<th>gap\n";
+const TABLE: &str =
+    "<table><tr><th>case<th>what<th>precision<th>verdict<th>figure<th>bound<th>unit<th>naive code<th>gap\n";
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")

@@ -39,7 +39,9 @@ fn growth(lab: &Lab) -> Evidence {
     for (r, t) in [(0.5, 0.5), (0.1, 0.9), (0.0, 1.0), (0.3, 0.3)] {
         for pixel in lab.load(&balls(r, t, 12, 0.0, 12)).map(|l| picture(&l.scene).film.pixels).unwrap() {
             let bound = 1.0 + 4096.0 * lab.u.max(f64::from(f32::EPSILON)) as f64;
-            e.check(pixel.iter().all(|c| (0.0..=bound as f32).contains(c)), || format!("r_s + r_t <= 1 gives {pixel:?}"));
+            e.check(pixel.iter().all(|c| (0.0..=bound as f32).contains(c)), || {
+                format!("r_s + r_t <= 1 gives {pixel:?}")
+            });
         }
     }
     for (r, t) in [(1.0, 1.0), (0.8, 0.9), (1000.0, 1000.0)] {
@@ -135,7 +137,9 @@ fn light_on_point(lab: &Lab) -> Evidence {
         for falloff in [json!("inverse_square"), json!("none"), json!({ "linear": { "reach": 1 } })] {
             let light = json!({ "point": { "position": [0, height, 0], "falloff": falloff } });
             for pixel in pixels(lab, &floor(shiny.clone(), light)) {
-                e.check(pixel.iter().all(|c| c.is_finite() && *c >= 0.0), || format!("{height:e}, {falloff}: {pixel:?}"));
+                e.check(pixel.iter().all(|c| c.is_finite() && *c >= 0.0), || {
+                    format!("{height:e}, {falloff}: {pixel:?}")
+                });
             }
         }
     }
@@ -175,7 +179,8 @@ fn terminator(lab: &Lab) -> Evidence {
 fn light_on_surface(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("pixels");
     for height in [1.0, 0.1, 1.0 / 3.0, 77.7] {
-        let mut scene = floor(json!({ "ambient": 0, "diffuse": 0.8 }), json!({ "point": { "position": [0.1, height, 0.2] } }));
+        let mut scene =
+            floor(json!({ "ambient": 0, "diffuse": 0.8 }), json!({ "point": { "position": [0.1, height, 0.2] } }));
         // Seen from between the floor and the ceiling that the light touches.
         scene["camera"]["orthographic"]["eye"] = json!([0, height / 2.0, 0]);
         let ceiling = json!({ "plane": { "point": [0, height, 0], "normal": [0, -1, 0] } });
@@ -203,7 +208,8 @@ fn wall_near_light(lab: &Lab) -> Evidence {
     for k in (4..lab.pick(18, 46)).step_by(2) {
         let gap = 2f64.powi(-k);
         for (wall, lit) in [(light + gap, true), (light - gap, false)] {
-            let mut scene = floor(json!({ "ambient": 0, "diffuse": 0.8 }), json!({ "point": { "position": [0, light, 0] } }));
+            let mut scene =
+                floor(json!({ "ambient": 0, "diffuse": 0.8 }), json!({ "point": { "position": [0, light, 0] } }));
             scene["camera"]["orthographic"]["eye"] = json!([0, 1, 0]);
             let ceiling = json!({ "plane": { "point": [0, wall, 0], "normal": [0, -1, 0] } });
             scene["objects"].as_array_mut().unwrap().push(ceiling);
@@ -219,7 +225,8 @@ fn wall_near_light(lab: &Lab) -> Evidence {
 
 fn overflow(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("channels");
-    let bright = json!({ "ambient": 1000, "diffuse": 1000, "specular": 1000, "reflection": 1000, "transmission": 1000 });
+    let bright =
+        json!({ "ambient": 1000, "diffuse": 1000, "specular": 1000, "reflection": 1000, "transmission": 1000 });
     let light = |y: f64| json!({ "point": { "position": [0, y, 0], "intensity": 1e15, "falloff": "inverse_square" } });
     let mut scene = floor(bright, light(1e-3));
     scene["ambient"] = json!(1e15);

@@ -50,6 +50,7 @@ fn moved(lab: &Lab) -> Evidence {
             e.twin(!(off <= row["tol"][lab.pick("dist_abs_f32", "dist_abs_f64")].as_f64().unwrap()));
         }
     }
+    e.excuse(lab.is_double(), "the file's numbers have 24 bits, so that their products are exact in double precision");
     let film = |offset: DVec3| {
         let (objects, more) = still_life(offset, 1.0);
         lab.picture(objects, more).film.pixels
@@ -92,9 +93,11 @@ fn small_beside_large(lab: &Lab) -> Evidence {
         let o = lab.round3(DVec3::Y * small + up.with_y(up.y.abs()) * 5.0 * small);
         let d = lab.round3(DVec3::new(0.0, small, 0.0) - o);
         let found = hit(&scene, o, d);
-        e.check(found.is_some_and(|h| h.object == "/objects/1" && (h.t - 0.8).abs() < 64.0 * lab.u), || format!("from {o}"));
+        e.check(found.is_some_and(|h| h.object == "/objects/1" && (h.t - 0.8).abs() < 64.0 * lab.u), || {
+            format!("from {o}")
+        });
         // Epsilon as a millionth of the scene's size.
-        e.twin(naive::sphere(lab, o, d, DVec3::Y * small, small, 1e-6 * 1e6).is_none());
+        e.twin(naive::sphere(lab, o, d, DVec3::Y * small, small, 1e-6 * 1e6 / d.length()).is_none());
     }
     let more = json!({
         "camera": { "orthographic": { "eye": [0, 9e-6, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 4e-6 } },
@@ -136,7 +139,8 @@ fn mirrored(lab: &Lab) -> Evidence {
         }
     }
     // A mirrored body of glass is entered from outside.
-    let objects = json!([{ "group": { "objects": [ball([0.0; 3], 1.0, "glass")], "transform": { "scale": [-1, 2, 1] } } }]);
+    let objects =
+        json!([{ "group": { "objects": [ball([0.0; 3], 1.0, "glass")], "transform": { "scale": [-1, 2, 1] } } }]);
     let tree = lab.tree(DVec3::new(0.3, 0.4, 4.0), -DVec3::Z, objects, json!({}));
     let media: Vec<usize> = tree.rays.iter().map(|r| r.media.len()).collect();
     e.check(media == [0, 1, 0], || format!("media {media:?}"));
@@ -146,10 +150,15 @@ fn mirrored(lab: &Lab) -> Evidence {
 fn singular(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("transforms");
     let placed = |transform: Value| {
-        description(json!([{ "group": { "objects": [ball([0.0; 3], 1.0, "red")], "transform": transform } }]), json!({}))
+        description(
+            json!([{ "group": { "objects": [ball([0.0; 3], 1.0, "red")], "transform": transform } }]),
+            json!({}),
+        )
     };
     let flat = |z: f64| json!({ "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 1, 1, z, 0, 0, 0, 0, 1] });
-    for transform in [json!({ "scale": 0 }), json!({ "scale": [1, 0, 1] }), flat(0.0), flat(1e-14), json!({ "matrix": vec![0; 16] })] {
+    for transform in
+        [json!({ "scale": 0 }), json!({ "scale": [1, 0, 1] }), flat(0.0), flat(1e-14), json!({ "matrix": vec![0; 16] })]
+    {
         let refused = lab.load(&placed(transform.clone())).err();
         let named = refused.is_some_and(|p| p.0.iter().any(|p| p.pointer.starts_with("/objects/0/group/transform")));
         e.check(named, || format!("{transform} is taken"));
@@ -193,12 +202,15 @@ fn nested(lab: &Lab) -> Evidence {
 fn baked(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("rays at vertices and edges");
     let mesh = Mesh::icosphere(2).placed(lab, 1.0, DVec3::ZERO);
-    let (scale, axis, offset) = (DVec3::new(2.0, 0.5, 1.25), DVec3::new(1.0, 1.0, -1.0).normalize(), DVec3::new(40.0, -7.0, 3.0));
+    let (scale, axis, offset) =
+        (DVec3::new(2.0, 0.5, 1.25), DVec3::new(1.0, 1.0, -1.0).normalize(), DVec3::new(40.0, -7.0, 3.0));
     let turn = DQuat::from_axis_angle(axis, 40f64.to_radians());
     let place = |v: DVec3| turn * (v * scale) + offset;
-    let ready = Mesh { vertices: mesh.vertices.iter().map(|v| lab.round3(place(*v))).collect(), faces: mesh.faces.clone() };
+    let ready =
+        Mesh { vertices: mesh.vertices.iter().map(|v| lab.round3(place(*v))).collect(), faces: mesh.faces.clone() };
     let transform = json!({ "scale": scale.to_array(), "rotate_deg": { "axis": axis.to_array(), "angle": 40 }, "translate": offset.to_array() });
-    let instance = lab.scene(json!([{ "group": { "objects": [mesh.json("red")], "transform": transform } }]), json!({}));
+    let instance =
+        lab.scene(json!([{ "group": { "objects": [mesh.json("red")], "transform": transform } }]), json!({}));
     let plain = lab.scene(json!([ready.json("red")]), json!({}));
     let o = lab.round3(place(DVec3::new(0.2, -0.1, 0.3)));
     for aim in ready.vertices.iter().copied().chain(ready.edges(lab)) {

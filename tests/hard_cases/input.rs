@@ -90,7 +90,16 @@ fn image(lab: &Lab) -> Evidence {
 
 fn indices(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("files");
-    for faces in ["[[0, 1, 3]]", "[[0, 1, 4294967295]]", "[[0, 1, -1]]", "[[0, 1, 1e10]]", "[]", "[[0, 1]]", "[[0, 0, 1]]", "[[0, 1, 2.5]]"] {
+    for faces in [
+        "[[0, 1, 3]]",
+        "[[0, 1, 4294967295]]",
+        "[[0, 1, -1]]",
+        "[[0, 1, 1e10]]",
+        "[]",
+        "[[0, 1]]",
+        "[[0, 0, 1]]",
+        "[[0, 1, 2.5]]",
+    ] {
         let mesh = json!({ "mesh": { "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": "HERE" } });
         refused(lab, &mut e, &with(mesh, faces), "/objects/0/mesh");
     }
@@ -101,7 +110,8 @@ fn indices(lab: &Lab) -> Evidence {
     let mesh = json!({ "mesh": { "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]], "normals": [[0, 0, 1]] } });
     refused(lab, &mut e, &with(mesh, ""), "/objects/0/mesh/normals");
     let vertices = [DVec3::ZERO; 3];
-    e.twin(std::panic::catch_unwind(|| vertices[std::hint::black_box(3)]).is_err());
+    // What indexing without a look at the length would panic for.
+    e.twin(vertices.get(3).is_none());
     e
 }
 
@@ -117,9 +127,9 @@ fn subnormal(lab: &Lab) -> Evidence {
             // A subnormal part is as good as none, and a direction of nothing else is a direction.
             let mut d = -unit;
             d[(axis + 1) % 3] = tiny;
-            let plain = hit(&scene, unit * 3.0, -unit).map(|h| (h.t, h.point));
-            let found = hit(&scene, unit * 3.0, d).map(|h| (h.t, h.point));
-            e.check(found == plain && plain.is_some(), || format!("{found:?} instead of {plain:?}"));
+            let found = hit(&scene, unit * 3.0, d);
+            let at = found.as_ref().map(|h| (h.t, h.point[axis], h.point[(axis + 2) % 3]));
+            e.check(at == Some((2.0, 1.0, 0.0)), || format!("{found:?}"));
             let found = hit(&scene, unit * 3.0, -unit * tiny);
             e.check(found.is_some_and(|h| h.normal == unit.to_array()), || format!("along {tiny:e}"));
             let flushed = if tiny < smallest { 0.0 } else { tiny };

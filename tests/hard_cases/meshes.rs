@@ -130,7 +130,6 @@ fn edges(lab: &Lab) -> Evidence {
     for place in PLACES {
         leaks(lab, &mut e, place, Mesh::edges, |o, d, c| naive::triangle(lab, o, d, c, 0.0).is_some());
     }
-    e.excuse(lab.is_double(), "edges leak in single precision only (section 4.1 of the report)");
     e
 }
 
@@ -145,7 +144,11 @@ fn vertices(lab: &Lab) -> Evidence {
 
 fn far_vertices(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("rays at vertices");
-    leaks(lab, &mut e, PLACES[3], corners, |o, d, c| naive::triangle(lab, o, d, c, 0.0).is_some());
+    // The small one has so few digits there that even naive products are exact.
+    for scale in [2.0, 200.0, 20_000.0] {
+        let place = (scale, PLACES[3].1);
+        leaks(lab, &mut e, place, corners, |o, d, c| naive::triangle(lab, o, d, c, 0.0).is_some());
+    }
     e
 }
 
@@ -185,9 +188,8 @@ fn contraction(lab: &Lab) -> Evidence {
 
 /// A cube of 12 triangles.
 pub fn cube_mesh() -> Mesh {
-    let vertices = (0..8)
-        .map(|i| DVec3::new([-1.0, 1.0][i & 1], [-1.0, 1.0][i >> 1 & 1], [-1.0, 1.0][i >> 2]))
-        .collect();
+    let vertices =
+        (0..8).map(|i| DVec3::new([-1.0, 1.0][i & 1], [-1.0, 1.0][i >> 1 & 1], [-1.0, 1.0][i >> 2])).collect();
     let faces = [[0, 2, 1, 3], [4, 5, 6, 7], [0, 1, 4, 5], [2, 6, 3, 7], [0, 4, 2, 6], [1, 3, 5, 7]];
     let faces = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *d], [*a, *d, *c]]).collect();
     Mesh { vertices, faces }
@@ -299,7 +301,9 @@ fn terminator(lab: &Lab) -> Evidence {
         let (x, y) = (at(i % 96), -at(i / 96));
         // The interpolated normals are nearly those of the sphere.
         if x.hypot(y) < 0.85 && DVec3::new(x, y, (1.0 - x * x - y * y).sqrt()).dot(light) > 0.1 {
-            e.check(pixel[0] > 0.0, || format!("a facet is dark at ({x:.2}, {y:.2}), where its normals face the light"));
+            e.check(pixel[0] > 0.0, || {
+                format!("a facet is dark at ({x:.2}, {y:.2}), where its normals face the light")
+            });
         }
     }
     e.no_twin("strahl's shadow rays without a remedy are the naive code");

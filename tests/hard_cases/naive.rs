@@ -48,7 +48,8 @@ pub fn sphere(lab: &Lab, o: DVec3, d: DVec3, center: DVec3, radius: f64, epsilon
 /// Like [`sphere`], with c = o.o - 2 o.c + c.c - r^2.
 pub fn sphere_expanded(lab: &Lab, o: DVec3, d: DVec3, center: DVec3, radius: f64) -> f64 {
     fn root<L: Lanes<Simd = ()>>(o: DVec3, d: DVec3, center: DVec3, radius: f64) -> f64 {
-        let (o, d, m, r, two) = (narrow::<L>(o), narrow::<L>(d), narrow::<L>(center), lane::<L>(radius), lane::<L>(2.0));
+        let (o, d, m, r, two) =
+            (narrow::<L>(o), narrow::<L>(d), narrow::<L>(center), lane::<L>(radius), lane::<L>(2.0));
         let a = d.dot(d);
         let b = two * (o.dot(d) - m.dot(d));
         let c = o.dot(o) - two * o.dot(m) + m.dot(m) - r * r;

@@ -28,7 +28,13 @@ fn extremes(lab: &Lab) -> Evidence {
     for row in rows("normalize_extreme") {
         let v = vector(&row["in"]["v"]);
         // The same lengths for double precision: powers of ten times as far out.
-        let v = if lab.is_double() && v.length() > 1e20 { v * 1e250 } else if lab.is_double() { v * 1e-200 } else { v };
+        let v = if lab.is_double() && v.length() > 1e20 {
+            v * 1e250
+        } else if lab.is_double() {
+            v * 1e-200
+        } else {
+            v
+        };
         let unit = naive::normalize(lab, v);
         e.twin(!((unit.length() - 1.0).abs() < 3.0 * lab.u));
     }
@@ -38,7 +44,8 @@ fn extremes(lab: &Lab) -> Evidence {
 fn bases(lab: &Lab) -> Evidence {
     let mut e = Evidence::measuring(32.0, "u of the radius, about axes near -z");
     let mut random = Random::new(40);
-    let mut axes = vec![DVec3::Z, -DVec3::Z, DVec3::new(0.0, -0.0, -1.0), DVec3::new(1.0, 0.0, -0.0), DVec3::new(1.0, 0.0, 0.0)];
+    let mut axes =
+        vec![DVec3::Z, -DVec3::Z, DVec3::new(0.0, -0.0, -1.0), DVec3::new(1.0, 0.0, -0.0), DVec3::new(1.0, 0.0, 0.0)];
     for k in 1..40 {
         let s = 2f64.powi(-k);
         axes.push(DVec3::new(s, s * 0.5, -1.0));
@@ -90,7 +97,9 @@ fn angles(lab: &Lab) -> Evidence {
     for degrees in [1e-6, 0.01, 90.0, 179.0, 179.999_999] {
         for image in [square(5), json!({ "width": 301, "height": 1 }), json!({ "width": 1, "height": 301 })] {
             let film = picture(&lab.load(&scene(pinhole(degrees), image)).unwrap_or_else(|p| panic!("{p}")).scene).film;
-            e.check(film.pixels.iter().flatten().all(|c| c.is_finite()), || format!("{degrees}: a pixel is not finite"));
+            e.check(film.pixels.iter().flatten().all(|c| c.is_finite()), || {
+                format!("{degrees}: a pixel is not finite")
+            });
             let middle = film.pixels[film.pixels.len() / 2];
             e.check(middle == [1.0, 0.0, 0.0], || format!("{degrees}: the middle shows {middle:?}"));
         }
@@ -104,7 +113,8 @@ fn angles(lab: &Lab) -> Evidence {
 fn view(lab: &Lab, camera: &Value, size: (u32, u32), x: f64, y: f64) -> (DVec3, bool) {
     fn at<L: Lanes<Simd = ()>>(camera: &description::Camera, size: (u32, u32), x: f64, y: f64) -> (DVec3, bool) {
         let basis = Basis::new(&camera.view()).unwrap();
-        let primary = Camera::<L::Real>::new(camera, &basis, size.0, size.1).primary::<L>((), L::lit((), x), L::lit((), y));
+        let primary =
+            Camera::<L::Real>::new(camera, &basis, size.0, size.1).primary::<L>((), L::lit((), x), L::lit((), y));
         (DVec3::from_array(primary.dir.lane(0).map(Real::to_f64)), primary.seen.any())
     }
     let camera: description::Camera = serde_json::from_value(camera.clone()).unwrap();

@@ -161,7 +161,8 @@ fn coplanar(lab: &Lab) -> Evidence {
 pub fn twin_of_ties(lab: &Lab, e: &mut Evidence) {
     let (o, d) = (DVec3::new(0.3, 0.7, 7.0), DVec3::new(0.0, 0.0, -1.0));
     let t = naive::sphere(lab, o, d, DVec3::ZERO, 1.0, 0.0).unwrap();
-    let last = |order: [usize; 2]| order.iter().fold((f64::INFINITY, 9), |best, i| if t <= best.0 { (t, *i) } else { best });
+    let last =
+        |order: [usize; 2]| order.iter().fold((f64::INFINITY, 9), |best, i| if t <= best.0 { (t, *i) } else { best });
     e.twin(last([0, 1]).1 != last([1, 0]).1);
 }
 

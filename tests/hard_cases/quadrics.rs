@@ -4,7 +4,7 @@ use crate::Case;
 use crate::common::Random;
 use crate::dd::{Dd, sphere as exact_circle};
 use crate::evidence::Evidence;
-use crate::lab::{Lab, ask, direction, finite, from_front, hit, hit_within, rows, square, truth, vector};
+use crate::lab::{Lab, ask, direction, finite, from_front, hit, hit_within, square, truth};
 use crate::naive;
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
@@ -172,13 +172,14 @@ fn apex(lab: &Lab) -> Evidence {
 fn disc_rim(lab: &Lab) -> Evidence {
     let mut e = truth();
     ask(lab, &mut e, "disc_rim", &[]);
-    for row in rows("disc_rim") {
-        if row["expect"]["hit"] == true {
-            let (o, d) = (vector(&row["ray"]["o"]), vector(&row["ray"]["d"]));
-            let (center, normal) = (vector(&row["shape"]["center"]), vector(&row["shape"]["normal"]));
-            let p = naive::point(lab, o, d, naive::plane(lab, o, d, center, normal));
-            e.twin(!(lab.round(p.distance(center)) < row["shape"]["radius"].as_f64().unwrap()));
-        }
+    for (x, z, radius) in [(3.0, 4.0, 5.0), (5.0, 12.0, 13.0), (8.0, 15.0, 17.0), (0.0, 1.0, 1.0)] {
+        let disc = json!([{ "disc": { "center": [0, 0, 0], "normal": [0, 1, 0], "radius": radius } }]);
+        let (o, center) = (DVec3::new(x, 1.0, z), DVec3::ZERO);
+        e.check(hit(&lab.scene(disc, json!({})), o, -DVec3::Y).is_some(), || {
+            format!("the rim of radius {radius} is missed")
+        });
+        let p = naive::point(lab, o, -DVec3::Y, naive::plane(lab, o, -DVec3::Y, center, DVec3::Y));
+        e.twin(!(lab.round(p.length()) < radius));
     }
     e
 }
@@ -204,7 +205,12 @@ fn far_torus(lab: &Lab) -> Evidence {
         let off = found.map_or(f64::INFINITY, |h| (h.t - (away - 0.25)).abs());
         e.check(off <= 16.0 * lab.u * away, || format!("from {away}: off by {off:e}"));
         e.check(hit(&scene, DVec3::Y * away, -DVec3::Y).is_none(), || format!("from {away}: no hole"));
-        e.twin(lost_root(lab, o, -DVec3::Y, (1.0, 0.25), away - 0.25, 16.0 * lab.u * away + 1e-6 * lab.u * away));
+        for i in 1..40 {
+            // Down onto the outer half, where the surface is at y = sqrt(r^2 - (x-R)^2).
+            let (x, away) = (lab.round(1.0 + f64::from(i) * 0.0031), lab.round(away * 1.0371));
+            let t = away - (0.0625 - (x - 1.0) * (x - 1.0)).sqrt();
+            e.twin(lost_root(lab, DVec3::new(x, away, 0.0), -DVec3::Y, (1.0, 0.25), t, 16.0 * lab.u * away));
+        }
     }
     e
 }
@@ -270,13 +276,9 @@ fn torus_again(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("pixels and crossings");
     for scale in [1e-6, 1.0, 1e6] {
         let (major, minor) = (lab.round(scale), lab.round(0.3 * scale));
-        let stand = |material: &str| {
-            json!([{ "torus": { "center": [0, 0, 0], "axis": [0, 0, 1], "major_radius": major, "minor_radius": minor, "material": material } }])
-        };
+        let stand = |material: &str| json!([{ "torus": { "center": [0, 0, 0], "axis": [0, 0, 1], "major_radius": major, "minor_radius": minor, "material": material } }]);
         let edge = 60;
-        let view = |depth: u32| {
-            json!({ "camera": from_front([0.0; 3], 3.0 * scale, 2.6 * scale), "image": square(edge), "background": 1, "render": { "max_depth": depth } })
-        };
+        let view = |depth: u32| json!({ "camera": from_front([0.0; 3], 3.0 * scale, 2.6 * scale), "image": square(edge), "background": 1, "render": { "max_depth": depth } });
         let film = lab.picture(stand("mirror"), view(2)).film;
         for (i, pixel) in film.pixels.iter().enumerate() {
             let at = |k: u32| ((f64::from(k) + 0.5) / f64::from(edge) - 0.5) * 2.6;

@@ -34,7 +34,10 @@ pub const CASES: &[Case] = &[
 /// Everything below y = 0 is of this index.
 fn half_space(lab: &Lab, ior: f64) -> Scene {
     let material = json!({ "medium": { "diffuse": 0, "transmission": 1, "ior": ior } });
-    lab.scene(json!([{ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "medium" } }]), json!({ "materials": material }))
+    lab.scene(
+        json!([{ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "medium" } }]),
+        json!({ "materials": material }),
+    )
 }
 
 /// Unit direction downwards at an angle of incidence.
@@ -46,15 +49,21 @@ fn down(lab: &Lab, angle: f64) -> DVec3 {
 fn critical(lab: &Lab) -> Evidence {
     let mut e = truth();
     ask(lab, &mut e, "refract_critical", &["exact"]);
-    // All multiples of the triple 3-4-5 are at the critical angle of 5/4.
-    for k in 1..60 {
-        let d = DVec3::new(4.0, -3.0, 0.0) * f64::from(k);
-        let found = hit(&half_space(lab, 0.8), DVec3::Y, d);
-        let near = found.is_some_and(|h| (h.reflectance - 1.0).abs() < 64.0 * lab.u.sqrt());
-        e.check(near, || format!("{k} times 3-4-5"));
-        e.twin(naive::refract(lab, d, DVec3::Y, 1.25).is_nan());
+    // Pythagorean triples x, y, z: sin(theta) = x/z, and with n1/n2 = z/x, rounded downwards, nothing is reflected.
+    for m in 2..30 {
+        for n in 1..m {
+            let (x, y, z) = (f64::from(2 * m * n), f64::from(m * m - n * n), f64::from(m * m + n * n));
+            let ior = lab.round(x / z);
+            let eta = lab.round(1.0 / ior);
+            if (Dd::from(eta) * x.into() - z.into()).f64() > 0.0 || ior < 0.1 {
+                continue;
+            }
+            let found = hit(&half_space(lab, ior), DVec3::Y, DVec3::new(x, -y, 0.0));
+            let near = found.is_some_and(|h| (h.reflectance - 1.0).abs() < 16.0 * lab.u.sqrt() * (z / y) * (z / x));
+            e.check(near, || format!("at the critical angle of {x}/{z}"));
+            e.twin(naive::refract(lab, DVec3::new(x, -y, 0.0), DVec3::Y, eta).is_nan());
+        }
     }
-    e.excuse(lab.is_double(), "the rounded radicand of these directions is not below 0 in double precision");
     e
 }
 
@@ -156,12 +165,16 @@ fn matched(lab: &Lab) -> Evidence {
         let found = hit(&equal, DVec3::Y, d).unwrap();
         let close = found.transmitted.is_some_and(|t| DVec3::from_array(t).distance(unit) <= 4.0 * lab.u);
         e.check(close && found.reflectance == 0.0 && !found.tir, || format!("along {d}: {found:?}"));
-        e.twin(naive::refract(lab, d, DVec3::Y, 1.0).distance(unit) > 4.0 * lab.u || naive::refract(lab, d, DVec3::Y, 1.0).is_nan());
+        e.twin(
+            naive::refract(lab, d, DVec3::Y, 1.0).distance(unit) > 4.0 * lab.u
+                || naive::refract(lab, d, DVec3::Y, 1.0).is_nan(),
+        );
     }
     for ulps in [-4.0, -2.0, 2.0, 4.0] {
         let ior = 1.0 + ulps * lab.u;
         let found = hit(&half_space(lab, ior), DVec3::Y, DVec3::new(0.6, -0.8, 0.0)).unwrap();
-        let off = found.transmitted.map_or(f64::INFINITY, |t| DVec3::from_array(t).distance(DVec3::new(0.6, -0.8, 0.0)));
+        let off =
+            found.transmitted.map_or(f64::INFINITY, |t| DVec3::from_array(t).distance(DVec3::new(0.6, -0.8, 0.0)));
         e.check(off <= 16.0 * lab.u, || format!("n = 1 + {ulps} u bends by {off:e}"));
         let normal = hit(&half_space(lab, ior), DVec3::Y, -DVec3::Y).unwrap().reflectance;
         let exact = ((ior - 1.0) / (ior + 1.0)).powi(2);
@@ -170,6 +183,8 @@ fn matched(lab: &Lab) -> Evidence {
     let floor = json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0], "material": "tiles" } });
     let more = json!({
         "image": square(64), "background": [0.3, 0.4, 0.6],
+        // Not so that pixels look exactly at the borders of tiles.
+        "camera": { "pinhole": { "eye": [0.13, 0.37, 5], "look_at": [0.02, 0.05, 0] } },
         "materials": { "tiles": { "diffuse": { "checker": { "a": 0.9, "b": 0.2 } } } }
     });
     let without = lab.picture(json!([floor]), more.clone()).film;
@@ -178,7 +193,6 @@ fn matched(lab: &Lab) -> Evidence {
     let differing = without.pixels.iter().zip(&with.pixels).filter(|(a, b)| {
         a.iter().zip(b.iter()).any(|(a, b)| strahl::film::srgb::code8(*a).abs_diff(strahl::film::srgb::code8(*b)) > 1)
     });
-    // The ray behind starts where the last surface was left, so a border of a tile may move by one pixel.
     let count = differing.count();
     e.check(count == 0, || format!("{count} pixels show glass of index 1"));
     e
@@ -248,12 +262,18 @@ fn limb(lab: &Lab) -> Evidence {
         let b = 1.0 - 2f64.powi(-k);
         let tree = through_ball(lab, b);
         e.check(tree.rays.len() == 3, || format!("b = 1 - 2^-{k}: {} rays", tree.rays.len()));
-        e.check(tree.rays.iter().all(|r| r.snell.is_none_or(|s| !s.tir)), || format!("b = 1 - 2^-{k}: total reflection"));
-        let Some(t) = naive::sphere(lab, DVec3::new(b, 0.0, 4.0), -DVec3::Z, DVec3::ZERO, 1.0, 0.0) else { continue };
-        let p = naive::point(lab, DVec3::new(b, 0.0, 4.0), -DVec3::Z, t);
-        let inside = naive::refract(lab, -DVec3::Z, p, lab.round(1.0 / 1.5));
-        let far = naive::sphere_roots(lab, p, inside, DVec3::ZERO, 1.0)[1];
-        let exit = naive::point(lab, p, inside, far);
+        e.check(tree.rays.iter().all(|r| r.snell.is_none_or(|s| !s.tir)), || {
+            format!("b = 1 - 2^-{k}: total reflection")
+        });
+    }
+    let mut random = Random::new(33);
+    for _ in 0..4000 {
+        let n = crate::lab::direction(&mut random);
+        let across = n.any_orthonormal_vector();
+        let sine = 1.0 - 2f64.powi(-(lab.pick(18, 47) + random.below(6) as i32));
+        let d = lab.round3(across * sine - n * (1.0 - sine * sine).sqrt());
+        let inside = naive::refract(lab, d, lab.round3(n), lab.round(1.0 / 1.5));
+        let exit = naive::point(lab, lab.round3(n), inside, naive::sphere_roots(lab, n, inside, DVec3::ZERO, 1.0)[1]);
         e.twin(naive::refract(lab, inside, -exit, 1.5).is_nan());
     }
     let more = json!({ "camera": from_front([0.0; 3], 3.0, 2.0), "image": square(150) });
@@ -292,7 +312,9 @@ fn thousand_plates(lab: &Lab) -> Evidence {
         let last = tree.rays.last().unwrap();
         let off = DVec3::from_array(last.direction).distance(naive::normalize(lab, d));
         e.measure(off / lab.u);
-        e.check(last.hit.is_none() && last.media.is_empty(), || format!("gap {gap}: ends in {} media", last.media.len()));
+        e.check(last.hit.is_none() && last.media.is_empty(), || {
+            format!("gap {gap}: ends in {} media", last.media.len())
+        });
         e.check(last.origin[1] < -999.0, || format!("gap {gap}: ends at {:?}", last.origin));
     }
     // A stack of media that pops whatever is on top: leaving plate k after entering plate k + 1 leaves the wrong one.
@@ -316,6 +338,7 @@ fn liquid(lab: &Lab) -> Evidence {
         let tree = lab.tree(-d * 2.0, d, objects, json!({}));
         let in_water = tree.rays.iter().find(|r| r.media.len() == 1 && r.origin[1] < -0.9);
         let off = in_water.map_or(f64::INFINITY, |r| (r.direction[0] - expected).abs() / lab.u);
+        e.check(off <= 64.0, || format!("overlap {overlap}: off by {off} u"));
         e.measure(off);
         e.check(in_water.is_some_and(|r| r.media[0].object == "/objects/1"), || format!("overlap {overlap}: no water"));
         // Into glass, into water, out of glass: a bare stack pops the water.
@@ -331,7 +354,8 @@ fn eye_in_glass(lab: &Lab) -> Evidence {
     let mut random = Random::new(32);
     for _ in 0..40 {
         let eye = lab.round3(DVec3::from_array(random.point(0.4)));
-        let more = json!({ "camera": { "pinhole": { "eye": eye.to_array(), "look_at": random.point(3.0), "vfov_deg": 1 } } });
+        let more =
+            json!({ "camera": { "pinhole": { "eye": eye.to_array(), "look_at": random.point(3.0), "vfov_deg": 1 } } });
         let objects = json!([ball([0.0; 3], 1.0, "glass"), ball([0.1, 0.0, 0.0], 5.0, "water")]);
         let tree = strahl::trace::tree::trace_pixel(&lab.scene(objects, more), 0, 0);
         let first = &tree.rays[0];
@@ -373,7 +397,8 @@ fn long_way(lab: &Lab) -> Evidence {
     // Inside a block at 45 degrees nothing gets out.
     let block = json!([{ "box": { "min": [-1, -1, -1e9], "max": [1, 1, 1e9], "material": "trap" } }]);
     let mut more = more;
-    more["camera"] = json!({ "pinhole": { "eye": [0.3, 0, 0], "look_at": [1.3, 1, 0], "up": [0, 0, 1], "vfov_deg": 1 } });
+    more["camera"] =
+        json!({ "pinhole": { "eye": [0.3, 0, 0], "look_at": [1.3, 1, 0], "up": [0, 0, 1], "vfov_deg": 1 } });
     let tree = strahl::trace::tree::trace_pixel(&lab.scene(block, more), 0, 0);
     let mut last = 1.0;
     for ray in &tree.rays {
@@ -381,7 +406,9 @@ fn long_way(lab: &Lab) -> Evidence {
         e.check((0.0..=last).contains(&weight), || format!("weight {weight} after {last}"));
         last = weight;
     }
-    e.check(tree.rays.len() > 1000 && tree.value.iter().all(|v| (0.0..=1.0).contains(v)), || format!("{:?} after {}", tree.value, tree.rays.len()));
+    e.check(tree.rays.len() > 1000 && tree.value.iter().all(|v| (0.0..=1.0).contains(v)), || {
+        format!("{:?} after {}", tree.value, tree.rays.len())
+    });
     let absorbed = 0.0 * f64::INFINITY;
     e.twin(strahl::math::pow(0.99, absorbed).is_nan());
     e

@@ -57,16 +57,19 @@ fn far(lab: &Lab) -> Evidence {
 }
 
 fn planet(lab: &Lab) -> Evidence {
-    let mut e = Evidence::measuring(8.0, "u (height above ground, horizon exact)");
+    let mut e = Evidence::measuring(16.0, "u of the way to the ground");
     let radius = 6_371_000.0;
     let center = DVec3::new(0.0, -radius, 0.0);
     let scene = lab.scene(json!([ball(center.into(), radius, "red")]), json!({}));
     for height in [1.5, 2.5, 17.5, 128.5] {
         let eye = DVec3::new(0.0, height, 0.0);
-        let found = hit(&scene, eye, -DVec3::Y);
-        e.measure(found.map_or(f64::INFINITY, |h| (h.t / height - 1.0).abs() / lab.u));
-        let twin = naive::sphere(lab, eye, -DVec3::Y, center, radius, 0.0);
-        e.twin_measure(twin.map_or(f64::INFINITY, |t| (t / height - 1.0).abs() / lab.u));
+        for aside in [0.0, 0.5, 1.0, 3.0] {
+            let d = DVec3::new(aside, -1.0, 0.0);
+            let t = exact_sphere(exact(eye - center), exact(d), radius).first.unwrap().f64();
+            let off = |t_found: f64| (t_found / t - 1.0).abs() / lab.u;
+            e.measure(hit(&scene, eye, d).map_or(f64::INFINITY, |h| off(h.t)));
+            e.twin_measure(naive::sphere(lab, eye, d, center, radius, 0.0).map_or(f64::INFINITY, off));
+        }
         let dip = (height * (2.0 * radius + height)).sqrt() / radius;
         // Single precision knows the ground to a few metres.
         let margin = 1.0 + (16.0 * lab.u * radius / height).max(1e-6);

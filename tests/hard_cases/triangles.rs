@@ -109,16 +109,20 @@ fn edge_on(lab: &Lab) -> Evidence {
         let scene = lab.scene(json!([triangle(corners)]), json!({}));
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         for _ in 0..200 {
-            let within = (corners[1] - corners[0]) * random.between(-1.0, 1.0) + (corners[2] - corners[0]) * random.between(-1.0, 1.0);
+            let within = (corners[1] - corners[0]) * random.between(-1.0, 1.0)
+                + (corners[2] - corners[0]) * random.between(-1.0, 1.0);
             let o = lab.round3(middle + within.normalize() * 8.0);
             let d = lab.round3(middle - o);
             // Depth is measured along the longest axis.
             let k = d.abs().max_position();
             let ts = corners.map(|c| (c[k] - o[k]) / d[k]);
-            let (near, far) = (ts.iter().copied().fold(f64::INFINITY, f64::min), ts.iter().copied().fold(0.0, f64::max));
+            let (near, far) =
+                (ts.iter().copied().fold(f64::INFINITY, f64::min), ts.iter().copied().fold(0.0, f64::max));
             let inside = |t: f64| t >= near - 0.01 && t <= far + 0.01;
             if let Some(found) = hit(&scene, o, d) {
-                e.check(finite(&found) && inside(found.t), || format!("t = {} of {near} to {far}", found.t));
+                e.check(finite(&found) && inside(found.t), || {
+                    format!("t = {} of {near} to {far}; {corners:?} from {o} along {d}", found.t)
+                });
             } else {
                 e.check(true, String::new);
             }
@@ -167,7 +171,8 @@ fn quads(lab: &Lab) -> Evidence {
             for i in 0..400 {
                 let k = random.between(0.05, 0.95);
                 let on_diagonal = corners[0] + (corners[2] - corners[0]) * k;
-                let aside = if i % 2 == 0 { DVec3::ZERO } else { (corners[1] - on_diagonal) * random.between(0.0, 0.9) };
+                let aside =
+                    if i % 2 == 0 { DVec3::ZERO } else { (corners[1] - on_diagonal) * random.between(0.0, 0.9) };
                 let o = lab.round3(place + normal.normalize() * 7.0 + DVec3::from_array(random.point(0.5)));
                 let d = lab.round3(on_diagonal + aside - o);
                 let [t, halved] = [&whole, &parts].map(|s| hit(s, o, d).map(|h| h.t));
@@ -226,7 +231,11 @@ fn odd_normals(lab: &Lab) -> Evidence {
         "camera": { "orthographic": { "eye": [0, 3, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } },
         "image": square(33), "background": 1, "lights": [{ "directional": { "direction": [0.1, -1, 0] } }]
     });
-    for normals in [json!([[1, 0, 0], [-1, 0, 0], [0, 1, 0]]), json!([[1, 0, 0], [-1, 0, 0], [0, -1, 0]]), json!([[0, 1, 0], [0, -1, 0], [1e-15, 0, 0]])] {
+    for normals in [
+        json!([[1, 0, 0], [-1, 0, 0], [0, 1, 0]]),
+        json!([[1, 0, 0], [-1, 0, 0], [0, -1, 0]]),
+        json!([[0, 1, 0], [0, -1, 0], [1e-15, 0, 0]]),
+    ] {
         for pixel in lab.picture(leaning(normals), more.clone()).film.pixels {
             e.check(pixel.iter().all(|c| c.is_finite()), || format!("a pixel is {pixel:?}"));
         }
