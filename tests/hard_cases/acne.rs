@@ -137,7 +137,7 @@ fn corner(lab: &Lab) -> Evidence {
         }
         // A point on the floor beside the wall, pushed along a normal that leans a little, by a fixed length.
         let p = DVec3::new(1.0, -1.0, 0.0) * size;
-        e.twin((p + DVec3::new(0.1, 1.0, 0.0).normalize() * 1e-4).x > 1.01 * size);
+        e.model((p + DVec3::new(0.1, 1.0, 0.0).normalize() * 1e-4).x > 1.01 * size);
     }
     e
 }
@@ -249,7 +249,7 @@ fn decal(lab: &Lab) -> Evidence {
             }
         }
         // A depth tolerance of 1e-4 takes both for one.
-        e.twin(gap < 1e-4);
+        e.model(gap < 1e-4);
     }
     e
 }

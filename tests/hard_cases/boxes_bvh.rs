@@ -212,7 +212,7 @@ fn huge(lab: &Lab) -> Evidence {
     // The surface area heuristic with an infinite box: infinite costs over an infinite area.
     let area = |edge: f64| lab.round(6.0 * edge * edge);
     let infinite = area(f64::INFINITY);
-    e.twin((area(1.0) * 3.0 / infinite + infinite / infinite).is_nan());
+    e.model((area(1.0) * 3.0 / infinite + infinite / area(f64::MAX)).is_nan());
     e
 }
 
@@ -306,7 +306,7 @@ fn thin(lab: &Lab) -> Evidence {
                 e.check(hit(&scene, o, d).is_some_and(|h| finite(&h)), || format!("missed {aim} from {o}"));
                 // With both faces at one t, `near < far` has no room.
                 let t = (low[axis] - o[axis]) / d[axis];
-                e.twin(t >= (high[axis] - o[axis]) / d[axis]);
+                e.model(t >= (high[axis] - o[axis]) / d[axis]);
             }
         }
     }

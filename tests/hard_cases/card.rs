@@ -107,7 +107,7 @@ impl Card {
         let of = self.listed.len();
         let [single, double] = [Precision::Single, Precision::Double].map(|p| (self.passed(p), self.twins(p)));
         format!(
-            "{} of {of} cases survived in single and {} in double precision; the naive code beside them fails {} and {}",
+            "{} of {of} cases survived in single and {} in double precision; naive code beside them was run and fails {} and {}",
             single.0, double.0, single.1, double.1
         )
     }

@@ -38,7 +38,7 @@ fn growth(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("pixels and bounds");
     for (r, t) in [(0.5, 0.5), (0.1, 0.9), (0.0, 1.0), (0.3, 0.3)] {
         for pixel in lab.load(&balls(r, t, 12, 0.0, 12)).map(|l| picture(&l.scene).film.pixels).unwrap() {
-            let bound = 1.0 + 4096.0 * lab.u.max(f64::from(f32::EPSILON)) as f64;
+            let bound = 1.0 + 4096.0 * lab.u.max(f64::from(f32::EPSILON));
             e.check(pixel.iter().all(|c| (0.0..=bound as f32).contains(c)), || {
                 format!("r_s + r_t <= 1 gives {pixel:?}")
             });
@@ -52,7 +52,7 @@ fn growth(lab: &Lab) -> Evidence {
         let most = 4 * RAYS_PER_SAMPLE.max;
         e.check(rays.reflected + rays.transmitted <= most, || format!("{rays:?}"));
         e.check(picture.film.pixels.iter().flatten().all(|c| c.is_finite()), || "an infinite pixel".to_owned());
-        e.twin(2f64.powi(40) > most as f64);
+        e.model(2f64.powi(40) > most as f64);
     }
     e
 }
@@ -74,7 +74,7 @@ fn corridor(lab: &Lab) -> Evidence {
     for k in 1..10_000 {
         way = lab.round(way + lab.round(1.25 + 1e-4));
         exact += 1.25;
-        e.twin((way / exact - 1.0).abs() > 8.0 * f64::from(k) * lab.u);
+        e.model((way / exact - 1.0).abs() > 8.0 * f64::from(k) * lab.u);
     }
     e
 }
@@ -88,7 +88,7 @@ fn tree(lab: &Lab) -> Evidence {
     let followed = rays.reflected + rays.transmitted;
     e.check(followed < 64 * RAYS_PER_SAMPLE.max && rays.dropped == 0, || format!("{rays:?}"));
     // Two rays from each, a nanosecond each.
-    e.twin_measure(2f64.powi(50) * 1e-9);
+    e.model(2f64.powi(50) * 1e-9 > 2.0);
     e
 }
 
@@ -218,7 +218,7 @@ fn wall_near_light(lab: &Lab) -> Evidence {
             }
         }
         // The wall behind the light at t = 1 + gap / 2, with an absolute margin of a thousandth.
-        e.twin(1.0 + gap / light <= 1.0 + 1e-3);
+        e.model(1.0 + gap / light <= 1.0 + 1e-3);
     }
     e
 }
@@ -241,6 +241,6 @@ fn overflow(lab: &Lab) -> Evidence {
     }
     e.check(!encode(&film, FileFormat::Png8).is_empty(), || "no picture".to_owned());
     let product = (0..lab.pick(3, 25)).fold(1.0, |x, _| lab.round(x * 1e15));
-    e.twin((product * 0.0).is_nan());
+    e.model((product * 0.0).is_nan());
     e
 }

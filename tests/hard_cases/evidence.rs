@@ -14,6 +14,7 @@ pub struct Evidence {
     twin_worst: f64,
     excuse: Option<&'static str>,
     no_twin: Option<&'static str>,
+    argued: bool,
 }
 
 impl Evidence {
@@ -48,6 +49,12 @@ impl Evidence {
     pub fn twin(&mut self, fails: bool) {
         self.twin_tried += 1;
         self.twin_wrong += u64::from(fails);
+    }
+
+    /// One try of a model of the naive code: arithmetic that shows why it fails, where the code itself is not run.
+    pub fn model(&mut self, fails: bool) {
+        self.argued = true;
+        self.twin(fails);
     }
 
     /// One measurement of the naive code.
@@ -110,6 +117,7 @@ impl Evidence {
         let worst = if self.twin_worst > 0.0 { format!(", worst {:.3e}", self.twin_worst) } else { String::new() };
         match self.excuse {
             Some(why) => format!("survives: {why}"),
+            None if self.argued => format!("modelled, not run: {count}"),
             None => format!("fails: {count}{worst}"),
         }
     }

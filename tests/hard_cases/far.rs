@@ -168,7 +168,7 @@ fn singular(lab: &Lab) -> Evidence {
         let found = hit(&scene, DVec3::Z * 0.5e-12, DVec3::new(0.1, 0.2, 1.0));
         e.check(found.is_some_and(|h| crate::lab::finite(&h)), || format!("{transform}"));
     }
-    e.twin(!lab.round(1.0 / DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)).determinant()).is_finite());
+    e.model(!lab.round(1.0 / DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)).determinant()).is_finite());
     e
 }
 

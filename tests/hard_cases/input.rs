@@ -38,7 +38,7 @@ fn not_finite(lab: &Lab) -> Evidence {
         }
         // What a lenient reader makes of it, in the kernel's format.
         let number: f64 = word.parse().unwrap_or(0.0);
-        e.twin(!lab.round(number * number).is_finite());
+        e.model(!lab.round(number * number).is_finite());
     }
     e
 }
@@ -83,7 +83,7 @@ fn image(lab: &Lab) -> Evidence {
         let text = scene.to_string().replace("\"W\"", width).replace("\"H\"", height);
         refused(lab, &mut e, &text, "/image");
         let pixels = |text: &str| text.parse::<f64>().unwrap() as u32;
-        e.twin(pixels(width).checked_mul(pixels(height)).is_none_or(|p| p == 0));
+        e.model(pixels(width).checked_mul(pixels(height)).is_none_or(|p| p == 0));
     }
     e
 }
@@ -111,7 +111,7 @@ fn indices(lab: &Lab) -> Evidence {
     refused(lab, &mut e, &with(mesh, ""), "/objects/0/mesh/normals");
     let vertices = [DVec3::ZERO; 3];
     // What indexing without a look at the length would panic for.
-    e.twin(vertices.get(3).is_none());
+    e.model(vertices.get(3).is_none());
     e
 }
 

@@ -42,7 +42,7 @@ fn extremes(lab: &Lab) -> Evidence {
 }
 
 fn bases(lab: &Lab) -> Evidence {
-    let mut e = Evidence::measuring(32.0, "u of the radius, about axes near -z");
+    let mut e = Evidence::measuring(8.0, "u of the radius, about axes near -z");
     let mut random = Random::new(40);
     let mut axes =
         vec![DVec3::Z, -DVec3::Z, DVec3::new(0.0, -0.0, -1.0), DVec3::new(1.0, 0.0, -0.0), DVec3::new(1.0, 0.0, 0.0)];
@@ -105,7 +105,7 @@ fn angles(lab: &Lab) -> Evidence {
         }
     }
     // tan(90 degrees) is large and finite, so that nobody notices.
-    e.twin(tan(90f64.to_radians()).is_finite());
+    e.model(tan(90f64.to_radians()).is_finite());
     e
 }
 
@@ -132,7 +132,7 @@ fn fisheye(lab: &Lab) -> Evidence {
         }
     }
     let (theta, r): (f64, f64) = (0.0, 0.0);
-    e.twin((theta / r).is_nan());
+    e.model((theta / r).is_nan());
     e
 }
 
@@ -153,7 +153,7 @@ fn panorama(lab: &Lab) -> Evidence {
         let pole = view(lab, &camera, size, 20.0, y).0;
         e.measure(pole.distance(up) / lab.u);
     }
-    e.twin(acos(1.0 + 2.0 * lab.u).is_nan());
+    e.model(acos(1.0 + 2.0 * lab.u).is_nan());
     e
 }
 

@@ -34,7 +34,7 @@ fn slopes(lab: &Lab) -> Evidence {
         let found = hit(&scene, DVec3::Y, d);
         e.check(found.as_ref().is_some_and(|h| h.t == 2f64.powi(k) && finite(h)), || format!("2^-{k}: {found:?}"));
         // The usual guard: a cosine below a millionth counts as parallel.
-        e.twin(lab.round(d.y).abs() < 1e-6);
+        e.model(lab.round(d.y).abs() < 1e-6);
     }
     e
 }
@@ -163,7 +163,7 @@ pub fn twin_of_ties(lab: &Lab, e: &mut Evidence) {
     let t = naive::sphere(lab, o, d, DVec3::ZERO, 1.0, 0.0).unwrap();
     let last =
         |order: [usize; 2]| order.iter().fold((f64::INFINITY, 9), |best, i| if t <= best.0 { (t, *i) } else { best });
-    e.twin(last([0, 1]).1 != last([1, 0]).1);
+    e.model(last([0, 1]).1 != last([1, 0]).1);
 }
 
 fn opposite(lab: &Lab) -> Evidence {

@@ -57,7 +57,7 @@ fn far(lab: &Lab) -> Evidence {
 }
 
 fn planet(lab: &Lab) -> Evidence {
-    let mut e = Evidence::measuring(16.0, "u of the way to the ground");
+    let mut e = Evidence::measuring(8.0, "u of the way to the ground");
     let radius = 6_371_000.0;
     let center = DVec3::new(0.0, -radius, 0.0);
     let scene = lab.scene(json!([ball(center.into(), radius, "red")]), json!({}));
@@ -194,8 +194,7 @@ fn direction_scales(lab: &Lab) -> Evidence {
 
 fn shells(lab: &Lab) -> Evidence {
     let mut e = Evidence::counting("shells and pixels");
-    // The origin behind the first surface is moved by the bound on its error, some 10 u here.
-    for gap in [4e-5, 64.0 * lab.u, 32.0 * lab.u] {
+    for gap in [4e-5, 2f64.powi(-18), 2f64.powi(-20), 2f64.powi(-22)] {
         let objects = json!([ball(UNIT_BALL, 1.0, "nothing"), ball(UNIT_BALL, 1.0 - gap, "red")]);
         let tree = lab.tree(DVec3::new(0.2, 0.1, 3.0), -DVec3::Z, objects.clone(), json!({}));
         let seen = tree.rays.get(1).and_then(|ray| ray.hit.as_ref());
@@ -212,7 +211,7 @@ fn shells(lab: &Lab) -> Evidence {
 }
 
 fn bounces(lab: &Lab) -> Evidence {
-    let mut e = Evidence::measuring(8000.0, "u of the cosine after 1000 bounces");
+    let mut e = Evidence::measuring(2000.0, "u of the cosine after 1000 bounces");
     let (o, d) = (DVec3::new(0.3, 0.2, 0.1), DVec3::new(0.5, -0.75, 0.25));
     let more = json!({ "render": { "max_depth": 1001, "min_weight": 0 } });
     let tree = lab.tree(o, d, json!([ball(UNIT_BALL, 1.0, "mirror")]), more);

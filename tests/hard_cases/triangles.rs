@@ -240,6 +240,6 @@ fn odd_normals(lab: &Lab) -> Evidence {
             e.check(pixel.iter().all(|c| c.is_finite()), || format!("a pixel is {pixel:?}"));
         }
     }
-    e.twin(!naive::normalize(lab, DVec3::X * 0.5 - DVec3::X * 0.5).is_finite());
+    e.twin(!naive::normalize(lab, DVec3::X * 0.5 + DVec3::NEG_X * 0.5).is_finite());
     e
 }
