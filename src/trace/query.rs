@@ -82,10 +82,16 @@ where
 {
     let s = ();
     let narrow = |v: [f64; 3]| v.map(L::Real::from_f64);
+    // A ray that goes nowhere, or nobody knows where, would visit every primitive to miss it.
+    let sound = ray.origin.iter().chain(&ray.direction).all(|x| x.is_finite());
+    let goes = ray.direction != [0.0; 3] && ray.t_max.is_none_or(|t_max| ray.t_min < t_max);
+    if !sound || !goes {
+        return None;
+    }
     // A power of 2 brings the direction to a length around 1, where squares neither vanish nor overflow. It changes no
     // digit of the answer.
     let longest = ray.direction.iter().fold(0.0f64, |longest, x| longest.max(x.abs()));
-    let power = if longest > 0.0 && longest < f64::INFINITY { exponent(longest) } else { 0 };
+    let power = exponent(longest);
     let rays = Rays {
         origin: V3::<L>::splat(s, narrow(ray.origin)),
         dir: V3::splat(s, narrow(ray.direction.map(|x| scale_by_power(x, -power)))),

@@ -1,0 +1,107 @@
+//! The 109 hard cases of `cases.json`, each in both precisions, with naive code beside it, and the scorecard they make.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "NaN must count as wrong")]
+#![allow(unreachable_pub, reason = "a test binary has no outside")]
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../ground_truth/mod.rs"]
+mod questions;
+
+mod acne;
+mod boxes_bvh;
+mod card;
+mod dd;
+mod energy;
+mod evidence;
+mod far;
+mod input;
+mod lab;
+mod meshes;
+mod naive;
+mod normalise;
+mod planes;
+mod quadrics;
+mod refraction;
+mod spheres;
+mod triangles;
+
+use card::{Card, Row};
+use evidence::Evidence;
+use lab::Lab;
+use rayon::prelude::*;
+use strahl::scene::description::Precision;
+
+/// A case: its name in `cases.json` and what finds out.
+type Case = (&'static str, fn(&Lab) -> Evidence);
+
+/// What strahl is known to get wrong, and why it is still so. Each must still fail.
+const KNOWN_GAPS: &[(&str, Precision, &str)] = &[
+    ("S09", Precision::Single, SHELLS),
+    ("T10", Precision::Single, EDGE_ON),
+    ("T17", Precision::Single, TERMINATOR),
+    ("T17", Precision::Double, TERMINATOR),
+    ("C05", Precision::Single, APEX),
+    ("R12", Precision::Single, COINCIDENT),
+    ("R12", Precision::Double, COINCIDENT),
+    ("R13", Precision::Single, COINCIDENT),
+    ("R13", Precision::Double, COINCIDENT),
+];
+
+const SHELLS: &str = "behind a surface a ray starts beyond the bound on its error, some 10 u, so that a shell 2^-22 = 4 u \
+    of the radius below is seen from behind; 2^-20 is told apart";
+const EDGE_ON: &str = "one ray in 12,000 in a triangle's plane meets it outside the triangle: where all rounded areas \
+    vanish, the exact ones that decide may differ in sign, and weights lie outside [0, 1]";
+const TERMINATOR: &str = "shadows of smooth meshes are those of their flat facets (point 7 of the issue)";
+const APEX: &str = "a ray exactly at the tip of a cone gets a normal of NaN";
+const COINCIDENT: &str = "a ray that leaves a body starts beyond the bound on its error, and so behind a second face \
+    in the same place: bodies that only touch are not entered; they must overlap or be apart";
+
+#[test]
+fn hard_cases_are_survived_and_naive_code_fails_them() {
+    let families: [&[Case]; 12] = [
+        spheres::CASES,
+        planes::CASES,
+        triangles::CASES,
+        meshes::CASES,
+        boxes_bvh::CASES,
+        quadrics::CASES,
+        refraction::CASES,
+        energy::CASES,
+        normalise::CASES,
+        far::CASES,
+        input::CASES,
+        acne::CASES,
+    ];
+    let only = std::env::var("HARD_CASE").ok();
+    let cases: Vec<Case> =
+        families.concat().into_iter().filter(|c| only.as_ref().is_none_or(|o| c.0.starts_with(o.as_str()))).collect();
+    let listed = card::listed();
+    if only.is_none() {
+        for case in &listed {
+            assert_eq!(cases.iter().filter(|(id, _)| *id == case.id).count(), 1, "case {} is not run once", case.id);
+        }
+        assert_eq!(cases.len(), listed.len(), "a case is not in cases.json");
+    }
+
+    let both: Vec<(Case, Precision)> =
+        cases.iter().flat_map(|case| [Precision::Single, Precision::Double].map(|p| (*case, p))).collect();
+    let mut rows: Vec<Row> = both
+        .into_par_iter()
+        .map(|((id, run), precision)| {
+            let start = std::time::Instant::now();
+            let evidence = std::panic::catch_unwind(|| run(&Lab::new(precision)));
+            let gap = KNOWN_GAPS.iter().find(|gap| gap.0 == id && gap.1 == precision).map(|gap| gap.2);
+            Row { id, precision, evidence, gap, seconds: start.elapsed().as_secs_f64() }
+        })
+        .collect();
+    rows.sort_by_key(|row| listed.iter().position(|case| case.id == row.id));
+
+    let card = Card { listed, rows };
+    card.print();
+    if only.is_none() {
+        card.write();
+    }
+    let wrong = card.wrong();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
