@@ -98,7 +98,11 @@ fn resolve_in<L: Lanes>(
     }
     let meeting = meet(s, owner, expanded, &inner);
     let outward = if owner.item.hollow { L::lit(s, -1.0) } else { L::lit(s, 1.0) };
-    let ng = unit(s, meeting.normal * outward);
+    // The tip of a cone has no normal; it faces its ray.
+    let size = meeting.normal.abs();
+    let measurable = (size.x + size.y + size.z).gt(L::lit(s, 0.0));
+    let normal = V3::select(measurable, meeting.normal * outward, -inner.dir);
+    let ng = unit(s, normal);
     let ns = shading_normal(s, owner, expanded, &meeting, ng);
     let mut surface =
         Surface { point: meeting.point, error: meeting.error, ng, ns, local: meeting.point, met: meeting.hit };

@@ -133,8 +133,11 @@ pub fn intersect_triangle<L: Lanes>(
             let [bx, by, _] = b.lane(lane).map(Real::to_f64);
             let [cx, cy, _] = c.lane(lane).map(Real::to_f64);
             let areas = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
-            let size = (areas[0] + areas[1] + areas[2]).abs();
-            areas.map(|area| area / size)
+            // Rounded corners may lie a little beside the ray, so that a weight has the wrong sign: it is none.
+            let front = (areas[0] + areas[1] + areas[2]).signum();
+            let weights = areas.map(|area| (area * front).max(0.0));
+            let sum = weights[0] + weights[1] + weights[2];
+            weights.map(|weight| weight / sum * front)
         };
         let mut areas = [[0.0; 3]; crate::lanes::MAX_LANES];
         for lane in lanes_of(flat.bits()) {

@@ -38,24 +38,13 @@ type Case = (&'static str, fn(&Lab) -> Evidence);
 /// What strahl is known to get wrong, and why it is still so. Each must still fail.
 const KNOWN_GAPS: &[(&str, Precision, &str)] = &[
     ("S09", Precision::Single, SHELLS),
-    ("T10", Precision::Single, EDGE_ON),
     ("T17", Precision::Single, TERMINATOR),
     ("T17", Precision::Double, TERMINATOR),
-    ("C05", Precision::Single, APEX),
-    ("R12", Precision::Single, COINCIDENT),
-    ("R12", Precision::Double, COINCIDENT),
-    ("R13", Precision::Single, COINCIDENT),
-    ("R13", Precision::Double, COINCIDENT),
 ];
 
 const SHELLS: &str = "behind a surface a ray starts beyond the bound on its error, some 10 u, so that a shell 2^-22 = 4 u \
     of the radius below is seen from behind; 2^-20 is told apart";
-const EDGE_ON: &str = "one ray in 12,000 in a triangle's plane meets it outside the triangle: where all rounded areas \
-    vanish, the exact ones that decide may differ in sign, and weights lie outside [0, 1]";
 const TERMINATOR: &str = "shadows of smooth meshes are those of their flat facets (point 7 of the issue)";
-const APEX: &str = "a ray exactly at the tip of a cone gets a normal of NaN";
-const COINCIDENT: &str = "a ray that leaves a body starts beyond the bound on its error, and so behind a second face \
-    in the same place: bodies that only touch are not entered; they must overlap or be apart";
 
 #[test]
 fn hard_cases_are_survived_and_naive_code_fails_them() {
