@@ -90,7 +90,7 @@ def knot(around=240, across=24, tube=0.32):
         for k in range(across):
             a, b = i * across + k, i * across + (k + 1) % across
             c, d = (i + 1) % around * across + k, (i + 1) % around * across + (k + 1) % across
-            faces += [[a, c, d], [a, d, b]]
+            faces += [[a, d, c], [a, b, d]]
     return {"vertices": vertices, "faces": faces, "normals": normals, "material": "knot", "name": "trefoil"}
 
 

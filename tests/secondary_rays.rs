@@ -73,7 +73,11 @@ fn away(normal: DVec3, random: &mut Random) -> DVec3 {
     let v = unit(random);
     let v = if v.dot(normal) < 0.0 { -v } else { v };
     let flat = v - normal * v.dot(normal);
-    let cosine = if random.below(4) == 0 { 10f64.powf(random.between(-3.0, -1.0)) } else { v.dot(normal).max(1e-3) };
+    let cosine = if random.below(4) == 0 {
+        strahl::math::pow(10.0, random.between(-3.0, -1.0))
+    } else {
+        v.dot(normal).max(1e-3)
+    };
     (flat.normalize_or(normal.any_orthonormal_vector()) + normal * cosine).normalize()
 }
 

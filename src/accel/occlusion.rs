@@ -33,7 +33,10 @@ pub fn transmittance<L: Lanes>(
     let cast = rays.active.bits();
     attenuate(s, geometries, root, blockers, &mut rays, &mut passage);
     passage.crossings.retain(|(lane, _)| passage.blocked & (1 << lane) == 0);
-    passage.crossings.sort_by(|(a, f), (b, g)| a.cmp(b).then_with(|| by_size(f, g)));
+    // Equal factors have no order: most scenes have one kind of glass.
+    if passage.crossings.windows(2).any(|pair| pair[0].1 != pair[1].1) {
+        passage.crossings.sort_by(|(a, f), (b, g)| a.cmp(b).then_with(|| by_size(f, g)));
+    }
     let one = L::Real::from_f64(1.0);
     let mut passed = [[one; 3]; MAX_LANES];
     for lane in lanes_of(passage.blocked & cast) {

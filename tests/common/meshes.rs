@@ -63,14 +63,14 @@ impl Closed {
         Self { vertices, faces: quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect() }
     }
 
-    /// The trefoil knot among the scenes, whose faces are counter-clockwise from inside.
+    /// The trefoil knot among the scenes.
     pub fn knot() -> Self {
         let scene: serde_json::Value = serde_json::from_slice(&super::read("scenes/meshes/knot.json")).unwrap();
         let objects = scene["objects"].as_array().unwrap();
         let mesh = objects.iter().find_map(|object| object.get("mesh")).unwrap();
         let list = |key: &str| mesh[key].as_array().unwrap().iter();
         let vertices = list("vertices").map(|v| DVec3::from_array(std::array::from_fn(|i| v[i].as_f64().unwrap())));
-        let faces = list("faces").map(|f| [0, 2, 1].map(|i| f[i].as_u64().unwrap() as usize));
+        let faces = list("faces").map(|f| [0, 1, 2].map(|i| f[i].as_u64().unwrap() as usize));
         Self { vertices: vertices.collect(), faces: faces.collect() }
     }
 

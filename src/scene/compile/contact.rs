@@ -33,9 +33,11 @@ pub(super) fn mark_siblings<R: Real>(items: &mut [Item<R>], extents: &[Option<Ex
             break;
         }
         for &j in &open {
-            if !(marked[i] && marked[j]) && !are_apart((&items[i], boxes[i]), (&items[j], boxes[j]), slack) {
-                (marked[i], marked[j]) = (true, true);
+            let known = marked[i] && marked[j];
+            if known || are_apart((&items[i], boxes[i]), (&items[j], boxes[j]), slack) {
+                continue;
             }
+            (marked[i], marked[j]) = (true, true);
         }
         open.push(i);
     }
