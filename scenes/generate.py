@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the scenes whose numbers come from formulas: the sphere flakes and the knot. Run it from any folder."""
+"""Writes the scenes whose numbers come from formulas: sphere flakes, knot, coarse spheres. Run it from any folder."""
 import json
 import math
 import os
@@ -116,6 +116,67 @@ def knot_scene():
     }
 
 
+def icosphere(levels):
+    """Vertices and faces of a unit sphere: an icosahedron whose faces are cut in four."""
+    g = (1 + math.sqrt(5)) / 2
+    vertices = [unit(v) for a in (-1, 1) for b in (-g, g) for v in ([0, a, b], [a, b, 0], [b, 0, a])]
+    near = lambda i, j: math.dist(vertices[i], vertices[j]) < 1.1
+    faces = []
+    for a in range(12):
+        for b in range(a + 1, 12):
+            for c in range(b + 1, 12):
+                if near(a, b) and near(b, c) and near(c, a):
+                    p, q, r = vertices[a], vertices[b], vertices[c]
+                    normal = cross([y - x for x, y in zip(p, q)], [y - x for x, y in zip(p, r)])
+                    outward = sum(x * y for x, y in zip(normal, p)) > 0
+                    faces.append([a, b, c] if outward else [a, c, b])
+    for _ in range(levels):
+        middles, finer = {}, []
+
+        def middle(i, j):
+            key = (min(i, j), max(i, j))
+            if key not in middles:
+                vertices.append(unit([x + y for x, y in zip(vertices[i], vertices[j])]))
+                middles[key] = len(vertices) - 1
+            return middles[key]
+        for a, b, c in faces:
+            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+            finer += [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        faces = finer
+    return vertices, faces
+
+
+def terminator_scene():
+    """Coarse spheres in grazing light: with interpolated normals, flat, and finer; the last one is a true sphere."""
+    def ball(levels, center, smooth):
+        vertices, faces = icosphere(levels)
+        place = lambda v: [round(c + x, 9) for c, x in zip(center, v)]
+        mesh = {"vertices": [place(v) for v in vertices], "faces": faces, "material": "plaster"}
+        if smooth:
+            mesh["normals"] = [[round(x, 9) for x in v] for v in vertices]
+        return {"mesh": mesh}
+    return {
+        "$schema": "../../api/scene.schema.json",
+        "version": 1,
+        "name": "shadow terminator: 80 facets smooth and flat, 320 smooth, and the sphere they stand for",
+        "image": {"width": 640, "height": 360},
+        "camera": {"pinhole": {"eye": [0, 3.2, 9], "look_at": [0, 0.9, 0], "vfov_deg": 32}},
+        "background": [0.3, 0.35, 0.45],
+        "ambient": 0.15,
+        "lights": [{"directional": {"direction": [-1, -0.35, -0.25], "color": 0.9}}],
+        "materials": {"plaster": {"diffuse": 0.8}, "floor": {"diffuse": 0.5}},
+        "objects": [
+            {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor"}},
+            ball(1, [-3.6, 1, 0], True),
+            ball(1, [-1.2, 1, -0.4], False),
+            ball(2, [1.2, 1, 0], True),
+            {"sphere": {"center": [3.6, 1, -0.4], "radius": 1, "material": "plaster"}},
+            {"sphere": {"center": [-2.32, 1.5, 0.35], "radius": 0.14, "material": "plaster"}},
+        ],
+        "render": {"max_depth": 2},
+    }
+
+
 def write(path, scene, wide_keys=("definitions", "objects")):
     """JSON with one line for each object or definition, so that ten levels of a flake are ten lines."""
     lines = []
@@ -135,3 +196,4 @@ if __name__ == "__main__":
     write("spheres/flake_4.json", flake(4))
     write("spheres/flake_9.json", flake(9))
     write("meshes/knot.json", knot_scene())
+    write("hard/terminator.json", terminator_scene())

@@ -37,6 +37,13 @@ pub struct Item<R> {
     pub expanded: u64,
 }
 
+impl<R> Item<R> {
+    /// Whether its facets stand for a curved surface, whose normals are interpolated.
+    pub fn is_smooth(&self) -> bool {
+        matches!(&self.shape, Shape::Mesh(mesh) if !mesh.normals.is_empty())
+    }
+}
+
 /// Kinds of items.
 #[derive(Debug, Clone)]
 #[expect(missing_docs, reason = "the names say it")]

@@ -1,6 +1,6 @@
 //! From the number of a primitive to the surface a ray has met there, in the coordinates of the scene.
 
-use super::geometry::{Geometry, Item, Placement, Shape};
+use super::geometry::{Geometry, Item, Mesh, Placement, Shape};
 use super::traverse::intersect_called;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::ray::{Meeting, Rays, gamma};
@@ -17,6 +17,8 @@ pub struct Surface<L: Lanes> {
     pub ng: V3<L>,
     /// Shading normal: unit, on the same side as `ng`.
     pub ns: V3<L>,
+    /// From the point to the curved surface that interpolated normals pretend, on the side the ray comes from.
+    pub lift: V3<L>,
     /// The point in the coordinates in which the body is written.
     pub local: V3<L>,
     /// Lanes whose ray does meet the body; the rest holds nothing.
@@ -103,9 +105,14 @@ fn resolve_in<L: Lanes>(
     let measurable = (size.x + size.y + size.z).gt(L::lit(s, 0.0));
     let normal = V3::select(measurable, meeting.normal * outward, -inner.dir);
     let ng = unit(s, normal);
-    let ns = shading_normal(s, owner, expanded, &meeting, ng);
-    let mut surface =
-        Surface { point: meeting.point, error: meeting.error, ng, ns, local: meeting.point, met: meeting.hit };
+    let Smooth { ns, lift } = match &owner.item.shape {
+        Shape::Mesh(mesh) if !mesh.normals.is_empty() => {
+            interpolate(s, mesh, |lane| face_of(owner, expanded[lane]), &meeting, ng, inner.dir)
+        }
+        _ => Smooth { ns: ng, lift: V3::splat(s, [L::Real::from_f64(0.0); 3]) },
+    };
+    let (point, error) = (meeting.point, meeting.error);
+    let mut surface = Surface { point, error, ng, ns, lift, local: point, met: meeting.hit };
     // ... and back up, from the innermost placement out.
     for placed in owner.instances.iter().rev() {
         if let Shape::Instance(instance) = &placed.shape {
@@ -134,30 +141,48 @@ fn face_of<R: Real>(owner: &Owner<'_, R>, expanded: u64) -> usize {
     if owner.owns(expanded) { (expanded - owner.body) as usize } else { 0 }
 }
 
+/// What interpolated normals make of a facet.
+struct Smooth<L: Lanes> {
+    ns: V3<L>,
+    lift: V3<L>,
+}
+
+/// The shading normal on the side of `ng`, and the way from the facet to the surface whose tangent planes at the corners
+/// are those of the normals: P' - P = sum b_k max(0, n_k.(v_k - P)) n_k, with the normals turned to the ray's side
+/// (Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II, ch. 4). Where the surface is hollow it is 0.
 #[inline(always)]
-fn shading_normal<L: Lanes>(
+fn interpolate<L: Lanes>(
     s: L::Simd,
-    owner: &Owner<'_, L::Real>,
-    expanded: &[u64; MAX_LANES],
+    mesh: &Mesh<L::Real>,
+    face: impl Fn(usize) -> usize,
     meeting: &Meeting<L>,
     ng: V3<L>,
-) -> V3<L> {
-    let Shape::Mesh(mesh) = &owner.item.shape else { return ng };
-    if mesh.normals.is_empty() {
-        return ng;
-    }
-    let normal =
-        |k: usize| V3::<L>::from_fn(s, |lane| mesh.normals[mesh.faces[face_of(owner, expanded[lane])][k] as usize]);
-    let [b1, b2] = meeting.barycentric;
-    let b0 = L::lit(s, 1.0) - b1 - b2;
-    let ns = normal(0) * b0 + normal(1) * b1 + normal(2) * b2;
+    dir: V3<L>,
+) -> Smooth<L> {
     let zero = L::lit(s, 0.0);
+    let normal = |k: usize| V3::<L>::from_fn(s, |lane| mesh.normals[mesh.faces[face(lane)][k] as usize]);
+    let normals = [normal(0), normal(1), normal(2)];
+    let [b1, b2] = meeting.barycentric;
+    let weights = [L::lit(s, 1.0) - b1 - b2, b1, b2];
     // Interpolated normals may cancel, and some files have them pointing inwards.
+    let ns = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
     let length = ns.length();
     let unit = V3 { x: ns.x / length, y: ns.y / length, z: ns.z / length };
     let side = unit.dot(ng);
-    let ns = V3::select(side.lt(zero), -unit, unit);
-    V3::select(side.abs().gt(zero), ns, ng)
+    let outward = V3::select(side.lt(zero), -unit, unit);
+    let known = side.abs().gt(zero);
+
+    let (inwards, behind) = (side.lt(zero), dir.dot(ng).gt(zero));
+    let turned = (inwards & !behind) | (behind & !inwards);
+    let turn = L::select(turned, L::lit(s, -1.0), L::lit(s, 1.0));
+    let mut lift = V3 { x: zero, y: zero, z: zero };
+    for (k, (normal, weight)) in normals.into_iter().zip(weights).enumerate() {
+        let normal = normal * turn;
+        let corner = V3::<L>::from_fn(s, |lane| mesh.corners(face(lane))[k]);
+        lift = lift + normal * (weight * normal.dot(corner - meeting.point).max(zero));
+    }
+    let none = V3 { x: zero, y: zero, z: zero };
+    Smooth { ns: V3::select(known, outward, ng), lift: V3::select(known, lift, none) }
 }
 
 /// Unit vector of any vector but 0, without overflow or underflow in its square.
@@ -183,6 +208,7 @@ impl<L: Lanes> Surface<L> {
             error: to_world.spread(s, self.error + returned * step) + moved * step,
             ng: unit(s, to_local.transposed(s, self.ng)),
             ns: unit(s, to_local.transposed(s, self.ns)),
+            lift: to_world.vector(s, self.lift),
             local: self.local,
             met: self.met,
         }

@@ -55,11 +55,25 @@ impl Mesh {
         }
         let s = normal.dot(a) / normal.dot(line.dir);
         let point = self.ball.center + line.at(s);
-        let shading = self.normals.as_ref().map(|normals| {
-            let [na, nb, nc] = face.map(|i| normals[i]);
-            (na * u + nb * v + nc * w) / sum
-        });
-        Some(Crossing { t: middle + s, point, normal, shading })
+        let mut crossing = Crossing::flat(middle + s, point, normal);
+        if let Some(normals) = &self.normals {
+            let normals = face.map(|i| normals[i].normalize());
+            let ns = (normals[0] * u + normals[1] * v + normals[2] * w) / sum;
+            let outward = ns.dot(normal);
+            if outward != 0.0 {
+                crossing.shading = Some(ns);
+                let turn = outward.signum() * -normal.dot(line.dir).signum();
+                crossing.lift = self.lift(face, normals.map(|n| n * turn), [u, v, w].map(|x| x / sum), point);
+            }
+        }
+        Some(crossing)
+    }
+
+    /// From a point of a facet to where the tangent planes at its corners, mixed, would have it; never inwards (Hanika,
+    /// Hacking the Shadow Terminator, Ray Tracing Gems II, ch. 4).
+    fn lift(&self, face: [usize; 3], normals: [DVec3; 3], weights: [f64; 3], point: DVec3) -> DVec3 {
+        let corner = |k: usize| self.vertices[face[k]];
+        (0..3).map(|k| normals[k] * (weights[k] * normals[k].dot(corner(k) - point).max(0.0))).sum()
     }
 
     /// Whether the faces surround the point: the solid angles they subtend there (Van Oosterom and Strackee 1983) add

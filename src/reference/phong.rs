@@ -59,17 +59,18 @@ fn cone_factor(spot: &SpotLight, from_light: DVec3) -> f64 {
     s * s * (3.0 - 2.0 * s)
 }
 
-/// (k_d (N.L) + k_s (R.V)^m) I for one light. `ng` and `ns` are on the viewer's side, `to_viewer` is unit.
+/// (k_d (N.L) + k_s (R.V)^m) I for one light. `ns` is on the viewer's side, `to_viewer` is unit. A facet without
+/// interpolated normals, `ng`, is dark where it faces away.
 pub(super) fn phong(
     material: &Material,
     object_point: DVec3,
-    ng: DVec3,
+    ng: Option<DVec3>,
     ns: DVec3,
     to_viewer: DVec3,
     light: &Incident,
 ) -> Rgb {
     let n_dot_l = ns.dot(light.to_light);
-    if n_dot_l <= 0.0 || ng.dot(light.to_light) <= 0.0 {
+    if n_dot_l <= 0.0 || ng.is_some_and(|ng| ng.dot(light.to_light) <= 0.0) {
         return Rgb::ZERO;
     }
     let mirrored = ns * (2.0 * n_dot_l) - light.to_light;
@@ -150,11 +151,11 @@ mod tests {
             serde_json::from_str(r#"{ "diffuse": 0.5, "specular": 0.25, "shininess": 2 }"#).unwrap();
         let diagonal = DVec3::new(1.0, 1.0, 0.0).normalize();
         let lamp = Incident { to_light: diagonal, distance: 1.0, radiance: Rgb::ONE };
-        let lit = |viewer| phong(&material, DVec3::ZERO, DVec3::Y, DVec3::Y, viewer, &lamp).x;
+        let lit = |viewer| phong(&material, DVec3::ZERO, Some(DVec3::Y), DVec3::Y, viewer, &lamp).x;
         let diffuse = 0.5 * 0.5f64.sqrt();
         assert!((lit(DVec3::Y) - (diffuse + 0.25 * 0.5)).abs() < 1e-15);
         assert!((lit(DVec3::new(-1.0, 1.0, 0.0).normalize()) - (diffuse + 0.25)).abs() < 1e-15);
-        let behind = phong(&material, DVec3::ZERO, DVec3::NEG_Y, DVec3::Y, DVec3::Y, &lamp);
+        let behind = phong(&material, DVec3::ZERO, Some(DVec3::NEG_Y), DVec3::Y, DVec3::Y, &lamp);
         assert_eq!(behind, Rgb::ZERO);
     }
 

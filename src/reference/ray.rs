@@ -39,12 +39,14 @@ pub(super) struct Crossing {
     pub(super) normal: DVec3,
     /// Interpolated normal, where the shape has one.
     pub(super) shading: Option<DVec3>,
+    /// Way to the curved surface that the interpolated normals pretend, on the side the ray comes from.
+    pub(super) lift: DVec3,
 }
 
 impl Crossing {
     /// A crossing of a surface without shading normals.
     pub(super) fn flat(t: f64, point: DVec3, normal: DVec3) -> Self {
-        Self { t, point, normal, shading: None }
+        Self { t, point, normal, shading: None, lift: DVec3::ZERO }
     }
 }
 

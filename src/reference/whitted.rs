@@ -121,7 +121,8 @@ fn local_radiance(reference: &Reference, d: DVec3, vertex: &Vertex<'_>) -> Rgb {
     let mut sum = phong::ambient(&hit.body.material, hit.object_point, reference.ambient);
     for light in &reference.lights {
         let Some(incident) = phong::incident(light, *point) else { continue };
-        let unshadowed = phong::phong(&hit.body.material, hit.object_point, *ng, *ns, -d, &incident);
+        let facet = (!hit.smooth).then_some(*ng);
+        let unshadowed = phong::phong(&hit.body.material, hit.object_point, facet, *ns, -d, &incident);
         if unshadowed != Rgb::ZERO {
             sum += unshadowed * visibility(reference, vertex, &incident);
         }
@@ -136,8 +137,17 @@ fn visibility(reference: &Reference, vertex: &Vertex<'_>, light: &Incident) -> R
     if shadows == Shadows::None {
         return share;
     }
-    let ray = Ray { origin: vertex.point, dir: light.to_light };
-    let far = light.distance * (1.0 - 1e-9);
+    // Where light grazes the facets of a curved surface, its shadow rays start on that surface.
+    let lifted = (1.0 - vertex.ng.dot(light.to_light) / 0.1).clamp(0.0, 1.0);
+    let origin = vertex.point + vertex.hit.lift * lifted;
+    let end = vertex.point + light.to_light * light.distance;
+    let (dir, distance) = if light.distance < f64::INFINITY {
+        ((end - origin).normalize(), end.distance(origin))
+    } else {
+        (light.to_light, light.distance)
+    };
+    let ray = Ray { origin, dir };
+    let far = distance * (1.0 - 1e-9);
     reference.world.each_intersection(&ray, vertex.near, far, |blocker| {
         share *= match shadows {
             Shadows::Transmissive => blocker.body.material.transmission.0,

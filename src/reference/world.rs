@@ -56,6 +56,10 @@ pub(super) struct Intersection<'a> {
     pub(super) ng: DVec3,
     /// Unit shading normal, on either side.
     pub(super) ns: DVec3,
+    /// Whether `ns` is interpolated.
+    pub(super) smooth: bool,
+    /// Way to the curved surface that interpolated normals pretend, on the side the ray comes from.
+    pub(super) lift: DVec3,
     /// Whether the ray passes into the space the shape encloses.
     pub(super) goes_in: bool,
     /// Volume of that space.
@@ -158,6 +162,8 @@ impl<'a> Search<'a, '_> {
                 object_point: crossing.point,
                 ng,
                 ns,
+                smooth: crossing.shading.is_some(),
+                lift: to_object.inverse() * crossing.lift,
                 goes_in: outward < 0.0,
                 volume: body.shape.volume() / to_object.determinant().abs(),
             });

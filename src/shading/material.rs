@@ -21,6 +21,15 @@ pub struct Material<R> {
     pub ior: R,
 }
 
+impl<R: Real> Material<R> {
+    /// Whether a surface between equal media shows nothing of this material: all light passes, none is added.
+    pub fn is_perfectly_clear(&self) -> bool {
+        let black = [R::from_f64(0.0); 3];
+        let unlit = [self.ambient, self.diffuse].iter().all(|texture| *texture == Texture::Uniform(black));
+        unlit && self.specular == black && self.reflection == black && self.transmission == [R::from_f64(1.0); 3]
+    }
+}
+
 /// A colour that may depend on the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Texture<R> {

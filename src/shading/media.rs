@@ -62,9 +62,10 @@ impl<R: Real> Media<R> {
         self.nodes[list as usize].medium.ior
     }
 
-    /// The list inside a body that has been entered; the same list if there are as many as the limit `media` already.
+    /// The list inside a body that has been entered; the same list if the ray was in it, or if there are as many as the
+    /// limit `media` already.
     pub fn enter(&mut self, list: MediumList, medium: Medium<R>) -> MediumList {
-        if self.entries(list).count() as u64 >= MEDIA.max {
+        if self.contains(list, medium.body) || self.entries(list).count() as u64 >= MEDIA.max {
             return list;
         }
         let above: Vec<Medium<R>> = self.entries(list).take_while(|other| other.outranks(&medium)).collect();

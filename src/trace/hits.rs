@@ -35,6 +35,8 @@ pub struct Hits<L: Lanes> {
     pub closed: u32,
     /// Lanes whose body is hollow.
     pub hollow: u32,
+    /// Lanes whose facet stands for a curved surface.
+    pub smooth: u32,
     /// Lanes whose body might touch another.
     pub may_touch: u32,
     /// Volume of the placed body.
@@ -96,6 +98,7 @@ pub(super) fn find_nearest<L: Lanes>(
             error: nothing,
             ng: nothing,
             ns: nothing,
+            lift: nothing,
             local: nothing,
             met: L::mask(s, 0),
         },
@@ -108,6 +111,7 @@ pub(super) fn find_nearest<L: Lanes>(
         material: [0; MAX_LANES],
         closed: 0,
         hollow: 0,
+        smooth: 0,
         may_touch: 0,
         volume: [0.0; MAX_LANES],
         touching: Vec::new(),
@@ -123,6 +127,7 @@ impl<L: Lanes> Hits<L> {
         let mut left = lanes;
         self.closed &= !lanes;
         self.hollow &= !lanes;
+        self.smooth &= !lanes;
         self.may_touch &= !lanes;
         while left != 0 {
             let owner = world.owner(self.expanded[left.trailing_zeros() as usize]);
@@ -140,6 +145,7 @@ impl<L: Lanes> Hits<L> {
             left &= !same;
             self.closed |= if owner.item.closed { same } else { 0 };
             self.hollow |= if owner.item.hollow { same } else { 0 };
+            self.smooth |= if owner.item.is_smooth() { same } else { 0 };
             self.may_touch |= if owner.item.may_touch { same } else { 0 };
             let new = resolve(s, &owner, &self.expanded, rays);
             let mask = L::mask(s, same);
@@ -149,6 +155,7 @@ impl<L: Lanes> Hits<L> {
                 error: V3::select(mask, new.error, old.error),
                 ng: V3::select(mask, new.ng, old.ng),
                 ns: V3::select(mask, new.ns, old.ns),
+                lift: V3::select(mask, new.lift, old.lift),
                 local: V3::select(mask, new.local, old.local),
                 met: (mask & new.met) | (!mask & old.met),
             };
@@ -197,6 +204,11 @@ impl<L: Lanes> Hits<L> {
     /// Whether a lane's ray goes into the region its body encloses; one goes into a cavity out of the material.
     pub fn goes_in(&self, lane: usize) -> bool {
         (self.entering ^ self.hollow) & (1 << lane) != 0
+    }
+
+    /// Whether a lane's material shows nothing between equal media.
+    pub fn is_perfectly_clear(&self, world: &World<L::Real>, lane: usize) -> bool {
+        world.materials[self.material[lane] as usize].is_perfectly_clear()
     }
 
     /// Whether a lane's body transmits light in any channel.

@@ -43,6 +43,8 @@ pub struct Followed<L: Lanes> {
     pub origin: V3<L>,
     /// Unit direction.
     pub dir: V3<L>,
+    /// Distance beyond which it sees: 0, or where it has passed an invisible surface.
+    pub t_min: L,
     /// What its radiance is multiplied with on the way to the pixel.
     pub weight: V3<L>,
     /// Lanes that hold a ray.
@@ -55,6 +57,14 @@ pub struct Followed<L: Lanes> {
     pub kind: RayKind,
     /// The observer's number of the ray it comes from.
     pub parent: u32,
+}
+
+impl<L: Lanes> Followed<L> {
+    /// Where they begin to see.
+    #[inline(always)]
+    pub(super) fn start(&self) -> V3<L> {
+        self.origin + self.dir * self.t_min
+    }
 }
 
 /// Traces packets of samples through a world. Reused from packet to packet.
@@ -133,6 +143,7 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
         let first = Followed {
             origin: primary.origin,
             dir: primary.dir,
+            t_min: L::lit(s, 0.0),
             weight,
             active: seen,
             media: self.media_at_eye(&primary.origin, seen),
@@ -185,7 +196,7 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
         let cast = Rays {
             origin: rays.origin,
             dir: rays.dir,
-            t_min: L::lit(s, 0.0),
+            t_min: rays.t_min,
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
@@ -205,7 +216,7 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
             self.counts.camera_hits += u64::from(hits.found.count_ones());
         }
         if O::WATCHING {
-            self.observer.hits(number, &hits);
+            self.observer.hits(number, rays, &hits);
         }
         let coefficients = hits.coefficients(s, self.world);
         illuminate(self, rays, &hits, &coefficients, number, sum);

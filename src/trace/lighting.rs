@@ -13,6 +13,10 @@ use crate::shading::phong::{highlight_cosine, power};
 /// Shadow rays end this many roundings before the light, so that a light on a surface is not shadowed by it at random.
 const LIGHT_MARGIN: f64 = 16.0;
 
+/// Cosine between light and facet below which shadow rays start on the surface that a smooth mesh pretends; they move
+/// there gradually (as Cycles does, D11065), since whatever lies in between casts no shadow.
+const GRAZING: f64 = 0.1;
+
 /// Adds the local illumination of what the rays hit to `sum`.
 #[inline(always)]
 pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
@@ -35,11 +39,14 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
     }
     let zero = L::lit(s, 0.0);
     let found = L::mask(s, hits.found);
-    let origin = leave(hits.surface.point, hits.surface.error, hits.ng);
+    let from_facet = leave(hits.surface.point, hits.surface.error, hits.ng);
+    // The SPD's rules count shadow rays of the facets.
+    let smooth = if world.rules.spd_counts { 0 } else { hits.smooth };
     for (index, light) in world.lights.iter().enumerate() {
         let arrival = light.arrive(s, hits.surface.point);
         // NaN, at the light's own position, is neither side.
-        let facing = found & hits.ng.dot(arrival.to_light).gt(zero);
+        let facet_cosine = hits.ng.dot(arrival.to_light);
+        let facing = found & (facet_cosine.gt(zero) | L::mask(s, smooth));
         let cosine = hits.ns.dot(arrival.to_light);
         let lit = facing & cosine.gt(zero) & arrival.strength.gt(zero);
         let cast = if world.rules.spd_counts { facing } else { lit };
@@ -47,6 +54,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
             continue;
         }
         let radiance = phong(s, rays, hits, coefficients, light, arrival.to_light, cosine, arrival.strength, lit);
+        let origin = if smooth & cast.bits() == 0 { from_facet } else { from_curve(s, hits, facet_cosine, smooth) };
         let mut passed = V3::splat(s, [L::Real::from_f64(1.0); 3]);
         if let Some(blockers) = world.rules.shadows {
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
@@ -85,6 +93,16 @@ fn phong<L: Lanes>(
         reflected = reflected + ks * highlight;
     }
     reflected.times(V3::splat(s, light.color)) * strength
+}
+
+/// Where shadow rays start from facets that stand for a curved surface, the lanes of `smooth`: on that surface where the
+/// light grazes the facet or comes from behind it, else neighbouring facets would draw a saw-toothed shadow line.
+#[inline(always)]
+fn from_curve<L: Lanes>(s: L::Simd, hits: &Hits<L>, facet_cosine: L, smooth: u32) -> V3<L> {
+    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+    let share = (one - facet_cosine * L::lit(s, 1.0 / GRAZING)).max(zero).min(one);
+    let share = L::select(L::mask(s, smooth), share, zero);
+    leave(hits.surface.point + hits.surface.lift * share, hits.surface.error, hits.ng)
 }
 
 /// Segments from the surface to the light; t = 1 is the light, or infinity for directional light.

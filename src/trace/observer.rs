@@ -45,7 +45,7 @@ pub trait Observer<L: Lanes> {
     /// Radiance that a ray adds to the pixel, weight included.
     fn contributes(&mut self, ray: u32, radiance: V3<L>);
     /// What a ray hits.
-    fn hits(&mut self, ray: u32, hits: &Hits<L>);
+    fn hits(&mut self, number: u32, ray: &Followed<L>, hits: &Hits<L>);
     /// A shadow ray to a light, what it lets through, and what it adds to the pixel, weight included.
     fn shadow(&mut self, ray: u32, light: usize, origin: V3<L>, to_light: V3<L>, passed: V3<L>, radiance: V3<L>);
     /// Snell's law at the surface a ray hits.
@@ -65,7 +65,7 @@ impl<L: Lanes> Observer<L> for () {
     #[inline(always)]
     fn contributes(&mut self, _: u32, _: V3<L>) {}
     #[inline(always)]
-    fn hits(&mut self, _: u32, _: &Hits<L>) {}
+    fn hits(&mut self, _: u32, _: &Followed<L>, _: &Hits<L>) {}
     #[inline(always)]
     fn shadow(&mut self, _: u32, _: usize, _: V3<L>, _: V3<L>, _: V3<L>, _: V3<L>) {}
     #[inline(always)]

@@ -47,9 +47,13 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>>(
         // Under total internal reflection r_t joins r_s.
         let joined = reflected_weight + rays.weight.times(r_t);
         reflected_weight = V3::select(L::mask(s, total), joined, reflected_weight);
+        // What cannot be seen leaves a ray as it is, so that what lies behind is met at the same bits.
+        let unseen = L::mask(s, crossing.unseen);
+        let behind = leave(hits.surface.point, hits.surface.error, -hits.ng);
         transmitted = Some(Followed {
-            origin: leave(hits.surface.point, hits.surface.error, -hits.ng),
+            origin: V3::select(unseen, rays.origin, behind),
             dir: crossing.dir,
+            t_min: L::select(unseen, hits.t, zero),
             weight: rays.weight.times(r_t),
             active: clear & !total,
             media: crossing.media,
@@ -69,6 +73,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>>(
         tracer.push(Followed {
             origin: leave(hits.surface.point, hits.surface.error, hits.ng),
             dir,
+            t_min: zero,
             weight: reflected_weight,
             active: reflecting,
             media: rays.media,
@@ -92,6 +97,8 @@ struct Crossing<L: Lanes> {
     dir: V3<L>,
     /// The media behind the surface.
     media: [MediumList; MAX_LANES],
+    /// Lanes whose surface lies between equal media and adds nothing.
+    unseen: u32,
 }
 
 impl<L: Lanes> Crossing<L> {
@@ -141,8 +148,11 @@ fn cross<L: Lanes, O: Observer<L>>(
         total: refraction.total | (!below & flat.total),
     };
     // Through equal media the direction is the same to the last bit.
-    let dir = V3::select(eta.eq(L::lit(s, 1.0)), rays.dir, refraction.dir.normalized());
-    Crossing { n1, n2, refraction, dir, media }
+    let equal = eta.eq(L::lit(s, 1.0));
+    let dir = V3::select(equal, rays.dir, refraction.dir.normalized());
+    let unseen = lanes_of(equal.bits() & clear).filter(|&lane| hits.is_perfectly_clear(tracer.world, lane));
+    let unseen = unseen.fold(0, |lanes, lane| lanes | 1 << lane);
+    Crossing { n1, n2, refraction, dir, media, unseen }
 }
 
 /// Tells the observer which rays the end of the chain has cut off.

@@ -246,7 +246,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
             kind,
             depth: ray.depth,
             weight: wide(ray.weight),
-            origin: wide(ray.origin),
+            origin: wide(ray.start()),
             direction: wide(ray.dir),
             media,
             ..blank()
@@ -263,11 +263,11 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
         }
     }
 
-    fn hits(&mut self, ray: u32, hits: &Hits<L>) {
+    fn hits(&mut self, number: u32, ray: &Followed<L>, hits: &Hits<L>) {
         let (object, body, name) = name_of(self.scene, self.world, hits.expanded[0]);
-        if let Some(node) = self.node(ray) {
+        if let Some(node) = self.node(number) {
             node.hit = Some(NodeHit {
-                t: first(hits.t),
+                t: first(hits.t - ray.t_min),
                 point: wide(hits.surface.point),
                 normal: wide(hits.surface.ng),
                 object,

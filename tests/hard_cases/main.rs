@@ -36,16 +36,10 @@ use strahl::scene::description::Precision;
 type Case = (&'static str, fn(&Lab) -> Evidence);
 
 /// What strahl is known to get wrong, and why it is still so. Each must still fail.
-const KNOWN_GAPS: &[(&str, Precision, &str)] = &[
-    ("S09", Precision::Single, SHELLS),
-    ("T17", Precision::Single, TERMINATOR),
-    ("T17", Precision::Double, TERMINATOR),
-];
+const KNOWN_GAPS: &[(&str, Precision, &str)] = &[("S09", Precision::Single, SHELLS)];
 
 const SHELLS: &str = "behind a surface a ray starts beyond the bound on its error, some 10 u, so that a shell 2^-22 = 4 u \
     of the radius below is seen from behind; 2^-20 is told apart";
-const TERMINATOR: &str = "shadows of smooth meshes are those of their flat facets (point 7 of the issue)";
-
 #[test]
 fn hard_cases_are_survived_and_naive_code_fails_them() {
     let families: [&[Case]; 12] = [
