@@ -7,6 +7,7 @@
 use super::bounds::Bounds;
 use super::build::{Bvh, BvhKind};
 use crate::lanes::Real;
+use crate::math::{exponent, scale_by_power};
 use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -86,8 +87,28 @@ pub struct Instance<R> {
     pub to_world: Placement<R>,
     /// The inverse.
     pub to_local: Placement<R>,
+    /// A power of two by which directions are divided and ray parameters multiplied inside, so that directions keep a
+    /// length around 1 at any scale and their squares neither vanish nor overflow. It changes no digit.
+    pub unit: R,
     /// Ball around the placed geometry, if it has bounds: most rays that pass its box miss it.
     pub ball: Option<Ball<R>>,
+}
+
+impl<R: Real> Instance<R> {
+    /// Places a geometry.
+    pub fn new(geometry: u32, to_world: DAffine3) -> Self {
+        let to_local = to_world.inverse();
+        let columns = [to_local.x_axis, to_local.y_axis, to_local.z_axis];
+        let longest = columns.iter().map(|column| column.length()).fold(f64::MIN_POSITIVE, f64::max);
+        let unit = scale_by_power(1.0, exponent(longest).clamp(-100, 100));
+        Self {
+            geometry,
+            to_world: Placement::new(to_world),
+            to_local: Placement::new(to_local),
+            unit: R::from_f64(unit),
+            ball: None,
+        }
+    }
 }
 
 /// A ball that holds something.

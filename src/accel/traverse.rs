@@ -157,8 +157,7 @@ fn visit<L: Lanes>(
             return;
         }
         closest_hit(s, geometries, instance.geometry as usize, first, &mut inner, nearest);
-        // t is the same number in both systems, since the direction is not normalised again.
-        rays.t_max = inner.t_max;
+        rays.t_max = inner.t_max / L::splat(s, instance.unit);
         return;
     }
     // Ties are for `offer` to settle, so the range is closed at its far end here.
@@ -260,14 +259,21 @@ impl<R: Real> Placement<R> {
 }
 
 impl<R: Real> Instance<R> {
-    /// Rays in the coordinates of the instance's geometry, without those that pass by; `t` keeps its meaning.
+    /// Rays in the coordinates of the instance's geometry, without those that pass by; t is multiplied by the unit.
     #[inline(always)]
     pub(super) fn rays_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> Rays<L> {
         let active = match &self.ball {
             Some(ball) => rays.active & ball.near(s, rays),
             None => rays.active,
         };
-        Rays { origin: self.to_local.point(s, rays.origin), dir: self.to_local.vector(s, rays.dir), active, ..*rays }
+        let unit = L::splat(s, self.unit);
+        Rays {
+            origin: self.to_local.point(s, rays.origin),
+            dir: self.to_local.vector(s, rays.dir) * (L::lit(s, 1.0) / unit),
+            t_min: rays.t_min * unit,
+            t_max: rays.t_max * unit,
+            active,
+        }
     }
 }
 

@@ -158,12 +158,7 @@ impl<'a, R: Real> Builder<'a, R> {
 
     fn instance(&self, geometry: usize, transform: &d::Transform, source: u32) -> Item<R> {
         let map = affine(transform).unwrap_or(DAffine3::IDENTITY);
-        let instance = Instance {
-            geometry: geometry as u32,
-            to_world: Placement::new(map),
-            to_local: Placement::new(map.inverse()),
-            ball: None,
-        };
+        let instance = Instance::new(geometry as u32, map);
         Item {
             shape: Shape::Instance(Box::new(instance)),
             material: 0,
