@@ -221,6 +221,25 @@ pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Med
     media_at::<L>(s, world, eye)
 }
 
+/// A tile and where its pixels go, row by row.
+struct Tile<'a> {
+    region: Region,
+    rows: Vec<&'a mut [[f32; 3]]>,
+}
+
+/// Cuts the pixels of a region into tiles.
+fn split(region: Region, edge: u32, pixels: &mut [[f32; 3]]) -> Vec<Tile<'_>> {
+    let mut tiles: Vec<Tile<'_>> = region.tiles(edge).map(|region| Tile { region, rows: Vec::new() }).collect();
+    let across = region.width.div_ceil(edge) as usize;
+    for (y, row) in pixels.chunks_mut(region.width as usize).enumerate() {
+        let first = y / edge as usize * across;
+        for (tile, part) in tiles[first..first + across].iter_mut().zip(row.chunks_mut(edge as usize)) {
+            tile.rows.push(part);
+        }
+    }
+    tiles
+}
+
 struct Renderer<'a, R> {
     scene: &'a Scene,
     control: &'a Control,
@@ -234,57 +253,45 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 
     fn picture(&self, region: Region) -> Result<(Film, RayCounts), Cancelled> {
-        let (width, height) = (self.scene.width, self.scene.height);
+        let (full_width, full_height) = (self.scene.width, self.scene.height);
+        if !refines(self.scene) {
+            self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
+            let (pixels, rays) = self.grid(region)?;
+            return Ok((Film { region, full_width, full_height, pixels }, rays));
+        }
         // Antialiasing compares with neighbours, also across the region's edge, so that a tile is a crop of the whole.
-        let around = if refines(self.scene) { region.with_border(width, height) } else { region };
+        let around = region.with_border(full_width, full_height);
         self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
         let (base, mut rays) = self.grid(around)?;
         let at = |x: u32, y: u32| ((y - around.y) * around.width + (x - around.x)) as usize;
         let mut pixels: Vec<[f32; 3]> = region.iter().map(|[x, y]| base[at(x, y)]).collect();
-        if refines(self.scene) {
-            let codes: Vec<[u8; 3]> = base.iter().map(|p| p.map(code8)).collect();
-            let uneven: Vec<[u32; 2]> = region.iter().filter(|&[x, y]| is_uneven(&codes, around, x, y)).collect();
-            self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
-            let (refined, more) = self.list(&uneven, REFINED_SAMPLES)?;
-            for (&[x, y], pixel) in uneven.iter().zip(refined) {
-                pixels[((y - region.y) * region.width + (x - region.x)) as usize] = pixel;
-            }
-            rays = rays + more;
+        let codes: Vec<[u8; 3]> = base.par_iter().map(|p| p.map(code8)).collect();
+        let uneven: Vec<[u32; 2]> = region.iter().filter(|&[x, y]| is_uneven(&codes, around, x, y)).collect();
+        self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
+        let (refined, more) = self.list(&uneven, REFINED_SAMPLES)?;
+        for (&[x, y], pixel) in uneven.iter().zip(refined) {
+            pixels[((y - region.y) * region.width + (x - region.x)) as usize] = pixel;
         }
-        Ok((Film { region, full_width: width, full_height: height, pixels }, rays))
+        rays = rays + more;
+        Ok((Film { region, full_width, full_height, pixels }, rays))
     }
 
     /// The base samples of a region, row by row.
     fn grid(&self, region: Region) -> Result<(Vec<[f32; 3]>, RayCounts), Cancelled> {
-        let tiles: Vec<Region> = region.tiles(self.cut.tile).collect();
-        let traced: Result<Vec<Traced>, Cancelled> = tiles
-            .par_iter()
-            .map(|tile| {
-                // A packet is a block of pixels, so that its rays stay together.
-                let blocks: Vec<[u32; 2]> =
-                    tile.tiles(BLOCK).flat_map(|block| block.iter().collect::<Vec<_>>()).collect();
-                self.trace(&blocks, self.scene.samples).map(|traced| (blocks, traced))
-            })
-            .map(|result| {
-                result.map(|(blocks, mut traced)| {
-                    // Back to rows, for the copy below.
-                    let mut order: Vec<usize> = (0..blocks.len()).collect();
-                    order.sort_by_key(|&i| (blocks[i][1], blocks[i][0]));
-                    traced.pixels = order.into_iter().map(|i| traced.pixels[i]).collect();
-                    traced
-                })
-            })
-            .collect();
         let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
-        let mut rays = RayCounts::default();
-        for (tile, traced) in tiles.iter().zip(traced?) {
-            for (row, line) in traced.pixels.chunks(tile.width as usize).enumerate() {
-                let start = (tile.y - region.y) as usize + row;
-                let start = start * region.width as usize + (tile.x - region.x) as usize;
-                pixels[start..start + line.len()].copy_from_slice(line);
-            }
-            rays = rays + traced.rays;
-        }
+        let rays = split(region, self.cut.tile, &mut pixels)
+            .into_par_iter()
+            .map(|mut tile| {
+                // A packet is a block of pixels, so that its rays stay together.
+                let mut at = Vec::with_capacity(tile.region.pixels() as usize);
+                tile.region.tiles(BLOCK).for_each(|block| at.extend(block.iter()));
+                let traced = self.trace(&at, self.scene.samples)?;
+                for ([x, y], pixel) in at.into_iter().zip(traced.pixels) {
+                    tile.rows[(y - tile.region.y) as usize][(x - tile.region.x) as usize] = pixel;
+                }
+                Ok(traced.rays)
+            })
+            .try_reduce(RayCounts::default, |a, b| Ok(a + b))?;
         Ok((pixels, rays))
     }
 

@@ -2,7 +2,7 @@
 
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, contact, extent};
-use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Placement, Shape};
+use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Shape};
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
