@@ -2,7 +2,7 @@
 //! the plain one, which is better for origins on or inside the sphere.
 
 use super::Sides;
-use crate::lanes::{Lanes, Real, V3};
+use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Meeting, Rays, error_around};
 
 /// All points at `radius` from `center`.
@@ -28,6 +28,12 @@ impl<R: Real> Sphere<R> {
         let f = rays.origin - center;
         let a = rays.dir.dot(rays.dir);
         let b = -f.dot(rays.dir);
+        // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding below end here.
+        let (ff, rr) = (f.dot(f) * a, radius * radius * a);
+        let doubt = (ff + rr) * L::lit(s, 64.0 * R::ROUNDOFF) + L::lit(s, 16.0 * f64::from(f32::MIN_POSITIVE));
+        if !(rays.active & !(ff - b * b).gt(rr + doubt)).any() {
+            return Meeting::nowhere(s, rays);
+        }
         let distance = f.length();
         let c = (distance - radius) * (distance + radius);
 
@@ -57,6 +63,8 @@ impl<R: Real> Sphere<R> {
         let from_center = V3::select(from_center.length().gt(zero), from_center, -rays.dir);
         let normal = from_center * (radius / from_center.length());
         let point = center + normal;
-        Meeting::smooth(t, hit, point, error_around(s, point, center, 5.0, normal), normal)
+        // Five roundings from the square root to here.
+        let error = error_around(s, point, center, 5.0, normal);
+        Meeting::smooth(t, hit, point, error, normal)
     }
 }

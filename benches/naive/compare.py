@@ -1,0 +1,228 @@
+#!/usr/bin/env python3
+"""What robustness costs, and what it buys.
+
+Each patch beside this file replaces one robust ingredient of the kernels by the naive code of textbooks. This program
+builds strahl as it is, without each ingredient and without all of them, counts the hard cases that each variant
+survives, and times them all against each other in one interleaved run:
+
+    python3 benches/naive/compare.py               # build what has changed, count, time; some 40 minutes at first
+    python3 benches/naive/compare.py --mutations   # which tests notice each patch
+    python3 benches/naive/compare.py --no-build --rounds 15 --record    # time again, and write the figures
+
+It needs cargo, git and nothing but Python's own library. Everything it builds lies in target/naive.
+"""
+
+import argparse
+import datetime
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from plot import plot
+from timing import time_variants
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+WORK = ROOT / "target" / "naive"
+PATCHES = sorted(path.stem for path in HERE.glob("*.patch"))
+TESTS = ["watertight", "secondary_rays", "accuracy", "analytic", "ground_truth", "properties", "random_scenes",
+         "reference", "golden", "hard_cases"]
+
+
+def variants(only):
+    """Name and patches of each variant."""
+    everything = {"robust": [], "naive": PATCHES} | {f"robust - {name}": [name] for name in PATCHES}
+    if not only:
+        return everything
+    return {name: patches for name, patches in everything.items() if patches == [] or name == "naive" and "all" in only
+            or patches[0] in only and len(patches) == 1}
+
+
+def folder(name):
+    return WORK / name.replace(" - ", "-")
+
+
+def sync(source, target):
+    """Makes `target` a copy of `source`, but leaves files alone that are the same, so that cargo sees no change."""
+    wanted = {path.relative_to(source) for path in source.rglob("*") if path.is_file()}
+    for path in [path for path in target.rglob("*") if path.is_file()]:
+        if path.relative_to(target) not in wanted:
+            path.unlink()
+    for name in wanted:
+        old, new = target / name, source / name
+        if not old.exists() or old.read_bytes() != new.read_bytes():
+            old.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(new, old)
+
+
+def tree(name, patches):
+    """The source of a variant, patched."""
+    fresh = WORK / "fresh"
+    shutil.rmtree(fresh, ignore_errors=True)
+    fresh.mkdir(parents=True)
+    for part in ["src", "api", "tests", "benches", "scenes"]:
+        shutil.copytree(ROOT / part, fresh / part)
+    for part in ["Cargo.toml", "Cargo.lock", "README.md", "ARCHITECTURE.md", "CHANGELOG.md", "Dockerfile"]:
+        if (ROOT / part).exists():
+            shutil.copyfile(ROOT / part, fresh / part)
+    # Inside a repository, git would only see the files that it knows there.
+    outside = os.environ | {"GIT_CEILING_DIRECTORIES": str(WORK)}
+    for patch in patches:
+        applied = subprocess.run(["git", "apply", str(HERE / f"{patch}.patch")], cwd=fresh, env=outside,
+                                 capture_output=True, text=True)
+        if applied.returncode != 0:
+            sys.exit(f"{patch}.patch does not apply: mend it\n{applied.stderr}")
+    target = folder(name) / "tree"
+    sync(fresh, target)
+    shutil.rmtree(fresh)
+    return target
+
+
+def cargo(at, *arguments):
+    """Runs cargo in a variant's tree. All share one folder for what is built, so that dependencies are built once."""
+    environment = os.environ | {"CARGO_TARGET_DIR": str(WORK / "target"), "CARGO_INCREMENTAL": "0"}
+    return subprocess.run(["cargo", *arguments], cwd=at, env=environment, capture_output=True, text=True)
+
+
+def must(finished, what):
+    if finished.returncode != 0:
+        sys.exit(f"{what} failed\n{finished.stdout[-4000:]}{finished.stderr[-4000:]}")
+    return finished
+
+
+def build(name, patches):
+    """Builds a variant and counts the hard cases it survives."""
+    at = tree(name, patches)
+    print(f"building {name} ...", flush=True)
+    tests = must(cargo(at, "build", "--release", "--bin", "strahl", "--test", "hard_cases", "--message-format", "json"),
+                 f"building {name}")
+    made = [json.loads(line) for line in tests.stdout.splitlines() if line.startswith("{")]
+    made = {message["target"]["name"]: message["executable"] for message in made if message.get("executable")}
+    binary = folder(name) / "strahl"
+    card = folder(name) / "scorecard.json"
+    if binary.exists() and card.exists() and same(binary, made["strahl"]):
+        return
+    written = at / "target" / "hard-cases" / "scorecard.json"
+    written.unlink(missing_ok=True)
+    # Variants without an ingredient fail; how often is the question.
+    subprocess.run([made["hard_cases"]], cwd=at, capture_output=True)
+    if not written.exists():
+        sys.exit(f"hard_cases of {name} wrote no scorecard")
+    shutil.copyfile(written, card)
+    shutil.copy2(made["strahl"], binary)
+
+
+def same(a, b):
+    return Path(a).read_bytes() == Path(b).read_bytes()
+
+
+def survived(name):
+    card = json.loads((folder(name) / "scorecard.json").read_text())
+    lost = sorted({row["case"] for row in card["rows"] if row["verdict"] != "pass" and row["precision"] == "single"})
+    return card["survived"] | {"of": card["cases"], "lost_in_single": lost}
+
+
+def mutations(only):
+    """Which tests fail for each patch."""
+    chosen = [("robust", [])] + [(name, patches) for name, patches in variants(only).items() if len(patches) == 1]
+    for name, patches in chosen:
+        at = tree(name, patches)
+        listing = {}
+        arguments = ["test", "--release", "--no-fail-fast", "--lib"]
+        for test in TESTS:
+            arguments += ["--test", test]
+        ended = cargo(at, *arguments)
+        if "test result" not in ended.stdout:
+            sys.exit(f"{name} does not build\n{ended.stderr[-4000:]}")
+        # Cargo names each binary on stderr, and the binaries report on stdout, in the same order.
+        binaries = [line.split()[1] for line in ended.stderr.splitlines() if line.lstrip().startswith("Running")]
+        names = iter("lib" if binary == "unittests" else Path(binary).stem for binary in binaries)
+        binary = "lib"
+        for line in ended.stdout.splitlines():
+            if line.startswith("running "):
+                binary = next(names, "?")
+                binary = Path(binary).parent.name if binary == "main" else binary
+            elif line.startswith("test ") and line.endswith("FAILED"):
+                listing.setdefault(binary, []).append(line.split()[1])
+        (folder(name) / "mutations.json").write_text(json.dumps(listing, indent=1) + "\n")
+        print(f"\n{name}: {sum(map(len, listing.values()))} tests fail", flush=True)
+        for binary, failed in listing.items():
+            print(f"  {binary}: {', '.join(failed)}", flush=True)
+        if patches and not listing:
+            print("  NO TEST NOTICES THIS")
+
+
+def machine():
+    model = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        model = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        pass
+    return f"{model}, {os.cpu_count()} cores"
+
+
+def commit():
+    found = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
+    return found.stdout.strip() or "unknown"
+
+
+def report(figures):
+    of = figures["of"]
+    print(f"\n{'variant':22} {'time':>6} {'per ray':>8} {'double':>7}   cases survived of {of}: single, double")
+    for name, row in figures["variants"].items():
+        cases = row["survived"]
+        print(f"{name:22} {row['time']:6.3f} {row['time_per_ray']:8.3f} {row['double']:7.3f}   "
+              f"{cases['single']:3d} {cases['double']:3d}")
+    print("time: that of naive in the same precision is 1; geometric mean over the scenes of medians of ratios")
+    print(f"robust takes {figures['robust_to_naive']:.3f} times naive; "
+          f"double takes {figures['double_to_single']:.2f} times single (robust)")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="+", metavar="PATCH", help="these patches only; all stands for naive")
+    parser.add_argument("--rounds", type=int, default=9, help="times each scene is traced by each variant")
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--no-build", action="store_true", help="time the variants that are built already")
+    parser.add_argument("--no-time", action="store_true", help="build and count only")
+    parser.add_argument("--record", action="store_true", help="write robustness.json and .svg beside this program")
+    parser.add_argument("--mutations", action="store_true", help="list the tests that notice each patch")
+    asked = parser.parse_args()
+    if shutil.which("git") is None:
+        sys.exit("git is missing: it applies the patches")
+    if asked.mutations:
+        return mutations(asked.only)
+
+    chosen = variants(asked.only)
+    if not asked.no_build:
+        for name, patches in chosen.items():
+            build(name, patches)
+            print(f"  {survived(name)}", flush=True)
+    if asked.no_time:
+        return None
+    chosen = [name for name in chosen if (folder(name) / "strahl").exists()]
+    if "robust" not in chosen or "naive" not in chosen:
+        sys.exit("both robust and naive must be built to compare them")
+    figures = time_variants(ROOT, WORK, {name: folder(name) / "strahl" for name in chosen}, asked.rounds, asked.threads)
+    for name in chosen:
+        figures["variants"][name]["survived"] = survived(name)
+    figures = {"date": datetime.date.today().isoformat(), "machine": machine(), "commit": commit(),
+               "rounds": asked.rounds, "of": survived("robust")["of"]} | figures
+    report(figures)
+    WORK.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(figures, indent=1) + "\n"
+    (WORK / "robustness.json").write_text(text)
+    (WORK / "robustness.svg").write_text(plot(figures))
+    if asked.record:
+        (HERE / "robustness.json").write_text(text)
+        (HERE / "robustness.svg").write_text(plot(figures))
+    return None
+
+
+if __name__ == "__main__":
+    main()
