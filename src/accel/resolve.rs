@@ -118,13 +118,13 @@ fn resolve_in<L: Lanes>(
 /// Meets the same primitives again, now for point, error and normal.
 #[inline(always)]
 fn meet<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: &[u64; MAX_LANES], rays: &Rays<L>) -> Meeting<L> {
-    let shear = Shear::new(s, rays);
     match &owner.item.shape {
         Shape::Mesh(mesh) => {
+            let shear = Shear::new(s, rays);
             let corner = |k: usize| V3::from_fn(s, |lane| mesh.corners(face_of(owner, expanded[lane]))[k]);
             intersect_triangle(s, [corner(0), corner(1), corner(2)], rays, &shear, owner.item.sides)
         }
-        _ => intersect_called(s, owner.item, 0, rays, &shear),
+        _ => intersect_called(s, owner.item, 0, rays, &Shear::unused(s, rays)),
     }
 }
 
