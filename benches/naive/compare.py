@@ -14,6 +14,7 @@ It needs cargo, git and nothing but Python's own library. Everything it builds l
 
 import argparse
 import datetime
+import hashlib
 import json
 import os
 import platform
@@ -29,6 +30,7 @@ from timing import time_variants  # noqa: E402
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 WORK = ROOT / "target" / "naive"
+TREE = WORK / "tree"
 PATCHES = sorted(path.stem for path in HERE.glob("*.patch"))
 TESTS = ["watertight", "secondary_rays", "accuracy", "analytic", "ground_truth", "properties", "random_scenes",
          "reference", "golden", "hard_cases"]
@@ -60,16 +62,15 @@ def sync(source, target):
             shutil.copyfile(new, old)
 
 
-def tree(name, patches):
-    """The source of a variant, patched."""
+def fresh_tree(patches):
+    """A copy of the source, patched, and the hash of all that is in it."""
     fresh = WORK / "fresh"
     shutil.rmtree(fresh, ignore_errors=True)
     fresh.mkdir(parents=True)
     for part in ["src", "api", "tests", "benches", "scenes"]:
         shutil.copytree(ROOT / part, fresh / part)
-    for part in ["Cargo.toml", "Cargo.lock", "README.md", "ARCHITECTURE.md", "CHANGELOG.md", "Dockerfile"]:
-        if (ROOT / part).exists():
-            shutil.copyfile(ROOT / part, fresh / part)
+    for part in ["Cargo.toml", "Cargo.lock"]:
+        shutil.copyfile(ROOT / part, fresh / part)
     # Inside a repository, git would only see the files that it knows there.
     outside = os.environ | {"GIT_CEILING_DIRECTORIES": str(WORK)}
     for patch in patches:
@@ -77,10 +78,11 @@ def tree(name, patches):
                                  capture_output=True, text=True)
         if applied.returncode != 0:
             sys.exit(f"{patch}.patch does not apply: mend it\n{applied.stderr}")
-    target = folder(name) / "tree"
-    sync(fresh, target)
-    shutil.rmtree(fresh)
-    return target
+    shutil.rmtree(fresh / "benches" / "naive")
+    digest = hashlib.sha256()
+    for path in sorted(path for path in fresh.rglob("*") if path.is_file()):
+        digest.update(str(path.relative_to(fresh)).encode() + b"\0" + path.read_bytes())
+    return fresh, digest.hexdigest()
 
 
 def unused_levels():
@@ -94,42 +96,64 @@ def unused_levels():
     return "--cfg disable_dispatch_sse4_2 --cfg disable_dispatch_avx512" if "avx2" in flags else ""
 
 
-def cargo(at, *arguments):
-    """Runs cargo in a variant's tree. All share one folder for what is built, so that dependencies are built once."""
+def cargo(*arguments):
+    """Runs cargo in the tree of the variant at hand. It is the same folder for all, since cargo tells packages in one
+    target folder apart by their paths below the workspace only; so each build compiles the package and nothing else."""
     environment = os.environ | {"CARGO_TARGET_DIR": str(WORK / "target"), "RUSTFLAGS": unused_levels()}
-    return subprocess.run(["cargo", *arguments], cwd=at, env=environment, capture_output=True, text=True)
+    return subprocess.run(["cargo", *arguments], cwd=TREE, env=environment, capture_output=True, text=True)
 
 
-def must(finished, what):
-    if finished.returncode != 0:
-        sys.exit(f"{what} failed\n{finished.stdout[-4000:]}{finished.stderr[-4000:]}")
-    return finished
-
-
-def build(name, patches):
-    """Builds a variant and counts the hard cases it survives."""
-    at = tree(name, patches)
-    print(f"building {name} ...", flush=True)
-    tests = must(cargo(at, "build", "--release", "--bin", "strahl", "--test", "hard_cases", "--message-format", "json"),
-                 f"building {name}")
-    made = [json.loads(line) for line in tests.stdout.splitlines() if line.startswith("{")]
-    made = {message["target"]["name"]: message["executable"] for message in made if message.get("executable")}
-    binary = folder(name) / "strahl"
-    card = folder(name) / "scorecard.json"
-    if binary.exists() and card.exists() and same(binary, made["strahl"]):
+def build(name, patches, with_tests):
+    """Builds a variant, counts the hard cases it survives and, if asked to, finds the tests that fail. Does nothing for
+    what is up to date."""
+    kept = folder(name)
+    kept.mkdir(parents=True, exist_ok=True)
+    fresh, digest = fresh_tree(patches)
+    stamps = [kept / "built"] + ([kept / "tested"] if with_tests else [])
+    if all(stamp.exists() and stamp.read_text() == digest for stamp in stamps):
         return
-    written = at / "target" / "hard-cases" / "scorecard.json"
-    written.unlink(missing_ok=True)
-    # Variants without an ingredient fail; how often is the question.
-    subprocess.run([made["hard_cases"]], cwd=at, capture_output=True)
-    if not written.exists():
-        sys.exit(f"hard_cases of {name} wrote no scorecard")
-    shutil.copyfile(written, card)
-    shutil.copy2(made["strahl"], binary)
+    sync(fresh, TREE)
+    if not (kept / "built").exists() or (kept / "built").read_text() != digest:
+        print(f"building {name} ...", flush=True)
+        built = cargo("build", "--release", "--bin", "strahl", "--test", "hard_cases", "--message-format", "json")
+        if built.returncode != 0:
+            sys.exit(f"{name} does not build\n{built.stderr[-4000:]}")
+        made = [json.loads(line) for line in built.stdout.splitlines() if line.startswith("{")]
+        made = {message["target"]["name"]: message["executable"] for message in made if message.get("executable")}
+        written = TREE / "target" / "hard-cases" / "scorecard.json"
+        written.unlink(missing_ok=True)
+        # Variants without an ingredient fail; how often is the question.
+        subprocess.run([made["hard_cases"]], cwd=TREE, capture_output=True)
+        if not written.exists():
+            sys.exit(f"hard_cases of {name} wrote no scorecard")
+        shutil.copyfile(written, kept / "scorecard.json")
+        shutil.copy2(made["strahl"], kept / "strahl")
+        (kept / "built").write_text(digest)
+    if with_tests:
+        print(f"testing {name} ...", flush=True)
+        (kept / "mutations.json").write_text(json.dumps(failing_tests(name), indent=1) + "\n")
+        (kept / "tested").write_text(digest)
 
 
-def same(a, b):
-    return Path(a).read_bytes() == Path(b).read_bytes()
+def failing_tests(name):
+    """The tests that fail in the tree at hand, by binary."""
+    arguments = ["test", "--release", "--no-fail-fast"]
+    for test in TESTS:
+        arguments += ["--test", test]
+    ended = cargo(*arguments)
+    if "test result" not in ended.stdout:
+        sys.exit(f"the tests of {name} do not build\n{ended.stderr[-4000:]}")
+    # Cargo names each binary on stderr, and the binaries report on stdout, in the same order.
+    paths = [Path(line.split()[1]) for line in ended.stderr.splitlines() if line.lstrip().startswith("Running")]
+    names = iter(path.parent.name if path.stem == "main" else path.stem for path in paths)
+    listing = {}
+    binary = "?"
+    for line in ended.stdout.splitlines():
+        if line.startswith("running "):
+            binary = next(names, "?")
+        elif line.startswith("test ") and line.endswith("FAILED"):
+            listing.setdefault(binary, []).append(line.split()[1])
+    return listing
 
 
 def survived(name):
@@ -138,33 +162,14 @@ def survived(name):
     return card["survived"] | {"of": card["cases"], "lost_in_single": lost}
 
 
-def mutations(only):
-    """Which tests fail for each patch."""
-    chosen = [("robust", [])] + [(name, patches) for name, patches in variants(only).items() if len(patches) == 1]
-    for name, patches in chosen:
-        at = tree(name, patches)
-        listing = {}
-        arguments = ["test", "--release", "--no-fail-fast", "--lib"]
-        for test in TESTS:
-            arguments += ["--test", test]
-        ended = cargo(at, *arguments)
-        if "test result" not in ended.stdout:
-            sys.exit(f"{name} does not build\n{ended.stderr[-4000:]}")
-        # Cargo names each binary on stderr, and the binaries report on stdout, in the same order.
-        binaries = [line.split()[1] for line in ended.stderr.splitlines() if line.lstrip().startswith("Running")]
-        names = iter("lib" if path == "unittests" else Path(path).parent.name if path.endswith("/main.rs")
-                     else Path(path).stem for path in binaries)
-        binary = "?"
-        for line in ended.stdout.splitlines():
-            if line.startswith("running "):
-                binary = next(names, "?")
-            elif line.startswith("test ") and line.endswith("FAILED"):
-                listing.setdefault(binary, []).append(line.split()[1])
-        (folder(name) / "mutations.json").write_text(json.dumps(listing, indent=1) + "\n")
-        print(f"\n{name}: {sum(map(len, listing.values()))} tests fail", flush=True)
+def list_mutations(names):
+    """Which tests notice which patch."""
+    for name in names:
+        listing = json.loads((folder(name) / "mutations.json").read_text())
+        print(f"\n{name}: {sum(map(len, listing.values()))} tests fail")
         for binary, failed in listing.items():
-            print(f"  {binary}: {', '.join(failed)}", flush=True)
-        if patches and not listing:
+            print(f"  {binary}: {', '.join(failed)}")
+        if name != "robust" and not listing:
             print("  NO TEST NOTICES THIS")
 
 
@@ -207,15 +212,14 @@ def main():
     asked = parser.parse_args()
     if shutil.which("git") is None:
         sys.exit("git is missing: it applies the patches")
-    if asked.mutations:
-        return mutations(asked.only)
-
     chosen = variants(asked.only)
     if not asked.no_build:
         for name, patches in chosen.items():
-            build(name, patches)
-            print(f"  {survived(name)}", flush=True)
-    if asked.no_time:
+            build(name, patches, asked.mutations)
+            print(f"{name}: {survived(name)}", flush=True)
+    if asked.mutations:
+        list_mutations(chosen)
+    if asked.no_time or asked.mutations:
         return None
     chosen = [name for name in chosen if (folder(name) / "strahl").exists()]
     if "robust" not in chosen or "naive" not in chosen:

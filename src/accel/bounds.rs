@@ -89,9 +89,14 @@ impl<L: Lanes> Reciprocal<L> {
         let tiny = L::lit(s, smallest);
         let zero = L::lit(s, 0.0);
         let one = L::lit(s, 1.0);
-        let safe = |d: L| one / L::select(d.abs().lt(tiny), L::select(d.lt(zero), -tiny, tiny), d);
+        let safe = |d: L| L::select(d.abs().lt(tiny), L::select(d.lt(zero), -tiny, tiny), d);
+        let mut dir = rays.dir;
+        let size = dir.abs();
+        if (rays.active & size.x.min(size.y).min(size.z).lt(tiny)).any() {
+            dir = V3 { x: safe(dir.x), y: safe(dir.y), z: safe(dir.z) };
+        }
         Self {
-            inverse: V3 { x: safe(rays.dir.x), y: safe(rays.dir.y), z: safe(rays.dir.z) },
+            inverse: V3 { x: one / dir.x, y: one / dir.y, z: one / dir.z },
             backwards: (rays.active & rays.t_min.lt(zero)).any(),
         }
     }

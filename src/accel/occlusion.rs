@@ -3,7 +3,7 @@
 use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Geometry, Item, Shape};
-use super::traverse::{intersect_called, intersect_item};
+use super::traverse::intersect_item;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use crate::shape::Shear;
@@ -176,10 +176,10 @@ fn attenuate_through<L: Lanes>(
     shear: &Shear<L>,
     passage: &mut Passage<L::Real>,
 ) {
-    // A ray may cross a body up to four times (torus); each search starts behind the last crossing.
+    // Each search starts behind the last crossing.
     let mut search = *rays;
-    for _ in 0..MAX_CROSSINGS {
-        let meeting = intersect_called(s, item, face, &search, shear);
+    for _ in 0..most_crossings(&item.shape) {
+        let meeting = intersect_item(s, item, face, &search, shear);
         if !meeting.hit.any() {
             break;
         }
@@ -190,4 +190,11 @@ fn attenuate_through<L: Lanes>(
 }
 
 /// Most crossings of a ray with one primitive.
-const MAX_CROSSINGS: usize = 4;
+fn most_crossings<R>(shape: &Shape<R>) -> usize {
+    match shape {
+        Shape::Plane(_) | Shape::Disc(_) | Shape::Mesh(_) => 1,
+        Shape::Sphere(_) | Shape::Cuboid(_) | Shape::Frustum(_) => 2,
+        Shape::Torus(_) => 4,
+        Shape::Instance(_) => unreachable!("instances are descended into, not met"),
+    }
+}

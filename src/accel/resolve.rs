@@ -107,9 +107,10 @@ fn resolve_in<L: Lanes>(
     let mut surface =
         Surface { point: meeting.point, error: meeting.error, ng, ns, local: meeting.point, met: meeting.hit };
     // ... and back up, from the innermost placement out.
+    let smooth = matches!(&owner.item.shape, Shape::Mesh(mesh) if !mesh.normals.is_empty());
     for placed in owner.instances.iter().rev() {
         if let Shape::Instance(instance) = &placed.shape {
-            surface = surface.placed(s, &instance.to_world, &instance.to_local);
+            surface = surface.placed(s, &instance.to_world, &instance.to_local, smooth);
         }
     }
     surface
@@ -173,16 +174,17 @@ impl<L: Lanes> Surface<L> {
     /// those of mapping the origin of the next ray back (Wächter and Binder's and NVIDIA's bounds, with
     /// gamma(3)(|M||p| + |t|) each way).
     #[inline(always)]
-    fn placed(self, s: L::Simd, to_world: &Placement<L::Real>, to_local: &Placement<L::Real>) -> Self {
+    fn placed(self, s: L::Simd, to_world: &Placement<L::Real>, to_local: &Placement<L::Real>, smooth: bool) -> Self {
         let point = to_world.point(s, self.point);
         let step = L::lit(s, gamma::<L::Real>(4.0));
         let moved = to_world.spread(s, self.point.abs()) + V3::<L>::splat(s, to_world.translation).abs();
         let returned = to_local.spread(s, point.abs()) + V3::<L>::splat(s, to_local.translation).abs();
+        let ng = unit(s, to_local.transposed(s, self.ng));
         Self {
             point,
             error: to_world.spread(s, self.error + returned * step) + moved * step,
-            ng: unit(s, to_local.transposed(s, self.ng)),
-            ns: unit(s, to_local.transposed(s, self.ns)),
+            ng,
+            ns: if smooth { unit(s, to_local.transposed(s, self.ns)) } else { ng },
             local: self.local,
             met: self.met,
         }

@@ -28,19 +28,29 @@ impl<R: Real> Sphere<R> {
         let f = rays.origin - center;
         let a = rays.dir.dot(rays.dir);
         let b = -f.dot(rays.dir);
+        let bb = b * b;
         // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding below end here.
         let (ff, rr) = (f.dot(f) * a, radius * radius * a);
         let doubt = (ff + rr) * L::lit(s, 64.0 * R::ROUNDOFF) + L::lit(s, 16.0 * f64::from(f32::MIN_POSITIVE));
-        if !(rays.active & !(ff - b * b).gt(rr + doubt)).any() {
+        if !(rays.active & !(ff - bb).gt(rr + doubt)).any() {
             return Meeting::nowhere(s, rays);
         }
-        let distance = f.length();
-        let c = (distance - radius) * (distance + radius);
 
         // Near the sphere b'^2 - ac is exact enough; from afar it cancels, and the distance l of the line does not.
-        let near = c.le(zero) | (a * c).abs().lt(L::lit(s, 0.5) * b * b);
-        let l = (f + rays.dir * (b / a)).length();
-        let discriminant = L::select(near, b * b - a * c, a * ((radius - l) * (radius + l)));
+        // Whole packets are clearly near or far most of the time, and square roots are dear.
+        let half = L::lit(s, 0.5) * bb;
+        let (mut near, mut c) = (L::mask(s, 0), zero);
+        if (rays.active & !(ff - rr).gt(half + doubt)).any() {
+            let distance = f.length();
+            c = (distance - radius) * (distance + radius);
+            near = c.le(zero) | (a * c).abs().lt(half);
+        }
+        let mut discriminant = bb - a * c;
+        if (rays.active & !near).any() {
+            let l = (f + rays.dir * (b / a)).length();
+            discriminant = L::select(near, discriminant, a * ((radius - l) * (radius + l)));
+        }
+        let real = discriminant.ge(zero) & rays.active;
         let root = discriminant.max(zero).sqrt();
 
         let toward = b.gt(zero);
@@ -48,14 +58,16 @@ impl<R: Real> Sphere<R> {
         let q = b + signed;
         // From afar b' - sign(b') s does not cancel, and has two roundings less than c/q.
         let small = L::select(near, c, b - signed) / L::select(near, q, a);
-        let large = q / a;
-        let t0 = L::select(toward, small, large);
-        let t1 = L::select(toward, large, small);
-
-        let real = discriminant.ge(zero) & rays.active;
-        let first = sides.outside::<L>(s, rays.in_range(t0));
-        let hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
-        let t = L::select(first, t0, t1);
+        let mut t = small;
+        let mut hit = real & toward & sides.outside::<L>(s, rays.in_range(small));
+        if (real & !hit).any() {
+            let large = q / a;
+            let t0 = L::select(toward, small, large);
+            let t1 = L::select(toward, large, small);
+            let first = sides.outside::<L>(s, rays.in_range(t0));
+            hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
+            t = L::select(first, t0, t1);
+        }
 
         // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0,
         // the sphere faces its ray.
