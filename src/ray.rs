@@ -40,6 +40,13 @@ impl<L: Lanes> Meeting<L> {
     pub fn smooth(t: L, hit: L::Mask, point: V3<L>, error: V3<L>, normal: V3<L>) -> Self {
         Self { t, hit, point, error, normal, barycentric: [t, t] }
     }
+
+    /// No meeting in any lane.
+    #[inline(always)]
+    pub fn nowhere(s: L::Simd, rays: &Rays<L>) -> Self {
+        let zero = L::lit(s, 0.0);
+        Self::smooth(zero, L::mask(s, 0), rays.origin, V3 { x: zero, y: zero, z: zero }, -rays.dir)
+    }
 }
 
 /// `gamma(n) = n u / (1 - n u)`, the bound on n accumulated roundings (Higham, Accuracy and Stability, lemma 3.1).

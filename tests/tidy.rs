@@ -72,3 +72,31 @@ fn every_scene_names_the_schema() {
         assert_eq!(scene["$schema"], "../../api/scene.schema.json", "{name}");
     }
 }
+
+/// What robustness costs is measured against these (`benches/naive/compare.py`).
+#[test]
+fn every_naive_patch_still_applies_alone_and_with_the_others() {
+    let mut patches: Vec<PathBuf> = std::fs::read_dir(root().join("benches/naive"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "patch"))
+        .collect();
+    patches.sort();
+    assert!(patches.len() >= 5, "the patches have gone: {patches:?}");
+    let check = |patches: &[PathBuf]| {
+        let git = std::process::Command::new("git")
+            .args(["apply", "--check"])
+            .args(patches)
+            .current_dir(root())
+            // A repository around this folder is none of ours: git would look for the files there.
+            .env("GIT_CEILING_DIRECTORIES", root().parent().unwrap())
+            .output()
+            .unwrap_or_else(|error| panic!("this test needs git, which applies patches: {error}"));
+        let said = String::from_utf8_lossy(&git.stderr);
+        assert!(git.status.success(), "make these patches again, the code below them has changed: {patches:?}\n{said}");
+    };
+    for patch in &patches {
+        check(std::slice::from_ref(patch));
+    }
+    check(&patches);
+}

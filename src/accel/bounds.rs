@@ -1,6 +1,6 @@
 //! Axis-aligned bounding boxes, and the conservative slab test.
 
-use crate::lanes::{Lanes, Real, V3};
+use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Rays, gamma};
 use glam::DVec3;
 
@@ -75,8 +75,8 @@ pub(super) struct Slab<R> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reciprocal<L> {
     inverse: V3<L>,
-    widen: L,
-    narrow: L,
+    /// Whether some ray looks for hits behind its origin, where a larger factor means less.
+    backwards: bool,
 }
 
 impl<L: Lanes> Reciprocal<L> {
@@ -89,13 +89,15 @@ impl<L: Lanes> Reciprocal<L> {
         let tiny = L::lit(s, smallest);
         let zero = L::lit(s, 0.0);
         let one = L::lit(s, 1.0);
-        let safe = |d: L| one / L::select(d.abs().lt(tiny), L::select(d.lt(zero), -tiny, tiny), d);
-        // (b - o) * (1/d) has three roundings; the far side is moved out by them twice over (Ize, JCGT 2(2) 2013).
-        let slack = 2.0 * gamma::<L::Real>(3.0);
+        let safe = |d: L| L::select(d.abs().lt(tiny), L::select(d.lt(zero), -tiny, tiny), d);
+        let mut dir = rays.dir;
+        let size = dir.abs();
+        if (rays.active & size.x.min(size.y).min(size.z).lt(tiny)).any() {
+            dir = V3 { x: safe(dir.x), y: safe(dir.y), z: safe(dir.z) };
+        }
         Self {
-            inverse: V3 { x: safe(rays.dir.x), y: safe(rays.dir.y), z: safe(rays.dir.z) },
-            widen: L::lit(s, 1.0 + slack),
-            narrow: L::lit(s, 1.0 - slack),
+            inverse: V3 { x: one / dir.x, y: one / dir.y, z: one / dir.z },
+            backwards: (rays.active & rays.t_min.lt(zero)).any(),
         }
     }
 
@@ -110,9 +112,12 @@ impl<L: Lanes> Reciprocal<L> {
         let (a, b) = (low.times(self.inverse), high.times(self.inverse));
         let enter = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
         let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
-        // Positive bounds are widened by a factor; around zero the sign decides and needs no slack.
-        let enter = enter * L::select(enter.gt(L::lit(s, 0.0)), self.narrow, self.widen);
-        let exit = exit * self.widen;
-        rays.active & enter.max(rays.t_min).le(exit.min(rays.t_max))
+        // (b - o) * (1/d) has three roundings, so each bound may be off by gamma(3) and the primitive's t by as much
+        // again; all of it is given to the far side at once (after Ize, JCGT 2(2) 2013).
+        let widen = L::lit(s, 1.0 + gamma::<R>(16.0));
+        let exit = exit.min(rays.t_max);
+        let exit =
+            if self.backwards { L::select(exit.gt(L::lit(s, 0.0)), exit * widen, exit / widen) } else { exit * widen };
+        rays.active & enter.max(rays.t_min).le(exit)
     }
 }

@@ -3,8 +3,8 @@
 use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Geometry, Item, Shape};
-use super::traverse::{intersect_called, intersect_item};
-use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use super::traverse::intersect_item;
+use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use crate::shape::Shear;
 use std::cmp::Ordering;
@@ -22,6 +22,7 @@ pub enum Blockers {
 ///
 /// The order of factors decides the last bit of a product, and the order of traversal depends on the other rays and on
 /// the scene's order. So the factors are gathered, and multiplied by size.
+#[inline(always)]
 pub fn transmittance<L: Lanes>(
     s: L::Simd,
     geometries: &[Geometry<L::Real>],
@@ -32,22 +33,16 @@ pub fn transmittance<L: Lanes>(
     let mut passage = Passage { blocked: 0, crossings: Vec::new() };
     let cast = rays.active.bits();
     attenuate(s, geometries, root, blockers, &mut rays, &mut passage);
-    passage.crossings.retain(|(lane, _)| passage.blocked & (1 << lane) == 0);
+    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     // Equal factors have no order: most scenes have one kind of glass.
     if passage.crossings.windows(2).any(|pair| pair[0].1 != pair[1].1) {
-        passage.crossings.sort_by(|(a, f), (b, g)| a.cmp(b).then_with(|| by_size(f, g)));
+        passage.crossings.sort_by(|(_, f), (_, g)| by_size(f, g));
     }
-    let one = L::Real::from_f64(1.0);
-    let mut passed = [[one; 3]; MAX_LANES];
-    for lane in lanes_of(passage.blocked & cast) {
-        passed[lane] = [L::Real::from_f64(0.0); 3];
+    let mut passed = V3 { x: one, y: one, z: one };
+    for (lanes, factor) in passage.crossings {
+        passed = V3::select(L::mask(s, lanes), passed.times(V3::splat(s, factor)), passed);
     }
-    for (lane, factor) in passage.crossings {
-        for (passed, factor) in passed[lane as usize].iter_mut().zip(factor) {
-            *passed = *passed * factor;
-        }
-    }
-    V3::from_fn(s, |lane| passed[lane])
+    V3::select(L::mask(s, passage.blocked & cast), V3 { x: zero, y: zero, z: zero }, passed)
 }
 
 /// Some order of colours that does not depend on where they come from.
@@ -59,7 +54,7 @@ fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
 struct Passage<R> {
     /// Lanes that something opaque blocks.
     blocked: u32,
-    /// Lane and transmission of each surface crossed.
+    /// Lanes that have crossed a surface, and its transmission.
     crossings: Vec<(u32, [R; 3])>,
 }
 
@@ -181,18 +176,25 @@ fn attenuate_through<L: Lanes>(
     shear: &Shear<L>,
     passage: &mut Passage<L::Real>,
 ) {
-    // A ray may cross a body up to four times (torus); each search starts behind the last crossing.
+    // Each search starts behind the last crossing.
     let mut search = *rays;
-    for _ in 0..MAX_CROSSINGS {
-        let meeting = intersect_called(s, item, face, &search, shear);
+    for _ in 0..most_crossings(&item.shape) {
+        let meeting = intersect_item(s, item, face, &search, shear);
         if !meeting.hit.any() {
             break;
         }
-        passage.crossings.extend(lanes_of(meeting.hit.bits()).map(|lane| (lane as u32, item.transmission)));
+        passage.crossings.push((meeting.hit.bits(), item.transmission));
         search.active = meeting.hit;
         search.t_min = meeting.t;
     }
 }
 
 /// Most crossings of a ray with one primitive.
-const MAX_CROSSINGS: usize = 4;
+fn most_crossings<R>(shape: &Shape<R>) -> usize {
+    match shape {
+        Shape::Plane(_) | Shape::Disc(_) | Shape::Mesh(_) => 1,
+        Shape::Sphere(_) | Shape::Cuboid(_) | Shape::Frustum(_) => 2,
+        Shape::Torus(_) => 4,
+        Shape::Instance(_) => unreachable!("instances are descended into, not met"),
+    }
+}

@@ -114,9 +114,10 @@ fn resolve_in<L: Lanes>(
     let (point, error) = (meeting.point, meeting.error);
     let mut surface = Surface { point, error, ng, ns, lift, local: point, met: meeting.hit };
     // ... and back up, from the innermost placement out.
+    let smooth = matches!(&owner.item.shape, Shape::Mesh(mesh) if !mesh.normals.is_empty());
     for placed in owner.instances.iter().rev() {
         if let Shape::Instance(instance) = &placed.shape {
-            surface = surface.placed(s, &instance.to_world, &instance.to_local);
+            surface = surface.placed(s, &instance.to_world, &instance.to_local, smooth);
         }
     }
     surface
@@ -125,13 +126,13 @@ fn resolve_in<L: Lanes>(
 /// Meets the same primitives again, now for point, error and normal.
 #[inline(always)]
 fn meet<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: &[u64; MAX_LANES], rays: &Rays<L>) -> Meeting<L> {
-    let shear = Shear::new(s, rays);
     match &owner.item.shape {
         Shape::Mesh(mesh) => {
+            let shear = Shear::new(s, rays);
             let corner = |k: usize| V3::from_fn(s, |lane| mesh.corners(face_of(owner, expanded[lane]))[k]);
             intersect_triangle(s, [corner(0), corner(1), corner(2)], rays, &shear, owner.item.sides)
         }
-        _ => intersect_called(s, owner.item, 0, rays, &shear),
+        _ => intersect_called(s, owner.item, 0, rays, &Shear::unused(s, rays)),
     }
 }
 
@@ -198,17 +199,18 @@ impl<L: Lanes> Surface<L> {
     /// those of mapping the origin of the next ray back (Wächter and Binder's and NVIDIA's bounds, with
     /// gamma(3)(|M||p| + |t|) each way).
     #[inline(always)]
-    fn placed(self, s: L::Simd, to_world: &Placement<L::Real>, to_local: &Placement<L::Real>) -> Self {
+    fn placed(self, s: L::Simd, to_world: &Placement<L::Real>, to_local: &Placement<L::Real>, smooth: bool) -> Self {
         let point = to_world.point(s, self.point);
         let step = L::lit(s, gamma::<L::Real>(4.0));
         let moved = to_world.spread(s, self.point.abs()) + V3::<L>::splat(s, to_world.translation).abs();
         let returned = to_local.spread(s, point.abs()) + V3::<L>::splat(s, to_local.translation).abs();
+        let ng = unit(s, to_local.transposed(s, self.ng));
         Self {
             point,
             error: to_world.spread(s, self.error + returned * step) + moved * step,
-            ng: unit(s, to_local.transposed(s, self.ng)),
-            ns: unit(s, to_local.transposed(s, self.ns)),
-            lift: to_world.vector(s, self.lift),
+            ng,
+            ns: if smooth { unit(s, to_local.transposed(s, self.ns)) } else { ng },
+            lift: if smooth { to_world.vector(s, self.lift) } else { self.lift },
             local: self.local,
             met: self.met,
         }

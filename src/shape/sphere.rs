@@ -2,7 +2,7 @@
 //! the plain one, which is better for origins on or inside the sphere.
 
 use super::Sides;
-use crate::lanes::{Lanes, Real, V3};
+use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Meeting, Rays, error_around};
 
 /// All points at `radius` from `center`.
@@ -28,13 +28,29 @@ impl<R: Real> Sphere<R> {
         let f = rays.origin - center;
         let a = rays.dir.dot(rays.dir);
         let b = -f.dot(rays.dir);
-        let distance = f.length();
-        let c = (distance - radius) * (distance + radius);
+        let bb = b * b;
+        // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding below end here.
+        let (ff, rr) = (f.dot(f) * a, radius * radius * a);
+        let doubt = (ff + rr) * L::lit(s, 64.0 * R::ROUNDOFF) + L::lit(s, 16.0 * f64::from(f32::MIN_POSITIVE));
+        if !(rays.active & !(ff - bb).gt(rr + doubt)).any() {
+            return Meeting::nowhere(s, rays);
+        }
 
         // Near the sphere b'^2 - ac is exact enough; from afar it cancels, and the distance l of the line does not.
-        let near = c.le(zero) | (a * c).abs().lt(L::lit(s, 0.5) * b * b);
-        let l = (f + rays.dir * (b / a)).length();
-        let discriminant = L::select(near, b * b - a * c, a * ((radius - l) * (radius + l)));
+        // Whole packets are clearly near or far most of the time, and square roots are dear.
+        let half = L::lit(s, 0.5) * bb;
+        let (mut near, mut c) = (L::mask(s, 0), zero);
+        if (rays.active & !(ff - rr).gt(half + doubt)).any() {
+            let distance = f.length();
+            c = (distance - radius) * (distance + radius);
+            near = c.le(zero) | (a * c).abs().lt(half);
+        }
+        let mut discriminant = bb - a * c;
+        if (rays.active & !near).any() {
+            let l = (f + rays.dir * (b / a)).length();
+            discriminant = L::select(near, discriminant, a * ((radius - l) * (radius + l)));
+        }
+        let real = discriminant.ge(zero) & rays.active;
         let root = discriminant.max(zero).sqrt();
 
         let toward = b.gt(zero);
@@ -42,14 +58,16 @@ impl<R: Real> Sphere<R> {
         let q = b + signed;
         // From afar b' - sign(b') s does not cancel, and has two roundings less than c/q.
         let small = L::select(near, c, b - signed) / L::select(near, q, a);
-        let large = q / a;
-        let t0 = L::select(toward, small, large);
-        let t1 = L::select(toward, large, small);
-
-        let real = discriminant.ge(zero) & rays.active;
-        let first = sides.outside::<L>(s, rays.in_range(t0));
-        let hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
-        let t = L::select(first, t0, t1);
+        let mut t = small;
+        let mut hit = real & toward & sides.outside::<L>(s, rays.in_range(small));
+        if (real & !hit).any() {
+            let large = q / a;
+            let t0 = L::select(toward, small, large);
+            let t1 = L::select(toward, large, small);
+            let first = sides.outside::<L>(s, rays.in_range(t0));
+            hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
+            t = L::select(first, t0, t1);
+        }
 
         // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0,
         // the sphere faces its ray.
@@ -57,6 +75,8 @@ impl<R: Real> Sphere<R> {
         let from_center = V3::select(from_center.length().gt(zero), from_center, -rays.dir);
         let normal = from_center * (radius / from_center.length());
         let point = center + normal;
-        Meeting::smooth(t, hit, point, error_around(s, point, center, 5.0, normal), normal)
+        // Five roundings from the square root to here.
+        let error = error_around(s, point, center, 5.0, normal);
+        Meeting::smooth(t, hit, point, error, normal)
     }
 }

@@ -117,15 +117,21 @@ pub fn intersect_triangle<L: Lanes>(
     sides: Sides,
 ) -> Meeting<L> {
     let zero = L::lit(s, 0.0);
+    let (e1, e2) = (v1 - v0, v2 - v0);
+
+    // Whether the ray passes between the edges, and where.
     let (a, b, c) = (shear.apply(v0), shear.apply(v1), shear.apply(v2));
     let (u0, u1) = (c.x * b.y, c.y * b.x);
     let (w0, w1) = (b.x * a.y, b.y * a.x);
-    let (e0, e1) = (a.x * c.y, a.y * c.x);
-    let inside = (u0.ge(u1) & e0.ge(e1) & w0.ge(w1)) | (u0.le(u1) & e0.le(e1) & w0.le(w1));
-
-    let (mut u, mut v, mut w) = (u0 - u1, e0 - e1, w0 - w1);
+    let (h0, h1) = (a.x * c.y, a.y * c.x);
+    let inside = (u0.ge(u1) & h0.ge(h1) & w0.ge(w1)) | (u0.le(u1) & h0.le(h1) & w0.le(w1));
+    let inside = rays.active & inside;
+    if !inside.any() {
+        return Meeting::nowhere(s, rays);
+    }
+    let (mut u, mut v, mut w) = (u0 - u1, h0 - h1, w0 - w1);
     let mut det = u + v + w;
-    let flat = rays.active & inside & det.eq(zero);
+    let flat = inside & det.eq(zero);
     if flat.any() {
         // All rounded areas vanish: decide in f64, where products of f32 are exact. In f64 such a triangle is missed.
         let exact = |lane: usize| {
@@ -152,32 +158,33 @@ pub fn intersect_triangle<L: Lanes>(
     let (b0, b1, b2) = (u / det, v / det, w / det);
     let t = (b0 * a.z + b1 * b.z + b2 * c.z) * shear.sz;
 
-    // det is minus twice the sheared area along the ray, so it is positive where the ray meets the front.
+    // det has the sign of the area as the ray sees it: it is positive where the ray meets the front.
     let seen = sides.outside::<L>(s, det.gt(zero)) | sides.inside::<L>(s, det.lt(zero));
-    let hit = rays.active & inside & seen & rays.in_range(t);
+    let hit = inside & seen & rays.in_range(t);
 
-    let (e1, e2) = (v1 - v0, v2 - v0);
-    let reach = (v0.abs() * b0.abs() + v1.abs() * b1.abs() + v2.abs() * b2.abs()) + v0.abs();
     // t is a mean of the corners' depths, so a ray that starts on the triangle is placed to a few roundings of the
     // triangle's own size, in whatever direction that extends.
+    let reach = (v0.abs() * b0.abs() + v1.abs() * b1.abs() + v2.abs() * b2.abs()) + v0.abs();
     let size = e1.abs() + e2.abs();
     let size = size.x.max(size.y).max(size.z);
     let extent = size * L::lit(s, gamma::<L::Real>(6.0));
     let error = reach * L::lit(s, gamma::<L::Real>(8.0)) + V3 { x: extent, y: extent, z: extent };
+
     // Edges of length 1, so that the product of tiny ones is not lost.
     let scale = L::lit(s, 1.0) / size;
-    let normal = (e1 * scale).cross(e2 * scale);
+    let (f1, f2) = (e1 * scale, e2 * scale);
+    let normal = f1.cross(f2);
     // A sliver without a measurable normal faces its ray.
     let size = normal.abs();
     let measurable = (L::lit(s, 1.0) / (size.x + size.y + size.z)).lt(L::lit(s, f64::INFINITY));
     let normal = V3::select(measurable, normal, -rays.dir);
 
     // Away from the edges by more than the error: a ray that leaves from there must not start beyond a neighbour.
-    let (f1, f2) = (e1 * scale, e2 * scale);
     let away = (error.x + error.y + error.z) * scale / normal.length();
     let floor = |edge: V3<L>| (away * edge.length()).min(L::lit(s, 0.25));
     let (p0, p1, p2) = (b0.max(floor(f2 - f1)), b1.max(floor(f2)), b2.max(floor(f1)));
     let sum = p0 + p1 + p2;
     let point = v0 + (e1 * (p1 / sum) + e2 * (p2 / sum));
+
     Meeting { t, hit, point, error, normal, barycentric: [b1, b2] }
 }
