@@ -2,14 +2,14 @@
 
 use crate::film::srgb::code8;
 use crate::film::{Film, Region};
-use crate::lanes::{Lanes, MAX_LANES, Real, V3};
+use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
 use crate::shading::media::Medium;
 use crate::trace::enclosing::media_at;
 use crate::trace::kernel::Tracer;
-use fearless_simd::{Level, dispatch, f32x16, f64x8};
+use fearless_simd::{Level, f32x16, f64x8};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -68,9 +68,8 @@ pub struct Interface<R> {
 }
 
 /// Follows rays to the nearest surface, and to what touches it.
-#[inline(always)]
 pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>) -> Hits<L> {
-    let mut hits = find_nearest(s, world, rays, Nearest::none());
+    let mut hits = find_nearest(s, world, rays, &Nearest::none());
     if world.transmits && hits.may_touch != 0 {
         touching::find(s, world, rays, &mut hits);
     }
@@ -78,13 +77,21 @@ pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>) -> Hit
 }
 
 /// Follows rays to the nearest surface.
-#[inline(always)]
 pub(super) fn find_nearest<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     rays: &Rays<L>,
-    mut nearest: Nearest<'_>,
+    nearest: &Nearest<'_>,
 ) -> Hits<L> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || find_nearest_in(s, world, rays, *nearest),
+    )
+}
+
+#[inline(always)]
+fn find_nearest_in<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, mut nearest: Nearest<'_>) -> Hits<L> {
     let mut shortened = *rays;
     closest_hit(s, &world.geometries, world.root, 0, &mut shortened, &mut nearest);
 
@@ -122,8 +129,16 @@ pub(super) fn find_nearest<L: Lanes>(
 
 impl<L: Lanes> Hits<L> {
     /// Fills in everything about the primitives `expanded` of some lanes.
-    #[inline(always)]
     pub(super) fn look_at(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.look_at_in(s, world, rays, lanes),
+        );
+    }
+
+    #[inline(always)]
+    fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
         let mut left = lanes;
         self.closed &= !lanes;
         self.hollow &= !lanes;

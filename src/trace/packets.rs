@@ -2,12 +2,12 @@
 
 use super::hits::{Hits, find};
 use super::query::RayQuery;
-use crate::lanes::{Lanes, Real, V3};
+use crate::lanes::{Lanes, Real, V3, dispatch};
 use crate::ray::{Rays, leave};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
-use fearless_simd::{Level, dispatch, f32x16, f64x8};
+use fearless_simd::{Level, f32x16, f64x8};
 
 /// What the kernel knows of the first surface on a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -18,15 +18,19 @@ const SEARCHED: f64 = 24.0;
 const MAX_TOUCHING: usize = 8;
 
 /// Finds what touches the surfaces that rays have hit and that transmit light.
-#[inline(always)]
 pub(super) fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &mut Hits<L>) {
     let clear =
         lanes_of(hits.may_touch).filter(|&lane| hits.transmits(world, lane)).fold(0, |bits, lane| bits | 1 << lane);
     if clear != 0 {
-        search(s, world, rays, hits, clear);
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || search(s, world, rays, hits, clear),
+        );
     }
 }
 
+#[inline(always)]
 fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &mut Hits<L>, clear: u32) {
     // Surfaces are known as exactly as their own size allows, which may be less exactly than the one that was hit: the
     // search reaches as far as any may be off, and then each is judged by its own error.
@@ -45,7 +49,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
     let mut passed = Skipped { first: own, more: Vec::new() };
     let own_error = hits.surface.error;
     for _ in 0..MAX_TOUCHING {
-        let other = find_nearest(s, world, &stretch, Nearest::without(&passed));
+        let other = find_nearest(s, world, &stretch, &Nearest::without(&passed));
         if other.found == 0 {
             return;
         }
@@ -73,6 +77,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
 }
 
 /// Replaces what lanes have hit by the opaque surface in the same place, if their rays do meet it.
+#[inline(always)]
 fn hide<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
