@@ -2,6 +2,8 @@
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 
 pub mod meshes;
+pub mod naive;
+pub mod numbers;
 pub mod wide;
 
 use std::path::{Path, PathBuf};

@@ -17,8 +17,8 @@ mod evidence;
 mod far;
 mod input;
 mod lab;
+mod lecture;
 mod meshes;
-mod naive;
 mod normalise;
 mod planes;
 mod quadrics;
@@ -27,6 +27,7 @@ mod spheres;
 mod triangles;
 
 use card::{Card, Row};
+use common::naive;
 use evidence::Evidence;
 use lab::Lab;
 use rayon::prelude::*;

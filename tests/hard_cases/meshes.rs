@@ -174,7 +174,25 @@ fn diagonals(lab: &Lab) -> Evidence {
             }
         }
     }
-    e.excuse(true, "not reproduced on this cube");
+    // From inside a ball of triangles along diagonals that meet vertices and the middles of edges to within a rounding.
+    for (scale, offset) in PLACES {
+        let offset = DVec3::from_array(offset);
+        let mesh = Mesh::icosphere(3).placed(lab, scale, offset);
+        let scene = lab.scene(json!([mesh.json("red")]), json!({}));
+        let mut random = Random::new(70);
+        for (i, aim) in mesh.vertices.iter().copied().chain(mesh.edges(lab)).enumerate() {
+            // All three axes are as long, or two of them.
+            let mut d = (aim - offset).signum();
+            if i % 4 > 0 {
+                d[i % 3] *= lab.round(random.between(0.1, 0.9));
+            }
+            let o = lab.round3(aim - d * 0.4 * scale);
+            e.check(hit(&scene, o, d).is_some(), || format!("scale {scale}: from {o} along {d}"));
+            // One of them for each triangle, as lanes do that are not told the same.
+            let mut ahead = mesh.triangles().enumerate().filter(|(_, t)| (t[0] - o).dot(d) > 0.0);
+            e.twin(!ahead.any(|(k, t)| naive::woop_along(lab, o, d, t, false, (i + 1 + k % 2) % 3)));
+        }
+    }
     e
 }
 
@@ -306,6 +324,20 @@ fn terminator(lab: &Lab) -> Evidence {
             });
         }
     }
-    e.no_twin("strahl's shadow rays without a remedy are the naive code");
+    // Shadow rays from the flat facets, where the normals between the corners face the light.
+    let facets: Vec<[DVec3; 3]> = coarse.placed(lab, 1.0, DVec3::ZERO).triangles().collect();
+    for k in 0..96 * 96 {
+        let at = |k: i32| (f64::from(k) + 0.5) / 48.0 - 1.0;
+        let o = DVec3::new(at(k % 96), at(k / 96), 4.0);
+        let front = |t: &&[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).z > 0.0;
+        let met = facets.iter().filter(front).find_map(|t| naive::triangle(lab, o, -DVec3::Z, *t, 0.0).map(|h| (t, h)));
+        let Some((corners, [t, u, v])) = met else { continue };
+        let normal = (corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v).normalize();
+        if normal.z > 0.5 && normal.dot(light) > 0.1 {
+            let p = naive::point(lab, o, -DVec3::Z, t);
+            let mut hits = facets.iter().filter_map(|t| naive::triangle(lab, p, lab.round3(light), *t, 0.0));
+            e.twin(hits.any(|[t, ..]| t > 1e-4));
+        }
+    }
     e
 }
