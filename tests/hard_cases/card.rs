@@ -2,6 +2,7 @@
 
 use crate::common::root;
 use crate::evidence::Evidence;
+use crate::truth::{self, Count, Truth};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -71,6 +72,7 @@ impl Row {
 pub struct Card {
     pub listed: Vec<Listed>,
     pub rows: Vec<Row>,
+    pub truths: Vec<Truth>,
 }
 
 impl Card {
@@ -89,6 +91,17 @@ impl Card {
             }
             if let Some(blind) = row.evidence.as_ref().ok().and_then(Evidence::blind) {
                 wrong.push(format!("{name}: {blind}"));
+            }
+        }
+        for truth in &self.truths {
+            wrong.extend(truth.wrong.iter().cloned());
+        }
+        // What naive code in single precision is known to get wrong of these files.
+        for (file, least) in [("sphere_far", 8), ("tri_shared_edge", 16), ("tri_vertex_fan", 16)] {
+            let count = self.truths.iter().find(|truth| truth.file == file).map(|truth| truth.naive[0]);
+            let failed = count.map_or(0, |count| count.asked - count.right);
+            if failed < least {
+                wrong.push(format!("naive code fails {failed} questions of {file} instead of {least} or more"));
             }
         }
         wrong
@@ -124,7 +137,16 @@ impl Card {
                 row.seconds
             );
         }
-        println!("{}", self.summary());
+        println!("\nExact answers: right of those asked where the format has one right answer");
+        println!(
+            "{:26} {:>7} {:>9} {:>9} {:>13} {:>13}",
+            "", "queries", "single", "double", "naive single", "naive double"
+        );
+        for truth in &self.truths {
+            let [a, b, c, d] = truth_cells(truth);
+            println!("{:26} {:>7} {a:>9} {b:>9} {c:>13} {d:>13}", truth.file, truth.queries);
+        }
+        println!("\n{}", self.summary());
     }
 
     /// As `scorecard.json` and `index.html` in `target/hard-cases/`.
@@ -153,6 +175,7 @@ impl Card {
             "survived": { "single": self.passed(Precision::Single), "double": self.passed(Precision::Double) },
             "naive_fails": { "single": self.twins(Precision::Single), "double": self.twins(Precision::Double) },
             "rows": rows,
+            "ground_truth": self.truths.iter().map(Truth::json).collect::<Vec<_>>(),
         })
     }
 
@@ -186,6 +209,13 @@ impl Card {
         }
         page + "</table>\n"
     }
+}
+
+/// A file's right answers of those asked: single, double, naive single, naive double.
+fn truth_cells(truth: &Truth) -> [String; 4] {
+    let [a, b] = truth.strahl;
+    let [c, d] = truth.naive;
+    [a, b, c, d].map(|count| format!("{}/{}", count.right, count.asked))
 }
 
 const HEAD: &str = "<!doctype html><html lang=en><meta charset=utf-8><title>Hard cases</title><style>

@@ -162,9 +162,7 @@ pub fn truth() -> Evidence {
 
 /// The rows of a file of exact answers, for naive code.
 pub fn rows(file: &str) -> Vec<Value> {
-    let text = std::fs::read(crate::common::root().join(format!("tests/ground_truth/{file}.json"))).unwrap();
-    let contents: Value = serde_json::from_slice(&text).unwrap();
-    contents["queries"].as_array().unwrap().clone()
+    questions::queries(file)
 }
 
 /// A vector of a row.

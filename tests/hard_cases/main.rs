@@ -25,6 +25,7 @@ mod quadrics;
 mod refraction;
 mod spheres;
 mod triangles;
+mod truth;
 
 use card::{Card, Row};
 use common::naive;
@@ -87,7 +88,8 @@ fn hard_cases_are_survived_and_naive_code_fails_them() {
         .collect();
     rows.sort_by_key(|row| listed.iter().position(|case| case.id == row.id));
 
-    let card = Card { listed, rows };
+    let truths = truth::all();
+    let card = Card { listed, rows, truths };
     card.print();
     if only.is_none() {
         card.write();
