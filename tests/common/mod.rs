@@ -1,6 +1,8 @@
 //! What several tests need: the scenes of the repository, and rendering them as a user would.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 
+pub mod accuracy;
+pub mod bodies;
 pub mod meshes;
 pub mod naive;
 pub mod numbers;
