@@ -3,6 +3,7 @@
 
 pub mod accuracy;
 pub mod bodies;
+pub mod leaving;
 pub mod meshes;
 pub mod naive;
 pub mod numbers;
