@@ -105,6 +105,11 @@ impl Evidence {
         }
     }
 
+    /// Whether naive code gets through.
+    pub fn naively_passes(&self) -> bool {
+        self.twin_tried > 0 && self.twin_wrong == 0
+    }
+
     /// What is wrong with the naive column: the harness is blind, or explains what needs no explanation.
     pub fn blind(&self) -> Option<String> {
         match (self.twin_wrong, self.excuse) {

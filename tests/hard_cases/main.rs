@@ -20,10 +20,12 @@ mod lab;
 mod lecture;
 mod meshes;
 mod normalise;
+mod page;
 mod planes;
 mod quadrics;
 mod refraction;
 mod spheres;
+mod summary;
 mod triangles;
 mod truth;
 
@@ -90,10 +92,13 @@ fn hard_cases_are_survived_and_naive_code_fails_them() {
 
     let truths = truth::all();
     let card = Card { listed, rows, truths };
-    card.print();
+    let rays = std::env::var("STRAHL_RAYS").map_or(100_000, |n| n.parse().unwrap());
+    let summary = summary::summary(&card, rays);
+    card.print(&summary);
     if only.is_none() {
-        card.write();
+        card.write(&summary);
     }
-    let wrong = card.wrong();
+    let mut wrong = card.wrong();
+    wrong.extend(summary.wrong);
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }
