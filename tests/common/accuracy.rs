@@ -95,14 +95,22 @@ pub fn errors(body: &Body, distance: f64, precision: Precision, count: usize, ra
         let reach = f.value().length();
         let settled = |step: f64| step.abs() <= 1e-3 * lab.u * reach;
         let (t, cosine) = if far {
-            // The kernel's answer may be anywhere in the body: the exact roots are sought from before and behind it,
-            // where Newton's method goes straight to the first and the last, and the one nearer to the answer counts.
+            // The kernel's answer may be anywhere in the body, so the exact roots are sought from all over it, and the
+            // one nearest to the answer counts. From before and behind a quadric Newton's method goes straight to the
+            // first and the last.
             let middle = -f.value().dot(d) / d.length_squared();
-            let roots = [middle - 4.0, middle + 4.0].map(|start| newton(body, f, d, normal, start, 60));
-            let root =
-                roots.into_iter().filter(|(_, step, cosine)| settled(*step) && step.abs() < 1e-9 && *cosine > 0.0);
+            let starts = if body.bound > 8.0 { -8..=8 } else { -1..=1 };
+            let last = f64::from(*starts.end());
+            let roots = starts.map(|k| newton(body, f, d, normal, middle + 1.5 * f64::from(k) / last, 40));
+            let root = roots.filter(|(_, step, cosine)| settled(*step) && step.abs() < 1e-9 && *cosine > 0.0);
             let off = |t: Wide| (t - Wide::of(hit.t)).value().abs();
-            let Some((t, _, cosine)) = root.min_by(|a, b| off(a.0).total_cmp(&off(b.0))) else {
+            let nearest = root.min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+            // Where the exact line passes a surface by within its own rounding, hitting it is no error.
+            let (value, gradient) = (body.surface)(f + Wide3::of(d).times(Wide::of(hit.t)), normal);
+            let passes_by = value.value().abs() <= 8.0 * lab.u * reach * gradient.length();
+            let allowed = body.bound * lab.u * reach;
+            let Some((t, _, cosine)) = nearest.filter(|(t, _, cosine)| !passes_by || off(*t) * cosine <= allowed)
+            else {
                 found.undecided += 1;
                 continue;
             };
