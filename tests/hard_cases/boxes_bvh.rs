@@ -2,7 +2,7 @@
 
 use crate::Case;
 use crate::common::Random;
-use crate::dd::Dd;
+use crate::common::wide::Wide;
 use crate::evidence::Evidence;
 use crate::lab::{Lab, ask, ball, description, direction, finite, hit, rows, square, truth, vector};
 use crate::lecture::tree::{Tree, areas, median, middle};
@@ -142,8 +142,8 @@ fn rounding(lab: &Lab) -> Evidence {
         let o = lab.round3(DVec3::from_array(random.point(10.0)));
         let d = lab.round3((low + (high - low) * random.between(0.0, 1.0) - o) / 2000.0);
         let through = (0..3).all(|i| {
-            let at = Dd::from(o[i]) + Dd::from(d[i]) * 2000.0.into();
-            let share = (at - low[i].into()).f64() / (high[i] - low[i]);
+            let at = Wide::of(o[i]) + Wide::of(d[i]) * Wide::of(2000.0);
+            let share = (at - Wide::of(low[i])).value() / (high[i] - low[i]);
             (0.01..0.99).contains(&share)
         });
         if through {

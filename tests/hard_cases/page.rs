@@ -19,7 +19,8 @@ fn overview(page: &mut String, summary: &Summary) {
     for line in &summary.lines {
         let [a, b, c, d] = line.cells.each_ref().map(|cell| escape(cell));
         let (what, published) = (escape(&line.what), escape(line.published));
-        writeln!(page, "<tr><th>{what}<td class=n>{a}<td class=n>{b}<td class=\"n naive\">{c}<td class=\"n naive\">{d}<td><small>{published}</small>")
+        let [single, double] = line.sound.map(|sound| if sound { "pass" } else { "gap" });
+        writeln!(page, "<tr><th>{what}<td class=\"n {single}\">{a}<td class=\"n {double}\">{b}<td class=\"n naive\">{c}<td class=\"n naive\">{d}<td><small>{published}</small>")
             .unwrap();
     }
     write!(page, "</table><p><small>{}</small></p>", escape(SOURCES)).unwrap();

@@ -2,8 +2,9 @@
 
 use crate::Case;
 use crate::common::Random;
-use crate::dd::{Dd, sphere as exact_circle};
+use crate::common::wide::Wide3;
 use crate::evidence::Evidence;
+use crate::exact;
 use crate::lab::{Lab, ask, direction, finite, from_front, hit, hit_within, square, truth};
 use crate::naive;
 use glam::{DVec2, DVec3};
@@ -63,9 +64,9 @@ fn far_cylinder(lab: &Lab) -> Evidence {
             let (sin, cos) = strahl::math::sin_cos(angle);
             let o = lab.round3(DVec3::new(away * cos, away * sin, random.between(-1.0, 1.0) * away));
             let d = lab.round3(DVec3::from_array(random.point(1.2)) - o);
-            let flat = |v: DVec3| [Dd::from(v.x), Dd::from(v.y), Dd::from(0.0)];
-            let line = exact_circle(flat(o), flat(d), 1.0);
-            let Some(t) = line.first.map(Dd::f64) else { continue };
+            let flat = |v: DVec3| Wide3::of(v.with_z(0.0));
+            let line = exact::sphere(flat(o), flat(d), 1.0);
+            let Some(t) = line.first else { continue };
             if line.beside > -16.0 * lab.u * away {
                 continue;
             }

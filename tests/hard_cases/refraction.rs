@@ -2,7 +2,7 @@
 
 use crate::Case;
 use crate::common::Random;
-use crate::dd::Dd;
+use crate::common::wide::Wide;
 use crate::evidence::Evidence;
 use crate::lab::{Lab, ask, ball, from_front, hit, rows, square, truth, vector};
 use crate::lecture::{Object, Shape, Tracer};
@@ -56,7 +56,7 @@ fn critical(lab: &Lab) -> Evidence {
             let (x, y, z) = (f64::from(2 * m * n), f64::from(m * m - n * n), f64::from(m * m + n * n));
             let ior = lab.round(x / z);
             let eta = lab.round(1.0 / ior);
-            if (Dd::from(eta) * x.into() - z.into()).f64() > 0.0 || ior < 0.1 {
+            if (Wide::of(eta) * Wide::of(x) - Wide::of(z)).value() > 0.0 || ior < 0.1 {
                 continue;
             }
             let found = hit(&half_space(lab, ior), DVec3::Y, DVec3::new(x, -y, 0.0));
@@ -115,13 +115,13 @@ fn into_denser(lab: &Lab) -> Evidence {
 
 /// Fresnel's reflectance with 106 bits.
 fn exact_reflectance(d: DVec3, eta: f64) -> f64 {
-    let (x, y, eta, one) = (Dd::from(d.x), Dd::from(d.y), Dd::from(eta), Dd::from(1.0));
+    let [x, y, eta, one] = [d.x, d.y, eta, 1.0].map(Wide::of);
     let squared = x * x + y * y;
     let sine2 = x * x / squared;
     let c1 = (y * y / squared).sqrt();
     let c2 = (one - eta * eta * sine2).sqrt();
     let (s, p) = ((eta * c1 - c2) / (eta * c1 + c2), (c1 - eta * c2) / (c1 + eta * c2));
-    ((s * s + p * p) * 0.5.into()).f64()
+    ((s * s + p * p) * Wide::of(0.5)).value()
 }
 
 fn grazing(lab: &Lab) -> Evidence {

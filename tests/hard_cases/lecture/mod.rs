@@ -117,10 +117,10 @@ impl<'a> Tracer<'a> {
     pub fn nearest(&self, o: DVec3, d: DVec3) -> Option<(f64, usize)> {
         let mut best = None;
         for (i, object) in self.objects.iter().enumerate() {
-            if let Some(t) = object.shape.meet(self.lab, o, d, self.epsilon) {
-                if best.is_none_or(|(nearest, _)| t < nearest - self.same) {
-                    best = Some((t, i));
-                }
+            if let Some(t) = object.shape.meet(self.lab, o, d, self.epsilon)
+                && best.is_none_or(|(nearest, _)| t < nearest - self.same)
+            {
+                best = Some((t, i));
             }
         }
         best

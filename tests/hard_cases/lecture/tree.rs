@@ -129,10 +129,10 @@ impl Tree {
             Below::Objects(list) => {
                 for i in list {
                     *asked += 1;
-                    if let Some(t) = objects[*i].shape.meet(lab, o, d, 1e-4) {
-                        if t < best.0 {
-                            *best = (t, Some(*i));
-                        }
+                    if let Some(t) = objects[*i].shape.meet(lab, o, d, 1e-4)
+                        && t < best.0
+                    {
+                        *best = (t, Some(*i));
                     }
                 }
             }
