@@ -5,8 +5,8 @@ use crate::common::Random;
 use crate::evidence::Evidence;
 use crate::lab::{Lab, ball, direction, from_front, square};
 use crate::lecture::{Object, Shape, Tracer};
-use crate::meshes::{Mesh, cube_mesh};
 use crate::naive;
+use crate::solids::{Mesh, cube_mesh};
 use glam::DVec3;
 use serde_json::{Value, json};
 

@@ -9,23 +9,28 @@ mod common;
 mod questions;
 
 mod acne;
-mod boxes_bvh;
+mod boxes;
 mod card;
 mod energy;
 mod evidence;
 mod exact;
 mod far;
+mod hierarchies;
 mod input;
 mod lab;
 mod lecture;
+mod lights;
+mod media;
 mod meshes;
 mod normalise;
 mod page;
 mod planes;
 mod quadrics;
 mod refraction;
+mod solids;
 mod spheres;
 mod summary;
+mod tori;
 mod triangles;
 mod truth;
 
@@ -52,15 +57,19 @@ const TERMINATOR: &str = "shadows of smooth meshes are those of their flat facet
 
 #[test]
 fn hard_cases_are_survived_and_naive_code_fails_them() {
-    let families: [&[Case]; 12] = [
+    let families: [&[Case]; 16] = [
         spheres::CASES,
         planes::CASES,
         triangles::CASES,
         meshes::CASES,
-        boxes_bvh::CASES,
+        hierarchies::CASES,
+        boxes::CASES,
         quadrics::CASES,
+        tori::CASES,
         refraction::CASES,
+        media::CASES,
         energy::CASES,
+        lights::CASES,
         normalise::CASES,
         far::CASES,
         input::CASES,
