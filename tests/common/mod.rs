@@ -1,7 +1,14 @@
 //! What several tests need: the scenes of the repository, and rendering them as a user would.
-#![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
+#![allow(dead_code, unreachable_pub, unused_imports, reason = "each test file uses its own part")]
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "NaN must count as wrong")]
 
+pub mod accuracy;
+pub mod bodies;
+pub mod leaving;
 pub mod meshes;
+pub mod naive;
+pub mod numbers;
+pub mod watertight;
 pub mod wide;
 
 use std::path::{Path, PathBuf};

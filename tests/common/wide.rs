@@ -1,7 +1,7 @@
 //! Numbers of about 106 bits as sums of two f64 (Dekker 1971, Knuth's TwoSum), for exact answers in double precision.
 
 use glam::DVec3;
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// high + low, where low is below the last bit of high.
 #[derive(Clone, Copy, Debug)]
@@ -18,8 +18,19 @@ impl Wide {
         Self(s, (a - (s - t)) + (b - t))
     }
 
+    /// The nearest f64.
     pub fn value(self) -> f64 {
         self.0 + self.1
+    }
+
+    /// Square root of a number that is not below 0.
+    pub fn sqrt(self) -> Self {
+        let guess = self.0.sqrt();
+        if guess == 0.0 {
+            return Self::of(0.0);
+        }
+        let sum = Self::of(guess) + self / Self::of(guess);
+        Self(0.5 * sum.0, 0.5 * sum.1)
     }
 }
 
@@ -53,6 +64,16 @@ impl Mul for Wide {
         let p = self.0 * o.0;
         let error = self.0.mul_add(o.0, -p);
         Self::sum(p, error + (self.0 * o.1 + self.1 * o.0))
+    }
+}
+
+impl Div for Wide {
+    type Output = Self;
+    fn div(self, o: Self) -> Self {
+        let first = Self::of(self.0 / o.0);
+        let second = Self::of((self - first * o).0 / o.0);
+        let third = Self::of((self - (first + second) * o).0 / o.0);
+        first + second + third
     }
 }
 

@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part")]
 
 mod optics;
-mod shapes;
+pub mod shapes;
 mod views;
 
 use glam::DVec3;
@@ -36,24 +36,32 @@ pub struct Outcome {
     pub check: Check,
     /// Largest error of a right answer, as a share of what is allowed.
     pub worst: f64,
+    /// Whether there is one right answer, and numbers of this format for it.
+    pub forced: bool,
+}
+
+/// The queries of a file.
+pub fn queries(file: &str) -> Vec<Value> {
+    let path = format!("{}/tests/ground_truth/{file}.json", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let mut contents: Value = serde_json::from_str(&text).unwrap();
+    match contents["queries"].take() {
+        Value::Array(queries) => queries,
+        other => panic!("{path}: {other}"),
+    }
 }
 
 /// Asks all queries of a file in one precision.
 pub fn ask(file: &str, precision: Precision) -> Vec<Outcome> {
-    let path = format!("{}/tests/ground_truth/{file}.json", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
-    let contents: Value = serde_json::from_str(&text).unwrap();
     let u = if precision == Precision::Single { f64::from(f32::EPSILON) / 2.0 } else { f64::EPSILON / 2.0 };
     let check = check_of(file);
-    let queries = contents["queries"].as_array().unwrap();
-    queries
-        .iter()
-        .map(|data| {
-            WORST.set(0.0);
-            let check = check(&Query { data, precision, u });
-            Outcome { name: data["name"].as_str().unwrap().to_owned(), check, worst: WORST.get() }
-        })
-        .collect()
+    let ask = |data: &Value| {
+        WORST.set(0.0);
+        let query = Query { data, precision, u };
+        let check = check(&query);
+        Outcome { name: data["name"].as_str().unwrap().to_owned(), check, worst: WORST.get(), forced: query.forced() }
+    };
+    queries(file).iter().map(ask).collect()
 }
 
 /// All files.
@@ -131,18 +139,18 @@ impl Query<'_> {
         &self.data["shape"][key]
     }
 
-    fn tolerance(&self, what: &str) -> f64 {
+    pub fn tolerance(&self, what: &str) -> f64 {
         let format = if self.precision == Precision::Single { "f32" } else { "f64" };
         let key = format!("{what}_{format}");
         self.data["tol"][&key].as_f64().unwrap_or_else(|| panic!("no tolerance {key}"))
     }
 
-    fn has_tolerance(&self) -> bool {
+    pub fn has_tolerance(&self) -> bool {
         self.data["tol"].is_object()
     }
 
     /// Whether hitting (or total reflection, or ...) is forced: the answer, or `None` for either.
-    fn decision(&self, prefix: &str) -> Option<bool> {
+    pub fn decision(&self, prefix: &str) -> Option<bool> {
         let format = if self.precision == Precision::Single { "f32" } else { "f64" };
         match &self.data["decision"][format!("{prefix}{format}")] {
             Value::String(word) if word == "either" => None,
@@ -152,21 +160,37 @@ impl Query<'_> {
         }
     }
 
+    /// Whether there is one right answer, and numbers of this format for it.
+    pub fn forced(&self) -> bool {
+        let (expect, input) = (&self.data["expect"], &self.data["in"]);
+        let single = self.precision == Precision::Single;
+        let decided = ["", "TIR_"].iter().all(|prefix| {
+            let key = format!("{prefix}{}", if single { "f32" } else { "f64" });
+            self.data["decision"][key] != "either"
+        });
+        // A ray along a face, a wall or a sliver may meet it or not.
+        let along = expect["on_boundary_only"] == true
+            || ["axis_parallel_on_wall", "pbrt_badcases"].iter().any(|name| self.data["name"] == *name);
+        let fits = !single || expect["t"].as_f64().is_none_or(|t| (t as f32).is_finite());
+        let directed = !input["v"].is_array() || vector(&input["v"]) != DVec3::ZERO;
+        decided && !along && fits && directed && !(single && views::between_numbers(self))
+    }
+
     fn ray(&self) -> RayQuery {
         let ray = &self.data["ray"];
         RayQuery { origin: vector(&ray["o"]).into(), direction: vector(&ray["d"]).into(), t_min: 0.0, t_max: None }
     }
 
-    fn length(&self) -> f64 {
+    pub fn length(&self) -> f64 {
         vector(&self.data["ray"]["d"]).length()
     }
 }
 
-fn number(value: &Value) -> f64 {
+pub fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
-fn vector(value: &Value) -> DVec3 {
+pub fn vector(value: &Value) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|i| number(&value[i])))
 }
 

@@ -150,8 +150,7 @@ fn mesh(query: &Query<'_>, triangles: &Value) -> Option<RayHit> {
 }
 
 pub fn instance(query: &Query<'_>) -> Check {
-    let rows: [DVec3; 3] = std::array::from_fn(|i| vector(&query.shape("matrix3x3_rows")[i]));
-    let matrix = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
+    let matrix = matrix(query);
     let offset = vector(query.shape("translation"));
     let columns: Vec<f64> =
         (0..3).flat_map(|i| matrix.col(i).extend(0.0).to_array()).chain(offset.extend(1.0).to_array()).collect();
@@ -166,11 +165,22 @@ pub fn instance(query: &Query<'_>) -> Check {
     let rounding = 2.0 * spacing * (0..3).map(|i| inverse.row(i).length()).fold(0.0, f64::max);
     let local = inverse * (DVec3::from_array(hit.point) - offset);
     near("the local radius", local.length(), 1.0, residual + rounding)?;
-    // An error e of the local point turns the normal by at most |M^-T e| / |M^-T p|.
     let normal = vector(&query.data["expect"]["normal_outward"]);
+    near_vector("the normal", DVec3::from_array(hit.normal), normal, turn(query, inverse))
+}
+
+/// How far an instance's normal may be off: an error e of the local point turns it by at most |M^-T e| / |M^-T p|.
+pub fn turn(query: &Query<'_>, inverse: DMat3) -> f64 {
+    let residual = query.tolerance("object_space_surface_residual");
     let transposed = inverse.transpose();
-    let local_exact = inverse * (vector(&query.data["expect"]["point"]) - offset);
+    let local = inverse * (vector(&query.data["expect"]["point"]) - vector(query.shape("translation")));
     let stretch = (0..3).map(|i| transposed.col(i).length()).fold(0.0, f64::max);
-    let turn = 2.0 * residual * stretch / (transposed * local_exact).length();
-    near_vector("the normal", DVec3::from_array(hit.normal), normal, (turn + 8.0 * query.u).min(0.5))
+    let turn = 2.0 * residual * stretch / (transposed * local).length();
+    (turn + 8.0 * query.u).min(0.5)
+}
+
+/// Matrix of an instance.
+pub fn matrix(query: &Query<'_>) -> DMat3 {
+    let rows: [DVec3; 3] = std::array::from_fn(|i| vector(&query.shape("matrix3x3_rows")[i]));
+    DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
 }

@@ -14,15 +14,20 @@ pub fn fisheye(query: &Query<'_>) -> Check {
     }
 }
 
+/// Whether the circle's border passes between points that only double tells apart.
+pub fn between_numbers(query: &Query<'_>) -> bool {
+    let input = &query.data["in"];
+    let [Some(x), Some(y)] = ["ndc_x", "ndc_y"].map(|key| input[key].as_f64()) else { return false };
+    let rounded = [0.5 + 0.5 * x, 0.5 - 0.5 * y].iter().any(|x| f64::from(*x as f32) != *x);
+    x * x + y * y > 1.0 - 1e-6 && rounded
+}
+
 fn fisheye_with<L: Lanes<Simd = ()>>(query: &Query<'_>) -> Check {
     let input = &query.data["in"];
     // One pixel wide, so that the circle's radius is one half.
     let (x, y) = (0.5 + 0.5 * number(&input["ndc_x"]), 0.5 - 0.5 * number(&input["ndc_y"]));
     let narrow = |x: f64| L::Real::from_f64(x);
-    // The circle's border passes between points that only double tells apart.
-    let on_the_border =
-        [&input["ndc_x"], &input["ndc_y"]].into_iter().map(number).map(|x| x * x).sum::<f64>() > 1.0 - 1e-6;
-    if on_the_border && (narrow(x).to_f64() != x || narrow(y).to_f64() != y) {
+    if query.precision == Precision::Single && between_numbers(query) {
         return Ok(());
     }
     for fov in ["fov180", "fov360"] {

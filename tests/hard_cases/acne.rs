@@ -4,8 +4,9 @@ use crate::Case;
 use crate::common::Random;
 use crate::evidence::Evidence;
 use crate::lab::{Lab, ball, direction, from_front, square};
-use crate::meshes::{Mesh, cube_mesh};
+use crate::lecture::{Object, Shape, Tracer};
 use crate::naive;
+use crate::solids::{Mesh, cube_mesh};
 use glam::DVec3;
 use serde_json::{Value, json};
 
@@ -135,9 +136,22 @@ fn corner(lab: &Lab) -> Evidence {
             let count = bright(lab, json!(walls), more);
             e.check(count == 0, || format!("size {size:e}: {count} pixels shine in the corner"));
         }
-        // A point on the floor beside the wall, pushed along a normal that leans a little, by a fixed length.
-        let p = DVec3::new(1.0, -1.0, 0.0) * size;
-        e.model((p + DVec3::new(0.1, 1.0, 0.0).normalize() * 1e-4).x > 1.01 * size);
+        // The same room with rays that start a ten-thousandth above the walls.
+        let room: Vec<Object> = (0..6)
+            .map(|i| {
+                let (axis, (mut low, mut high)) = (i / 2, (DVec3::splat(-1.01), DVec3::splat(1.01)));
+                (low[axis], high[axis]) = [(-1.01, -1.0), (1.0, 1.01)][i % 2];
+                Object::matt(Shape::Cuboid(lab.round3(low * size), lab.round3(high * size)))
+            })
+            .collect();
+        let mut twin = Tracer::new(lab, room);
+        (twin.offset, twin.background) = (1e-4, 1.0);
+        twin.lights = [[1.5, 1.5, 1.5], [-1.5, 1.01, 0.3]].map(|p| (DVec3::from_array(p) * size, 1.0)).to_vec();
+        let mut random = Random::new(64);
+        for _ in 0..200 {
+            let d = lab.round3(DVec3::from_array(random.point(0.2)) + DVec3::new(1.0, -1.0, 1.0)).normalize();
+            e.twin(twin.radiance(DVec3::ZERO, lab.round3(d), 0) > 0.0);
+        }
     }
     e
 }
@@ -248,8 +262,20 @@ fn decal(lab: &Lab) -> Evidence {
                 e.check(pixel == [0.0, 1.0, 0.0], || format!("gap {gap:e}: {pixel:?}"));
             }
         }
-        // A depth tolerance of 1e-4 takes both for one.
-        e.model(gap < 1e-4);
+        // A depth tolerance of 1e-4 takes both for one: that written first.
+        let quad = |y: f64, half: f64| {
+            let [a, b, c, d] = [(-half, half), (half, half), (half, -half), (-half, -half)]
+                .map(|(x, z)| lab.round3(DVec3::new(x, y, z)));
+            [[a, b, c], [a, c, d]].map(|t| Object::seen(Shape::Triangle(t), y))
+        };
+        let mut twin = Tracer::new(lab, [quad(0.0, 2.0), quad(gap, 1.75)].concat());
+        twin.same = 1e-4;
+        let mut random = Random::new(65);
+        for _ in 0..50 {
+            let eye = lab.round3(DVec3::new(0.1, 1.0, 0.2));
+            let d = lab.round3(DVec3::from_array(random.point(0.5)).with_y(0.0) - eye);
+            e.twin(twin.nearest(eye, d).is_none_or(|(_, i)| i < 2));
+        }
     }
     e
 }

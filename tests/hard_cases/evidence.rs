@@ -13,8 +13,6 @@ pub struct Evidence {
     twin_wrong: u64,
     twin_worst: f64,
     excuse: Option<&'static str>,
-    no_twin: Option<&'static str>,
-    argued: bool,
 }
 
 impl Evidence {
@@ -51,12 +49,6 @@ impl Evidence {
         self.twin_wrong += u64::from(fails);
     }
 
-    /// One try of a model of the naive code: arithmetic that shows why it fails, where the code itself is not run.
-    pub fn model(&mut self, fails: bool) {
-        self.argued = true;
-        self.twin(fails);
-    }
-
     /// One measurement of the naive code.
     pub fn twin_measure(&mut self, value: f64) {
         let value = if value.is_nan() { f64::INFINITY } else { value };
@@ -69,11 +61,6 @@ impl Evidence {
         if when {
             self.excuse = Some(why);
         }
-    }
-
-    /// Why there is no naive code to run.
-    pub fn no_twin(&mut self, why: &'static str) {
-        self.no_twin = Some(why);
     }
 
     /// Whether strahl passes.
@@ -110,23 +97,21 @@ impl Evidence {
 
     /// What became of the naive code, in words.
     pub fn twin_words(&self) -> String {
-        if let Some(why) = self.no_twin {
-            return format!("not run: {why}");
-        }
         let count = format!("{} of {} wrong", self.twin_wrong, self.twin_tried);
         let worst = if self.twin_worst > 0.0 { format!(", worst {:.3e}", self.twin_worst) } else { String::new() };
         match self.excuse {
             Some(why) => format!("survives: {why}"),
-            None if self.argued => format!("modelled, not run: {count}"),
             None => format!("fails: {count}{worst}"),
         }
     }
 
+    /// Whether naive code gets through.
+    pub fn naively_passes(&self) -> bool {
+        self.twin_tried > 0 && self.twin_wrong == 0
+    }
+
     /// What is wrong with the naive column: the harness is blind, or explains what needs no explanation.
     pub fn blind(&self) -> Option<String> {
-        if self.no_twin.is_some() {
-            return None;
-        }
         match (self.twin_wrong, self.excuse) {
             (0, None) => Some(format!("the naive code fails in none of {} tries", self.twin_tried)),
             (wrong, Some(why)) if wrong > 0 => Some(format!("the naive code fails ({wrong}), in spite of: {why}")),

@@ -36,9 +36,10 @@ fn not_finite(lab: &Lab) -> Evidence {
         ] {
             refused(lab, &mut e, &with(object, word), "/objects/0");
         }
-        // What a lenient reader makes of it, in the kernel's format.
-        let number: f64 = word.parse().unwrap_or(0.0);
-        e.model(!lab.round(number * number).is_finite());
+        // What a lenient reader makes of it, and a ray from the middle of such a ball.
+        let radius: f64 = word.parse().unwrap_or(0.0);
+        let roots = naive::sphere_roots(lab, DVec3::ZERO, DVec3::X, DVec3::ZERO, radius);
+        e.twin(!roots[1].is_finite());
     }
     e
 }
@@ -82,8 +83,14 @@ fn image(lab: &Lab) -> Evidence {
         scene["image"] = json!({ "width": "W", "height": "H" });
         let text = scene.to_string().replace("\"W\"", width).replace("\"H\"", height);
         refused(lab, &mut e, &text, "/image");
-        let pixels = |text: &str| text.parse::<f64>().unwrap() as u32;
-        e.model(pixels(width).checked_mul(pixels(height)).is_none_or(|p| p == 0));
+        // A buffer whose length is computed in 32 bits, and the last pixel written to it.
+        let [w, h] = [width, height].map(|text| text.parse::<f64>().unwrap() as u32);
+        let length = w.wrapping_mul(h).wrapping_mul(3);
+        if length < 1 << 26 {
+            let mut buffer = vec![0u8; length as usize];
+            let last = (u64::from(h) * u64::from(w) * 3).wrapping_sub(1);
+            e.twin(buffer.get_mut(last as usize).is_none());
+        }
     }
     e
 }
@@ -109,9 +116,16 @@ fn indices(lab: &Lab) -> Evidence {
     }
     let mesh = json!({ "mesh": { "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]], "normals": [[0, 0, 1]] } });
     refused(lab, &mut e, &with(mesh, ""), "/objects/0/mesh/normals");
-    let vertices = [DVec3::ZERO; 3];
-    // What indexing without a look at the length would panic for.
-    e.model(vertices.get(3).is_none());
+    // Numbers taken as they come, and vertices looked up: `get` fails where indexing panics.
+    let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    for faces in [[0.0, 1.0, 3.0], [0.0, 1.0, 4_294_967_295.0], [0.0, 1.0, -1.0], [0.0, 1.0, 1e10], [0.0, 0.0, 1.0]] {
+        let corners = faces.map(|i: f64| vertices.get(i as u32 as usize));
+        let normal = match corners {
+            [Some(a), Some(b), Some(c)] => naive::normalize(lab, (*b - *a).cross(*c - *a)),
+            _ => DVec3::NAN,
+        };
+        e.twin(normal.is_nan());
+    }
     e
 }
 

@@ -1,10 +1,12 @@
 //! Scenes, rays and pictures for the cases, in one precision.
 
 use crate::common::Random;
+use crate::common::numbers::Numbers;
 use crate::evidence::Evidence;
 use crate::questions;
 use glam::DVec3;
 use serde_json::{Value, json};
+use std::ops::Deref;
 use strahl::film::Region;
 use strahl::render::{Control, Picture, render};
 use strahl::scene::description::Precision;
@@ -12,37 +14,20 @@ use strahl::scene::{Format, Loaded, Overrides, Problems, Scene, load};
 use strahl::trace::query::{RayHit, RayQuery, answer};
 use strahl::trace::tree::{Tree, trace_pixel};
 
-/// One precision.
+/// One precision, in which it loads and renders.
 #[derive(Clone, Copy)]
-pub struct Lab {
-    pub precision: Precision,
-    /// Largest relative error of one rounding.
-    pub u: f64,
+pub struct Lab(Numbers);
+
+impl Deref for Lab {
+    type Target = Numbers;
+    fn deref(&self) -> &Numbers {
+        &self.0
+    }
 }
 
 impl Lab {
     pub fn new(precision: Precision) -> Self {
-        let epsilon = if precision == Precision::Single { f32::EPSILON.into() } else { f64::EPSILON };
-        Self { precision, u: epsilon / 2.0 }
-    }
-
-    pub fn is_double(&self) -> bool {
-        self.precision == Precision::Double
-    }
-
-    /// One of two values, by precision.
-    pub fn pick<T>(&self, single: T, double: T) -> T {
-        if self.is_double() { double } else { single }
-    }
-
-    /// The nearest number of this format.
-    pub fn round(&self, x: f64) -> f64 {
-        if self.is_double() { x } else { f64::from(x as f32) }
-    }
-
-    /// The nearest vector of this format.
-    pub fn round3(&self, v: DVec3) -> DVec3 {
-        DVec3::new(self.round(v.x), self.round(v.y), self.round(v.z))
+        Self(Numbers::new(precision))
     }
 
     /// Loads a whole scene file.
@@ -177,9 +162,7 @@ pub fn truth() -> Evidence {
 
 /// The rows of a file of exact answers, for naive code.
 pub fn rows(file: &str) -> Vec<Value> {
-    let text = std::fs::read(crate::common::root().join(format!("tests/ground_truth/{file}.json"))).unwrap();
-    let contents: Value = serde_json::from_slice(&text).unwrap();
-    contents["queries"].as_array().unwrap().clone()
+    questions::queries(file)
 }
 
 /// A vector of a row.

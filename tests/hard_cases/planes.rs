@@ -4,6 +4,8 @@ use crate::Case;
 use crate::common::{Random, render_as};
 use crate::evidence::Evidence;
 use crate::lab::{Lab, ask, ball, description, finite, hit, picture, rows, square, truth, vector};
+use crate::lecture::tree::{Tree, median};
+use crate::lecture::{Object, Shape, Tracer};
 use crate::naive;
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -34,7 +36,8 @@ fn slopes(lab: &Lab) -> Evidence {
         let found = hit(&scene, DVec3::Y, d);
         e.check(found.as_ref().is_some_and(|h| h.t == 2f64.powi(k) && finite(h)), || format!("2^-{k}: {found:?}"));
         // The usual guard: a cosine below a millionth counts as parallel.
-        e.model(lab.round(d.y).abs() < 1e-6);
+        let twin = naive::guarded_plane(lab, DVec3::Y, d, DVec3::ZERO, DVec3::Y, 1e-6);
+        e.twin(twin != Some(2f64.powi(k)));
     }
     e
 }
@@ -153,17 +156,33 @@ fn coplanar(lab: &Lab) -> Evidence {
             e.check(pixel[1 - channel] == 0.0, || "what was written last is seen".to_owned());
         }
     }
-    twin_of_ties(lab, &mut e);
+    let quad = |c: [[f64; 3]; 4], glow: f64| {
+        let [a, b, c, d] = c.map(DVec3::from_array);
+        [[a, b, c], [a, c, d]].map(|t| Object::seen(Shape::Triangle(t), glow))
+    };
+    let mut objects = Vec::new();
+    for glow in [1.0, 2.0] {
+        objects.extend(quad([[-2.0, -1.0, 1.0], [2.0, -1.0, 1.0], [2.0, 1.0, -1.0], [-2.0, 1.0, -1.0]], glow));
+        objects.extend(quad([[-1.0, -3.0, 3.0], [5.0, -3.0, 3.0], [5.0, -1.5, 1.5], [-1.0, -1.5, 1.5]], glow));
+        objects.push(Object::seen(Shape::Sphere(DVec3::Y * 2.0, 0.8), glow));
+    }
+    twin_of_ties(lab, &mut e, &objects, DVec3::new(0.3, 0.7, 7.0));
     e
 }
 
-/// Taking the later of two equal distances makes the order of traversal decide.
-pub fn twin_of_ties(lab: &Lab, e: &mut Evidence) {
-    let (o, d) = (DVec3::new(0.3, 0.7, 7.0), DVec3::new(0.0, 0.0, -1.0));
-    let t = naive::sphere(lab, o, d, DVec3::ZERO, 1.0, 0.0).unwrap();
-    let last =
-        |order: [usize; 2]| order.iter().fold((f64::INFINITY, 9), |best, i| if t <= best.0 { (t, *i) } else { best });
-    e.model(last([0, 1]).1 != last([1, 0]).1);
+/// The objects seen from `eye` by a plain loop and through a naive hierarchy: of equal distances the first one met
+/// counts, so that the hierarchy and the ray's direction decide which of two objects in one place is seen.
+pub fn twin_of_ties(lab: &Lab, e: &mut Evidence, objects: &[Object], eye: DVec3) {
+    let tree = Tree::of(objects, median, 100).unwrap();
+    let plain = Tracer::new(lab, objects.to_vec());
+    let mut differing = 0;
+    for k in 0..40 * 40 {
+        let at = |k: i32| (f64::from(k) + 0.5) / 20.0 - 1.0;
+        let d = lab.round3(DVec3::new(2.4 * at(k % 40), 2.4 * at(k / 40), 0.0) - eye);
+        let [a, b] = [plain.nearest(eye, d).map(|h| h.1), tree.nearest(lab, objects, eye, d).0];
+        differing += usize::from(a.map(|i| objects[i].glow) != b.map(|i| objects[i].glow));
+    }
+    e.twin(differing > 0);
 }
 
 fn opposite(lab: &Lab) -> Evidence {
@@ -178,7 +197,13 @@ fn opposite(lab: &Lab) -> Evidence {
         for pixel in lab.picture(json!([plane(up, a), plane(-up, b)]), more.clone()).film.pixels {
             e.check(pixel == first, || format!("{a} before {b}: {pixel:?}"));
         }
+        let shape = |up: f64| Shape::Plane(DVec3::ZERO, DVec3::Y * up);
+        twin_of_ties(
+            lab,
+            &mut e,
+            &[Object::seen(shape(up), 1.0), Object::seen(shape(-up), 2.0)],
+            DVec3::new(0.0, 2.0, 4.0),
+        );
     }
-    twin_of_ties(lab, &mut e);
     e
 }

@@ -2,8 +2,9 @@
 
 use crate::Case;
 use crate::common::Random;
-use crate::dd::{exact, sphere as exact_sphere};
+use crate::common::wide::Wide3;
 use crate::evidence::Evidence;
+use crate::exact;
 use crate::lab::{Lab, ask, ball, direction, finite, from_front, hit, rows, square, truth, vector};
 use crate::naive;
 use glam::DVec3;
@@ -34,7 +35,7 @@ fn far(lab: &Lab) -> Evidence {
         for _ in 0..2000 {
             let o = lab.round3(direction(&mut random) * away);
             let d = lab.round3(direction(&mut random) * random.between(0.0, 1.5) - o);
-            let line = exact_sphere(exact(o), exact(d), 1.0);
+            let line = exact::sphere(Wide3::of(o), Wide3::of(d), 1.0);
             let found = hit(&scene, o, d);
             let twin = naive::sphere(lab, o, d, DVec3::ZERO, 1.0, 0.0);
             if line.beside.abs() > 8.0 * lab.u * away {
@@ -42,7 +43,6 @@ fn far(lab: &Lab) -> Evidence {
                 e.twin(twin.is_some() != line.first.is_some());
             }
             if let (Some(found), Some(t)) = (found, line.first) {
-                let t = t.f64();
                 let cosine = ((o + d * t).normalize().dot(d.normalize())).abs();
                 let unit = lab.u * away / cosine;
                 // In the band itself the cosine is noise.
@@ -65,7 +65,7 @@ fn planet(lab: &Lab) -> Evidence {
         let eye = DVec3::new(0.0, height, 0.0);
         for aside in [0.0, 0.5, 1.0, 3.0] {
             let d = DVec3::new(aside, -1.0, 0.0);
-            let t = exact_sphere(exact(eye - center), exact(d), radius).first.unwrap().f64();
+            let t = exact::sphere(Wide3::of(eye - center), Wide3::of(d), radius).first.unwrap();
             let off = |t_found: f64| (t_found / t - 1.0).abs() / lab.u;
             e.measure(hit(&scene, eye, d).map_or(f64::INFINITY, |h| off(h.t)));
             e.twin_measure(naive::sphere(lab, eye, d, center, radius, 0.0).map_or(f64::INFINITY, off));

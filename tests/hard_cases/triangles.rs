@@ -4,6 +4,8 @@ use crate::Case;
 use crate::common::Random;
 use crate::evidence::Evidence;
 use crate::lab::{Lab, ask, description, direction, finite, hit, hit_within, rows, square, truth, vector};
+use crate::lecture::tree::{Tree, middle};
+use crate::lecture::{Object, Shape};
 use crate::naive;
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -193,7 +195,9 @@ fn identical(lab: &Lab) -> Evidence {
         let found = hit(&scene, DVec3::new(x, x, 1.0), -DVec3::Z);
         e.check(found.is_some_and(|h| h.t == 1.0), || format!("not met at {x}"));
     }
-    e.no_twin("a builder that does not end cannot be run");
+    // A builder that cuts at the middle of the centres does not end; here it is stopped 1000 levels deep.
+    let triangle = Shape::Triangle([DVec3::ZERO, DVec3::X, DVec3::Y]);
+    e.twin(Tree::of(&vec![Object::seen(triangle, 1.0); 3000], middle, 1000).is_none());
     e
 }
 

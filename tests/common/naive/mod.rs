@@ -1,8 +1,10 @@
-//! What textbooks and lecture notes do, in the format of the case. Nothing else may use it.
+//! What textbooks and lecture notes do, in the format of the case, to be run beside strahl. Nothing else may use it.
 
-use crate::lab::Lab;
+use crate::common::numbers::Numbers;
 use glam::DVec3;
 use strahl::lanes::{Lanes, Mask, Real, V3};
+
+pub use bodies::{cuboid, disc, frustum, guarded_plane, torus, torus_roots};
 
 /// Runs a function over one lane in the lab's format.
 macro_rules! run {
@@ -10,6 +12,8 @@ macro_rules! run {
         if $lab.is_double() { $function::<f64>($($argument),*) } else { $function::<f32>($($argument),*) }
     };
 }
+
+mod bodies;
 
 fn lane<L: Lanes<Simd = ()>>(x: f64) -> L {
     L::lit((), x)
@@ -28,7 +32,7 @@ fn wide3<L: Lanes<Simd = ()>>(v: V3<L>) -> DVec3 {
 }
 
 /// Both roots of b^2 - 4ac with c = f.f - r^2; NaN where the root is negative, which nobody looks at.
-pub fn sphere_roots(lab: &Lab, o: DVec3, d: DVec3, center: DVec3, radius: f64) -> [f64; 2] {
+pub fn sphere_roots(lab: &Numbers, o: DVec3, d: DVec3, center: DVec3, radius: f64) -> [f64; 2] {
     fn roots<L: Lanes<Simd = ()>>(o: DVec3, d: DVec3, center: DVec3, radius: f64) -> [f64; 2] {
         let (d, r) = (narrow::<L>(d), lane::<L>(radius));
         let f = narrow::<L>(o) - narrow::<L>(center);
@@ -41,12 +45,12 @@ pub fn sphere_roots(lab: &Lab, o: DVec3, d: DVec3, center: DVec3, radius: f64) -
 }
 
 /// The first root beyond `epsilon`.
-pub fn sphere(lab: &Lab, o: DVec3, d: DVec3, center: DVec3, radius: f64, epsilon: f64) -> Option<f64> {
+pub fn sphere(lab: &Numbers, o: DVec3, d: DVec3, center: DVec3, radius: f64, epsilon: f64) -> Option<f64> {
     sphere_roots(lab, o, d, center, radius).into_iter().find(|t| *t > epsilon)
 }
 
 /// Like [`sphere`], with c = o.o - 2 o.c + c.c - r^2.
-pub fn sphere_expanded(lab: &Lab, o: DVec3, d: DVec3, center: DVec3, radius: f64) -> f64 {
+pub fn sphere_expanded(lab: &Numbers, o: DVec3, d: DVec3, center: DVec3, radius: f64) -> f64 {
     fn root<L: Lanes<Simd = ()>>(o: DVec3, d: DVec3, center: DVec3, radius: f64) -> f64 {
         let (o, d, m, r, two) =
             (narrow::<L>(o), narrow::<L>(d), narrow::<L>(center), lane::<L>(radius), lane::<L>(2.0));
@@ -59,7 +63,7 @@ pub fn sphere_expanded(lab: &Lab, o: DVec3, d: DVec3, center: DVec3, radius: f64
 }
 
 /// (n.p - n.o) / n.d, whatever comes out.
-pub fn plane(lab: &Lab, o: DVec3, d: DVec3, point: DVec3, normal: DVec3) -> f64 {
+pub fn plane(lab: &Numbers, o: DVec3, d: DVec3, point: DVec3, normal: DVec3) -> f64 {
     fn meet<L: Lanes<Simd = ()>>(o: DVec3, d: DVec3, point: DVec3, normal: DVec3) -> f64 {
         let n = narrow::<L>(normal);
         wide((n.dot(narrow(point)) - n.dot(narrow(o))) / n.dot(narrow(d)))
@@ -68,7 +72,7 @@ pub fn plane(lab: &Lab, o: DVec3, d: DVec3, point: DVec3, normal: DVec3) -> f64 
 }
 
 /// Moeller and Trumbore's t, u and v with bounds that let NaN through; nothing below `least` counts as a determinant.
-pub fn triangle(lab: &Lab, o: DVec3, d: DVec3, corners: [DVec3; 3], least: f64) -> Option<[f64; 3]> {
+pub fn triangle(lab: &Numbers, o: DVec3, d: DVec3, corners: [DVec3; 3], least: f64) -> Option<[f64; 3]> {
     fn meet<L: Lanes<Simd = ()>>(o: DVec3, d: DVec3, corners: [DVec3; 3], least: f64) -> Option<[f64; 3]> {
         let [a, b, c] = corners.map(narrow::<L>);
         let d = narrow::<L>(d);
@@ -93,12 +97,12 @@ pub fn triangle(lab: &Lab, o: DVec3, d: DVec3, corners: [DVec3; 3], least: f64) 
 }
 
 /// Woop's test; `contract` fuses each difference of products into one operation, as some compilers do.
-pub fn woop(lab: &Lab, o: DVec3, d: DVec3, corners: [DVec3; 3], contract: bool) -> bool {
+pub fn woop(lab: &Numbers, o: DVec3, d: DVec3, corners: [DVec3; 3], contract: bool) -> bool {
     woop_along(lab, o, d, corners, contract, d.abs().max_position())
 }
 
 /// Woop's test with a given major axis.
-pub fn woop_along(lab: &Lab, o: DVec3, d: DVec3, corners: [DVec3; 3], contract: bool, k: usize) -> bool {
+pub fn woop_along(lab: &Numbers, o: DVec3, d: DVec3, corners: [DVec3; 3], contract: bool, k: usize) -> bool {
     let fused = |a: f64, b: f64, c: f64| {
         if lab.is_double() { a.mul_add(b, c) } else { f64::from((a as f32).mul_add(b as f32, c as f32)) }
     };
@@ -118,7 +122,7 @@ pub fn woop_along(lab: &Lab, o: DVec3, d: DVec3, corners: [DVec3; 3], contract: 
 }
 
 /// The slab test with ifs, and the quotient multiplied out: b/d - o/d if `split`.
-pub fn slab(lab: &Lab, o: DVec3, d: DVec3, low: DVec3, high: DVec3, split: bool) -> bool {
+pub fn slab(lab: &Numbers, o: DVec3, d: DVec3, low: DVec3, high: DVec3, split: bool) -> bool {
     fn meet<L: Lanes<Simd = ()>>(o: DVec3, d: DVec3, low: DVec3, high: DVec3, split: bool) -> bool {
         let (mut near, mut far) = (lane::<L>(0.0), lane::<L>(f64::INFINITY));
         for i in 0..3 {
@@ -147,7 +151,7 @@ pub fn slab(lab: &Lab, o: DVec3, d: DVec3, low: DVec3, high: DVec3, split: bool)
 }
 
 /// Snell's law from cosines: eta d + (eta c1 - sqrt(1 - eta^2 (1 - c1^2))) n; NaN where the root is negative.
-pub fn refract(lab: &Lab, d: DVec3, n: DVec3, eta: f64) -> DVec3 {
+pub fn refract(lab: &Numbers, d: DVec3, n: DVec3, eta: f64) -> DVec3 {
     fn bend<L: Lanes<Simd = ()>>(d: DVec3, n: DVec3, eta: f64) -> DVec3 {
         let (d, n, eta, one) = (narrow::<L>(d).normalized(), narrow::<L>(n), lane::<L>(eta), lane::<L>(1.0));
         let c1 = -n.dot(d);
@@ -157,37 +161,38 @@ pub fn refract(lab: &Lab, d: DVec3, n: DVec3, eta: f64) -> DVec3 {
     run!(lab, bend(d, n, eta))
 }
 
+/// Fresnel's reflectance for unpolarised light, from cosines.
+pub fn reflectance(lab: &Numbers, d: DVec3, n: DVec3, eta: f64) -> f64 {
+    fn share<L: Lanes<Simd = ()>>(d: DVec3, n: DVec3, eta: f64) -> f64 {
+        let (d, n, eta, one) = (narrow::<L>(d).normalized(), narrow::<L>(n), lane::<L>(eta), lane::<L>(1.0));
+        let c1 = -n.dot(d);
+        let c2 = (one - eta * eta * (one - c1 * c1)).sqrt();
+        let (s, p) = ((eta * c1 - c2) / (eta * c1 + c2), (c1 - eta * c2) / (c1 + eta * c2));
+        wide((s * s + p * p) * lane(0.5))
+    }
+    run!(lab, share(d, n, eta))
+}
+
+/// Beer's law: exp(-absorption * way).
+pub fn transmittance(lab: &Numbers, absorption: f64, way: f64) -> f64 {
+    lab.round(strahl::math::pow(std::f64::consts::E, lab.round(-absorption * way)))
+}
+
 /// v / |v|.
-pub fn normalize(lab: &Lab, v: DVec3) -> DVec3 {
+pub fn normalize(lab: &Numbers, v: DVec3) -> DVec3 {
     fn unit<L: Lanes<Simd = ()>>(v: DVec3) -> DVec3 {
         wide3(narrow::<L>(v).normalized())
     }
     run!(lab, unit(v))
 }
 
-/// Roots of a torus about y by the expanded quartic: its value at t.
-pub fn torus(lab: &Lab, o: DVec3, d: DVec3, major: f64, minor: f64, t: f64) -> f64 {
-    fn value<L: Lanes<Simd = ()>>(o: DVec3, d: DVec3, major: f64, minor: f64, t: f64) -> f64 {
-        let (o, d, t) = (narrow::<L>(o), narrow::<L>(d), lane::<L>(t));
-        let (big, small, two, four) = (lane::<L>(major), lane::<L>(minor), lane::<L>(2.0), lane::<L>(4.0));
-        let (a, b, c) = (d.dot(d), o.dot(d), o.dot(o) - small * small - big * big);
-        let c4 = a * a;
-        let c3 = four * a * b;
-        let c2 = two * a * c + four * b * b + four * big * big * d.y * d.y;
-        let c1 = four * b * c + two * four * big * big * o.y * d.y;
-        let c0 = c * c - four * big * big * (small * small - o.y * o.y);
-        wide((((c4 * t + c3) * t + c2) * t + c1) * t + c0)
-    }
-    run!(lab, value(o, d, major, minor, t))
-}
-
 /// The sum of a point and a way in the format.
-pub fn add(lab: &Lab, a: DVec3, b: DVec3) -> DVec3 {
+pub fn add(lab: &Numbers, a: DVec3, b: DVec3) -> DVec3 {
     lab.round3(a + b)
 }
 
 /// o + t d in the format.
-pub fn point(lab: &Lab, o: DVec3, d: DVec3, t: f64) -> DVec3 {
+pub fn point(lab: &Numbers, o: DVec3, d: DVec3, t: f64) -> DVec3 {
     fn at<L: Lanes<Simd = ()>>(o: DVec3, d: DVec3, t: f64) -> DVec3 {
         wide3(narrow::<L>(o) + narrow::<L>(d) * lane::<L>(t))
     }

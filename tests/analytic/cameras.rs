@@ -1,0 +1,126 @@
+//! Where cameras look.
+
+use super::*;
+
+/// First rays of pixels of a picture of 4 x 2 pixels, in single and double.
+fn first_rays(camera: Value, x: u32, y: u32) -> Vec<(Node, f64)> {
+    let more = json!({ "camera": camera, "image": { "width": 4, "height": 2 }, "background": 1 });
+    let objects = json!([{ "sphere": { "center": [0, 0, 1e6], "radius": 1 } }]);
+    let first = |tree: Tree| tree.rays[0].clone();
+    worlds(objects, more).iter().map(|w| (first(trace_pixel(&w.scene, x, y)), w.small)).collect()
+}
+
+#[track_caller]
+fn looks(camera: &Value, [x, y]: [u32; 2], origin: [f64; 3], direction: [f64; 3]) {
+    for (ray, small) in first_rays(camera.clone(), x, y) {
+        assert_vector(ray.origin, origin, small * 4.0);
+        assert_vector(ray.direction, DVec3::from(direction).normalize().into(), small);
+    }
+}
+
+#[track_caller]
+fn sees_only_background(camera: &Value, [x, y]: [u32; 2]) {
+    for (ray, _) in first_rays(camera.clone(), x, y) {
+        assert_eq!((ray.direction, ray.contribution), ([0.0; 3], [1.0; 3]));
+    }
+}
+
+/// From (1, 2, 3) along x with z up: right is -y.
+fn aside(kind: &str, more: Value) -> Value {
+    let mut camera = json!({ "eye": [1, 2, 3], "look_at": [8, 2, 3], "up": [1, 0, 2] });
+    camera.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    json!({ kind: camera })
+}
+
+const EYE: [f64; 3] = [1.0, 2.0, 3.0];
+
+/// Forward, right and up parts of a direction of [`aside`].
+fn toward(forward: f64, right: f64, up: f64) -> [f64; 3] {
+    [forward, -right, up]
+}
+
+#[test]
+fn pinhole() {
+    let camera = aside("pinhole", json!({ "vfov_deg": 90 }));
+    looks(&camera, [0, 0], EYE, toward(1.0, -1.5, 0.5));
+    looks(&camera, [3, 0], EYE, toward(1.0, 1.5, 0.5));
+    looks(&camera, [0, 1], EYE, toward(1.0, -1.5, -0.5));
+    looks(&camera, [3, 1], EYE, toward(1.0, 1.5, -0.5));
+    looks(&camera, [2, 1], EYE, toward(1.0, 0.5, -0.5));
+}
+
+#[test]
+fn orthographic() {
+    let camera = aside("orthographic", json!({ "height": 4 }));
+    for (pixel, [right, up]) in [
+        ([0, 0], [-3.0, 1.0]),
+        ([3, 0], [3.0, 1.0]),
+        ([0, 1], [-3.0, -1.0]),
+        ([3, 1], [3.0, -1.0]),
+        ([2, 1], [1.0, -1.0]),
+    ] {
+        looks(&camera, pixel, [1.0, 2.0 - right, 3.0 + up], X);
+    }
+}
+
+/// `r` of half the angle, in the direction (right, up).
+fn equidistant(r: f64, half_angle: f64, right: f64, up: f64) -> [f64; 3] {
+    let (sin, cos) = (r * half_angle.to_radians()).sin_cos();
+    let length = right.hypot(up);
+    toward(cos, sin * right / length, sin * up / length)
+}
+
+#[test]
+fn fisheye() {
+    // The circle touches the upper and the lower edge.
+    for angle in [180.0, 360.0] {
+        let camera = aside("fisheye", json!({ "fov_deg": angle }));
+        let r = 0.5f64.sqrt();
+        looks(&camera, [1, 0], EYE, equidistant(r, angle / 2.0, -1.0, 1.0));
+        looks(&camera, [2, 0], EYE, equidistant(r, angle / 2.0, 1.0, 1.0));
+        looks(&camera, [1, 1], EYE, equidistant(r, angle / 2.0, -1.0, -1.0));
+        looks(&camera, [2, 1], EYE, equidistant(r, angle / 2.0, 1.0, -1.0));
+        for corner in [[0, 0], [3, 0], [0, 1], [3, 1]] {
+            sees_only_background(&camera, corner);
+        }
+    }
+}
+
+#[test]
+fn omnimax() {
+    // The circle is as wide as the picture and twice as high: its lower half is cut off.
+    let camera = aside("omnimax", json!({ "fov_deg": 180 }));
+    looks(&camera, [1, 0], EYE, equidistant(0.25f64.hypot(0.75), 90.0, -1.0, 3.0));
+    looks(&camera, [2, 0], EYE, equidistant(0.25f64.hypot(0.75), 90.0, 1.0, 3.0));
+    looks(&camera, [0, 1], EYE, equidistant(0.75f64.hypot(0.25), 90.0, -3.0, 1.0));
+    looks(&camera, [3, 1], EYE, equidistant(0.75f64.hypot(0.25), 90.0, 3.0, 1.0));
+    looks(&camera, [2, 1], EYE, equidistant(0.25f64.hypot(0.25), 90.0, 1.0, 1.0));
+    sees_only_background(&camera, [0, 0]);
+    sees_only_background(&camera, [3, 0]);
+}
+
+#[test]
+fn panorama() {
+    let camera = aside("panorama", json!({}));
+    let h = 0.5f64.sqrt();
+    looks(&camera, [0, 0], EYE, toward(-0.5, -0.5, h));
+    looks(&camera, [1, 0], EYE, toward(0.5, -0.5, h));
+    looks(&camera, [3, 0], EYE, toward(-0.5, 0.5, h));
+    looks(&camera, [0, 1], EYE, toward(-0.5, -0.5, -h));
+    looks(&camera, [2, 1], EYE, toward(0.5, 0.5, -h));
+    looks(&camera, [3, 1], EYE, toward(-0.5, 0.5, -h));
+    let narrow = aside("panorama", json!({ "hfov_deg": 80, "vfov_deg": 40 }));
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    let (sin_up, cos_up) = 10f64.to_radians().sin_cos();
+    looks(&narrow, [3, 0], EYE, toward(cos * cos_up, sin * cos_up, sin_up));
+}
+
+#[test]
+fn cylinder() {
+    let camera = aside("cylinder", json!({ "hfov_deg": 240, "vfov_deg": 90 }));
+    for (x, degrees) in [(0, -90.0f64), (1, -30.0), (2, 30.0), (3, 90.0)] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        looks(&camera, [x, 0], EYE, toward(cos, sin, 0.5));
+        looks(&camera, [x, 1], EYE, toward(cos, sin, -0.5));
+    }
+}

@@ -1,0 +1,76 @@
+//! Where rays leave bodies, with 106 bits.
+
+use crate::common::numbers::Numbers;
+use crate::common::wide::{Wide, Wide3};
+use glam::DVec3;
+
+/// Axis of the tori, not of unit length.
+const AXIS: DVec3 = DVec3::new(0.3, -0.5, 0.8);
+
+/// The larger root of a t^2 + 2 b t + c, or nothing.
+fn last(a: Wide, b: Wide, c: Wide) -> Option<Wide> {
+    let discriminant = b * b - a * c;
+    (discriminant.value() >= 0.0).then(|| {
+        let root = discriminant.sqrt();
+        // Without a difference of numbers that are nearly equal.
+        if b.value() > 0.0 { -c / (b + root) } else { (root - b) / a }
+    })
+}
+
+/// Where a ray from inside leaves a sphere, box or cylinder of size `r` around `c`, as t, and how far off the answer of
+/// a kernel may be times the cosine: some roundings of the distance to where the body is written down; `None` for
+/// other bodies.
+pub fn exit(name: &str, lab: &Numbers, (c, r): (DVec3, f64), o: DVec3, d: DVec3) -> Option<(f64, f64)> {
+    let (f, way) = (Wide3::of(o) - Wide3::of(c), Wide3::of(d));
+    let reach = |t: f64| lab.u * f.value().length().max(t * d.length());
+    match name {
+        "sphere" => {
+            let r = Wide::of(lab.round(r));
+            last(way.dot(way), f.dot(way), f.dot(f) - r * r).map(|t| (t.value(), 6.0 * reach(t.value())))
+        }
+        "box" => {
+            let half = DVec3::new(1.0, 0.7, 0.4);
+            let wall = |i: usize| {
+                let wall = if d[i] > 0.0 { lab.round(c[i] + half[i] * r) } else { lab.round(c[i] - half[i] * r) };
+                ((Wide::of(wall) - Wide::of(o[i])) / Wide::of(d[i])).value()
+            };
+            let t = (0..3).filter(|i| d[*i] != 0.0).map(wall).fold(f64::INFINITY, f64::min);
+            Some((t, 8.0 * reach(t)))
+        }
+        "cylinder" => {
+            // As the file has it: a base, whose rounding to the format moves the whole body, and an axis.
+            let (half, radius) = (DVec3::new(0.5, 0.6, 0.2) * r, Wide::of(lab.round(0.7 * r)));
+            let (base, top) = (c - half, c + half);
+            let (f, axis) = (Wide3::of(o) - Wide3::of(lab.round3(base)), Wide3::of(top - base));
+            let (aa, fa, da) = (axis.dot(axis), f.dot(axis), way.dot(axis));
+            // Squares of the distances from the axis, times |a|^2.
+            let side = last(
+                way.dot(way) * aa - da * da,
+                f.dot(way) * aa - fa * da,
+                (f.dot(f) - radius * radius) * aa - fa * fa,
+            );
+            let cap = if da.value() > 0.0 { aa } else { Wide::of(0.0) };
+            let cap = ((cap - fa) / da).value();
+            let t = side.map_or(cap, |side| side.value().min(cap));
+            // Both ends of the way are computed from the base.
+            let ends = f.value().length().max((f.value() + d * t).length());
+            Some((t, 8.0 * lab.u * ends.max(t * d.length())))
+        }
+        _ => None,
+    }
+}
+
+/// How far a point is outside a torus of size `r` around `c`; below 0 inside.
+pub fn outside_torus(c: DVec3, r: f64, p: DVec3) -> f64 {
+    let q = p - c;
+    let height = q.dot(AXIS.normalize());
+    let across = (q - AXIS.normalize() * height).length();
+    (across - 0.7 * r).hypot(height) - 0.25 * r
+}
+
+/// Whether a point of the torus lies on its convex hull, which no ray away from it can meet again.
+pub fn outer(normal: DVec3, q: DVec3) -> bool {
+    let axis = AXIS.normalize();
+    let across = q - axis * q.dot(axis);
+    across.dot(normal) > 0.01 * across.length()
+}
