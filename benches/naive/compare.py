@@ -171,7 +171,7 @@ def list_mutations(names):
         print(f"  {' '.join(cases['lost_in_single'])}")
         for binary, failed in listing.items():
             print(f"  {binary}: {', '.join(failed)}")
-        if name != "robust" and not listing and cases == survived("robust"):
+        if not listing and cases == survived("robust"):
             print("  NO TEST NOTICES THIS")
 
 
@@ -218,10 +218,10 @@ def main():
     chosen = variants(asked.only)
     if not asked.no_build:
         for name, patches in chosen.items():
-            build(name, patches, asked.tests if asked.mutations else [])
+            build(name, patches, asked.tests if asked.mutations and patches else [])
             print(f"{name}: {survived(name)}", flush=True)
     if asked.mutations:
-        list_mutations(chosen)
+        list_mutations([name for name, patches in chosen.items() if patches and (folder(name) / "tested").exists()])
     if asked.no_time or asked.mutations:
         return None
     chosen = [name for name in chosen if (folder(name) / "strahl").exists()]

@@ -23,10 +23,15 @@ pub(super) fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>,
     let clear =
         lanes_of(hits.may_touch).filter(|&lane| hits.transmits(world, lane)).fold(0, |bits, lane| bits | 1 << lane);
     if clear != 0 {
-        search(s, world, rays, hits, clear);
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || search(s, world, rays, hits, clear),
+        );
     }
 }
 
+#[inline(always)]
 fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &mut Hits<L>, clear: u32) {
     // Surfaces are known as exactly as their own size allows, which may be less exactly than the one that was hit: the
     // search reaches as far as any may be off, and then each is judged by its own error.
@@ -73,6 +78,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
 }
 
 /// Replaces what lanes have hit by the opaque surface in the same place, if their rays do meet it.
+#[inline(always)]
 fn hide<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
