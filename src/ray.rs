@@ -17,6 +17,15 @@ pub struct Rays<L: Lanes> {
     pub active: L::Mask,
 }
 
+/// What is asked of a meeting. A shape whose surface costs more than its distance may leave it out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// `t` and `hit` only.
+    Distance,
+    /// Everything.
+    Surface,
+}
+
 /// Where a ray meets one shape, in the shape's own space.
 #[derive(Debug, Clone, Copy)]
 pub struct Meeting<L: Lanes> {

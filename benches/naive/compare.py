@@ -103,13 +103,13 @@ def cargo(*arguments):
     return subprocess.run(["cargo", *arguments], cwd=TREE, env=environment, capture_output=True, text=True)
 
 
-def build(name, patches, with_tests):
+def build(name, patches, tests):
     """Builds a variant, counts the hard cases it survives and, if asked to, finds the tests that fail. Does nothing for
     what is up to date."""
     kept = folder(name)
     kept.mkdir(parents=True, exist_ok=True)
     fresh, digest = fresh_tree(patches)
-    stamps = [kept / "built"] + ([kept / "tested"] if with_tests else [])
+    stamps = [kept / "built"] + ([kept / "tested"] if tests else [])
     if all(stamp.exists() and stamp.read_text() == digest for stamp in stamps):
         return
     sync(fresh, TREE)
@@ -129,16 +129,16 @@ def build(name, patches, with_tests):
         shutil.copyfile(written, kept / "scorecard.json")
         shutil.copy2(made["strahl"], kept / "strahl")
         (kept / "built").write_text(digest)
-    if with_tests:
+    if tests:
         print(f"testing {name} ...", flush=True)
-        (kept / "mutations.json").write_text(json.dumps(failing_tests(name), indent=1) + "\n")
+        (kept / "mutations.json").write_text(json.dumps(failing_tests(name, tests), indent=1) + "\n")
         (kept / "tested").write_text(digest)
 
 
-def failing_tests(name):
+def failing_tests(name, tests):
     """The tests that fail in the tree at hand, by binary."""
     arguments = ["test", "--release", "--no-fail-fast"]
-    for test in TESTS:
+    for test in tests:
         arguments += ["--test", test]
     ended = cargo(*arguments)
     if "test result" not in ended.stdout:
@@ -171,7 +171,7 @@ def list_mutations(names):
         print(f"  {' '.join(cases['lost_in_single'])}")
         for binary, failed in listing.items():
             print(f"  {binary}: {', '.join(failed)}")
-        if name != "robust" and not listing and cases == survived("robust"):
+        if not listing and cases == survived("robust"):
             print("  NO TEST NOTICES THIS")
 
 
@@ -211,16 +211,17 @@ def main():
     parser.add_argument("--no-time", action="store_true", help="build and count only")
     parser.add_argument("--record", action="store_true", help="write robustness.json and .svg beside this program")
     parser.add_argument("--mutations", action="store_true", help="list the tests that notice each patch")
+    parser.add_argument("--tests", nargs="+", default=TESTS, help="the test binaries that --mutations runs")
     asked = parser.parse_args()
     if shutil.which("git") is None:
         sys.exit("git is missing: it applies the patches")
     chosen = variants(asked.only)
     if not asked.no_build:
         for name, patches in chosen.items():
-            build(name, patches, asked.mutations)
+            build(name, patches, asked.tests if asked.mutations and patches else [])
             print(f"{name}: {survived(name)}", flush=True)
     if asked.mutations:
-        list_mutations(chosen)
+        list_mutations([name for name, patches in chosen.items() if patches and (folder(name) / "tested").exists()])
     if asked.no_time or asked.mutations:
         return None
     chosen = [name for name in chosen if (folder(name) / "strahl").exists()]

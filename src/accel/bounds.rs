@@ -85,8 +85,7 @@ impl<L: Lanes> Reciprocal<L> {
         // A parallel ray crosses its slab at once or never: with a tiny d, (b - o)/d is huge with the right sign, and
         // 0 where o lies on the boundary, which belongs to the box. The tiniest normal number has a finite reciprocal,
         // and with it a box may be smaller than its distance by as many orders as the format has.
-        let smallest = if L::Real::ROUNDOFF > 1e-10 { f64::from(f32::MIN_POSITIVE) } else { f64::MIN_POSITIVE };
-        let tiny = L::lit(s, smallest);
+        let tiny = L::lit(s, L::Real::SMALLEST);
         let zero = L::lit(s, 0.0);
         let one = L::lit(s, 1.0);
         let safe = |d: L| L::select(d.abs().lt(tiny), L::select(d.lt(zero), -tiny, tiny), d);

@@ -3,7 +3,7 @@
 use super::geometry::{Geometry, Item, Mesh, Placement, Shape};
 use super::traverse::intersect_called;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
-use crate::ray::{Meeting, Rays, gamma};
+use crate::ray::{Meeting, Rays, Wanted, gamma};
 use crate::shape::{Shear, intersect_triangle};
 
 /// A surface under each ray.
@@ -132,7 +132,7 @@ fn meet<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: &[u64; MAX_L
             let corner = |k: usize| V3::from_fn(s, |lane| mesh.corners(face_of(owner, expanded[lane]))[k]);
             intersect_triangle(s, [corner(0), corner(1), corner(2)], rays, &shear, owner.item.sides)
         }
-        _ => intersect_called(s, owner.item, 0, rays, &Shear::unused(s, rays)),
+        _ => intersect_called(s, owner.item, 0, rays, &Shear::unused(s, rays), Wanted::Surface),
     }
 }
 

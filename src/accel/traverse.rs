@@ -4,7 +4,7 @@ use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Ball, Geometry, Instance, Item, Placement, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
-use crate::ray::{Meeting, Rays};
+use crate::ray::{Meeting, Rays, Wanted};
 use crate::shape::{Shear, intersect_triangle};
 use std::ops::Range;
 
@@ -183,7 +183,7 @@ fn visit_unbounded<L: Lanes>(
     );
 }
 
-/// Meeting with one primitive of an item that is no instance. The common shapes become part of the caller.
+/// Distance of one primitive of an item that is no instance. The common shapes become part of the caller.
 #[inline(always)]
 pub(super) fn intersect_item<L: Lanes>(
     s: L::Simd,
@@ -198,7 +198,7 @@ pub(super) fn intersect_item<L: Lanes>(
             let corners = mesh.corners(face as usize).map(|v| V3::splat(s, v));
             intersect_triangle(s, corners, rays, shear, item.sides)
         }
-        _ => intersect_called(s, item, face, rays, shear),
+        _ => intersect_called(s, item, face, rays, shear, Wanted::Distance),
     }
 }
 
@@ -209,6 +209,7 @@ pub(super) fn intersect_called<L: Lanes>(
     face: u32,
     rays: &Rays<L>,
     shear: &Shear<L>,
+    wanted: Wanted,
 ) -> Meeting<L> {
     L::vectorize(
         s,
@@ -222,7 +223,7 @@ pub(super) fn intersect_called<L: Lanes>(
             Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
             Shape::Disc(disc) => disc.intersect(s, rays, item.sides),
             Shape::Cuboid(cuboid) => cuboid.intersect(s, rays, item.sides),
-            Shape::Frustum(frustum) => frustum.intersect(s, rays, item.sides),
+            Shape::Frustum(frustum) => frustum.intersect(s, rays, item.sides, wanted),
             Shape::Torus(torus) => torus.intersect(s, rays, item.sides),
             Shape::Instance(_) => unreachable!("instances are descended into, not met"),
         },

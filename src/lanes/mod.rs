@@ -72,6 +72,8 @@ pub trait Real:
 {
     /// Unit roundoff u: half the distance from 1 to the next number.
     const ROUNDOFF: f64;
+    /// The smallest normal number.
+    const SMALLEST: f64;
     /// The nearest number of this format.
     fn from_f64(x: f64) -> Self;
     /// The same value in 64 bits.

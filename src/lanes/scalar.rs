@@ -17,6 +17,7 @@ macro_rules! scalar {
     ($type:ident, $roundoff:expr, $narrow:expr) => {
         impl Real for $type {
             const ROUNDOFF: f64 = $roundoff;
+            const SMALLEST: f64 = $type::MIN_POSITIVE as f64;
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 $narrow(x)

@@ -1,8 +1,8 @@
 //! Circular cone, its frustum, and the cylinder, which is the frustum of equal radii.
 
 use super::{Frame, Sides};
-use crate::lanes::{Lanes, Real, V3};
-use crate::ray::{Meeting, Rays};
+use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::ray::{Meeting, Rays, Wanted};
 
 /// x^2 + y^2 = (r0 + k z)^2 for 0 <= z <= height, with discs at both ends if `capped`.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +29,13 @@ impl<R: Real> Frustum<R> {
     /// a = d.d - m^2, b' = -(o.d - m r), c = (|o|-r)(|o|+r), and the discriminant b'^2 - a c is
     /// (A - B)(A + B) with A = |r d - m o|, B = |o x d|. q = b' + sign(b') s covers a = 0, a ray parallel to a generator.
     #[inline(always)]
-    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
+    pub fn intersect<L: Lanes<Real = R>>(
+        &self,
+        s: L::Simd,
+        rays: &Rays<L>,
+        sides: Sides,
+        wanted: Wanted,
+    ) -> Meeting<L> {
         let zero = L::lit(s, 0.0);
         let height = L::splat(s, self.height);
         let (r0, k) = (L::splat(s, self.base_radius), L::splat(s, self.slope));
@@ -58,13 +64,20 @@ impl<R: Real> Frustum<R> {
         let q = (b.abs() + root).max((a * c).abs().sqrt());
         let q = L::select(b.gt(zero), q, -q);
         let line = Line { o, d, shift, a, m, c, q, u: c / q, v: q / a, real };
-        if self.capped { self.meet_solid(s, rays, sides, &line) } else { self.meet_open(s, rays, sides, &line) }
+        if self.capped { self.meet_solid(s, rays, sides, wanted, &line) } else { self.meet_open(s, rays, sides, &line) }
     }
 
     /// The body is what lies inside the side and between the ends at once, so a ray is in it from the later entry to the
     /// earlier exit. Nothing is decided at the rim, so no ray slips through there or meets it from beyond.
     #[inline(always)]
-    fn meet_solid<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides, line: &Line<L>) -> Meeting<L> {
+    fn meet_solid<L: Lanes<Real = R>>(
+        &self,
+        s: L::Simd,
+        rays: &Rays<L>,
+        sides: Sides,
+        wanted: Wanted,
+        line: &Line<L>,
+    ) -> Meeting<L> {
         let zero = L::lit(s, 0.0);
         let infinity = L::lit(s, f64::INFINITY);
         let height = L::splat(s, self.height);
@@ -92,6 +105,9 @@ impl<R: Real> Frustum<R> {
         let last = sides.inside::<L>(s, rays.in_range(t_out + shift));
         let hit = rays.active & inside & t_in.le(t_out) & (first | last);
         let t = L::select(first, t_in, t_out);
+        if wanted == Wanted::Distance || !hit.any() {
+            return Meeting { t: t + shift, hit, ..Meeting::nowhere(s, rays) };
+        }
         let on_cap = (first & side_in.le(cap_in)) | (!first & cap_out.le(side_out));
 
         // The point stays away from the rim by more than its error: a ray that leaves from there must not start beyond

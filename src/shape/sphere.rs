@@ -30,9 +30,11 @@ impl<R: Real> Sphere<R> {
         let b = -f.dot(rays.dir);
         let bb = b * b;
         // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding below end here.
-        let (ff, rr) = (f.dot(f) * a, radius * radius * a);
-        let doubt = (ff + rr) * L::lit(s, 64.0 * R::ROUNDOFF) + L::lit(s, 16.0 * f64::from(f32::MIN_POSITIVE));
-        if !(rays.active & !(ff - bb).gt(rr + doubt)).any() {
+        let slack = 64.0 * R::ROUNDOFF;
+        let ff = f.dot(f) * a;
+        let rr = a * L::splat(s, self.radius * self.radius * R::from_f64(1.0 + slack));
+        let smallest = L::lit(s, 16.0 * R::SMALLEST);
+        if !(rays.active & !(ff * L::lit(s, 1.0 - slack) - bb).gt(rr + smallest)).any() {
             return Meeting::nowhere(s, rays);
         }
 
@@ -40,7 +42,7 @@ impl<R: Real> Sphere<R> {
         // Whole packets are clearly near or far most of the time, and square roots are dear.
         let half = L::lit(s, 0.5) * bb;
         let (mut near, mut c) = (L::mask(s, 0), zero);
-        if (rays.active & !(ff - rr).gt(half + doubt)).any() {
+        if (rays.active & !(ff * L::lit(s, 1.0 - slack) - rr).gt(half + smallest)).any() {
             let distance = f.length();
             c = (distance - radius) * (distance + radius);
             near = c.le(zero) | (a * c).abs().lt(half);

@@ -174,15 +174,22 @@ pub fn intersect_triangle<L: Lanes>(
     let scale = L::lit(s, 1.0) / size;
     let (f1, f2) = (e1 * scale, e2 * scale);
     let normal = f1.cross(f2);
-    // A sliver without a measurable normal faces its ray.
+    // A sliver whose normal has no finite reciprocal faces its ray.
     let size = normal.abs();
-    let measurable = (L::lit(s, 1.0) / (size.x + size.y + size.z)).lt(L::lit(s, f64::INFINITY));
+    let measurable = (size.x + size.y + size.z).gt(L::lit(s, L::Real::SMALLEST / 4.0));
     let normal = V3::select(measurable, normal, -rays.dir);
 
     // Away from the edges by more than the error: a ray that leaves from there must not start beyond a neighbour.
-    let away = (error.x + error.y + error.z) * scale / normal.length();
-    let floor = |edge: V3<L>| (away * edge.length()).min(L::lit(s, 0.25));
-    let (p0, p1, p2) = (b0.max(floor(f2 - f1)), b1.max(floor(f2)), b2.max(floor(f1)));
+    let off = (error.x + error.y + error.z) * scale;
+    let (mut p0, mut p1, mut p2) = (b0, b1, b2);
+    // No edge of f1, f2 is longer than 2, and few points are near any.
+    let least = b0.min(b1).min(b2);
+    let amid = (least * least * normal.dot(normal)).gt(L::lit(s, 4.0) * off * off);
+    if (hit & !amid).any() {
+        let away = off / normal.length();
+        let floor = |edge: V3<L>| (away * edge.length()).min(L::lit(s, 0.25));
+        (p0, p1, p2) = (p0.max(floor(f2 - f1)), p1.max(floor(f2)), p2.max(floor(f1)));
+    }
     let sum = p0 + p1 + p2;
     let point = v0 + (e1 * (p1 / sum) + e2 * (p2 / sum));
 
