@@ -95,7 +95,7 @@ simd!(f64x8, mask64x8, f64, 8);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::Level;
 
     /// Every pair of these in some lane: the answer must be that of one lane, to the bit.
     const EDGES: [f32; 8] = [0.0, -0.0, 1.0, -1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MIN_POSITIVE];

@@ -47,8 +47,9 @@ type Case = (&'static str, fn(&Lab) -> Evidence);
 /// What strahl is known to get wrong, and why it is still so. Each must still fail.
 const KNOWN_GAPS: &[(&str, Precision, &str)] = &[("S09", Precision::Single, SHELLS)];
 
-const SHELLS: &str = "behind a surface a ray starts beyond the bound on its error, some 10 u, so that a shell 2^-22 = 4 u \
-    of the radius below is seen from behind; 2^-20 is told apart";
+const SHELLS: &str = "surfaces closer than their errors, some 18 u in single, are one interface: of a ball 2^-22 = 4 u below \
+    its shell the picture is right, but the tree of rays has one hit where there are two; 2^-20 is told apart";
+
 #[test]
 fn hard_cases_are_survived_and_naive_code_fails_them() {
     let families: [&[Case]; 16] = [
