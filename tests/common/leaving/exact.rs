@@ -17,16 +17,30 @@ fn last(a: Wide, b: Wide, c: Wide) -> Option<Wide> {
     })
 }
 
-/// Where a ray from inside leaves a sphere, box or cylinder of size `r` around `c`, as t, and how far off the answer of
-/// a kernel may be times the cosine: some roundings of the distance to where the body is written down; `None` for
-/// other bodies.
-pub fn exit(name: &str, lab: &Numbers, (c, r): (DVec3, f64), o: DVec3, d: DVec3) -> Option<(f64, f64)> {
+/// Where a ray leaves a body, by more digits than the kernel's.
+pub struct Exit {
+    pub t: f64,
+    /// How far off a kernel's answer may be times the cosine: some roundings of the distance to where the body is
+    /// written down.
+    pub allowed: f64,
+    /// The cosine of incidence there. Beside an edge the kernel may rightly name the neighbouring face.
+    pub cosine: f64,
+}
+
+/// Where a ray from inside leaves a sphere, box or cylinder of size `r` around `c`; `None` for other bodies.
+pub fn exit(name: &str, lab: &Numbers, (c, r): (DVec3, f64), o: DVec3, d: DVec3) -> Option<Exit> {
     let (f, way) = (Wide3::of(o) - Wide3::of(c), Wide3::of(d));
     let reach = |t: f64| lab.u * f.value().length().max(t * d.length());
+    let exit = |t: f64, allowed: f64, normal: DVec3| Exit {
+        t,
+        allowed,
+        cosine: (normal.normalize().dot(d) / d.length()).abs(),
+    };
     match name {
         "sphere" => {
             let r = Wide::of(lab.round(r));
-            last(way.dot(way), f.dot(way), f.dot(f) - r * r).map(|t| (t.value(), 6.0 * reach(t.value())))
+            let t = last(way.dot(way), f.dot(way), f.dot(f) - r * r)?.value();
+            Some(exit(t, 6.0 * reach(t), f.value() + d * t))
         }
         "box" => {
             let half = DVec3::new(1.0, 0.7, 0.4);
@@ -34,14 +48,15 @@ pub fn exit(name: &str, lab: &Numbers, (c, r): (DVec3, f64), o: DVec3, d: DVec3)
                 let wall = if d[i] > 0.0 { lab.round(c[i] + half[i] * r) } else { lab.round(c[i] - half[i] * r) };
                 ((Wide::of(wall) - Wide::of(o[i])) / Wide::of(d[i])).value()
             };
-            let t = (0..3).filter(|i| d[*i] != 0.0).map(wall).fold(f64::INFINITY, f64::min);
-            Some((t, 8.0 * reach(t)))
+            let walls = (0..3).filter(|i| d[*i] != 0.0).map(|i| (wall(i), DVec3::AXES[i]));
+            let (t, normal) = walls.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            Some(exit(t, 8.0 * reach(t), normal))
         }
         "cylinder" => {
             // As the file has it: a base, whose rounding to the format moves the whole body, and an axis.
             let (half, radius) = (DVec3::new(0.5, 0.6, 0.2) * r, Wide::of(lab.round(0.7 * r)));
-            let (base, top) = (c - half, c + half);
-            let (f, axis) = (Wide3::of(o) - Wide3::of(lab.round3(base)), Wide3::of(top - base));
+            let (base, a) = (c - half, (c + half) - (c - half));
+            let (f, axis) = (Wide3::of(o) - Wide3::of(lab.round3(base)), Wide3::of(a));
             let (aa, fa, da) = (axis.dot(axis), f.dot(axis), way.dot(axis));
             // Squares of the distances from the axis, times |a|^2.
             let side = last(
@@ -51,10 +66,12 @@ pub fn exit(name: &str, lab: &Numbers, (c, r): (DVec3, f64), o: DVec3, d: DVec3)
             );
             let cap = if da.value() > 0.0 { aa } else { Wide::of(0.0) };
             let cap = ((cap - fa) / da).value();
-            let t = side.map_or(cap, |side| side.value().min(cap));
+            let side = side.map_or(f64::INFINITY, Wide::value);
+            let (t, p) = (side.min(cap), f.value() + d * side.min(cap));
+            let normal = if side < cap { p - a * (p.dot(a) / a.length_squared()) } else { a };
             // Both ends of the way are computed from the base.
-            let ends = f.value().length().max((f.value() + d * t).length());
-            Some((t, 8.0 * lab.u * ends.max(t * d.length())))
+            let ends = f.value().length().max(p.length());
+            Some(exit(t, 8.0 * lab.u * ends.max(t * d.length()), normal))
         }
         _ => None,
     }

@@ -130,11 +130,11 @@ fn leave(name: &str, r: f64, place: f64, precision: Precision, count: usize, ran
         let off = (origin + direction * exit.t).distance(DVec3::from_array(exit.point));
         let bound = 128.0 * lab.u * (r + center.length()) / cosine.abs().max(1e-6);
         let mut wrong = cosine < 0.0 || off > bound;
-        if let Some((t, error_allowed)) = exact::exit(name, &lab, (center, r), origin, direction) {
+        if let Some(exact) = exact::exit(name, &lab, (center, r), origin, direction) {
             // The numbers of the file are of double precision, whatever the kernel's.
             let written = 4.0 * f64::EPSILON * center.length();
-            let allowed = (error_allowed + written) / cosine.abs().max(1e-6);
-            let error = (exit.t - t).abs() * direction.length() / allowed;
+            let allowed = (exact.allowed + written) / cosine.abs().min(exact.cosine).max(1e-6);
+            let error = (exit.t - exact.t).abs() * direction.length() / allowed;
             found.worst = found.worst.max(error);
             wrong |= !(error <= 1.0);
         }
