@@ -71,6 +71,17 @@ pub(super) struct Slab<R> {
     pub(super) max: [R; 3],
 }
 
+impl<R: Real> Slab<R> {
+    /// Half the surface area.
+    pub(super) fn half_area(&self) -> f64 {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.max[axis].to_f64() - self.min[axis].to_f64());
+        x * y + y * z + z * x
+    }
+}
+
+/// Roundings that all of a slab test may be off, a primitive's own included.
+pub(super) const SLACK: f64 = 16.0;
+
 /// What the slab test needs of a ray: 1/d, with zero components replaced so that nothing is 0/0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reciprocal<L> {
@@ -106,17 +117,22 @@ impl<L: Lanes> Reciprocal<L> {
     where
         L: Lanes<Real = R>,
     {
-        let low = V3::<L>::splat(s, slab.min) - rays.origin;
-        let high = V3::<L>::splat(s, slab.max) - rays.origin;
+        self.crosses_boxes(s, V3::splat(s, slab.min), V3::splat(s, slab.max), rays).0
+    }
+
+    /// The lanes whose ray passes its box inside its range, and where it enters.
+    #[inline(always)]
+    pub(super) fn crosses_boxes(&self, s: L::Simd, min: V3<L>, max: V3<L>, rays: &Rays<L>) -> (L::Mask, L) {
+        let (low, high) = (min - rays.origin, max - rays.origin);
         let (a, b) = (low.times(self.inverse), high.times(self.inverse));
         let enter = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
         let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
         // (b - o) * (1/d) has three roundings, so each bound may be off by gamma(3) and the primitive's t by as much
         // again; all of it is given to the far side at once (after Ize, JCGT 2(2) 2013).
-        let widen = L::lit(s, 1.0 + gamma::<R>(16.0));
+        let widen = L::lit(s, 1.0 + gamma::<L::Real>(SLACK));
         let exit = exit.min(rays.t_max);
         let exit =
             if self.backwards { L::select(exit.gt(L::lit(s, 0.0)), exit * widen, exit / widen) } else { exit * widen };
-        rays.active & enter.max(rays.t_min).le(exit)
+        (rays.active & enter.max(rays.t_min).le(exit), enter)
     }
 }

@@ -6,6 +6,7 @@
 
 use super::bounds::Bounds;
 use super::build::{Bvh, BvhKind};
+use super::wide::Wide;
 use crate::lanes::Real;
 use crate::math::{exponent, scale_by_power};
 use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus};
@@ -38,7 +39,12 @@ pub struct Item<R> {
     pub expanded: u64,
 }
 
-impl<R> Item<R> {
+impl<R: Real> Item<R> {
+    /// Whether shadow rays pass it, attenuated, if the scene's shadows do that.
+    pub(super) fn lets_light_through(&self) -> bool {
+        self.transmission.iter().any(|c| *c > R::from_f64(0.0))
+    }
+
     /// Whether its facets stand for a curved surface, whose normals are interpolated.
     pub fn is_smooth(&self) -> bool {
         matches!(&self.shape, Shape::Mesh(mesh) if !mesh.normals.is_empty())
@@ -165,6 +171,8 @@ pub struct Geometry<R> {
     /// Item and face of each bounded primitive.
     pub(super) primitives: Vec<Primitive>,
     pub(super) bvh: Bvh<R>,
+    /// The same hierarchy for single rays; none over so little that packets of any rays do better.
+    pub(super) wide: Option<Wide<R>>,
     /// Around everything bounded.
     pub extent: Extent,
     /// Whether some of the items are meshes, whose triangles need the rays' shear.
@@ -212,6 +220,9 @@ impl Extent {
     }
 }
 
+/// Most primitives over which single rays need no hierarchy of their own.
+const SMALL: usize = 12;
+
 /// A bounded primitive: an item, and for meshes one of its faces.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Primitive {
@@ -248,7 +259,14 @@ impl<R: Real> Geometry<R> {
         let extent = Extent::around(&parts, bounds);
         let has_meshes = items.iter().any(|item| matches!(item.shape, Shape::Mesh(_)));
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
-        Self { unbounded, bvh: Bvh::build(&boxes, kind), primitives, extent, has_meshes, expanded, items }
+        let bvh = Bvh::build(&boxes, kind);
+        let wide = (kind != BvhKind::Flat && primitives.len() > SMALL).then(|| Wide::new(&bvh, &items, &primitives));
+        Self { unbounded, bvh, wide, primitives, extent, has_meshes, expanded, items }
+    }
+
+    /// Whether single rays have something to descend into: more than a few primitives, or other geometries.
+    pub(super) fn is_deep(&self) -> bool {
+        self.wide.is_some() || self.expanded > SMALL as u64
     }
 
     /// Whether something in it has no bounds.

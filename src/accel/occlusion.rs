@@ -3,8 +3,9 @@
 use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Geometry, Item, Shape};
-use super::traverse::intersect_item;
-use crate::lanes::{Lanes, Mask, Real, V3};
+use super::single::{alone, attenuate_alone};
+use super::traverse::{Course, intersect_item};
+use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::shape::Shear;
 use std::cmp::Ordering;
@@ -29,10 +30,21 @@ pub fn transmittance<L: Lanes>(
     root: usize,
     blockers: Blockers,
     mut rays: Rays<L>,
+    course: Course,
 ) -> V3<L> {
     let mut passage = Passage { blocked: 0, crossings: Vec::new() };
     let cast = rays.active.bits();
-    attenuate(s, geometries, root, blockers, &mut rays, &mut passage);
+    if course == Course::Apart && L::COUNT > 1 && geometries[root].is_deep() {
+        let mut waiting = Vec::with_capacity(64);
+        for lane in lanes_of(cast) {
+            let (ray, bit) = (alone(s, &rays, lane), 1 << lane);
+            if attenuate_alone(s, geometries, root, blockers, ray, bit, &mut passage, &mut waiting) {
+                passage.blocked |= bit;
+            }
+        }
+    } else {
+        attenuate(s, geometries, root, blockers, &mut rays, &mut passage);
+    }
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     // Equal factors have no order: most scenes have one kind of glass.
     if passage.crossings.windows(2).any(|pair| pair[0].1 != pair[1].1) {
@@ -51,11 +63,11 @@ fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
 }
 
 /// What shadow rays have met so far.
-struct Passage<R> {
+pub(super) struct Passage<R> {
     /// Lanes that something opaque blocks.
-    blocked: u32,
+    pub(super) blocked: u32,
     /// Lanes that have crossed a surface, and its transmission.
-    crossings: Vec<(u32, [R; 3])>,
+    pub(super) crossings: Vec<(u32, [R; 3])>,
 }
 
 /// Gathers what the surfaces of one geometry let through, and switches off the lanes that are blocked.
@@ -139,14 +151,27 @@ fn visit<L: Lanes>(
         }
         return;
     }
-    let clear = item.transmission.map(|c| c > L::Real::from_f64(0.0)).contains(&true);
-    if blockers == Blockers::Opaque || !clear {
-        let hit = intersect_item(s, item, face, rays, shear).hit;
-        passage.blocked |= hit.bits();
-        rays.active = rays.active & !hit;
-        return;
+    let blocked = attenuate_item(s, item, face, blockers, rays, shear, passage);
+    passage.blocked |= blocked.bits();
+    rays.active = rays.active & !blocked;
+}
+
+/// Gathers what one primitive of an item that is no instance lets through; the lanes that it blocks.
+#[inline(always)]
+pub(super) fn attenuate_item<L: Lanes>(
+    s: L::Simd,
+    item: &Item<L::Real>,
+    face: u32,
+    blockers: Blockers,
+    rays: &Rays<L>,
+    shear: &Shear<L>,
+    passage: &mut Passage<L::Real>,
+) -> L::Mask {
+    if blockers == Blockers::Opaque || !item.lets_light_through() {
+        return intersect_item(s, item, face, rays, shear).hit;
     }
     attenuate_through(s, item, face, rays, shear, passage);
+    L::mask(s, 0)
 }
 
 /// [`visit`] for items without bounds. Compiled once, since they are few.
@@ -190,7 +215,7 @@ fn attenuate_through<L: Lanes>(
 }
 
 /// Most crossings of a ray with one primitive.
-fn most_crossings<R>(shape: &Shape<R>) -> usize {
+pub(super) fn most_crossings<R>(shape: &Shape<R>) -> usize {
     match shape {
         Shape::Plane(_) | Shape::Disc(_) | Shape::Mesh(_) => 1,
         Shape::Sphere(_) | Shape::Cuboid(_) | Shape::Frustum(_) => 2,

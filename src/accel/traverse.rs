@@ -3,6 +3,7 @@
 use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Ball, Geometry, Instance, Item, Placement, Shape};
+use super::single::{First, alone, closest_alone};
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::{Meeting, Rays, Wanted};
 use crate::shape::{Shear, intersect_triangle};
@@ -63,16 +64,57 @@ pub struct Skipped {
 }
 
 impl Skipped {
-    fn has(&self, lane: usize, expanded: u64) -> bool {
+    pub(super) fn has(&self, lane: usize, expanded: u64) -> bool {
         let (start, count) = self.first[lane];
         (start..start + count).contains(&expanded)
             || self.more.iter().any(|(other, body)| *other == lane && body.contains(&expanded))
     }
 }
 
+/// Whether the rays of a packet keep together: camera rays and the shadow rays from what they hit do, others rarely.
+/// What they hit does not depend on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Course {
+    /// They descend as a packet.
+    Together,
+    /// Each descends alone.
+    Apart,
+}
+
+/// Finds the nearest primitive of each active ray in the scene whose root is `geometries[root]`. Shortens `t_max` to it.
+#[inline(always)]
+pub fn nearest_hit<L: Lanes>(
+    s: L::Simd,
+    geometries: &[Geometry<L::Real>],
+    root: usize,
+    rays: &mut Rays<L>,
+    nearest: &mut Nearest<'_>,
+    course: Course,
+) {
+    if course == Course::Together || L::COUNT == 1 || !geometries[root].is_deep() {
+        closest_hit(s, geometries, root, 0, rays, nearest);
+        return;
+    }
+    let mut t = [L::Real::default(); MAX_LANES];
+    let mut waiting = Vec::with_capacity(64);
+    for lane in lanes_of(rays.active.bits()) {
+        let ray = alone(s, rays, lane);
+        let mut first =
+            First { t: ray.t_max.lane(0), found: false, expanded: 0, lane, skipped: nearest.skipped, waiting };
+        closest_alone(s, geometries, root, 0, ray, &mut first);
+        t[lane] = first.t;
+        if first.found {
+            nearest.found |= 1 << lane;
+            nearest.expanded[lane] = first.expanded;
+        }
+        waiting = first.waiting;
+    }
+    rays.t_max = L::select(L::mask(s, nearest.found), L::load(s, &t), rays.t_max);
+}
+
 /// Finds the nearest primitive of each active ray in `geometries[geometry]`, whose expanded indices start at `base`.
 /// Shortens `t_max` to it.
-pub fn closest_hit<L: Lanes>(
+fn closest_hit<L: Lanes>(
     s: L::Simd,
     geometries: &[Geometry<L::Real>],
     geometry: usize,

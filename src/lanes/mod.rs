@@ -70,6 +70,8 @@ pub trait Real:
     + Neg<Output = Self>
     + 'static
 {
+    /// Lanes of the widest bundle of this format.
+    const LANES: usize;
     /// Unit roundoff u: half the distance from 1 to the next number.
     const ROUNDOFF: f64;
     /// The smallest normal number.
@@ -114,6 +116,8 @@ pub trait Lanes:
     fn splat(s: Self::Simd, x: Self::Real) -> Self;
     /// Lane i gets `f(i)`.
     fn from_fn(s: Self::Simd, f: impl FnMut(usize) -> Self::Real) -> Self;
+    /// The first [`Self::COUNT`] numbers of a slice.
+    fn load(s: Self::Simd, from: &[Self::Real]) -> Self;
     /// True in the lanes whose bits are set.
     fn mask(s: Self::Simd, bits: u32) -> Self::Mask;
     /// The number in lane `i`.

@@ -14,8 +14,9 @@ impl Mask for bool {
 }
 
 macro_rules! scalar {
-    ($type:ident, $roundoff:expr, $narrow:expr) => {
+    ($type:ident, $lanes:expr, $roundoff:expr, $narrow:expr) => {
         impl Real for $type {
+            const LANES: usize = $lanes;
             const ROUNDOFF: f64 = $roundoff;
             const SMALLEST: f64 = $type::MIN_POSITIVE as f64;
             #[inline(always)]
@@ -45,6 +46,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn from_fn((): (), mut f: impl FnMut(usize) -> $type) -> Self {
                 f(0)
+            }
+            #[inline(always)]
+            fn load((): (), from: &[$type]) -> Self {
+                from[0]
             }
             #[inline(always)]
             fn mask((): (), bits: u32) -> bool {
@@ -86,5 +91,5 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, 1.0 / 16_777_216.0, |x: f64| x as f32);
-scalar!(f64, 1.0 / 9_007_199_254_740_992.0, |x: f64| x);
+scalar!(f32, 16, 1.0 / 16_777_216.0, |x: f64| x as f32);
+scalar!(f64, 8, 1.0 / 9_007_199_254_740_992.0, |x: f64| x);

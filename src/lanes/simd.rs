@@ -38,6 +38,10 @@ macro_rules! simd {
                 SimdBase::from_fn(s, f)
             }
             #[inline(always)]
+            fn load(s: S, from: &[$real]) -> Self {
+                SimdBase::from_slice(s, &from[..$count])
+            }
+            #[inline(always)]
             fn mask(s: S, bits: u32) -> Self::Mask {
                 SimdMask::from_bitmask(s, u64::from(bits))
             }

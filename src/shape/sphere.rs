@@ -16,69 +16,72 @@ pub struct Sphere<R> {
 
 impl<R: Real> Sphere<R> {
     /// Nearest meeting in range.
-    ///
-    /// With f = o - c, a = d.d, b' = -f.d, c = (|f|-r)(|f|+r) the roots are c/q and q/a for
-    /// q = b' + sign(b') s, and s = sqrt(b'^2 - a c) = sqrt(a (r-l)(r+l)) with l = |f + (b'/a) d|.
     #[inline(always)]
     pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
-        let zero = L::lit(s, 0.0);
-        let center = V3::<L>::splat(s, self.center);
-        let radius = L::splat(s, self.radius);
-
-        let f = rays.origin - center;
-        let a = rays.dir.dot(rays.dir);
-        let b = -f.dot(rays.dir);
-        let bb = b * b;
-        // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding below end here.
-        let slack = 64.0 * R::ROUNDOFF;
-        let ff = f.dot(f) * a;
-        let rr = a * L::splat(s, self.radius * self.radius * R::from_f64(1.0 + slack));
-        let smallest = L::lit(s, 16.0 * R::SMALLEST);
-        if !(rays.active & !(ff * L::lit(s, 1.0 - slack) - bb).gt(rr + smallest)).any() {
-            return Meeting::nowhere(s, rays);
-        }
-
-        // Near the sphere b'^2 - ac is exact enough; from afar it cancels, and the distance l of the line does not.
-        // Whole packets are clearly near or far most of the time, and square roots are dear.
-        let half = L::lit(s, 0.5) * bb;
-        let (mut near, mut c) = (L::mask(s, 0), zero);
-        if (rays.active & !(ff * L::lit(s, 1.0 - slack) - rr).gt(half + smallest)).any() {
-            let distance = f.length();
-            c = (distance - radius) * (distance + radius);
-            near = c.le(zero) | (a * c).abs().lt(half);
-        }
-        let mut discriminant = bb - a * c;
-        if (rays.active & !near).any() {
-            let l = (f + rays.dir * (b / a)).length();
-            discriminant = L::select(near, discriminant, a * ((radius - l) * (radius + l)));
-        }
-        let real = discriminant.ge(zero) & rays.active;
-        let root = discriminant.max(zero).sqrt();
-
-        let toward = b.gt(zero);
-        let signed = L::select(toward, root, -root);
-        let q = b + signed;
-        // From afar b' - sign(b') s does not cancel, and has two roundings less than c/q.
-        let small = L::select(near, c, b - signed) / L::select(near, q, a);
-        let mut t = small;
-        let mut hit = real & toward & sides.outside::<L>(s, rays.in_range(small));
-        if (real & !hit).any() {
-            let large = q / a;
-            let t0 = L::select(toward, small, large);
-            let t1 = L::select(toward, large, small);
-            let first = sides.outside::<L>(s, rays.in_range(t0));
-            hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
-            t = L::select(first, t0, t1);
-        }
-
-        // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0,
-        // the sphere faces its ray.
-        let from_center = f + rays.dir * t;
-        let from_center = V3::select(from_center.length().gt(zero), from_center, -rays.dir);
-        let normal = from_center * (radius / from_center.length());
-        let point = center + normal;
-        // Five roundings from the square root to here.
-        let error = error_around(s, point, center, 5.0, normal);
-        Meeting::smooth(t, hit, point, error, normal)
+        intersect_sphere(s, V3::splat(s, self.center), L::splat(s, self.radius), rays, sides)
     }
+}
+
+/// Nearest meeting in range of each lane's ray with its sphere.
+///
+/// With f = o - c, a = d.d, b' = -f.d, c = (|f|-r)(|f|+r) the roots are c/q and q/a for
+/// q = b' + sign(b') s, and s = sqrt(b'^2 - a c) = sqrt(a (r-l)(r+l)) with l = |f + (b'/a) d|.
+#[inline(always)]
+pub fn intersect_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
+    let zero = L::lit(s, 0.0);
+    let f = rays.origin - center;
+    let a = rays.dir.dot(rays.dir);
+    let b = -f.dot(rays.dir);
+    let bb = b * b;
+    // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding below end here.
+    let slack = 64.0 * L::Real::ROUNDOFF;
+    let ff = f.dot(f) * a;
+    let rr = a * (radius * radius * L::lit(s, 1.0 + slack));
+    let smallest = L::lit(s, 16.0 * L::Real::SMALLEST);
+    if !(rays.active & !(ff * L::lit(s, 1.0 - slack) - bb).gt(rr + smallest)).any() {
+        return Meeting::nowhere(s, rays);
+    }
+
+    // Near the sphere b'^2 - ac is exact enough; from afar it cancels, and the distance l of the line does not.
+    // Whole packets are clearly near or far most of the time, and square roots are dear.
+    let half = L::lit(s, 0.5) * bb;
+    let (mut near, mut c) = (L::mask(s, 0), zero);
+    if (rays.active & !(ff * L::lit(s, 1.0 - slack) - rr).gt(half + smallest)).any() {
+        let distance = f.length();
+        c = (distance - radius) * (distance + radius);
+        near = c.le(zero) | (a * c).abs().lt(half);
+    }
+    let mut discriminant = bb - a * c;
+    if (rays.active & !near).any() {
+        let l = (f + rays.dir * (b / a)).length();
+        discriminant = L::select(near, discriminant, a * ((radius - l) * (radius + l)));
+    }
+    let real = discriminant.ge(zero) & rays.active;
+    let root = discriminant.max(zero).sqrt();
+
+    let toward = b.gt(zero);
+    let signed = L::select(toward, root, -root);
+    let q = b + signed;
+    // From afar b' - sign(b') s does not cancel, and has two roundings less than c/q.
+    let small = L::select(near, c, b - signed) / L::select(near, q, a);
+    let mut t = small;
+    let mut hit = real & toward & sides.outside::<L>(s, rays.in_range(small));
+    if (real & !hit).any() {
+        let large = q / a;
+        let t0 = L::select(toward, small, large);
+        let t1 = L::select(toward, large, small);
+        let first = sides.outside::<L>(s, rays.in_range(t0));
+        hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
+        t = L::select(first, t0, t1);
+    }
+
+    // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0,
+    // the sphere faces its ray.
+    let from_center = f + rays.dir * t;
+    let from_center = V3::select(from_center.length().gt(zero), from_center, -rays.dir);
+    let normal = from_center * (radius / from_center.length());
+    let point = center + normal;
+    // Five roundings from the square root to here.
+    let error = error_around(s, point, center, 5.0, normal);
+    Meeting::smooth(t, hit, point, error, normal)
 }

@@ -1,7 +1,7 @@
 //! What the rays of a packet hit: surfaces, bodies and coefficients, gathered for shading.
 
 use super::touching;
-use crate::accel::{Nearest, Surface, closest_hit, resolve};
+use crate::accel::{Course, Nearest, Surface, nearest_hit, resolve};
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::scene::world::World;
@@ -68,8 +68,8 @@ pub struct Interface<R> {
 }
 
 /// Follows rays to the nearest surface, and to what touches it.
-pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>) -> Hits<L> {
-    let mut hits = find_nearest(s, world, rays, &Nearest::none());
+pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, course: Course) -> Hits<L> {
+    let mut hits = find_nearest(s, world, rays, &Nearest::none(), course);
     if world.transmits && hits.may_touch != 0 {
         touching::find(s, world, rays, &mut hits);
     }
@@ -82,18 +82,25 @@ pub(super) fn find_nearest<L: Lanes>(
     world: &World<L::Real>,
     rays: &Rays<L>,
     nearest: &Nearest<'_>,
+    course: Course,
 ) -> Hits<L> {
     L::vectorize(
         s,
         #[inline(always)]
-        || find_nearest_in(s, world, rays, *nearest),
+        || find_nearest_in(s, world, rays, *nearest, course),
     )
 }
 
 #[inline(always)]
-fn find_nearest_in<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, mut nearest: Nearest<'_>) -> Hits<L> {
+fn find_nearest_in<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    rays: &Rays<L>,
+    mut nearest: Nearest<'_>,
+    course: Course,
+) -> Hits<L> {
     let mut shortened = *rays;
-    closest_hit(s, &world.geometries, world.root, 0, &mut shortened, &mut nearest);
+    nearest_hit(s, &world.geometries, world.root, &mut shortened, &mut nearest, course);
 
     let zero = L::lit(s, 0.0);
     let nothing = V3 { x: zero, y: zero, z: zero };

@@ -9,6 +9,7 @@ use super::hits::find;
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
 use super::secondary::scatter;
+use crate::accel::Course;
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::render::RayCounts;
@@ -60,6 +61,12 @@ pub struct Followed<L: Lanes> {
 }
 
 impl<L: Lanes> Followed<L> {
+    /// Whether these rays, and the shadow rays from what they hit, keep together.
+    #[inline(always)]
+    pub(super) fn course(&self) -> Course {
+        if self.kind == RayKind::Camera { Course::Together } else { Course::Apart }
+    }
+
     /// Where they begin to see.
     #[inline(always)]
     pub(super) fn start(&self) -> V3<L> {
@@ -200,7 +207,7 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
-        let hits = find(s, self.world, &cast);
+        let hits = find(s, self.world, &cast, rays.course());
         let missed = rays.active & !hits.found;
         if missed != 0 {
             let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));

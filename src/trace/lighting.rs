@@ -59,7 +59,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
         if let Some(blockers) = world.rules.shadows {
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
             let shadow = shadow_rays(s, light, origin, cast);
-            passed = transmittance(s, &world.geometries, world.root, blockers, shadow);
+            passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course());
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         tracer.add(sum, lit.bits(), radiance);

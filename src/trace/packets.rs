@@ -2,6 +2,7 @@
 
 use super::hits::{Hits, find};
 use super::query::RayQuery;
+use crate::accel::Course;
 use crate::lanes::{Lanes, Real, V3, dispatch};
 use crate::ray::{Rays, leave};
 use crate::scene::Scene;
@@ -36,7 +37,7 @@ pub fn first_hits(scene: &Scene, rays: &[RayQuery]) -> Vec<Option<FirstHit>> {
 
 #[inline(always)]
 fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answers: &mut Vec<Option<FirstHit>>) {
-    for packet in rays.chunks(L::COUNT) {
+    for (index, packet) in rays.chunks(L::COUNT).enumerate() {
         // Lanes without a ray of their own repeat the last one, switched off.
         let ray = |lane: usize| packet[lane.min(packet.len() - 1)];
         let number = |f: &dyn Fn(RayQuery) -> f64| L::from_fn(s, |lane| L::Real::from_f64(f(ray(lane))));
@@ -48,7 +49,9 @@ fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answe
             t_max: number(&|ray| ray.t_max.unwrap_or(f64::INFINITY)),
             active: L::mask(s, ((1u64 << packet.len()) - 1) as u32),
         };
-        let hits = find(s, world, &cast);
+        // Both ways down, so that the tests see both.
+        let course = if index.is_multiple_of(2) { Course::Together } else { Course::Apart };
+        let hits = find(s, world, &cast, course);
         answers.extend((0..packet.len()).map(|lane| first_hit(&hits, lane)));
     }
 }

@@ -3,6 +3,7 @@
 use super::enclosing::media_at;
 use super::hits::{Hits, find};
 use super::kernel::first;
+use crate::accel::Course;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math::{exponent, scale_by_power};
 use crate::ray::Rays;
@@ -99,7 +100,7 @@ where
         t_max: L::lit(s, scale_by_power(ray.t_max.unwrap_or(f64::INFINITY), power)),
         active: L::mask(s, 1),
     };
-    let hits: Hits<L> = find(s, world, &rays);
+    let hits: Hits<L> = find(s, world, &rays, Course::Together);
     if hits.found == 0 {
         return None;
     }

@@ -6,7 +6,7 @@
 //! or left together with it. So touching bodies share one interface, and no rounding decides which is met.
 
 use super::hits::{Hits, Touch, find_nearest};
-use crate::accel::{Nearest, Skipped};
+use crate::accel::{Course, Nearest, Skipped};
 use crate::lanes::{Lanes, Mask, V3, lanes_of};
 use crate::ray::{Rays, gamma, leave};
 use crate::scene::world::World;
@@ -49,7 +49,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
     let mut passed = Skipped { first: own, more: Vec::new() };
     let own_error = hits.surface.error;
     for _ in 0..MAX_TOUCHING {
-        let other = find_nearest(s, world, &stretch, &Nearest::without(&passed));
+        let other = find_nearest(s, world, &stretch, &Nearest::without(&passed), Course::Apart);
         if other.found == 0 {
             return;
         }
