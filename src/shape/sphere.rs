@@ -29,7 +29,7 @@ impl<R: Real> Sphere<R> {
         let a = rays.dir.dot(rays.dir);
         let b = -f.dot(rays.dir);
         let bb = b * b;
-        // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding below end here.
+        // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding end here.
         let slack = 64.0 * R::ROUNDOFF;
         let ff = f.dot(f) * a;
         let rr = a * L::splat(s, self.radius * self.radius * R::from_f64(1.0 + slack));
