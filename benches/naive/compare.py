@@ -33,7 +33,8 @@ WORK = ROOT / "target" / "naive"
 TREE = WORK / "tree"
 PATCHES = sorted(path.stem for path in HERE.glob("*.patch"))
 # Besides hard_cases, whose scorecard says more than that it fails.
-TESTS = ["watertight", "secondary_rays", "accuracy", "analytic", "ground_truth", "properties", "random_scenes", "golden"]
+TESTS = ["watertight", "secondary_rays", "accuracy", "analytic", "ground_truth", "properties", "random_scenes",
+         "golden"]
 
 
 def variants(only):
@@ -167,7 +168,7 @@ def list_mutations(names):
     for name in names:
         listing = json.loads((folder(name) / "mutations.json").read_text())
         cases = survived(name)
-        print(f"\n{name}: {sum(map(len, listing.values()))} tests fail, and these cases of hard_cases in single precision:")
+        print(f"\n{name}: {sum(map(len, listing.values()))} tests fail, and these hard cases in single precision:")
         print(f"  {' '.join(cases['lost_in_single'])}")
         for binary, failed in listing.items():
             print(f"  {binary}: {', '.join(failed)}")
@@ -192,7 +193,8 @@ def commit():
 
 def report(figures):
     of = figures["of"]
-    print(f"\n| Variant | Time, single | for each ray | Time, double | Cases of {of}, single | double |\n|" + "---|" * 6)
+    print(f"\n| Variant | Time, single | for each ray | Time, double | Cases of {of}, single | double |")
+    print("|" + "---|" * 6)
     for name, row in figures["variants"].items():
         cases = row["survived"]
         print(f"| {name} | {row['time']:.3f} | {row['time_per_ray']:.3f} | {row['double']:.3f} | "

@@ -8,7 +8,7 @@ use super::traverse::{Skipped, intersect_item};
 use super::wide::{Child, Kind, Leaf, Wide};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Meeting, Rays, gamma};
-use crate::shape::{Shear, intersect_sphere, intersect_triangle};
+use crate::shape::{Shear, intersect_sphere, intersect_triangle, sphere_crossings};
 
 /// A bound on t, moved out by a factor above 1.
 #[inline(always)]
@@ -307,6 +307,21 @@ fn crosses_leaf<L: Lanes>(
         let primitive = here.primitives[here.bvh.order[leaf.start as usize + lane] as usize];
         &here.items[primitive.item as usize]
     };
+    if let Kind::Spheres(sides) = leaf.kind {
+        let mut ray = *ray;
+        ray.active = L::mask(s, lanes::<L>(leaf.count));
+        let column = |k: usize| L::load(s, &wide.columns[k][leaf.start as usize..]);
+        let center = V3 { x: column(0), y: column(1), z: column(2) };
+        let crossed = sphere_crossings(s, center, column(3), &ray, sides);
+        let met = (crossed[0] | crossed[1]).bits();
+        if met != 0 && (blockers == Blockers::Opaque || lanes_of(met).any(|lane| !item(lane).lets_light_through())) {
+            return true;
+        }
+        for mask in crossed {
+            passage.crossings.extend(lanes_of(mask.bits()).map(|lane| (bit, item(lane).transmission)));
+        }
+        return false;
+    }
     let mut search = *ray;
     let mut meeting = meet_leaf(s, wide, leaf, search, shear);
     let mut hit = meeting.hit.bits();

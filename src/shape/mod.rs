@@ -20,6 +20,6 @@ pub use frame::Frame;
 pub use frustum::Frustum;
 pub use plane::Plane;
 pub use sides::Sides;
-pub use sphere::{Sphere, intersect_sphere};
+pub use sphere::{Sphere, intersect_sphere, sphere_crossings};
 pub use torus::Torus;
 pub use triangle::{Shear, intersect_triangle};

@@ -23,27 +23,87 @@ impl<R: Real> Sphere<R> {
 }
 
 /// Nearest meeting in range of each lane's ray with its sphere.
-///
-/// With f = o - c, a = d.d, b' = -f.d, c = (|f|-r)(|f|+r) the roots are c/q and q/a for
-/// q = b' + sign(b') s, and s = sqrt(b'^2 - a c) = sqrt(a (r-l)(r+l)) with l = |f + (b'/a) d|.
 #[inline(always)]
 pub fn intersect_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
+    let Some(Quadratic { f, a, q, toward, small, real }) = quadratic(s, center, radius, rays) else {
+        return Meeting::nowhere(s, rays);
+    };
+    let mut t = small;
+    let mut hit = real & toward & sides.outside::<L>(s, rays.in_range(small));
+    if (real & !hit).any() {
+        let large = q / a;
+        let t0 = L::select(toward, small, large);
+        let t1 = L::select(toward, large, small);
+        let first = sides.outside::<L>(s, rays.in_range(t0));
+        hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
+        t = L::select(first, t0, t1);
+    }
+
+    // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0, the
+    // sphere faces its ray.
+    let from_center = f + rays.dir * t;
+    let from_center = V3::select(from_center.length().gt(L::lit(s, 0.0)), from_center, -rays.dir);
+    let normal = from_center * (radius / from_center.length());
+    let point = center + normal;
+    // Five roundings from the square root to here.
+    let error = error_around(s, point, center, 5.0, normal);
+    Meeting::smooth(t, hit, point, error, normal)
+}
+
+/// Lanes whose ray crosses its sphere on the way in, and on the way out: what two searches by [`intersect_sphere`] find,
+/// the second beginning where the first ended.
+#[inline(always)]
+pub fn sphere_crossings<L: Lanes>(
+    s: L::Simd,
+    center: V3<L>,
+    radius: L,
+    rays: &Rays<L>,
+    sides: Sides,
+) -> [L::Mask; 2] {
+    let Some(Quadratic { a, q, toward, small, real, .. }) = quadratic(s, center, radius, rays) else {
+        return [L::mask(s, 0); 2];
+    };
+    let large = q / a;
+    let t0 = L::select(toward, small, large);
+    let t1 = L::select(toward, large, small);
+    let first = real & sides.outside::<L>(s, rays.in_range(t0));
+    let second = real & sides.inside::<L>(s, rays.in_range(t1)) & !(first & t1.le(t0));
+    [first, second]
+}
+
+/// A ray and a sphere: the roots of a t^2 - 2 b' t + c, of which one is q / a.
+struct Quadratic<L: Lanes> {
+    /// From the centre to the ray's origin.
+    f: V3<L>,
+    a: L,
+    q: L,
+    /// Lanes that see the sphere ahead, whose first root is `small`; it is the second one in the others.
+    toward: L::Mask,
+    small: L,
+    /// Active lanes with roots.
+    real: L::Mask,
+}
+
+/// With f = o - c, a = d.d, b' = -f.d, c = (|f|-r)(|f|+r) the roots are c/q and q/a for q = b' + sign(b') s, and
+/// s = sqrt(b'^2 - a c) = sqrt(a (r-l)(r+l)) with l = |f + (b'/a) d|. None if no active lane has roots.
+#[inline(always)]
+fn quadratic<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>) -> Option<Quadratic<L>> {
     let zero = L::lit(s, 0.0);
     let f = rays.origin - center;
     let a = rays.dir.dot(rays.dir);
     let b = -f.dot(rays.dir);
     let bb = b * b;
-    // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding below end here.
+    // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding end here.
     let slack = 64.0 * L::Real::ROUNDOFF;
     let ff = f.dot(f) * a;
     let rr = a * (radius * radius * L::lit(s, 1.0 + slack));
     let smallest = L::lit(s, 16.0 * L::Real::SMALLEST);
     if !(rays.active & !(ff * L::lit(s, 1.0 - slack) - bb).gt(rr + smallest)).any() {
-        return Meeting::nowhere(s, rays);
+        return None;
     }
 
-    // Near the sphere b'^2 - ac is exact enough; from afar it cancels, and the distance l of the line does not.
-    // Whole packets are clearly near or far most of the time, and square roots are dear.
+    // Near the sphere b'^2 - ac is exact enough; from afar it cancels, and the distance l of the line does not. Whole
+    // packets are clearly near or far most of the time, and square roots are dear.
     let half = L::lit(s, 0.5) * bb;
     let (mut near, mut c) = (L::mask(s, 0), zero);
     if (rays.active & !(ff * L::lit(s, 1.0 - slack) - rr).gt(half + smallest)).any() {
@@ -64,24 +124,5 @@ pub fn intersect_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &R
     let q = b + signed;
     // From afar b' - sign(b') s does not cancel, and has two roundings less than c/q.
     let small = L::select(near, c, b - signed) / L::select(near, q, a);
-    let mut t = small;
-    let mut hit = real & toward & sides.outside::<L>(s, rays.in_range(small));
-    if (real & !hit).any() {
-        let large = q / a;
-        let t0 = L::select(toward, small, large);
-        let t1 = L::select(toward, large, small);
-        let first = sides.outside::<L>(s, rays.in_range(t0));
-        hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
-        t = L::select(first, t0, t1);
-    }
-
-    // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0,
-    // the sphere faces its ray.
-    let from_center = f + rays.dir * t;
-    let from_center = V3::select(from_center.length().gt(zero), from_center, -rays.dir);
-    let normal = from_center * (radius / from_center.length());
-    let point = center + normal;
-    // Five roundings from the square root to here.
-    let error = error_around(s, point, center, 5.0, normal);
-    Meeting::smooth(t, hit, point, error, normal)
+    Some(Quadratic { f, a, q, toward, small, real })
 }
