@@ -128,10 +128,10 @@ mod tests {
         let best = Level::new();
         dispatch!(best, s => compare(s));
         #[cfg(target_arch = "x86_64")]
-        for level in
-            [best.as_sse2().map(Level::Sse2), best.as_sse4_2().map(Level::Sse4_2), best.as_avx2().map(Level::Avx2)]
         {
-            if let Some(level) = level {
+            let lower =
+                [best.as_sse2().map(Level::Sse2), best.as_sse4_2().map(Level::Sse4_2), best.as_avx2().map(Level::Avx2)];
+            for level in lower.into_iter().flatten() {
                 dispatch!(level, s => compare(s));
             }
         }

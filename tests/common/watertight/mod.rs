@@ -1,5 +1,6 @@
 //! Rays aimed exactly at the vertices and edges of closed meshes, and at random, from both sides: none may pass.
 
+mod exact;
 mod naive;
 mod target;
 
@@ -17,6 +18,9 @@ pub struct Shot {
     /// Where there were leaks, and how many of how many.
     pub leaks: Vec<String>,
     pub leaked: usize,
+    /// Rays of all kinds that passed by the mesh or along its outline, as exact arithmetic confirms: rounding had moved
+    /// where they were aimed.
+    pub beside: usize,
 }
 
 /// Shoots about `count` rays of each kind in a precision; two threads share the targets.
@@ -26,11 +30,12 @@ pub fn shoot(precision: Precision, count: usize) -> Shot {
     let (first, second) = targets.split_at(targets.len() / 2);
     let shoot_at = |part: &[(String, Target)], seed: u64| {
         let mut random = Random::new(seed);
-        let (mut found, mut leaked) = (Vec::new(), 0);
+        let (mut found, mut leaked, mut beside) = (Vec::new(), 0, 0);
         for (name, target) in part {
             for (kind, what) in KINDS.iter().enumerate() {
                 for (inside, side) in [(true, "inside"), (false, "outside")] {
-                    let leaks = target.leaks(kind, inside, each, &mut random);
+                    let (leaks, passed_by) = target.leaks(kind, inside, each, &mut random);
+                    beside += passed_by;
                     if leaks > 0 {
                         found.push(format!("{name}, {what} from {side}: {leaks} of {each}"));
                         leaked += leaks;
@@ -38,17 +43,17 @@ pub fn shoot(precision: Precision, count: usize) -> Shot {
                 }
             }
         }
-        (found, leaked)
+        (found, leaked, beside)
     };
-    let (mut leaks, leaked) = std::thread::scope(|scope| {
+    let (mut leaks, leaked, beside) = std::thread::scope(|scope| {
         let other = scope.spawn(|| shoot_at(second, 2));
-        let (mut found, leaked) = shoot_at(first, 1);
-        let (more, also) = other.join().unwrap();
+        let (mut found, leaked, beside) = shoot_at(first, 1);
+        let (more, also, others) = other.join().unwrap();
         found.extend(more);
-        (found, leaked + also)
+        (found, leaked + also, beside + others)
     });
     leaks.sort();
-    Shot { rays: each * targets.len() * 2, leaks, leaked }
+    Shot { rays: each * targets.len() * 2, leaks, leaked, beside }
 }
 
 /// How many of about `count` rays of each kind at the same targets leak through naive triangles, and how many there were.

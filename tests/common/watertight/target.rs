@@ -1,5 +1,6 @@
 //! Closed meshes as targets, and rays aimed at their vertices and edges that must hit.
 
+use super::exact::meets_inside;
 use crate::common::Random;
 use crate::common::meshes::Closed;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
@@ -28,6 +29,8 @@ pub struct Target {
     middle: Option<DVec3>,
     /// Vertices, as edges from themselves to themselves, and edges.
     pub aims: [Vec<Aim>; 2],
+    /// Whether `mesh` is what the kernel holds, to the bit.
+    exact: bool,
     /// A length that is short inside the mesh: no point that far below a vertex, or beside the middle, is outside.
     depth: f64,
 }
@@ -74,7 +77,7 @@ impl Target {
         let middle = shape.convex.then_some(middle);
         let vertices: Vec<_> = (0..mesh.vertices.len()).map(|i| [i, i]).collect();
         let aims = [vertices, mesh.edges()].map(|list| aims(&mesh, &list));
-        Self { scene, precision, aims, depth: shape.depth * size, middle, mesh }
+        Self { scene, precision, aims, depth: shape.depth * size, middle, mesh, exact: true }
     }
 
     /// The mesh alone, scaled and moved.
@@ -118,15 +121,16 @@ impl Target {
                 face.swap(1, 2);
             }
         }
-        Self::new(scene, mesh, shape, (scale * 0.7 * 1.3, map.translation), precision)
+        Self { exact: false, ..Self::new(scene, mesh, shape, (scale * 0.7 * 1.3, map.translation), precision) }
     }
 
     /// A ray of a kind, from inside or outside, that must hit; `None` if this try found none.
     pub fn ray(&self, kind: usize, inside: bool, random: &mut Random) -> Option<RayQuery> {
         let aims = &self.aims[usize::from(kind != 0)];
         let Aim { ends: [a, b], normals } = &aims[random.below(aims.len())];
-        // Not the ends of edges: far away, rounding moves points there beyond the outline.
-        let mut target = narrow(self.precision, *a + (*b - *a) * random.between(0.05, 0.95));
+        // Not the ends of edges of placed meshes: far away, rounding moves points there beyond the outline.
+        let margin = if self.exact { 0.0 } else { 0.05 };
+        let mut target = narrow(self.precision, *a + (*b - *a) * random.between(margin, 1.0 - margin));
         let outward = normals.iter().sum::<DVec3>().try_normalize()?;
 
         let length =
@@ -138,9 +142,10 @@ impl Target {
         };
         let origin = narrow(self.precision, origin);
         let back = (origin - target).normalize();
-        // Seen from there, no face around the target is near its outline, nor is the target where rounding has moved it.
+        // Seen from there, no face around the target is edge-on, nor of placed meshes near the outline at all.
         let side = if inside { -1.0 } else { 1.0 };
-        if !normals.iter().all(|normal| normal.dot(back) * side > 0.3) {
+        let least = if self.exact { 0.05 } else { 0.3 };
+        if !normals.iter().all(|normal| normal.dot(back) * side > least) {
             return None;
         }
         if kind == 2 {
@@ -160,10 +165,10 @@ impl Target {
         (normal.dot((origin - point).normalize()) > 0.01).then_some(point)
     }
 
-    /// How many of `count` rays leak.
-    pub fn leaks(&self, kind: usize, inside: bool, count: usize, random: &mut Random) -> usize {
+    /// How many of `count` rays leak, and how many pass by the mesh.
+    pub fn leaks(&self, kind: usize, inside: bool, count: usize, random: &mut Random) -> (usize, usize) {
         let mut rays = Vec::with_capacity(count.min(1 << 12));
-        let (mut left, mut leaks) = (count, 0);
+        let (mut left, mut leaks, mut beside) = (count, 0, 0);
         while left > 0 {
             rays.clear();
             while rays.len() < left.min(1 << 12) {
@@ -172,9 +177,22 @@ impl Target {
             left -= rays.len();
             let answers = first_hits(&self.scene, &rays);
             let leaked = |(ray, hit): &(&RayQuery, Option<FirstHit>)| self.leaked(ray, hit.as_ref(), inside);
-            leaks += rays.iter().zip(answers).filter(leaked).count();
+            for (ray, _) in rays.iter().zip(answers).filter(leaked) {
+                if self.exact && !meets_inside(&self.mesh, ray, self.rounding(ray)) {
+                    beside += 1;
+                } else {
+                    leaks += 1;
+                }
+            }
         }
-        leaks
+        (leaks, beside)
+    }
+
+    /// How far rounding may move the mesh as the ray sees it: roundings of the way to its far end.
+    fn rounding(&self, ray: &RayQuery) -> f64 {
+        let u = if self.precision == Precision::Single { f32::EPSILON.into() } else { f64::EPSILON };
+        let ends = self.mesh.vertices.iter().map(|v| v.distance(ray.origin.into()));
+        8.0 * u * ends.fold(0.0, f64::max)
     }
 
     fn leaked(&self, ray: &RayQuery, hit: Option<&FirstHit>, inside: bool) -> bool {
