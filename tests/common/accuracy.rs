@@ -105,11 +105,11 @@ pub fn errors(body: &Body, distance: f64, precision: Precision, count: usize, ra
             let root = roots.filter(|(_, step, cosine)| settled(*step) && step.abs() < 1e-9 && *cosine > 0.0);
             let off = |t: Wide| (t - Wide::of(hit.t)).value().abs();
             let nearest = root.min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
-            // A torus has parts that the exact line may pass by within its own rounding, so that its roots are elsewhere:
-            // hitting such a part is no error.
+            // Tori and cones have parts that the exact line may pass by within its own rounding, so that its roots are
+            // elsewhere: hitting such a part is no error of distance.
             let (value, gradient) = (body.surface)(f + Wide3::of(d).times(Wide::of(hit.t)), normal);
             let band = 8.0 * lab.u * reach;
-            let passes_by = body.bound > 8.0 && value.value().abs() <= band * gradient.length();
+            let passes_by = value.value().abs() <= band * gradient.length();
             let Some((t, _, cosine)) = nearest.filter(|(t, _, cosine)| !passes_by || off(*t) * cosine <= band) else {
                 found.undecided += 1;
                 continue;
