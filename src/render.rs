@@ -39,6 +39,8 @@ pub struct RayCounts {
     pub camera_hits: u64,
     /// Transmissions that total internal reflection turned into reflections.
     pub total_internal_reflections: u64,
+    /// Shadow rays not traced because their light could not add a quarter of `min_weight` to the pixel.
+    pub shadow_skipped: u64,
     /// Rays not followed because a sample reached the limit `rays_per_sample`.
     pub dropped: u64,
 }
@@ -53,6 +55,7 @@ impl std::ops::Add for RayCounts {
             transmitted: self.transmitted + o.transmitted,
             camera_hits: self.camera_hits + o.camera_hits,
             total_internal_reflections: self.total_internal_reflections + o.total_internal_reflections,
+            shadow_skipped: self.shadow_skipped + o.shadow_skipped,
             dropped: self.dropped + o.dropped,
         }
     }

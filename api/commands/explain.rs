@@ -60,6 +60,7 @@ fn table(report: &Report) -> String {
         ("reflected rays", rays.reflected),
         ("transmitted rays", rays.transmitted),
         ("total internal reflections", rays.total_internal_reflections),
+        ("shadow rays that could not matter", rays.shadow_skipped),
         ("rays dropped at a limit", rays.dropped),
     ];
     // Writing to a String cannot fail.

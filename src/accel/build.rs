@@ -56,40 +56,62 @@ impl<R: Real> Bvh<R> {
     /// Builds a hierarchy over boxes, which must be finite and not empty.
     pub fn build(bounds: &[Bounds], kind: BvhKind) -> Self {
         let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
-        let mut nodes = Vec::with_capacity(bounds.len() / 2 + 1);
-        let empty = Node {
-            slab: Bounds { min: glam::DVec3::ZERO, max: glam::DVec3::ZERO }.narrowed(),
-            first: 0,
-            count: 0,
-            axis: 0,
-        };
-        if bounds.is_empty() {
-            return Self { nodes, order };
-        }
-        nodes.push(empty);
-        let mut tasks = vec![Task { node: 0, start: 0, end: bounds.len(), depth: 0 }];
-        while let Some(Task { node, start, end, depth }) = tasks.pop() {
-            let part = &mut order[start..end];
-            let whole = part.iter().fold(Bounds::EMPTY, |b, &i| b.union(bounds[i as usize]));
-            nodes[node].slab = whole.narrowed();
-            match split(bounds, part, whole, kind, depth) {
-                Some((axis, middle)) => {
-                    let first = nodes.len();
-                    nodes[node] = Node { first: first as u32, count: 0, axis, ..nodes[node] };
-                    nodes.extend([empty, empty]);
-                    let middle = start + middle;
-                    tasks.push(Task { node: first, start, end: middle, depth: depth + 1 });
-                    tasks.push(Task { node: first + 1, start: middle, end, depth: depth + 1 });
-                }
-                None => {
-                    // Within a leaf the scene's own order decides ties.
-                    part.sort_unstable();
-                    nodes[node] = Node { first: start as u32, count: (end - start) as u32, axis: 0, ..nodes[node] };
-                }
-            }
-        }
+        let nodes = if bounds.is_empty() { Vec::new() } else { subtree(bounds, &mut order, 0, kind, 0) };
         Self { nodes, order }
     }
+}
+
+/// Parts with more primitives are built by two threads.
+const PARALLEL: usize = 16_384;
+
+/// The nodes over `part`, which stands at `start` in the order of the leaves; the first is their root.
+fn subtree<R: Real>(bounds: &[Bounds], part: &mut [u32], start: usize, kind: BvhKind, depth: usize) -> Vec<Node<R>> {
+    let mut nodes = Vec::with_capacity(if part.len() > PARALLEL { 1 } else { part.len() });
+    let whole = |part: &[u32]| part.iter().fold(Bounds::EMPTY, |b, &i| b.union(bounds[i as usize]));
+    let around = whole(part);
+    nodes.push(Node { slab: around.narrowed(), first: start as u32, count: part.len() as u32, axis: 0 });
+    if part.len() > PARALLEL
+        && let Some((axis, middle)) = split(bounds, part, around, kind, depth)
+    {
+        let (left, right) = part.split_at_mut(middle);
+        let (left, right) = rayon::join(
+            || subtree::<R>(bounds, left, start, kind, depth + 1),
+            || subtree::<R>(bounds, right, start + middle, kind, depth + 1),
+        );
+        nodes[0] = Node { first: 1, count: 0, axis, ..nodes[0] };
+        // The two roots side by side, then what is below each.
+        let (behind_left, behind_right) = (2, left.len() as u32 + 1);
+        let moved =
+            |node: &Node<R>, by: u32| if node.count == 0 { Node { first: node.first + by, ..*node } } else { *node };
+        nodes.reserve(left.len() + right.len());
+        nodes.extend([moved(&left[0], behind_left), moved(&right[0], behind_right)]);
+        nodes.extend(left[1..].iter().map(|node| moved(node, behind_left)));
+        nodes.extend(right[1..].iter().map(|node| moved(node, behind_right)));
+        return nodes;
+    }
+    let mut tasks = vec![Task { node: 0, start: 0, end: part.len(), depth }];
+    while let Some(Task { node, start: from, end, depth }) = tasks.pop() {
+        let part = &mut part[from..end];
+        let around = whole(part);
+        nodes[node].slab = around.narrowed();
+        match split(bounds, part, around, kind, depth) {
+            Some((axis, middle)) => {
+                let first = nodes.len();
+                nodes[node] = Node { first: first as u32, count: 0, axis, ..nodes[node] };
+                nodes.extend([nodes[node], nodes[node]]);
+                let middle = from + middle;
+                tasks.push(Task { node: first, start: from, end: middle, depth: depth + 1 });
+                tasks.push(Task { node: first + 1, start: middle, end, depth: depth + 1 });
+            }
+            None => {
+                // Within a leaf the scene's own order decides ties.
+                part.sort_unstable();
+                let first = (start + from) as u32;
+                nodes[node] = Node { first, count: (end - from) as u32, axis: 0, ..nodes[node] };
+            }
+        }
+    }
+    nodes
 }
 
 /// Reorders `part` into two halves and returns the axis between them and the length of the first; `None` for a leaf.

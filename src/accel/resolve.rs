@@ -129,11 +129,23 @@ fn meet<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: &[u64; MAX_L
     match &owner.item.shape {
         Shape::Mesh(mesh) => {
             let shear = Shear::new(s, rays);
-            let corner = |k: usize| V3::from_fn(s, |lane| mesh.corners(face_of(owner, expanded[lane]))[k]);
-            intersect_triangle(s, [corner(0), corner(1), corner(2)], rays, &shear, owner.item.sides)
+            let corners = gather(s, |lane| mesh.corners(face_of(owner, expanded[lane])));
+            intersect_triangle(s, corners, rays, &shear, owner.item.sides)
         }
         _ => intersect_called(s, owner.item, 0, rays, &Shear::unused(s, rays), Wanted::Surface),
     }
+}
+
+/// Three points for each lane.
+#[inline(always)]
+fn gather<L: Lanes>(s: L::Simd, points: impl Fn(usize) -> [[L::Real; 3]; 3]) -> [V3<L>; 3] {
+    let mut columns = [[L::Real::default(); MAX_LANES]; 9];
+    for lane in 0..L::COUNT {
+        for (column, number) in columns.iter_mut().zip(points(lane).as_flattened()) {
+            column[lane] = *number;
+        }
+    }
+    [0, 3, 6].map(|k| V3 { x: L::load(s, &columns[k]), y: L::load(s, &columns[k + 1]), z: L::load(s, &columns[k + 2]) })
 }
 
 /// The face with an expanded index; the first one in lanes that belong to other bodies.
@@ -161,8 +173,7 @@ fn interpolate<L: Lanes>(
     dir: V3<L>,
 ) -> Smooth<L> {
     let zero = L::lit(s, 0.0);
-    let normal = |k: usize| V3::<L>::from_fn(s, |lane| mesh.normals[mesh.faces[face(lane)][k] as usize]);
-    let normals = [normal(0), normal(1), normal(2)];
+    let normals = gather::<L>(s, |lane| mesh.faces[face(lane)].map(|i| mesh.normals[i as usize]));
     let [b1, b2] = meeting.barycentric;
     let weights = [L::lit(s, 1.0) - b1 - b2, b1, b2];
     // Interpolated normals may cancel, and some files have them pointing inwards.
@@ -177,9 +188,9 @@ fn interpolate<L: Lanes>(
     let turned = (inwards & !behind) | (behind & !inwards);
     let turn = L::select(turned, L::lit(s, -1.0), L::lit(s, 1.0));
     let mut lift = V3 { x: zero, y: zero, z: zero };
-    for (k, (normal, weight)) in normals.into_iter().zip(weights).enumerate() {
+    let corners = gather::<L>(s, |lane| mesh.corners(face(lane)));
+    for ((normal, corner), weight) in normals.into_iter().zip(corners).zip(weights) {
         let normal = normal * turn;
-        let corner = V3::<L>::from_fn(s, |lane| mesh.corners(face(lane))[k]);
         lift = lift + normal * (weight * normal.dot(corner - meeting.point).max(zero));
     }
     let none = V3 { x: zero, y: zero, z: zero };

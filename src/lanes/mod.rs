@@ -43,10 +43,12 @@ macro_rules! dispatch {
 }
 pub(crate) use dispatch;
 
+mod power;
 mod scalar;
 mod simd;
 mod vector;
 
+pub use power::power;
 pub use vector::V3;
 
 use std::fmt::Debug;
@@ -128,6 +130,12 @@ pub trait Lanes:
     fn abs(self) -> Self;
     /// Largest integer not above.
     fn floor(self) -> Self;
+    /// The whole number e with 2^e <= x < 2^(e+1), of normal numbers above 0.
+    fn exponent(self) -> Self;
+    /// x / 2^e in [1, 2), of normal numbers above 0.
+    fn significand(self) -> Self;
+    /// 2^x of whole numbers for which that is a normal number.
+    fn power_of_two(self) -> Self;
     /// `self < other`.
     fn lt(self, other: Self) -> Self::Mask;
     /// `self <= other`.

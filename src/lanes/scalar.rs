@@ -2,6 +2,24 @@
 
 use super::{Lanes, Mask, Real};
 
+/// How a format lays out its numbers (IEEE 754).
+pub(super) struct Layout<R>(std::marker::PhantomData<R>);
+
+impl Layout<f32> {
+    /// Bits below the exponent.
+    pub(super) const SHIFT: u32 = 23;
+    /// The first number from which on the last bit counts 1.
+    pub(super) const WHOLE: f32 = 8_388_608.0;
+    /// The exponent field of 1.
+    pub(super) const BIAS: f32 = 127.0;
+}
+
+impl Layout<f64> {
+    pub(super) const SHIFT: u32 = 52;
+    pub(super) const WHOLE: f64 = 4_503_599_627_370_496.0;
+    pub(super) const BIAS: f64 = 1023.0;
+}
+
 impl Mask for bool {
     #[inline(always)]
     fn any(self) -> bool {
@@ -70,6 +88,21 @@ macro_rules! scalar {
             #[inline(always)]
             fn floor(self) -> Self {
                 <$type>::floor(self)
+            }
+            #[inline(always)]
+            fn exponent(self) -> Self {
+                let bits = (self.to_bits() >> Layout::<$type>::SHIFT) | Layout::<$type>::WHOLE.to_bits();
+                $type::from_bits(bits) - (Layout::<$type>::WHOLE + Layout::<$type>::BIAS)
+            }
+            #[inline(always)]
+            fn significand(self) -> Self {
+                let bits = self.to_bits() & ((1 << Layout::<$type>::SHIFT) - 1);
+                $type::from_bits(bits | $type::to_bits(1.0))
+            }
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                let whole = self + (Layout::<$type>::WHOLE + Layout::<$type>::BIAS);
+                $type::from_bits(whole.to_bits() << Layout::<$type>::SHIFT)
             }
             #[inline(always)]
             fn lt(self, other: Self) -> bool {

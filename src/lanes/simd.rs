@@ -3,11 +3,12 @@
 //! The width is fixed, not the processor's: 16 lanes are one AVX-512 register, two of AVX2 and four of SSE or NEON,
 //! so a packet of rays has the same shape everywhere.
 
+use super::scalar::Layout;
 use super::{Lanes, Mask};
-use fearless_simd::{Simd, f32x16, f64x8, mask32x16, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16, mask64x8, prelude::*, u32x16, u64x8};
 
 macro_rules! simd {
-    ($vector:ident, $mask:ident, $real:ident, $count:expr) => {
+    ($vector:ident, $mask:ident, $real:ident, $bits:ident, $count:expr) => {
         impl<S: Simd> Mask for $mask<S> {
             #[inline(always)]
             fn any(self) -> bool {
@@ -62,6 +63,22 @@ macro_rules! simd {
                 SimdFloat::floor(self)
             }
             #[inline(always)]
+            fn exponent(self) -> Self {
+                // As the last bits of a number whose last bit counts 1.
+                let bits = (self.bitcast::<$bits<S>>() >> Layout::<$real>::SHIFT) | Layout::<$real>::WHOLE.to_bits();
+                bits.bitcast::<Self>() - (Layout::<$real>::WHOLE + Layout::<$real>::BIAS)
+            }
+            #[inline(always)]
+            fn significand(self) -> Self {
+                let bits = self.bitcast::<$bits<S>>() & ((1 << Layout::<$real>::SHIFT) - 1);
+                (bits | $real::to_bits(1.0)).bitcast()
+            }
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                let whole = self + (Layout::<$real>::WHOLE + Layout::<$real>::BIAS);
+                (whole.bitcast::<$bits<S>>() << Layout::<$real>::SHIFT).bitcast()
+            }
+            #[inline(always)]
             fn lt(self, other: Self) -> Self::Mask {
                 self.simd_lt(other)
             }
@@ -93,8 +110,8 @@ macro_rules! simd {
     };
 }
 
-simd!(f32x16, mask32x16, f32, 16);
-simd!(f64x8, mask64x8, f64, 8);
+simd!(f32x16, mask32x16, f32, u32x16, 16);
+simd!(f64x8, mask64x8, f64, u64x8, 8);
 
 #[cfg(test)]
 mod tests {

@@ -55,7 +55,7 @@ fn radiance(reference: &Reference, path: &Path) -> Rgb {
     };
     let vertex = Vertex::new(&path.ray, hit);
     let material = &vertex.hit.body.material;
-    let mut sum = local_radiance(reference, path.ray.dir, &vertex);
+    let mut sum = local_radiance(reference, path, &vertex);
 
     let mut reflection = material.reflection.0;
     let transmission = material.transmission.0;
@@ -116,14 +116,17 @@ fn transmitted(path: &Path, vertex: &Vertex<'_>) -> Option<(DVec3, Media)> {
 }
 
 /// L_Phong, shadows included.
-fn local_radiance(reference: &Reference, d: DVec3, vertex: &Vertex<'_>) -> Rgb {
+fn local_radiance(reference: &Reference, path: &Path, vertex: &Vertex<'_>) -> Rgb {
+    let d = path.ray.dir;
     let Vertex { hit, point, ng, ns, .. } = vertex;
     let mut sum = phong::ambient(&hit.body.material, hit.object_point, reference.ambient);
     for light in &reference.lights {
         let Some(incident) = phong::incident(light, *point) else { continue };
         let facet = (!hit.smooth).then_some(*ng);
         let unshadowed = phong::phong(&hit.body.material, hit.object_point, facet, *ns, -d, &incident);
-        if unshadowed != Rgb::ZERO {
+        // Light that could add less than a quarter of the smallest weight, as a share of itself or of 1, is left out.
+        let least = 0.25 * reference.settings.min_weight * incident.radiance.max_element().min(1.0);
+        if unshadowed != Rgb::ZERO && (path.weight * unshadowed).max_element() >= least {
             sum += unshadowed * visibility(reference, vertex, &incident);
         }
     }

@@ -833,7 +833,8 @@ pub struct RenderSettings {
     /// Longest chain of rays, 1 to 100000; the primary ray counts 1. Default 10.
     #[schemars(range(min = 1, max = 100_000))]
     pub max_depth: u32,
-    /// A ray whose weight is below this in every channel is not followed, 0 to 1. Default 0.001.
+    /// A ray whose weight is below this in every channel is not followed, nor is a light asked for that could add less
+    /// than a quarter of this share of itself, 0 to 1. Default 0.001.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub min_weight: f64,
     /// Rays for each pixel, 1 to 1024, spread evenly over it. Default 1.

@@ -1,8 +1,7 @@
 //! Phong's model (CACM 18(6), 1975): k_d (N.L) + k_s (R.V)^m.
 
 use super::optics::reflect;
-use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
-use crate::math;
+use crate::lanes::{self, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 
 /// Largest exponent taken by repeated squaring; its error grows like m u, as that of any power of a rounded base does.
 const MAX_SQUARED: f64 = 1024.0;
@@ -28,13 +27,13 @@ pub fn power<L: Lanes>(s: L::Simd, base: L, exponents: &[L::Real; MAX_LANES], ac
             same |= u32::from(exponents[lane] == exponent) << lane;
         }
         left &= !same;
-        result = L::select(L::mask(s, same), uniform_power(s, base, exponent.to_f64(), same), result);
+        result = L::select(L::mask(s, same), uniform_power(s, base, exponent.to_f64()), result);
     }
     result
 }
 
 #[inline(always)]
-fn uniform_power<L: Lanes>(s: L::Simd, base: L, exponent: f64, active: u32) -> L {
+fn uniform_power<L: Lanes>(s: L::Simd, base: L, exponent: f64) -> L {
     if exponent <= MAX_SQUARED && exponent.fract() == 0.0 {
         let mut rest = exponent as u32;
         let mut square = base;
@@ -48,16 +47,13 @@ fn uniform_power<L: Lanes>(s: L::Simd, base: L, exponent: f64, active: u32) -> L
         }
         return product;
     }
-    let mut powers = [L::Real::from_f64(0.0); MAX_LANES];
-    for lane in lanes_of(active) {
-        powers[lane] = L::Real::from_f64(math::pow(base.lane(lane).to_f64(), exponent));
-    }
-    L::from_fn(s, |lane| powers[lane])
+    lanes::power(s, base, exponent)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
 
     #[test]
     fn powers_agree_with_libm() {

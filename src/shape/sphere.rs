@@ -53,13 +53,7 @@ pub fn intersect_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &R
 /// Lanes whose ray crosses its sphere on the way in, and on the way out: what two searches by [`intersect_sphere`] find,
 /// the second beginning where the first ended.
 #[inline(always)]
-pub fn sphere_crossings<L: Lanes>(
-    s: L::Simd,
-    center: V3<L>,
-    radius: L,
-    rays: &Rays<L>,
-    sides: Sides,
-) -> [L::Mask; 2] {
+pub fn sphere_crossings<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, sides: Sides) -> [L::Mask; 2] {
     let Some(Quadratic { a, q, toward, small, real, .. }) = quadratic(s, center, radius, rays) else {
         return [L::mask(s, 0); 2];
     };

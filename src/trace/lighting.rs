@@ -13,6 +13,9 @@ use crate::shading::phong::{highlight_cosine, power};
 /// Shadow rays end this many roundings before the light, so that a light on a surface is not shadowed by it at random.
 const LIGHT_MARGIN: f64 = 16.0;
 
+/// Part of `min_weight` that a light must be able to add to the pixel for its shadow ray to be traced.
+pub const SHADOW_SHARE: f64 = 0.25;
+
 /// Cosine between light and facet below which shadow rays start on the surface that a smooth mesh pretends; they move
 /// there gradually (as Cycles does, D11065), since whatever lies in between casts no shadow.
 const GRAZING: f64 = 0.1;
@@ -40,8 +43,9 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
     let zero = L::lit(s, 0.0);
     let found = L::mask(s, hits.found);
     let from_facet = leave(hits.surface.point, hits.surface.error, hits.ng);
-    // The SPD's rules count shadow rays of the facets.
-    let smooth = if world.rules.spd_counts { 0 } else { hits.smooth };
+    // The SPD's rules count shadow rays of the facets, needed or not.
+    let spd = if world.rules.spd_counts { hits.found } else { 0 };
+    let smooth = hits.smooth & !spd;
     for (index, light) in world.lights.iter().enumerate() {
         let arrival = light.arrive(s, hits.surface.point);
         // NaN, at the light's own position, is neither side.
@@ -49,11 +53,17 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
         let facing = found & (facet_cosine.gt(zero) | L::mask(s, smooth));
         let cosine = hits.ns.dot(arrival.to_light);
         let lit = facing & cosine.gt(zero) & arrival.strength.gt(zero);
-        let cast = if world.rules.spd_counts { facing } else { lit };
-        if !cast.any() {
+        if !(lit | (facing & L::mask(s, spd))).any() {
             continue;
         }
         let radiance = phong(s, rays, hits, coefficients, light, arrival.to_light, cosine, arrival.strength, lit);
+        let heavy = matters(tracer, rays.weight.times(radiance), light, arrival.strength) | L::mask(s, spd);
+        tracer.counts.shadow_skipped += u64::from((lit & !heavy).bits().count_ones());
+        let lit = lit & heavy;
+        let cast = lit | (facing & L::mask(s, spd));
+        if !cast.any() {
+            continue;
+        }
         let origin = if smooth & cast.bits() == 0 { from_facet } else { from_curve(s, hits, facet_cosine, smooth) };
         let mut passed = V3::splat(s, [L::Real::from_f64(1.0); 3]);
         if let Some(blockers) = world.rules.shadows {
@@ -68,6 +78,22 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
             tracer.observer.shadow(number, index, origin, arrival.to_light, passed, added);
         }
     }
+}
+
+/// Whether light that nothing blocks adds enough to the pixel for a shadow ray: a quarter of the smallest weight followed,
+/// as a share of that light, or of 1 if it is brighter.
+#[inline(always)]
+fn matters<L: Lanes, O: Observer<L>>(
+    tracer: &Tracer<'_, L, O>,
+    added: V3<L>,
+    light: &Light<L::Real>,
+    strength: L,
+) -> L::Mask {
+    let s = tracer.s;
+    let color = V3::<L>::splat(s, light.color);
+    let brightness = color.x.max(color.y).max(color.z) * strength;
+    let least = tracer.min_weight * L::lit(s, SHADOW_SHARE) * brightness.min(L::lit(s, 1.0));
+    added.x.max(added.y).max(added.z).ge(least)
 }
 
 /// (k_d (N.L) + k_s (R.V)^m) I for one light.
