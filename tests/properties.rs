@@ -12,6 +12,8 @@ use strahl::film::{Film, Region};
 use strahl::render::{Control, Cut, render, render_cut};
 use strahl::scene::compile::{CompileOptions, compile_with};
 use strahl::scene::{Format, Loaded, Overrides, load};
+use strahl::trace::packets::first_hits;
+use strahl::trace::query::RayQuery;
 use strahl::trace::tree::trace_pixel;
 
 fn random_color(random: &mut Random) -> Value {
@@ -116,6 +118,30 @@ fn hierarchies_find_what_brute_force_finds() {
                 assert_eq!(count_differing(&brute, &film(kind)), 0, "seed {seed}, {precision}, {kind:?}");
             }
         }
+    }
+}
+
+#[test]
+fn a_ray_alone_finds_what_it_finds_in_a_packet() {
+    // Every other packet descends ray by ray. With a packet in front, each ray goes the other way.
+    for (seed, precision) in [(1, "single"), (2, "single"), (3, "double"), (4, "double")] {
+        let mut scene = random_scene(seed, 60);
+        scene["render"]["precision"] = precision.into();
+        let scene = loaded(&scene).scene;
+        let mut random = Random::new(seed);
+        let ray = |random: &mut Random| RayQuery {
+            origin: random.point(8.0),
+            direction: random.point(1.0),
+            t_min: if random.below(4) == 0 { -3.0 } else { 0.0 },
+            t_max: (random.below(4) == 0).then_some(5.0),
+        };
+        let packet = if precision == "single" { 16 } else { 8 };
+        let rays: Vec<RayQuery> = (0..packet * 2000).map(|_| ray(&mut random)).collect();
+        let one_way = first_hits(&scene, &rays);
+        let other_way = first_hits(&scene, &[&rays[..packet], &rays[..]].concat());
+        let differing = one_way.iter().zip(&other_way[packet..]).filter(|(a, b)| a != b).count();
+        assert_eq!(differing, 0, "{precision}, scene {seed}");
+        assert!(one_way.iter().flatten().count() > rays.len() / 10, "few rays hit anything");
     }
 }
 

@@ -24,12 +24,12 @@ pub(super) fn alone<L: Lanes>(s: L::Simd, rays: &Rays<L>, lane: usize) -> Rays<L
         dir: V3::splat(s, rays.dir.lane(lane)),
         t_min: L::splat(s, rays.t_min.lane(lane)),
         t_max: L::splat(s, rays.t_max.lane(lane)),
-        active: L::mask(s, lanes::<L>(L::COUNT as u32)),
+        active: L::mask(s, lanes(L::COUNT as u32)),
     }
 }
 
 /// The first `count` lanes.
-fn lanes<L: Lanes>(count: u32) -> u32 {
+fn lanes(count: u32) -> u32 {
     ((1u64 << count) - 1) as u32
 }
 
@@ -105,7 +105,7 @@ fn closest_alone_in<L: Lanes>(
         match child.index() {
             Ok(node) => {
                 let node = &wide.nodes[node];
-                ray.active = L::mask(s, lanes::<L>(node.count));
+                ray.active = L::mask(s, lanes(node.count));
                 let (inside, enter) = reciprocal.crosses_boxes(s, boxes(s, &node.min), boxes(s, &node.max), &ray);
                 let top = first.waiting.len();
                 for lane in lanes_of(inside.bits()) {
@@ -160,7 +160,7 @@ fn meet_leaf<L: Lanes>(
     mut ray: Rays<L>,
     shear: &Shear<L>,
 ) -> Meeting<L> {
-    ray.active = L::mask(s, lanes::<L>(leaf.count));
+    ray.active = L::mask(s, lanes(leaf.count));
     let column = |k: usize| L::load(s, &wide.columns[k][leaf.start as usize..]);
     let point = |k: usize| V3 { x: column(k), y: column(k + 1), z: column(k + 2) };
     match leaf.kind {
@@ -265,7 +265,7 @@ fn attenuate_alone_in<L: Lanes>(
         let blocked = match child.index() {
             Ok(node) => {
                 let node = &wide.nodes[node];
-                ray.active = L::mask(s, lanes::<L>(node.count));
+                ray.active = L::mask(s, lanes(node.count));
                 let (inside, _) = reciprocal.crosses_boxes(s, boxes(s, &node.min), boxes(s, &node.max), &ray);
                 waiting.extend(lanes_of(inside.bits()).map(|lane| node.children[lane]));
                 false
@@ -309,7 +309,7 @@ fn crosses_leaf<L: Lanes>(
     };
     if let Kind::Spheres(sides) = leaf.kind {
         let mut ray = *ray;
-        ray.active = L::mask(s, lanes::<L>(leaf.count));
+        ray.active = L::mask(s, lanes(leaf.count));
         let column = |k: usize| L::load(s, &wide.columns[k][leaf.start as usize..]);
         let center = V3 { x: column(0), y: column(1), z: column(2) };
         let crossed = sphere_crossings(s, center, column(3), &ray, sides);
