@@ -276,6 +276,13 @@ impl<R: Real> Geometry<R> {
 
     /// The item that owns an expanded index of this geometry.
     pub(super) fn owner(&self, expanded: u64) -> &Item<R> {
+        // Where every item has one primitive, the index names the item.
+        if let Some(item) = self.items.get(expanded as usize)
+            && item.offset == expanded
+            && item.expanded == 1
+        {
+            return item;
+        }
         let after = self.items.partition_point(|item| item.offset <= expanded);
         // Items without primitives share their offset with the next, so the last one at or below owns the index.
         &self.items[after - 1]

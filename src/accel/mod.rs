@@ -13,5 +13,5 @@ pub use bounds::Bounds;
 pub use build::{Bvh, BvhKind};
 pub use geometry::{Ball, Extent, Geometry, Instance, Item, Mesh, Placement, Shape};
 pub use occlusion::{Blockers, transmittance};
-pub use resolve::{Owner, Surface, resolve};
+pub use resolve::{Owner, Spheres, Surface, resolve};
 pub use traverse::{Course, Nearest, Skipped, nearest_hit};

@@ -2,9 +2,9 @@
 
 use super::geometry::{Geometry, Item, Mesh, Placement, Shape};
 use super::traverse::intersect_called;
-use crate::lanes::{Lanes, MAX_LANES, Real, V3};
+use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::{Meeting, Rays, Wanted, gamma};
-use crate::shape::{Shear, intersect_triangle};
+use crate::shape::{Shear, Sides, intersect_sphere, intersect_triangle};
 
 /// A surface under each ray.
 #[derive(Debug, Clone, Copy)]
@@ -64,19 +64,28 @@ impl<'a, R: Real> Owner<'a, R> {
         self.item.volume * self.instances.iter().map(scale).product::<f64>()
     }
 
+    /// The lanes of `among` that have met this body.
+    #[inline(always)]
+    pub fn lanes<L: Lanes<Real = R>>(&self, s: L::Simd, expanded: L::Ids, among: u32) -> u32 {
+        if self.item.expanded == 1 {
+            return expanded.eq(L::Ids::splat(s, self.body)).bits() & among;
+        }
+        lanes_of(among).fold(0, |lanes, lane| lanes | u32::from(self.owns(expanded.lane(lane))) << lane)
+    }
+
     /// Whether an expanded index belongs to this body.
-    pub fn owns(&self, expanded: u64) -> bool {
-        (self.body..self.body + self.item.expanded).contains(&expanded)
+    fn owns(&self, expanded: u64) -> bool {
+        expanded.wrapping_sub(self.body) < self.item.expanded
+    }
+
+    /// The face with an expanded index; the first one for other bodies' indices.
+    fn face(&self, expanded: u64) -> usize {
+        if self.owns(expanded) { (expanded - self.body) as usize } else { 0 }
     }
 }
 
 /// The surfaces that `rays` (as they were cast) meet on the primitives `expanded` of one body.
-pub fn resolve<L: Lanes>(
-    s: L::Simd,
-    owner: &Owner<'_, L::Real>,
-    expanded: &[u64; MAX_LANES],
-    rays: &Rays<L>,
-) -> Surface<L> {
+pub fn resolve<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: L::Ids, rays: &Rays<L>) -> Surface<L> {
     L::vectorize(
         s,
         #[inline(always)]
@@ -85,12 +94,7 @@ pub fn resolve<L: Lanes>(
 }
 
 #[inline(always)]
-fn resolve_in<L: Lanes>(
-    s: L::Simd,
-    owner: &Owner<'_, L::Real>,
-    expanded: &[u64; MAX_LANES],
-    rays: &Rays<L>,
-) -> Surface<L> {
+fn resolve_in<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: L::Ids, rays: &Rays<L>) -> Surface<L> {
     // Down to the body's own coordinates ...
     let mut inner = *rays;
     for placed in &owner.instances {
@@ -98,23 +102,28 @@ fn resolve_in<L: Lanes>(
             inner = instance.rays_in(s, &inner);
         }
     }
-    let meeting = meet(s, owner, expanded, &inner);
     let outward = if owner.item.hollow { L::lit(s, -1.0) } else { L::lit(s, 1.0) };
-    // The tip of a cone has no normal; it faces its ray.
-    let size = meeting.normal.abs();
-    let measurable = (size.x + size.y + size.z).gt(L::lit(s, 0.0));
-    let normal = V3::select(measurable, meeting.normal * outward, -inner.dir);
-    let ng = unit(s, normal);
-    let Smooth { ns, lift } = match &owner.item.shape {
-        Shape::Mesh(mesh) if !mesh.normals.is_empty() => {
-            interpolate(s, mesh, |lane| face_of(owner, expanded[lane]), &meeting, ng, inner.dir)
+    let mut smooth = false;
+    // The same primitives are met again, now for point, error and normal.
+    let mut surface = match &owner.item.shape {
+        Shape::Mesh(mesh) => {
+            let mut faces = [[0; 3]; MAX_LANES];
+            for lane in 0..L::COUNT {
+                faces[lane] = mesh.faces[owner.face(expanded.lane(lane))];
+            }
+            let corners = gather(s, &mesh.vertices, &faces);
+            let meeting = intersect_triangle(s, corners, &inner, &Shear::new(s, &inner), owner.item.sides);
+            let flat = Surface::flat(s, &meeting, outward, inner.dir);
+            smooth = owner.item.is_smooth();
+            if smooth { flat.curved(s, mesh, &faces, corners, &meeting, inner.dir) } else { flat }
         }
-        _ => Smooth { ns: ng, lift: V3::splat(s, [L::Real::from_f64(0.0); 3]) },
+        _ => {
+            let shear = Shear::unused(s, &inner);
+            let meeting = intersect_called(s, owner.item, 0, &inner, &shear, Wanted::Surface);
+            Surface::flat(s, &meeting, outward, inner.dir)
+        }
     };
-    let (point, error) = (meeting.point, meeting.error);
-    let mut surface = Surface { point, error, ng, ns, lift, local: point, met: meeting.hit };
     // ... and back up, from the innermost placement out.
-    let smooth = matches!(&owner.item.shape, Shape::Mesh(mesh) if !mesh.normals.is_empty());
     for placed in owner.instances.iter().rev() {
         if let Shape::Instance(instance) = &placed.shape {
             surface = surface.placed(s, &instance.to_world, &instance.to_local, smooth);
@@ -123,78 +132,66 @@ fn resolve_in<L: Lanes>(
     surface
 }
 
-/// Meets the same primitives again, now for point, error and normal.
-#[inline(always)]
-fn meet<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: &[u64; MAX_LANES], rays: &Rays<L>) -> Meeting<L> {
-    match &owner.item.shape {
-        Shape::Mesh(mesh) => {
-            let shear = Shear::new(s, rays);
-            let corners = gather(s, |lane| mesh.corners(face_of(owner, expanded[lane])));
-            intersect_triangle(s, corners, rays, &shear, owner.item.sides)
+/// Spheres that are no part of anything placed, one for each lane.
+#[derive(Debug)]
+pub struct Spheres<R> {
+    /// Lanes that have one.
+    pub lanes: u32,
+    hollow: u32,
+    /// Coordinates of the centres, and radii.
+    columns: [[R; MAX_LANES]; 4],
+}
+
+impl<R: Real> Spheres<R> {
+    /// No lane has a sphere.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self { lanes: 0, hollow: 0, columns: [[R::default(); MAX_LANES]; 4] }
+    }
+
+    /// Takes a sphere that some lanes have met; not if it is something else, or one-sided.
+    #[inline(always)]
+    pub fn take(&mut self, owner: &Owner<'_, R>, lanes: u32) -> bool {
+        let Shape::Sphere(sphere) = &owner.item.shape else { return false };
+        if !owner.instances.is_empty() || owner.item.sides != Sides::Both {
+            return false;
         }
-        _ => intersect_called(s, owner.item, 0, rays, &Shear::unused(s, rays), Wanted::Surface),
+        let [x, y, z] = sphere.center;
+        for lane in lanes_of(lanes) {
+            for (column, number) in self.columns.iter_mut().zip([x, y, z, sphere.radius]) {
+                column[lane] = number;
+            }
+        }
+        self.lanes |= lanes;
+        self.hollow |= if owner.item.hollow { lanes } else { 0 };
+        true
+    }
+
+    /// The surfaces that rays meet on them.
+    #[inline(always)]
+    pub fn resolve<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> Surface<L> {
+        let [x, y, z, radius] = &self.columns;
+        let center = V3 { x: L::load(s, x), y: L::load(s, y), z: L::load(s, z) };
+        let asked = Rays { active: L::mask(s, self.lanes), ..*rays };
+        let meeting = intersect_sphere(s, center, L::load(s, radius), &asked, Sides::Both);
+        let outward = L::select(L::mask(s, self.hollow), L::lit(s, -1.0), L::lit(s, 1.0));
+        Surface::flat(s, &meeting, outward, rays.dir)
     }
 }
 
 /// Three points for each lane.
 #[inline(always)]
-fn gather<L: Lanes>(s: L::Simd, points: impl Fn(usize) -> [[L::Real; 3]; 3]) -> [V3<L>; 3] {
+fn gather<L: Lanes>(s: L::Simd, points: &[[L::Real; 3]], faces: &[[u32; 3]; MAX_LANES]) -> [V3<L>; 3] {
     let mut columns = [[L::Real::default(); MAX_LANES]; 9];
     for lane in 0..L::COUNT {
-        for (column, number) in columns.iter_mut().zip(points(lane).as_flattened()) {
-            column[lane] = *number;
+        for (corner, &index) in faces[lane].iter().enumerate() {
+            let [x, y, z] = points[index as usize];
+            columns[3 * corner][lane] = x;
+            columns[3 * corner + 1][lane] = y;
+            columns[3 * corner + 2][lane] = z;
         }
     }
     [0, 3, 6].map(|k| V3 { x: L::load(s, &columns[k]), y: L::load(s, &columns[k + 1]), z: L::load(s, &columns[k + 2]) })
-}
-
-/// The face with an expanded index; the first one in lanes that belong to other bodies.
-#[inline(always)]
-fn face_of<R: Real>(owner: &Owner<'_, R>, expanded: u64) -> usize {
-    if owner.owns(expanded) { (expanded - owner.body) as usize } else { 0 }
-}
-
-/// What interpolated normals make of a facet.
-struct Smooth<L: Lanes> {
-    ns: V3<L>,
-    lift: V3<L>,
-}
-
-/// The shading normal on the side of `ng`, and the way from the facet to the surface whose tangent planes at the corners
-/// are those of the normals: P' - P = sum b_k max(0, n_k.(v_k - P)) n_k, with the normals turned to the ray's side
-/// (Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II, ch. 4). Where the surface is hollow it is 0.
-#[inline(always)]
-fn interpolate<L: Lanes>(
-    s: L::Simd,
-    mesh: &Mesh<L::Real>,
-    face: impl Fn(usize) -> usize,
-    meeting: &Meeting<L>,
-    ng: V3<L>,
-    dir: V3<L>,
-) -> Smooth<L> {
-    let zero = L::lit(s, 0.0);
-    let normals = gather::<L>(s, |lane| mesh.faces[face(lane)].map(|i| mesh.normals[i as usize]));
-    let [b1, b2] = meeting.barycentric;
-    let weights = [L::lit(s, 1.0) - b1 - b2, b1, b2];
-    // Interpolated normals may cancel, and some files have them pointing inwards.
-    let ns = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
-    let length = ns.length();
-    let unit = V3 { x: ns.x / length, y: ns.y / length, z: ns.z / length };
-    let side = unit.dot(ng);
-    let outward = V3::select(side.lt(zero), -unit, unit);
-    let known = side.abs().gt(zero);
-
-    let (inwards, behind) = (side.lt(zero), dir.dot(ng).gt(zero));
-    let turned = (inwards & !behind) | (behind & !inwards);
-    let turn = L::select(turned, L::lit(s, -1.0), L::lit(s, 1.0));
-    let mut lift = V3 { x: zero, y: zero, z: zero };
-    let corners = gather::<L>(s, |lane| mesh.corners(face(lane)));
-    for ((normal, corner), weight) in normals.into_iter().zip(corners).zip(weights) {
-        let normal = normal * turn;
-        lift = lift + normal * (weight * normal.dot(corner - meeting.point).max(zero));
-    }
-    let none = V3 { x: zero, y: zero, z: zero };
-    Smooth { ns: V3::select(known, outward, ng), lift: V3::select(known, lift, none) }
 }
 
 /// Unit vector of any vector but 0, without overflow or underflow in its square.
@@ -206,6 +203,68 @@ fn unit<L: Lanes>(s: L::Simd, v: V3<L>) -> V3<L> {
 }
 
 impl<L: Lanes> Surface<L> {
+    /// The surface at a meeting, in the body's coordinates. `outward` is -1 for bodies turned inside out.
+    #[inline(always)]
+    fn flat(s: L::Simd, meeting: &Meeting<L>, outward: L, dir: V3<L>) -> Self {
+        // The tip of a cone has no normal; it faces its ray.
+        let size = meeting.normal.abs();
+        let measurable = (size.x + size.y + size.z).gt(L::lit(s, 0.0));
+        let ng = unit(s, V3::select(measurable, meeting.normal * outward, -dir));
+        let lift = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+        let (point, error) = (meeting.point, meeting.error);
+        Self { point, error, ng, ns: ng, lift, local: point, met: meeting.hit }
+    }
+
+    /// The same with interpolated normals: the shading normal on the side of `ng`, and the way from the facet to the
+    /// surface whose tangent planes at the corners are those of the normals,
+    /// P' - P = sum b_k max(0, n_k.(v_k - P)) n_k, with the normals turned to the ray's side (Hanika, Hacking the Shadow
+    /// Terminator, Ray Tracing Gems II, ch. 4). Where the surface is hollow it is 0.
+    #[inline(always)]
+    fn curved(
+        self,
+        s: L::Simd,
+        mesh: &Mesh<L::Real>,
+        faces: &[[u32; 3]; MAX_LANES],
+        corners: [V3<L>; 3],
+        meeting: &Meeting<L>,
+        dir: V3<L>,
+    ) -> Self {
+        let zero = L::lit(s, 0.0);
+        let normals = gather::<L>(s, &mesh.normals, faces);
+        let [b1, b2] = meeting.barycentric;
+        let weights = [L::lit(s, 1.0) - b1 - b2, b1, b2];
+        // Interpolated normals may cancel, and some files have them pointing inwards.
+        let ns = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
+        let unit = ns.normalized();
+        let side = unit.dot(self.ng);
+        let outward = V3::select(side.lt(zero), -unit, unit);
+        let known = side.abs().gt(zero);
+
+        let (inwards, behind) = (side.lt(zero), dir.dot(self.ng).gt(zero));
+        let turned = (inwards & !behind) | (behind & !inwards);
+        let turn = L::select(turned, L::lit(s, -1.0), L::lit(s, 1.0));
+        let mut lift = V3 { x: zero, y: zero, z: zero };
+        for ((normal, corner), weight) in normals.into_iter().zip(corners).zip(weights) {
+            let normal = normal * turn;
+            lift = lift + normal * (weight * normal.dot(corner - meeting.point).max(zero));
+        }
+        Self { ns: V3::select(known, outward, self.ng), lift: V3::select(known, lift, self.lift), ..self }
+    }
+
+    /// `a` where the mask is true, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: L::Mask, a: Self, b: Self) -> Self {
+        Self {
+            point: V3::select(mask, a.point, b.point),
+            error: V3::select(mask, a.error, b.error),
+            ng: V3::select(mask, a.ng, b.ng),
+            ns: V3::select(mask, a.ns, b.ns),
+            lift: V3::select(mask, a.lift, b.lift),
+            local: V3::select(mask, a.local, b.local),
+            met: (mask & a.met) | (!mask & b.met),
+        }
+    }
+
     /// The surface in the coordinates around a placed geometry. The error grows by the roundings of this map, and by
     /// those of mapping the origin of the next ray back (Wächter and Binder's and NVIDIA's bounds, with
     /// gamma(3)(|M||p| + |t|) each way).

@@ -4,40 +4,42 @@ use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Ball, Geometry, Instance, Item, Placement, Shape};
 use super::single::{First, alone, closest_alone};
-use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::{Meeting, Rays, Wanted};
 use crate::shape::{Shear, intersect_triangle};
 use std::ops::Range;
 
 /// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
 #[derive(Debug, Clone, Copy)]
-pub struct Nearest<'a> {
+pub struct Nearest<'a, L: Lanes> {
     /// Lanes that have one.
     pub found: u32,
     /// Expanded index of the primitive.
-    pub expanded: [u64; MAX_LANES],
+    pub expanded: L::Ids,
     skipped: Option<&'a Skipped>,
 }
 
-impl<'a> Nearest<'a> {
+impl<'a, L: Lanes> Nearest<'a, L> {
     /// No lane has a primitive yet.
-    pub fn none() -> Self {
-        Self { found: 0, expanded: [0; MAX_LANES], skipped: None }
+    #[inline(always)]
+    pub fn none(s: L::Simd) -> Self {
+        Self { found: 0, expanded: L::Ids::splat(s, 0), skipped: None }
     }
 
     /// The same for rays that pass some bodies as if they were not there.
-    pub fn without(skipped: &'a Skipped) -> Self {
-        Self { skipped: Some(skipped), ..Self::none() }
+    #[inline(always)]
+    pub fn without(s: L::Simd, skipped: &'a Skipped) -> Self {
+        Self { skipped: Some(skipped), ..Self::none(s) }
     }
 
     /// Takes a primitive where it is nearer, or equally near and earlier in the scene; the latter makes the answer
     /// independent of the order of traversal.
     #[inline(always)]
-    fn offer<L: Lanes>(&mut self, s: L::Simd, rays: &mut Rays<L>, hit: L::Mask, t: L, expanded: u64) {
+    fn offer(&mut self, s: L::Simd, rays: &mut Rays<L>, hit: L::Mask, t: L, expanded: u64) {
         let mut nearer = (hit & t.lt(rays.t_max)).bits();
         let ties = (hit & t.eq(rays.t_max)).bits() & self.found;
         for lane in lanes_of(ties) {
-            nearer |= u32::from(expanded < self.expanded[lane]) << lane;
+            nearer |= u32::from(expanded < self.expanded.lane(lane)) << lane;
         }
         if let Some(skipped) = self.skipped {
             for lane in lanes_of(nearer) {
@@ -45,11 +47,10 @@ impl<'a> Nearest<'a> {
             }
         }
         if nearer != 0 {
-            rays.t_max = L::select(L::mask(s, nearer), t, rays.t_max);
+            let nearer_mask = L::mask(s, nearer);
+            rays.t_max = L::select(nearer_mask, t, rays.t_max);
             self.found |= nearer;
-            for lane in lanes_of(nearer) {
-                self.expanded[lane] = expanded;
-            }
+            self.expanded = L::Ids::select(nearer_mask, L::Ids::splat(s, expanded), self.expanded);
         }
     }
 }
@@ -88,7 +89,7 @@ pub fn nearest_hit<L: Lanes>(
     geometries: &[Geometry<L::Real>],
     root: usize,
     rays: &mut Rays<L>,
-    nearest: &mut Nearest<'_>,
+    nearest: &mut Nearest<'_, L>,
     course: Course,
 ) {
     if course == Course::Together || L::COUNT == 1 || !geometries[root].is_deep() {
@@ -96,6 +97,7 @@ pub fn nearest_hit<L: Lanes>(
         return;
     }
     let mut t = [L::Real::default(); MAX_LANES];
+    let mut expanded = [0; MAX_LANES];
     let mut waiting = Vec::with_capacity(64);
     for lane in lanes_of(rays.active.bits()) {
         let ray = alone(s, rays, lane);
@@ -105,11 +107,12 @@ pub fn nearest_hit<L: Lanes>(
         t[lane] = first.t;
         if first.found {
             nearest.found |= 1 << lane;
-            nearest.expanded[lane] = first.expanded;
+            expanded[lane] = first.expanded;
         }
         waiting = first.waiting;
     }
     rays.t_max = L::select(L::mask(s, nearest.found), L::load(s, &t), rays.t_max);
+    nearest.expanded = L::Ids::from_fn(s, |lane| expanded[lane]);
 }
 
 /// Finds the nearest primitive of each active ray in `geometries[geometry]`, whose expanded indices start at `base`.
@@ -120,7 +123,7 @@ fn closest_hit<L: Lanes>(
     geometry: usize,
     base: u64,
     rays: &mut Rays<L>,
-    nearest: &mut Nearest<'_>,
+    nearest: &mut Nearest<'_, L>,
 ) {
     L::vectorize(
         s,
@@ -136,7 +139,7 @@ fn closest_in<L: Lanes>(
     geometry: usize,
     base: u64,
     rays: &mut Rays<L>,
-    nearest: &mut Nearest<'_>,
+    nearest: &mut Nearest<'_, L>,
 ) {
     let here = &geometries[geometry];
     let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
@@ -190,7 +193,7 @@ fn visit<L: Lanes>(
     base: u64,
     rays: &mut Rays<L>,
     shear: &Shear<L>,
-    nearest: &mut Nearest<'_>,
+    nearest: &mut Nearest<'_, L>,
 ) {
     let first = base + item.offset;
     if let Shape::Instance(instance) = &item.shape {
@@ -216,7 +219,7 @@ fn visit_unbounded<L: Lanes>(
     base: u64,
     rays: &mut Rays<L>,
     shear: &Shear<L>,
-    nearest: &mut Nearest<'_>,
+    nearest: &mut Nearest<'_, L>,
 ) {
     L::vectorize(
         s,

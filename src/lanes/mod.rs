@@ -9,45 +9,15 @@
 //! compiled for the baseline instruction set and the program becomes 3 to 19 times slower, while its results stay
 //! correct.
 
-/// Runs `$body` with the best instructions of a level, `$s` being their proof. On x86-64 there are three copies of the
-/// kernel, AVX-512, AVX2 and SSE2: one for SSE4.2 would cost a quarter of the build time, for processors before 2013.
-#[cfg(target_arch = "x86_64")]
-macro_rules! dispatch {
-    ($level:expr, $s:ident => $body:expr) => {{
-        use fearless_simd::Simd;
-        if let Some($s) = $level.as_avx512() {
-            $s.vectorize(
-                #[inline(always)]
-                || $body,
-            )
-        } else if let Some($s) = $level.as_avx2() {
-            $s.vectorize(
-                #[inline(always)]
-                || $body,
-            )
-        } else if let Some($s) = $level.as_sse2() {
-            $s.vectorize(
-                #[inline(always)]
-                || $body,
-            )
-        } else {
-            unreachable!("every x86-64 processor has SSE2")
-        }
-    }};
-}
-#[cfg(not(target_arch = "x86_64"))]
-macro_rules! dispatch {
-    ($level:expr, $s:ident => $body:expr) => {
-        fearless_simd::dispatch!($level, $s => $body)
-    };
-}
-pub(crate) use dispatch;
-
+mod dispatch;
+mod ids;
 mod power;
 mod scalar;
 mod simd;
 mod vector;
 
+pub(crate) use dispatch::dispatch;
+pub use ids::Ids;
 pub use power::power;
 pub use vector::V3;
 
@@ -107,6 +77,8 @@ pub trait Lanes:
     type Real: Real;
     /// What a comparison gives.
     type Mask: Mask;
+    /// A name in each lane.
+    type Ids: Ids<Simd = Self::Simd, Mask = Self::Mask>;
     /// Proof that the processor has the instructions.
     type Simd: Copy;
     /// Number of lanes.
@@ -122,6 +94,8 @@ pub trait Lanes:
     fn load(s: Self::Simd, from: &[Self::Real]) -> Self;
     /// True in the lanes whose bits are set.
     fn mask(s: Self::Simd, bits: u32) -> Self::Mask;
+    /// Writes the lanes to the first [`Self::COUNT`] places of a slice.
+    fn store(self, to: &mut [Self::Real]);
     /// The number in lane `i`.
     fn lane(self, i: usize) -> Self::Real;
     /// Square root.

@@ -50,6 +50,7 @@ macro_rules! scalar {
         impl Lanes for $type {
             type Real = $type;
             type Mask = bool;
+            type Ids = u64;
             type Simd = ();
             const COUNT: usize = 1;
 
@@ -68,6 +69,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn load((): (), from: &[$type]) -> Self {
                 from[0]
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$type]) {
+                to[0] = self;
             }
             #[inline(always)]
             fn mask((): (), bits: u32) -> bool {

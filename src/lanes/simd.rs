@@ -3,12 +3,13 @@
 //! The width is fixed, not the processor's: 16 lanes are one AVX-512 register, two of AVX2 and four of SSE or NEON,
 //! so a packet of rays has the same shape everywhere.
 
+use super::ids::{Narrow, Wide};
 use super::scalar::Layout;
 use super::{Lanes, Mask};
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16, mask64x8, prelude::*, u32x16, u64x8};
 
 macro_rules! simd {
-    ($vector:ident, $mask:ident, $real:ident, $bits:ident, $count:expr) => {
+    ($vector:ident, $mask:ident, $real:ident, $bits:ident, $ids:ident, $count:expr) => {
         impl<S: Simd> Mask for $mask<S> {
             #[inline(always)]
             fn any(self) -> bool {
@@ -23,6 +24,7 @@ macro_rules! simd {
         impl<S: Simd> Lanes for $vector<S> {
             type Real = $real;
             type Mask = $mask<S>;
+            type Ids = $ids<S>;
             type Simd = S;
             const COUNT: usize = $count;
 
@@ -41,6 +43,10 @@ macro_rules! simd {
             #[inline(always)]
             fn load(s: S, from: &[$real]) -> Self {
                 SimdBase::from_slice(s, &from[..$count])
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$real]) {
+                to[..$count].copy_from_slice(self.as_slice());
             }
             #[inline(always)]
             fn mask(s: S, bits: u32) -> Self::Mask {
@@ -110,8 +116,8 @@ macro_rules! simd {
     };
 }
 
-simd!(f32x16, mask32x16, f32, u32x16, 16);
-simd!(f64x8, mask64x8, f64, u64x8, 8);
+simd!(f32x16, mask32x16, f32, u32x16, Narrow, 16);
+simd!(f64x8, mask64x8, f64, u64x8, Wide, 8);
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,6 @@
 //! Materials, and the coefficients of the material under each ray.
 
-use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::lanes::{Ids, Lanes, Real, V3};
 
 /// A material in the kernel's format: the symbols of L = L_Phong + r_s L_s + r_t L_t.
 #[derive(Debug, Clone)]
@@ -78,7 +78,7 @@ pub struct Coefficients<L: Lanes> {
     pub specular: V3<L>,
     pub reflection: V3<L>,
     pub transmission: V3<L>,
-    pub shininess: [L::Real; MAX_LANES],
+    pub shininess: L,
 }
 
 impl<L: Lanes> Coefficients<L> {
@@ -87,7 +87,7 @@ impl<L: Lanes> Coefficients<L> {
     pub fn look_up(
         s: L::Simd,
         materials: &[Material<L::Real>],
-        index: &[u32; MAX_LANES],
+        index: L::Ids,
         active: u32,
         local: V3<L>,
     ) -> Self {
@@ -98,15 +98,11 @@ impl<L: Lanes> Coefficients<L> {
             specular: black,
             reflection: black,
             transmission: black,
-            shininess: [L::Real::from_f64(0.0); MAX_LANES],
+            shininess: L::lit(s, 0.0),
         };
         let mut left = active;
         while left != 0 {
-            let id = index[left.trailing_zeros() as usize];
-            let mut same = 0;
-            for lane in lanes_of(left) {
-                same |= u32::from(index[lane] == id) << lane;
-            }
+            let (id, same) = index.same_as_first(s, left);
             left &= !same;
             let material = &materials[id as usize];
             let mask = L::mask(s, same);
@@ -116,9 +112,7 @@ impl<L: Lanes> Coefficients<L> {
             all.specular = put(V3::splat(s, material.specular), all.specular);
             all.reflection = put(V3::splat(s, material.reflection), all.reflection);
             all.transmission = put(V3::splat(s, material.transmission), all.transmission);
-            for lane in lanes_of(same) {
-                all.shininess[lane] = material.shininess;
-            }
+            all.shininess = L::select(mask, L::splat(s, material.shininess), all.shininess);
         }
         all
     }

@@ -1,7 +1,7 @@
 //! Phong's model (CACM 18(6), 1975): k_d (N.L) + k_s (R.V)^m.
 
 use super::optics::reflect;
-use crate::lanes::{self, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::lanes::{self, Lanes, Mask, Real, V3};
 
 /// Largest exponent taken by repeated squaring; its error grows like m u, as that of any power of a rounded base does.
 const MAX_SQUARED: f64 = 1024.0;
@@ -17,17 +17,14 @@ pub fn highlight_cosine<L: Lanes>(s: L::Simd, ns: V3<L>, to_light: V3<L>, to_eye
 
 /// `base^exponents`, lane by lane, for bases in [0, 1] and exponents of at least 0. 0^0 is 1.
 #[inline(always)]
-pub fn power<L: Lanes>(s: L::Simd, base: L, exponents: &[L::Real; MAX_LANES], active: L::Mask) -> L {
+pub fn power<L: Lanes>(s: L::Simd, base: L, exponents: L, active: L::Mask) -> L {
     let mut result = L::lit(s, 0.0);
     let mut left = active.bits();
     while left != 0 {
-        let exponent = exponents[left.trailing_zeros() as usize];
-        let mut same = 0;
-        for lane in lanes_of(left) {
-            same |= u32::from(exponents[lane] == exponent) << lane;
-        }
-        left &= !same;
-        result = L::select(L::mask(s, same), uniform_power(s, base, exponent.to_f64()), result);
+        let exponent = exponents.lane(left.trailing_zeros() as usize);
+        let same = exponents.eq(L::splat(s, exponent));
+        left &= !same.bits();
+        result = L::select(same, uniform_power(s, base, exponent.to_f64()), result);
     }
     result
 }
@@ -59,7 +56,7 @@ mod tests {
     fn powers_agree_with_libm() {
         for exponent in [0.0, 1.0, 3.0827, 20.0, 64.0, 101.148, 1024.0, 100_000.0, 1e6] {
             for base in [0.0, 0.3, 0.9, 0.999_999, 1.0] {
-                let got = power((), base, &[exponent; MAX_LANES], true);
+                let got = power((), base, exponent, true);
                 let expected = math::pow(base, exponent);
                 assert!((got - expected).abs() <= 1e-12 * (1.0 + expected), "{base}^{exponent}: {got} {expected}");
             }

@@ -1,12 +1,12 @@
 //! What the rays of a packet hit: surfaces, bodies and coefficients, gathered for shading.
 
 use super::touching;
-use crate::accel::{Course, Nearest, Surface, nearest_hit, resolve};
-use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::accel::{Course, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
+use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use crate::scene::world::World;
-use crate::shading::material::Coefficients;
-use crate::shading::media::{Media, Medium, MediumList};
+use crate::shading::material::{Coefficients, Material};
+use crate::shading::media::Medium;
 
 /// The nearest surface under each ray.
 #[derive(Debug, Clone)]
@@ -24,13 +24,11 @@ pub struct Hits<L: Lanes> {
     /// Lanes whose ray goes into the body's material.
     pub entering: u32,
     /// Expanded index of the primitive.
-    pub expanded: [u64; MAX_LANES],
+    pub expanded: L::Ids,
     /// Identity of the placed body: the expanded index of its first primitive.
-    pub body: [u64; MAX_LANES],
-    /// Number of the body's primitives.
-    pub primitives: [u64; MAX_LANES],
+    pub body: L::Ids,
     /// Index of the body's material.
-    pub material: [u32; MAX_LANES],
+    pub material: L::Ids,
     /// Lanes whose body encloses a region.
     pub closed: u32,
     /// Lanes whose body is hollow.
@@ -39,8 +37,6 @@ pub struct Hits<L: Lanes> {
     pub smooth: u32,
     /// Lanes whose body might touch another.
     pub may_touch: u32,
-    /// Volume of the placed body.
-    pub volume: [f64; MAX_LANES],
     /// Other bodies whose surface is at the same place, as far as rounding can tell, crossed together with this one.
     pub touching: Vec<Touch<L::Real>>,
 }
@@ -56,20 +52,9 @@ pub struct Touch<R> {
     pub medium: Medium<R>,
 }
 
-/// The media on both sides of a surface.
-#[derive(Debug, Clone, Copy)]
-pub struct Interface<R> {
-    /// Index of refraction on the side the ray comes from.
-    pub n1: R,
-    /// Index of refraction on the other side.
-    pub n2: R,
-    /// The media of a ray on the other side.
-    pub behind: MediumList,
-}
-
 /// Follows rays to the nearest surface, and to what touches it.
 pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, course: Course) -> Hits<L> {
-    let mut hits = find_nearest(s, world, rays, &Nearest::none(), course);
+    let mut hits = find_nearest(s, world, rays, &Nearest::none(s), course);
     if world.transmits && hits.may_touch != 0 {
         touching::find(s, world, rays, &mut hits);
     }
@@ -81,7 +66,7 @@ pub(super) fn find_nearest<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     rays: &Rays<L>,
-    nearest: &Nearest<'_>,
+    nearest: &Nearest<'_, L>,
     course: Course,
 ) -> Hits<L> {
     L::vectorize(
@@ -96,7 +81,7 @@ fn find_nearest_in<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     rays: &Rays<L>,
-    mut nearest: Nearest<'_>,
+    mut nearest: Nearest<'_, L>,
     course: Course,
 ) -> Hits<L> {
     let mut shortened = *rays;
@@ -104,6 +89,7 @@ fn find_nearest_in<L: Lanes>(
 
     let zero = L::lit(s, 0.0);
     let nothing = V3 { x: zero, y: zero, z: zero };
+    let nobody = L::Ids::splat(s, 0);
     let mut hits = Hits {
         found: nearest.found,
         t: shortened.t_max,
@@ -120,17 +106,15 @@ fn find_nearest_in<L: Lanes>(
         ns: nothing,
         entering: 0,
         expanded: nearest.expanded,
-        body: [0; MAX_LANES],
-        primitives: [0; MAX_LANES],
-        material: [0; MAX_LANES],
+        body: nobody,
+        material: nobody,
         closed: 0,
         hollow: 0,
         smooth: 0,
         may_touch: 0,
-        volume: [0.0; MAX_LANES],
         touching: Vec::new(),
     };
-    hits.look_at(s, world, rays, hits.found);
+    hits.look_at_in(s, world, rays, hits.found);
     hits
 }
 
@@ -146,41 +130,27 @@ impl<L: Lanes> Hits<L> {
 
     #[inline(always)]
     fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
-        let mut left = lanes;
         self.closed &= !lanes;
         self.hollow &= !lanes;
         self.smooth &= !lanes;
         self.may_touch &= !lanes;
+        let mut spheres = Spheres::none();
+        let mut left = lanes;
         while left != 0 {
-            let owner = world.owner(self.expanded[left.trailing_zeros() as usize]);
-            let volume = if owner.item.closed { owner.volume() } else { 0.0 };
-            let mut same = 0;
-            for lane in lanes_of(left) {
-                if owner.owns(self.expanded[lane]) {
-                    same |= 1 << lane;
-                    self.body[lane] = owner.body;
-                    self.primitives[lane] = owner.item.expanded;
-                    self.material[lane] = owner.item.material;
-                    self.volume[lane] = volume;
-                }
-            }
+            let owner = world.owner(self.expanded.lane(left.trailing_zeros() as usize));
+            let same = owner.lanes::<L>(s, self.expanded, left);
             left &= !same;
-            self.closed |= if owner.item.closed { same } else { 0 };
-            self.hollow |= if owner.item.hollow { same } else { 0 };
-            self.smooth |= if owner.item.is_smooth() { same } else { 0 };
-            self.may_touch |= if owner.item.may_touch { same } else { 0 };
-            let new = resolve(s, &owner, &self.expanded, rays);
-            let mask = L::mask(s, same);
-            let old = self.surface;
-            self.surface = Surface {
-                point: V3::select(mask, new.point, old.point),
-                error: V3::select(mask, new.error, old.error),
-                ng: V3::select(mask, new.ng, old.ng),
-                ns: V3::select(mask, new.ns, old.ns),
-                lift: V3::select(mask, new.lift, old.lift),
-                local: V3::select(mask, new.local, old.local),
-                met: (mask & new.met) | (!mask & old.met),
-            };
+            self.take(s, &owner, same);
+            // Rays that have met different spheres are resolved together.
+            if same != lanes && spheres.take(&owner, same) {
+                continue;
+            }
+            let surface = resolve(s, &owner, self.expanded, rays);
+            self.surface = Surface::select(L::mask(s, same), surface, self.surface);
+        }
+        if spheres.lanes != 0 {
+            let surface = spheres.resolve(s, rays);
+            self.surface = Surface::select(L::mask(s, spheres.lanes), surface, self.surface);
         }
         let against = rays.dir.dot(self.surface.ng).lt(L::lit(s, 0.0));
         self.entering = against.bits() & self.found;
@@ -188,39 +158,35 @@ impl<L: Lanes> Hits<L> {
         self.ns = V3::select(against, self.surface.ns, -self.surface.ns);
     }
 
+    /// Writes down which body some lanes have hit.
+    #[inline(always)]
+    fn take(&mut self, s: L::Simd, owner: &Owner<'_, L::Real>, lanes: u32) {
+        let (mask, item) = (L::mask(s, lanes), owner.item);
+        let put = |new: u64, old: L::Ids| L::Ids::select(mask, L::Ids::splat(s, new), old);
+        self.body = put(owner.body, self.body);
+        self.material = put(u64::from(item.material), self.material);
+        self.closed |= if item.closed { lanes } else { 0 };
+        self.hollow |= if item.hollow { lanes } else { 0 };
+        self.smooth |= if item.is_smooth() { lanes } else { 0 };
+        self.may_touch |= if item.may_touch { lanes } else { 0 };
+    }
+
     /// The coefficients of the materials hit.
     #[inline(always)]
     pub fn coefficients(&self, s: L::Simd, world: &World<L::Real>) -> Coefficients<L> {
-        Coefficients::look_up(s, &world.materials, &self.material, self.found, self.surface.local)
+        Coefficients::look_up(s, &world.materials, self.material, self.found, self.surface.local)
     }
 
-    /// The two media at the surface of a closed body that the ray in `lane`, which is in the media `list`, has hit.
-    pub fn interface(
-        &self,
-        world: &World<L::Real>,
-        media: &mut Media<L::Real>,
-        list: MediumList,
-        lane: usize,
-    ) -> Interface<L::Real> {
-        let medium = self.medium(world, lane);
-        let before =
-            if self.goes_in(lane) || media.contains(list, medium.body) { list } else { media.enter(list, medium) };
-        let n1 = media.ior(before);
-        let mut behind = before;
-        let own = Touch { lane, goes_in: self.goes_in(lane), medium };
-        for touch in self.touching.iter().filter(|touch| touch.lane == lane).chain([&own]) {
-            behind =
-                if touch.goes_in { media.enter(behind, touch.medium) } else { media.leave(behind, touch.medium.body) };
-        }
-        Interface { n1, n2: media.ior(behind), behind }
+    /// A lane's material.
+    fn material_of<'w>(&self, world: &'w World<L::Real>, lane: usize) -> &'w Material<L::Real> {
+        &world.materials[self.material.lane(lane) as usize]
     }
 
     /// What the region that a lane's closed body encloses is filled with: its material, or empty space in a cavity.
     pub fn medium(&self, world: &World<L::Real>, lane: usize) -> Medium<L::Real> {
         let hollow = self.hollow & (1 << lane) != 0;
-        let one = L::Real::from_f64(1.0);
-        let ior = if hollow { one } else { world.materials[self.material[lane] as usize].ior };
-        Medium { body: self.body[lane], volume: self.volume[lane], ior }
+        let ior = if hollow { L::Real::from_f64(1.0) } else { self.material_of(world, lane).ior };
+        Medium { body: self.body.lane(lane), volume: world.owner(self.expanded.lane(lane)).volume(), ior }
     }
 
     /// Whether a lane's ray goes into the region its body encloses; one goes into a cavity out of the material.
@@ -230,12 +196,12 @@ impl<L: Lanes> Hits<L> {
 
     /// Whether a lane's material shows nothing between equal media.
     pub fn is_perfectly_clear(&self, world: &World<L::Real>, lane: usize) -> bool {
-        world.materials[self.material[lane] as usize].is_perfectly_clear()
+        self.material_of(world, lane).is_perfectly_clear()
     }
 
     /// Whether a lane's body transmits light in any channel.
     pub fn transmits(&self, world: &World<L::Real>, lane: usize) -> bool {
         let zero = L::Real::from_f64(0.0);
-        world.materials[self.material[lane] as usize].transmission.iter().any(|c| *c > zero)
+        self.material_of(world, lane).transmission.iter().any(|c| *c > zero)
     }
 }

@@ -10,12 +10,12 @@ use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
 use super::secondary::scatter;
 use crate::accel::Course;
-use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::render::RayCounts;
 use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::scene::world::World;
-use crate::shading::media::{Media, Medium, MediumList, OUTSIDE};
+use crate::shading::media::{Media, Medium, OUTSIDE};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -51,7 +51,7 @@ pub struct Followed<L: Lanes> {
     /// Lanes that hold a ray.
     pub active: u32,
     /// The media the ray is in.
-    pub media: [MediumList; MAX_LANES],
+    pub media: L::Ids,
     /// Rays in the chain so far, this one included.
     pub depth: u32,
     /// Its kind.
@@ -178,21 +178,21 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
         }
     }
 
-    fn media_at_eye(&mut self, origin: &V3<L>, active: u32) -> [MediumList; MAX_LANES] {
+    fn media_at_eye(&mut self, origin: &V3<L>, active: u32) -> L::Ids {
         let s = self.s;
-        let mut lists = [OUTSIDE; MAX_LANES];
         if !self.world.transmits {
-            return lists;
+            return L::Ids::splat(s, u64::from(OUTSIDE));
         }
         if self.world.camera.has_single_eye() {
-            let list = self.media.list(&self.eye_media);
-            return [list; MAX_LANES];
+            return L::Ids::splat(s, u64::from(self.media.list(&self.eye_media)));
         }
-        for lane in lanes_of(active) {
+        L::Ids::from_fn(s, |lane| {
+            if active & (1 << lane) == 0 {
+                return u64::from(OUTSIDE);
+            }
             let around = media_at::<L>(s, self.world, origin.lane(lane));
-            lists[lane] = self.media.list(&around);
-        }
-        lists
+            u64::from(self.media.list(&around))
+        })
     }
 
     /// Shades what the rays hit and stacks the rays that leave from there.

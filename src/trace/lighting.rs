@@ -115,7 +115,7 @@ fn phong<L: Lanes>(
     let shiny = lit & ks.x.max(ks.y).max(ks.z).gt(zero);
     if shiny.any() {
         let highlight = highlight_cosine(s, hits.ns, to_light, -rays.dir);
-        let highlight = power(s, highlight, &coefficients.shininess, shiny);
+        let highlight = power(s, highlight, coefficients.shininess, shiny);
         reflected = reflected + ks * highlight;
     }
     reflected.times(V3::splat(s, light.color)) * strength

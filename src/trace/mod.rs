@@ -2,6 +2,7 @@
 
 pub mod enclosing;
 pub mod hits;
+pub mod interface;
 pub mod kernel;
 pub mod lighting;
 pub mod observer;

@@ -2,9 +2,10 @@
 
 use super::enclosing::media_at;
 use super::hits::{Hits, find};
+use super::interface::interface;
 use super::kernel::first;
 use crate::accel::Course;
-use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::math::{exponent, scale_by_power};
 use crate::ray::Rays;
 use crate::scene::Scene;
@@ -105,19 +106,14 @@ where
         return None;
     }
     let wide = |v: V3<L>| v.lane(0).map(Real::to_f64);
-    let (object, body, name) = name_of(scene, world, hits.expanded[0]);
+    let (object, body, name) = name_of(scene, world, hits.expanded.lane(0));
     let dir = rays.dir.normalized();
 
-    let (n1, n2) = if hits.closed != 0 {
-        let mut media = Media::default();
-        let around = media_at::<L>(s, world, narrow(ray.origin));
-        let list = media.list(&around);
-        let interface = hits.interface(world, &mut media, list, 0);
-        (interface.n1, interface.n2)
-    } else {
-        (L::Real::from_f64(1.0), L::Real::from_f64(1.0))
-    };
-    let eta = L::splat(s, n1 / n2);
+    let mut media = Media::default();
+    let around = if hits.closed != 0 { media_at::<L>(s, world, narrow(ray.origin)) } else { Vec::new() };
+    let list = L::Ids::splat(s, u64::from(media.list(&around)));
+    let sides = interface(s, world, &mut media, &hits, list, hits.closed);
+    let eta = sides.n1 / sides.n2;
     let refraction = refract(s, dir, hits.ng, eta);
     let total = refraction.total.any();
     let clear = hits.transmits(world, 0);

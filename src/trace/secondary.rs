@@ -1,13 +1,13 @@
 //! r_s L_s + r_t L_t: the reflected and the transmitted ray.
 
 use super::hits::Hits;
+use super::interface::{Interface, interface};
 use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
-use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::lanes::{Lanes, Mask, V3, lanes_of};
 use crate::math;
 use crate::ray::leave;
 use crate::shading::material::Coefficients;
-use crate::shading::media::MediumList;
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
 
 /// Stacks the rays that leave from what the rays hit. The transmitted one goes on top and is followed first.
@@ -66,13 +66,15 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>>(
     let everywhere = if tracer.world.rules.spd_counts { clear } else { total };
     let reflecting = mirror | everywhere;
     if reflecting != 0 {
-        let dir = reflect(s, rays.dir, hits.ns);
-        // An interpolated normal may send the mirrored ray below the surface; the geometric one does not.
-        let above = dir.dot(hits.ng).gt(zero);
-        let dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng)).normalized();
+        let mut dir = reflect(s, rays.dir, hits.ns);
+        if hits.smooth != 0 {
+            // An interpolated normal may send the mirrored ray below the surface; the geometric one does not.
+            let above = dir.dot(hits.ng).gt(zero);
+            dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng));
+        }
         tracer.push(Followed {
             origin: leave(hits.surface.point, hits.surface.error, hits.ng),
-            dir,
+            dir: dir.normalized(),
             t_min: zero,
             weight: reflected_weight,
             active: reflecting,
@@ -96,7 +98,7 @@ struct Crossing<L: Lanes> {
     refraction: Refraction<L>,
     dir: V3<L>,
     /// The media behind the surface.
-    media: [MediumList; MAX_LANES],
+    media: L::Ids,
     /// Lanes whose surface lies between equal media and adds nothing.
     unseen: u32,
 }
@@ -125,34 +127,28 @@ fn cross<L: Lanes, O: Observer<L>>(
     clear: u32,
 ) -> Crossing<L> {
     let s = tracer.s;
-    let one = L::Real::from_f64(1.0);
-    let mut media = rays.media;
-    let (mut before, mut behind) = ([one; MAX_LANES], [one; MAX_LANES]);
-    for lane in lanes_of(clear & hits.closed) {
-        let list = rays.media[lane];
-        let interface = hits.interface(tracer.world, &mut tracer.media, list, lane);
-        (before[lane], behind[lane], media[lane]) = (interface.n1, interface.n2, interface.behind);
-    }
-    let n1 = L::from_fn(s, |lane| before[lane]);
-    let n2 = L::from_fn(s, |lane| behind[lane]);
+    let Interface { n1, n2, behind } =
+        interface(s, tracer.world, &mut tracer.media, hits, rays.media, clear & hits.closed);
     let eta = n1 / n2;
-    let refraction = refract(s, rays.dir, hits.ns, eta);
-    // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides.
-    let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total;
-    let flat = refract(s, rays.dir, hits.ng, eta);
-    let refraction = Refraction {
-        dir: V3::select(below, refraction.dir, flat.dir),
-        sin_incident: L::select(below, refraction.sin_incident, flat.sin_incident),
-        cos_incident: L::select(below, refraction.cos_incident, flat.cos_incident),
-        cos_transmitted: L::select(below, refraction.cos_transmitted, flat.cos_transmitted),
-        total: refraction.total | (!below & flat.total),
-    };
+    let mut refraction = refract(s, rays.dir, hits.ns, eta);
+    if hits.smooth != 0 {
+        // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides.
+        let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total;
+        let flat = refract(s, rays.dir, hits.ng, eta);
+        refraction = Refraction {
+            dir: V3::select(below, refraction.dir, flat.dir),
+            sin_incident: L::select(below, refraction.sin_incident, flat.sin_incident),
+            cos_incident: L::select(below, refraction.cos_incident, flat.cos_incident),
+            cos_transmitted: L::select(below, refraction.cos_transmitted, flat.cos_transmitted),
+            total: refraction.total | (!below & flat.total),
+        };
+    }
     // Through equal media the direction is the same to the last bit.
     let equal = eta.eq(L::lit(s, 1.0));
     let dir = V3::select(equal, rays.dir, refraction.dir.normalized());
     let unseen = lanes_of(equal.bits() & clear).filter(|&lane| hits.is_perfectly_clear(tracer.world, lane));
     let unseen = unseen.fold(0, |lanes, lane| lanes | 1 << lane);
-    Crossing { n1, n2, refraction, dir, media, unseen }
+    Crossing { n1, n2, refraction, dir, media: behind, unseen }
 }
 
 /// Tells the observer which rays the end of the chain has cut off.

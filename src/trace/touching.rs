@@ -7,7 +7,7 @@
 
 use super::hits::{Hits, Touch, find_nearest};
 use crate::accel::{Course, Nearest, Skipped};
-use crate::lanes::{Lanes, Mask, V3, lanes_of};
+use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, V3, lanes_of};
 use crate::ray::{Rays, gamma, leave};
 use crate::scene::world::World;
 
@@ -45,11 +45,17 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
         t_max: L::lit(s, 1.0),
         active: L::mask(s, clear),
     };
-    let own = std::array::from_fn(|lane| (hits.body[lane], hits.primitives[lane]));
-    let mut passed = Skipped { first: own, more: Vec::new() };
+    let body = |hits: &Hits<L>, lane: usize| {
+        let owner = world.owner(hits.expanded.lane(lane));
+        (owner.body, owner.item.expanded)
+    };
+    let mut passed = Skipped { first: [(0, 0); MAX_LANES], more: Vec::new() };
+    for lane in lanes_of(clear) {
+        passed.first[lane] = body(hits, lane);
+    }
     let own_error = hits.surface.error;
     for _ in 0..MAX_TOUCHING {
-        let other = find_nearest(s, world, &stretch, &Nearest::without(&passed), Course::Apart);
+        let other = find_nearest(s, world, &stretch, &Nearest::without(s, &passed), Course::Apart);
         if other.found == 0 {
             return;
         }
@@ -58,7 +64,8 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
         let touch = gap.le(errors.dot(hits.ng.abs())).bits() & other.found;
         let mut opaque = 0;
         for lane in lanes_of(other.found) {
-            passed.more.push((lane, other.body[lane]..other.body[lane] + other.primitives[lane]));
+            let (start, count) = body(&other, lane);
+            passed.more.push((lane, start..start + count));
             if touch & (1 << lane) == 0 {
                 continue;
             }
@@ -92,12 +99,7 @@ fn hide<L: Lanes>(
     let mut instead = Hits { expanded: opaque.expanded, ..hits.clone() };
     instead.look_at(s, world, rays, lanes);
     let met = instead.surface.met.bits() & lanes;
-    for lane in lanes_of(lanes & !met) {
-        instead.expanded[lane] = hits.expanded[lane];
-    }
-    for lane in lanes_of(hits.found & !lanes) {
-        instead.expanded[lane] = hits.expanded[lane];
-    }
+    instead.expanded = L::Ids::select(L::mask(s, met), opaque.expanded, hits.expanded);
     instead.look_at(s, world, rays, lanes & !met);
     let keep = L::mask(s, !met);
     instead.surface.error = V3::select(keep, hits.surface.error, instead.surface.error);

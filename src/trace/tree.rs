@@ -4,13 +4,13 @@ use super::hits::Hits;
 use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
 use super::query::name_of;
-use crate::lanes::{Lanes, Real, V3};
+use crate::lanes::{Ids, Lanes, Real, V3};
 use crate::render::{Cancelled, Control, add_samples, eye_media, samples_of};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
 use crate::scene::world::World;
-use crate::shading::media::Media;
+use crate::shading::media::{Media, MediumList};
 use serde::Serialize;
 use std::sync::atomic::Ordering;
 
@@ -235,7 +235,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
             RayKind::Transmitted => (NodeKind::Transmitted, Some(ray.parent)),
         };
         let media = media
-            .entries(ray.media[0])
+            .entries(ray.media.lane(0) as MediumList)
             .map(|medium| {
                 let (top, own, _) = name_of(self.scene, self.world, medium.body);
                 Medium { object: own.unwrap_or(top), ior: medium.ior.to_f64() }
@@ -264,7 +264,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
     }
 
     fn hits(&mut self, number: u32, ray: &Followed<L>, hits: &Hits<L>) {
-        let (object, body, name) = name_of(self.scene, self.world, hits.expanded[0]);
+        let (object, body, name) = name_of(self.scene, self.world, hits.expanded.lane(0));
         if let Some(node) = self.node(number) {
             node.hit = Some(NodeHit {
                 t: first(hits.t - ray.t_min),
