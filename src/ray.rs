@@ -39,6 +39,8 @@ pub struct Meeting<L: Lanes> {
     pub error: V3<L>,
     /// Outward geometric normal, any length but 0.
     pub normal: V3<L>,
+    /// Whether that length is 1.
+    pub normalized: bool,
     /// Barycentric weights of the second and third vertex, for triangles.
     pub barycentric: [L; 2],
 }
@@ -47,7 +49,7 @@ impl<L: Lanes> Meeting<L> {
     /// A meeting of shapes that have no barycentric weights.
     #[inline(always)]
     pub fn smooth(t: L, hit: L::Mask, point: V3<L>, error: V3<L>, normal: V3<L>) -> Self {
-        Self { t, hit, point, error, normal, barycentric: [t, t] }
+        Self { t, hit, point, error, normal, normalized: false, barycentric: [t, t] }
     }
 
     /// No meeting in any lane.

@@ -182,9 +182,12 @@ fn trace_with<L: Lanes>(s: L::Simd, job: &Job<'_, L::Real>, at: &[[u32; 2]], sam
         let active = ((1u64 << packet.len()) - 1) as u32;
         let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         add_samples(&mut tracer, packet, active, samples, &mut sum);
-        for lane in 0..packet.len() {
-            out.pixels.push(sum.lane(lane).map(|c| c.to_f64() as f32));
+        let mut channels = [[L::Real::default(); MAX_LANES]; 3];
+        for (channel, lanes) in channels.iter_mut().zip([sum.x, sum.y, sum.z]) {
+            lanes.store(channel);
         }
+        let pixel = |lane: usize| channels.map(|channel| channel[lane].to_f64() as f32);
+        out.pixels.extend((0..packet.len()).map(pixel));
     }
     out.rays = out.rays + tracer.counts;
 }
@@ -200,16 +203,17 @@ pub(crate) fn add_samples<L: Lanes, O: crate::trace::observer::Observer<L>>(
 ) {
     let s = tracer.simd();
     let weight = L::Real::from_f64(1.0 / f64::from(samples));
+    let mut corners = [[0; MAX_LANES]; 2];
+    for (lane, pixel) in pixels.iter().enumerate() {
+        (corners[0][lane], corners[1][lane]) = (pixel[0], pixel[1]);
+    }
     for i in 0..samples {
         if tracer.is_cancelled() {
             return;
         }
         let offset = sample_offset(i, samples);
         let coordinate = |axis: usize| {
-            L::from_fn(s, |lane| {
-                let pixel = pixels.get(lane).map_or(0, |p| p[axis]);
-                L::Real::from_f64(f64::from(pixel) + offset[axis])
-            })
+            L::from_fn(s, |lane| L::Real::from_f64(f64::from(corners[axis][lane]) + offset[axis]))
         };
         tracer.sample(coordinate(0), coordinate(1), active, weight, sum);
     }

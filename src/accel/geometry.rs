@@ -40,8 +40,8 @@ pub struct Item<R> {
 }
 
 impl<R: Real> Item<R> {
-    /// Whether shadow rays pass it, attenuated, if the scene's shadows do that.
-    pub(super) fn lets_light_through(&self) -> bool {
+    /// Whether it transmits light in some channel; shadow rays pass it, attenuated, if the scene's shadows do that.
+    pub fn lets_light_through(&self) -> bool {
         self.transmission.iter().any(|c| *c > R::from_f64(0.0))
     }
 

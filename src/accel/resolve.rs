@@ -85,16 +85,8 @@ impl<'a, R: Real> Owner<'a, R> {
 }
 
 /// The surfaces that `rays` (as they were cast) meet on the primitives `expanded` of one body.
-pub fn resolve<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: L::Ids, rays: &Rays<L>) -> Surface<L> {
-    L::vectorize(
-        s,
-        #[inline(always)]
-        || resolve_in(s, owner, expanded, rays),
-    )
-}
-
 #[inline(always)]
-fn resolve_in<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: L::Ids, rays: &Rays<L>) -> Surface<L> {
+pub fn resolve<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: L::Ids, rays: &Rays<L>) -> Surface<L> {
     // Down to the body's own coordinates ...
     let mut inner = *rays;
     for placed in &owner.instances {
@@ -207,9 +199,13 @@ impl<L: Lanes> Surface<L> {
     #[inline(always)]
     fn flat(s: L::Simd, meeting: &Meeting<L>, outward: L, dir: V3<L>) -> Self {
         // The tip of a cone has no normal; it faces its ray.
-        let size = meeting.normal.abs();
-        let measurable = (size.x + size.y + size.z).gt(L::lit(s, 0.0));
-        let ng = unit(s, V3::select(measurable, meeting.normal * outward, -dir));
+        let ng = if meeting.normalized {
+            meeting.normal * outward
+        } else {
+            let size = meeting.normal.abs();
+            let measurable = (size.x + size.y + size.z).gt(L::lit(s, 0.0));
+            unit(s, V3::select(measurable, meeting.normal * outward, -dir))
+        };
         let lift = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let (point, error) = (meeting.point, meeting.error);
         Self { point, error, ng, ns: ng, lift, local: point, met: meeting.hit }

@@ -33,6 +33,6 @@ impl<R: Real> Plane<R> {
         let off = n.abs().dot((point - p).abs()) * L::lit(s, gamma::<R>(8.0));
         let own = (point.abs() + p.abs()) * L::lit(s, gamma::<R>(4.0));
         let error = own + V3 { x: off, y: off, z: off };
-        Meeting::smooth(t, hit, point, error, n)
+        Meeting { normalized: true, ..Meeting::smooth(t, hit, point, error, n) }
     }
 }

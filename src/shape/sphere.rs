@@ -42,12 +42,16 @@ pub fn intersect_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &R
     // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0, the
     // sphere faces its ray.
     let from_center = f + rays.dir * t;
-    let from_center = V3::select(from_center.length().gt(L::lit(s, 0.0)), from_center, -rays.dir);
-    let normal = from_center * (radius / from_center.length());
-    let point = center + normal;
-    // Five roundings from the square root to here.
-    let error = error_around(s, point, center, 5.0, normal);
-    Meeting::smooth(t, hit, point, error, normal)
+    let length = from_center.length();
+    let mut normal = from_center * (L::lit(s, 1.0) / length);
+    if (hit & length.le(L::lit(s, 0.0))).any() {
+        normal = V3::select(length.gt(L::lit(s, 0.0)), normal, -rays.dir.normalized());
+    }
+    let from_center = normal * radius;
+    let point = center + from_center;
+    // Six roundings from the square root to here.
+    let error = error_around(s, point, center, 6.0, from_center);
+    Meeting { normalized: true, ..Meeting::smooth(t, hit, point, error, normal) }
 }
 
 /// Lanes whose ray crosses its sphere on the way in, and on the way out: what two searches by [`intersect_sphere`] find,

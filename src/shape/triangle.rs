@@ -193,5 +193,5 @@ pub fn intersect_triangle<L: Lanes>(
     let sum = p0 + p1 + p2;
     let point = v0 + (e1 * (p1 / sum) + e2 * (p2 / sum));
 
-    Meeting { t, hit, point, error, normal, barycentric: [b1, b2] }
+    Meeting { t, hit, point, error, normal, normalized: false, barycentric: [b1, b2] }
 }

@@ -42,7 +42,7 @@ fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3], sign:
         if hits.found == 0 {
             break;
         }
-        let own = (hits.closed != 0 && hits.transmits(world, 0)).then(|| Touch {
+        let own = (hits.closed & hits.clear != 0).then(|| Touch {
             lane: 0,
             goes_in: hits.goes_in(0),
             medium: hits.medium(world, 0),

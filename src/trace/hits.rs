@@ -33,6 +33,8 @@ pub struct Hits<L: Lanes> {
     pub closed: u32,
     /// Lanes whose body is hollow.
     pub hollow: u32,
+    /// Lanes whose body transmits light in some channel.
+    pub clear: u32,
     /// Lanes whose facet stands for a curved surface.
     pub smooth: u32,
     /// Lanes whose body might touch another.
@@ -55,7 +57,7 @@ pub struct Touch<R> {
 /// Follows rays to the nearest surface, and to what touches it.
 pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, course: Course) -> Hits<L> {
     let mut hits = find_nearest(s, world, rays, &Nearest::none(s), course);
-    if world.transmits && hits.may_touch != 0 {
+    if hits.may_touch & hits.clear != 0 {
         touching::find(s, world, rays, &mut hits);
     }
     hits
@@ -110,11 +112,12 @@ fn find_nearest_in<L: Lanes>(
         material: nobody,
         closed: 0,
         hollow: 0,
+        clear: 0,
         smooth: 0,
         may_touch: 0,
         touching: Vec::new(),
     };
-    hits.look_at_in(s, world, rays, hits.found);
+    hits.look_at(s, world, rays, hits.found);
     hits
 }
 
@@ -132,6 +135,7 @@ impl<L: Lanes> Hits<L> {
     fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
         self.closed &= !lanes;
         self.hollow &= !lanes;
+        self.clear &= !lanes;
         self.smooth &= !lanes;
         self.may_touch &= !lanes;
         let mut spheres = Spheres::none();
@@ -167,6 +171,7 @@ impl<L: Lanes> Hits<L> {
         self.material = put(u64::from(item.material), self.material);
         self.closed |= if item.closed { lanes } else { 0 };
         self.hollow |= if item.hollow { lanes } else { 0 };
+        self.clear |= if item.lets_light_through() { lanes } else { 0 };
         self.smooth |= if item.is_smooth() { lanes } else { 0 };
         self.may_touch |= if item.may_touch { lanes } else { 0 };
     }
@@ -197,11 +202,5 @@ impl<L: Lanes> Hits<L> {
     /// Whether a lane's material shows nothing between equal media.
     pub fn is_perfectly_clear(&self, world: &World<L::Real>, lane: usize) -> bool {
         self.material_of(world, lane).is_perfectly_clear()
-    }
-
-    /// Whether a lane's body transmits light in any channel.
-    pub fn transmits(&self, world: &World<L::Real>, lane: usize) -> bool {
-        let zero = L::Real::from_f64(0.0);
-        self.material_of(world, lane).transmission.iter().any(|c| *c > zero)
     }
 }

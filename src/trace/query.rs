@@ -116,7 +116,7 @@ where
     let eta = sides.n1 / sides.n2;
     let refraction = refract(s, dir, hits.ng, eta);
     let total = refraction.total.any();
-    let clear = hits.transmits(world, 0);
+    let clear = hits.clear != 0;
     Some(RayHit {
         t: scale_by_power(first(hits.t), -power),
         point: wide(hits.surface.point),

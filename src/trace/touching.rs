@@ -19,15 +19,12 @@ const MAX_TOUCHING: usize = 8;
 
 /// Finds what touches the surfaces that rays have hit and that transmit light.
 pub(super) fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &mut Hits<L>) {
-    let clear =
-        lanes_of(hits.may_touch).filter(|&lane| hits.transmits(world, lane)).fold(0, |bits, lane| bits | 1 << lane);
-    if clear != 0 {
-        L::vectorize(
-            s,
-            #[inline(always)]
-            || search(s, world, rays, hits, clear),
-        );
-    }
+    let clear = hits.may_touch & hits.clear;
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || search(s, world, rays, hits, clear),
+    );
 }
 
 #[inline(always)]
@@ -69,7 +66,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
             if touch & (1 << lane) == 0 {
                 continue;
             }
-            if !other.transmits(world, lane) {
+            if other.clear & (1 << lane) == 0 {
                 opaque |= 1 << lane;
             } else if other.closed & (1 << lane) != 0 {
                 hits.touching.push(Touch { lane, goes_in: other.goes_in(lane), medium: other.medium(world, lane) });
