@@ -77,16 +77,17 @@ impl<'a, R: Real> Owner<'a, R> {
     fn owns(&self, expanded: u64) -> bool {
         expanded.wrapping_sub(self.body) < self.item.expanded
     }
-
-    /// The face with an expanded index; the first one for other bodies' indices.
-    fn face(&self, expanded: u64) -> usize {
-        if self.owns(expanded) { (expanded - self.body) as usize } else { 0 }
-    }
 }
 
-/// The surfaces that `rays` (as they were cast) meet on the primitives `expanded` of one body.
+/// The surfaces that the `lanes` of `rays` (as they were cast) meet on the primitives `expanded` of one body.
 #[inline(always)]
-pub fn resolve<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: L::Ids, rays: &Rays<L>) -> Surface<L> {
+pub fn resolve<L: Lanes>(
+    s: L::Simd,
+    owner: &Owner<'_, L::Real>,
+    expanded: L::Ids,
+    lanes: u32,
+    rays: &Rays<L>,
+) -> Surface<L> {
     // Down to the body's own coordinates ...
     let mut inner = *rays;
     for placed in &owner.instances {
@@ -99,11 +100,8 @@ pub fn resolve<L: Lanes>(s: L::Simd, owner: &Owner<'_, L::Real>, expanded: L::Id
     // The same primitives are met again, now for point, error and normal.
     let mut surface = match &owner.item.shape {
         Shape::Mesh(mesh) => {
-            let mut faces = [[0; 3]; MAX_LANES];
-            for lane in 0..L::COUNT {
-                faces[lane] = mesh.faces[owner.face(expanded.lane(lane))];
-            }
-            let corners = gather(s, &mesh.vertices, &faces);
+            let faces = Faces::new(s, owner, mesh, expanded, lanes);
+            let corners = faces.corners(s, &mesh.vertices);
             let meeting = intersect_triangle(s, corners, &inner, &Shear::new(s, &inner), owner.item.sides);
             let flat = Surface::flat(s, &meeting, outward, inner.dir);
             smooth = owner.item.is_smooth();
@@ -171,27 +169,72 @@ impl<R: Real> Spheres<R> {
     }
 }
 
-/// Three points for each lane.
-#[inline(always)]
-fn gather<L: Lanes>(s: L::Simd, points: &[[L::Real; 3]], faces: &[[u32; 3]; MAX_LANES]) -> [V3<L>; 3] {
-    let mut columns = [[L::Real::default(); MAX_LANES]; 9];
-    for lane in 0..L::COUNT {
-        for (corner, &index) in faces[lane].iter().enumerate() {
-            let [x, y, z] = points[index as usize];
-            columns[3 * corner][lane] = x;
-            columns[3 * corner + 1][lane] = y;
-            columns[3 * corner + 2][lane] = z;
+/// A face of a mesh for each lane.
+enum Faces<L: Lanes> {
+    /// Lanes of the mask have met the second face, others the first: most packets see no more of large triangles.
+    Two(L::Mask, [[u32; 3]; 2]),
+    Many([[u32; 3]; MAX_LANES]),
+}
+
+impl<L: Lanes> Faces<L> {
+    /// The faces that some lanes have met.
+    #[inline(always)]
+    fn new(s: L::Simd, owner: &Owner<'_, L::Real>, mesh: &Mesh<L::Real>, expanded: L::Ids, lanes: u32) -> Self {
+        let face = |id: u64| mesh.faces[(id - owner.body) as usize];
+        let (first, same) = expanded.same_as_first(s, lanes);
+        let others = lanes & !same;
+        if others == 0 {
+            return Self::Two(L::mask(s, 0), [face(first); 2]);
+        }
+        let (second, same) = expanded.same_as_first(s, others);
+        if others == same {
+            return Self::Two(L::mask(s, others), [face(first), face(second)]);
+        }
+        let mut faces = [face(first); MAX_LANES];
+        for lane in lanes_of(others) {
+            faces[lane] = face(expanded.lane(lane));
+        }
+        Self::Many(faces)
+    }
+
+    /// What belongs to their three vertices.
+    #[inline(always)]
+    fn corners(&self, s: L::Simd, points: &[[L::Real; 3]]) -> [V3<L>; 3] {
+        match self {
+            Self::Two(second, faces) => {
+                let ([a, b, c], [d, e, f]) = (splat_corners(s, points, faces[0]), splat_corners(s, points, faces[1]));
+                [V3::select(*second, d, a), V3::select(*second, e, b), V3::select(*second, f, c)]
+            }
+            Self::Many(faces) => {
+                let mut columns = [[L::Real::default(); MAX_LANES]; 9];
+                for lane in 0..L::COUNT {
+                    for (corner, &index) in faces[lane].iter().enumerate() {
+                        let [x, y, z] = points[index as usize];
+                        columns[3 * corner][lane] = x;
+                        columns[3 * corner + 1][lane] = y;
+                        columns[3 * corner + 2][lane] = z;
+                    }
+                }
+                let column = |k: usize| L::load(s, &columns[k]);
+                let corner = |k: usize| V3 { x: column(k), y: column(k + 1), z: column(k + 2) };
+                [corner(0), corner(3), corner(6)]
+            }
         }
     }
-    [0, 3, 6].map(|k| V3 { x: L::load(s, &columns[k]), y: L::load(s, &columns[k + 1]), z: L::load(s, &columns[k + 2]) })
+}
+
+/// What belongs to the vertices of one face, in all lanes.
+#[inline(always)]
+pub(super) fn splat_corners<L: Lanes>(s: L::Simd, points: &[[L::Real; 3]], [a, b, c]: [u32; 3]) -> [V3<L>; 3] {
+    [V3::splat(s, points[a as usize]), V3::splat(s, points[b as usize]), V3::splat(s, points[c as usize])]
 }
 
 /// Unit vector of any vector but 0, without overflow or underflow in its square.
 #[inline(always)]
 fn unit<L: Lanes>(s: L::Simd, v: V3<L>) -> V3<L> {
     let a = v.abs();
-    let scale = L::lit(s, 1.0) / a.x.max(a.y).max(a.z);
-    (v * scale).normalized()
+    let exponent = a.x.max(a.y).max(a.z).exponent();
+    (v * (-exponent.min(L::lit(s, L::Real::LOWEST))).power_of_two()).normalized(s)
 }
 
 impl<L: Lanes> Surface<L> {
@@ -220,18 +263,18 @@ impl<L: Lanes> Surface<L> {
         self,
         s: L::Simd,
         mesh: &Mesh<L::Real>,
-        faces: &[[u32; 3]; MAX_LANES],
+        faces: &Faces<L>,
         corners: [V3<L>; 3],
         meeting: &Meeting<L>,
         dir: V3<L>,
     ) -> Self {
         let zero = L::lit(s, 0.0);
-        let normals = gather::<L>(s, &mesh.normals, faces);
+        let normals = faces.corners(s, &mesh.normals);
         let [b1, b2] = meeting.barycentric;
         let weights = [L::lit(s, 1.0) - b1 - b2, b1, b2];
         // Interpolated normals may cancel, and some files have them pointing inwards.
         let ns = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
-        let unit = ns.normalized();
+        let unit = ns.normalized(s);
         let side = unit.dot(self.ng);
         let outward = V3::select(side.lt(zero), -unit, unit);
         let known = side.abs().gt(zero);

@@ -241,21 +241,12 @@ fn attenuate_alone_in<L: Lanes>(
         }
     }
     let Some(wide) = &here.wide else {
-        return here.primitives.iter().any(|primitive| {
-            passes(
-                s,
-                geometries,
-                here,
-                primitive.item,
-                primitive.face,
-                blockers,
-                &mut ray,
-                &shear,
-                bit,
-                passage,
-                waiting,
-            )
-        });
+        for p in &here.primitives {
+            if passes(s, geometries, here, p.item, p.face, blockers, &mut ray, &shear, bit, passage, waiting) {
+                return true;
+            }
+        }
+        return false;
     };
     let reciprocal = Reciprocal::new(s, &ray);
     let floor = waiting.len();
@@ -273,10 +264,15 @@ fn attenuate_alone_in<L: Lanes>(
             Err(leaf) => {
                 let leaf = &wide.leaves[leaf];
                 if leaf.kind == Kind::Mixed {
-                    here.bvh.order[leaf.start as usize..(leaf.start + leaf.count) as usize].iter().any(|&index| {
+                    let mut blocked = false;
+                    for &index in &here.bvh.order[leaf.start as usize..(leaf.start + leaf.count) as usize] {
                         let p = here.primitives[index as usize];
-                        passes(s, geometries, here, p.item, p.face, blockers, &mut ray, &shear, bit, passage, waiting)
-                    })
+                        blocked = blocked
+                            || passes(
+                                s, geometries, here, p.item, p.face, blockers, &mut ray, &shear, bit, passage, waiting,
+                            );
+                    }
+                    blocked
                 } else {
                     crosses_leaf(s, here, wide, leaf, blockers, &ray, &shear, bit, passage)
                 }

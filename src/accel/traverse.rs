@@ -3,6 +3,7 @@
 use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Ball, Geometry, Instance, Item, Placement, Shape};
+use super::resolve::splat_corners;
 use super::single::{First, alone, closest_alone};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::{Meeting, Rays, Wanted};
@@ -240,8 +241,7 @@ pub(super) fn intersect_item<L: Lanes>(
     match &item.shape {
         Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
         Shape::Mesh(mesh) => {
-            let corners = mesh.corners(face as usize).map(|v| V3::splat(s, v));
-            intersect_triangle(s, corners, rays, shear, item.sides)
+            intersect_triangle(s, splat_corners(s, &mesh.vertices, mesh.faces[face as usize]), rays, shear, item.sides)
         }
         _ => intersect_called(s, item, face, rays, shear, Wanted::Distance),
     }
@@ -262,8 +262,7 @@ pub(super) fn intersect_called<L: Lanes>(
         || match &item.shape {
             Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
             Shape::Mesh(mesh) => {
-                let corners = mesh.corners(face as usize).map(|v| V3::splat(s, v));
-                intersect_triangle(s, corners, rays, shear, item.sides)
+                intersect_triangle(s, splat_corners(s, &mesh.vertices, mesh.faces[face as usize]), rays, shear, item.sides)
             }
             Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
             Shape::Disc(disc) => disc.intersect(s, rays, item.sides),
@@ -276,6 +275,12 @@ pub(super) fn intersect_called<L: Lanes>(
 }
 
 impl<R: Real> Placement<R> {
+    #[inline(always)]
+    fn columns<L: Lanes<Real = R>>(&self, s: L::Simd) -> [V3<L>; 3] {
+        let [x, y, z] = self.columns;
+        [V3::splat(s, x), V3::splat(s, y), V3::splat(s, z)]
+    }
+
     /// The image of a point.
     #[inline(always)]
     pub(super) fn point<L: Lanes<Real = R>>(&self, s: L::Simd, p: V3<L>) -> V3<L> {
@@ -285,22 +290,22 @@ impl<R: Real> Placement<R> {
     /// The image of a direction.
     #[inline(always)]
     pub(super) fn vector<L: Lanes<Real = R>>(&self, s: L::Simd, d: V3<L>) -> V3<L> {
-        let [x, y, z] = self.columns.map(|column| V3::<L>::splat(s, column));
+        let [x, y, z] = self.columns(s);
         x * d.x + y * d.y + z * d.z
     }
 
     /// The transposed linear part, applied to a normal.
     #[inline(always)]
     pub(super) fn transposed<L: Lanes<Real = R>>(&self, s: L::Simd, n: V3<L>) -> V3<L> {
-        let [x, y, z] = self.columns.map(|column| V3::<L>::splat(s, column));
+        let [x, y, z] = self.columns::<L>(s);
         V3 { x: x.dot(n), y: y.dot(n), z: z.dot(n) }
     }
 
     /// The image of a box of errors: absolute values throughout.
     #[inline(always)]
     pub(super) fn spread<L: Lanes<Real = R>>(&self, s: L::Simd, e: V3<L>) -> V3<L> {
-        let [x, y, z] = self.columns.map(|column| V3::<L>::splat(s, column).abs());
-        x * e.x + y * e.y + z * e.z
+        let [x, y, z] = self.columns::<L>(s);
+        x.abs() * e.x + y.abs() * e.y + z.abs() * e.z
     }
 }
 

@@ -51,7 +51,7 @@ impl<R: Real> Flat<R> {
         if self.parallel {
             Primary { origin: eye + offset, dir: forward, seen }
         } else {
-            Primary { origin: eye, dir: (forward + offset).normalized(), seen }
+            Primary { origin: eye, dir: (forward + offset).normalized(s), seen }
         }
     }
 }

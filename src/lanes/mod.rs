@@ -46,8 +46,10 @@ pub trait Real:
     const LANES: usize;
     /// Unit roundoff u: half the distance from 1 to the next number.
     const ROUNDOFF: f64;
-    /// The smallest normal number.
+    /// The smallest normal number, 2^-LOWEST.
     const SMALLEST: f64;
+    /// Its exponent, negated.
+    const LOWEST: f64;
     /// The nearest number of this format.
     fn from_f64(x: f64) -> Self;
     /// The same value in 64 bits.
@@ -104,7 +106,7 @@ pub trait Lanes:
     fn abs(self) -> Self;
     /// Largest integer not above.
     fn floor(self) -> Self;
-    /// The whole number e with 2^e <= x < 2^(e+1), of normal numbers above 0.
+    /// The whole number e with 2^e <= x < 2^(e+1), of normal numbers above 0; one below the lowest of others.
     fn exponent(self) -> Self;
     /// x / 2^e in [1, 2), of normal numbers above 0.
     fn significand(self) -> Self;

@@ -13,13 +13,8 @@ pub fn power<L: Lanes>(s: L::Simd, base: L, exponent: f64) -> L {
     }
     let smallest = L::lit(s, L::Real::SMALLEST);
     let y = log2(s, base.max(smallest)) * L::lit(s, exponent);
-    let normal = y.gt(L::lit(s, -lowest::<L>())) & base.ge(smallest);
-    L::select(normal, exp2(s, y.max(L::lit(s, -lowest::<L>()))), L::lit(s, 0.0))
-}
-
-/// Largest e for which 2^-e is a normal number.
-fn lowest<L: Lanes>() -> f64 {
-    if is_single::<L>() { 126.0 } else { 1022.0 }
+    let normal = y.gt(L::lit(s, -L::Real::LOWEST)) & base.ge(smallest);
+    L::select(normal, exp2(s, y.max(L::lit(s, -L::Real::LOWEST))), L::lit(s, 0.0))
 }
 
 fn is_single<L: Lanes>() -> bool {

@@ -37,6 +37,7 @@ macro_rules! scalar {
             const LANES: usize = $lanes;
             const ROUNDOFF: f64 = $roundoff;
             const SMALLEST: f64 = $type::MIN_POSITIVE as f64;
+            const LOWEST: f64 = 1.0 - $type::MIN_EXP as f64;
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 $narrow(x)

@@ -85,7 +85,7 @@ impl<R: Real> Light<R> {
         let way = position - point;
         let squared = way.dot(way);
         let distance = squared.sqrt();
-        let to_light = V3 { x: way.x / distance, y: way.y / distance, z: way.z / distance };
+        let to_light = way * (one / distance);
         let mut strength = match self.falloff {
             Falloff::None => one,
             Falloff::Linear { reach } => (one - distance / L::splat(s, reach)).max(zero),

@@ -5,8 +5,8 @@ use crate::lanes::{Ids, Lanes, Real, V3};
 /// A material in the kernel's format: the symbols of L = L_Phong + r_s L_s + r_t L_t.
 #[derive(Debug, Clone)]
 pub struct Material<R> {
-    /// k_a.
-    pub ambient: Texture<R>,
+    /// k_a; none if it is k_d.
+    pub ambient: Option<Texture<R>>,
     /// k_d.
     pub diffuse: Texture<R>,
     /// k_s.
@@ -25,7 +25,7 @@ impl<R: Real> Material<R> {
     /// Whether a surface between equal media shows nothing of this material: all light passes, none is added.
     pub fn is_perfectly_clear(&self) -> bool {
         let black = [R::from_f64(0.0); 3];
-        let unlit = [self.ambient, self.diffuse].iter().all(|texture| *texture == Texture::Uniform(black));
+        let unlit = [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == Texture::Uniform(black));
         unlit && self.specular == black && self.reflection == black && self.transmission == [R::from_f64(1.0); 3]
     }
 }
@@ -43,6 +43,8 @@ pub enum Texture<R> {
         b: [R; 3],
         /// Edge of a tile.
         size: R,
+        /// 1 / size, if that is exact.
+        inverse: Option<R>,
         /// Whether x, y and z count.
         axes: [bool; 3],
     },
@@ -54,12 +56,15 @@ impl<R: Real> Texture<R> {
     pub fn at<L: Lanes<Real = R>>(&self, s: L::Simd, local: V3<L>) -> V3<L> {
         match self {
             Self::Uniform(color) => V3::splat(s, *color),
-            Self::Checker { a, b, size, axes } => {
-                let size = L::splat(s, *size);
+            Self::Checker { a, b, size, inverse, axes } => {
+                let tiles = |p: L| match inverse {
+                    Some(inverse) => p * L::splat(s, *inverse),
+                    None => p / L::splat(s, *size),
+                };
                 let mut sum = L::lit(s, 0.0);
                 for (p, counts) in [local.x, local.y, local.z].into_iter().zip(axes) {
                     if *counts {
-                        sum = sum + (p / size).floor();
+                        sum = sum + tiles(p).floor();
                     }
                 }
                 let half = sum * L::lit(s, 0.5);
@@ -107,8 +112,10 @@ impl<L: Lanes> Coefficients<L> {
             let material = &materials[id as usize];
             let mask = L::mask(s, same);
             let put = |new: V3<L>, old: V3<L>| V3::select(mask, new, old);
-            all.ambient = put(material.ambient.at(s, local), all.ambient);
-            all.diffuse = put(material.diffuse.at(s, local), all.diffuse);
+            let diffuse = material.diffuse.at(s, local);
+            let ambient = material.ambient.as_ref().map_or(diffuse, |ambient| ambient.at(s, local));
+            all.ambient = put(ambient, all.ambient);
+            all.diffuse = put(diffuse, all.diffuse);
             all.specular = put(V3::splat(s, material.specular), all.specular);
             all.reflection = put(V3::splat(s, material.reflection), all.reflection);
             all.transmission = put(V3::splat(s, material.transmission), all.transmission);

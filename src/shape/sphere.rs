@@ -45,7 +45,7 @@ pub fn intersect_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &R
     let length = from_center.length();
     let mut normal = from_center * (L::lit(s, 1.0) / length);
     if (hit & length.le(L::lit(s, 0.0))).any() {
-        normal = V3::select(length.gt(L::lit(s, 0.0)), normal, -rays.dir.normalized());
+        normal = V3::select(length.gt(L::lit(s, 0.0)), normal, -rays.dir.normalized(s));
     }
     let from_center = normal * radius;
     let point = center + from_center;

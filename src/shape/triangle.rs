@@ -61,8 +61,8 @@ impl<L: Lanes> Shear<L> {
             sz: L::lit(s, 1.0) / major,
         };
         let d = shear.permute(rays.dir);
-        shear.sx = d.x / d.z;
-        shear.sy = d.y / d.z;
+        shear.sx = d.x * shear.sz;
+        shear.sy = d.y * shear.sz;
         shear
     }
 
@@ -155,7 +155,7 @@ pub fn intersect_triangle<L: Lanes>(
         w = L::select(flat, area(2), w);
         det = u + v + w;
     }
-    let (b0, b1, b2) = (u / det, v / det, w / det);
+    let [b0, b1, b2] = shares(s, [u, v, w], det, inside);
     let t = (b0 * a.z + b1 * b.z + b2 * c.z) * shear.sz;
 
     // det has the sign of the area as the ray sees it: it is positive where the ray meets the front.
@@ -190,8 +190,21 @@ pub fn intersect_triangle<L: Lanes>(
         let floor = |edge: V3<L>| (away * edge.length()).min(L::lit(s, 0.25));
         (p0, p1, p2) = (p0.max(floor(f2 - f1)), p1.max(floor(f2)), p2.max(floor(f1)));
     }
-    let sum = p0 + p1 + p2;
-    let point = v0 + (e1 * (p1 / sum) + e2 * (p2 / sum));
+    let inverse = L::lit(s, 1.0) / (p0 + p1 + p2);
+    let point = v0 + (e1 * (p1 * inverse) + e2 * (p2 * inverse));
 
     Meeting { t, hit, point, error, normal, normalized: false, barycentric: [b1, b2] }
+}
+
+/// Numbers divided by their sum, with one division where its reciprocal is a normal number.
+#[inline(always)]
+fn shares<L: Lanes>(s: L::Simd, [a, b, c]: [L; 3], sum: L, active: L::Mask) -> [L; 3] {
+    let inverse = L::lit(s, 1.0) / sum;
+    let size = sum.abs();
+    let normal = size.ge(L::lit(s, L::Real::SMALLEST)) & size.le(L::lit(s, 0.125 / L::Real::SMALLEST));
+    if (active & !normal).any() {
+        let share = |x: L| L::select(normal, x * inverse, x / sum);
+        return [share(a), share(b), share(c)];
+    }
+    [a * inverse, b * inverse, c * inverse]
 }

@@ -19,6 +19,15 @@ const DIRECTION: [f64; 3] = [0.436_435_780_471_985, 0.598_076_211_353_316, 0.672
 /// From the point one walks straight on through every surface. A body whose first surface is one of leaving it contains
 /// the point. Two opposite walks meet unbounded bodies, too.
 pub fn media_at<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3]) -> Vec<Medium<L::Real>> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || media_around::<L>(s, world, point),
+    )
+}
+
+#[inline(always)]
+fn media_around<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3]) -> Vec<Medium<L::Real>> {
     let mut around: Vec<Medium<L::Real>> = Vec::new();
     for sign in [1.0, -1.0] {
         for medium in walk::<L>(s, world, point, sign) {
@@ -31,6 +40,7 @@ pub fn media_at<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3
 }
 
 /// The media that one walk leaves before it enters them.
+#[inline(always)]
 fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3], sign: f64) -> Vec<Medium<L::Real>> {
     let dir = V3::<L>::splat(s, DIRECTION.map(|x| L::Real::from_f64(x * sign)));
     let mut origin = V3::splat(s, point);

@@ -149,7 +149,7 @@ impl<L: Lanes> Hits<L> {
             if same != lanes && spheres.take(&owner, same) {
                 continue;
             }
-            let surface = resolve(s, &owner, self.expanded, rays);
+            let surface = resolve(s, &owner, self.expanded, same, rays);
             self.surface = Surface::select(L::mask(s, same), surface, self.surface);
         }
         if spheres.lanes != 0 {

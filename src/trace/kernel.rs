@@ -95,6 +95,7 @@ pub struct Tracer<'a, L: Lanes, O> {
 
 impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
     /// A tracer for packets of `L::COUNT` samples.
+    #[inline(always)]
     pub fn new(
         s: L::Simd,
         world: &'a World<L::Real>,
@@ -178,6 +179,7 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
         }
     }
 
+    #[inline(always)]
     fn media_at_eye(&mut self, origin: &V3<L>, active: u32) -> L::Ids {
         let s = self.s;
         if !self.world.transmits {

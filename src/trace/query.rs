@@ -107,7 +107,7 @@ where
     }
     let wide = |v: V3<L>| v.lane(0).map(Real::to_f64);
     let (object, body, name) = name_of(scene, world, hits.expanded.lane(0));
-    let dir = rays.dir.normalized();
+    let dir = rays.dir.normalized(s);
 
     let mut media = Media::default();
     let around = if hits.closed != 0 { media_at::<L>(s, world, narrow(ray.origin)) } else { Vec::new() };
@@ -125,8 +125,8 @@ where
         body,
         name,
         entering: hits.entering != 0,
-        reflected: wide(reflect(s, dir, hits.ng).normalized()),
-        transmitted: (clear && !total).then(|| wide(refraction.dir.normalized())),
+        reflected: wide(reflect(s, dir, hits.ng).normalized(s)),
+        transmitted: (clear && !total).then(|| wide(refraction.dir.normalized(s))),
         tir: total,
         reflectance: first(fresnel_dielectric(s, eta, &refraction)),
     })

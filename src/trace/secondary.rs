@@ -74,7 +74,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>>(
         }
         tracer.push(Followed {
             origin: leave(hits.surface.point, hits.surface.error, hits.ng),
-            dir: dir.normalized(),
+            dir: dir.normalized(s),
             t_min: zero,
             weight: reflected_weight,
             active: reflecting,
@@ -145,7 +145,7 @@ fn cross<L: Lanes, O: Observer<L>>(
     }
     // Through equal media the direction is the same to the last bit.
     let equal = eta.eq(L::lit(s, 1.0));
-    let dir = V3::select(equal, rays.dir, refraction.dir.normalized());
+    let dir = V3::select(equal, rays.dir, refraction.dir.normalized(s));
     let unseen = lanes_of(equal.bits() & clear).filter(|&lane| hits.is_perfectly_clear(tracer.world, lane));
     let unseen = unseen.fold(0, |lanes, lane| lanes | 1 << lane);
     Crossing { n1, n2, refraction, dir, media: behind, unseen }

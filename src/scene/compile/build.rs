@@ -312,6 +312,11 @@ fn narrow_rgb<R: Real>(color: Rgb) -> [R; 3] {
     color.to_array().map(R::from_f64)
 }
 
+/// 1/x for powers of two, whose reciprocals are exact.
+fn exact_inverse<R: Real>(x: f64) -> Option<R> {
+    (math::scale_by_power(1.0, math::exponent(x)) == x).then(|| R::from_f64(1.0 / x))
+}
+
 fn material<R: Real>(material: &d::Material) -> Material<R> {
     let texture = |diffuse: &Diffuse| match diffuse {
         Diffuse::Uniform(Color(color)) => Texture::Uniform(narrow_rgb(*color)),
@@ -319,11 +324,12 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
             a: narrow_rgb(checker.a.0),
             b: narrow_rgb(checker.b.0),
             size: R::from_f64(checker.size),
+            inverse: exact_inverse(checker.size),
             axes: checker.axes.flags(),
         },
     };
     Material {
-        ambient: texture(material.ambient.as_ref().unwrap_or(&material.diffuse)),
+        ambient: material.ambient.as_ref().map(texture),
         diffuse: texture(&material.diffuse),
         specular: narrow_rgb(material.specular.0),
         shininess: R::from_f64(material.shininess),
