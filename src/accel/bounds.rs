@@ -111,6 +111,12 @@ impl<L: Lanes> Reciprocal<L> {
         }
     }
 
+    /// That of one lane's ray, in all lanes.
+    #[inline(always)]
+    pub(super) fn alone(&self, s: L::Simd, lane: usize) -> Self {
+        Self { inverse: V3::splat(s, self.inverse.lane(lane)), backwards: self.backwards }
+    }
+
     /// The lanes whose ray passes the box inside its range: never false for a ray that meets something in the box.
     #[inline(always)]
     pub(super) fn crosses<R: Real>(&self, s: L::Simd, slab: &Slab<R>, rays: &Rays<L>) -> L::Mask

@@ -3,7 +3,7 @@
 use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Geometry, Item, Shape};
-use super::single::{alone, attenuate_alone};
+use super::single::{Prepared, alone, attenuate_alone};
 use super::traverse::{Course, intersect_item};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
@@ -36,9 +36,11 @@ pub fn transmittance<L: Lanes>(
     let cast = rays.active.bits();
     if course == Course::Apart && L::COUNT > 1 && geometries[root].is_deep() {
         let mut waiting = Vec::with_capacity(64);
+        let prepared = Prepared::new(s, &geometries[root], &rays);
         for lane in lanes_of(cast) {
             let (ray, bit) = (alone(s, &rays, lane), 1 << lane);
-            if attenuate_alone(s, geometries, root, blockers, ray, bit, &mut passage, &mut waiting) {
+            let prepared = prepared.alone(s, lane);
+            if attenuate_alone(s, geometries, root, blockers, ray, &prepared, bit, &mut passage, &mut waiting) {
                 passage.blocked |= bit;
             }
         }

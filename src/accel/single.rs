@@ -28,6 +28,28 @@ pub(super) fn alone<L: Lanes>(s: L::Simd, rays: &Rays<L>, lane: usize) -> Rays<L
     }
 }
 
+/// What boxes and triangles need of rays, for all rays of a packet at once: divisions are dear.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Prepared<L: Lanes> {
+    reciprocal: Reciprocal<L>,
+    shear: Shear<L>,
+}
+
+impl<L: Lanes> Prepared<L> {
+    /// Prepares rays for a geometry.
+    #[inline(always)]
+    pub(super) fn new(s: L::Simd, here: &Geometry<L::Real>, rays: &Rays<L>) -> Self {
+        let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
+        Self { reciprocal: Reciprocal::new(s, rays), shear }
+    }
+
+    /// One lane's ray, in all lanes.
+    #[inline(always)]
+    pub(super) fn alone(&self, s: L::Simd, lane: usize) -> Self {
+        Self { reciprocal: self.reciprocal.alone(s, lane), shear: self.shear.alone(s, lane) }
+    }
+}
+
 /// The first `count` lanes.
 fn lanes(count: u32) -> u32 {
     ((1u64 << count) - 1) as u32
@@ -64,12 +86,13 @@ pub(super) fn closest_alone<L: Lanes>(
     geometry: usize,
     base: u64,
     ray: Rays<L>,
+    prepared: &Prepared<L>,
     first: &mut First<'_, L::Real>,
 ) {
     L::vectorize(
         s,
         #[inline(always)]
-        || closest_alone_in(s, geometries, geometry, base, ray, first),
+        || closest_alone_in(s, geometries, geometry, base, ray, prepared, first),
     );
 }
 
@@ -80,20 +103,19 @@ fn closest_alone_in<L: Lanes>(
     geometry: usize,
     base: u64,
     mut ray: Rays<L>,
+    Prepared { reciprocal, shear }: &Prepared<L>,
     first: &mut First<'_, L::Real>,
 ) {
     let here = &geometries[geometry];
-    let shear = if here.has_meshes { Shear::new(s, &ray) } else { Shear::unused(s, &ray) };
     for &index in &here.unbounded {
-        visit(s, geometries, here, index, 0, base, &mut ray, &shear, first);
+        visit(s, geometries, here, index, 0, base, &mut ray, shear, first);
     }
     let Some(wide) = &here.wide else {
         for primitive in &here.primitives {
-            visit(s, geometries, here, primitive.item, primitive.face, base, &mut ray, &shear, first);
+            visit(s, geometries, here, primitive.item, primitive.face, base, &mut ray, shear, first);
         }
         return;
     };
-    let reciprocal = Reciprocal::new(s, &ray);
     let widen = L::Real::from_f64(1.0 + gamma::<L::Real>(SLACK));
     let floor = first.waiting.len();
     first.waiting.push((wide.root, ray.t_min.lane(0)));
@@ -125,12 +147,12 @@ fn closest_alone_in<L: Lanes>(
                 if leaf.kind == Kind::Mixed {
                     for &index in &here.bvh.order[leaf.start as usize..(leaf.start + leaf.count) as usize] {
                         let primitive = here.primitives[index as usize];
-                        visit(s, geometries, here, primitive.item, primitive.face, base, &mut ray, &shear, first);
+                        visit(s, geometries, here, primitive.item, primitive.face, base, &mut ray, shear, first);
                     }
                     continue;
                 }
                 let closed = Rays { t_max: ray.t_max * L::lit(s, 1.0 + 4.0 * L::Real::ROUNDOFF), ..ray };
-                let meeting = meet_leaf(s, wide, leaf, closed, &shear);
+                let meeting = meet_leaf(s, wide, leaf, closed, shear);
                 for lane in lanes_of(meeting.hit.bits()) {
                     let t = meeting.t.lane(lane);
                     if t <= first.t {
@@ -189,7 +211,8 @@ fn visit<L: Lanes>(
         let inner = instance.rays_in(s, ray);
         if inner.any() {
             first.t = inner.t_max.lane(0);
-            closest_alone(s, geometries, instance.geometry as usize, base + item.offset, inner, first);
+            let prepared = Prepared::new(s, &geometries[instance.geometry as usize], &inner);
+            closest_alone(s, geometries, instance.geometry as usize, base + item.offset, inner, &prepared, first);
             first.t = first.t / instance.unit;
             ray.t_max = L::splat(s, first.t);
         }
@@ -211,6 +234,7 @@ pub(super) fn attenuate_alone<L: Lanes>(
     geometry: usize,
     blockers: Blockers,
     ray: Rays<L>,
+    prepared: &Prepared<L>,
     bit: u32,
     passage: &mut Passage<L::Real>,
     waiting: &mut Vec<Child>,
@@ -218,7 +242,7 @@ pub(super) fn attenuate_alone<L: Lanes>(
     L::vectorize(
         s,
         #[inline(always)]
-        || attenuate_alone_in(s, geometries, geometry, blockers, ray, bit, passage, waiting),
+        || attenuate_alone_in(s, geometries, geometry, blockers, ray, prepared, bit, passage, waiting),
     )
 }
 
@@ -229,26 +253,25 @@ fn attenuate_alone_in<L: Lanes>(
     geometry: usize,
     blockers: Blockers,
     mut ray: Rays<L>,
+    Prepared { reciprocal, shear }: &Prepared<L>,
     bit: u32,
     passage: &mut Passage<L::Real>,
     waiting: &mut Vec<Child>,
 ) -> bool {
     let here = &geometries[geometry];
-    let shear = if here.has_meshes { Shear::new(s, &ray) } else { Shear::unused(s, &ray) };
     for &index in &here.unbounded {
-        if passes(s, geometries, here, index, 0, blockers, &mut ray, &shear, bit, passage, waiting) {
+        if passes(s, geometries, here, index, 0, blockers, &mut ray, shear, bit, passage, waiting) {
             return true;
         }
     }
     let Some(wide) = &here.wide else {
         for p in &here.primitives {
-            if passes(s, geometries, here, p.item, p.face, blockers, &mut ray, &shear, bit, passage, waiting) {
+            if passes(s, geometries, here, p.item, p.face, blockers, &mut ray, shear, bit, passage, waiting) {
                 return true;
             }
         }
         return false;
     };
-    let reciprocal = Reciprocal::new(s, &ray);
     let floor = waiting.len();
     waiting.push(wide.root);
     while waiting.len() > floor {
@@ -269,12 +292,12 @@ fn attenuate_alone_in<L: Lanes>(
                         let p = here.primitives[index as usize];
                         blocked = blocked
                             || passes(
-                                s, geometries, here, p.item, p.face, blockers, &mut ray, &shear, bit, passage, waiting,
+                                s, geometries, here, p.item, p.face, blockers, &mut ray, shear, bit, passage, waiting,
                             );
                     }
                     blocked
                 } else {
-                    crosses_leaf(s, here, wide, leaf, blockers, &ray, &shear, bit, passage)
+                    crosses_leaf(s, here, wide, leaf, blockers, &ray, shear, bit, passage)
                 }
             }
         };
@@ -362,8 +385,12 @@ fn passes<L: Lanes>(
     ray.active = L::mask(s, 1);
     if let Shape::Instance(instance) = &item.shape {
         let inner = instance.rays_in(s, ray);
-        return inner.any()
-            && attenuate_alone(s, geometries, instance.geometry as usize, blockers, inner, bit, passage, waiting);
+        if !inner.any() {
+            return false;
+        }
+        let geometry = instance.geometry as usize;
+        let prepared = Prepared::new(s, &geometries[geometry], &inner);
+        return attenuate_alone(s, geometries, geometry, blockers, inner, &prepared, bit, passage, waiting);
     }
     let crossed = passage.crossings.len();
     let blocked = attenuate_item(s, item, face, blockers, ray, shear, passage);

@@ -4,7 +4,7 @@ use super::bounds::Reciprocal;
 use super::build::MAX_DEPTH;
 use super::geometry::{Ball, Geometry, Instance, Item, Placement, Shape};
 use super::resolve::splat_corners;
-use super::single::{First, alone, closest_alone};
+use super::single::{First, Prepared, alone, closest_alone};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::{Meeting, Rays, Wanted};
 use crate::shape::{Shear, intersect_triangle};
@@ -100,11 +100,12 @@ pub fn nearest_hit<L: Lanes>(
     let mut t = [L::Real::default(); MAX_LANES];
     let mut expanded = [0; MAX_LANES];
     let mut waiting = Vec::with_capacity(64);
+    let prepared = Prepared::new(s, &geometries[root], rays);
     for lane in lanes_of(rays.active.bits()) {
         let ray = alone(s, rays, lane);
         let mut first =
             First { t: ray.t_max.lane(0), found: false, expanded: 0, lane, skipped: nearest.skipped, waiting };
-        closest_alone(s, geometries, root, 0, ray, &mut first);
+        closest_alone(s, geometries, root, 0, ray, &prepared.alone(s, lane), &mut first);
         t[lane] = first.t;
         if first.found {
             nearest.found |= 1 << lane;

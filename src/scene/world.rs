@@ -27,7 +27,7 @@ pub struct World<R> {
     pub camera: Camera<R>,
     /// What ends the recursion, and what counts.
     pub rules: Rules<R>,
-    /// Whether any material transmits light.
+    /// Whether any body transmits light.
     pub transmits: bool,
 }
 

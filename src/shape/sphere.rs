@@ -78,7 +78,7 @@ struct Quadratic<L: Lanes> {
     /// Lanes that see the sphere ahead, whose first root is `small`; it is the second one in the others.
     toward: L::Mask,
     small: L,
-    /// Active lanes with roots.
+    /// Active lanes with roots that may lie in range.
     real: L::Mask,
 }
 
@@ -91,12 +91,14 @@ fn quadratic<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>) -> 
     let a = rays.dir.dot(rays.dir);
     let b = -f.dot(rays.dir);
     let bb = b * b;
-    // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Packets that pass by more than any rounding end here.
+    // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Rays that pass by more than any rounding, or leave from
+    // outside, need no roots.
     let slack = 64.0 * L::Real::ROUNDOFF;
-    let ff = f.dot(f) * a;
-    let rr = a * (radius * radius * L::lit(s, 1.0 + slack));
-    let smallest = L::lit(s, 16.0 * L::Real::SMALLEST);
-    if !(rays.active & !(ff * L::lit(s, 1.0 - slack) - bb).gt(rr + smallest)).any() {
+    let ff = f.dot(f) * a * L::lit(s, 1.0 - slack);
+    let rr = a * (radius * radius * L::lit(s, 1.0 + slack)) + L::lit(s, 16.0 * L::Real::SMALLEST);
+    let outside = ff.gt(rr);
+    let close = rays.active & !(ff - bb).gt(rr) & !(outside & b.lt(zero) & rays.t_min.ge(zero));
+    if !close.any() {
         return None;
     }
 
@@ -104,17 +106,17 @@ fn quadratic<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>) -> 
     // packets are clearly near or far most of the time, and square roots are dear.
     let half = L::lit(s, 0.5) * bb;
     let (mut near, mut c) = (L::mask(s, 0), zero);
-    if (rays.active & !(ff * L::lit(s, 1.0 - slack) - rr).gt(half + smallest)).any() {
+    if (close & !(ff - rr).gt(half)).any() {
         let distance = f.length();
         c = (distance - radius) * (distance + radius);
         near = c.le(zero) | (a * c).abs().lt(half);
     }
     let mut discriminant = bb - a * c;
-    if (rays.active & !near).any() {
+    if (close & !near).any() {
         let l = (f + rays.dir * (b / a)).length();
         discriminant = L::select(near, discriminant, a * ((radius - l) * (radius + l)));
     }
-    let real = discriminant.ge(zero) & rays.active;
+    let real = discriminant.ge(zero) & close;
     let root = discriminant.max(zero).sqrt();
 
     let toward = b.gt(zero);

@@ -66,6 +66,22 @@ impl<L: Lanes> Shear<L> {
         shear
     }
 
+    /// The shear of one lane's ray, in all lanes.
+    #[inline(always)]
+    pub fn alone(&self, s: L::Simd, lane: usize) -> Self {
+        let has = |mask: L::Mask| mask.bits() & (1 << lane) != 0;
+        let index = if has(self.z_major) { 2 } else { u8::from(has(self.y_major)) };
+        let splat = |x: L| L::splat(s, x.lane(lane));
+        Self {
+            common: Some(Axis { index, flip: has(self.flip) }),
+            origin: V3::splat(s, self.origin.lane(lane)),
+            sx: splat(self.sx),
+            sy: splat(self.sy),
+            sz: splat(self.sz),
+            ..*self
+        }
+    }
+
     /// A shear for rays that will meet no triangles.
     #[inline(always)]
     pub fn unused(s: L::Simd, rays: &Rays<L>) -> Self {

@@ -34,11 +34,12 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
+    let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
     let world = World {
         geometries: builder.geometries,
         root,
         size: R::from_f64(size),
-        transmits: builder.materials.iter().any(|m| m.transmission.map(Real::to_f64) != [0.0; 3]),
+        transmits,
         materials: builder.materials,
         lights: description.lights.iter().map(light).collect(),
         ambient: narrow_rgb(description.ambient.0),
@@ -48,8 +49,9 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
             max_depth: render.max_depth,
             min_weight: R::from_f64(render.min_weight),
             shadows: match render.shadows {
-                Shadows::Opaque => Some(Blockers::Opaque),
-                Shadows::Transmissive => Some(Blockers::Transmissive),
+                Shadows::Transmissive if transmits => Some(Blockers::Transmissive),
+                // Where no body transmits light, the first one on the way decides.
+                Shadows::Opaque | Shadows::Transmissive => Some(Blockers::Opaque),
                 Shadows::None => None,
             },
             spd_counts: options.spd_counts,
