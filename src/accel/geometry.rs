@@ -6,11 +6,13 @@
 
 use super::bounds::Bounds;
 use super::build::{Bvh, BvhKind};
+use super::part::Part;
 use super::wide::Wide;
 use crate::lanes::Real;
 use crate::math::{exponent, scale_by_power};
 use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DMat3, DVec3};
+use rayon::prelude::*;
 
 /// One thing in a geometry: a body, a surface or a placed geometry.
 #[derive(Debug, Clone)]
@@ -81,6 +83,11 @@ impl<R: Real> Mesh<R> {
     #[inline(always)]
     pub fn corners(&self, face: usize) -> [[R; 3]; 3] {
         self.faces[face].map(|i| self.vertices[i as usize])
+    }
+
+    /// [`Self::corners`] in 64 bits.
+    fn points(&self, face: usize) -> [DVec3; 3] {
+        self.corners(face).map(|corner| DVec3::from_array(corner.map(Real::to_f64)))
     }
 }
 
@@ -168,7 +175,7 @@ pub struct Geometry<R> {
     pub items: Vec<Item<R>>,
     /// Indices of items without bounds (planes, and instances that contain some).
     pub(super) unbounded: Vec<u32>,
-    /// Item and face of each bounded primitive.
+    /// Item and face of each bounded primitive, in the order of the hierarchy's leaves.
     pub(super) primitives: Vec<Primitive>,
     pub(super) bvh: Bvh<R>,
     /// The same hierarchy for single rays; none over so little that packets of any rays do better.
@@ -208,15 +215,23 @@ impl Extent {
         Bounds { min: self.bounds.min.max(ball.min), max: self.bounds.max.min(ball.max) }
     }
 
-    /// The extent of several things, given the box around them all.
-    fn around(parts: &[Self], bounds: Bounds) -> Self {
-        if parts.is_empty() {
+    /// The extent of items, given the box around them all.
+    fn around<R: Real>(items: &[Item<R>], extents: &[Option<Self>], bounds: Bounds) -> Self {
+        if bounds == Bounds::EMPTY {
             return Self::EMPTY;
         }
-        let center = bounds.center();
-        let radius = parts.iter().map(|part| part.center.distance(center) + part.radius).fold(0.0, f64::max);
         let of_box = Self::of_box(bounds);
-        Self { bounds, center, radius: radius.min(of_box.radius) }
+        let reach = |(item, extent): (&Item<R>, &Option<Self>)| match (&item.shape, extent) {
+            (Shape::Mesh(mesh), _) => {
+                let reach =
+                    |face| mesh.points(face).map(|p| p.distance_squared(of_box.center)).into_iter().fold(0.0, f64::max);
+                (0..mesh.faces.len()).into_par_iter().map(reach).reduce(|| 0.0, f64::max).sqrt()
+            }
+            (_, Some(extent)) => extent.center.distance(of_box.center) + extent.radius,
+            (_, None) => 0.0,
+        };
+        let radius = items.iter().zip(extents).map(reach).fold(0.0, f64::max);
+        Self { radius: radius.min(of_box.radius), ..of_box }
     }
 }
 
@@ -235,31 +250,38 @@ impl<R: Real> Geometry<R> {
     /// meshes do not matter.
     pub fn new(items: Vec<Item<R>>, extents: &[Option<Extent>], kind: BvhKind) -> Self {
         let mut unbounded = Vec::new();
-        let mut primitives = Vec::new();
-        let mut parts = Vec::new();
+        let mut sources = Vec::new();
+        let mut parts: Vec<Part<R>> = Vec::new();
+        let mut bounds = Bounds::EMPTY;
         for (index, (item, extent)) in items.iter().zip(extents).enumerate() {
-            let index = index as u32;
+            let item_index = index as u32;
             if let Shape::Mesh(mesh) = &item.shape {
-                for face in 0..mesh.faces.len() {
-                    primitives.push(Primitive { item: index, face: face as u32 });
-                    let corners = mesh.corners(face).map(|v| DVec3::from_array(v.map(Real::to_f64)));
-                    parts.push(Extent::of_box(Bounds::around(corners)));
-                }
-            } else if let Some(extent) = *extent {
+                let first = parts.len() as u32;
+                let faces = 0..mesh.faces.len() as u32;
+                let boxes = faces.clone().into_par_iter().map(|face| Bounds::around(mesh.points(face as usize)));
+                parts.par_extend(
+                    boxes.clone().zip(faces.clone()).map(|(b, face)| Part::new(&b.narrowed(), first + face)),
+                );
+                bounds = bounds.union(boxes.reduce(|| Bounds::EMPTY, Bounds::union));
+                sources.extend(faces.map(|face| Primitive { item: item_index, face }));
+            } else if let Some(extent) = extent {
                 if extent.radius >= 0.0 {
-                    primitives.push(Primitive { item: index, face: 0 });
-                    parts.push(extent);
+                    let tight = extent.tight_box();
+                    parts.push(Part::new(&tight.narrowed(), parts.len() as u32));
+                    bounds = bounds.union(tight);
+                    sources.push(Primitive { item: item_index, face: 0 });
                 }
             } else {
-                unbounded.push(index);
+                unbounded.push(item_index);
             }
         }
-        let boxes: Vec<Bounds> = parts.iter().map(Extent::tight_box).collect();
-        let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
-        let extent = Extent::around(&parts, bounds);
+
+        let bvh = Bvh::build(&mut parts, kind);
+        let primitives: Vec<Primitive> = parts.par_iter().map(|part| sources[part.index() as usize]).collect();
+        drop((parts, sources));
+        let extent = Extent::around(&items, extents, bounds);
         let has_meshes = items.iter().any(|item| matches!(item.shape, Shape::Mesh(_)));
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
-        let bvh = Bvh::build(&boxes, kind);
         let wide = (kind != BvhKind::Flat && primitives.len() > SMALL).then(|| Wide::new(&bvh, &items, &primitives));
         Self { unbounded, bvh, wide, primitives, extent, has_meshes, expanded, items }
     }

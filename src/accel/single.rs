@@ -123,8 +123,7 @@ fn closest_alone_in<L: Lanes>(
             Err(leaf) => {
                 let leaf = &wide.leaves[leaf];
                 if leaf.kind == Kind::Mixed {
-                    for &index in &here.bvh.order[leaf.start as usize..(leaf.start + leaf.count) as usize] {
-                        let primitive = here.primitives[index as usize];
+                    for primitive in &here.primitives[leaf.places()] {
                         visit(s, geometries, here, primitive.item, primitive.face, base, &mut ray, &shear, first);
                     }
                     continue;
@@ -134,7 +133,7 @@ fn closest_alone_in<L: Lanes>(
                 for lane in lanes_of(meeting.hit.bits()) {
                     let t = meeting.t.lane(lane);
                     if t <= first.t {
-                        let primitive = here.primitives[here.bvh.order[leaf.start as usize + lane] as usize];
+                        let primitive = here.primitives[leaf.start as usize + lane];
                         let item = &here.items[primitive.item as usize];
                         first.offer(t, base + item.offset + u64::from(primitive.face));
                     }
@@ -273,8 +272,7 @@ fn attenuate_alone_in<L: Lanes>(
             Err(leaf) => {
                 let leaf = &wide.leaves[leaf];
                 if leaf.kind == Kind::Mixed {
-                    here.bvh.order[leaf.start as usize..(leaf.start + leaf.count) as usize].iter().any(|&index| {
-                        let p = here.primitives[index as usize];
+                    here.primitives[leaf.places()].iter().any(|p| {
                         passes(s, geometries, here, p.item, p.face, blockers, &mut ray, &shear, bit, passage, waiting)
                     })
                 } else {
@@ -304,7 +302,7 @@ fn crosses_leaf<L: Lanes>(
     passage: &mut Passage<L::Real>,
 ) -> bool {
     let item = |lane: usize| {
-        let primitive = here.primitives[here.bvh.order[leaf.start as usize + lane] as usize];
+        let primitive = here.primitives[leaf.start as usize + lane];
         &here.items[primitive.item as usize]
     };
     if let Kind::Spheres(sides) = leaf.kind {

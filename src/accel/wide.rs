@@ -5,10 +5,12 @@
 //! Boxes and primitives are those of the binary one, and the formulas the same with the roles of ray and primitive
 //! exchanged, so both find the same hits to the bit.
 
-use super::build::{Bvh, Node};
+use super::build::Bvh;
 use super::geometry::{Item, Primitive, Shape};
 use crate::lanes::{MAX_LANES, Real};
-use crate::shape::Sides;
+use crate::shape::{Sides, Sphere};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// A hierarchy over the primitives of a binary one, in the order of its leaves.
 #[derive(Debug, Clone)]
@@ -57,6 +59,12 @@ pub(super) struct Leaf {
     pub(super) kind: Kind,
 }
 
+impl Leaf {
+    pub(super) fn places(&self) -> Range<usize> {
+        self.start as usize..(self.start + self.count) as usize
+    }
+}
+
 /// What a leaf holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -69,15 +77,10 @@ pub(super) enum Kind {
 impl<R: Real> Wide<R> {
     /// Leaves out levels of a binary hierarchy that is not empty.
     pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Self {
-        let kinds: Vec<Kind> = bvh.order.iter().map(|&i| kind(&items[primitives[i as usize].item as usize])).collect();
-        let mut wide = Self {
-            nodes: Vec::new(),
-            leaves: Vec::new(),
-            root: Child(0),
-            columns: columns(bvh, items, primitives, &kinds),
-        };
-        let spans = spans(bvh);
-        let collapse = Collapse { bvh, kinds: &kinds, spans: &spans };
+        let columns = columns(items, primitives);
+        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns };
+        let kinds: Vec<Kind> = primitives.par_iter().map(|primitive| kind(&items[primitive.item as usize])).collect();
+        let collapse = Collapse { bvh, kinds: &kinds };
         wide.root = wide.child(&collapse, 0);
         let mut next = 0;
         // Nodes wait with their binary node's index in place of the first child.
@@ -100,6 +103,8 @@ impl<R: Real> Wide<R> {
             wide.nodes[next] = node;
             next += 1;
         }
+        wide.nodes.shrink_to_fit();
+        wide.leaves.shrink_to_fit();
         wide
     }
 
@@ -123,82 +128,93 @@ fn kind<R>(item: &Item<R>) -> Kind {
     }
 }
 
-/// First place and number of the primitives below each binary node. Children stand behind their parents.
-fn spans<R>(bvh: &Bvh<R>) -> Vec<(u32, u32)> {
-    let mut spans = vec![(0, 0); bvh.nodes.len()];
-    for (index, node) in bvh.nodes.iter().enumerate().rev() {
-        spans[index] = if node.count > 0 {
-            (node.first, node.count)
-        } else {
-            let [a, b]: [(u32, u32); 2] = [spans[node.first as usize], spans[node.first as usize + 1]];
-            (a.0.min(b.0), a.1 + b.1)
-        };
-    }
-    spans
-}
-
 struct Collapse<'a, R> {
     bvh: &'a Bvh<R>,
     kinds: &'a [Kind],
-    spans: &'a [(u32, u32)],
 }
 
 impl<R: Real> Collapse<'_, R> {
+    fn children(&self, binary: usize) -> [usize; 2] {
+        let first = self.bvh.nodes[binary].first as usize;
+        [first, first + 1]
+    }
+
+    /// Places of the primitives below a binary node: from the first one of its first leaf to the last one of its last.
+    fn places(&self, binary: usize) -> Range<usize> {
+        let nodes = &self.bvh.nodes;
+        let leaf = |side: usize| {
+            let mut node = binary;
+            while nodes[node].axis().is_some() {
+                node = nodes[node].first as usize + side;
+            }
+            nodes[node].places()
+        };
+        leaf(0).start..leaf(1).end
+    }
+
     /// The leaf for a binary node, if it is one or fits into the lanes.
     fn leaf(&self, binary: usize) -> Option<Leaf> {
-        let (start, count) = self.spans[binary];
-        let kinds = &self.kinds[start as usize..(start + count) as usize];
-        let same = kinds.iter().all(|kind| *kind == kinds[0]) && kinds[0] != Kind::Mixed;
-        if same && count as usize <= R::LANES {
-            return Some(Leaf { start, count, kind: kinds[0] });
+        let places = self.places(binary);
+        let (start, count) = (places.start as u32, places.len() as u32);
+        if places.len() <= R::LANES {
+            let kinds = &self.kinds[places];
+            if kinds[0] != Kind::Mixed && kinds.iter().all(|kind| *kind == kinds[0]) {
+                return Some(Leaf { start, count, kind: kinds[0] });
+            }
         }
-        (self.bvh.nodes[binary].count > 0).then_some(Leaf { start, count, kind: Kind::Mixed })
+        self.bvh.nodes[binary].axis().is_none().then_some(Leaf { start, count, kind: Kind::Mixed })
     }
 
     /// The descendants of a binary node that become the children of one node: the largest is opened as long as there is
     /// room.
     fn opened(&self, binary: usize) -> Vec<usize> {
-        let first = |node: &Node<R>| [node.first as usize, node.first as usize + 1];
-        let mut children = first(&self.bvh.nodes[binary]).to_vec();
+        // What cannot be opened has no area.
+        let area = |child: usize| {
+            if self.leaf(child).is_some() { -1.0 } else { self.bvh.nodes[child].slab.half_area() }
+        };
+        let mut children: Vec<(usize, f64)> = self.children(binary).map(|child| (child, area(child))).to_vec();
         while children.len() < R::LANES {
-            let area = |child: &usize| self.bvh.nodes[*child].slab.half_area();
-            let inner = (0..children.len()).filter(|&i| self.leaf(children[i]).is_none());
-            let Some(largest) = inner.max_by(|&a, &b| area(&children[a]).total_cmp(&area(&children[b]))) else { break };
-            let [a, b] = first(&self.bvh.nodes[children[largest]]);
-            children[largest] = a;
-            children.push(b);
+            let openable = (0..children.len()).filter(|&i| children[i].1 >= 0.0);
+            let Some(largest) = openable.max_by(|&a, &b| children[a].1.total_cmp(&children[b].1)) else { break };
+            let [a, b] = self.children(children[largest].0);
+            children[largest] = (a, area(a));
+            children.push((b, area(b)));
         }
-        children
+        children.into_iter().map(|(child, _)| child).collect()
     }
 }
 
+/// Places of [`Wide::columns`] that one thread fills at a time.
+const CHUNK: usize = 16_384;
+
 /// The columns of [`Wide`]; as many more numbers as there are lanes, so that whole bundles can be loaded at the end.
-fn columns<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive], kinds: &[Kind]) -> Vec<Vec<R>> {
-    let count = if kinds.iter().any(|kind| matches!(kind, Kind::Triangles(_))) {
-        9
-    } else if kinds.iter().any(|kind| matches!(kind, Kind::Spheres(_))) {
-        4
-    } else {
-        0
+fn columns<R: Real>(items: &[Item<R>], primitives: &[Primitive]) -> Vec<Vec<R>> {
+    let has = |test: fn(&Shape<R>) -> bool| items.iter().any(|item| test(&item.shape));
+    let count = match () {
+        () if has(|shape| matches!(shape, Shape::Mesh(_))) => 9,
+        () if has(|shape| matches!(shape, Shape::Sphere(_))) => 4,
+        () => 0,
     };
-    let mut columns: Vec<Vec<R>> = (0..count).map(|_| vec![R::default(); kinds.len() + MAX_LANES]).collect();
-    for (place, &index) in bvh.order.iter().enumerate() {
-        let primitive = primitives[index as usize];
-        match &items[primitive.item as usize].shape {
-            Shape::Sphere(sphere) => {
-                let [x, y, z] = sphere.center;
-                for (column, number) in columns.iter_mut().zip([x, y, z, sphere.radius]) {
-                    column[place] = number;
-                }
-            }
-            Shape::Mesh(mesh) => {
-                let corners = mesh.corners(primitive.face as usize);
-                for (column, number) in columns.iter_mut().zip(corners.as_flattened()) {
-                    column[place] = *number;
-                }
-            }
-            _ => {}
+    let mut columns: Vec<Vec<R>> = (0..count).map(|_| vec![R::default(); primitives.len() + MAX_LANES]).collect();
+    let mut chunks: Vec<Vec<&mut [R]>> = primitives.chunks(CHUNK).map(|_| Vec::with_capacity(count)).collect();
+    for column in &mut columns {
+        for (chunk, numbers) in chunks.iter_mut().zip(column.chunks_mut(CHUNK)) {
+            chunk.push(numbers);
         }
     }
+    primitives.par_chunks(CHUNK).zip(chunks).for_each(|(primitives, mut columns)| {
+        for (place, primitive) in primitives.iter().enumerate() {
+            let mut fill = |numbers: &[R]| {
+                for (column, number) in columns.iter_mut().zip(numbers) {
+                    column[place] = *number;
+                }
+            };
+            match &items[primitive.item as usize].shape {
+                Shape::Sphere(Sphere { center: [x, y, z], radius, .. }) => fill(&[*x, *y, *z, *radius]),
+                Shape::Mesh(mesh) => fill(mesh.corners(primitive.face as usize).as_flattened()),
+                _ => {}
+            }
+        }
+    });
     columns
 }

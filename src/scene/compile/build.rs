@@ -97,11 +97,10 @@ impl<'a, R: Real> Builder<'a, R> {
     fn geometry(&mut self, objects: &'a [Object], list: u32) -> usize {
         let mut collected = Collected { items: Vec::new(), extents: Vec::new(), expanded: 0 };
         self.collect(objects, list, &mut collected);
-        let Collected { mut items, extents, expanded } = collected;
-        let extents: Vec<Option<Extent>> =
-            items.iter().zip(extents).map(|(item, own)| extent::of_item(item, own, &self.geometries)).collect();
-        for (item, extent) in items.iter_mut().zip(&extents) {
+        let Collected { mut items, mut extents, expanded } = collected;
+        for (item, extent) in items.iter_mut().zip(&mut extents) {
             if let Shape::Instance(instance) = &mut item.shape {
+                *extent = extent::of_instance(instance, &self.geometries[instance.geometry as usize]);
                 instance.ball = extent.as_ref().map(Ball::new);
             }
         }
@@ -113,6 +112,9 @@ impl<'a, R: Real> Builder<'a, R> {
     }
 
     fn collect(&mut self, objects: &'a [Object], list: u32, into: &mut Collected<R>) {
+        into.items.reserve(objects.len());
+        into.extents.reserve(objects.len());
+        self.sources.entries.reserve(objects.len());
         for (index, object) in objects.iter().enumerate() {
             let source = self.sources.entries.len() as u32;
             let entry = |name: Option<&str>| Source { list, index: index as u32, name: name.map(Into::into) };
