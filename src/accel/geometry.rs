@@ -303,3 +303,57 @@ impl<R: Real> Geometry<R> {
         &self.items[after - 1]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::size_of;
+
+    fn bytes<T>(vec: &Vec<T>) -> usize {
+        vec.capacity() * size_of::<T>()
+    }
+
+    /// A smooth, bumpy sheet of 2 n^2 triangles.
+    fn sheet(n: u32) -> Item<f32> {
+        let point = |i: u32| [i % (n + 1), i / (n + 1)].map(|k| k as f32 / n as f32);
+        let vertices: Vec<[f32; 3]> =
+            (0..(n + 1) * (n + 1)).map(point).map(|[x, y]| [x, y, 0.1 * (20.0 * x).sin() * (30.0 * y).cos()]).collect();
+        let square = |i: u32| {
+            let a = i / n * (n + 1) + i % n;
+            [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]
+        };
+        let normals = vec![[0.0, 0.0, 1.0]; vertices.len()];
+        Item {
+            shape: Shape::Mesh(Mesh { vertices, faces: (0..n * n).flat_map(square).collect::<Vec<_>>(), normals }),
+            material: 0,
+            sides: Sides::Both,
+            hollow: false,
+            closed: true,
+            may_touch: false,
+            volume: 0.0,
+            transmission: [0.0; 3],
+            source: 0,
+            offset: 0,
+            expanded: u64::from(2 * n * n),
+        }
+    }
+
+    #[test]
+    fn a_triangle_takes_at_most_100_bytes() {
+        let geometry = Geometry::new(vec![sheet(224)], &[None], BvhKind::Sah);
+        let Shape::Mesh(mesh) = &geometry.items[0].shape else { panic!("the sheet is a mesh") };
+        let wide = geometry.wide.as_ref().expect("so many triangles have one");
+        let mesh_bytes = bytes(&mesh.vertices) + mesh.faces.len() * size_of::<[u32; 3]>() + bytes(&mesh.normals);
+        let columns: usize = wide.columns.iter().map(bytes).sum();
+        let parts = [
+            mesh_bytes,
+            bytes(&geometry.primitives),
+            bytes(&geometry.bvh.nodes),
+            bytes(&wide.nodes),
+            bytes(&wide.leaves),
+            columns,
+        ];
+        let each = parts.map(|bytes| bytes as f64 / mesh.faces.len() as f64);
+        assert!(each.iter().sum::<f64>() <= 100.0, "bytes for each triangle: {each:?}");
+    }
+}

@@ -5,7 +5,7 @@
 //! Boxes and primitives are those of the binary one, and the formulas the same with the roles of ray and primitive
 //! exchanged, so both find the same hits to the bit.
 
-use super::build::Bvh;
+use super::build::{Bvh, Node};
 use super::geometry::{Item, Primitive, Shape};
 use crate::lanes::{MAX_LANES, Real};
 use crate::shape::{Sides, Sphere};
@@ -79,8 +79,7 @@ impl<R: Real> Wide<R> {
     pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Self {
         let columns = columns(items, primitives);
         let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns };
-        let kinds: Vec<Kind> = primitives.par_iter().map(|primitive| kind(&items[primitive.item as usize])).collect();
-        let collapse = Collapse { bvh, kinds: &kinds };
+        let collapse = Collapse { bvh, below: &below(bvh, items, primitives) };
         wide.root = wide.child(&collapse, 0);
         let mut next = 0;
         // Nodes wait with their binary node's index in place of the first child.
@@ -128,59 +127,80 @@ fn kind<R>(item: &Item<R>) -> Kind {
     }
 }
 
+/// What is below a binary node.
+#[derive(Debug, Clone, Copy)]
+struct Below {
+    /// All primitives there. If there is only one leaf, this is it.
+    leaf: Leaf,
+    /// Number of leaves.
+    leaves: u32,
+}
+
+impl Below {
+    fn inner(a: Self, b: Self, lanes: usize) -> Self {
+        let kind = if a.leaf.kind == b.leaf.kind { a.leaf.kind } else { Kind::Mixed };
+        let leaf = Leaf { start: a.leaf.start, count: a.leaf.count + b.leaf.count, kind };
+        let fits = kind != Kind::Mixed && leaf.count as usize <= lanes;
+        Self { leaf, leaves: if fits { 1 } else { a.leaves + b.leaves } }
+    }
+}
+
+/// What is below each binary node. Children stand behind their parents.
+fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Vec<Below> {
+    let alone = |node: &Node<R>| {
+        let places = node.places();
+        let mut kinds = primitives[places.clone()].iter().map(|primitive| kind(&items[primitive.item as usize]));
+        let first = kinds.next().unwrap_or(Kind::Mixed);
+        let kind = if kinds.all(|kind| kind == first) && places.len() <= R::LANES { first } else { Kind::Mixed };
+        Below { leaf: Leaf { start: places.start as u32, count: places.len() as u32, kind }, leaves: 1 }
+    };
+    let inner = Below { leaf: Leaf { start: 0, count: 0, kind: Kind::Mixed }, leaves: 0 };
+    let each = bvh.nodes.par_iter().map(|node| if node.axis().is_none() { alone(node) } else { inner });
+    let mut below: Vec<Below> = each.collect();
+    for (index, node) in bvh.nodes.iter().enumerate().rev() {
+        if node.axis().is_some() {
+            let first = node.first as usize;
+            below[index] = Below::inner(below[first], below[first + 1], R::LANES);
+        }
+    }
+    below
+}
+
 struct Collapse<'a, R> {
     bvh: &'a Bvh<R>,
-    kinds: &'a [Kind],
+    below: &'a [Below],
 }
 
 impl<R: Real> Collapse<'_, R> {
-    fn children(&self, binary: usize) -> [usize; 2] {
-        let first = self.bvh.nodes[binary].first as usize;
-        [first, first + 1]
-    }
-
-    /// Places of the primitives below a binary node: from the first one of its first leaf to the last one of its last.
-    fn places(&self, binary: usize) -> Range<usize> {
-        let nodes = &self.bvh.nodes;
-        let leaf = |side: usize| {
-            let mut node = binary;
-            while nodes[node].axis().is_some() {
-                node = nodes[node].first as usize + side;
-            }
-            nodes[node].places()
-        };
-        leaf(0).start..leaf(1).end
-    }
-
-    /// The leaf for a binary node, if it is one or fits into the lanes.
+    /// The leaf that a binary node becomes.
     fn leaf(&self, binary: usize) -> Option<Leaf> {
-        let places = self.places(binary);
-        let (start, count) = (places.start as u32, places.len() as u32);
-        if places.len() <= R::LANES {
-            let kinds = &self.kinds[places];
-            if kinds[0] != Kind::Mixed && kinds.iter().all(|kind| *kind == kinds[0]) {
-                return Some(Leaf { start, count, kind: kinds[0] });
-            }
-        }
-        self.bvh.nodes[binary].axis().is_none().then_some(Leaf { start, count, kind: Kind::Mixed })
+        let below = &self.below[binary];
+        (below.leaves == 1).then_some(below.leaf)
     }
 
     /// The descendants of a binary node that become the children of one node: the largest is opened as long as there is
-    /// room.
+    /// room. One that would be a node of leaves only is opened completely or not at all, so that nodes are well filled.
     fn opened(&self, binary: usize) -> Vec<usize> {
-        // What cannot be opened has no area.
-        let area = |child: usize| {
-            if self.leaf(child).is_some() { -1.0 } else { self.bvh.nodes[child].slab.half_area() }
-        };
-        let mut children: Vec<(usize, f64)> = self.children(binary).map(|child| (child, area(child))).to_vec();
-        while children.len() < R::LANES {
-            let openable = (0..children.len()).filter(|&i| children[i].1 >= 0.0);
-            let Some(largest) = openable.max_by(|&a, &b| children[a].1.total_cmp(&children[b].1)) else { break };
-            let [a, b] = self.children(children[largest].0);
-            children[largest] = (a, area(a));
-            children.push((b, area(b)));
+        let slab = |child: usize| &self.bvh.nodes[child].slab;
+        let leaves = |child: usize| self.below[child].leaves as usize;
+        let mut children = vec![binary];
+        loop {
+            let room = R::LANES - children.len();
+            let fits = |child: usize| leaves(child) > 1 && (leaves(child) > R::LANES || leaves(child) - 1 <= room);
+            let openable = (0..children.len()).filter(|&i| room > 0 && fits(children[i]));
+            let area = |i: usize| slab(children[i]).half_area();
+            let Some(largest) = openable.max_by(|&a, &b| area(a).total_cmp(&area(b))) else { return children };
+            let opened = children.swap_remove(largest);
+            let completely = leaves(opened) <= R::LANES;
+            let mut open = vec![opened];
+            while let Some(node) = open.pop() {
+                let first = self.bvh.nodes[node].first as usize;
+                for child in [first, first + 1] {
+                    let further = completely && leaves(child) > 1;
+                    if further { &mut open } else { &mut children }.push(child);
+                }
+            }
         }
-        children.into_iter().map(|(child, _)| child).collect()
     }
 }
 

@@ -305,7 +305,9 @@ fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, 
 /// A mesh without the faces that rounding has collapsed to lines; slivers stay, since neighbours rely on their edges.
 fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>) -> Mesh<R> {
     let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
-    let faces = faces.iter().copied().filter(|face| !is_collapsed(&vertices, face)).collect();
+    // Not collected one by one, which would reserve up to twice the memory.
+    let mut faces = faces.to_vec();
+    faces.retain(|face| !is_collapsed(&vertices, face));
     let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
     Mesh { faces, normals: normals.unwrap_or_default().iter().map(unit).collect(), vertices }
 }
