@@ -1,9 +1,11 @@
-//! From scene text to a compiled scene, hierarchies included: `cargo bench --bench accel`.
+//! From scene text to a compiled scene, and hierarchies alone: `cargo bench --bench accel`.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench may fail loudly, and criterion's macros make items")]
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use strahl::accel::{BvhKind, Geometry, Item, Mesh, Shape};
 use strahl::scene::compile::compile;
 use strahl::scene::{Format, Overrides, load};
+use strahl::shape::Sides;
 
 fn scenes(criterion: &mut Criterion) {
     for name in ["meshes/knot", "spheres/flake_9"] {
@@ -17,5 +19,47 @@ fn scenes(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, scenes);
+/// A wavy sheet of 2 n^2 triangles.
+fn sheet(n: u32) -> Item<f32> {
+    let height = |x: f32, y: f32| 0.1 * (20.0 * x).sin() * (30.0 * y).cos();
+    let vertex = |i: u32| {
+        let [x, y] = [i % (n + 1), i / (n + 1)].map(|k| k as f32 / n as f32);
+        [x, y, height(x, y)]
+    };
+    let square = |i: u32| {
+        let a = i / n * (n + 1) + i % n;
+        [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]
+    };
+    Item {
+        shape: Shape::Mesh(Mesh {
+            vertices: (0..(n + 1) * (n + 1)).map(vertex).collect(),
+            faces: (0..n * n).flat_map(square).collect(),
+            normals: Vec::new(),
+        }),
+        material: 0,
+        sides: Sides::Both,
+        hollow: false,
+        closed: true,
+        may_touch: false,
+        volume: 0.0,
+        transmission: [0.0; 3],
+        source: 0,
+        offset: 0,
+        expanded: u64::from(2 * n * n),
+    }
+}
+
+fn hierarchy(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("hierarchy");
+    for n in [70, 224] {
+        let item = sheet(n);
+        group.throughput(Throughput::Elements(item.expanded));
+        group.bench_function(format!("{} triangles", item.expanded), |bencher| {
+            let items = || vec![item.clone()];
+            bencher.iter_batched(items, |items| Geometry::new(items, &[None], BvhKind::Sah), BatchSize::LargeInput);
+        });
+    }
+}
+
+criterion_group!(benches, scenes, hierarchy);
 criterion_main!(benches);

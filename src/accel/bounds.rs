@@ -65,7 +65,7 @@ impl Bounds {
 }
 
 /// A box in the kernel's format.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Slab<R> {
     pub(super) min: [R; 3],
     pub(super) max: [R; 3],

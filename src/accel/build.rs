@@ -1,17 +1,20 @@
-//! Binary hierarchy by the surface area heuristic over 16 bins (Goldsmith and Salmon 1987; Wald 2007).
+//! The binary hierarchy: split from the top, its upper levels on all threads.
+//!
+//! Boxes are in the kernel's format and already rounded outwards, so a union is exact: a node holds what its primitives'
+//! boxes hold, whatever the order. Every split depends on the parts alone, so any number of threads builds the same.
 
-use super::bounds::{Bounds, Slab};
+use super::bins::Binning;
+use super::bounds::Slab;
+use super::part::{Hull, Part, Place};
 use crate::lanes::Real;
+use std::ops::Range;
 
 /// Most primitives in a leaf.
-const LEAF_SIZE: usize = 4;
-const BINS: usize = 16;
+const LEAF_SIZE: usize = 8;
 /// Below this depth the heuristic may choose; further down nodes are halved, so that depth stays bounded.
 const SAH_DEPTH: usize = 40;
 /// Longest path: [`SAH_DEPTH`] and then at most 32 halvings of 2^32 primitives.
 pub(super) const MAX_DEPTH: usize = SAH_DEPTH + 33;
-/// Cost of visiting a node relative to testing a primitive.
-const NODE_COST: f64 = 1.0;
 
 /// How nodes are split; pictures do not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,190 +32,205 @@ pub enum BvhKind {
 #[derive(Debug, Clone)]
 pub struct Bvh<R> {
     pub(super) nodes: Vec<Node<R>>,
-    /// Primitives in the order of the leaves.
-    pub(super) order: Vec<u32>,
 }
 
 /// A node: inner with two children side by side, or a leaf.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Node<R> {
     pub(super) slab: Slab<R>,
-    /// First child, or first place in `order`.
+    /// First child, or first place in the order of the leaves.
     pub(super) first: u32,
-    /// Primitives of a leaf; 0 for an inner node.
-    pub(super) count: u32,
-    /// Axis along which the children lie apart.
-    pub(super) axis: u8,
+    /// Primitives of a leaf, or for an inner node -1 minus the axis along which its children lie apart.
+    count: i32,
 }
 
-struct Task {
-    node: usize,
-    start: usize,
-    end: usize,
-    depth: usize,
+impl<R> Node<R> {
+    /// Axis along which the children lie apart; none for a leaf.
+    #[inline(always)]
+    pub(super) fn axis(&self) -> Option<usize> {
+        (self.count < 0).then_some(!self.count as usize)
+    }
+
+    /// Places of a leaf's primitives.
+    #[inline(always)]
+    pub(super) fn places(&self) -> Range<usize> {
+        self.first as usize..self.first as usize + self.count as usize
+    }
 }
 
 impl<R: Real> Bvh<R> {
-    /// Builds a hierarchy over boxes, which must be finite and not empty.
-    pub fn build(bounds: &[Bounds], kind: BvhKind) -> Self {
-        let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
-        let nodes = if bounds.is_empty() { Vec::new() } else { subtree(bounds, &mut order, 0, kind, 0) };
-        Self { nodes, order }
+    /// Builds a hierarchy over primitives and brings them into the order of its leaves.
+    pub(super) fn build(parts: &mut [Part<R>], kind: BvhKind) -> Self {
+        let mut nodes = Vec::new();
+        if !parts.is_empty() {
+            let tree = tree(parts, 0, Place::of(parts), kind, 0);
+            nodes.reserve_exact(tree.len());
+            nodes.push(Node { slab: Hull::empty().slab(), first: 0, count: 0 });
+            tree.lay_out(0, &mut nodes);
+        }
+        Self { nodes }
     }
 }
 
-/// Parts with more primitives are built by two threads.
-const PARALLEL: usize = 16_384;
+/// Fewer primitives are one thread's work.
+const PARALLEL: usize = 8192;
 
-/// The nodes over `part`, which stands at `start` in the order of the leaves; the first is their root.
-fn subtree<R: Real>(bounds: &[Bounds], part: &mut [u32], start: usize, kind: BvhKind, depth: usize) -> Vec<Node<R>> {
-    let mut nodes = Vec::with_capacity(if part.len() > PARALLEL { 1 } else { part.len() });
-    let whole = |part: &[u32]| part.iter().fold(Bounds::EMPTY, |b, &i| b.union(bounds[i as usize]));
-    let around = whole(part);
-    nodes.push(Node { slab: around.narrowed(), first: start as u32, count: part.len() as u32, axis: 0 });
-    if part.len() > PARALLEL
-        && let Some((axis, middle)) = split(bounds, part, around, kind, depth)
-    {
-        let (left, right) = part.split_at_mut(middle);
-        let (left, right) = rayon::join(
-            || subtree::<R>(bounds, left, start, kind, depth + 1),
-            || subtree::<R>(bounds, right, start + middle, kind, depth + 1),
-        );
-        nodes[0] = Node { first: 1, count: 0, axis, ..nodes[0] };
-        // The two roots side by side, then what is below each.
-        let (behind_left, behind_right) = (2, left.len() as u32 + 1);
-        let moved =
-            |node: &Node<R>, by: u32| if node.count == 0 { Node { first: node.first + by, ..*node } } else { *node };
-        nodes.reserve(left.len() + right.len());
-        nodes.extend([moved(&left[0], behind_left), moved(&right[0], behind_right)]);
-        nodes.extend(left[1..].iter().map(|node| moved(node, behind_left)));
-        nodes.extend(right[1..].iter().map(|node| moved(node, behind_right)));
-        return nodes;
+/// A hierarchy as it is built.
+enum Tree<R> {
+    /// Nodes by one thread; the first is the root, whose index is 0.
+    Small(Vec<Node<R>>),
+    Large {
+        slab: Slab<R>,
+        axis: usize,
+        children: Box<[Self; 2]>,
+    },
+}
+
+impl<R: Real> Tree<R> {
+    /// Number of nodes.
+    fn len(&self) -> usize {
+        match self {
+            Self::Small(nodes) => nodes.len(),
+            Self::Large { children, .. } => 1 + children[0].len() + children[1].len(),
+        }
     }
-    let mut tasks = vec![Task { node: 0, start: 0, end: part.len(), depth }];
-    while let Some(Task { node, start: from, end, depth }) = tasks.pop() {
-        let part = &mut part[from..end];
-        let around = whole(part);
-        nodes[node].slab = around.narrowed();
-        match split(bounds, part, around, kind, depth) {
-            Some((axis, middle)) => {
-                let first = nodes.len();
-                nodes[node] = Node { first: first as u32, count: 0, axis, ..nodes[node] };
-                nodes.extend([nodes[node], nodes[node]]);
-                let middle = from + middle;
-                tasks.push(Task { node: first, start: from, end: middle, depth: depth + 1 });
-                tasks.push(Task { node: first + 1, start: middle, end, depth: depth + 1 });
+
+    /// Puts the root in place `root` of `nodes`, and all that is below it at the end.
+    fn lay_out(self, root: usize, nodes: &mut Vec<Node<R>>) {
+        match self {
+            Self::Small(own) => {
+                let behind = nodes.len() as u32 - 1;
+                let moved =
+                    |node: &Node<R>| Node { first: node.first + if node.count < 0 { behind } else { 0 }, ..*node };
+                nodes[root] = moved(&own[0]);
+                nodes.extend(own[1..].iter().map(moved));
             }
-            None => {
-                // Within a leaf the scene's own order decides ties.
-                part.sort_unstable();
-                let first = (start + from) as u32;
-                nodes[node] = Node { first, count: (end - from) as u32, axis: 0, ..nodes[node] };
+            Self::Large { slab, axis, children } => {
+                let first = nodes.len();
+                nodes[root] = Node { slab, first: first as u32, count: !(axis as i32) };
+                nodes.extend([nodes[root]; 2]);
+                let [left, right] = *children;
+                left.lay_out(first, nodes);
+                right.lay_out(first + 1, nodes);
+            }
+        }
+    }
+}
+
+/// The hierarchy over `parts`, the first of which stands at `start` in the order of the leaves.
+fn tree<R: Real>(parts: &mut [Part<R>], start: usize, place: Place<R>, kind: BvhKind, depth: usize) -> Tree<R> {
+    if parts.len() > PARALLEL
+        && let Some(Split { axis, middle, places: [left, right] }) = split(parts, &place, kind, depth)
+    {
+        let (before, behind) = parts.split_at_mut(middle);
+        let (left, right) = rayon::join(
+            || tree(before, start, left, kind, depth + 1),
+            || tree(behind, start + middle, right, kind, depth + 1),
+        );
+        return Tree::Large { slab: place.hull.slab(), axis, children: Box::new([left, right]) };
+    }
+    Tree::Small(nodes(parts, start, place, kind, depth))
+}
+
+struct Task<R> {
+    node: usize,
+    part: Range<usize>,
+    place: Place<R>,
+    depth: usize,
+}
+
+/// [`tree`], by one thread.
+fn nodes<R: Real>(parts: &mut [Part<R>], start: usize, place: Place<R>, kind: BvhKind, depth: usize) -> Vec<Node<R>> {
+    let leaf = |place: &Place<R>, part: &Range<usize>| Node {
+        slab: place.hull.slab(),
+        first: (start + part.start) as u32,
+        count: part.len() as i32,
+    };
+    let all = 0..parts.len();
+    let mut nodes = Vec::with_capacity(parts.len());
+    nodes.push(leaf(&place, &all));
+    let mut tasks = vec![Task { node: 0, part: all, place, depth }];
+    while let Some(Task { node, part, place, depth }) = tasks.pop() {
+        let Some(Split { axis, middle, places }) = split(&mut parts[part.clone()], &place, kind, depth) else {
+            continue;
+        };
+        let first = nodes.len();
+        nodes[node] = Node { first: first as u32, count: !(axis as i32), ..nodes[node] };
+        let middle = part.start + middle;
+        for (side, (part, place)) in [part.start..middle, middle..part.end].into_iter().zip(places).enumerate() {
+            nodes.push(leaf(&place, &part));
+            if part.len() > 1 {
+                tasks.push(Task { node: first + side, part, place, depth: depth + 1 });
             }
         }
     }
     nodes
 }
 
-/// Reorders `part` into two halves and returns the axis between them and the length of the first; `None` for a leaf.
-fn split(bounds: &[Bounds], part: &mut [u32], whole: Bounds, kind: BvhKind, depth: usize) -> Option<(u8, usize)> {
-    if part.len() <= 1 || kind == BvhKind::Flat {
+struct Split<R> {
+    axis: usize,
+    /// Number of parts in the first half, and where both are.
+    middle: usize,
+    places: [Place<R>; 2],
+}
+
+/// Reorders `parts` into two halves; `None` for a leaf.
+fn split<R: Real>(parts: &mut [Part<R>], place: &Place<R>, kind: BvhKind, depth: usize) -> Option<Split<R>> {
+    let may_be_leaf = parts.len() <= LEAF_SIZE;
+    if parts.len() <= 1 || kind == BvhKind::Flat || (may_be_leaf && kind == BvhKind::Median) {
         return None;
     }
-    let centers = Bounds::around(part.iter().map(|&i| bounds[i as usize].center()));
-    let extent = centers.max - centers.min;
-    let widest = if extent.x >= extent.y && extent.x >= extent.z {
+    if kind == BvhKind::Sah && depth < SAH_DEPTH {
+        let binning = Binning::new(&place.centers, parts.len());
+        let best = binning.best(parts, &place.hull);
+        if may_be_leaf && best.is_none_or(|(plane, _)| plane.cost >= parts.len() as f64) {
+            return None;
+        }
+        if let Some((plane, [before, behind])) = best {
+            let (middle, centers) = partition(parts, |part| binning.is_before(&plane, part));
+            let places = [Place { hull: before, centers: centers[0] }, Place { hull: behind, centers: centers[1] }];
+            return Some(Split { axis: plane.axis, middle, places });
+        }
+    } else if may_be_leaf {
+        return None;
+    }
+    let (_, [x, y, z, _]) = place.centers.sides();
+    let axis = if x >= y && x >= z {
         0
-    } else if extent.y >= extent.z {
+    } else if y >= z {
         1
     } else {
         2
     };
-    let chosen = if kind == BvhKind::Sah && depth < SAH_DEPTH {
-        match best_plane(bounds, part, whole, centers) {
-            Plane::Leaf if part.len() <= LEAF_SIZE => return None,
-            Plane::Leaf => None,
-            Plane::Split { axis, bin } => {
-                let middle = partition(part, |&i| bin_of(bounds[i as usize].center()[axis], axis, centers) <= bin);
-                Some((axis as u8, middle))
-            }
-        }
-    } else if part.len() <= LEAF_SIZE {
-        return None;
-    } else {
-        None
-    };
-    chosen.or_else(|| {
-        let middle = part.len() / 2;
-        let key = |i: &u32| bounds[*i as usize].center()[widest];
-        part.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
-        Some((widest as u8, middle))
-    })
+    let middle = parts.len() / 2;
+    let key = |part: &Part<R>| (part.center()[axis].to_f64(), part.index());
+    parts.select_nth_unstable_by(middle, |a, b| {
+        let (a, b) = (key(a), key(b));
+        a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+    });
+    let (before, behind) = parts.split_at(middle);
+    Some(Split { axis, middle, places: [Place::of(before), Place::of(behind)] })
 }
 
-enum Plane {
-    Leaf,
-    Split { axis: usize, bin: usize },
-}
-
-fn bin_of(center: f64, axis: usize, centers: Bounds) -> usize {
-    let (low, high) = (centers.min[axis], centers.max[axis]);
-    (((center - low) / (high - low) * BINS as f64) as usize).min(BINS - 1)
-}
-
-fn best_plane(bounds: &[Bounds], part: &[u32], whole: Bounds, centers: Bounds) -> Plane {
-    let area = whole.half_area();
-    // A leaf as large as allowed must beat a split; a larger one is no choice.
-    let mut best_cost = if part.len() <= LEAF_SIZE { part.len() as f64 * area } else { f64::INFINITY };
-    let mut best = Plane::Leaf;
-    for axis in 0..3 {
-        if centers.max[axis] <= centers.min[axis] {
-            continue;
-        }
-        let mut bins = [(Bounds::EMPTY, 0usize); BINS];
-        for &i in part {
-            let bin = &mut bins[bin_of(bounds[i as usize].center()[axis], axis, centers)];
-            *bin = (bin.0.union(bounds[i as usize]), bin.1 + 1);
-        }
-        let mut right = [(0.0, 0usize); BINS];
-        let (mut around, mut count) = (Bounds::EMPTY, 0);
-        for i in (1..BINS).rev() {
-            around = around.union(bins[i].0);
-            count += bins[i].1;
-            right[i] = (around.half_area(), count);
-        }
-        let (mut around, mut count) = (Bounds::EMPTY, 0);
-        for bin in 0..BINS - 1 {
-            around = around.union(bins[bin].0);
-            count += bins[bin].1;
-            let (right_area, right_count) = right[bin + 1];
-            if count == 0 || right_count == 0 {
-                continue;
-            }
-            let cost = NODE_COST * area + around.half_area() * count as f64 + right_area * right_count as f64;
-            if cost < best_cost {
-                best_cost = cost;
-                best = Plane::Split { axis, bin };
-            }
-        }
-    }
-    best
-}
-
-/// Moves the elements that satisfy `first` to the front and returns how many there are.
-fn partition(part: &mut [u32], first: impl Fn(&u32) -> bool) -> usize {
+/// Moves the parts that are `first` to the front; how many there are, and where the centres of both kinds are. Without a
+/// branch on each part, which no processor could foresee.
+fn partition<R: Real>(parts: &mut [Part<R>], first: impl Fn(&Part<R>) -> bool) -> (usize, [Hull<R>; 2]) {
+    let mut centers = [Hull::empty(); 2];
     let mut count = 0;
-    for i in 0..part.len() {
-        if first(&part[i]) {
-            part.swap(i, count);
-            count += 1;
-        }
+    for i in 0..parts.len() {
+        let part = parts[i];
+        let is_first = first(&part);
+        let centers = &mut centers[usize::from(!is_first)];
+        *centers = centers.union(part.center_hull());
+        parts.swap(i, count);
+        count += usize::from(is_first);
     }
-    count
+    (count, centers)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::bounds::Bounds;
     use super::*;
     use glam::DVec3;
 
@@ -220,25 +238,72 @@ mod tests {
         Bounds::around([DVec3::splat(x), DVec3::splat(x + 0.5)])
     }
 
+    fn parts(boxes: &[Bounds]) -> Vec<Part<f32>> {
+        boxes.iter().zip(0..).map(|(b, i)| Part::new(&b.narrowed(), i)).collect()
+    }
+
     fn depth(bvh: &Bvh<f32>, node: usize) -> usize {
-        let Node { first, count, .. } = bvh.nodes[node];
-        if count > 0 { 1 } else { 1 + depth(bvh, first as usize).max(depth(bvh, first as usize + 1)) }
+        let node = &bvh.nodes[node];
+        let first = node.first as usize;
+        if node.axis().is_none() { 1 } else { 1 + depth(bvh, first).max(depth(bvh, first + 1)) }
+    }
+
+    fn shapes() -> [Vec<Bounds>; 5] {
+        let spread = (0..1000).map(|i| cube(f64::from(i % 37) * 1.3)).collect();
+        let same = (0..100_000).map(|_| cube(1.0)).collect();
+        let powers = (0..200).map(|i| cube(2f64.powi(i - 100))).collect();
+        [vec![], vec![cube(0.0)], spread, same, powers]
     }
 
     #[test]
     fn holds_every_primitive_once_whatever_the_input() {
-        let spread: Vec<Bounds> = (0..1000).map(|i| cube(f64::from(i % 37) * 1.3)).collect();
-        let same: Vec<Bounds> = (0..100_000).map(|_| cube(1.0)).collect();
-        let powers: Vec<Bounds> = (0..200).map(|i| cube(2f64.powi(i - 100))).collect();
-        for boxes in [vec![], vec![cube(0.0)], spread, same, powers] {
+        for boxes in shapes() {
             for kind in [BvhKind::Sah, BvhKind::Median, BvhKind::Flat] {
-                let bvh = Bvh::<f32>::build(&boxes, kind);
-                let mut order = bvh.order.clone();
-                order.sort_unstable();
-                assert!(order.iter().copied().eq(0..boxes.len() as u32));
+                let mut parts = parts(&boxes);
+                let bvh = Bvh::build(&mut parts, kind);
+                let mut places: Vec<usize> =
+                    bvh.nodes.iter().filter(|node| node.axis().is_none()).flat_map(Node::places).collect();
+                places.sort_unstable();
+                assert!(places.into_iter().eq(0..boxes.len()));
+                parts.sort_unstable_by_key(Part::index);
+                assert!(parts.iter().map(|part| part.index() as usize).eq(0..boxes.len()));
                 if !boxes.is_empty() {
                     assert!(depth(&bvh, 0) <= MAX_DEPTH);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn any_number_of_threads_builds_the_same() {
+        let boxes: Vec<Bounds> = (0..50_000).map(|i| cube(f64::from(i * 7919 % 50_021).sqrt())).collect();
+        let built = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut parts = parts(&boxes);
+            let bvh = pool.install(|| Bvh::build(&mut parts, BvhKind::Sah));
+            (bvh.nodes, parts)
+        };
+        let (nodes, order) = built(1);
+        assert!(built(4) == (nodes, order));
+    }
+
+    #[test]
+    fn a_node_is_around_what_is_below_it() {
+        for boxes in shapes() {
+            let mut parts = parts(&boxes);
+            let bvh = Bvh::build(&mut parts, BvhKind::Sah);
+            for node in &bvh.nodes {
+                let below = match node.axis() {
+                    None => parts[node.places()].iter().fold(Hull::empty(), |hull, part| hull.union(part.0)).slab(),
+                    Some(_) => {
+                        let [a, b] = [0, 1].map(|side| bvh.nodes[node.first as usize + side].slab);
+                        Slab {
+                            min: std::array::from_fn(|i| a.min[i].min(b.min[i])),
+                            max: std::array::from_fn(|i| a.max[i].max(b.max[i])),
+                        }
+                    }
+                };
+                assert_eq!(node.slab, below);
             }
         }
     }

@@ -6,11 +6,13 @@
 
 use super::bounds::Bounds;
 use super::build::{Bvh, BvhKind};
+use super::part::Part;
 use super::wide::Wide;
 use crate::lanes::Real;
 use crate::math::{exponent, scale_by_power};
 use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DMat3, DVec3};
+use rayon::prelude::*;
 
 /// One thing in a geometry: a body, a surface or a placed geometry.
 #[derive(Debug, Clone)]
@@ -81,6 +83,11 @@ impl<R: Real> Mesh<R> {
     #[inline(always)]
     pub fn corners(&self, face: usize) -> [[R; 3]; 3] {
         self.faces[face].map(|i| self.vertices[i as usize])
+    }
+
+    /// [`Self::corners`] in 64 bits.
+    fn points(&self, face: usize) -> [DVec3; 3] {
+        self.corners(face).map(|corner| DVec3::from_array(corner.map(Real::to_f64)))
     }
 }
 
@@ -168,7 +175,7 @@ pub struct Geometry<R> {
     pub items: Vec<Item<R>>,
     /// Indices of items without bounds (planes, and instances that contain some).
     pub(super) unbounded: Vec<u32>,
-    /// Item and face of each bounded primitive.
+    /// Item and face of each bounded primitive, in the order of the hierarchy's leaves.
     pub(super) primitives: Vec<Primitive>,
     pub(super) bvh: Bvh<R>,
     /// The same hierarchy for single rays; none over so little that packets of any rays do better.
@@ -208,15 +215,23 @@ impl Extent {
         Bounds { min: self.bounds.min.max(ball.min), max: self.bounds.max.min(ball.max) }
     }
 
-    /// The extent of several things, given the box around them all.
-    fn around(parts: &[Self], bounds: Bounds) -> Self {
-        if parts.is_empty() {
+    /// The extent of items, given the box around them all.
+    fn around<R: Real>(items: &[Item<R>], extents: &[Option<Self>], bounds: Bounds) -> Self {
+        if bounds == Bounds::EMPTY {
             return Self::EMPTY;
         }
-        let center = bounds.center();
-        let radius = parts.iter().map(|part| part.center.distance(center) + part.radius).fold(0.0, f64::max);
         let of_box = Self::of_box(bounds);
-        Self { bounds, center, radius: radius.min(of_box.radius) }
+        let reach = |(item, extent): (&Item<R>, &Option<Self>)| match (&item.shape, extent) {
+            (Shape::Mesh(mesh), _) => {
+                let reach =
+                    |face| mesh.points(face).map(|p| p.distance_squared(of_box.center)).into_iter().fold(0.0, f64::max);
+                (0..mesh.faces.len()).into_par_iter().map(reach).reduce(|| 0.0, f64::max).sqrt()
+            }
+            (_, Some(extent)) => extent.center.distance(of_box.center) + extent.radius,
+            (_, None) => 0.0,
+        };
+        let radius = items.iter().zip(extents).map(reach).fold(0.0, f64::max);
+        Self { radius: radius.min(of_box.radius), ..of_box }
     }
 }
 
@@ -235,31 +250,38 @@ impl<R: Real> Geometry<R> {
     /// meshes do not matter.
     pub fn new(items: Vec<Item<R>>, extents: &[Option<Extent>], kind: BvhKind) -> Self {
         let mut unbounded = Vec::new();
-        let mut primitives = Vec::new();
-        let mut parts = Vec::new();
+        let mut sources = Vec::new();
+        let mut parts: Vec<Part<R>> = Vec::new();
+        let mut bounds = Bounds::EMPTY;
         for (index, (item, extent)) in items.iter().zip(extents).enumerate() {
-            let index = index as u32;
+            let item_index = index as u32;
             if let Shape::Mesh(mesh) = &item.shape {
-                for face in 0..mesh.faces.len() {
-                    primitives.push(Primitive { item: index, face: face as u32 });
-                    let corners = mesh.corners(face).map(|v| DVec3::from_array(v.map(Real::to_f64)));
-                    parts.push(Extent::of_box(Bounds::around(corners)));
-                }
-            } else if let Some(extent) = *extent {
+                let first = parts.len() as u32;
+                let faces = 0..mesh.faces.len() as u32;
+                let boxes = faces.clone().into_par_iter().map(|face| Bounds::around(mesh.points(face as usize)));
+                parts.par_extend(
+                    boxes.clone().zip(faces.clone()).map(|(b, face)| Part::new(&b.narrowed(), first + face)),
+                );
+                bounds = bounds.union(boxes.reduce(|| Bounds::EMPTY, Bounds::union));
+                sources.extend(faces.map(|face| Primitive { item: item_index, face }));
+            } else if let Some(extent) = extent {
                 if extent.radius >= 0.0 {
-                    primitives.push(Primitive { item: index, face: 0 });
-                    parts.push(extent);
+                    let tight = extent.tight_box();
+                    parts.push(Part::new(&tight.narrowed(), parts.len() as u32));
+                    bounds = bounds.union(tight);
+                    sources.push(Primitive { item: item_index, face: 0 });
                 }
             } else {
-                unbounded.push(index);
+                unbounded.push(item_index);
             }
         }
-        let boxes: Vec<Bounds> = parts.iter().map(Extent::tight_box).collect();
-        let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
-        let extent = Extent::around(&parts, bounds);
+
+        let bvh = Bvh::build(&mut parts, kind);
+        let primitives: Vec<Primitive> = parts.par_iter().map(|part| sources[part.index() as usize]).collect();
+        drop((parts, sources));
+        let extent = Extent::around(&items, extents, bounds);
         let has_meshes = items.iter().any(|item| matches!(item.shape, Shape::Mesh(_)));
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
-        let bvh = Bvh::build(&boxes, kind);
         let wide = (kind != BvhKind::Flat && primitives.len() > SMALL).then(|| Wide::new(&bvh, &items, &primitives));
         Self { unbounded, bvh, wide, primitives, extent, has_meshes, expanded, items }
     }
@@ -286,5 +308,59 @@ impl<R: Real> Geometry<R> {
         let after = self.items.partition_point(|item| item.offset <= expanded);
         // Items without primitives share their offset with the next, so the last one at or below owns the index.
         &self.items[after - 1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::size_of;
+
+    fn bytes<T>(vec: &Vec<T>) -> usize {
+        vec.capacity() * size_of::<T>()
+    }
+
+    /// A smooth, bumpy sheet of 2 n^2 triangles.
+    fn sheet(n: u32) -> Item<f32> {
+        let point = |i: u32| [i % (n + 1), i / (n + 1)].map(|k| k as f32 / n as f32);
+        let vertices: Vec<[f32; 3]> =
+            (0..(n + 1) * (n + 1)).map(point).map(|[x, y]| [x, y, 0.1 * (20.0 * x).sin() * (30.0 * y).cos()]).collect();
+        let square = |i: u32| {
+            let a = i / n * (n + 1) + i % n;
+            [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]
+        };
+        let normals = vec![[0.0, 0.0, 1.0]; vertices.len()];
+        Item {
+            shape: Shape::Mesh(Mesh { vertices, faces: (0..n * n).flat_map(square).collect::<Vec<_>>(), normals }),
+            material: 0,
+            sides: Sides::Both,
+            hollow: false,
+            closed: true,
+            may_touch: false,
+            volume: 0.0,
+            transmission: [0.0; 3],
+            source: 0,
+            offset: 0,
+            expanded: u64::from(2 * n * n),
+        }
+    }
+
+    #[test]
+    fn a_triangle_takes_at_most_100_bytes() {
+        let geometry = Geometry::new(vec![sheet(224)], &[None], BvhKind::Sah);
+        let Shape::Mesh(mesh) = &geometry.items[0].shape else { panic!("the sheet is a mesh") };
+        let wide = geometry.wide.as_ref().expect("so many triangles have one");
+        let mesh_bytes = bytes(&mesh.vertices) + mesh.faces.len() * size_of::<[u32; 3]>() + bytes(&mesh.normals);
+        let columns: usize = wide.columns.iter().map(bytes).sum();
+        let parts = [
+            mesh_bytes,
+            bytes(&geometry.primitives),
+            bytes(&geometry.bvh.nodes),
+            bytes(&wide.nodes),
+            bytes(&wide.leaves),
+            columns,
+        ];
+        let each = parts.map(|bytes| bytes as f64 / mesh.faces.len() as f64);
+        assert!(each.iter().sum::<f64>() <= 100.0, "bytes for each triangle: {each:?}");
     }
 }

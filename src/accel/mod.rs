@@ -1,9 +1,11 @@
 //! Bounding volume hierarchies: what a ray meets, without asking everything.
 
+mod bins;
 mod bounds;
 mod build;
 mod geometry;
 mod occlusion;
+mod part;
 mod resolve;
 mod single;
 mod traverse;

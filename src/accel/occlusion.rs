@@ -116,7 +116,7 @@ fn attenuate_in<L: Lanes>(
         if !inside.any() {
             continue;
         }
-        if node.count == 0 {
+        if node.axis().is_some() {
             stack[height] = node.first + 1;
             stack[height + 1] = node.first;
             height += 2;
@@ -124,8 +124,7 @@ fn attenuate_in<L: Lanes>(
         }
         let waiting = rays.active & !inside;
         rays.active = inside;
-        for &place in &here.bvh.order[node.first as usize..(node.first + node.count) as usize] {
-            let primitive = here.primitives[place as usize];
+        for primitive in &here.primitives[node.places()] {
             let item = &here.items[primitive.item as usize];
             visit(s, geometries, item, primitive.face, blockers, rays, &shear, passage);
         }

@@ -145,8 +145,7 @@ fn closest_alone_in<L: Lanes>(
             Err(leaf) => {
                 let leaf = &wide.leaves[leaf];
                 if leaf.kind == Kind::Mixed {
-                    for &index in &here.bvh.order[leaf.start as usize..(leaf.start + leaf.count) as usize] {
-                        let primitive = here.primitives[index as usize];
+                    for primitive in &here.primitives[leaf.places()] {
                         visit(s, geometries, here, primitive.item, primitive.face, base, &mut ray, shear, first);
                     }
                     continue;
@@ -156,7 +155,7 @@ fn closest_alone_in<L: Lanes>(
                 for lane in lanes_of(meeting.hit.bits()) {
                     let t = meeting.t.lane(lane);
                     if t <= first.t {
-                        let primitive = here.primitives[here.bvh.order[leaf.start as usize + lane] as usize];
+                        let primitive = here.primitives[leaf.start as usize + lane];
                         let item = &here.items[primitive.item as usize];
                         first.offer(t, base + item.offset + u64::from(primitive.face));
                     }
@@ -288,8 +287,7 @@ fn attenuate_alone_in<L: Lanes>(
                 let leaf = &wide.leaves[leaf];
                 if leaf.kind == Kind::Mixed {
                     let mut blocked = false;
-                    for &index in &here.bvh.order[leaf.start as usize..(leaf.start + leaf.count) as usize] {
-                        let p = here.primitives[index as usize];
+                    for p in &here.primitives[leaf.places()] {
                         blocked = blocked
                             || passes(
                                 s, geometries, here, p.item, p.face, blockers, &mut ray, shear, bit, passage, waiting,
@@ -323,7 +321,7 @@ fn crosses_leaf<L: Lanes>(
     passage: &mut Passage<L::Real>,
 ) -> bool {
     let item = |lane: usize| {
-        let primitive = here.primitives[here.bvh.order[leaf.start as usize + lane] as usize];
+        let primitive = here.primitives[leaf.start as usize + lane];
         &here.items[primitive.item as usize]
     };
     if let Kind::Spheres(sides) = leaf.kind {

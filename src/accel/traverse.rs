@@ -165,10 +165,10 @@ fn closest_in<L: Lanes>(
         if bits == 0 {
             continue;
         }
-        if node.count == 0 {
+        if let Some(axis) = node.axis() {
             // The child nearer to the first ray goes on top.
             let lane = bits.trailing_zeros() as usize;
-            let dir = [rays.dir.x, rays.dir.y, rays.dir.z][usize::from(node.axis)].lane(lane);
+            let dir = [rays.dir.x, rays.dir.y, rays.dir.z][axis].lane(lane);
             let backwards = u32::from(dir < L::Real::from_f64(0.0));
             stack[height] = node.first + 1 - backwards;
             stack[height + 1] = node.first + backwards;
@@ -176,8 +176,7 @@ fn closest_in<L: Lanes>(
             continue;
         }
         rays.active = inside;
-        for &place in &here.bvh.order[node.first as usize..(node.first + node.count) as usize] {
-            let primitive = here.primitives[place as usize];
+        for primitive in &here.primitives[node.places()] {
             let item = &here.items[primitive.item as usize];
             visit(s, geometries, item, primitive.face, base, rays, &shear, nearest);
         }

@@ -8,7 +8,9 @@
 use super::build::{Bvh, Node};
 use super::geometry::{Item, Primitive, Shape};
 use crate::lanes::{MAX_LANES, Real};
-use crate::shape::Sides;
+use crate::shape::{Sides, Sphere};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// A hierarchy over the primitives of a binary one, in the order of its leaves.
 #[derive(Debug, Clone)]
@@ -57,6 +59,12 @@ pub(super) struct Leaf {
     pub(super) kind: Kind,
 }
 
+impl Leaf {
+    pub(super) fn places(&self) -> Range<usize> {
+        self.start as usize..(self.start + self.count) as usize
+    }
+}
+
 /// What a leaf holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -69,15 +77,9 @@ pub(super) enum Kind {
 impl<R: Real> Wide<R> {
     /// Leaves out levels of a binary hierarchy that is not empty.
     pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Self {
-        let kinds: Vec<Kind> = bvh.order.iter().map(|&i| kind(&items[primitives[i as usize].item as usize])).collect();
-        let mut wide = Self {
-            nodes: Vec::new(),
-            leaves: Vec::new(),
-            root: Child(0),
-            columns: columns(bvh, items, primitives, &kinds),
-        };
-        let spans = spans(bvh);
-        let collapse = Collapse { bvh, kinds: &kinds, spans: &spans };
+        let columns = columns(items, primitives);
+        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns };
+        let collapse = Collapse { bvh, below: &below(bvh, items, primitives) };
         wide.root = wide.child(&collapse, 0);
         let mut next = 0;
         // Nodes wait with their binary node's index in place of the first child.
@@ -100,6 +102,8 @@ impl<R: Real> Wide<R> {
             wide.nodes[next] = node;
             next += 1;
         }
+        wide.nodes.shrink_to_fit();
+        wide.leaves.shrink_to_fit();
         wide
     }
 
@@ -123,82 +127,114 @@ fn kind<R>(item: &Item<R>) -> Kind {
     }
 }
 
-/// First place and number of the primitives below each binary node. Children stand behind their parents.
-fn spans<R>(bvh: &Bvh<R>) -> Vec<(u32, u32)> {
-    let mut spans = vec![(0, 0); bvh.nodes.len()];
-    for (index, node) in bvh.nodes.iter().enumerate().rev() {
-        spans[index] = if node.count > 0 {
-            (node.first, node.count)
-        } else {
-            let [a, b]: [(u32, u32); 2] = [spans[node.first as usize], spans[node.first as usize + 1]];
-            (a.0.min(b.0), a.1 + b.1)
-        };
+/// What is below a binary node.
+#[derive(Debug, Clone, Copy)]
+struct Below {
+    /// All primitives there. If there is only one leaf, this is it.
+    leaf: Leaf,
+    /// Number of leaves.
+    leaves: u32,
+}
+
+impl Below {
+    fn inner(a: Self, b: Self, lanes: usize) -> Self {
+        let kind = if a.leaf.kind == b.leaf.kind { a.leaf.kind } else { Kind::Mixed };
+        let leaf = Leaf { start: a.leaf.start, count: a.leaf.count + b.leaf.count, kind };
+        let fits = kind != Kind::Mixed && leaf.count as usize <= lanes;
+        Self { leaf, leaves: if fits { 1 } else { a.leaves + b.leaves } }
     }
-    spans
+}
+
+/// What is below each binary node. Children stand behind their parents.
+fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Vec<Below> {
+    let alone = |node: &Node<R>| {
+        let places = node.places();
+        let mut kinds = primitives[places.clone()].iter().map(|primitive| kind(&items[primitive.item as usize]));
+        let first = kinds.next().unwrap_or(Kind::Mixed);
+        let kind = if kinds.all(|kind| kind == first) && places.len() <= R::LANES { first } else { Kind::Mixed };
+        Below { leaf: Leaf { start: places.start as u32, count: places.len() as u32, kind }, leaves: 1 }
+    };
+    let inner = Below { leaf: Leaf { start: 0, count: 0, kind: Kind::Mixed }, leaves: 0 };
+    let each = bvh.nodes.par_iter().map(|node| if node.axis().is_none() { alone(node) } else { inner });
+    let mut below: Vec<Below> = each.collect();
+    for (index, node) in bvh.nodes.iter().enumerate().rev() {
+        if node.axis().is_some() {
+            let first = node.first as usize;
+            below[index] = Below::inner(below[first], below[first + 1], R::LANES);
+        }
+    }
+    below
 }
 
 struct Collapse<'a, R> {
     bvh: &'a Bvh<R>,
-    kinds: &'a [Kind],
-    spans: &'a [(u32, u32)],
+    below: &'a [Below],
 }
 
 impl<R: Real> Collapse<'_, R> {
-    /// The leaf for a binary node, if it is one or fits into the lanes.
+    /// The leaf that a binary node becomes.
     fn leaf(&self, binary: usize) -> Option<Leaf> {
-        let (start, count) = self.spans[binary];
-        let kinds = &self.kinds[start as usize..(start + count) as usize];
-        let same = kinds.iter().all(|kind| *kind == kinds[0]) && kinds[0] != Kind::Mixed;
-        if same && count as usize <= R::LANES {
-            return Some(Leaf { start, count, kind: kinds[0] });
-        }
-        (self.bvh.nodes[binary].count > 0).then_some(Leaf { start, count, kind: Kind::Mixed })
+        let below = &self.below[binary];
+        (below.leaves == 1).then_some(below.leaf)
     }
 
     /// The descendants of a binary node that become the children of one node: the largest is opened as long as there is
-    /// room.
+    /// room. One that would be a node of leaves only is opened completely or not at all, so that nodes are well filled.
     fn opened(&self, binary: usize) -> Vec<usize> {
-        let first = |node: &Node<R>| [node.first as usize, node.first as usize + 1];
-        let mut children = first(&self.bvh.nodes[binary]).to_vec();
-        while children.len() < R::LANES {
-            let area = |child: &usize| self.bvh.nodes[*child].slab.half_area();
-            let inner = (0..children.len()).filter(|&i| self.leaf(children[i]).is_none());
-            let Some(largest) = inner.max_by(|&a, &b| area(&children[a]).total_cmp(&area(&children[b]))) else { break };
-            let [a, b] = first(&self.bvh.nodes[children[largest]]);
-            children[largest] = a;
-            children.push(b);
+        let slab = |child: usize| &self.bvh.nodes[child].slab;
+        let leaves = |child: usize| self.below[child].leaves as usize;
+        let mut children = vec![binary];
+        loop {
+            let room = R::LANES - children.len();
+            let fits = |child: usize| leaves(child) > 1 && (leaves(child) > R::LANES || leaves(child) - 1 <= room);
+            let openable = (0..children.len()).filter(|&i| room > 0 && fits(children[i]));
+            let area = |i: usize| slab(children[i]).half_area();
+            let Some(largest) = openable.max_by(|&a, &b| area(a).total_cmp(&area(b))) else { return children };
+            let opened = children.swap_remove(largest);
+            let completely = leaves(opened) <= R::LANES;
+            let mut open = vec![opened];
+            while let Some(node) = open.pop() {
+                let first = self.bvh.nodes[node].first as usize;
+                for child in [first, first + 1] {
+                    let further = completely && leaves(child) > 1;
+                    if further { &mut open } else { &mut children }.push(child);
+                }
+            }
         }
-        children
     }
 }
 
+/// Places of [`Wide::columns`] that one thread fills at a time.
+const CHUNK: usize = 16_384;
+
 /// The columns of [`Wide`]; as many more numbers as there are lanes, so that whole bundles can be loaded at the end.
-fn columns<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive], kinds: &[Kind]) -> Vec<Vec<R>> {
-    let count = if kinds.iter().any(|kind| matches!(kind, Kind::Triangles(_))) {
-        9
-    } else if kinds.iter().any(|kind| matches!(kind, Kind::Spheres(_))) {
-        4
-    } else {
-        0
+fn columns<R: Real>(items: &[Item<R>], primitives: &[Primitive]) -> Vec<Vec<R>> {
+    let has = |test: fn(&Shape<R>) -> bool| items.iter().any(|item| test(&item.shape));
+    let count = match () {
+        () if has(|shape| matches!(shape, Shape::Mesh(_))) => 9,
+        () if has(|shape| matches!(shape, Shape::Sphere(_))) => 4,
+        () => 0,
     };
-    let mut columns: Vec<Vec<R>> = (0..count).map(|_| vec![R::default(); kinds.len() + MAX_LANES]).collect();
-    for (place, &index) in bvh.order.iter().enumerate() {
-        let primitive = primitives[index as usize];
-        match &items[primitive.item as usize].shape {
-            Shape::Sphere(sphere) => {
-                let [x, y, z] = sphere.center;
-                for (column, number) in columns.iter_mut().zip([x, y, z, sphere.radius]) {
-                    column[place] = number;
-                }
-            }
-            Shape::Mesh(mesh) => {
-                let corners = mesh.corners(primitive.face as usize);
-                for (column, number) in columns.iter_mut().zip(corners.as_flattened()) {
-                    column[place] = *number;
-                }
-            }
-            _ => {}
+    let mut columns: Vec<Vec<R>> = (0..count).map(|_| vec![R::default(); primitives.len() + MAX_LANES]).collect();
+    let mut chunks: Vec<Vec<&mut [R]>> = primitives.chunks(CHUNK).map(|_| Vec::with_capacity(count)).collect();
+    for column in &mut columns {
+        for (chunk, numbers) in chunks.iter_mut().zip(column.chunks_mut(CHUNK)) {
+            chunk.push(numbers);
         }
     }
+    primitives.par_chunks(CHUNK).zip(chunks).for_each(|(primitives, mut columns)| {
+        for (place, primitive) in primitives.iter().enumerate() {
+            let mut fill = |numbers: &[R]| {
+                for (column, number) in columns.iter_mut().zip(numbers) {
+                    column[place] = *number;
+                }
+            };
+            match &items[primitive.item as usize].shape {
+                Shape::Sphere(Sphere { center: [x, y, z], radius, .. }) => fill(&[*x, *y, *z, *radius]),
+                Shape::Mesh(mesh) => fill(mesh.corners(primitive.face as usize).as_flattened()),
+                _ => {}
+            }
+        }
+    });
     columns
 }

@@ -99,11 +99,10 @@ impl<'a, R: Real> Builder<'a, R> {
     fn geometry(&mut self, objects: &'a [Object], list: u32) -> usize {
         let mut collected = Collected { items: Vec::new(), extents: Vec::new(), expanded: 0 };
         self.collect(objects, list, &mut collected);
-        let Collected { mut items, extents, expanded } = collected;
-        let extents: Vec<Option<Extent>> =
-            items.iter().zip(extents).map(|(item, own)| extent::of_item(item, own, &self.geometries)).collect();
-        for (item, extent) in items.iter_mut().zip(&extents) {
+        let Collected { mut items, mut extents, expanded } = collected;
+        for (item, extent) in items.iter_mut().zip(&mut extents) {
             if let Shape::Instance(instance) = &mut item.shape {
+                *extent = extent::of_instance(instance, &self.geometries[instance.geometry as usize]);
                 instance.ball = extent.as_ref().map(Ball::new);
             }
         }
@@ -115,6 +114,9 @@ impl<'a, R: Real> Builder<'a, R> {
     }
 
     fn collect(&mut self, objects: &'a [Object], list: u32, into: &mut Collected<R>) {
+        into.items.reserve(objects.len());
+        into.extents.reserve(objects.len());
+        self.sources.entries.reserve(objects.len());
         for (index, object) in objects.iter().enumerate() {
             let source = self.sources.entries.len() as u32;
             let entry = |name: Option<&str>| Source { list, index: index as u32, name: name.map(Into::into) };
@@ -305,7 +307,9 @@ fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, 
 /// A mesh without the faces that rounding has collapsed to lines; slivers stay, since neighbours rely on their edges.
 fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>) -> Mesh<R> {
     let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
-    let faces = faces.iter().copied().filter(|face| !is_collapsed(&vertices, face)).collect();
+    // Not collected one by one, which would reserve up to twice the memory.
+    let mut faces = faces.to_vec();
+    faces.retain(|face| !is_collapsed(&vertices, face));
     let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
     Mesh { faces, normals: normals.unwrap_or_default().iter().map(unit).collect(), vertices }
 }

@@ -7,6 +7,7 @@ use crate::scene::color::{Color, Diffuse};
 use crate::scene::description::{Camera, Description, Falloff, Light, Material, Vec3};
 use crate::scene::limits::{self, Limit};
 use crate::scene::problem::{Code, Problem, Problems};
+use std::fmt::Display;
 
 /// Collects problems.
 #[derive(Debug, Default)]
@@ -25,8 +26,8 @@ impl Findings {
         self.problems.len() as u64 >= limits::PROBLEMS.max
     }
 
-    /// A number inside a range, given as words and as a test.
-    pub(super) fn number(&mut self, at: Path<'_>, x: f64, range: &str, ok: bool) {
+    /// A number inside a range, given as words, which are only put together for a problem, and as a test.
+    pub(super) fn number(&mut self, at: Path<'_>, x: f64, range: impl Display, ok: bool) {
         if !x.is_finite() {
             self.add(at, Code::OutOfRange, format!("must be a finite number, is {x}"));
         } else if !ok {
@@ -36,15 +37,15 @@ impl Findings {
 
     /// A length: positive, and neither too small nor too large for single precision.
     pub(super) fn length(&mut self, at: Path<'_>, x: f64) {
-        let words = format!("a length between {:e} and {:e}", limits::SMALLEST_LENGTH, limits::MAGNITUDE);
-        self.number(at, x, &words, (limits::SMALLEST_LENGTH..=limits::MAGNITUDE).contains(&x));
+        let (min, max) = (limits::SMALLEST_LENGTH, limits::MAGNITUDE);
+        self.number(at, x, format_args!("a length between {min:e} and {max:e}"), (min..=max).contains(&x));
     }
 
     pub(super) fn point(&mut self, at: Path<'_>, p: &Vec3) -> bool {
         let before = self.problems.len();
         for (i, x) in p.iter().enumerate() {
-            let words = format!("between -{0:e} and {0:e}", limits::MAGNITUDE);
-            self.number(at.index(i), *x, &words, x.abs() <= limits::MAGNITUDE);
+            let max = limits::MAGNITUDE;
+            self.number(at.index(i), *x, format_args!("between -{max:e} and {max:e}"), x.abs() <= max);
         }
         self.problems.len() == before
     }

@@ -6,6 +6,7 @@
 use crate::accel::{Bounds, Extent, Geometry, Item, Shape};
 use crate::lanes::Real;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Distances below this many roundings of the coordinates are contact.
 const ROUNDINGS: f64 = 256.0;
@@ -20,13 +21,13 @@ pub(super) fn mark_siblings<R: Real>(items: &mut [Item<R>], extents: &[Option<Ex
     // Sweep along x: only items whose stretches overlap are compared. Unbounded ones come first and never end.
     let stretch =
         |i: usize| boxes[i].map_or((f64::NEG_INFINITY, f64::INFINITY), |b| (b.min.x - slack, b.max.x + slack));
-    let mut order: Vec<usize> = (0..items.len()).collect();
-    order.sort_by(|a, b| stretch(*a).0.total_cmp(&stretch(*b).0));
+    let mut order: Vec<(f64, usize)> = (0..items.len()).map(|i| (stretch(i).0, i)).collect();
+    order.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut marked = vec![false; items.len()];
     let mut open: Vec<usize> = Vec::new();
     let mut pairs = 0;
-    for &i in &order {
-        open.retain(|&j| stretch(j).1 >= stretch(i).0);
+    for (start, i) in order {
+        open.retain(|&j| stretch(j).1 >= start);
         pairs += open.len();
         if pairs > MAX_PAIRS {
             marked.fill(true);

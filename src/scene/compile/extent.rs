@@ -1,6 +1,6 @@
 //! Where items lie, of the numbers as the kernel's format holds them.
 
-use crate::accel::{Bounds, Extent, Geometry, Instance, Item, Shape};
+use crate::accel::{Bounds, Extent, Geometry, Instance};
 use crate::lanes::Real;
 use crate::scene::description::{self as d, Object, Vec3};
 use glam::{DAffine3, DMat3, DVec3};
@@ -46,7 +46,7 @@ fn padded<R: Real>(bounds: Bounds) -> Bounds {
 }
 
 /// Extent of a placed geometry; `None` if it has no bounds.
-fn of_instance<R: Real>(instance: &Instance<R>, geometry: &Geometry<R>) -> Option<Extent> {
+pub(super) fn of_instance<R: Real>(instance: &Instance<R>, geometry: &Geometry<R>) -> Option<Extent> {
     if geometry.is_unbounded() {
         return None;
     }
@@ -74,12 +74,4 @@ fn largest_stretch(m: DMat3) -> f64 {
     let gram = m.transpose() * m;
     let row = |i: usize| gram.row(i).abs().element_sum();
     row(0).max(row(1)).max(row(2)).sqrt()
-}
-
-/// Extent of an item of a geometry, given the geometries built before it.
-pub(super) fn of_item<R: Real>(item: &Item<R>, own: Option<Extent>, geometries: &[Geometry<R>]) -> Option<Extent> {
-    match &item.shape {
-        Shape::Instance(instance) => of_instance(instance, &geometries[instance.geometry as usize]),
-        _ => own,
-    }
 }
