@@ -94,6 +94,18 @@ impl<L: Lanes> Rays<L> {
         t.gt(self.t_min) & t.lt(self.t_max)
     }
 
+    /// One lane's ray, in the lanes `active`.
+    #[inline(always)]
+    pub fn alone(&self, s: L::Simd, lane: usize, active: u32) -> Self {
+        Self {
+            origin: V3::splat(s, self.origin.lane(lane)),
+            dir: V3::splat(s, self.dir.lane(lane)),
+            t_min: L::splat(s, self.t_min.lane(lane)),
+            t_max: L::splat(s, self.t_max.lane(lane)),
+            active: L::mask(s, active),
+        }
+    }
+
     /// Whether any lane holds a ray.
     #[inline(always)]
     pub fn any(&self) -> bool {

@@ -85,9 +85,9 @@ pub(super) const SLACK: f64 = 16.0;
 /// What the slab test needs of a ray: 1/d, with zero components replaced so that nothing is 0/0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reciprocal<L> {
-    inverse: V3<L>,
+    pub(super) inverse: V3<L>,
     /// Whether some ray looks for hits behind its origin, where a larger factor means less.
-    backwards: bool,
+    pub(super) backwards: bool,
 }
 
 impl<L: Lanes> Reciprocal<L> {
@@ -117,16 +117,8 @@ impl<L: Lanes> Reciprocal<L> {
         Self { inverse: V3::splat(s, self.inverse.lane(lane)), backwards: self.backwards }
     }
 
-    /// The lanes whose ray passes the box inside its range: never false for a ray that meets something in the box.
-    #[inline(always)]
-    pub(super) fn crosses<R: Real>(&self, s: L::Simd, slab: &Slab<R>, rays: &Rays<L>) -> L::Mask
-    where
-        L: Lanes<Real = R>,
-    {
-        self.crosses_boxes(s, V3::splat(s, slab.min), V3::splat(s, slab.max), rays).0
-    }
-
-    /// The lanes whose ray passes its box inside its range, and where it enters.
+    /// The lanes whose ray passes its box inside its range, and where it enters: never false for a ray that meets something in
+    /// the box.
     #[inline(always)]
     pub(super) fn crosses_boxes(&self, s: L::Simd, min: V3<L>, max: V3<L>, rays: &Rays<L>) -> (L::Mask, L) {
         let (low, high) = (min - rays.origin, max - rays.origin);
@@ -135,10 +127,20 @@ impl<L: Lanes> Reciprocal<L> {
         let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
         // (b - o) * (1/d) has three roundings, so each bound may be off by gamma(3) and the primitive's t by as much
         // again; all of it is given to the far side at once (after Ize, JCGT 2(2) 2013).
-        let widen = L::lit(s, 1.0 + gamma::<L::Real>(SLACK));
-        let exit = exit.min(rays.t_max);
-        let exit =
-            if self.backwards { L::select(exit.gt(L::lit(s, 0.0)), exit * widen, exit / widen) } else { exit * widen };
+        let exit = self.widened(s, exit.min(rays.t_max));
         (rays.active & enter.max(rays.t_min).le(exit), enter)
+    }
+
+    /// The lanes whose range reaches beyond `enter`.
+    #[inline(always)]
+    pub(super) fn reaches(&self, s: L::Simd, enter: L, t_max: L) -> L::Mask {
+        enter.le(self.widened(s, t_max))
+    }
+
+    /// A bound on t, moved out by all roundings.
+    #[inline(always)]
+    fn widened(&self, s: L::Simd, t: L) -> L {
+        let widen = L::lit(s, 1.0 + gamma::<L::Real>(SLACK));
+        if self.backwards { L::select(t.gt(L::lit(s, 0.0)), t * widen, t / widen) } else { t * widen }
     }
 }

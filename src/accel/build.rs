@@ -13,8 +13,9 @@ use std::ops::Range;
 const LEAF_SIZE: usize = 8;
 /// Below this depth the heuristic may choose; further down nodes are halved, so that depth stays bounded.
 const SAH_DEPTH: usize = 40;
-/// Longest path: [`SAH_DEPTH`] and then at most 32 halvings of 2^32 primitives.
-pub(super) const MAX_DEPTH: usize = SAH_DEPTH + 33;
+/// Longest path, which is what the stack of a search grows with: [`SAH_DEPTH`] and then at most 32 halvings of 2^32 primitives.
+#[cfg(test)]
+const MAX_DEPTH: usize = SAH_DEPTH + 33;
 
 /// How nodes are split; pictures do not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -177,8 +177,7 @@ pub struct Geometry<R> {
     pub(super) unbounded: Vec<u32>,
     /// Item and face of each bounded primitive, in the order of the hierarchy's leaves.
     pub(super) primitives: Vec<Primitive>,
-    pub(super) bvh: Bvh<R>,
-    /// The same hierarchy for single rays; none over so little that packets of any rays do better.
+    /// The hierarchy over them, if there are any.
     pub(super) wide: Option<Wide<R>>,
     /// Around everything bounded.
     pub extent: Extent,
@@ -235,9 +234,6 @@ impl Extent {
     }
 }
 
-/// Most primitives over which single rays need no hierarchy of their own.
-const SMALL: usize = 12;
-
 /// A bounded primitive: an item, and for meshes one of its faces.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Primitive {
@@ -282,13 +278,12 @@ impl<R: Real> Geometry<R> {
         let extent = Extent::around(&items, extents, bounds);
         let has_meshes = items.iter().any(|item| matches!(item.shape, Shape::Mesh(_)));
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
-        let wide = (kind != BvhKind::Flat && primitives.len() > SMALL).then(|| Wide::new(&bvh, &items, &primitives));
-        Self { unbounded, bvh, wide, primitives, extent, has_meshes, expanded, items }
-    }
-
-    /// Whether single rays have something to descend into: more than a few primitives, or other geometries.
-    pub(super) fn is_deep(&self) -> bool {
-        self.wide.is_some() || self.expanded > SMALL as u64
+        let wide = match kind {
+            _ if primitives.is_empty() => None,
+            BvhKind::Flat => Some(Wide::flat(primitives.len())),
+            BvhKind::Sah | BvhKind::Median => Some(Wide::new(&bvh, &items, &primitives)),
+        };
+        Self { unbounded, wide, primitives, extent, has_meshes, expanded, items }
     }
 
     /// Whether something in it has no bounds.
@@ -355,7 +350,6 @@ mod tests {
         let parts = [
             mesh_bytes,
             bytes(&geometry.primitives),
-            bytes(&geometry.bvh.nodes),
             bytes(&wide.nodes),
             bytes(&wide.leaves),
             columns,

@@ -1,19 +1,23 @@
 //! Bounding volume hierarchies: what a ray meets, without asking everything.
 
 mod bins;
+mod beam;
 mod bounds;
 mod build;
+mod descent;
 mod geometry;
 mod occlusion;
 mod part;
+mod placement;
+mod primitive;
 mod resolve;
-mod single;
 mod traverse;
 mod wide;
 
 pub use bounds::Bounds;
 pub use build::{Bvh, BvhKind};
+pub use descent::Course;
 pub use geometry::{Ball, Extent, Geometry, Instance, Item, Mesh, Placement, Shape};
 pub use occlusion::{Blockers, transmittance};
 pub use resolve::{Owner, Spheres, Surface, resolve};
-pub use traverse::{Course, Nearest, Skipped, nearest_hit};
+pub use traverse::{Nearest, Skipped, nearest_hit};

@@ -1,13 +1,12 @@
 //! What lies between a point and a light: shadow rays.
 
-use super::bounds::Reciprocal;
-use super::build::MAX_DEPTH;
+use super::descent::{Course, Prepared, Stack, Waiting, first};
 use super::geometry::{Geometry, Item, Shape};
-use super::single::{Prepared, alone, attenuate_alone};
-use super::traverse::{Course, intersect_item};
+use super::primitive::intersect_item;
+use super::wide::{Kind, Leaf, Wide};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
-use crate::ray::Rays;
-use crate::shape::Shear;
+use crate::ray::{Rays, Wanted};
+use crate::shape::{Shear, intersect_triangle, sphere_crossings};
 use std::cmp::Ordering;
 
 /// What a surface does to a shadow ray.
@@ -32,31 +31,21 @@ pub fn transmittance<L: Lanes>(
     mut rays: Rays<L>,
     course: Course,
 ) -> V3<L> {
-    let mut passage = Passage { blocked: 0, crossings: Vec::new() };
     let cast = rays.active.bits();
-    if course == Course::Apart && L::COUNT > 1 && geometries[root].is_deep() {
-        let mut waiting = Vec::with_capacity(64);
-        let prepared = Prepared::new(s, &geometries[root], &rays);
-        for lane in lanes_of(cast) {
-            let (ray, bit) = (alone(s, &rays, lane), 1 << lane);
-            let prepared = prepared.alone(s, lane);
-            if attenuate_alone(s, geometries, root, blockers, ray, &prepared, bit, &mut passage, &mut waiting) {
-                passage.blocked |= bit;
-            }
-        }
-    } else {
-        attenuate(s, geometries, root, blockers, &mut rays, &mut passage);
-    }
+    let mut passage = Passage { geometries, blockers, course, crossings: Vec::new(), stack: Stack::new() };
+    passage.attenuate(s, root, &mut rays);
+    let Passage { mut crossings, .. } = passage;
+    let blocked = cast & !rays.active.bits();
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     // Equal factors have no order: most scenes have one kind of glass.
-    if passage.crossings.windows(2).any(|pair| pair[0].1 != pair[1].1) {
-        passage.crossings.sort_by(|(_, f), (_, g)| by_size(f, g));
+    if crossings.windows(2).any(|pair| pair[0].1 != pair[1].1) {
+        crossings.sort_by(|(_, f), (_, g)| by_size(f, g));
     }
     let mut passed = V3 { x: one, y: one, z: one };
-    for (lanes, factor) in passage.crossings {
+    for (lanes, factor) in crossings {
         passed = V3::select(L::mask(s, lanes), passed.times(V3::splat(s, factor)), passed);
     }
-    V3::select(L::mask(s, passage.blocked & cast), V3 { x: zero, y: zero, z: zero }, passed)
+    V3::select(L::mask(s, blocked), V3 { x: zero, y: zero, z: zero }, passed)
 }
 
 /// Some order of colours that does not depend on where they come from.
@@ -64,159 +53,190 @@ fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
     a.map(Real::to_f64).partial_cmp(&b.map(Real::to_f64)).unwrap_or(Ordering::Equal)
 }
 
-/// What shadow rays have met so far.
-pub(super) struct Passage<R> {
-    /// Lanes that something opaque blocks.
-    pub(super) blocked: u32,
+/// Shadow rays on their way.
+struct Passage<'a, R> {
+    geometries: &'a [Geometry<R>],
+    blockers: Blockers,
+    course: Course,
     /// Lanes that have crossed a surface, and its transmission.
-    pub(super) crossings: Vec<(u32, [R; 3])>,
+    crossings: Vec<(u32, [R; 3])>,
+    stack: Stack<R>,
 }
 
-/// Gathers what the surfaces of one geometry let through, and switches off the lanes that are blocked.
-fn attenuate<L: Lanes>(
-    s: L::Simd,
-    geometries: &[Geometry<L::Real>],
-    geometry: usize,
-    blockers: Blockers,
-    rays: &mut Rays<L>,
-    passage: &mut Passage<L::Real>,
-) {
-    L::vectorize(
-        s,
-        #[inline(always)]
-        || attenuate_in(s, geometries, geometry, blockers, rays, passage),
-    );
-}
-
-#[inline(always)]
-fn attenuate_in<L: Lanes>(
-    s: L::Simd,
-    geometries: &[Geometry<L::Real>],
-    geometry: usize,
-    blockers: Blockers,
-    rays: &mut Rays<L>,
-    passage: &mut Passage<L::Real>,
-) {
-    let here = &geometries[geometry];
-    let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
-    let reciprocal = Reciprocal::new(s, rays);
-
-    for &index in &here.unbounded {
-        visit_unbounded(s, geometries, &here.items[index as usize], blockers, rays, &shear, passage);
+impl<R: Real> Passage<'_, R> {
+    /// Gathers what the surfaces of one geometry let through, and switches off the lanes that are blocked.
+    fn attenuate<L: Lanes<Real = R>>(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.attenuate_in(s, geometry, rays),
+        );
     }
-    if here.bvh.nodes.is_empty() {
-        return;
-    }
-    let mut stack = [0u32; MAX_DEPTH + 1];
-    let mut height = 1;
-    while height > 0 && rays.any() {
-        height -= 1;
-        let node = &here.bvh.nodes[stack[height] as usize];
-        let inside = reciprocal.crosses(s, &node.slab, rays);
-        if !inside.any() {
-            continue;
-        }
-        if node.axis().is_some() {
-            stack[height] = node.first + 1;
-            stack[height + 1] = node.first;
-            height += 2;
-            continue;
-        }
-        let waiting = rays.active & !inside;
-        rays.active = inside;
-        for primitive in &here.primitives[node.places()] {
-            let item = &here.items[primitive.item as usize];
-            visit(s, geometries, item, primitive.face, blockers, rays, &shear, passage);
-        }
-        rays.active = rays.active | waiting;
-    }
-}
 
-#[inline(always)]
-fn visit<L: Lanes>(
-    s: L::Simd,
-    geometries: &[Geometry<L::Real>],
-    item: &Item<L::Real>,
-    face: u32,
-    blockers: Blockers,
-    rays: &mut Rays<L>,
-    shear: &Shear<L>,
-    passage: &mut Passage<L::Real>,
-) {
-    if let Shape::Instance(instance) = &item.shape {
-        let mut inner = instance.rays_in(s, rays);
-        if inner.any() {
-            let past = rays.active & !inner.active;
-            attenuate(s, geometries, instance.geometry as usize, blockers, &mut inner, passage);
-            rays.active = inner.active | past;
+    #[inline(always)]
+    fn attenuate_in<L: Lanes<Real = R>>(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
+        let here = &self.geometries[geometry];
+        let prepared = Prepared::new(s, here, rays, self.course);
+        for &index in &here.unbounded {
+            self.visit(s, &here.items[index as usize], 0, rays, &prepared.shear);
         }
-        return;
-    }
-    let blocked = attenuate_item(s, item, face, blockers, rays, shear, passage);
-    passage.blocked |= blocked.bits();
-    rays.active = rays.active & !blocked;
-}
-
-/// Gathers what one primitive of an item that is no instance lets through; the lanes that it blocks.
-#[inline(always)]
-pub(super) fn attenuate_item<L: Lanes>(
-    s: L::Simd,
-    item: &Item<L::Real>,
-    face: u32,
-    blockers: Blockers,
-    rays: &Rays<L>,
-    shear: &Shear<L>,
-    passage: &mut Passage<L::Real>,
-) -> L::Mask {
-    if blockers == Blockers::Opaque || !item.lets_light_through() {
-        return intersect_item(s, item, face, rays, shear).hit;
-    }
-    attenuate_through(s, item, face, rays, shear, passage);
-    L::mask(s, 0)
-}
-
-/// [`visit`] for items without bounds. Compiled once, since they are few.
-fn visit_unbounded<L: Lanes>(
-    s: L::Simd,
-    geometries: &[Geometry<L::Real>],
-    item: &Item<L::Real>,
-    blockers: Blockers,
-    rays: &mut Rays<L>,
-    shear: &Shear<L>,
-    passage: &mut Passage<L::Real>,
-) {
-    L::vectorize(
-        s,
-        #[inline(always)]
-        || visit(s, geometries, item, 0, blockers, rays, shear, passage),
-    );
-}
-
-/// Gathers an item's transmission for each crossing of one of its primitives.
-#[inline(always)]
-fn attenuate_through<L: Lanes>(
-    s: L::Simd,
-    item: &Item<L::Real>,
-    face: u32,
-    rays: &Rays<L>,
-    shear: &Shear<L>,
-    passage: &mut Passage<L::Real>,
-) {
-    // Each search starts behind the last crossing.
-    let mut search = *rays;
-    for _ in 0..most_crossings(&item.shape) {
-        let meeting = intersect_item(s, item, face, &search, shear);
-        if !meeting.hit.any() {
-            break;
+        let Some(wide) = &here.wide else { return };
+        let floor = self.stack.len();
+        let enter = L::Real::from_f64(f64::NEG_INFINITY);
+        self.stack.push(Waiting { child: wide.root, lanes: rays.active.bits(), enter });
+        while self.stack.len() > floor {
+            let Some(Waiting { child, lanes, .. }) = self.stack.pop() else { break };
+            let lanes = lanes & rays.active.bits();
+            if lanes == 0 {
+                continue;
+            }
+            match child.index() {
+                Ok(node) => prepared.open(s, &wide.nodes[node], lanes, rays, &mut self.stack),
+                Err(leaf) => {
+                    let waiting = rays.active & !L::mask(s, lanes);
+                    rays.active = L::mask(s, lanes);
+                    self.meet(s, here, wide, &wide.leaves[leaf], rays, &prepared.shear);
+                    rays.active = rays.active | waiting;
+                    if !rays.any() {
+                        self.stack.truncate(floor);
+                    }
+                }
+            }
         }
-        passage.crossings.push((meeting.hit.bits(), item.transmission));
-        search.active = meeting.hit;
-        search.t_min = meeting.t;
+    }
+
+    /// Tests the active rays against a leaf: each primitive against all rays, or each ray against all primitives.
+    #[inline(always)]
+    fn meet<L: Lanes<Real = R>>(
+        &mut self,
+        s: L::Simd,
+        here: &Geometry<R>,
+        wide: &Wide<R>,
+        leaf: &Leaf,
+        rays: &mut Rays<L>,
+        shear: &Shear<L>,
+    ) {
+        let item = |place: usize| &here.items[here.primitives[place].item as usize];
+        if leaf.kind == Kind::Mixed {
+            for primitive in &here.primitives[leaf.places()] {
+                self.visit(s, &here.items[primitive.item as usize], primitive.face, rays, shear);
+            }
+            return;
+        }
+        let lanes = rays.active.bits();
+        let start = leaf.start as usize;
+        if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
+            for place in leaf.places() {
+                let crossed = match leaf.kind {
+                    Kind::Spheres(sides) => {
+                        let (center, radius) = wide.sphere(s, place);
+                        sphere_crossings(s, center, radius, rays, sides)
+                    }
+                    Kind::Triangles(sides) => {
+                        [intersect_triangle(s, wide.triangle(s, place), rays, shear, sides).hit, L::mask(s, 0)]
+                    }
+                    Kind::Mixed => return,
+                };
+                let met = crossed[0] | crossed[1];
+                if !met.any() {
+                    continue;
+                }
+                if self.blockers == Blockers::Opaque || !item(place).lets_light_through() {
+                    rays.active = rays.active & !met;
+                    continue;
+                }
+                for lanes in crossed.map(Mask::bits) {
+                    if lanes != 0 {
+                        self.crossings.push((lanes, item(place).transmission));
+                    }
+                }
+            }
+            return;
+        }
+        for lane in lanes_of(lanes) {
+            let ray = rays.alone(s, lane, first(leaf.count));
+            let crossed = match leaf.kind {
+                Kind::Spheres(sides) => {
+                    let (center, radius) = wide.spheres(s, start);
+                    sphere_crossings(s, center, radius, &ray, sides)
+                }
+                Kind::Triangles(sides) => {
+                    let corners = wide.triangles(s, start);
+                    [intersect_triangle(s, corners, &ray, &shear.alone(s, lane), sides).hit, L::mask(s, 0)]
+                }
+                Kind::Mixed => return,
+            };
+            let met = (crossed[0] | crossed[1]).bits();
+            if met == 0 {
+                continue;
+            }
+            let opaque = |place: usize| !item(start + place).lets_light_through();
+            if self.blockers == Blockers::Opaque || lanes_of(met).any(opaque) {
+                rays.active = rays.active & !L::mask(s, 1 << lane);
+                continue;
+            }
+            for mask in crossed {
+                for place in lanes_of(mask.bits()) {
+                    self.crossings.push((1 << lane, item(start + place).transmission));
+                }
+            }
+        }
+    }
+
+    /// Tests one primitive of any kind, or descends into an instance. Compiled once: few scenes hold many.
+    fn visit<L: Lanes<Real = R>>(
+        &mut self,
+        s: L::Simd,
+        item: &Item<R>,
+        face: u32,
+        rays: &mut Rays<L>,
+        shear: &Shear<L>,
+    ) {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.visit_in(s, item, face, rays, shear),
+        );
+    }
+
+    #[inline(always)]
+    fn visit_in<L: Lanes<Real = R>>(
+        &mut self,
+        s: L::Simd,
+        item: &Item<R>,
+        face: u32,
+        rays: &mut Rays<L>,
+        shear: &Shear<L>,
+    ) {
+        if let Shape::Instance(instance) = &item.shape {
+            let mut inner = instance.rays_in(s, rays);
+            if inner.any() {
+                let past = rays.active & !inner.active;
+                self.attenuate(s, instance.geometry as usize, &mut inner);
+                rays.active = inner.active | past;
+            }
+            return;
+        }
+        if self.blockers == Blockers::Opaque || !item.lets_light_through() {
+            rays.active = rays.active & !intersect_item(s, item, face, rays, shear, Wanted::Distance).hit;
+            return;
+        }
+        // Each search starts behind the last crossing.
+        let mut search = *rays;
+        for _ in 0..most_crossings(&item.shape) {
+            let meeting = intersect_item(s, item, face, &search, shear, Wanted::Distance);
+            if !meeting.hit.any() {
+                break;
+            }
+            self.crossings.push((meeting.hit.bits(), item.transmission));
+            search.active = meeting.hit;
+            search.t_min = meeting.t;
+        }
     }
 }
 
 /// Most crossings of a ray with one primitive.
-pub(super) fn most_crossings<R>(shape: &Shape<R>) -> usize {
+fn most_crossings<R>(shape: &Shape<R>) -> usize {
     match shape {
         Shape::Plane(_) | Shape::Disc(_) | Shape::Mesh(_) => 1,
         Shape::Sphere(_) | Shape::Cuboid(_) | Shape::Frustum(_) => 2,

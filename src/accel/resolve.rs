@@ -1,7 +1,7 @@
 //! From the number of a primitive to the surface a ray has met there, in the coordinates of the scene.
 
 use super::geometry::{Geometry, Item, Mesh, Placement, Shape};
-use super::traverse::intersect_called;
+use super::primitive::intersect_item;
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::{Meeting, Rays, Wanted, gamma};
 use crate::shape::{Shear, Sides, intersect_sphere, intersect_triangle};
@@ -109,7 +109,7 @@ pub fn resolve<L: Lanes>(
         }
         _ => {
             let shear = Shear::unused(s, &inner);
-            let meeting = intersect_called(s, owner.item, 0, &inner, &shear, Wanted::Surface);
+            let meeting = intersect_item(s, owner.item, 0, &inner, &shear, Wanted::Surface);
             Surface::flat(s, &meeting, outward, inner.dir)
         }
     };

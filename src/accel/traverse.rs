@@ -1,13 +1,12 @@
 //! The nearest meeting of each ray of a packet.
 
-use super::bounds::Reciprocal;
-use super::build::MAX_DEPTH;
-use super::geometry::{Ball, Geometry, Instance, Item, Placement, Shape};
-use super::resolve::splat_corners;
-use super::single::{First, Prepared, alone, closest_alone};
-use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
-use crate::ray::{Meeting, Rays, Wanted};
-use crate::shape::{Shear, intersect_triangle};
+use super::descent::{Course, Prepared, Stack, Waiting, first};
+use super::geometry::{Geometry, Item, Shape};
+use super::primitive::intersect_item;
+use super::wide::{Kind, Leaf, Wide};
+use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
+use crate::ray::{Rays, Wanted};
+use crate::shape::{Shear, intersect_sphere, intersect_triangle};
 use std::ops::Range;
 
 /// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
@@ -54,6 +53,38 @@ impl<'a, L: Lanes> Nearest<'a, L> {
             self.expanded = L::Ids::select(nearer_mask, L::Ids::splat(s, expanded), self.expanded);
         }
     }
+
+    /// The same for one lane's ray and some of several primitives: `t` has a lane for each.
+    #[inline(always)]
+    fn offer_alone(
+        &mut self,
+        s: L::Simd,
+        rays: &mut Rays<L>,
+        lane: usize,
+        hit: L::Mask,
+        t: L,
+        expanded: impl Fn(usize) -> u64,
+    ) {
+        let (mut best, mut found) = (rays.t_max.lane(lane), None);
+        for place in lanes_of(hit.bits()) {
+            let t = t.lane(place);
+            if !(t <= best) {
+                continue;
+            }
+            let id = expanded(place);
+            let held = found.or_else(|| (self.found & (1 << lane) != 0).then(|| self.expanded.lane(lane)));
+            let nearer = t < best || held.is_some_and(|held| id < held);
+            if nearer && !self.skipped.is_some_and(|skipped| skipped.has(lane, id)) {
+                (best, found) = (t, Some(id));
+            }
+        }
+        if let Some(id) = found {
+            let mask = L::mask(s, 1 << lane);
+            rays.t_max = L::select(mask, L::splat(s, best), rays.t_max);
+            self.found |= 1 << lane;
+            self.expanded = L::Ids::select(mask, L::Ids::splat(s, id), self.expanded);
+        }
+    }
 }
 
 /// Bodies that each lane does not meet, as ranges of expanded indices.
@@ -73,16 +104,6 @@ impl Skipped {
     }
 }
 
-/// Whether the rays of a packet keep together: camera rays and the shadow rays from what they hit do, others rarely.
-/// What they hit does not depend on it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Course {
-    /// They descend as a packet.
-    Together,
-    /// Each descends alone.
-    Apart,
-}
-
 /// Finds the nearest primitive of each active ray in the scene whose root is `geometries[root]`. Shortens `t_max` to it.
 #[inline(always)]
 pub fn nearest_hit<L: Lanes>(
@@ -93,248 +114,155 @@ pub fn nearest_hit<L: Lanes>(
     nearest: &mut Nearest<'_, L>,
     course: Course,
 ) {
-    if course == Course::Together || L::COUNT == 1 || !geometries[root].is_deep() {
-        closest_hit(s, geometries, root, 0, rays, nearest);
-        return;
-    }
-    let mut t = [L::Real::default(); MAX_LANES];
-    let mut expanded = [0; MAX_LANES];
-    let mut waiting = Vec::with_capacity(64);
-    let prepared = Prepared::new(s, &geometries[root], rays);
-    for lane in lanes_of(rays.active.bits()) {
-        let ray = alone(s, rays, lane);
-        let mut first =
-            First { t: ray.t_max.lane(0), found: false, expanded: 0, lane, skipped: nearest.skipped, waiting };
-        closest_alone(s, geometries, root, 0, ray, &prepared.alone(s, lane), &mut first);
-        t[lane] = first.t;
-        if first.found {
-            nearest.found |= 1 << lane;
-            expanded[lane] = first.expanded;
-        }
-        waiting = first.waiting;
-    }
-    rays.t_max = L::select(L::mask(s, nearest.found), L::load(s, &t), rays.t_max);
-    nearest.expanded = L::Ids::from_fn(s, |lane| expanded[lane]);
+    let mut search = Search { geometries, course, nearest, stack: Stack::new() };
+    search.closest(s, root, 0, rays);
 }
 
-/// Finds the nearest primitive of each active ray in `geometries[geometry]`, whose expanded indices start at `base`.
-/// Shortens `t_max` to it.
-fn closest_hit<L: Lanes>(
-    s: L::Simd,
-    geometries: &[Geometry<L::Real>],
-    geometry: usize,
-    base: u64,
-    rays: &mut Rays<L>,
-    nearest: &mut Nearest<'_, L>,
-) {
-    L::vectorize(
-        s,
-        #[inline(always)]
-        || closest_in(s, geometries, geometry, base, rays, nearest),
-    );
+struct Search<'a, 'b, L: Lanes> {
+    geometries: &'a [Geometry<L::Real>],
+    course: Course,
+    nearest: &'a mut Nearest<'b, L>,
+    stack: Stack<L::Real>,
 }
 
-#[inline(always)]
-fn closest_in<L: Lanes>(
-    s: L::Simd,
-    geometries: &[Geometry<L::Real>],
-    geometry: usize,
-    base: u64,
-    rays: &mut Rays<L>,
-    nearest: &mut Nearest<'_, L>,
-) {
-    let here = &geometries[geometry];
-    let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
-    let reciprocal = Reciprocal::new(s, rays);
-    let active = rays.active;
+impl<L: Lanes> Search<'_, '_, L> {
+    /// Finds the nearest primitive of each active ray in `geometries[geometry]`, whose expanded indices start at `base`.
+    /// Shortens `t_max` to it.
+    fn closest(&mut self, s: L::Simd, geometry: usize, base: u64, rays: &mut Rays<L>) {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.closest_in(s, geometry, base, rays),
+        );
+    }
 
-    for &index in &here.unbounded {
-        visit_unbounded(s, geometries, &here.items[index as usize], base, rays, &shear, nearest);
-    }
-    if here.bvh.nodes.is_empty() {
-        return;
-    }
-    let nodes = &here.bvh.nodes;
-    let mut stack = [0u32; MAX_DEPTH + 1];
-    let mut height = 1;
-    while height > 0 {
-        height -= 1;
-        let node = &nodes[stack[height] as usize];
-        let inside = reciprocal.crosses(s, &node.slab, rays);
-        let bits = inside.bits();
-        if bits == 0 {
-            continue;
+    #[inline(always)]
+    fn closest_in(&mut self, s: L::Simd, geometry: usize, base: u64, rays: &mut Rays<L>) {
+        let here = &self.geometries[geometry];
+        let prepared = Prepared::new(s, here, rays, self.course);
+        for &index in &here.unbounded {
+            self.visit(s, &here.items[index as usize], 0, base, rays, &prepared.shear);
         }
-        if let Some(axis) = node.axis() {
-            // The child nearer to the first ray goes on top.
-            let lane = bits.trailing_zeros() as usize;
-            let dir = [rays.dir.x, rays.dir.y, rays.dir.z][axis].lane(lane);
-            let backwards = u32::from(dir < L::Real::from_f64(0.0));
-            stack[height] = node.first + 1 - backwards;
-            stack[height + 1] = node.first + backwards;
-            height += 2;
-            continue;
-        }
-        rays.active = inside;
-        for primitive in &here.primitives[node.places()] {
-            let item = &here.items[primitive.item as usize];
-            visit(s, geometries, item, primitive.face, base, rays, &shear, nearest);
+        let Some(wide) = &here.wide else { return };
+        let active = rays.active;
+        let floor = self.stack.len();
+        let enter = L::Real::from_f64(f64::NEG_INFINITY);
+        self.stack.push(Waiting { child: wide.root, lanes: active.bits(), enter });
+        while self.stack.len() > floor {
+            let Some(Waiting { child, lanes, enter }) = self.stack.pop() else { break };
+            let lanes = lanes & prepared.reciprocal.reaches(s, L::splat(s, enter), rays.t_max).bits();
+            if lanes == 0 {
+                continue;
+            }
+            match child.index() {
+                Ok(node) => prepared.open(s, &wide.nodes[node], lanes, rays, &mut self.stack),
+                Err(leaf) => {
+                    rays.active = L::mask(s, lanes);
+                    self.meet(s, here, wide, &wide.leaves[leaf], base, rays, &prepared.shear);
+                }
+            }
         }
         rays.active = active;
     }
-}
 
-/// Tests one primitive, or descends into an instance.
-#[inline(always)]
-fn visit<L: Lanes>(
-    s: L::Simd,
-    geometries: &[Geometry<L::Real>],
-    item: &Item<L::Real>,
-    face: u32,
-    base: u64,
-    rays: &mut Rays<L>,
-    shear: &Shear<L>,
-    nearest: &mut Nearest<'_, L>,
-) {
-    let first = base + item.offset;
-    if let Shape::Instance(instance) = &item.shape {
-        let mut inner = instance.rays_in(s, rays);
-        if !inner.any() {
+    /// Tests the active rays against a leaf: each primitive against all rays, or each ray against all primitives.
+    #[inline(always)]
+    fn meet(
+        &mut self,
+        s: L::Simd,
+        here: &Geometry<L::Real>,
+        wide: &Wide<L::Real>,
+        leaf: &Leaf,
+        base: u64,
+        rays: &mut Rays<L>,
+        shear: &Shear<L>,
+    ) {
+        if leaf.kind == Kind::Mixed {
+            let active = rays.active;
+            for primitive in &here.primitives[leaf.places()] {
+                self.visit(s, &here.items[primitive.item as usize], primitive.face, base, rays, shear);
+                rays.active = active;
+            }
             return;
         }
-        closest_hit(s, geometries, instance.geometry as usize, first, &mut inner, nearest);
-        rays.t_max = inner.t_max / L::splat(s, instance.unit);
-        return;
-    }
-    // Ties are for `offer` to settle, so the range is closed at its far end here.
-    let closed = Rays { t_max: rays.t_max * L::lit(s, 1.0 + 4.0 * L::Real::ROUNDOFF), ..*rays };
-    let meeting = intersect_item(s, item, face, &closed, shear);
-    nearest.offer(s, rays, meeting.hit, meeting.t, first + u64::from(face));
-}
-
-/// [`visit`] for items without bounds: planes, and instances that hold some. Compiled once, since they are few.
-fn visit_unbounded<L: Lanes>(
-    s: L::Simd,
-    geometries: &[Geometry<L::Real>],
-    item: &Item<L::Real>,
-    base: u64,
-    rays: &mut Rays<L>,
-    shear: &Shear<L>,
-    nearest: &mut Nearest<'_, L>,
-) {
-    L::vectorize(
-        s,
-        #[inline(always)]
-        || visit(s, geometries, item, 0, base, rays, shear, nearest),
-    );
-}
-
-/// Distance of one primitive of an item that is no instance. The common shapes become part of the caller.
-#[inline(always)]
-pub(super) fn intersect_item<L: Lanes>(
-    s: L::Simd,
-    item: &Item<L::Real>,
-    face: u32,
-    rays: &Rays<L>,
-    shear: &Shear<L>,
-) -> Meeting<L> {
-    match &item.shape {
-        Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
-        Shape::Mesh(mesh) => {
-            intersect_triangle(s, splat_corners(s, &mesh.vertices, mesh.faces[face as usize]), rays, shear, item.sides)
-        }
-        _ => intersect_called(s, item, face, rays, shear, Wanted::Distance),
-    }
-}
-
-/// [`intersect_item`] as a function of its own: a copy of each shape in every caller would only cost compile time.
-pub(super) fn intersect_called<L: Lanes>(
-    s: L::Simd,
-    item: &Item<L::Real>,
-    face: u32,
-    rays: &Rays<L>,
-    shear: &Shear<L>,
-    wanted: Wanted,
-) -> Meeting<L> {
-    L::vectorize(
-        s,
-        #[inline(always)]
-        || match &item.shape {
-            Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
-            Shape::Mesh(mesh) => {
-                intersect_triangle(s, splat_corners(s, &mesh.vertices, mesh.faces[face as usize]), rays, shear, item.sides)
-            }
-            Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
-            Shape::Disc(disc) => disc.intersect(s, rays, item.sides),
-            Shape::Cuboid(cuboid) => cuboid.intersect(s, rays, item.sides),
-            Shape::Frustum(frustum) => frustum.intersect(s, rays, item.sides, wanted),
-            Shape::Torus(torus) => torus.intersect(s, rays, item.sides),
-            Shape::Instance(_) => unreachable!("instances are descended into, not met"),
-        },
-    )
-}
-
-impl<R: Real> Placement<R> {
-    #[inline(always)]
-    fn columns<L: Lanes<Real = R>>(&self, s: L::Simd) -> [V3<L>; 3] {
-        let [x, y, z] = self.columns;
-        [V3::splat(s, x), V3::splat(s, y), V3::splat(s, z)]
-    }
-
-    /// The image of a point.
-    #[inline(always)]
-    pub(super) fn point<L: Lanes<Real = R>>(&self, s: L::Simd, p: V3<L>) -> V3<L> {
-        V3::splat(s, self.translation) + self.vector(s, p)
-    }
-
-    /// The image of a direction.
-    #[inline(always)]
-    pub(super) fn vector<L: Lanes<Real = R>>(&self, s: L::Simd, d: V3<L>) -> V3<L> {
-        let [x, y, z] = self.columns(s);
-        x * d.x + y * d.y + z * d.z
-    }
-
-    /// The transposed linear part, applied to a normal.
-    #[inline(always)]
-    pub(super) fn transposed<L: Lanes<Real = R>>(&self, s: L::Simd, n: V3<L>) -> V3<L> {
-        let [x, y, z] = self.columns::<L>(s);
-        V3 { x: x.dot(n), y: y.dot(n), z: z.dot(n) }
-    }
-
-    /// The image of a box of errors: absolute values throughout.
-    #[inline(always)]
-    pub(super) fn spread<L: Lanes<Real = R>>(&self, s: L::Simd, e: V3<L>) -> V3<L> {
-        let [x, y, z] = self.columns::<L>(s);
-        x.abs() * e.x + y.abs() * e.y + z.abs() * e.z
-    }
-}
-
-impl<R: Real> Instance<R> {
-    /// Rays in the coordinates of the instance's geometry, without those that pass by; t is multiplied by the unit.
-    #[inline(always)]
-    pub(super) fn rays_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> Rays<L> {
-        let active = match &self.ball {
-            Some(ball) => rays.active & ball.near(s, rays),
-            None => rays.active,
+        let start = leaf.start as usize;
+        let expanded = |place: usize| {
+            let primitive = here.primitives[start + place];
+            base + here.items[primitive.item as usize].offset + u64::from(primitive.face)
         };
-        let unit = L::splat(s, self.unit);
-        Rays {
-            origin: self.to_local.point(s, rays.origin),
-            dir: self.to_local.vector(s, rays.dir) * (L::lit(s, 1.0) / unit),
-            t_min: rays.t_min * unit,
-            t_max: rays.t_max * unit,
-            active,
+        let lanes = rays.active.bits();
+        if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
+            for place in 0..leaf.count as usize {
+                let closed = closed(s, rays);
+                let meeting = match leaf.kind {
+                    Kind::Spheres(sides) => {
+                        let (center, radius) = wide.sphere(s, start + place);
+                        intersect_sphere(s, center, radius, &closed, sides)
+                    }
+                    Kind::Triangles(sides) => {
+                        intersect_triangle(s, wide.triangle(s, start + place), &closed, shear, sides)
+                    }
+                    Kind::Mixed => return,
+                };
+                if meeting.hit.any() {
+                    self.nearest.offer(s, rays, meeting.hit, meeting.t, expanded(place));
+                }
+            }
+            return;
         }
+        for lane in lanes_of(lanes) {
+            let ray = closed(s, rays).alone(s, lane, first(leaf.count));
+            let meeting = match leaf.kind {
+                Kind::Spheres(sides) => {
+                    let (center, radius) = wide.spheres(s, start);
+                    intersect_sphere(s, center, radius, &ray, sides)
+                }
+                Kind::Triangles(sides) => {
+                    intersect_triangle(s, wide.triangles(s, start), &ray, &shear.alone(s, lane), sides)
+                }
+                Kind::Mixed => return,
+            };
+            if meeting.hit.any() {
+                self.nearest.offer_alone(s, rays, lane, meeting.hit, meeting.t, expanded);
+            }
+        }
+    }
+
+    /// Tests one primitive of any kind, or descends into an instance. Compiled once: few scenes hold many.
+    fn visit(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, base: u64, rays: &mut Rays<L>, shear: &Shear<L>) {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.visit_in(s, item, face, base, rays, shear),
+        );
+    }
+
+    #[inline(always)]
+    fn visit_in(
+        &mut self,
+        s: L::Simd,
+        item: &Item<L::Real>,
+        face: u32,
+        base: u64,
+        rays: &mut Rays<L>,
+        shear: &Shear<L>,
+    ) {
+        let first = base + item.offset;
+        if let Shape::Instance(instance) = &item.shape {
+            let mut inner = instance.rays_in(s, rays);
+            if inner.any() {
+                self.closest(s, instance.geometry as usize, first, &mut inner);
+                rays.t_max = inner.t_max / L::splat(s, instance.unit);
+            }
+            return;
+        }
+        let meeting = intersect_item(s, item, face, &closed(s, rays), shear, Wanted::Distance);
+        self.nearest.offer(s, rays, meeting.hit, meeting.t, first + u64::from(face));
     }
 }
 
-impl<R: Real> Ball<R> {
-    /// The lanes whose line passes the ball: |(o - c) x d| <= r |d|, where each side may be off by roundings of |o - c|.
-    #[inline(always)]
-    fn near<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> L::Mask {
-        let f = rays.origin - V3::splat(s, self.center);
-        let across = f.cross(rays.dir);
-        let reach = L::splat(s, self.radius) + f.length() * L::lit(s, 16.0 * R::ROUNDOFF);
-        across.dot(across).le(reach * reach * rays.dir.dot(rays.dir))
-    }
+/// Ties are for [`Nearest::offer`] to settle, so the range is closed at its far end.
+#[inline(always)]
+fn closed<L: Lanes>(s: L::Simd, rays: &Rays<L>) -> Rays<L> {
+    Rays { t_max: rays.t_max * L::lit(s, 1.0 + 4.0 * L::Real::ROUNDOFF), ..*rays }
 }

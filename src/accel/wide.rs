@@ -1,13 +1,11 @@
-//! The hierarchy for single rays: nodes of as many boxes, and leaves of as many spheres or triangles, as the format has
-//! lanes, so that one ray is tested against all of them at once.
+//! The hierarchy: nodes of as many boxes, and leaves of as many spheres or triangles, as the format has lanes, so that one
+//! ray is tested against all of them at once, or all rays of a packet against one.
 //!
 //! It is the binary hierarchy with most of its levels left out (Wald, Benthin, Boulos, Getting Rid of Packets, 2008).
-//! Boxes and primitives are those of the binary one, and the formulas the same with the roles of ray and primitive
-//! exchanged, so both find the same hits to the bit.
 
 use super::build::{Bvh, Node};
 use super::geometry::{Item, Primitive, Shape};
-use crate::lanes::{MAX_LANES, Real};
+use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::shape::{Sides, Sphere};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -75,6 +73,42 @@ pub(super) enum Kind {
 }
 
 impl<R: Real> Wide<R> {
+    /// Everything in one leaf, tested one by one: the slow twin.
+    pub(super) fn flat(count: usize) -> Self {
+        let leaf = Leaf { start: 0, count: count as u32, kind: Kind::Mixed };
+        Self { nodes: Vec::new(), leaves: vec![leaf], root: Child::leaf(0), columns: Vec::new() }
+    }
+
+    /// The sphere at a place, in all lanes.
+    #[inline(always)]
+    pub(super) fn sphere<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> (V3<L>, L) {
+        let at = |k: usize| L::splat(s, self.columns[k][place]);
+        (V3 { x: at(0), y: at(1), z: at(2) }, at(3))
+    }
+
+    /// The spheres at a place and after, one in each lane.
+    #[inline(always)]
+    pub(super) fn spheres<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> (V3<L>, L) {
+        let at = |k: usize| L::load(s, &self.columns[k][place..]);
+        (V3 { x: at(0), y: at(1), z: at(2) }, at(3))
+    }
+
+    /// The corners of the triangle at a place, in all lanes.
+    #[inline(always)]
+    pub(super) fn triangle<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> [V3<L>; 3] {
+        let at = |k: usize| L::splat(s, self.columns[k][place]);
+        let point = |k: usize| V3 { x: at(k), y: at(k + 1), z: at(k + 2) };
+        [point(0), point(3), point(6)]
+    }
+
+    /// The corners of the triangles at a place and after, one in each lane.
+    #[inline(always)]
+    pub(super) fn triangles<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> [V3<L>; 3] {
+        let at = |k: usize| L::load(s, &self.columns[k][place..]);
+        let point = |k: usize| V3 { x: at(k), y: at(k + 1), z: at(k + 2) };
+        [point(0), point(3), point(6)]
+    }
+
     /// Leaves out levels of a binary hierarchy that is not empty.
     pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Self {
         let columns = columns(items, primitives);

@@ -100,6 +100,10 @@ pub trait Lanes:
     fn store(self, to: &mut [Self::Real]);
     /// The number in lane `i`.
     fn lane(self, i: usize) -> Self::Real;
+    /// The smallest number in any lane; no lane may hold NaN.
+    fn smallest(self) -> Self::Real;
+    /// The largest number in any lane; no lane may hold NaN.
+    fn largest(self) -> Self::Real;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.

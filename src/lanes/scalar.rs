@@ -84,6 +84,14 @@ macro_rules! scalar {
                 self
             }
             #[inline(always)]
+            fn smallest(self) -> $type {
+                self
+            }
+            #[inline(always)]
+            fn largest(self) -> $type {
+                self
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 <$type>::sqrt(self)
             }

@@ -57,6 +57,14 @@ macro_rules! simd {
                 self.as_slice()[i]
             }
             #[inline(always)]
+            fn smallest(self) -> $real {
+                self.reduce_min()
+            }
+            #[inline(always)]
+            fn largest(self) -> $real {
+                self.reduce_max()
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 SimdFloat::sqrt(self)
             }

@@ -1,0 +1,178 @@
+//! From node to node: which rays go on to which children.
+//!
+//! A node is asked in the cheapest of three ways: all its boxes against all rays at once, where these form a beam; each
+//! box against all rays; or all boxes against each ray (not where the kernel has one lane only). So rays that keep together cost little, and rays that go their own
+//! ways no more than alone. Which way is taken changes no answer.
+
+use super::beam::Beam;
+use super::bounds::Reciprocal;
+use super::geometry::Geometry;
+use super::wide::{Child, WideNode};
+use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::ray::Rays;
+use crate::shape::Shear;
+use smallvec::SmallVec;
+
+/// Fewer rays are not worth the bounds around them.
+const BEAM: u32 = 4;
+
+/// A child still to visit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Waiting<R> {
+    pub(super) child: Child,
+    /// The rays that pass its box.
+    pub(super) lanes: u32,
+    /// None of them enters it before this.
+    pub(super) enter: R,
+}
+
+/// The children still to visit, the next one last.
+pub(super) type Stack<R> = SmallVec<[Waiting<R>; 64]>;
+
+/// Whether the rays of a packet keep together: camera rays and the shadow rays from what they hit do, others rarely.
+/// What they hit does not depend on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Course {
+    /// Most of them meet the same boxes.
+    Together,
+    /// Each goes its own way.
+    Apart,
+}
+
+/// What boxes and triangles of one geometry need of rays.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Prepared<L: Lanes> {
+    pub(super) reciprocal: Reciprocal<L>,
+    pub(super) shear: Shear<L>,
+    beam: Option<Beam<L::Real>>,
+}
+
+impl<L: Lanes> Prepared<L> {
+    /// Prepares rays for a geometry.
+    #[inline(always)]
+    pub(super) fn new(s: L::Simd, here: &Geometry<L::Real>, rays: &Rays<L>, course: Course) -> Self {
+        let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
+        let reciprocal = Reciprocal::new(s, rays);
+        let many = L::COUNT > 1 && course == Course::Together && here.wide.as_ref().is_some_and(|wide| wide.nodes.len() > 1);
+        let beam = if many { Beam::new(s, rays, &reciprocal) } else { None };
+        Self { reciprocal, shear, beam }
+    }
+
+    /// Puts the children of a node that some of the rays `lanes` pass on the stack, the nearest last.
+    pub(super) fn open(
+        &self,
+        s: L::Simd,
+        node: &WideNode<L::Real>,
+        lanes: u32,
+        rays: &Rays<L>,
+        stack: &mut Stack<L::Real>,
+    ) {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.open_in(s, node, lanes, rays, stack),
+        );
+    }
+
+    #[inline(always)]
+    fn open_in(
+        &self,
+        s: L::Simd,
+        node: &WideNode<L::Real>,
+        lanes: u32,
+        rays: &Rays<L>,
+        stack: &mut Stack<L::Real>,
+    ) {
+        let top = stack.len();
+        let (count, children) = (lanes.count_ones(), first(node.count));
+        match &self.beam {
+            Some(beam) if count >= BEAM => {
+                let (inside, enter) = beam.crosses::<L>(s, node);
+                for child in lanes_of(inside.bits() & children) {
+                    let lanes = self.box_against_rays(s, node, child, lanes, rays).0.bits();
+                    let enter = enter.lane(child);
+                    add(stack, top, Waiting { child: node.children[child], lanes, enter });
+                }
+            }
+            _ if node.count <= count || L::COUNT == 1 => {
+                for child in lanes_of(children) {
+                    let (inside, enter) = self.box_against_rays(s, node, child, lanes, rays);
+                    let enter = L::select(inside, enter, L::lit(s, f64::INFINITY)).smallest();
+                    add(stack, top, Waiting { child: node.children[child], lanes: inside.bits(), enter });
+                }
+            }
+            _ if count == 1 => {
+                let (inside, enter) = self.boxes_against_ray(s, node, lanes.trailing_zeros() as usize, rays);
+                for child in lanes_of(inside.bits()) {
+                    add(stack, top, Waiting { child: node.children[child], lanes, enter: enter.lane(child) });
+                }
+            }
+            _ => {
+                let mut met = [(0, L::Real::default()); MAX_LANES];
+                let mut any = 0;
+                for lane in lanes_of(lanes) {
+                    let (inside, enter) = self.boxes_against_ray(s, node, lane, rays);
+                    any |= inside.bits();
+                    for child in lanes_of(inside.bits()) {
+                        let (lanes, least) = &mut met[child];
+                        if *lanes == 0 || enter.lane(child) < *least {
+                            *least = enter.lane(child);
+                        }
+                        *lanes |= 1 << lane;
+                    }
+                }
+                for child in lanes_of(any) {
+                    let (lanes, enter) = met[child];
+                    add(stack, top, Waiting { child: node.children[child], lanes, enter });
+                }
+            }
+        }
+    }
+
+    /// The rays of `lanes` that pass one child's box, and where they enter.
+    #[inline(always)]
+    fn box_against_rays(
+        &self,
+        s: L::Simd,
+        node: &WideNode<L::Real>,
+        child: usize,
+        lanes: u32,
+        rays: &Rays<L>,
+    ) -> (L::Mask, L) {
+        let corner = |at: &[[L::Real; MAX_LANES]; 3]| V3::splat(s, [at[0][child], at[1][child], at[2][child]]);
+        let asked = Rays { active: L::mask(s, lanes), ..*rays };
+        self.reciprocal.crosses_boxes(s, corner(&node.min), corner(&node.max), &asked)
+    }
+
+    /// The children whose boxes one ray passes, and where it enters them.
+    #[inline(always)]
+    fn boxes_against_ray(&self, s: L::Simd, node: &WideNode<L::Real>, lane: usize, rays: &Rays<L>) -> (L::Mask, L) {
+        let ray = rays.alone(s, lane, first(node.count));
+        let corner = |at: &[[L::Real; MAX_LANES]; 3]| V3 {
+            x: L::load(s, &at[0]),
+            y: L::load(s, &at[1]),
+            z: L::load(s, &at[2]),
+        };
+        self.reciprocal.alone(s, lane).crosses_boxes(s, corner(&node.min), corner(&node.max), &ray)
+    }
+}
+
+/// Puts a child that some rays pass on the stack, below nearer ones of the same node.
+#[inline(always)]
+fn add<R: Real>(stack: &mut Stack<R>, top: usize, waiting: Waiting<R>) {
+    if waiting.lanes == 0 {
+        return;
+    }
+    let mut place = stack.len();
+    stack.push(waiting);
+    while place > top && stack[place - 1].enter < waiting.enter {
+        stack[place] = stack[place - 1];
+        place -= 1;
+    }
+    stack[place] = waiting;
+}
+
+/// The first `count` lanes.
+pub(super) fn first(count: u32) -> u32 {
+    ((1u64 << count) - 1) as u32
+}

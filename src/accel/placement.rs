@@ -1,0 +1,70 @@
+//! Rays, points, normals and errors from one coordinate system to another.
+
+use super::geometry::{Ball, Instance, Placement};
+use crate::lanes::{Lanes, Real, V3};
+use crate::ray::Rays;
+
+impl<R: Real> Placement<R> {
+    #[inline(always)]
+    fn columns<L: Lanes<Real = R>>(&self, s: L::Simd) -> [V3<L>; 3] {
+        let [x, y, z] = self.columns;
+        [V3::splat(s, x), V3::splat(s, y), V3::splat(s, z)]
+    }
+
+    /// The image of a point.
+    #[inline(always)]
+    pub(super) fn point<L: Lanes<Real = R>>(&self, s: L::Simd, p: V3<L>) -> V3<L> {
+        V3::splat(s, self.translation) + self.vector(s, p)
+    }
+
+    /// The image of a direction.
+    #[inline(always)]
+    pub(super) fn vector<L: Lanes<Real = R>>(&self, s: L::Simd, d: V3<L>) -> V3<L> {
+        let [x, y, z] = self.columns(s);
+        x * d.x + y * d.y + z * d.z
+    }
+
+    /// The transposed linear part, applied to a normal.
+    #[inline(always)]
+    pub(super) fn transposed<L: Lanes<Real = R>>(&self, s: L::Simd, n: V3<L>) -> V3<L> {
+        let [x, y, z] = self.columns::<L>(s);
+        V3 { x: x.dot(n), y: y.dot(n), z: z.dot(n) }
+    }
+
+    /// The image of a box of errors: absolute values throughout.
+    #[inline(always)]
+    pub(super) fn spread<L: Lanes<Real = R>>(&self, s: L::Simd, e: V3<L>) -> V3<L> {
+        let [x, y, z] = self.columns::<L>(s);
+        x.abs() * e.x + y.abs() * e.y + z.abs() * e.z
+    }
+}
+
+impl<R: Real> Instance<R> {
+    /// Rays in the coordinates of the instance's geometry, without those that pass by; t is multiplied by the unit.
+    #[inline(always)]
+    pub(super) fn rays_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> Rays<L> {
+        let active = match &self.ball {
+            Some(ball) => rays.active & ball.near(s, rays),
+            None => rays.active,
+        };
+        let unit = L::splat(s, self.unit);
+        Rays {
+            origin: self.to_local.point(s, rays.origin),
+            dir: self.to_local.vector(s, rays.dir) * (L::lit(s, 1.0) / unit),
+            t_min: rays.t_min * unit,
+            t_max: rays.t_max * unit,
+            active,
+        }
+    }
+}
+
+impl<R: Real> Ball<R> {
+    /// The lanes whose line passes the ball: |(o - c) x d| <= r |d|, where each side may be off by roundings of |o - c|.
+    #[inline(always)]
+    fn near<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> L::Mask {
+        let f = rays.origin - V3::splat(s, self.center);
+        let across = f.cross(rays.dir);
+        let reach = L::splat(s, self.radius) + f.length() * L::lit(s, 16.0 * R::ROUNDOFF);
+        across.dot(across).le(reach * reach * rays.dir.dot(rays.dir))
+    }
+}

@@ -1,0 +1,35 @@
+//! One primitive of any kind.
+
+use super::geometry::{Item, Shape};
+use super::resolve::splat_corners;
+use crate::lanes::Lanes;
+use crate::ray::{Meeting, Rays, Wanted};
+use crate::shape::{Shear, intersect_triangle};
+
+/// Meeting of rays with one primitive of an item that is no instance. A function of its own: a copy of each shape in every
+/// caller would only cost compile time.
+pub(super) fn intersect_item<L: Lanes>(
+    s: L::Simd,
+    item: &Item<L::Real>,
+    face: u32,
+    rays: &Rays<L>,
+    shear: &Shear<L>,
+    wanted: Wanted,
+) -> Meeting<L> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || match &item.shape {
+            Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
+            Shape::Mesh(mesh) => {
+                intersect_triangle(s, splat_corners(s, &mesh.vertices, mesh.faces[face as usize]), rays, shear, item.sides)
+            }
+            Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
+            Shape::Disc(disc) => disc.intersect(s, rays, item.sides),
+            Shape::Cuboid(cuboid) => cuboid.intersect(s, rays, item.sides),
+            Shape::Frustum(frustum) => frustum.intersect(s, rays, item.sides, wanted),
+            Shape::Torus(torus) => torus.intersect(s, rays, item.sides),
+            Shape::Instance(_) => unreachable!("instances are descended into, not met"),
+        },
+    )
+}
