@@ -3,6 +3,7 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use strahl::accel::{BvhKind, Geometry, Item, Mesh, Shape};
+use strahl::math::sin_cos;
 use strahl::scene::compile::compile;
 use strahl::scene::{Format, Overrides, load};
 use strahl::shape::Sides;
@@ -21,7 +22,8 @@ fn scenes(criterion: &mut Criterion) {
 
 /// A wavy sheet of 2 n^2 triangles.
 fn sheet(n: u32) -> Item<f32> {
-    let height = |x: f32, y: f32| 0.1 * (20.0 * x).sin() * (30.0 * y).cos();
+    let wave = |x: f32| sin_cos(f64::from(x)).0 as f32;
+    let height = |x: f32, y: f32| 0.1 * wave(20.0 * x) * wave(30.0 * y);
     let vertex = |i: u32| {
         let [x, y] = [i % (n + 1), i / (n + 1)].map(|k| k as f32 / n as f32);
         [x, y, height(x, y)]

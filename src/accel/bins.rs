@@ -164,7 +164,7 @@ mod tests {
     use glam::DVec3;
 
     fn parts(count: u32) -> Vec<Part<f32>> {
-        let corner = |i: u32| DVec3::new((f64::from(i) * 0.7).sin(), f64::from(i * 31 % 97), 5.0);
+        let corner = |i: u32| DVec3::new(crate::math::sin_cos(f64::from(i) * 0.7).0, f64::from(i * 31 % 97), 5.0);
         (0..count).map(|i| Part::new(&Bounds::around([corner(i), corner(i) + 0.01]).narrowed(), i)).collect()
     }
 

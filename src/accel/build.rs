@@ -101,10 +101,13 @@ impl<R: Real> Tree<R> {
         match self {
             Self::Small(own) => {
                 let behind = nodes.len() as u32 - 1;
-                let moved =
-                    |node: &Node<R>| Node { first: node.first + if node.count < 0 { behind } else { 0 }, ..*node };
-                nodes[root] = moved(&own[0]);
-                nodes.extend(own[1..].iter().map(moved));
+                let mut moved = own
+                    .iter()
+                    .map(|node| Node { first: node.first + if node.count < 0 { behind } else { 0 }, ..*node });
+                if let Some(top) = moved.next() {
+                    nodes[root] = top;
+                }
+                nodes.extend(moved);
             }
             Self::Large { slab, axis, children } => {
                 let first = nodes.len();

@@ -309,6 +309,7 @@ impl<R: Real> Geometry<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::sin_cos;
     use std::mem::size_of;
 
     fn bytes<T>(vec: &Vec<T>) -> usize {
@@ -318,8 +319,9 @@ mod tests {
     /// A smooth, bumpy sheet of 2 n^2 triangles.
     fn sheet(n: u32) -> Item<f32> {
         let point = |i: u32| [i % (n + 1), i / (n + 1)].map(|k| k as f32 / n as f32);
+        let wave = |x: f32| sin_cos(f64::from(x)).0 as f32;
         let vertices: Vec<[f32; 3]> =
-            (0..(n + 1) * (n + 1)).map(point).map(|[x, y]| [x, y, 0.1 * (20.0 * x).sin() * (30.0 * y).cos()]).collect();
+            (0..(n + 1) * (n + 1)).map(point).map(|[x, y]| [x, y, 0.1 * wave(20.0 * x) * wave(30.0 * y)]).collect();
         let square = |i: u32| {
             let a = i / n * (n + 1) + i % n;
             [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]
