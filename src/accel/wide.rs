@@ -82,31 +82,45 @@ impl<R: Real> Wide<R> {
     /// The sphere at a place, in all lanes.
     #[inline(always)]
     pub(super) fn sphere<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> (V3<L>, L) {
-        let at = |k: usize| L::splat(s, self.columns[k][place]);
-        (V3 { x: at(0), y: at(1), z: at(2) }, at(3))
+        (self.point(s, 0, place), L::splat(s, self.columns[3][place]))
     }
 
     /// The spheres at a place and after, one in each lane.
     #[inline(always)]
     pub(super) fn spheres<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> (V3<L>, L) {
-        let at = |k: usize| L::load(s, &self.columns[k][place..]);
-        (V3 { x: at(0), y: at(1), z: at(2) }, at(3))
+        (self.points(s, 0, place), L::load(s, &self.columns[3][place..]))
     }
 
     /// The corners of the triangle at a place, in all lanes.
     #[inline(always)]
     pub(super) fn triangle<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> [V3<L>; 3] {
-        let at = |k: usize| L::splat(s, self.columns[k][place]);
-        let point = |k: usize| V3 { x: at(k), y: at(k + 1), z: at(k + 2) };
-        [point(0), point(3), point(6)]
+        [self.point(s, 0, place), self.point(s, 3, place), self.point(s, 6, place)]
     }
 
     /// The corners of the triangles at a place and after, one in each lane.
     #[inline(always)]
     pub(super) fn triangles<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> [V3<L>; 3] {
-        let at = |k: usize| L::load(s, &self.columns[k][place..]);
-        let point = |k: usize| V3 { x: at(k), y: at(k + 1), z: at(k + 2) };
-        [point(0), point(3), point(6)]
+        [self.points(s, 0, place), self.points(s, 3, place), self.points(s, 6, place)]
+    }
+
+    /// Three columns at a place, in all lanes.
+    #[inline(always)]
+    fn point<L: Lanes<Real = R>>(&self, s: L::Simd, column: usize, place: usize) -> V3<L> {
+        V3 {
+            x: L::splat(s, self.columns[column][place]),
+            y: L::splat(s, self.columns[column + 1][place]),
+            z: L::splat(s, self.columns[column + 2][place]),
+        }
+    }
+
+    /// Three columns from a place on.
+    #[inline(always)]
+    fn points<L: Lanes<Real = R>>(&self, s: L::Simd, column: usize, place: usize) -> V3<L> {
+        V3 {
+            x: L::load(s, &self.columns[column][place..]),
+            y: L::load(s, &self.columns[column + 1][place..]),
+            z: L::load(s, &self.columns[column + 2][place..]),
+        }
     }
 
     /// Leaves out levels of a binary hierarchy that is not empty.
