@@ -3,7 +3,7 @@
 use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::workers::Workers;
 use std::time::Instant;
-use strahl::film::{FileFormat, Region, encode};
+use strahl::film::{Codes, FileFormat, Region};
 use strahl::plan::explain::explain;
 use strahl::render::{Cancelled, Control, render};
 use strahl::scene::Loaded;
@@ -28,15 +28,21 @@ pub(crate) fn make(
 ) -> Result<Finished, Cancelled> {
     let scene = &loaded.scene;
     let plan = explain(&loaded.description);
-    let picture = workers.work(|| render(scene, region, control))?;
-    let encoding = Instant::now();
-    let file = encode(&picture.film, format);
+    // The codes are made in the same turn on the pool; the file takes one thread, while the pool goes on.
+    let (picture, codes, coding_ms) = workers.work(|| {
+        let picture = render(scene, region, control)?;
+        let coding = Instant::now();
+        let codes = Codes::new(&picture.film, format);
+        Ok((picture, codes, milliseconds(coding)))
+    })?;
+    let writing = Instant::now();
+    let file = codes.file(&picture.film, format);
     let phases = Phases {
         parse: loaded.parse_ms,
         plan: loaded.plan_ms,
         bvh: scene.bvh_ms,
         trace: picture.trace_ms,
-        png: milliseconds(encoding),
+        png: coding_ms + milliseconds(writing),
     };
     let cost = Cost {
         wall_ms: milliseconds(started),

@@ -73,14 +73,15 @@ pub fn code8(linear: f32) -> u8 {
     Codes8::get().code(linear)
 }
 
-/// The 16-bit code of a linear value, by the formula; NaN has code 0.
+/// The 16-bit code of a linear value, by the formula; NaN has code 0. For many values there is
+/// [`Codes16`](super::srgb16::Codes16).
 pub fn code16(linear: f32) -> u16 {
     formula(linear, 65535.0) as u16
 }
 
 /// Unlike `f32::clamp` this takes NaN to `low`.
 #[inline]
-fn clamp(x: f32, low: f32, high: f32) -> f32 {
+pub(super) fn clamp(x: f32, low: f32, high: f32) -> f32 {
     x.max(low).min(high)
 }
 
