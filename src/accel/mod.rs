@@ -3,6 +3,7 @@
 mod bounds;
 mod build;
 mod geometry;
+mod memory;
 mod occlusion;
 mod resolve;
 mod single;
