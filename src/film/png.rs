@@ -11,20 +11,26 @@ const STRIP: usize = 1 << 15;
 
 /// Codes of 8 bits, by the current rayon pool.
 pub(super) fn codes8(film: &Film) -> Vec<u8> {
-    let codes = Codes8::get();
-    film.pixels.as_flattened().par_iter().with_min_len(STRIP).map(|&channel| codes.code(channel)).collect()
+    let table = Codes8::get();
+    strips::<1>(film, |channels, bytes| table.codes(channels, bytes))
 }
 
 /// Codes of 16 bits, the high byte first as in the file, by the current rayon pool.
 pub(super) fn codes16(film: &Film) -> Vec<u8> {
-    let codes = Codes16::get();
-    let channels = film.pixels.as_flattened();
-    let mut bytes = vec![0; channels.len() * 2];
-    bytes.par_chunks_mut(STRIP * 2).zip(channels.par_chunks(STRIP)).for_each(|(bytes, channels)| {
-        for (bytes, &channel) in bytes.as_chunks_mut().0.iter_mut().zip(channels) {
-            *bytes = codes.code(channel).to_be_bytes();
+    let table = Codes16::get();
+    strips::<2>(film, |channels, bytes| {
+        for (&channel, code) in channels.iter().zip(bytes.as_chunks_mut().0) {
+            *code = table.code(channel).to_be_bytes();
         }
-    });
+    })
+}
+
+/// Converts the channels to so many bytes each.
+fn strips<const BYTES: usize>(film: &Film, convert: impl Fn(&[f32], &mut [u8]) + Sync) -> Vec<u8> {
+    let channels = film.pixels.as_flattened();
+    let mut bytes = vec![0; channels.len() * BYTES];
+    let strips = channels.par_chunks(STRIP).zip(bytes.par_chunks_mut(STRIP * BYTES));
+    strips.for_each(|(channels, bytes)| convert(channels, bytes));
     bytes
 }
 
