@@ -6,7 +6,7 @@ use super::srgb16::Codes16;
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
 use rayon::prelude::*;
 
-/// Channels that a thread converts in one go: some 30 microseconds, so that both caches and threads are busy.
+/// Channels that a thread converts in one go: some 30 microseconds at 8 bits.
 const STRIP: usize = 1 << 15;
 
 /// Codes of 8 bits, by the current rayon pool.

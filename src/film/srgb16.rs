@@ -1,4 +1,4 @@
-//! Linear light to 16-bit sRGB codes: exact, and some 30 times as fast as a power function for each channel.
+//! Linear light to 16-bit sRGB codes: exact, and eight times as fast as a power function for each channel.
 //!
 //! With 65,536 codes several thresholds share any bucket of a table that is not larger than the caches. So the curve
 //! between two points of a coarse table gives the code or one of its neighbours, and the thresholds decide.
