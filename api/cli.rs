@@ -311,6 +311,10 @@ pub(crate) struct ServeArgs {
     /// Samples of one answer: its pixels times the samples for each.
     #[arg(long, env = "STRAHL_MAX_SAMPLES_TOTAL", value_name = "SAMPLES", default_value_t = 64_000_000)]
     pub(crate) max_samples_total: u64,
+    /// Bytes of built scenes that are kept, so that asking again about the same scene skips reading and building it; 0
+    /// keeps none.
+    #[arg(long, env = "STRAHL_SCENE_CACHE_BYTES", value_name = "BYTES", default_value_t = 512 << 20)]
+    pub(crate) scene_cache_bytes: u64,
     /// Seconds until a request that is not answered is given up.
     #[arg(long, env = "STRAHL_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     pub(crate) timeout: Duration,

@@ -6,6 +6,7 @@ mod failure;
 mod input;
 mod picture;
 mod rays;
+mod ready;
 mod report;
 mod server;
 mod workers;

@@ -1,12 +1,11 @@
 //! From a loaded scene to a picture file and its cost report.
 
+use crate::ready::{Loading, Ready};
 use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::workers::Workers;
 use std::time::Instant;
-use strahl::film::{FileFormat, Region, encode};
-use strahl::plan::explain::explain;
+use strahl::film::{Codes, FileFormat, Region};
 use strahl::render::{Cancelled, Control, render};
-use strahl::scene::Loaded;
 
 /// A picture file and what it cost.
 #[derive(Debug)]
@@ -17,26 +16,33 @@ pub(crate) struct Finished {
     pub(crate) report: Report,
 }
 
-/// Renders a region, which must fit the picture, and encodes it. `started` is when work on the scene's bytes began.
+/// Renders a region, which must fit the picture, and encodes it. `started` is when work on the scene's bytes began,
+/// `loading` what that took.
 pub(crate) fn make(
     started: Instant,
-    loaded: &Loaded,
+    ready: &Ready,
+    loading: Loading,
     region: Region,
     format: FileFormat,
     workers: &Workers,
     control: &Control,
 ) -> Result<Finished, Cancelled> {
-    let scene = &loaded.scene;
-    let plan = explain(&loaded.description);
-    let picture = workers.work(|| render(scene, region, control))?;
-    let encoding = Instant::now();
-    let file = encode(&picture.film, format);
+    let scene = &ready.scene;
+    // The codes are made in the same turn on the pool; the file takes one thread, while the pool goes on.
+    let (picture, codes, coding_ms) = workers.work(|| {
+        let picture = render(scene, region, control)?;
+        let coding = Instant::now();
+        let codes = Codes::new(&picture.film, format);
+        Ok((picture, codes, milliseconds(coding)))
+    })?;
+    let writing = Instant::now();
+    let file = codes.file(&picture.film, format);
     let phases = Phases {
-        parse: loaded.parse_ms,
-        plan: loaded.plan_ms,
-        bvh: scene.bvh_ms,
+        parse: loading.parse,
+        plan: loading.plan,
+        bvh: loading.bvh,
         trace: picture.trace_ms,
-        png: milliseconds(encoding),
+        png: coding_ms + milliseconds(writing),
     };
     let cost = Cost {
         wall_ms: milliseconds(started),
@@ -49,11 +55,11 @@ pub(crate) fn make(
         version: env!("CARGO_PKG_VERSION"),
         image: [scene.width, scene.height],
         region,
-        render: loaded.description.render,
-        two_sided: loaded.two_sided,
-        spd_counts: loaded.spd_counts,
+        render: ready.render,
+        two_sided: ready.two_sided,
+        spd_counts: ready.spd_counts,
     };
-    Ok(Finished { file, report: Report { plan, cost, error: ErrorBounds::default(), replay } })
+    Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error: ErrorBounds::default(), replay } })
 }
 
 /// Milliseconds since an instant.

@@ -212,9 +212,8 @@ pub(crate) fn add_samples<L: Lanes, O: crate::trace::observer::Observer<L>>(
             return;
         }
         let offset = sample_offset(i, samples);
-        let coordinate = |axis: usize| {
-            L::from_fn(s, |lane| L::Real::from_f64(f64::from(corners[axis][lane]) + offset[axis]))
-        };
+        let coordinate =
+            |axis: usize| L::from_fn(s, |lane| L::Real::from_f64(f64::from(corners[axis][lane]) + offset[axis]));
         tracer.sample(coordinate(0), coordinate(1), active, weight, sum);
     }
 }

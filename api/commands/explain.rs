@@ -5,13 +5,13 @@ use crate::cli::{ExplainArgs, ExplainFormat};
 use crate::failure::Failure;
 use crate::input::Source;
 use crate::picture;
+use crate::ready::Ready;
 use crate::report::{Cost, Report};
 use serde_json::json;
 use std::fmt::Write;
 use std::sync::Arc;
 use std::time::Instant;
 use strahl::film::FileFormat;
-use strahl::plan::explain::explain;
 use strahl::render::Control;
 
 /// Explains.
@@ -24,17 +24,16 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     interrupt::cancel_on_ctrl_c(&control)?;
     let started = Instant::now();
     let source = Source::read(&args.scene)?;
-    let loaded = workers.work(|| source.load(&args.settings.overrides()))?;
+    let ready = workers.work(|| source.load(&args.settings.overrides()).map(Ready::from))?;
     if !args.analyze {
-        let plan = explain(&loaded.description);
         return match args.format {
-            ExplainFormat::Table => output::print(plan.to_table().as_bytes()),
-            ExplainFormat::Json => output::print(&output::pretty(&plan)?),
+            ExplainFormat::Table => output::print(ready.plan.to_table().as_bytes()),
+            ExplainFormat::Json => output::print(&output::pretty(&ready.plan)?),
         };
     }
 
-    let region = region_of(&loaded.scene, args.picture.region)?;
-    let make = || picture::make(started, &loaded, region, FileFormat::Png8, &workers, &control);
+    let region = region_of(&ready.scene, args.picture.region)?;
+    let make = || picture::make(started, &ready, ready.loading, region, FileFormat::Png8, &workers, &control);
     let report = progress::while_showing(&control, make)?.report;
     if let Some(path) = &args.picture.stats {
         output::write(path, &output::pretty(&report)?)?;

@@ -5,6 +5,7 @@ use crate::cli::{PictureFormat, RenderArgs};
 use crate::failure::Failure;
 use crate::input::Source;
 use crate::picture::{self, Finished};
+use crate::ready::Ready;
 use crate::report::Report;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -32,14 +33,14 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
 
     let started = Instant::now();
     let source = Source::read(&args.scene)?;
-    let loaded = workers.work(|| source.load(&args.settings.overrides()))?;
+    let ready = workers.work(|| source.load(&args.settings.overrides()).map(Ready::from))?;
     if control.cancelled.load(Ordering::Relaxed) {
         return Err(Failure::Interrupted);
     }
-    warn(&source.name, &loaded.scene.warnings);
-    let region = region_of(&loaded.scene, args.picture.region)?;
-    let Finished { file, report } =
-        progress::while_showing(&control, || picture::make(started, &loaded, region, format, &workers, &control))?;
+    warn(&source.name, &ready.scene.warnings);
+    let region = region_of(&ready.scene, args.picture.region)?;
+    let make = || picture::make(started, &ready, ready.loading, region, format, &workers, &control);
+    let Finished { file, report } = progress::while_showing(&control, make)?;
 
     output::write(&args.output, &file)?;
     if let Some(path) = stats {

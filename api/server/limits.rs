@@ -2,10 +2,10 @@
 
 use super::problem::{Kind, Problem};
 use crate::cli::ServeArgs;
+use crate::ready::Ready;
 use serde_json::{Value, json};
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::Loaded;
 use strahl::scene::limits as scene;
 
 /// Rays of one `POST /v1/rays`.
@@ -26,6 +26,7 @@ pub(super) struct Limits {
     queue: u32,
     max_pixels: u64,
     max_samples_total: u64,
+    scene_cache_bytes: u64,
 }
 
 impl Limits {
@@ -41,11 +42,12 @@ impl Limits {
             queue: args.queue,
             max_pixels: args.max_pixels,
             max_samples_total: args.max_samples_total,
+            scene_cache_bytes: args.scene_cache_bytes,
         }
     }
 
     /// Refuses a region that is too much work for one answer.
-    pub(super) fn check(&self, loaded: &Loaded, region: Region) -> Result<(), Problem> {
+    pub(super) fn check(&self, ready: &Ready, region: Region) -> Result<(), Problem> {
         let pixels = u64::from(region.width) * u64::from(region.height);
         if pixels > self.max_pixels {
             let detail = format!(
@@ -54,12 +56,12 @@ impl Limits {
             );
             return Err(Problem::limit(Kind::CostLimit, "max_pixels", self.max_pixels, detail));
         }
-        let samples = pixels * u64::from(loaded.description.render.samples);
+        let samples = pixels * u64::from(ready.render.samples);
         if samples > self.max_samples_total {
             let detail = format!(
                 "{pixels} pixels with {} samples each are {samples} samples; one answer has at most {} \
                  (max_samples_total): ask for tiles or fewer samples",
-                loaded.description.render.samples, self.max_samples_total
+                ready.render.samples, self.max_samples_total
             );
             return Err(Problem::limit(Kind::CostLimit, "max_samples_total", self.max_samples_total, detail));
         }
@@ -96,6 +98,7 @@ impl Limits {
                 "max_pixels": self.max_pixels,
                 "max_samples_total": self.max_samples_total,
                 "max_rays": MAX_RAYS,
+                "scene_cache_bytes": self.scene_cache_bytes,
                 "queue": self.queue,
                 "header_timeout_s": self.header_timeout.as_secs_f64(),
                 "body_timeout_s": self.body_timeout.as_secs_f64(),

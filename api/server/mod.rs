@@ -15,6 +15,7 @@ mod questions;
 mod queue;
 mod rays;
 mod routes;
+mod scenes;
 mod stall;
 
 use crate::cli::ServeArgs;
@@ -23,6 +24,7 @@ use crate::failure::Failure;
 use drain::{Drain, StopSignals};
 use limits::Limits;
 use queue::Queue;
+use scenes::Scenes;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
@@ -37,6 +39,8 @@ use tracing_subscriber::util::SubscriberInitExt;
 struct Service {
     /// The one way to the renderer.
     queue: Queue,
+    /// Scenes that need not be built again.
+    scenes: Scenes,
     /// What a request may ask for.
     limits: Limits,
     /// How much memory bodies and answers may take together, in units of [`body::UNIT`] bytes.
@@ -64,6 +68,7 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
     let limits = Limits::new(args);
     let service = Arc::new(Service {
         queue: Queue::new(workers, args.queue, args.timeout),
+        scenes: Scenes::new(args.scene_cache_bytes),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
         limits,
         drain: Drain::default(),

@@ -6,8 +6,10 @@ use super::negotiate;
 use super::parameters::{Parameters, outside};
 use super::problem::{Kind, Problem};
 use super::queue::{Done, Job};
+use super::scenes::Found;
 use super::{App, Service};
 use crate::picture::{self, Finished};
+use crate::ready::Ready;
 use crate::report::Report;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
@@ -15,7 +17,7 @@ use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use strahl::film::{FileFormat, Region};
-use strahl::scene::{Format, Loaded, Overrides, Scene};
+use strahl::scene::{Format, Overrides, Scene};
 
 /// `POST /v1/render`.
 pub(super) async fn whole(State(service): State<App>, request: Request) -> Result<Response, Problem> {
@@ -40,23 +42,31 @@ async fn answer(
     let render = {
         let service = Arc::clone(&service);
         move |job: &Job| {
-            let loaded = load(job, body.as_ref(), format, &overrides)?;
-            let region = region_of(&service, &loaded, region)?;
-            picture::make(job.started, &loaded, region, file_format, &job.workers, &job.control).map_err(|_| gone())
+            let Found { ready, loading, kept } = find(&service, job, body.as_ref(), format, &overrides)?;
+            let region = region_of(&service, &ready, region)?;
+            picture::make(job.started, &ready, loading, region, file_format, &job.workers, &job.control)
+                .map(|finished| (finished, kept))
+                .map_err(|_| gone())
         }
     };
-    let Done { value: Finished { file, report }, queue_ms } = service.queue.run(render).await?;
-    let headers = picture_headers(file_format, &report, queue_ms);
+    let Done { value: (Finished { file, report }, kept), queue_ms } = service.queue.run(render).await?;
+    let headers = picture_headers(file_format, &report, queue_ms, kept);
     Ok((headers, Held::new(file, &service.memory).into_body()).into_response())
 }
 
-/// Reads, checks and compiles a scene as part of a job.
-pub(super) fn load(job: &Job, bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loaded, Problem> {
-    let loaded = job.workers.work(|| strahl::scene::load(bytes, format, overrides));
+/// The scene that a request is about, as part of its job.
+pub(super) fn find(
+    service: &Service,
+    job: &Job,
+    bytes: &[u8],
+    format: Format,
+    overrides: &Overrides,
+) -> Result<Found, Problem> {
+    let found = service.scenes.find(job, bytes, format, overrides);
     if job.control.cancelled.load(Ordering::Relaxed) {
         return Err(gone());
     }
-    loaded.map_err(|problems| Problem::scene(&problems))
+    found.map_err(|problems| Problem::scene(&problems))
 }
 
 /// A job noticed that it was cancelled. Nobody waits for this answer any more: its client has gone or has been
@@ -65,27 +75,26 @@ pub(super) fn gone() -> Problem {
     Problem::new(Kind::RenderDeadline, "the request was given up")
 }
 
-fn region_of(service: &Service, loaded: &Loaded, region: Option<Region>) -> Result<Region, Problem> {
-    let Scene { width, height, .. } = loaded.scene;
+fn region_of(service: &Service, ready: &Ready, region: Option<Region>) -> Result<Region, Problem> {
+    let Scene { width, height, .. } = ready.scene;
     let region = region.unwrap_or_else(|| Region::whole(width, height));
     if !region.fits(width, height) {
         let Region { x, y, width: w, height: h } = region;
         return Err(outside(&format!("the region x={x}, y={y}, w={w}, h={h}"), width, height));
     }
-    service.limits.check(loaded, region)?;
+    service.limits.check(ready, region)?;
     Ok(region)
 }
 
-fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64) -> HeaderMap {
+fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64, kept: bool) -> HeaderMap {
     let (name, media_type) = negotiate::description(format);
     let phases = report.cost.phases_ms.list();
     // What no phase accounts for was spent waiting for a turn on the pool.
     let waited = report.cost.wall_ms - phases.iter().map(|(_, ms)| ms).sum::<f64>();
-    let timing: Vec<String> = [("queue", queue_ms + waited.max(0.0))]
-        .into_iter()
-        .chain(phases)
-        .map(|(phase, ms)| format!("{phase};dur={ms:.3}"))
-        .collect();
+    let durations = [("queue", queue_ms + waited.max(0.0))].into_iter().chain(phases);
+    let scene = format!("scene;desc={}", if kept { "hit" } else { "miss" });
+    let timing: Vec<String> =
+        [scene].into_iter().chain(durations.map(|(phase, ms)| format!("{phase};dur={ms:.3}"))).collect();
     let rays = report.cost.rays;
     let rays = format!(
         "camera={}, shadow={}, reflected={}, transmitted={}",

@@ -1,48 +1,53 @@
 //! Questions about a scene that are answered without a picture: ray trees, the plan, validity.
 
-use super::App;
 use super::asked::{self, Asked};
 use super::body::Held;
 use super::parameters::{Parameters, outside};
-use super::picture::{gone, load};
+use super::picture::{find, gone};
 use super::problem::{Kind, Problem};
 use super::queue::Job;
+use super::{App, Service};
+use crate::ready::Ready;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde_json::json;
-use strahl::plan::explain::explain;
+use std::sync::Arc;
 use strahl::scene::{Format, Overrides};
 use strahl::trace::tree::trace_pixel_while;
 
 /// `POST /v1/explain`: which effects the scene calls for, and why.
 pub(super) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    let answer = |job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
-        let loaded = load(job, bytes, format, overrides)?;
-        to_json(&explain(&loaded.description))
+    let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
+        to_json(&find(service, job, bytes, format, overrides)?.ready.plan)
     };
     ask(service, request, nothing, answer).await
 }
 
 /// `POST /v1/scenes/validate`: all problems, or none and perhaps warnings.
 pub(super) async fn validate(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    let answer = |job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
-        let loaded = load(job, bytes, format, overrides)?;
-        to_json(&json!({ "valid": true, "warnings": loaded.scene.warnings }))
+    let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
+        let found = find(service, job, bytes, format, overrides)?;
+        to_json(&json!({ "valid": true, "warnings": found.ready.scene.warnings }))
     };
     ask(service, request, nothing, answer).await
 }
 
 /// `POST /v1/tree`: every ray of one pixel.
 pub(super) async fn tree(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    let answer = |job: &Job, bytes: &[u8], format, overrides: &Overrides, (pixel, tree_format): ([u32; 2], _)| {
+    let answer = |service: &Service,
+                  job: &Job,
+                  bytes: &[u8],
+                  format,
+                  overrides: &Overrides,
+                  (pixel, tree_format): ([u32; 2], _)| {
         let [x, y] = pixel;
-        let scene = load(job, bytes, format, overrides)?.scene;
+        let Ready { scene, .. } = &*find(service, job, bytes, format, overrides)?.ready;
         if x >= scene.width || y >= scene.height {
             return Err(outside(&format!("the pixel x={x}, y={y}"), scene.width, scene.height));
         }
-        let tree = job.workers.work(|| trace_pixel_while(&scene, x, y, &job.control)).map_err(|_| gone())?;
+        let tree = job.workers.work(|| trace_pixel_while(scene, x, y, &job.control)).map_err(|_| gone())?;
         match tree_format {
             TreeFormat::Json => to_json(&tree),
             TreeFormat::Dot => Ok(("text/vnd.graphviz", tree.to_dot().into_bytes())),
@@ -85,10 +90,13 @@ pub(super) async fn ask<P: Send + 'static>(
     service: App,
     request: Request,
     further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
-    answer: impl FnOnce(&Job, &[u8], Format, &Overrides, P) -> Result<Answer, Problem> + Send + 'static,
+    answer: impl FnOnce(&Service, &Job, &[u8], Format, &Overrides, P) -> Result<Answer, Problem> + Send + 'static,
 ) -> Result<Response, Problem> {
     let Asked { format, overrides, further, body } = asked::read(&service, request, further).await?;
-    let work = move |job: &Job| answer(job, body.as_ref(), format, &overrides, further);
+    let work = {
+        let service = Arc::clone(&service);
+        move |job: &Job| answer(&service, job, body.as_ref(), format, &overrides, further)
+    };
     let (media_type, bytes) = service.queue.run(work).await?.value;
     let body = Held::new(bytes, &service.memory).into_body();
     Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())

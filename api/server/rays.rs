@@ -1,12 +1,12 @@
 //! `POST /v1/rays`: a scene and rays in, what each ray hits first out.
 
-use super::App;
 use super::limits::MAX_RAYS;
 use super::parameters::Parameters;
 use super::picture::gone;
 use super::problem::{Kind, Problem};
 use super::questions::{Answer, ask, to_json};
 use super::queue::Job;
+use super::{App, Service};
 use crate::rays::read_ray;
 use axum::extract::{Request, State};
 use axum::http::HeaderMap;
@@ -17,12 +17,13 @@ use serde_json::json;
 use serde_json::value::RawValue;
 use std::fmt;
 use std::sync::atomic::Ordering;
-use strahl::scene::{Format, Overrides, Problems, Scene, load, problem};
+use strahl::scene::{Format, Overrides, Problems, Scene, problem};
 use strahl::trace::query::{RayAnswer, RayQuery, answer};
 
 /// `POST /v1/rays`.
 pub(super) async fn rays(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    ask(service, request, only_json, |job, bytes, _, overrides, ()| answer_all(job, bytes, overrides)).await
+    ask(service, request, only_json, |service, job, bytes, _, overrides, ()| answer_all(service, job, bytes, overrides))
+        .await
 }
 
 fn only_json(_: &mut Parameters, headers: &HeaderMap) -> Result<(), Problem> {
@@ -32,16 +33,16 @@ fn only_json(_: &mut Parameters, headers: &HeaderMap) -> Result<(), Problem> {
     }
 }
 
-fn answer_all(job: &Job, bytes: &[u8], overrides: &Overrides) -> Result<Answer, Problem> {
+fn answer_all(service: &Service, job: &Job, bytes: &[u8], overrides: &Overrides) -> Result<Answer, Problem> {
     let Questions { scene: text, rays } = serde_json::from_slice(bytes).map_err(|error| shape(&error))?;
     if rays.count > MAX_RAYS {
         let detail = format!("{} rays are too many; one request has at most {MAX_RAYS} (max_rays)", rays.count);
         return Err(Problem::limit(Kind::TooLarge, "max_rays", MAX_RAYS as u64, detail));
     }
     let rays = read_all(&rays.texts)?;
-    let loaded = job.workers.work(|| load(text.get().as_bytes(), Format::Json, overrides));
-    let scene = loaded.map_err(|problems| Problem::scene(&inside(bytes, text, problems)))?.scene;
-    let answers = job.workers.work(|| follow(job, &scene, &rays)).ok_or_else(gone)?;
+    let found = service.scenes.find(job, text.get().as_bytes(), Format::Json, overrides);
+    let found = found.map_err(|problems| Problem::scene(&inside(bytes, text, problems)))?;
+    let answers = job.workers.work(|| follow(job, &found.ready.scene, &rays)).ok_or_else(gone)?;
     to_json(&json!({ "answers": answers }))
 }
 

@@ -17,13 +17,14 @@ import datetime
 import hashlib
 import json
 import os
-import platform
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 sys.dont_write_bytecode = True  # leaves nothing beside this file
+sys.path.append(str(Path(__file__).resolve().parent.parent))
+from machine import commit, machine  # noqa: E402
 from plot import plot  # noqa: E402
 from timing import time_variants  # noqa: E402
 
@@ -174,21 +175,6 @@ def list_mutations(names):
             print(f"  {binary}: {', '.join(failed)}")
         if not listing and cases == survived("robust"):
             print("  NO TEST NOTICES THIS")
-
-
-def machine():
-    model = platform.processor() or platform.machine()
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        model = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        pass
-    return f"{model}, {os.cpu_count()} cores"
-
-
-def commit():
-    found = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
-    return found.stdout.strip() or "unknown"
 
 
 def report(figures):

@@ -10,10 +10,10 @@ def ticks(low, high, step):
 
 
 def step_for(span):
-    for step in [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]:
+    for step in [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000]:
         if span / step <= 8:
             return step
-    return 100
+    return 10000
 
 
 def spread(wanted, gap):

@@ -53,7 +53,8 @@ impl<L: Lanes> Prepared<L> {
     pub(super) fn new(s: L::Simd, here: &Geometry<L::Real>, rays: &Rays<L>, course: Course) -> Self {
         let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
         let reciprocal = Reciprocal::new(s, rays);
-        let many = L::COUNT > 1 && course == Course::Together && here.wide.as_ref().is_some_and(|wide| wide.nodes.len() > 1);
+        let many =
+            L::COUNT > 1 && course == Course::Together && here.wide.as_ref().is_some_and(|wide| wide.nodes.len() > 1);
         let beam = if many { Beam::new(s, rays, &reciprocal) } else { None };
         Self { reciprocal, shear, beam }
     }
@@ -75,14 +76,7 @@ impl<L: Lanes> Prepared<L> {
     }
 
     #[inline(always)]
-    fn open_in(
-        &self,
-        s: L::Simd,
-        node: &WideNode<L::Real>,
-        lanes: u32,
-        rays: &Rays<L>,
-        stack: &mut Stack<L::Real>,
-    ) {
+    fn open_in(&self, s: L::Simd, node: &WideNode<L::Real>, lanes: u32, rays: &Rays<L>, stack: &mut Stack<L::Real>) {
         let top = stack.len();
         let (count, children) = (lanes.count_ones(), first(node.count));
         match &self.beam {
@@ -148,11 +142,8 @@ impl<L: Lanes> Prepared<L> {
     #[inline(always)]
     fn boxes_against_ray(&self, s: L::Simd, node: &WideNode<L::Real>, lane: usize, rays: &Rays<L>) -> (L::Mask, L) {
         let ray = rays.alone(s, lane, first(node.count));
-        let corner = |at: &[[L::Real; MAX_LANES]; 3]| V3 {
-            x: L::load(s, &at[0]),
-            y: L::load(s, &at[1]),
-            z: L::load(s, &at[2]),
-        };
+        let corner =
+            |at: &[[L::Real; MAX_LANES]; 3]| V3 { x: L::load(s, &at[0]), y: L::load(s, &at[1]), z: L::load(s, &at[2]) };
         self.reciprocal.alone(s, lane).crosses_boxes(s, corner(&node.min), corner(&node.max), &ray)
     }
 }

@@ -349,13 +349,7 @@ mod tests {
         let wide = geometry.wide.as_ref().expect("so many triangles have one");
         let mesh_bytes = bytes(&mesh.vertices) + mesh.faces.len() * size_of::<[u32; 3]>() + bytes(&mesh.normals);
         let columns: usize = wide.columns.iter().map(bytes).sum();
-        let parts = [
-            mesh_bytes,
-            bytes(&geometry.primitives),
-            bytes(&wide.nodes),
-            bytes(&wide.leaves),
-            columns,
-        ];
+        let parts = [mesh_bytes, bytes(&geometry.primitives), bytes(&wide.nodes), bytes(&wide.leaves), columns];
         let each = parts.map(|bytes| bytes as f64 / mesh.faces.len() as f64);
         assert!(each.iter().sum::<f64>() <= 100.0, "bytes for each triangle: {each:?}");
     }

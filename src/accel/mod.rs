@@ -1,11 +1,12 @@
 //! Bounding volume hierarchies: what a ray meets, without asking everything.
 
-mod bins;
 mod beam;
+mod bins;
 mod bounds;
 mod build;
 mod descent;
 mod geometry;
+mod memory;
 mod occlusion;
 mod part;
 mod placement;

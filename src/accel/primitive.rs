@@ -21,9 +21,13 @@ pub(super) fn intersect_item<L: Lanes>(
         #[inline(always)]
         || match &item.shape {
             Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
-            Shape::Mesh(mesh) => {
-                intersect_triangle(s, splat_corners(s, &mesh.vertices, mesh.faces[face as usize]), rays, shear, item.sides)
-            }
+            Shape::Mesh(mesh) => intersect_triangle(
+                s,
+                splat_corners(s, &mesh.vertices, mesh.faces[face as usize]),
+                rays,
+                shear,
+                item.sides,
+            ),
             Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
             Shape::Disc(disc) => disc.intersect(s, rays, item.sides),
             Shape::Cuboid(cuboid) => cuboid.intersect(s, rays, item.sides),

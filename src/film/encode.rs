@@ -15,14 +15,34 @@ pub enum FileFormat {
     Pfm,
 }
 
+/// A film's codes as the file of a format holds them; formats of floats have none.
+#[derive(Debug)]
+pub struct Codes(Vec<u8>);
+
+impl Codes {
+    /// The half of encoding that goes over all channels on its own: the current rayon pool does it.
+    pub fn new(film: &Film, format: FileFormat) -> Self {
+        match format {
+            FileFormat::Png8 => Self(png::codes8(film)),
+            FileFormat::Png16 => Self(png::codes16(film)),
+            FileFormat::Exr | FileFormat::Pfm => Self(Vec::new()),
+        }
+    }
+
+    /// The other half, on one thread: the file. `film` and `format` are those that the codes are from.
+    pub fn file(&self, film: &Film, format: FileFormat) -> Vec<u8> {
+        match format {
+            FileFormat::Png8 => png::file(film, &self.0, ::png::BitDepth::Eight),
+            FileFormat::Png16 => png::file(film, &self.0, ::png::BitDepth::Sixteen),
+            FileFormat::Exr => exr::encode(film),
+            FileFormat::Pfm => pfm::encode(film),
+        }
+    }
+}
+
 /// Encodes a film. This cannot fail: a film's size is within the formats' limits.
 pub fn encode(film: &Film, format: FileFormat) -> Vec<u8> {
-    match format {
-        FileFormat::Png8 => png::encode8(film),
-        FileFormat::Png16 => png::encode16(film),
-        FileFormat::Exr => exr::encode(film),
-        FileFormat::Pfm => pfm::encode(film),
-    }
+    Codes::new(film, format).file(film, format)
 }
 
 /// A film whose every channel tells where it is, for the encoders' tests.

@@ -5,8 +5,9 @@ mod exr;
 mod pfm;
 mod png;
 pub mod srgb;
+pub mod srgb16;
 
-pub use encode::{FileFormat, encode};
+pub use encode::{Codes, FileFormat, encode};
 
 /// A rectangle of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

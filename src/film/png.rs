@@ -1,46 +1,66 @@
 //! PNG (ISO/IEC 15948): RGB of 8 or 16 bits, marked as sRGB.
 
 use super::Film;
-use super::srgb::{self, Codes8};
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
+use super::srgb::Codes8;
+use super::srgb16::Codes16;
+use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
+use rayon::prelude::*;
 
-/// Signature and IHDR chunk, which the sRGB chunk has to follow.
-const HEADER_BYTES: usize = 8 + 25;
+/// Channels that a thread converts in one go: some 30 microseconds at 8 bits.
+const STRIP: usize = 1 << 15;
 
-/// An sRGB chunk with perceptual intent: length, type, intent, CRC. Without it a viewer may assume another colour
-/// space. `image` does not write one.
-const SRGB_CHUNK: [u8; 13] = [0, 0, 0, 1, b's', b'R', b'G', b'B', 0, 0xae, 0xce, 0x1c, 0xe9];
-
-/// 8 bits per channel.
-pub(super) fn encode8(film: &Film) -> Vec<u8> {
-    let codes = Codes8::get();
-    let samples: Vec<u8> = film.pixels.as_flattened().iter().map(|&channel| codes.code(channel)).collect();
-    write(film, &samples, ExtendedColorType::Rgb8)
+/// Codes of 8 bits, by the current rayon pool.
+pub(super) fn codes8(film: &Film) -> Vec<u8> {
+    let table = Codes8::get();
+    strips::<1>(film, |channels, bytes| table.codes(channels, bytes))
 }
 
-/// 16 bits per channel.
-pub(super) fn encode16(film: &Film) -> Vec<u8> {
-    // In the machine's byte order, as `image` wants it; the file is big-endian.
-    let samples: Vec<u8> =
-        film.pixels.as_flattened().iter().flat_map(|&channel| srgb::code16(channel).to_ne_bytes()).collect();
-    write(film, &samples, ExtendedColorType::Rgb16)
+/// Codes of 16 bits, the high byte first as in the file, by the current rayon pool.
+pub(super) fn codes16(film: &Film) -> Vec<u8> {
+    let table = Codes16::get();
+    strips::<2>(film, |channels, bytes| {
+        for (&channel, code) in channels.iter().zip(bytes.as_chunks_mut().0) {
+            *code = table.code(channel).to_be_bytes();
+        }
+    })
 }
 
-fn write(film: &Film, samples: &[u8], color: ExtendedColorType) -> Vec<u8> {
+/// Converts the channels to so many bytes each.
+fn strips<const BYTES: usize>(film: &Film, convert: impl Fn(&[f32], &mut [u8]) + Sync) -> Vec<u8> {
+    let channels = film.pixels.as_flattened();
+    let mut bytes = vec![0; channels.len() * BYTES];
+    let strips = channels.par_chunks(STRIP).zip(bytes.par_chunks_mut(STRIP * BYTES));
+    strips.for_each(|(channels, bytes)| convert(channels, bytes));
+    bytes
+}
+
+/// The file of a film's codes.
+pub(super) fn file(film: &Film, codes: &[u8], depth: BitDepth) -> Vec<u8> {
+    write(film, codes, depth)
+        .expect("memory takes any amount of bytes, and a film has as many codes as its region and depth say")
+}
+
+fn write(film: &Film, codes: &[u8], depth: BitDepth) -> Result<Vec<u8>, EncodingError> {
     let mut file = Vec::new();
-    // Fast with a fixed filter takes 6 ms for 1920 x 1080 where the default takes 84 ms, for a slightly larger file.
-    PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Sub)
-        .write_image(samples, film.region.width, film.region.height, color)
-        .expect("memory takes any amount of bytes, and a film has as many samples as its region says");
-    file.splice(HEADER_BYTES..HEADER_BYTES, SRGB_CHUNK);
-    file
+    let mut encoder = Encoder::new(&mut file, film.region.width, film.region.height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(depth);
+    // Without it a viewer may assume another colour space.
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    // The balanced default takes 6 to 12 times as long, for 12 to 30 % less. Choosing a filter for each row takes 1.3
+    // times as long and saves 2 % on the golden pictures; with Sub they are 1 % larger, and triangles seen small 25 %.
+    encoder.set_compression(Compression::Fast);
+    encoder.set_filter(Filter::Paeth);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(codes)?;
+    writer.finish()?;
+    Ok(file)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::srgb::{code8, code16};
     use super::super::{FileFormat, Region, encode, encode::test_film};
-    use super::*;
     use image::ImageFormat;
 
     #[test]
@@ -53,12 +73,12 @@ mod tests {
         let picture = image::load_from_memory_with_format(&file, ImageFormat::Png).unwrap();
         let picture = picture.as_rgb8().unwrap();
         assert_eq!(picture.dimensions(), (5, 4));
-        let codes: Vec<u8> = channels.iter().map(|&c| srgb::code8(c)).collect();
+        let codes: Vec<u8> = channels.iter().map(|&c| code8(c)).collect();
         assert_eq!(picture.as_raw(), &codes);
 
         let file = encode(&film, FileFormat::Png16);
         let picture = image::load_from_memory_with_format(&file, ImageFormat::Png).unwrap();
-        let codes: Vec<u16> = channels.iter().map(|&c| srgb::code16(c)).collect();
+        let codes: Vec<u16> = channels.iter().map(|&c| code16(c)).collect();
         assert_eq!(picture.as_rgb16().unwrap().as_raw(), &codes);
     }
 
@@ -66,11 +86,18 @@ mod tests {
     fn says_that_it_is_srgb() {
         let file = encode(&test_film(Region::whole(2, 2), 2, 2), FileFormat::Png8);
         assert_eq!(&file[12..16], b"IHDR");
-        assert_eq!(file[HEADER_BYTES..HEADER_BYTES + 13], SRGB_CHUNK);
-        // CRC-32 of type and data, bit by bit.
-        let crc = SRGB_CHUNK[4..9].iter().fold(!0_u32, |crc, &byte| {
-            (0..8).fold(crc ^ u32::from(byte), |c, _| if c & 1 == 1 { (c >> 1) ^ 0xedb8_8320 } else { c >> 1 })
-        });
-        assert_eq!((!crc).to_be_bytes(), SRGB_CHUNK[9..]);
+        // The next chunk: length, type, perceptual intent.
+        assert_eq!(&file[33..42], b"\0\0\0\x01sRGB\0");
+    }
+
+    #[test]
+    fn strips_do_not_show() {
+        let region = Region::whole(257, 201);
+        let film = test_film(region, 257, 201);
+        let file = encode(&film, FileFormat::Png16);
+        let picture = image::load_from_memory_with_format(&file, ImageFormat::Png).unwrap();
+        let codes: Vec<u16> = film.pixels.as_flattened().iter().map(|&c| code16(c)).collect();
+        assert!(codes.len() > 4 * super::STRIP);
+        assert_eq!(picture.as_rgb16().unwrap().as_raw(), &codes);
     }
 }

@@ -16,19 +16,16 @@ const CEILING: f32 = 1.0 - f32::EPSILON / 2.0;
 const BUCKET_BITS: u32 = 7;
 const SHIFT: u32 = f32::MANTISSA_DIGITS - 1 - BUCKET_BITS;
 
+/// Values that are looked up together.
+const BLOCK: usize = 32;
+
 /// The table behind [`code8`].
 #[derive(Debug)]
 pub struct Codes8 {
-    buckets: Vec<Bucket>,
-}
-
-/// Values whose bits agree down to [`SHIFT`].
-#[derive(Debug, Clone, Copy)]
-struct Bucket {
-    /// From here on the code is one higher.
-    threshold: f32,
-    /// Code of the bucket's first value.
-    code: u32,
+    /// One number for each bucket of values whose bits agree down to [`SHIFT`]: the code of its first value above these
+    /// lower bits, and in them what carries into the code when the lower bits of the threshold, or of a value beyond
+    /// it, are added.
+    steps: Vec<u32>,
 }
 
 impl Codes8 {
@@ -41,7 +38,7 @@ impl Codes8 {
     fn build() -> Self {
         let first = FLOOR.to_bits() >> SHIFT;
         let last = CEILING.to_bits() >> SHIFT;
-        let buckets = (first..=last).map(|bucket| {
+        let steps = (first..=last).map(|bucket| {
             let start = bucket << SHIFT;
             let code = formula8(f32::from_bits(start));
             // Bisection over the bits, which are in the order of the values.
@@ -54,18 +51,43 @@ impl Codes8 {
                     low = middle;
                 }
             }
-            Bucket { threshold: f32::from_bits(high), code }
+            // A bucket without a threshold has its `high` at its end, so nothing carries.
+            (code << SHIFT) + (start + (1 << SHIFT) - high)
         });
-        Self { buckets: buckets.collect() }
+        Self { steps: steps.collect() }
     }
 
     /// The 8-bit code of a linear value; NaN has code 0.
     #[inline]
     pub fn code(&self, linear: f32) -> u8 {
-        let x = clamp(linear, FLOOR, CEILING);
-        let bucket = self.buckets[((x.to_bits() >> SHIFT) - (FLOOR.to_bits() >> SHIFT)) as usize];
-        (bucket.code + u32::from(x >= bucket.threshold)) as u8
+        self.look_up(place(linear))
     }
+
+    /// The codes of as many values. Their places are found for a block at a time, which the compiler does for several at
+    /// once, and only the table is read one by one: half the time of one by one altogether.
+    pub fn codes(&self, linear: &[f32], codes: &mut [u8]) {
+        let (blocks, rest) = linear.as_chunks::<BLOCK>();
+        let (codes_of_blocks, codes_of_rest) = codes.as_chunks_mut::<BLOCK>();
+        for (block, codes) in blocks.iter().zip(codes_of_blocks) {
+            for (place, code) in block.map(place).into_iter().zip(codes) {
+                *code = self.look_up(place);
+            }
+        }
+        for (&linear, code) in rest.iter().zip(codes_of_rest) {
+            *code = self.code(linear);
+        }
+    }
+
+    #[inline]
+    fn look_up(&self, place: u32) -> u8 {
+        ((self.steps[(place >> SHIFT) as usize] + (place & ((1 << SHIFT) - 1))) >> SHIFT) as u8
+    }
+}
+
+/// How many floats a value lies above [`FLOOR`], a power of two: its bucket, and its lower bits.
+#[inline]
+fn place(linear: f32) -> u32 {
+    clamp(linear, FLOOR, CEILING).to_bits() - FLOOR.to_bits()
 }
 
 /// The 8-bit code of one linear value. For many values, call [`Codes8::get`] once.
@@ -73,15 +95,17 @@ pub fn code8(linear: f32) -> u8 {
     Codes8::get().code(linear)
 }
 
-/// The 16-bit code of a linear value, by the formula; NaN has code 0.
+/// The 16-bit code of a linear value, by the formula; NaN has code 0. For many values there is
+/// [`Codes16`](super::srgb16::Codes16).
 pub fn code16(linear: f32) -> u16 {
     formula(linear, 65535.0) as u16
 }
 
 /// Unlike `f32::clamp` this takes NaN to `low`.
 #[inline]
-fn clamp(x: f32, low: f32, high: f32) -> f32 {
-    x.max(low).min(high)
+pub(super) fn clamp(x: f32, low: f32, high: f32) -> f32 {
+    let x = if x > low { x } else { low };
+    if x < high { x } else { high }
 }
 
 fn formula8(linear: f32) -> u32 {
@@ -97,23 +121,40 @@ fn formula(linear: f32, codes: f64) -> u32 {
 mod tests {
     use super::*;
 
+    /// The code of each bucket's first value, and the bits of its threshold or of the next bucket.
+    fn buckets() -> Vec<(u32, u32)> {
+        let of = |(i, step): (u32, &u32)| (step >> SHIFT, FLOOR.to_bits() + ((i + 1) << SHIFT) - (step & 0xffff));
+        (0..).zip(&Codes8::get().steps).map(of).collect()
+    }
+
     #[test]
     fn no_bucket_holds_two_thresholds() {
-        let buckets = &Codes8::get().buckets;
+        let buckets = buckets();
         for pair in buckets.windows(2) {
-            assert!(pair[1].code - pair[0].code <= 1, "{pair:?}");
+            assert!(pair[1].0 - pair[0].0 <= 1, "{pair:?}");
         }
-        assert_eq!((buckets[0].code, buckets[buckets.len() - 1].code), (0, 255));
+        assert_eq!((buckets[0].0, buckets[buckets.len() - 1].0), (0, 255));
     }
 
     #[test]
     fn table_is_the_formula_around_every_threshold() {
-        for bucket in &Codes8::get().buckets {
-            let at = bucket.threshold.to_bits();
-            for bits in at - 40..at + 40 {
+        for (_, threshold) in buckets() {
+            for bits in threshold - 40..threshold + 40 {
                 let x = f32::from_bits(bits);
                 assert_eq!(u32::from(code8(x)), formula8(x), "{x:e}");
             }
+        }
+    }
+
+    #[test]
+    fn many_values_have_the_codes_of_each() {
+        let x: Vec<f32> =
+            (0..1_000).map(|i| [i as f32 / 900.0 - 0.05, f32::NAN, 2.0][usize::from(i % 97 == 0)]).collect();
+        for length in [0, 1, BLOCK - 1, BLOCK, BLOCK + 1, 1_000] {
+            let mut codes = vec![0; length];
+            Codes8::get().codes(&x[..length], &mut codes);
+            let each: Vec<u8> = x[..length].iter().map(|&x| code8(x)).collect();
+            assert_eq!(codes, each);
         }
     }
 

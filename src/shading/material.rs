@@ -25,7 +25,8 @@ impl<R: Real> Material<R> {
     /// Whether a surface between equal media shows nothing of this material: all light passes, none is added.
     pub fn is_perfectly_clear(&self) -> bool {
         let black = [R::from_f64(0.0); 3];
-        let unlit = [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == Texture::Uniform(black));
+        let unlit =
+            [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == Texture::Uniform(black));
         unlit && self.specular == black && self.reflection == black && self.transmission == [R::from_f64(1.0); 3]
     }
 }
@@ -89,13 +90,7 @@ pub struct Coefficients<L: Lanes> {
 impl<L: Lanes> Coefficients<L> {
     /// Looks the materials up, one trip for each distinct one among the lanes of `active`.
     #[inline(always)]
-    pub fn look_up(
-        s: L::Simd,
-        materials: &[Material<L::Real>],
-        index: L::Ids,
-        active: u32,
-        local: V3<L>,
-    ) -> Self {
+    pub fn look_up(s: L::Simd, materials: &[Material<L::Real>], index: L::Ids, active: u32, local: V3<L>) -> Self {
         let black = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let mut all = Self {
             ambient: black,

@@ -42,7 +42,7 @@ fn probes_are_quick_under_full_load() {
 fn sigterm_lets_the_running_finish_and_takes_nothing_new() {
     let mut service = Service::start(&["--drain-timeout", "60"]);
     // Long enough to be seen running, short enough to wait for.
-    let client = service.begin("/v1/render?width=512&height=512&samples=4", SLOW);
+    let client = service.begin("/v1/render?width=256&height=256&samples=4", SLOW);
     service.wait_for(1, 0);
     service.terminate();
     let refused = loop {

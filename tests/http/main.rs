@@ -5,6 +5,7 @@
 mod lifecycle;
 mod refusals;
 mod renders;
+mod scene_cache;
 mod service;
 
 /// A ball on a floor: quick.

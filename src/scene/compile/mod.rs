@@ -62,7 +62,28 @@ struct Source {
     name: Option<Box<str>>,
 }
 
+impl Scene {
+    /// Bytes of memory it takes; almost exact.
+    pub fn bytes(&self) -> usize {
+        fn of_world<R>(world: &World<R>) -> usize {
+            let geometries: usize = world.geometries.iter().map(crate::accel::Geometry::bytes).sum();
+            geometries + size_of_val(&world.materials[..]) + size_of_val(&world.lights[..])
+        }
+        let world = match &self.world {
+            Precise::Single(world) => of_world(world),
+            Precise::Double(world) => of_world(world),
+        };
+        size_of::<Self>() + world + self.sources.bytes() + size_of_val(&self.warnings[..])
+    }
+}
+
 impl Sources {
+    fn bytes(&self) -> usize {
+        let lists: usize = self.lists.iter().map(|list| size_of::<String>() + list.len()).sum();
+        let names: usize = self.entries.iter().filter_map(|entry| entry.name.as_deref()).map(str::len).sum();
+        lists + size_of_val(&self.entries[..]) + names
+    }
+
     /// JSON pointer of an item's object.
     pub fn pointer(&self, source: u32) -> String {
         let entry = &self.entries[source as usize];
