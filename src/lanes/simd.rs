@@ -130,6 +130,7 @@ simd!(f64x8, mask64x8, f64, u64x8, Wide, 8);
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::dispatch;
     use fearless_simd::Level;
 
     /// Every pair of these in some lane: the answer must be that of one lane, to the bit.
