@@ -3,12 +3,14 @@
 use crate::film::srgb::code8;
 use crate::film::{Film, Region};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch};
+use crate::plan::effects::{Effects, Everything, Local, Mirrors, Specialised};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
 use crate::shading::media::Medium;
 use crate::trace::enclosing::media_at;
 use crate::trace::kernel::Tracer;
+use crate::trace::observer::Observer;
 use fearless_simd::{Level, f32x16, f64x8};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -83,11 +85,13 @@ pub struct Cut {
     pub tile: u32,
     /// Instruction set.
     pub level: Level,
+    /// Whether the kernel is the one for the scene's effects, or the general one.
+    pub specialised: bool,
 }
 
 impl Default for Cut {
     fn default() -> Self {
-        Self { tile: 32, level: Level::new() }
+        Self { tile: 32, level: Level::new(), specialised: true }
     }
 }
 
@@ -150,6 +154,7 @@ struct Job<'a, R> {
     world: &'a World<R>,
     eye: Vec<Medium<R>>,
     cancelled: &'a AtomicBool,
+    kernel: Specialised,
 }
 
 #[derive(Default)]
@@ -162,7 +167,11 @@ macro_rules! kernel {
     ($real:ident, $lanes:ident) => {
         impl Kernel for $real {
             fn trace(level: Level, job: &Job<'_, Self>, at: &[[u32; 2]], samples: u32, out: &mut Traced) {
-                dispatch!(level, s => trace_with::<$lanes<_>>(s, job, at, samples, out));
+                dispatch!(level, s => match job.kernel {
+                    Specialised::Local => trace_with::<$lanes<_>, Local>(s, job, at, samples, out),
+                    Specialised::Mirrors => trace_with::<$lanes<_>, Mirrors>(s, job, at, samples, out),
+                    Specialised::Everything => trace_with::<$lanes<_>, Everything>(s, job, at, samples, out),
+                });
             }
             fn eye_media(world: &World<Self>) -> Vec<Medium<Self>> {
                 eye_media::<Self>((), world)
@@ -176,8 +185,14 @@ kernel!(f64, f64x8);
 
 /// Names the instruction set's type once, so that the macro's argument can be a type over it.
 #[inline(always)]
-fn trace_with<L: Lanes>(s: L::Simd, job: &Job<'_, L::Real>, at: &[[u32; 2]], samples: u32, out: &mut Traced) {
-    let mut tracer = Tracer::<L, ()>::new(s, job.world, &job.eye, job.cancelled, ());
+fn trace_with<L: Lanes, E: Effects>(
+    s: L::Simd,
+    job: &Job<'_, L::Real>,
+    at: &[[u32; 2]],
+    samples: u32,
+    out: &mut Traced,
+) {
+    let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.eye, job.cancelled, ());
     for packet in at.chunks(L::COUNT) {
         let active = ((1u64 << packet.len()) - 1) as u32;
         let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
@@ -194,8 +209,8 @@ fn trace_with<L: Lanes>(s: L::Simd, job: &Job<'_, L::Real>, at: &[[u32; 2]], sam
 
 /// Adds all samples of a packet of pixels, each weighted 1/n.
 #[inline(always)]
-pub(crate) fn add_samples<L: Lanes, O: crate::trace::observer::Observer<L>>(
-    tracer: &mut Tracer<'_, L, O>,
+pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &mut Tracer<'_, L, O, E>,
     pixels: &[[u32; 2]],
     active: u32,
     samples: u32,
@@ -255,7 +270,9 @@ struct Renderer<'a, R> {
 
 impl<'a, R: Kernel> Renderer<'a, R> {
     fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
-        Self { scene, control, cut, job: Job { world, eye: R::eye_media(world), cancelled: &control.cancelled } }
+        let kernel = if cut.specialised { Specialised::of(world) } else { Specialised::Everything };
+        let job = Job { world, eye: R::eye_media(world), cancelled: &control.cancelled, kernel };
+        Self { scene, control, cut, job }
     }
 
     fn picture(&self, region: Region) -> Result<(Film, RayCounts), Cancelled> {

@@ -174,6 +174,8 @@ fn threads_tiles_and_instruction_sets_do_not_change_a_byte() {
             let film = render_as(&loaded, Cut { level: *level, ..Cut::default() });
             assert_eq!(count_differing(&expected, &film), 0, "seed {seed}, {level:?}");
         }
+        let general = render_as(&loaded, Cut { specialised: false, ..Cut::default() });
+        assert_eq!(count_differing(&expected, &general), 0, "seed {seed}, the general kernel");
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             assert_eq!(count_differing(&expected, &pool.install(|| render_whole(&loaded))), 0, "{threads} threads");

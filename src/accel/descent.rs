@@ -43,20 +43,30 @@ pub enum Course {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prepared<L: Lanes> {
     pub(super) reciprocal: Reciprocal<L>,
-    pub(super) shear: Shear<L>,
     beam: Option<Beam<L::Real>>,
+    /// All rays of the search.
+    active: L::Mask,
+    shear: Option<Shear<L>>,
 }
 
 impl<L: Lanes> Prepared<L> {
     /// Prepares rays for a geometry.
     #[inline(always)]
     pub(super) fn new(s: L::Simd, here: &Geometry<L::Real>, rays: &Rays<L>, course: Course) -> Self {
-        let shear = if here.has_meshes { Shear::new(s, rays) } else { Shear::unused(s, rays) };
         let reciprocal = Reciprocal::new(s, rays);
         let many =
             L::COUNT > 1 && course == Course::Together && here.wide.as_ref().is_some_and(|wide| wide.nodes.len() > 1);
         let beam = if many { Beam::new(s, rays, &reciprocal) } else { None };
-        Self { reciprocal, shear, beam }
+        Self { reciprocal, beam, active: rays.active, shear: None }
+    }
+
+    /// The shear of the rays, made when they come to the first triangle.
+    #[inline(always)]
+    pub(super) fn shear(&mut self, s: L::Simd, rays: &Rays<L>) -> &Shear<L> {
+        if self.shear.is_none() {
+            self.shear = Some(Shear::new(s, &Rays { active: self.active, ..*rays }));
+        }
+        self.shear.as_ref().unwrap_or_else(|| unreachable!("it has just been made"))
     }
 
     /// Puts the children of a node that some of the rays `lanes` pass on the stack, the nearest last.

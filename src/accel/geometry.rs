@@ -181,8 +181,6 @@ pub struct Geometry<R> {
     pub(super) wide: Option<Wide<R>>,
     /// Around everything bounded.
     pub extent: Extent,
-    /// Whether some of the items are meshes, whose triangles need the rays' shear.
-    pub(super) has_meshes: bool,
     /// Number of primitives when expanded.
     pub expanded: u64,
 }
@@ -276,14 +274,13 @@ impl<R: Real> Geometry<R> {
         let primitives: Vec<Primitive> = parts.par_iter().map(|part| sources[part.index() as usize]).collect();
         drop((parts, sources));
         let extent = Extent::around(&items, extents, bounds);
-        let has_meshes = items.iter().any(|item| matches!(item.shape, Shape::Mesh(_)));
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
         let wide = match kind {
             _ if primitives.is_empty() => None,
             BvhKind::Flat => Some(Wide::flat(primitives.len())),
             BvhKind::Sah | BvhKind::Median => Some(Wide::new(&bvh, &items, &primitives)),
         };
-        Self { unbounded, wide, primitives, extent, has_meshes, expanded, items }
+        Self { unbounded, wide, primitives, extent, expanded, items }
     }
 
     /// Whether something in it has no bounds.

@@ -6,7 +6,7 @@ use super::primitive::intersect_item;
 use super::wide::{Kind, Leaf, Wide};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
-use crate::shape::{Shear, intersect_triangle, sphere_crossings};
+use crate::shape::{intersect_triangle, sphere_crossings};
 use std::cmp::Ordering;
 
 /// What a surface does to a shadow ray.
@@ -76,9 +76,9 @@ impl<R: Real> Passage<'_, R> {
     #[inline(always)]
     fn attenuate_in<L: Lanes<Real = R>>(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
         let here = &self.geometries[geometry];
-        let prepared = Prepared::new(s, here, rays, self.course);
+        let mut prepared = Prepared::new(s, here, rays, self.course);
         for &index in &here.unbounded {
-            self.visit(s, &here.items[index as usize], 0, rays, &prepared.shear);
+            self.visit(s, &here.items[index as usize], 0, rays);
         }
         let Some(wide) = &here.wide else { return };
         let floor = self.stack.len();
@@ -95,7 +95,7 @@ impl<R: Real> Passage<'_, R> {
                 Err(leaf) => {
                     let waiting = rays.active & !L::mask(s, lanes);
                     rays.active = L::mask(s, lanes);
-                    self.meet(s, here, wide, &wide.leaves[leaf], rays, &prepared.shear);
+                    self.meet(s, here, wide, &wide.leaves[leaf], rays, &mut prepared);
                     rays.active = rays.active | waiting;
                     if !rays.any() {
                         self.stack.truncate(floor);
@@ -114,12 +114,12 @@ impl<R: Real> Passage<'_, R> {
         wide: &Wide<R>,
         leaf: &Leaf,
         rays: &mut Rays<L>,
-        shear: &Shear<L>,
+        prepared: &mut Prepared<L>,
     ) {
         let item = |place: usize| &here.items[here.primitives[place].item as usize];
         if leaf.kind == Kind::Mixed {
             for primitive in &here.primitives[leaf.places()] {
-                self.visit(s, &here.items[primitive.item as usize], primitive.face, rays, shear);
+                self.visit(s, &here.items[primitive.item as usize], primitive.face, rays);
             }
             return;
         }
@@ -132,9 +132,10 @@ impl<R: Real> Passage<'_, R> {
                         let (center, radius) = wide.sphere(s, place);
                         sphere_crossings(s, center, radius, rays, sides)
                     }
-                    Kind::Triangles(sides) => {
-                        [intersect_triangle(s, wide.triangle(s, place), rays, shear, sides).hit, L::mask(s, 0)]
-                    }
+                    Kind::Triangles(sides) => [
+                        intersect_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).hit,
+                        L::mask(s, 0),
+                    ],
                     Kind::Mixed => return,
                 };
                 let met = crossed[0] | crossed[1];
@@ -162,7 +163,10 @@ impl<R: Real> Passage<'_, R> {
                 }
                 Kind::Triangles(sides) => {
                     let corners = wide.triangles(s, start);
-                    [intersect_triangle(s, corners, &ray, &shear.alone(s, lane), sides).hit, L::mask(s, 0)]
+                    [
+                        intersect_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).hit,
+                        L::mask(s, 0),
+                    ]
                 }
                 Kind::Mixed => return,
             };
@@ -184,30 +188,16 @@ impl<R: Real> Passage<'_, R> {
     }
 
     /// Tests one primitive of any kind, or descends into an instance. Compiled once: few scenes hold many.
-    fn visit<L: Lanes<Real = R>>(
-        &mut self,
-        s: L::Simd,
-        item: &Item<R>,
-        face: u32,
-        rays: &mut Rays<L>,
-        shear: &Shear<L>,
-    ) {
+    fn visit<L: Lanes<Real = R>>(&mut self, s: L::Simd, item: &Item<R>, face: u32, rays: &mut Rays<L>) {
         L::vectorize(
             s,
             #[inline(always)]
-            || self.visit_in(s, item, face, rays, shear),
+            || self.visit_in(s, item, face, rays),
         );
     }
 
     #[inline(always)]
-    fn visit_in<L: Lanes<Real = R>>(
-        &mut self,
-        s: L::Simd,
-        item: &Item<R>,
-        face: u32,
-        rays: &mut Rays<L>,
-        shear: &Shear<L>,
-    ) {
+    fn visit_in<L: Lanes<Real = R>>(&mut self, s: L::Simd, item: &Item<R>, face: u32, rays: &mut Rays<L>) {
         if let Shape::Instance(instance) = &item.shape {
             let mut inner = instance.rays_in(s, rays);
             if inner.any() {
@@ -218,13 +208,13 @@ impl<R: Real> Passage<'_, R> {
             return;
         }
         if self.blockers == Blockers::Opaque || !item.lets_light_through() {
-            rays.active = rays.active & !intersect_item(s, item, face, rays, shear, Wanted::Distance).hit;
+            rays.active = rays.active & !intersect_item(s, item, face, rays, Wanted::Distance).hit;
             return;
         }
         // Each search starts behind the last crossing.
         let mut search = *rays;
         for _ in 0..most_crossings(&item.shape) {
-            let meeting = intersect_item(s, item, face, &search, shear, Wanted::Distance);
+            let meeting = intersect_item(s, item, face, &search, Wanted::Distance);
             if !meeting.hit.any() {
                 break;
             }

@@ -13,7 +13,6 @@ pub(super) fn intersect_item<L: Lanes>(
     item: &Item<L::Real>,
     face: u32,
     rays: &Rays<L>,
-    shear: &Shear<L>,
     wanted: Wanted,
 ) -> Meeting<L> {
     L::vectorize(
@@ -21,13 +20,10 @@ pub(super) fn intersect_item<L: Lanes>(
         #[inline(always)]
         || match &item.shape {
             Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
-            Shape::Mesh(mesh) => intersect_triangle(
-                s,
-                splat_corners(s, &mesh.vertices, mesh.faces[face as usize]),
-                rays,
-                shear,
-                item.sides,
-            ),
+            Shape::Mesh(mesh) => {
+                let corners = splat_corners(s, &mesh.vertices, mesh.faces[face as usize]);
+                intersect_triangle(s, corners, rays, &Shear::new(s, rays), item.sides)
+            }
             Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
             Shape::Disc(disc) => disc.intersect(s, rays, item.sides),
             Shape::Cuboid(cuboid) => cuboid.intersect(s, rays, item.sides),

@@ -108,8 +108,7 @@ pub fn resolve<L: Lanes>(
             if smooth { flat.curved(s, mesh, &faces, corners, &meeting, inner.dir) } else { flat }
         }
         _ => {
-            let shear = Shear::unused(s, &inner);
-            let meeting = intersect_item(s, owner.item, 0, &inner, &shear, Wanted::Surface);
+            let meeting = intersect_item(s, owner.item, 0, &inner, Wanted::Surface);
             Surface::flat(s, &meeting, outward, inner.dir)
         }
     };

@@ -6,7 +6,7 @@ use super::primitive::intersect_item;
 use super::wide::{Kind, Leaf, Wide};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
 use crate::ray::{Rays, Wanted};
-use crate::shape::{Shear, intersect_sphere, intersect_triangle};
+use crate::shape::{intersect_sphere, intersect_triangle};
 use std::ops::Range;
 
 /// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
@@ -139,9 +139,9 @@ impl<L: Lanes> Search<'_, '_, L> {
     #[inline(always)]
     fn closest_in(&mut self, s: L::Simd, geometry: usize, base: u64, rays: &mut Rays<L>) {
         let here = &self.geometries[geometry];
-        let prepared = Prepared::new(s, here, rays, self.course);
+        let mut prepared = Prepared::new(s, here, rays, self.course);
         for &index in &here.unbounded {
-            self.visit(s, &here.items[index as usize], 0, base, rays, &prepared.shear);
+            self.visit(s, &here.items[index as usize], 0, base, rays);
         }
         let Some(wide) = &here.wide else { return };
         let active = rays.active;
@@ -158,7 +158,7 @@ impl<L: Lanes> Search<'_, '_, L> {
                 Ok(node) => prepared.open(s, &wide.nodes[node], lanes, rays, &mut self.stack),
                 Err(leaf) => {
                     rays.active = L::mask(s, lanes);
-                    self.meet(s, here, wide, &wide.leaves[leaf], base, rays, &prepared.shear);
+                    self.meet(s, here, wide, &wide.leaves[leaf], base, rays, &mut prepared);
                 }
             }
         }
@@ -175,12 +175,12 @@ impl<L: Lanes> Search<'_, '_, L> {
         leaf: &Leaf,
         base: u64,
         rays: &mut Rays<L>,
-        shear: &Shear<L>,
+        prepared: &mut Prepared<L>,
     ) {
         if leaf.kind == Kind::Mixed {
             let active = rays.active;
             for primitive in &here.primitives[leaf.places()] {
-                self.visit(s, &here.items[primitive.item as usize], primitive.face, base, rays, shear);
+                self.visit(s, &here.items[primitive.item as usize], primitive.face, base, rays);
                 rays.active = active;
             }
             return;
@@ -200,7 +200,7 @@ impl<L: Lanes> Search<'_, '_, L> {
                         intersect_sphere(s, center, radius, &closed, sides)
                     }
                     Kind::Triangles(sides) => {
-                        intersect_triangle(s, wide.triangle(s, start + place), &closed, shear, sides)
+                        intersect_triangle(s, wide.triangle(s, start + place), &closed, prepared.shear(s, rays), sides)
                     }
                     Kind::Mixed => return,
                 };
@@ -217,9 +217,13 @@ impl<L: Lanes> Search<'_, '_, L> {
                     let (center, radius) = wide.spheres(s, start);
                     intersect_sphere(s, center, radius, &ray, sides)
                 }
-                Kind::Triangles(sides) => {
-                    intersect_triangle(s, wide.triangles(s, start), &ray, &shear.alone(s, lane), sides)
-                }
+                Kind::Triangles(sides) => intersect_triangle(
+                    s,
+                    wide.triangles(s, start),
+                    &ray,
+                    &prepared.shear(s, rays).alone(s, lane),
+                    sides,
+                ),
                 Kind::Mixed => return,
             };
             if meeting.hit.any() {
@@ -229,24 +233,16 @@ impl<L: Lanes> Search<'_, '_, L> {
     }
 
     /// Tests one primitive of any kind, or descends into an instance. Compiled once: few scenes hold many.
-    fn visit(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, base: u64, rays: &mut Rays<L>, shear: &Shear<L>) {
+    fn visit(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, base: u64, rays: &mut Rays<L>) {
         L::vectorize(
             s,
             #[inline(always)]
-            || self.visit_in(s, item, face, base, rays, shear),
+            || self.visit_in(s, item, face, base, rays),
         );
     }
 
     #[inline(always)]
-    fn visit_in(
-        &mut self,
-        s: L::Simd,
-        item: &Item<L::Real>,
-        face: u32,
-        base: u64,
-        rays: &mut Rays<L>,
-        shear: &Shear<L>,
-    ) {
+    fn visit_in(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, base: u64, rays: &mut Rays<L>) {
         let first = base + item.offset;
         if let Shape::Instance(instance) = &item.shape {
             let mut inner = instance.rays_in(s, rays);
@@ -256,7 +252,7 @@ impl<L: Lanes> Search<'_, '_, L> {
             }
             return;
         }
-        let meeting = intersect_item(s, item, face, &closed(s, rays), shear, Wanted::Distance);
+        let meeting = intersect_item(s, item, face, &closed(s, rays), Wanted::Distance);
         self.nearest.offer(s, rays, meeting.hit, meeting.t, first + u64::from(face));
     }
 }

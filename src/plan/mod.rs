@@ -1,4 +1,5 @@
 //! Which effects a scene calls for.
 
+pub mod effects;
 pub mod explain;
 mod use_of;

@@ -88,34 +88,46 @@ pub struct Coefficients<L: Lanes> {
 }
 
 impl<L: Lanes> Coefficients<L> {
-    /// Looks the materials up, one trip for each distinct one among the lanes of `active`.
+    /// Looks the materials up, one trip for each distinct one among the lanes of `active`, of which there is one at least.
+    /// Other lanes hold anything.
     #[inline(always)]
     pub fn look_up(s: L::Simd, materials: &[Material<L::Real>], index: L::Ids, active: u32, local: V3<L>) -> Self {
-        let black = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-        let mut all = Self {
-            ambient: black,
-            diffuse: black,
-            specular: black,
-            reflection: black,
-            transmission: black,
-            shininess: L::lit(s, 0.0),
-        };
-        let mut left = active;
+        let (first, same) = index.same_as_first(s, active);
+        let mut all = Self::of(s, &materials[first as usize], local);
+        let mut left = active & !same;
         while left != 0 {
             let (id, same) = index.same_as_first(s, left);
             left &= !same;
-            let material = &materials[id as usize];
-            let mask = L::mask(s, same);
-            let put = |new: V3<L>, old: V3<L>| V3::select(mask, new, old);
-            let diffuse = material.diffuse.at(s, local);
-            let ambient = material.ambient.as_ref().map_or(diffuse, |ambient| ambient.at(s, local));
-            all.ambient = put(ambient, all.ambient);
-            all.diffuse = put(diffuse, all.diffuse);
-            all.specular = put(V3::splat(s, material.specular), all.specular);
-            all.reflection = put(V3::splat(s, material.reflection), all.reflection);
-            all.transmission = put(V3::splat(s, material.transmission), all.transmission);
-            all.shininess = L::select(mask, L::splat(s, material.shininess), all.shininess);
+            all = Self::select(L::mask(s, same), Self::of(s, &materials[id as usize], local), all);
         }
         all
+    }
+
+    /// The coefficients of one material.
+    #[inline(always)]
+    fn of(s: L::Simd, material: &Material<L::Real>, local: V3<L>) -> Self {
+        let diffuse = material.diffuse.at(s, local);
+        let ambient = if let Some(ambient) = &material.ambient { ambient.at(s, local) } else { diffuse };
+        Self {
+            ambient,
+            diffuse,
+            specular: V3::splat(s, material.specular),
+            reflection: V3::splat(s, material.reflection),
+            transmission: V3::splat(s, material.transmission),
+            shininess: L::splat(s, material.shininess),
+        }
+    }
+
+    /// `a` where the mask is true, `b` elsewhere.
+    #[inline(always)]
+    fn select(mask: L::Mask, a: Self, b: Self) -> Self {
+        Self {
+            ambient: V3::select(mask, a.ambient, b.ambient),
+            diffuse: V3::select(mask, a.diffuse, b.diffuse),
+            specular: V3::select(mask, a.specular, b.specular),
+            reflection: V3::select(mask, a.reflection, b.reflection),
+            transmission: V3::select(mask, a.transmission, b.transmission),
+            shininess: L::select(mask, a.shininess, b.shininess),
+        }
     }
 }

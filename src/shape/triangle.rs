@@ -82,22 +82,6 @@ impl<L: Lanes> Shear<L> {
         }
     }
 
-    /// A shear for rays that will meet no triangles.
-    #[inline(always)]
-    pub fn unused(s: L::Simd, rays: &Rays<L>) -> Self {
-        let (none, zero) = (L::mask(s, 0), L::lit(s, 0.0));
-        Self {
-            common: None,
-            y_major: none,
-            z_major: none,
-            flip: none,
-            origin: rays.origin,
-            sx: zero,
-            sy: zero,
-            sz: zero,
-        }
-    }
-
     /// Coordinates in the order kx, ky, kz, where kz is the major axis and handedness is kept.
     #[inline(always)]
     fn permute(&self, v: V3<L>) -> V3<L> {

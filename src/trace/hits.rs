@@ -150,11 +150,17 @@ impl<L: Lanes> Hits<L> {
                 continue;
             }
             let surface = resolve(s, &owner, self.expanded, same, rays);
-            self.surface = Surface::select(L::mask(s, same), surface, self.surface);
+            // Mostly there is but one.
+            self.surface =
+                if same == self.found { surface } else { Surface::select(L::mask(s, same), surface, self.surface) };
         }
         if spheres.lanes != 0 {
             let surface = spheres.resolve(s, rays);
-            self.surface = Surface::select(L::mask(s, spheres.lanes), surface, self.surface);
+            self.surface = if spheres.lanes == self.found {
+                surface
+            } else {
+                Surface::select(L::mask(s, spheres.lanes), surface, self.surface)
+            };
         }
         let against = rays.dir.dot(self.surface.ng).lt(L::lit(s, 0.0));
         self.entering = against.bits() & self.found;

@@ -5,18 +5,20 @@
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
 use super::enclosing::media_at;
-use super::hits::find;
+use super::hits::{find, find_nearest};
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
 use super::secondary::scatter;
-use crate::accel::Course;
+use crate::accel::{Course, Nearest};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::plan::effects::{Effects, Everything};
 use crate::ray::Rays;
 use crate::render::RayCounts;
 use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::scene::world::World;
 use crate::shading::media::{Media, Medium, OUTSIDE};
 use serde::Serialize;
+use std::marker::PhantomData;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Largest radiance one ray adds to a pixel, and largest weight of a ray. Only materials whose r_s + r_t is above 1, of
@@ -76,7 +78,7 @@ impl<L: Lanes> Followed<L> {
 
 /// Traces packets of samples through a world. Reused from packet to packet.
 #[derive(Debug)]
-pub struct Tracer<'a, L: Lanes, O> {
+pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     pub(super) s: L::Simd,
     pub(super) world: &'a World<L::Real>,
     pub(super) observer: O,
@@ -91,9 +93,10 @@ pub struct Tracer<'a, L: Lanes, O> {
     cancelled: &'a AtomicBool,
     packets: u32,
     eye_media: Vec<Medium<L::Real>>,
+    effects: PhantomData<E>,
 }
 
-impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
+impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     /// A tracer for packets of `L::COUNT` samples.
     #[inline(always)]
     pub fn new(
@@ -115,6 +118,7 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
             cancelled,
             packets: 0,
             eye_media: eye_media.to_vec(),
+            effects: PhantomData,
         }
     }
 
@@ -182,7 +186,7 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
     #[inline(always)]
     fn media_at_eye(&mut self, origin: &V3<L>, active: u32) -> L::Ids {
         let s = self.s;
-        if !self.world.transmits {
+        if !E::TRANSMISSION || !self.world.transmits {
             return L::Ids::splat(s, u64::from(OUTSIDE));
         }
         if self.world.camera.has_single_eye() {
@@ -209,7 +213,11 @@ impl<'a, L: Lanes, O: Observer<L>> Tracer<'a, L, O> {
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
-        let hits = find(s, self.world, &cast, rays.course());
+        let hits = if E::TRANSMISSION {
+            find(s, self.world, &cast, rays.course())
+        } else {
+            find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course())
+        };
         let missed = rays.active & !hits.found;
         if missed != 0 {
             let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));

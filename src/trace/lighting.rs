@@ -5,6 +5,7 @@ use super::kernel::{Followed, Tracer};
 use super::observer::Observer;
 use crate::accel::transmittance;
 use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::plan::effects::Effects;
 use crate::ray::{Rays, leave};
 use crate::shading::light::Light;
 use crate::shading::material::Coefficients;
@@ -22,8 +23,8 @@ const GRAZING: f64 = 0.1;
 
 /// Adds the local illumination of what the rays hit to `sum`.
 #[inline(always)]
-pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
-    tracer: &mut Tracer<'_, L, O>,
+pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
@@ -83,8 +84,8 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>>(
 /// Whether light that nothing blocks adds enough to the pixel for a shadow ray: a quarter of the smallest weight followed,
 /// as a share of that light, or of 1 if it is brighter.
 #[inline(always)]
-fn matters<L: Lanes, O: Observer<L>>(
-    tracer: &Tracer<'_, L, O>,
+fn matters<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &Tracer<'_, L, O, E>,
     added: V3<L>,
     light: &Light<L::Real>,
     strength: L,

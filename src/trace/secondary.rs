@@ -6,24 +6,28 @@ use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
 use crate::lanes::{Lanes, Mask, V3, lanes_of};
 use crate::math;
+use crate::plan::effects::Effects;
 use crate::ray::leave;
 use crate::shading::material::Coefficients;
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
 
 /// Stacks the rays that leave from what the rays hit. The transmitted one goes on top and is followed first.
 #[inline(always)]
-pub(super) fn scatter<L: Lanes, O: Observer<L>>(
-    tracer: &mut Tracer<'_, L, O>,
+pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     number: u32,
 ) {
+    if !E::REFLECTION && !E::TRANSMISSION {
+        return;
+    }
     let s = tracer.s;
     let (r_s, r_t) = (coefficients.reflection, coefficients.transmission);
     let zero = L::lit(s, 0.0);
     let mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
-    let clear = r_t.x.max(r_t.y).max(r_t.z).gt(zero).bits() & hits.found;
+    let clear = if E::TRANSMISSION { hits.clear & hits.found } else { 0 };
     if mirror | clear == 0 {
         return;
     }
@@ -120,8 +124,8 @@ impl<L: Lanes> Crossing<L> {
 }
 
 #[inline(always)]
-fn cross<L: Lanes, O: Observer<L>>(
-    tracer: &mut Tracer<'_, L, O>,
+fn cross<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
     hits: &Hits<L>,
     clear: u32,
@@ -152,8 +156,8 @@ fn cross<L: Lanes, O: Observer<L>>(
 }
 
 /// Tells the observer which rays the end of the chain has cut off.
-fn report_end<L: Lanes, O: Observer<L>>(
-    tracer: &mut Tracer<'_, L, O>,
+fn report_end<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
     coefficients: &Coefficients<L>,
     mirror: u32,

@@ -153,7 +153,7 @@ pub fn slab(lab: &Numbers, o: DVec3, d: DVec3, low: DVec3, high: DVec3, split: b
 /// Snell's law from cosines: eta d + (eta c1 - sqrt(1 - eta^2 (1 - c1^2))) n; NaN where the root is negative.
 pub fn refract(lab: &Numbers, d: DVec3, n: DVec3, eta: f64) -> DVec3 {
     fn bend<L: Lanes<Simd = ()>>(d: DVec3, n: DVec3, eta: f64) -> DVec3 {
-        let (d, n, eta, one) = (narrow::<L>(d).normalized(), narrow::<L>(n), lane::<L>(eta), lane::<L>(1.0));
+        let (d, n, eta, one) = (narrow::<L>(d).normalized(()), narrow::<L>(n), lane::<L>(eta), lane::<L>(1.0));
         let c1 = -n.dot(d);
         let c2 = (one - eta * eta * (one - c1 * c1)).sqrt();
         wide3(d * eta + n * (eta * c1 - c2))
@@ -164,7 +164,7 @@ pub fn refract(lab: &Numbers, d: DVec3, n: DVec3, eta: f64) -> DVec3 {
 /// Fresnel's reflectance for unpolarised light, from cosines.
 pub fn reflectance(lab: &Numbers, d: DVec3, n: DVec3, eta: f64) -> f64 {
     fn share<L: Lanes<Simd = ()>>(d: DVec3, n: DVec3, eta: f64) -> f64 {
-        let (d, n, eta, one) = (narrow::<L>(d).normalized(), narrow::<L>(n), lane::<L>(eta), lane::<L>(1.0));
+        let (d, n, eta, one) = (narrow::<L>(d).normalized(()), narrow::<L>(n), lane::<L>(eta), lane::<L>(1.0));
         let c1 = -n.dot(d);
         let c2 = (one - eta * eta * (one - c1 * c1)).sqrt();
         let (s, p) = ((eta * c1 - c2) / (eta * c1 + c2), (c1 - eta * c2) / (c1 + eta * c2));
@@ -181,7 +181,7 @@ pub fn transmittance(lab: &Numbers, absorption: f64, way: f64) -> f64 {
 /// v / |v|.
 pub fn normalize(lab: &Numbers, v: DVec3) -> DVec3 {
     fn unit<L: Lanes<Simd = ()>>(v: DVec3) -> DVec3 {
-        wide3(narrow::<L>(v).normalized())
+        wide3(narrow::<L>(v).normalized(()))
     }
     run!(lab, unit(v))
 }
