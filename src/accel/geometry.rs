@@ -290,12 +290,11 @@ impl<R: Real> Geometry<R> {
 
     /// The item that owns an expanded index of this geometry.
     pub(super) fn owner(&self, expanded: u64) -> &Item<R> {
-        // Where every item has one primitive, the index names the item.
-        if let Some(item) = self.items.get(expanded as usize)
-            && item.offset == expanded
-            && item.expanded == 1
-        {
-            return item;
+        // Where every item has one primitive, the index names the item; and often the last one has most.
+        for item in self.items.get(expanded as usize).into_iter().chain(self.items.last()) {
+            if expanded.wrapping_sub(item.offset) < item.expanded {
+                return item;
+            }
         }
         let after = self.items.partition_point(|item| item.offset <= expanded);
         // Items without primitives share their offset with the next, so the last one at or below owns the index.

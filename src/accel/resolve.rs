@@ -38,7 +38,16 @@ pub struct Owner<'a, R> {
 
 impl<'a, R: Real> Owner<'a, R> {
     /// Finds the owner of an expanded index.
+    #[inline(always)]
     pub fn find(geometries: &'a [Geometry<R>], root: usize, expanded: u64) -> Self {
+        let item = geometries[root].owner(expanded);
+        match &item.shape {
+            Shape::Instance(_) => Self::find_placed(geometries, root, expanded),
+            _ => Self { item, body: item.offset, instances: Vec::new() },
+        }
+    }
+
+    fn find_placed(geometries: &'a [Geometry<R>], root: usize, expanded: u64) -> Self {
         let mut geometry = &geometries[root];
         let mut base = 0;
         let mut instances = Vec::new();

@@ -55,6 +55,7 @@ pub struct Touch<R> {
 }
 
 /// Follows rays to the nearest surface, and to what touches it.
+#[inline(always)]
 pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, course: Course) -> Hits<L> {
     let mut hits = find_nearest(s, world, rays, &Nearest::none(s), course);
     if hits.may_touch & hits.clear != 0 {
@@ -122,7 +123,14 @@ fn find_nearest_in<L: Lanes>(
 }
 
 impl<L: Lanes> Hits<L> {
-    /// Fills in everything about the primitives `expanded` of some lanes.
+    /// Forgets what kind of body some lanes have hit.
+    pub(super) fn forget(&mut self, lanes: u32) {
+        for flags in [&mut self.closed, &mut self.hollow, &mut self.clear, &mut self.smooth, &mut self.may_touch] {
+            *flags &= !lanes;
+        }
+    }
+
+    /// Fills in everything about the primitives `expanded` of some lanes of which nothing is known.
     pub(super) fn look_at(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
         L::vectorize(
             s,
@@ -133,11 +141,6 @@ impl<L: Lanes> Hits<L> {
 
     #[inline(always)]
     fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
-        self.closed &= !lanes;
-        self.hollow &= !lanes;
-        self.clear &= !lanes;
-        self.smooth &= !lanes;
-        self.may_touch &= !lanes;
         let mut spheres = Spheres::none();
         let mut left = lanes;
         while left != 0 {

@@ -94,9 +94,11 @@ fn hide<L: Lanes>(
         return;
     }
     let mut instead = Hits { expanded: opaque.expanded, ..hits.clone() };
+    instead.forget(lanes);
     instead.look_at(s, world, rays, lanes);
     let met = instead.surface.met.bits() & lanes;
     instead.expanded = L::Ids::select(L::mask(s, met), opaque.expanded, hits.expanded);
+    instead.forget(lanes & !met);
     instead.look_at(s, world, rays, lanes & !met);
     let keep = L::mask(s, !met);
     instead.surface.error = V3::select(keep, hits.surface.error, instead.surface.error);
