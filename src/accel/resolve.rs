@@ -116,6 +116,7 @@ pub fn resolve<L: Lanes>(
             smooth = owner.item.is_smooth();
             if smooth { flat.curved(s, mesh, &faces, corners, &meeting, inner.dir) } else { flat }
         }
+        Shape::Sphere(sphere) => Surface::flat(s, &sphere.intersect(s, &inner, owner.item.sides), outward, inner.dir),
         _ => {
             let meeting = intersect_item(s, owner.item, 0, &inner, Wanted::Surface);
             Surface::flat(s, &meeting, outward, inner.dir)

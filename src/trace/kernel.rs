@@ -10,7 +10,7 @@ use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
 use super::secondary::scatter;
 use crate::accel::{Course, Nearest};
-use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::plan::effects::{Effects, Everything};
 use crate::ray::Rays;
 use crate::render::RayCounts;
@@ -89,7 +89,8 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     pub(super) min_weight: L,
     /// What was traced so far.
     pub counts: RayCounts,
-    followed: [u64; MAX_LANES],
+    /// Rays of each sample so far: whole numbers that every format holds.
+    followed: L,
     cancelled: &'a AtomicBool,
     packets: u32,
     eye_media: Vec<Medium<L::Real>>,
@@ -114,7 +115,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             stack: Vec::new(),
             min_weight: L::lit(s, 0.0),
             counts: RayCounts::default(),
-            followed: [0; MAX_LANES],
+            followed: L::lit(s, 0.0),
             cancelled,
             packets: 0,
             eye_media: eye_media.to_vec(),
@@ -145,7 +146,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         let s = self.s;
         let weight = L::splat(s, weight);
         self.min_weight = weight * L::splat(s, self.world.rules.min_weight);
-        self.followed = [0; MAX_LANES];
+        self.followed = L::lit(s, 0.0);
         self.media.clear();
         self.stack.clear();
 
@@ -264,13 +265,11 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             rays.active &= self.heavy_enough(rays.weight);
         }
         let light = wanted & !rays.active;
-        for lane in lanes_of(rays.active) {
-            self.followed[lane] += 1;
-            if self.followed[lane] >= RAYS_PER_SAMPLE.max {
-                rays.active &= !(1 << lane);
-                self.counts.dropped += 1;
-            }
-        }
+        let active = L::mask(self.s, rays.active);
+        self.followed = L::select(active, self.followed + L::lit(self.s, 1.0), self.followed);
+        let beyond = (active & self.followed.ge(L::lit(self.s, RAYS_PER_SAMPLE.max as f64))).bits();
+        rays.active &= !beyond;
+        self.counts.dropped += u64::from(beyond.count_ones());
         if O::WATCHING && rays.active != wanted {
             let why = if light != 0 { NotFollowed::Weight } else { NotFollowed::Budget };
             self.observer.not_followed(rays.parent, rays.kind, rays.weight, why);

@@ -3,7 +3,7 @@
 use super::optics::{hit_of, tree};
 use super::*;
 use strahl::camera::{Basis, Camera};
-use strahl::lanes::{Lanes, MAX_LANES, Mask, Real, V3};
+use strahl::lanes::{Lanes, Mask, Real, V3};
 use strahl::scene::description;
 use strahl::shading::phong::{highlight_cosine, power};
 
@@ -105,8 +105,8 @@ fn phong_with<L: Lanes<Simd = ()>>(query: &Query<'_>) -> Check {
     let narrow = |v: [f64; 3]| V3::<L>::splat((), v.map(L::Real::from_f64));
     let up = narrow([0.0, 1.0, 0.0]);
     let base = highlight_cosine((), up, up, narrow([0.0, cosine, 0.0]));
-    let exponents = [L::Real::from_f64(exponent); MAX_LANES];
-    let value = power((), base, &exponents, L::mask((), 1)).lane(0).to_f64();
+    let exponents = L::lit((), exponent);
+    let value = power((), base, exponents, L::mask((), 1)).lane(0).to_f64();
     let expected = number(&query.data["expect"]["value"]);
     let relative = number(&query.data["tol"]["rel_f32"]) * query.u / (f64::from(f32::EPSILON) / 2.0);
     let smallest = if query.precision == Precision::Single { f64::from(f32::MIN_POSITIVE) } else { 0.0 };
