@@ -99,11 +99,12 @@ impl<L: Lanes> Reciprocal<L> {
         let tiny = L::lit(s, L::Real::SMALLEST);
         let zero = L::lit(s, 0.0);
         let one = L::lit(s, 1.0);
-        let safe = |d: L| L::select(d.abs().lt(tiny), L::select(d.lt(zero), -tiny, tiny), d);
         let mut dir = rays.dir;
         let size = dir.abs();
         if (rays.active & size.x.min(size.y).min(size.z).lt(tiny)).any() {
-            dir = V3 { x: safe(dir.x), y: safe(dir.y), z: safe(dir.z) };
+            dir.x = L::select(size.x.lt(tiny), L::select(dir.x.lt(zero), -tiny, tiny), dir.x);
+            dir.y = L::select(size.y.lt(tiny), L::select(dir.y.lt(zero), -tiny, tiny), dir.y);
+            dir.z = L::select(size.z.lt(tiny), L::select(dir.z.lt(zero), -tiny, tiny), dir.z);
         }
         Self {
             inverse: V3 { x: one / dir.x, y: one / dir.y, z: one / dir.z },

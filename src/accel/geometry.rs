@@ -277,7 +277,7 @@ impl<R: Real> Geometry<R> {
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
         let wide = match kind {
             _ if primitives.is_empty() => None,
-            BvhKind::Flat => Some(Wide::flat(primitives.len())),
+            BvhKind::Flat => Some(Wide::flat(bvh.nodes[0].slab, primitives.len())),
             BvhKind::Sah | BvhKind::Median => Some(Wide::new(&bvh, &items, &primitives)),
         };
         Self { unbounded, wide, primitives, extent, expanded, items }

@@ -3,6 +3,7 @@
 //!
 //! It is the binary hierarchy with most of its levels left out (Wald, Benthin, Boulos, Getting Rid of Packets, 2008).
 
+use super::bounds::Slab;
 use super::build::{Bvh, Node};
 use super::geometry::{Item, Primitive, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
@@ -74,9 +75,26 @@ pub(super) enum Kind {
 
 impl<R: Real> Wide<R> {
     /// Everything in one leaf, tested one by one: the slow twin.
-    pub(super) fn flat(count: usize) -> Self {
+    pub(super) fn flat(slab: Slab<R>, count: usize) -> Self {
         let leaf = Leaf { start: 0, count: count as u32, kind: Kind::Mixed };
-        Self { nodes: Vec::new(), leaves: vec![leaf], root: Child::leaf(0), columns: Vec::new() }
+        let mut wide = Self { nodes: Vec::new(), leaves: vec![leaf], root: Child::leaf(0), columns: Vec::new() };
+        wide.wrap(slab);
+        wide
+    }
+
+    /// Puts a node around a root that is a leaf: no primitive is asked about rays that pass the box around it. Triangles
+    /// too small for their distance rely on that.
+    fn wrap(&mut self, slab: Slab<R>) {
+        if self.root.index().is_ok() {
+            return;
+        }
+        let mut node = WideNode::waiting(1);
+        for axis in 0..3 {
+            (node.min[axis][0], node.max[axis][0]) = (slab.min[axis], slab.max[axis]);
+        }
+        node.children[0] = self.root;
+        self.nodes.push(node);
+        self.root = Child::node(self.nodes.len() - 1);
     }
 
     /// The sphere at a place, in all lanes.
@@ -150,6 +168,7 @@ impl<R: Real> Wide<R> {
             wide.nodes[next] = node;
             next += 1;
         }
+        wide.wrap(bvh.nodes[0].slab);
         wide.nodes.shrink_to_fit();
         wide.leaves.shrink_to_fit();
         wide
@@ -161,9 +180,16 @@ impl<R: Real> Wide<R> {
             self.leaves.push(leaf);
             return Child::leaf(self.leaves.len() - 1);
         }
-        let none = [[R::default(); MAX_LANES]; 3];
-        self.nodes.push(WideNode { min: none, max: none, children: [Child(0); MAX_LANES], count: binary as u32 });
+        self.nodes.push(WideNode::waiting(binary as u32));
         Child::node(self.nodes.len() - 1)
+    }
+}
+
+impl<R: Real> WideNode<R> {
+    /// A node without children yet.
+    fn waiting(count: u32) -> Self {
+        let none = [[R::default(); MAX_LANES]; 3];
+        Self { min: none, max: none, children: [Child(0); MAX_LANES], count }
     }
 }
 

@@ -155,7 +155,8 @@ pub fn intersect_triangle<L: Lanes>(
         w = L::select(flat, area(2), w);
         det = u + v + w;
     }
-    let [b0, b1, b2] = shares(s, [u, v, w], det, inside);
+    // Divided, not multiplied by a reciprocal: at a vertex its weight is exactly 1, and all triangles there agree on t.
+    let (b0, b1, b2) = (u / det, v / det, w / det);
     let t = (b0 * a.z + b1 * b.z + b2 * c.z) * shear.sz;
 
     // det has the sign of the area as the ray sees it: it is positive where the ray meets the front.
@@ -187,24 +188,13 @@ pub fn intersect_triangle<L: Lanes>(
     let amid = (least * least * normal.dot(normal)).gt(L::lit(s, 4.0) * off * off);
     if (hit & !amid).any() {
         let away = off / normal.length();
-        let floor = |edge: V3<L>| (away * edge.length()).min(L::lit(s, 0.25));
-        (p0, p1, p2) = (p0.max(floor(f2 - f1)), p1.max(floor(f2)), p2.max(floor(f1)));
+        let most = L::lit(s, 0.25);
+        p0 = p0.max((away * (f2 - f1).length()).min(most));
+        p1 = p1.max((away * f2.length()).min(most));
+        p2 = p2.max((away * f1.length()).min(most));
     }
     let inverse = L::lit(s, 1.0) / (p0 + p1 + p2);
     let point = v0 + (e1 * (p1 * inverse) + e2 * (p2 * inverse));
 
     Meeting { t, hit, point, error, normal, normalized: false, barycentric: [b1, b2] }
-}
-
-/// Numbers divided by their sum, with one division where its reciprocal is a normal number.
-#[inline(always)]
-fn shares<L: Lanes>(s: L::Simd, [a, b, c]: [L; 3], sum: L, active: L::Mask) -> [L; 3] {
-    let inverse = L::lit(s, 1.0) / sum;
-    let size = sum.abs();
-    let normal = size.ge(L::lit(s, L::Real::SMALLEST)) & size.le(L::lit(s, 0.125 / L::Real::SMALLEST));
-    if (active & !normal).any() {
-        let share = |x: L| L::select(normal, x * inverse, x / sum);
-        return [share(a), share(b), share(c)];
-    }
-    [a * inverse, b * inverse, c * inverse]
 }
