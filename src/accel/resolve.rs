@@ -180,7 +180,9 @@ impl<R: Real> Spheres<R> {
 
 /// A face of a mesh for each lane.
 enum Faces<L: Lanes> {
-    /// Lanes of the mask have met the second face, others the first: most packets see no more of large triangles.
+    /// Most packets see no more of large triangles.
+    One([u32; 3]),
+    /// Lanes of the mask have met the second face, others the first.
     Two(L::Mask, [[u32; 3]; 2]),
     Many([[u32; 3]; MAX_LANES]),
 }
@@ -193,7 +195,7 @@ impl<L: Lanes> Faces<L> {
         let (first, same) = expanded.same_as_first(s, lanes);
         let others = lanes & !same;
         if others == 0 {
-            return Self::Two(L::mask(s, 0), [face(first); 2]);
+            return Self::One(face(first));
         }
         let (second, same) = expanded.same_as_first(s, others);
         if others == same {
@@ -210,6 +212,7 @@ impl<L: Lanes> Faces<L> {
     #[inline(always)]
     fn corners(&self, s: L::Simd, points: &[[L::Real; 3]]) -> [V3<L>; 3] {
         match self {
+            Self::One(face) => splat_corners(s, points, *face),
             Self::Two(second, faces) => {
                 let ([a, b, c], [d, e, f]) = (splat_corners(s, points, faces[0]), splat_corners(s, points, faces[1]));
                 [V3::select(*second, d, a), V3::select(*second, e, b), V3::select(*second, f, c)]

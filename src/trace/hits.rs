@@ -118,7 +118,9 @@ fn find_nearest_in<L: Lanes>(
         may_touch: 0,
         touching: Vec::new(),
     };
-    hits.look_at(s, world, rays, hits.found);
+    if hits.found != 0 {
+        hits.look_at(s, world, rays, hits.found);
+    }
     hits
 }
 

@@ -172,8 +172,8 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
-        self.stack.push(first);
-        while let Some(rays) = self.stack.pop() {
+        let mut rays = first;
+        loop {
             self.packets = self.packets.wrapping_add(1);
             if self.packets.is_multiple_of(PACKETS_BETWEEN_CHECKS) && self.cancelled.load(Ordering::Relaxed) {
                 return;
@@ -181,6 +181,8 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             if rays.active != 0 {
                 self.follow(&rays, sum);
             }
+            let Some(next) = self.stack.pop() else { return };
+            rays = next;
         }
     }
 
