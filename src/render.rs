@@ -304,6 +304,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
         let rays = split(region, self.cut.tile, &mut pixels)
             .into_par_iter()
+            // Tiles differ in cost: each may go to another thread until the last.
+            .with_max_len(1)
             .map(|mut tile| {
                 // A packet is a block of pixels, so that its rays stay together.
                 let mut at = Vec::with_capacity(tile.region.pixels() as usize);
@@ -321,7 +323,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     /// Pixels anywhere, in the order given.
     fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<(Vec<[f32; 3]>, RayCounts), Cancelled> {
         let traced: Result<Vec<Traced>, Cancelled> =
-            at.par_chunks(16 * MAX_LANES).map(|part| self.trace(part, samples)).collect();
+            at.par_chunks(16 * MAX_LANES).with_max_len(1).map(|part| self.trace(part, samples)).collect();
         let mut all = Traced::default();
         for part in traced? {
             all.pixels.extend(part.pixels);
