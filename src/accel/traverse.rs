@@ -68,7 +68,7 @@ impl<'a, L: Lanes> Nearest<'a, L> {
         let (mut best, mut found) = (rays.t_max.lane(lane), None);
         for place in lanes_of(hit.bits()) {
             let t = t.lane(place);
-            if !(t <= best) {
+            if t > best {
                 continue;
             }
             let id = expanded(place);

@@ -107,7 +107,7 @@ impl Ids for u64 {
         id
     }
     #[inline(always)]
-    fn from_fn((): (), mut f: impl FnMut(usize) -> u64) -> Self {
+    fn from_fn((): (), mut f: impl FnMut(usize) -> Self) -> Self {
         f(0)
     }
     #[inline(always)]
