@@ -1,8 +1,8 @@
 //! From node to node: which rays go on to which children.
 //!
 //! A node is asked in the cheapest of three ways: all its boxes against all rays at once, where these form a beam; each
-//! box against all rays; or all boxes against each ray (not where the kernel has one lane only). So rays that keep together cost little, and rays that go their own
-//! ways no more than alone. Which way is taken changes no answer.
+//! box against all rays; or all boxes against each ray (not where the kernel has one lane only). So rays that keep together
+//! cost little, and rays that go their own ways no more than alone. Which way is taken changes no answer.
 
 use super::beam::Beam;
 use super::bounds::Reciprocal;

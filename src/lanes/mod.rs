@@ -102,8 +102,6 @@ pub trait Lanes:
     fn lane(self, i: usize) -> Self::Real;
     /// The smallest number in any lane; no lane may hold NaN.
     fn smallest(self) -> Self::Real;
-    /// The largest number in any lane; no lane may hold NaN.
-    fn largest(self) -> Self::Real;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.

@@ -88,10 +88,6 @@ macro_rules! scalar {
                 self
             }
             #[inline(always)]
-            fn largest(self) -> $type {
-                self
-            }
-            #[inline(always)]
             fn sqrt(self) -> Self {
                 <$type>::sqrt(self)
             }

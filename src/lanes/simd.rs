@@ -61,10 +61,6 @@ macro_rules! simd {
                 self.reduce_min()
             }
             #[inline(always)]
-            fn largest(self) -> $real {
-                self.reduce_max()
-            }
-            #[inline(always)]
             fn sqrt(self) -> Self {
                 SimdFloat::sqrt(self)
             }

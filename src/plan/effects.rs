@@ -4,7 +4,6 @@
 
 use crate::lanes::Real;
 use crate::scene::world::World;
-use serde::Serialize;
 use std::fmt::Debug;
 
 /// What a kernel follows beside camera and shadow rays, as constants.
@@ -41,8 +40,7 @@ impl Effects for Everything {
 }
 
 /// The kernels there are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "named as the types")]
 pub enum Specialised {
     Local,

@@ -154,23 +154,22 @@ impl<L: Lanes> Hits<L> {
             if same != lanes && spheres.take(&owner, same) {
                 continue;
             }
-            let surface = resolve(s, &owner, self.expanded, same, rays);
-            // Mostly there is but one.
-            self.surface =
-                if same == self.found { surface } else { Surface::select(L::mask(s, same), surface, self.surface) };
+            self.put(s, same, resolve(s, &owner, self.expanded, same, rays));
         }
         if spheres.lanes != 0 {
-            let surface = spheres.resolve(s, rays);
-            self.surface = if spheres.lanes == self.found {
-                surface
-            } else {
-                Surface::select(L::mask(s, spheres.lanes), surface, self.surface)
-            };
+            self.put(s, spheres.lanes, spheres.resolve(s, rays));
         }
         let against = rays.dir.dot(self.surface.ng).lt(L::lit(s, 0.0));
         self.entering = against.bits() & self.found;
         self.ng = V3::select(against, self.surface.ng, -self.surface.ng);
         self.ns = V3::select(against, self.surface.ns, -self.surface.ns);
+    }
+
+    /// Writes down the surface that some lanes have hit. Mostly all have hit the same.
+    #[inline(always)]
+    fn put(&mut self, s: L::Simd, lanes: u32, surface: Surface<L>) {
+        self.surface =
+            if lanes == self.found { surface } else { Surface::select(L::mask(s, lanes), surface, self.surface) };
     }
 
     /// Writes down which body some lanes have hit.
