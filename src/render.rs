@@ -3,7 +3,7 @@
 use crate::film::srgb::code8;
 use crate::film::{Film, Region};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch};
-use crate::plan::effects::{Effects, Everything, Local, Mirrors, Specialised};
+use crate::plan::effects::{Clear, Detailed, DetailedMirrors, Effects, Everything, Local, Mirrors, Specialised};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
@@ -11,6 +11,7 @@ use crate::shading::media::Medium;
 use crate::trace::enclosing::media_at;
 use crate::trace::kernel::Tracer;
 use crate::trace::observer::Observer;
+use crate::trace::sampling::Sampler;
 use fearless_simd::{Level, f32x16, f64x8};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -170,6 +171,9 @@ macro_rules! kernel {
                 dispatch!(level, s => match job.kernel {
                     Specialised::Local => trace_with::<$lanes<_>, Local>(s, job, at, samples, out),
                     Specialised::Mirrors => trace_with::<$lanes<_>, Mirrors>(s, job, at, samples, out),
+                    Specialised::Clear => trace_with::<$lanes<_>, Clear>(s, job, at, samples, out),
+                    Specialised::DetailedMirrors => trace_with::<$lanes<_>, DetailedMirrors>(s, job, at, samples, out),
+                    Specialised::Detailed => trace_with::<$lanes<_>, Detailed>(s, job, at, samples, out),
                     Specialised::Everything => trace_with::<$lanes<_>, Everything>(s, job, at, samples, out),
                 });
             }
@@ -229,6 +233,9 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
         let offset = sample_offset(i, samples);
         let coordinate =
             |axis: usize| L::from_fn(s, |lane| L::Real::from_f64(f64::from(corners[axis][lane]) + offset[axis]));
+        if E::SAMPLED {
+            tracer.sampler = Sampler::new(&corners, i);
+        }
         tracer.sample(coordinate(0), coordinate(1), active, weight, sum);
     }
 }

@@ -1,6 +1,7 @@
 //! Which effects a kernel is compiled for. What a scene does not call for is not even in the kernel that traces it.
 //!
-//! Each axis doubles the kernels, so there are few, and the general kernel traces every scene to the same bytes.
+//! Each axis doubles the kernels, so there are few, and the general kernel traces every scene to the same bytes. Within
+//! an axis a kernel asks the scene's [`Called`] once for a packet of rays.
 
 use crate::lanes::Real;
 use crate::scene::world::World;
@@ -12,32 +13,37 @@ pub trait Effects: Copy + Debug + 'static {
     const REFLECTION: bool;
     /// Rays through bodies, the media they are in, and surfaces in the same place.
     const TRANSMISSION: bool;
+    /// What surfaces, bodies and the space between them do beyond the lecture's model: see [`Called::details`].
+    const DETAILS: bool;
+    /// Means over many choices, of which each sample makes one: see [`Called::sampled`].
+    const SAMPLED: bool;
+}
+
+/// A choice of effects.
+#[derive(Debug, Clone, Copy)]
+pub struct Only<const REFLECTION: bool, const TRANSMISSION: bool, const DETAILS: bool, const SAMPLED: bool>;
+
+impl<const REFLECTION: bool, const TRANSMISSION: bool, const DETAILS: bool, const SAMPLED: bool> Effects
+    for Only<REFLECTION, TRANSMISSION, DETAILS, SAMPLED>
+{
+    const REFLECTION: bool = REFLECTION;
+    const TRANSMISSION: bool = TRANSMISSION;
+    const DETAILS: bool = DETAILS;
+    const SAMPLED: bool = SAMPLED;
 }
 
 /// Local illumination only.
-#[derive(Debug, Clone, Copy)]
-pub struct Local;
+pub type Local = Only<false, false, false, false>;
 /// Mirrors, and nothing that light passes.
-#[derive(Debug, Clone, Copy)]
-pub struct Mirrors;
+pub type Mirrors = Only<true, false, false, false>;
+/// The lecture's whole model.
+pub type Clear = Only<true, true, false, false>;
+/// Details, and nothing that light passes.
+pub type DetailedMirrors = Only<true, false, true, false>;
+/// Everything that is no mean over choices.
+pub type Detailed = Only<true, true, true, false>;
 /// Everything: the general kernel.
-#[derive(Debug, Clone, Copy)]
-pub struct Everything;
-
-impl Effects for Local {
-    const REFLECTION: bool = false;
-    const TRANSMISSION: bool = false;
-}
-
-impl Effects for Mirrors {
-    const REFLECTION: bool = true;
-    const TRANSMISSION: bool = false;
-}
-
-impl Effects for Everything {
-    const REFLECTION: bool = true;
-    const TRANSMISSION: bool = true;
-}
+pub type Everything = Only<true, true, true, true>;
 
 /// The kernels there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +51,9 @@ impl Effects for Everything {
 pub enum Specialised {
     Local,
     Mirrors,
+    Clear,
+    DetailedMirrors,
+    Detailed,
     Everything,
 }
 
@@ -54,9 +63,32 @@ impl Specialised {
         let zero = R::from_f64(0.0);
         let reflects = world.materials.iter().any(|material| material.reflection.iter().any(|c| *c > zero));
         match () {
-            () if world.transmits => Self::Everything,
+            () if world.called.sampled() => Self::Everything,
+            () if world.called.details() && world.transmits => Self::Detailed,
+            () if world.called.details() => Self::DetailedMirrors,
+            () if world.transmits => Self::Clear,
             () if reflects && world.rules.max_depth > 1 => Self::Mirrors,
             () => Self::Local,
         }
+    }
+}
+
+/// The effects beyond the lecture's model that a world calls for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[expect(missing_docs, reason = "the names say it")]
+pub struct Called {
+    pub bleeding: bool,
+}
+
+impl Called {
+    /// Whether any detail of surfaces, bodies or the space between them is called for.
+    pub fn details(&self) -> bool {
+        false
+    }
+
+    /// Whether anything is a mean over choices.
+    pub fn sampled(&self) -> bool {
+        let Self { bleeding, .. } = *self;
+        bleeding
     }
 }

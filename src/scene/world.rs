@@ -3,6 +3,7 @@
 use crate::accel::{Blockers, Geometry, Owner};
 use crate::camera::Camera;
 use crate::lanes::Real;
+use crate::plan::effects::Called;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
 
@@ -29,6 +30,8 @@ pub struct World<R> {
     pub rules: Rules<R>,
     /// Whether any body transmits light.
     pub transmits: bool,
+    /// Effects beyond the lecture's model.
+    pub called: Called,
 }
 
 /// The rules of the recursion.

@@ -8,6 +8,7 @@ use super::enclosing::media_at;
 use super::hits::{find, find_nearest};
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
+use super::sampling::Sampler;
 use super::secondary::scatter;
 use crate::accel::{Course, Nearest};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
@@ -58,6 +59,8 @@ pub struct Followed<L: Lanes> {
     pub depth: u32,
     /// Its kind.
     pub kind: RayKind,
+    /// Names its place in the tree of rays, for [`Sampler`].
+    pub path: u32,
     /// The observer's number of the ray it comes from.
     pub parent: u32,
 }
@@ -93,6 +96,8 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     followed: L,
     cancelled: &'a AtomicBool,
     packets: u32,
+    /// The choices of the sample at hand, for kernels that make any.
+    pub(crate) sampler: Sampler,
     eye_media: Vec<Medium<L::Real>>,
     effects: PhantomData<E>,
 }
@@ -118,6 +123,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             followed: L::lit(s, 0.0),
             cancelled,
             packets: 0,
+            sampler: Sampler::default(),
             eye_media: eye_media.to_vec(),
             effects: PhantomData,
         }
@@ -162,6 +168,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             media: self.media_at_eye(&primary.origin, seen),
             depth: 1,
             kind: RayKind::Camera,
+            path: 0,
             parent: 0,
         };
         if seen != active {

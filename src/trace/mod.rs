@@ -8,6 +8,7 @@ pub mod lighting;
 pub mod observer;
 pub mod packets;
 pub mod query;
+pub mod sampling;
 pub mod secondary;
 mod touching;
 pub mod tree;

@@ -4,6 +4,7 @@ use super::hits::Hits;
 use super::interface::{Interface, interface};
 use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
+use super::sampling::child;
 use crate::lanes::{Lanes, Mask, V3, lanes_of};
 use crate::math;
 use crate::plan::effects::Effects;
@@ -63,6 +64,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
             media: crossing.media,
             depth: rays.depth + 1,
             kind: RayKind::Transmitted,
+            path: child(rays.path, RayKind::Transmitted),
             parent: number,
         });
     }
@@ -85,6 +87,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
             media: rays.media,
             depth: rays.depth + 1,
             kind: RayKind::Reflected,
+            path: child(rays.path, RayKind::Reflected),
             parent: number,
         });
     }

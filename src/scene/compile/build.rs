@@ -6,6 +6,7 @@ use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mes
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
+use crate::plan::effects::Called;
 use crate::scene::color::{Color, Diffuse};
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
 use crate::scene::ear_clipping::triangulate;
@@ -40,6 +41,7 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         root,
         size: R::from_f64(size),
         transmits,
+        called: Called::default(),
         materials: builder.materials,
         lights: description.lights.iter().map(light).collect(),
         ambient: narrow_rgb(description.ambient.0),

@@ -1,0 +1,178 @@
+//! Cameras.
+
+use super::{Vec3, default_up};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Projections. All have `eye`, `look_at` and `up`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Camera {
+    /// Perspective: all rays start at the eye, straight lines stay straight.
+    Pinhole(PinholeCamera),
+    /// Parallel rays.
+    Orthographic(OrthographicCamera),
+    /// Equidistant fisheye: distance from the centre is proportional to the angle. The circle touches the image's
+    /// shorter side; outside it is background.
+    Fisheye(FisheyeCamera),
+    /// Dome picture: equidistant, the circle spans the image's width and touches its upper edge; what lies below the
+    /// image is cut off, as on an Omnimax dome.
+    Omnimax(FisheyeCamera),
+    /// Equirectangular: columns are longitude, rows are latitude.
+    Panorama(PanoramaCamera),
+    /// Cylindrical: columns are longitude, rows are perspective.
+    Cylinder(CylinderCamera),
+}
+
+/// Where a camera stands and what it faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Eye point.
+    pub eye: Vec3,
+    /// Point in the middle of the picture.
+    pub look_at: Vec3,
+    /// Direction that points up in the picture; need not be perpendicular.
+    pub up: Vec3,
+}
+
+impl Camera {
+    /// Eye, target and up vector, whatever the projection.
+    pub fn view(&self) -> View {
+        match *self {
+            Self::Pinhole(PinholeCamera { eye, look_at, up, .. })
+            | Self::Orthographic(OrthographicCamera { eye, look_at, up, .. })
+            | Self::Fisheye(FisheyeCamera { eye, look_at, up, .. })
+            | Self::Omnimax(FisheyeCamera { eye, look_at, up, .. })
+            | Self::Panorama(PanoramaCamera { eye, look_at, up, .. })
+            | Self::Cylinder(CylinderCamera { eye, look_at, up, .. }) => View { eye, look_at, up },
+        }
+    }
+
+    /// The projection's key in the JSON.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Pinhole(_) => "pinhole",
+            Self::Orthographic(_) => "orthographic",
+            Self::Fisheye(_) => "fisheye",
+            Self::Omnimax(_) => "omnimax",
+            Self::Panorama(_) => "panorama",
+            Self::Cylinder(_) => "cylinder",
+        }
+    }
+}
+
+/// Perspective camera.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PinholeCamera {
+    /// Eye point.
+    pub eye: Vec3,
+    /// Point in the middle of the picture.
+    pub look_at: Vec3,
+    /// Up direction. Default +y.
+    #[serde(default = "default_up")]
+    pub up: Vec3,
+    /// Full vertical angle of view in degrees, edge to edge, above 0 and below 180. Default 45.
+    #[serde(default = "default_pinhole_vfov")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
+    pub vfov_deg: f64,
+}
+
+fn default_pinhole_vfov() -> f64 {
+    45.0
+}
+
+/// Parallel projection.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OrthographicCamera {
+    /// Point in the middle of the plane the rays start on.
+    pub eye: Vec3,
+    /// Point in the middle of the picture.
+    pub look_at: Vec3,
+    /// Up direction. Default +y.
+    #[serde(default = "default_up")]
+    pub up: Vec3,
+    /// Height of the picture in scene units, above 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub height: f64,
+}
+
+/// Fisheye and dome.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FisheyeCamera {
+    /// Eye point.
+    pub eye: Vec3,
+    /// Point in the middle of the circle.
+    pub look_at: Vec3,
+    /// Up direction. Default +y.
+    #[serde(default = "default_up")]
+    pub up: Vec3,
+    /// Full angle across the circle in degrees, above 0, at most 360. Default 180.
+    #[serde(default = "default_fisheye_fov")]
+    #[schemars(range(max = 360.0), extend("exclusiveMinimum" = 0))]
+    pub fov_deg: f64,
+}
+
+fn default_fisheye_fov() -> f64 {
+    180.0
+}
+
+/// Equirectangular panorama.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PanoramaCamera {
+    /// Eye point.
+    pub eye: Vec3,
+    /// Point in the middle of the picture.
+    pub look_at: Vec3,
+    /// Up direction. Default +y.
+    #[serde(default = "default_up")]
+    pub up: Vec3,
+    /// Angle across the picture in degrees, above 0, at most 360. Default 360.
+    #[serde(default = "default_panorama_hfov")]
+    #[schemars(range(max = 360.0), extend("exclusiveMinimum" = 0))]
+    pub hfov_deg: f64,
+    /// Angle down the picture in degrees, above 0, at most 180. Default 180.
+    #[serde(default = "default_panorama_vfov")]
+    #[schemars(range(max = 180.0), extend("exclusiveMinimum" = 0))]
+    pub vfov_deg: f64,
+}
+
+fn default_panorama_hfov() -> f64 {
+    360.0
+}
+
+fn default_panorama_vfov() -> f64 {
+    180.0
+}
+
+/// Cylindrical panorama.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderCamera {
+    /// Eye point.
+    pub eye: Vec3,
+    /// Point in the middle of the picture.
+    pub look_at: Vec3,
+    /// Up direction, the cylinder's axis. Default +y.
+    #[serde(default = "default_up")]
+    pub up: Vec3,
+    /// Angle across the picture in degrees, above 0, at most 360. Default 180.
+    #[serde(default = "default_cylinder_hfov")]
+    #[schemars(range(max = 360.0), extend("exclusiveMinimum" = 0))]
+    pub hfov_deg: f64,
+    /// Angle down the picture's middle column in degrees, above 0 and below 180. Default 60.
+    #[serde(default = "default_cylinder_vfov")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
+    pub vfov_deg: f64,
+}
+
+fn default_cylinder_hfov() -> f64 {
+    180.0
+}
+
+fn default_cylinder_vfov() -> f64 {
+    60.0
+}

@@ -1,0 +1,108 @@
+//! Light sources.
+
+use super::{Color, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Light sources.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Light {
+    /// Shines from a point in all directions.
+    Point(PointLight),
+    /// Shines from infinitely far away.
+    Directional(DirectionalLight),
+    /// Shines from a point into a cone.
+    Spot(SpotLight),
+}
+
+fn default_intensity() -> f64 {
+    1.0
+}
+
+/// Point light.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointLight {
+    /// Where it stands.
+    pub position: Vec3,
+    /// Its colour. Default white.
+    #[serde(default = "Color::white")]
+    pub color: Color,
+    /// Factor on the colour, at least 0. Default 1.
+    #[serde(default = "default_intensity")]
+    #[schemars(range(min = 0.0))]
+    pub intensity: f64,
+    /// How it fades with distance. Default: not at all.
+    #[serde(default)]
+    pub falloff: Falloff,
+}
+
+/// Directional light.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DirectionalLight {
+    /// The direction its light travels in.
+    pub direction: Vec3,
+    /// Its colour. Default white.
+    #[serde(default = "Color::white")]
+    pub color: Color,
+    /// Factor on the colour, at least 0. Default 1.
+    #[serde(default = "default_intensity")]
+    #[schemars(range(min = 0.0))]
+    pub intensity: f64,
+}
+
+/// Spot light.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpotLight {
+    /// Where it stands.
+    pub position: Vec3,
+    /// The direction of its axis.
+    pub direction: Vec3,
+    /// Angle between axis and the edge of the fully lit cone in degrees, 0 to 90. Default 0.
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = 90.0))]
+    pub inner_deg: f64,
+    /// Angle between axis and the edge of the light in degrees, above 0, at most 90 and at least `inner_deg`. Default 45.
+    #[serde(default = "default_outer")]
+    #[schemars(range(max = 90.0), extend("exclusiveMinimum" = 0))]
+    pub outer_deg: f64,
+    /// Its colour. Default white.
+    #[serde(default = "Color::white")]
+    pub color: Color,
+    /// Factor on the colour, at least 0. Default 1.
+    #[serde(default = "default_intensity")]
+    #[schemars(range(min = 0.0))]
+    pub intensity: f64,
+    /// How it fades with distance. Default: not at all.
+    #[serde(default)]
+    pub falloff: Falloff,
+}
+
+fn default_outer() -> f64 {
+    45.0
+}
+
+/// How a light fades with the distance d.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Falloff {
+    /// Not at all.
+    #[default]
+    None,
+    /// 1 - d/reach, never below 0.
+    Linear(LinearFalloff),
+    /// 1/d^2.
+    InverseSquare,
+}
+
+/// Parameters of the linear falloff.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LinearFalloff {
+    /// Distance at which the light is gone, above 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub reach: f64,
+}

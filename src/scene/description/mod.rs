@@ -1,0 +1,110 @@
+//! What a scene's JSON says, version 1: the serde types behind `api/scene.schema.json`.
+//!
+//! Nothing here is checked beyond its shape; [`compile`](crate::scene::compile) does the rest. Lengths are in scene
+//! units, angles in degrees (the key says so), colours are linear RGB. Right-handed, y up by convention.
+
+mod camera;
+mod light;
+mod material;
+mod object;
+mod render;
+
+pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera, View};
+pub use light::{DirectionalLight, Falloff, Light, LinearFalloff, PointLight, SpotLight};
+pub use material::{Axes, Checker, Material};
+pub use object::{
+    AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Object, Plane, Polygon, Quad, Rotation, Scale, Sphere,
+    Torus, Transform, Triangle,
+};
+pub use render::{Accuracy, FixedAccuracy, Precision, RenderSettings, Shadows};
+
+use super::named::Named;
+use crate::math::Rgb;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use super::color::{Color, Diffuse};
+
+/// A point, direction or extent: three finite numbers.
+pub type Vec3 = [f64; 3];
+
+/// A whole scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Description {
+    /// Where the schema lies, for editors. Ignored.
+    #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
+    /// Version of this format: 1.
+    #[schemars(range(min = 1, max = 1))]
+    pub version: u32,
+    /// A title, for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Size of the picture.
+    #[serde(default)]
+    pub image: ImageSize,
+    /// The eye and its projection.
+    pub camera: Camera,
+    /// Radiance of a ray that hits nothing. Default: black.
+    #[serde(default)]
+    pub background: Color,
+    /// Ambient light I_a, multiplied by each material's `ambient`. Default: 0.1 grey.
+    #[serde(default = "default_ambient")]
+    pub ambient: Color,
+    /// Light sources. Default when the key is missing: one directional light from the upper left front. `[]` is darkness.
+    #[serde(default = "default_lights")]
+    pub lights: Vec<Light>,
+    /// Materials by name.
+    #[serde(default)]
+    pub materials: Named<Material>,
+    /// Groups of objects that instances may place, by name. Definitions may use other definitions, but no cycles.
+    #[serde(default)]
+    pub definitions: Named<Vec<Object>>,
+    /// The objects of the scene, at least one.
+    #[schemars(length(min = 1))]
+    pub objects: Vec<Object>,
+    /// How to render.
+    #[serde(default)]
+    pub render: RenderSettings,
+}
+
+fn default_ambient() -> Color {
+    Color(Rgb::splat(0.1))
+}
+
+fn default_lights() -> Vec<Light> {
+    vec![Light::Directional(DirectionalLight { direction: [1.0, -2.0, -1.5], color: Color::WHITE, intensity: 1.0 })]
+}
+
+/// Size of the picture in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ImageSize {
+    /// Pixels across, 1 to 16384. Default 960.
+    #[serde(default = "default_width")]
+    #[schemars(range(min = 1, max = 16384))]
+    pub width: u32,
+    /// Pixels down, 1 to 16384. Default 540.
+    #[serde(default = "default_height")]
+    #[schemars(range(min = 1, max = 16384))]
+    pub height: u32,
+}
+
+fn default_width() -> u32 {
+    960
+}
+
+fn default_height() -> u32 {
+    540
+}
+
+impl Default for ImageSize {
+    fn default() -> Self {
+        Self { width: default_width(), height: default_height() }
+    }
+}
+
+fn default_up() -> Vec3 {
+    [0.0, 1.0, 0.0]
+}

@@ -1,0 +1,311 @@
+//! Objects, and where they are put.
+
+use super::{Vec3, default_up};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Things in a scene.
+///
+/// `sphere`, `box`, `torus`, `mesh`, capped `cylinder` and `cone` and the half-space of a `plane` are closed bodies:
+/// light that passes their surface is refracted. `disc`, `triangle`, `quad`, `polygon` and uncapped `cylinder` and
+/// `cone` enclose nothing: they are infinitely thin, and light passes them without bending.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "each variant's type says it")]
+pub enum Object {
+    Sphere(Sphere),
+    Plane(Plane),
+    Disc(Disc),
+    Triangle(Triangle),
+    Quad(Quad),
+    Box(AxisBox),
+    Cylinder(Cylinder),
+    Cone(Cone),
+    Torus(Torus),
+    Mesh(Mesh),
+    Polygon(Polygon),
+    Group(Group),
+    Instance(Instance),
+}
+
+impl Object {
+    /// The key of this kind of object in the JSON.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Sphere(_) => "sphere",
+            Self::Plane(_) => "plane",
+            Self::Disc(_) => "disc",
+            Self::Triangle(_) => "triangle",
+            Self::Quad(_) => "quad",
+            Self::Box(_) => "box",
+            Self::Cylinder(_) => "cylinder",
+            Self::Cone(_) => "cone",
+            Self::Torus(_) => "torus",
+            Self::Mesh(_) => "mesh",
+            Self::Polygon(_) => "polygon",
+            Self::Group(_) => "group",
+            Self::Instance(_) => "instance",
+        }
+    }
+}
+
+/// What every body may say besides its geometry.
+///
+/// Not flattened with serde (that would lose error paths), so each body lists the keys itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Look<'a> {
+    /// Name of the material; none is the default material.
+    pub material: Option<&'a str>,
+    /// Name of the body.
+    pub name: Option<&'a str>,
+    /// Whether a closed body is turned inside out: its inside is empty space, as an air bubble in glass.
+    pub hollow: bool,
+}
+
+macro_rules! body {
+    (
+        $(#[$doc:meta])* $name:ident { $( $(#[$field_doc:meta])* $field:ident : $type:ty ),* $(,)? } $(hollow: $hollow:tt)?
+    ) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            $( $(#[$field_doc])* pub $field: $type, )*
+            /// Name of a material in `materials`. Default: 0.8 grey diffuse.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub material: Option<String>,
+            /// A name, for people; answers and ray trees repeat it.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub name: Option<String>,
+            $(
+                /// Turns the body inside out: its inside is empty space (ior 1), as an air bubble in glass. Default false.
+                #[serde(default, skip_serializing_if = "is_false")]
+                pub hollow: body!(@bool $hollow),
+            )?
+        }
+
+        impl $name {
+            /// Material, name and hollowness.
+            pub fn look(&self) -> Look<'_> {
+                Look { material: self.material.as_deref(), name: self.name.as_deref(), hollow: body!(@hollow self $($hollow)?) }
+            }
+        }
+    };
+    (@bool $hollow:tt) => { bool };
+    (@hollow $self:ident yes) => { $self.hollow };
+    (@hollow $self:ident) => { false };
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
+fn yes() -> bool {
+    true
+}
+
+body! {
+    /// Ball around `center`.
+    Sphere {
+        /// Centre.
+        center: Vec3,
+        /// Radius, above 0.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+    } hollow: yes
+}
+
+body! {
+    /// Infinite plane; it bounds the half-space behind it.
+    Plane {
+        /// Any point of the plane.
+        point: Vec3,
+        /// Direction of its front, any length but 0.
+        normal: Vec3,
+    } hollow: yes
+}
+
+body! {
+    /// Flat disc.
+    Disc {
+        /// Centre.
+        center: Vec3,
+        /// Direction of its front, any length but 0.
+        normal: Vec3,
+        /// Radius, above 0.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+    }
+}
+
+body! {
+    /// Triangle; its front sees the vertices counter-clockwise.
+    Triangle {
+        /// The corners.
+        vertices: [Vec3; 3],
+    }
+}
+
+body! {
+    /// Two triangles 0 1 2 and 0 2 3; planar for most uses, but it need not be.
+    Quad {
+        /// The corners, in order around it.
+        vertices: [Vec3; 4],
+    }
+}
+
+body! {
+    /// Box with sides parallel to the axes. It may be flat in one direction.
+    AxisBox {
+        /// Lower corner.
+        min: Vec3,
+        /// Upper corner, in no coordinate below `min`.
+        max: Vec3,
+    } hollow: yes
+}
+
+body! {
+    /// Circular cylinder from `base` to `top`.
+    Cylinder {
+        /// Centre of one end.
+        base: Vec3,
+        /// Centre of the other end.
+        top: Vec3,
+        /// Radius, above 0.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+        /// Whether discs close its ends. Default true.
+        #[serde(default = "yes")]
+        capped: bool,
+    } hollow: yes
+}
+
+body! {
+    /// Circular cone or its frustum from `base` to `top`.
+    Cone {
+        /// Centre of one end.
+        base: Vec3,
+        /// Radius at the base, at least 0.
+        #[schemars(range(min = 0.0))]
+        base_radius: f64,
+        /// Centre of the other end.
+        top: Vec3,
+        /// Radius at the top, at least 0; not both 0. Default 0.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        top_radius: f64,
+        /// Whether discs close its ends. Default true.
+        #[serde(default = "yes")]
+        capped: bool,
+    } hollow: yes
+}
+
+body! {
+    /// Ring: all points at `minor_radius` from a circle of `major_radius`.
+    Torus {
+        /// Centre.
+        center: Vec3,
+        /// Axis of rotation, any length but 0. Default +y.
+        #[serde(default = "default_up")]
+        axis: Vec3,
+        /// Radius of the circle, above 0.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        major_radius: f64,
+        /// Radius of the tube, above 0 and below `major_radius`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        minor_radius: f64,
+    } hollow: yes
+}
+
+body! {
+    /// Triangles over shared vertices; fronts see their corners counter-clockwise. The fronts bound one body.
+    Mesh {
+        /// The points.
+        #[schemars(length(min = 3))]
+        vertices: Vec<Vec3>,
+        /// Three indices of vertices each, from 0.
+        #[schemars(length(min = 1))]
+        faces: Vec<[u32; 3]>,
+        /// Shading normals, one for each vertex; without them faces are flat.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        normals: Option<Vec<Vec3>>,
+        /// Texture coordinates, one pair for each vertex.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        uvs: Option<Vec<[f64; 2]>>,
+    } hollow: yes
+}
+
+body! {
+    /// Planar polygon, which may be concave; its front sees the vertices counter-clockwise.
+    Polygon {
+        /// The corners, in order around it; edges must not cross.
+        #[schemars(length(min = 3))]
+        vertices: Vec<Vec3>,
+    }
+}
+
+/// Objects moved together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Group {
+    /// What is in the group.
+    pub objects: Vec<Object>,
+    /// Where the group goes. Default: where it is.
+    #[serde(default)]
+    pub transform: Transform,
+    /// A name, for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+}
+
+/// One placed copy of a definition. It costs no memory beyond itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Instance {
+    /// Name in `definitions`.
+    pub of: String,
+    /// Where the copy goes. Default: where the definition is.
+    #[serde(default)]
+    pub transform: Transform,
+    /// A name, for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+}
+
+/// Either `matrix`, or any of `scale`, `rotate_deg` and `translate`, applied in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Transform {
+    /// 4 x 4, column-major, last row 0 0 0 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<[f64; 16]>,
+    /// Moved by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub translate: Option<Vec3>,
+    /// Turned around an axis through the origin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotate_deg: Option<Rotation>,
+    /// Enlarged around the origin: one factor, or one for each axis. Not 0; negative mirrors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<Scale>,
+}
+
+/// Rotation around an axis, counter-clockwise when the axis points at the viewer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rotation {
+    /// The axis, any length but 0.
+    pub axis: Vec3,
+    /// The angle in degrees.
+    pub angle: f64,
+}
+
+/// Factors for each axis, written as one number when they are equal.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Scale {
+    /// The same for all.
+    Uniform(f64),
+    /// For x, y and z.
+    PerAxis(Vec3),
+}
