@@ -1,0 +1,1 @@
+//! Effects that are means over choices.
