@@ -35,6 +35,8 @@ pub(crate) struct Loading {
 impl From<Loaded> for Ready {
     fn from(Loaded { description, scene, two_sided, spd_counts, parse_ms, plan_ms }: Loaded) -> Self {
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
-        Self { plan: explain(&description), render: description.render, scene, two_sided, spd_counts, loading }
+        // What the scene calls for decides the number it does not name.
+        let render = RenderSettings { samples: Some(scene.samples), ..description.render };
+        Self { plan: explain(&description), render, scene, two_sided, spd_counts, loading }
     }
 }

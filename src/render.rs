@@ -37,6 +37,8 @@ pub struct RayCounts {
     pub shadow: u64,
     pub reflected: u64,
     pub transmitted: u64,
+    /// Rays from diffuse surfaces, for color bleeding.
+    pub gathered: u64,
     /// Camera rays that hit something.
     #[serde(skip)]
     pub camera_hits: u64,
@@ -56,6 +58,7 @@ impl std::ops::Add for RayCounts {
             shadow: self.shadow + o.shadow,
             reflected: self.reflected + o.reflected,
             transmitted: self.transmitted + o.transmitted,
+            gathered: self.gathered + o.gathered,
             camera_hits: self.camera_hits + o.camera_hits,
             total_internal_reflections: self.total_internal_reflections + o.total_internal_reflections,
             shadow_skipped: self.shadow_skipped + o.shadow_skipped,

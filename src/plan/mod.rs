@@ -2,4 +2,5 @@
 
 pub mod effects;
 pub mod explain;
+mod sampled;
 mod use_of;

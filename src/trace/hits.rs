@@ -200,8 +200,10 @@ impl<L: Lanes> Hits<L> {
     /// What the region that a lane's closed body encloses is filled with: its material, or empty space in a cavity.
     pub fn medium(&self, world: &World<L::Real>, lane: usize) -> Medium<L::Real> {
         let hollow = self.hollow & (1 << lane) != 0;
-        let ior = if hollow { L::Real::from_f64(1.0) } else { self.material_of(world, lane).ior };
-        Medium { body: self.body.lane(lane), volume: world.owner(self.expanded.lane(lane)).volume(), ior }
+        let material = self.material_of(world, lane);
+        let (ior, dispersion) =
+            if hollow { (L::Real::from_f64(1.0), L::Real::from_f64(0.0)) } else { (material.ior, material.dispersion) };
+        Medium { body: self.body.lane(lane), volume: world.owner(self.expanded.lane(lane)).volume(), ior, dispersion }
     }
 
     /// Whether a lane's ray goes into the region its body encloses; one goes into a cavity out of the material.

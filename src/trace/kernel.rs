@@ -5,11 +5,13 @@
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
 use super::enclosing::media_at;
+use super::gather::gather;
 use super::hits::{find, find_nearest};
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
-use super::sampling::Sampler;
+use super::sampling::{Choice, Sampler};
 use super::secondary::scatter;
+use super::waves::Waves;
 use crate::accel::{Course, Nearest};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::plan::effects::{Effects, Everything};
@@ -38,6 +40,8 @@ pub enum RayKind {
     Camera,
     Reflected,
     Transmitted,
+    /// From a diffuse surface, for the light that others scatter.
+    Gathered,
 }
 
 /// A packet of rays to follow.
@@ -61,6 +65,8 @@ pub struct Followed<L: Lanes> {
     pub kind: RayKind,
     /// Names its place in the tree of rays, for [`Sampler`].
     pub path: u32,
+    /// Lanes whose light has been split into wavelengths.
+    pub dispersed: u32,
     /// The observer's number of the ray it comes from.
     pub parent: u32,
 }
@@ -98,6 +104,8 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     packets: u32,
     /// The choices of the sample at hand, for kernels that make any.
     pub(crate) sampler: Sampler,
+    /// The wavelengths of the sample at hand, where anything disperses light.
+    pub(super) waves: Waves<L>,
     eye_media: Vec<Medium<L::Real>>,
     effects: PhantomData<E>,
 }
@@ -124,6 +132,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             cancelled,
             packets: 0,
             sampler: Sampler::default(),
+            waves: Waves::yellow(s),
             eye_media: eye_media.to_vec(),
             effects: PhantomData,
         }
@@ -156,7 +165,15 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         self.media.clear();
         self.stack.clear();
 
-        let primary = self.world.camera.primary(s, x, y);
+        let mut primary = self.world.camera.primary(s, x, y);
+        if E::SAMPLED {
+            if let Some(lens) = self.world.camera.lens() {
+                primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
+            }
+            if let Some(spectrum) = &self.world.spectrum {
+                self.waves = Waves::choose(s, spectrum, &self.sampler);
+            }
+        }
         let seen = primary.seen.bits() & active;
         let weight = V3 { x: weight, y: weight, z: weight };
         let first = Followed {
@@ -169,6 +186,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             depth: 1,
             kind: RayKind::Camera,
             path: 0,
+            dispersed: 0,
             parent: 0,
         };
         if seen != active {
@@ -247,6 +265,12 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         }
         let coefficients = hits.coefficients(s, self.world);
         illuminate(self, rays, &hits, &coefficients, number, sum);
+        if rays.kind == RayKind::Gathered {
+            return;
+        }
+        if E::SAMPLED && self.world.called.bleeding {
+            gather(self, rays, &hits, &coefficients, number);
+        }
         scatter(self, rays, &hits, &coefficients, number);
     }
 
@@ -289,6 +313,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 RayKind::Camera => self.counts.camera += count,
                 RayKind::Reflected => self.counts.reflected += count,
                 RayKind::Transmitted => self.counts.transmitted += count,
+                RayKind::Gathered => self.counts.gathered += count,
             }
             self.stack.push(rays);
         }

@@ -12,8 +12,9 @@ use crate::scene::description::{self as d, Description, Look, Object, Shadows, V
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::problem::push_token;
 use crate::scene::world::{Rules, World};
-use crate::shading::light::{Falloff, Light, Source as LightSource};
+use crate::shading::light::{Area, Falloff, Light, Source as LightSource};
 use crate::shading::material::{Material, Texture};
+use crate::shading::spectrum::Spectrum;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::PI;
@@ -36,17 +37,31 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let render = &description.render;
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
     let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
+    let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
+    let camera = Camera::new(&description.camera, &basis, description.image.width, description.image.height);
+    let used = || builder.materials.iter().zip(&builder.used).filter(|(_, used)| **used).map(|(material, _)| material);
+    let zero = R::from_f64(0.0);
+    let colored = |color: &[R; 3]| color.iter().any(|c| *c > zero);
+    let called = Called {
+        area_lights: lights.iter().any(|light| light.area.is_some() && colored(&light.color)),
+        bleeding: render.color_bleeding && render.max_depth > 1,
+        depth_of_field: camera.lens().is_some(),
+        dispersion: used().any(|m| m.dispersion > zero && colored(&m.transmission)),
+        gloss: used().any(|m| m.alpha > zero && (colored(&m.reflection) || colored(&m.transmission))),
+        motion: builder.moves,
+    };
     let world = World {
         geometries: builder.geometries,
         root,
         size: R::from_f64(size),
         transmits,
-        called: Called::default(),
+        called,
+        spectrum: called.dispersion.then(|| Box::new(Spectrum::new())),
         materials: builder.materials,
-        lights: description.lights.iter().map(light).collect(),
+        lights,
         ambient: narrow_rgb(description.ambient.0),
         background: narrow_rgb(description.background.0),
-        camera: Camera::new(&description.camera, &basis, description.image.width, description.image.height),
+        camera,
         rules: Rules {
             max_depth: render.max_depth,
             min_weight: R::from_f64(render.min_weight),
@@ -73,6 +88,10 @@ struct Builder<'a, R> {
     /// One for each of the description's, and the default material last.
     materials: Vec<Material<R>>,
     one_sided: Vec<bool>,
+    /// Which materials some body has.
+    used: Vec<bool>,
+    /// Whether anything moves.
+    moves: bool,
     sources: Sources,
 }
 
@@ -88,6 +107,8 @@ impl<'a, R: Real> Builder<'a, R> {
             definitions: vec![None; description.definitions.len()],
             materials: all().map(material).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
+            used: vec![false; description.materials.len() + 1],
+            moves: false,
             sources: Sources::default(),
         }
     }
@@ -180,9 +201,10 @@ impl<'a, R: Real> Builder<'a, R> {
         }
     }
 
-    fn item(&self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
+    fn item(&mut self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
         let default = self.materials.len() - 1;
         let material = look.material.and_then(|name| self.description.materials.position(name)).unwrap_or(default);
+        self.used[material] = true;
         let sides = match (self.one_sided[material], look.hollow) {
             (false, _) => Sides::Both,
             (true, false) => Sides::Outside,
@@ -344,6 +366,26 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
         reflection: narrow_rgb(material.reflection.0),
         transmission: narrow_rgb(material.transmission.0),
         ior: R::from_f64(material.ior),
+        alpha: R::from_f64(material.roughness * material.roughness),
+        dispersion: R::from_f64(material.dispersion),
+    }
+}
+
+/// The area of a light; none if it is a point after all.
+fn area<R: Real>(light: &d::Light) -> Option<Area<R>> {
+    let disc = |radius: f64| (radius > 0.0).then(|| Area::Disc { radius: R::from_f64(radius) });
+    match light {
+        d::Light::Point(d::PointLight { area, .. }) | d::Light::Spot(d::SpotLight { area, .. }) => {
+            match area.as_ref()? {
+                d::Area::Disc(area) => disc(area.radius),
+                d::Area::Parallelogram(area) => {
+                    let edge = |v: Vec3| v.map(R::from_f64);
+                    let point = [area.u, area.v].as_flattened().iter().all(|x| *x == 0.0);
+                    (!point).then(|| Area::Parallelogram { u: edge(area.u), v: edge(area.v) })
+                }
+            }
+        }
+        d::Light::Directional(light) => disc(math::tan(light.area?.angle_deg.to_radians() * 0.5)),
     }
 }
 
@@ -375,5 +417,5 @@ fn light<R: Real>(light: &d::Light) -> Light<R> {
             (source, l.color, l.intensity, fall(l.falloff))
         }
     };
-    Light { source, color: narrow_rgb(color.0 * intensity), falloff }
+    Light { source, color: narrow_rgb(color.0 * intensity), falloff, area: area(light) }
 }
