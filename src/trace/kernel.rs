@@ -6,7 +6,7 @@
 
 use super::enclosing::media_at;
 use super::gather::gather;
-use super::hits::{find, find_nearest};
+use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
 use super::sampling::{Choice, Sampler};
@@ -197,6 +197,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
+        let mut hits = Hits::none(s);
         let mut rays = first;
         loop {
             self.packets = self.packets.wrapping_add(1);
@@ -204,7 +205,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 return;
             }
             if rays.active != 0 {
-                self.follow(&rays, sum);
+                self.follow(&rays, &mut hits, sum);
             }
             let Some(next) = self.stack.pop() else { return };
             rays = next;
@@ -231,7 +232,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
 
     /// Shades what the rays hit and stacks the rays that leave from there.
     #[inline(always)]
-    fn follow(&mut self, rays: &Followed<L>, sum: &mut V3<L>) {
+    fn follow(&mut self, rays: &Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
         let cast = Rays {
@@ -241,11 +242,11 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
-        let hits = if E::TRANSMISSION {
-            find(s, self.world, &cast, rays.course())
+        if E::TRANSMISSION {
+            hits.find(s, self.world, &cast, rays.course());
         } else {
-            find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course())
-        };
+            hits.find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course());
+        }
         let missed = rays.active & !hits.found;
         if missed != 0 {
             let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));
@@ -261,74 +262,14 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             self.counts.camera_hits += u64::from(hits.found.count_ones());
         }
         if O::WATCHING {
-            self.observer.hits(number, rays, &hits);
+            self.observer.hits(number, rays, hits);
         }
         let coefficients = hits.coefficients(s, self.world);
-        illuminate(self, rays, &hits, &coefficients, number, sum);
+        illuminate(self, rays, hits, &coefficients, number, sum);
         if rays.kind == RayKind::Gathered {
             return;
         }
         if E::SAMPLED && self.world.called.bleeding {
-            gather(self, rays, &hits, &coefficients, number);
+            gather(self, rays, hits, &coefficients, number);
         }
-        scatter(self, rays, &hits, &coefficients, number);
-    }
-
-    /// What a ray adds to the pixel, never above [`MAX_RADIANCE`]: materials that amplify cannot make it infinite.
-    #[inline(always)]
-    pub(super) fn bounded(&self, radiance: V3<L>) -> V3<L> {
-        let max = L::lit(self.s, MAX_RADIANCE);
-        V3 { x: radiance.x.min(max), y: radiance.y.min(max), z: radiance.z.min(max) }
-    }
-
-    /// Adds radiance to the lanes of `lanes`.
-    #[inline(always)]
-    pub(super) fn add(&self, sum: &mut V3<L>, lanes: u32, radiance: V3<L>) {
-        *sum = V3::select(L::mask(self.s, lanes), *sum + radiance, *sum);
-    }
-
-    /// Stacks rays, but for those too light to matter and those beyond the limit on rays.
-    #[inline(always)]
-    pub(super) fn push(&mut self, mut rays: Followed<L>) {
-        let max = L::lit(self.s, MAX_WEIGHT);
-        let w = rays.weight;
-        rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
-        let wanted = rays.active;
-        if !self.world.rules.spd_counts {
-            rays.active &= self.heavy_enough(rays.weight);
-        }
-        let light = wanted & !rays.active;
-        let active = L::mask(self.s, rays.active);
-        self.followed = L::select(active, self.followed + L::lit(self.s, 1.0), self.followed);
-        let beyond = (active & self.followed.ge(L::lit(self.s, RAYS_PER_SAMPLE.max as f64))).bits();
-        rays.active &= !beyond;
-        self.counts.dropped += u64::from(beyond.count_ones());
-        if O::WATCHING && rays.active != wanted {
-            let why = if light != 0 { NotFollowed::Weight } else { NotFollowed::Budget };
-            self.observer.not_followed(rays.parent, rays.kind, rays.weight, why);
-        }
-        if rays.active != 0 {
-            let count = u64::from(rays.active.count_ones());
-            match rays.kind {
-                RayKind::Camera => self.counts.camera += count,
-                RayKind::Reflected => self.counts.reflected += count,
-                RayKind::Transmitted => self.counts.transmitted += count,
-                RayKind::Gathered => self.counts.gathered += count,
-            }
-            self.stack.push(rays);
-        }
-    }
-
-    /// Lanes whose weight is above 0 and not below the smallest weight in some channel.
-    #[inline(always)]
-    fn heavy_enough(&self, weight: V3<L>) -> u32 {
-        let zero = L::lit(self.s, 0.0);
-        let heaviest = weight.x.max(weight.y).max(weight.z);
-        (heaviest.ge(self.min_weight) & heaviest.gt(zero)).bits()
-    }
-}
-
-/// A one-lane number of the kernel's format, for events.
-pub(super) fn first<L: Lanes>(x: L) -> f64 {
-    x.lane(0).to_f64()
-}
+        scatter(self, rays, hits, &coefficients, number);
