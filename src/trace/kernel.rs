@@ -273,3 +273,63 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             gather(self, rays, hits, &coefficients, number);
         }
         scatter(self, rays, hits, &coefficients, number);
+    }
+
+    /// What a ray adds to the pixel, never above [`MAX_RADIANCE`]: materials that amplify cannot make it infinite.
+    #[inline(always)]
+    pub(super) fn bounded(&self, radiance: V3<L>) -> V3<L> {
+        let max = L::lit(self.s, MAX_RADIANCE);
+        V3 { x: radiance.x.min(max), y: radiance.y.min(max), z: radiance.z.min(max) }
+    }
+
+    /// Adds radiance to the lanes of `lanes`.
+    #[inline(always)]
+    pub(super) fn add(&self, sum: &mut V3<L>, lanes: u32, radiance: V3<L>) {
+        *sum = V3::select(L::mask(self.s, lanes), *sum + radiance, *sum);
+    }
+
+    /// Stacks rays, but for those too light to matter and those beyond the limit on rays.
+    #[inline(always)]
+    pub(super) fn push(&mut self, mut rays: Followed<L>) {
+        let max = L::lit(self.s, MAX_WEIGHT);
+        let w = rays.weight;
+        rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
+        let wanted = rays.active;
+        if !self.world.rules.spd_counts {
+            rays.active &= self.heavy_enough(rays.weight);
+        }
+        let light = wanted & !rays.active;
+        let active = L::mask(self.s, rays.active);
+        self.followed = L::select(active, self.followed + L::lit(self.s, 1.0), self.followed);
+        let beyond = (active & self.followed.ge(L::lit(self.s, RAYS_PER_SAMPLE.max as f64))).bits();
+        rays.active &= !beyond;
+        self.counts.dropped += u64::from(beyond.count_ones());
+        if O::WATCHING && rays.active != wanted {
+            let why = if light != 0 { NotFollowed::Weight } else { NotFollowed::Budget };
+            self.observer.not_followed(rays.parent, rays.kind, rays.weight, why);
+        }
+        if rays.active != 0 {
+            let count = u64::from(rays.active.count_ones());
+            match rays.kind {
+                RayKind::Camera => self.counts.camera += count,
+                RayKind::Reflected => self.counts.reflected += count,
+                RayKind::Transmitted => self.counts.transmitted += count,
+                RayKind::Gathered => self.counts.gathered += count,
+            }
+            self.stack.push(rays);
+        }
+    }
+
+    /// Lanes whose weight is above 0 and not below the smallest weight in some channel.
+    #[inline(always)]
+    fn heavy_enough(&self, weight: V3<L>) -> u32 {
+        let zero = L::lit(self.s, 0.0);
+        let heaviest = weight.x.max(weight.y).max(weight.z);
+        (heaviest.ge(self.min_weight) & heaviest.gt(zero)).bits()
+    }
+}
+
+/// A one-lane number of the kernel's format, for events.
+pub(super) fn first<L: Lanes>(x: L) -> f64 {
+    x.lane(0).to_f64()
+}
