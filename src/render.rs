@@ -256,7 +256,7 @@ pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Med
         return Vec::new();
     }
     let eye = world.camera.primary(s, L::lit(s, 0.0), L::lit(s, 0.0)).origin.lane(0);
-    media_at::<L>(s, world, eye)
+    media_at::<L>(s, world, eye, None)
 }
 
 /// A tile and where its pixels go, row by row.

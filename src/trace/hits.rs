@@ -41,6 +41,8 @@ pub struct Hits<L: Lanes> {
     pub may_touch: u32,
     /// Other bodies whose surface is at the same place, as far as rounding can tell, crossed together with this one.
     pub touching: Vec<Touch<L::Real>>,
+    /// When the rays are cast, if anything moves: from 0, when the shutter opens, to 1.
+    pub time: Option<L>,
 }
 
 /// Another body that light through a surface enters or leaves at the same place.
@@ -85,6 +87,7 @@ impl<L: Lanes> Hits<L> {
             smooth: 0,
             may_touch: 0,
             touching: Vec::new(),
+            time: None,
         }
     }
 
@@ -124,7 +127,7 @@ impl<L: Lanes> Hits<L> {
         course: Course,
     ) {
         let mut shortened = *rays;
-        nearest_hit(s, &world.geometries, world.root, &mut shortened, &mut nearest, course);
+        nearest_hit(s, &world.geometries, world.root, &mut shortened, &mut nearest, course, self.time.as_ref());
         self.forget(u32::MAX);
         self.touching.clear();
         self.found = nearest.found;
@@ -164,7 +167,7 @@ impl<L: Lanes> Hits<L> {
             if same != lanes && spheres.take(&owner, same) {
                 continue;
             }
-            self.put(s, same, resolve(s, &owner, self.expanded, same, rays));
+            self.put(s, same, resolve(s, &owner, self.expanded, same, rays, self.time.as_ref()));
         }
         if spheres.lanes != 0 {
             self.put(s, spheres.lanes, spheres.resolve(s, rays));

@@ -174,6 +174,8 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 self.waves = Waves::choose(s, spectrum, &self.sampler);
             }
         }
+        let moves = E::SAMPLED && self.world.called.motion;
+        let time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
         let seen = primary.seen.bits() & active;
         let weight = V3 { x: weight, y: weight, z: weight };
         let first = Followed {
@@ -182,7 +184,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_min: L::lit(s, 0.0),
             weight,
             active: seen,
-            media: self.media_at_eye(&primary.origin, seen),
+            media: self.media_at_eye(&primary.origin, seen, time),
             depth: 1,
             kind: RayKind::Camera,
             path: 0,
@@ -197,7 +199,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
-        let mut hits = Hits::none(s);
+        let mut hits = Hits { time, ..Hits::none(s) };
         let mut rays = first;
         loop {
             self.packets = self.packets.wrapping_add(1);
@@ -213,19 +215,19 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     }
 
     #[inline(always)]
-    fn media_at_eye(&mut self, origin: &V3<L>, active: u32) -> L::Ids {
+    fn media_at_eye(&mut self, origin: &V3<L>, active: u32, time: Option<L>) -> L::Ids {
         let s = self.s;
         if !E::TRANSMISSION || !self.world.transmits {
             return L::Ids::splat(s, u64::from(OUTSIDE));
         }
-        if self.world.camera.has_single_eye() {
+        if self.world.camera.has_single_eye() && time.is_none() {
             return L::Ids::splat(s, u64::from(self.media.list(&self.eye_media)));
         }
         L::Ids::from_fn(s, |lane| {
             if active & (1 << lane) == 0 {
                 return u64::from(OUTSIDE);
             }
-            let around = media_at::<L>(s, self.world, origin.lane(lane));
+            let around = media_at::<L>(s, self.world, origin.lane(lane), time.map(|time| time.lane(lane)));
             u64::from(self.media.list(&around))
         })
     }

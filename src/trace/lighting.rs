@@ -82,7 +82,8 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
         if let Some(blockers) = world.rules.shadows {
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
             let shadow = shadow_rays(s, &place, origin, cast);
-            passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course());
+            passed =
+                transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course(), hits.time.as_ref());
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         tracer.add(sum, lit.bits(), radiance);

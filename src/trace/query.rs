@@ -111,7 +111,7 @@ where
     let dir = rays.dir.normalized(s);
 
     let mut media = Media::default();
-    let around = if hits.closed != 0 { media_at::<L>(s, world, narrow(ray.origin)) } else { Vec::new() };
+    let around = if hits.closed != 0 { media_at::<L>(s, world, narrow(ray.origin), None) } else { Vec::new() };
     let list = L::Ids::splat(s, u64::from(media.list(&around)));
     let sides = interface(s, world, &mut media, &hits, list, hits.closed);
     let eta = sides.n1 / sides.n2;

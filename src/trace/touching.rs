@@ -51,7 +51,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
         passed.first[lane] = body(hits, lane);
     }
     let own_error = hits.surface.error;
-    let mut other = Hits::none(s);
+    let mut other = Hits { time: hits.time, ..Hits::none(s) };
     for _ in 0..MAX_TOUCHING {
         other.find_nearest(s, world, &stretch, &Nearest::without(s, &passed), Course::Apart);
         if other.found == 0 {

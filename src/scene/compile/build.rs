@@ -2,7 +2,7 @@
 
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, contact, extent};
-use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Shape};
+use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Motion, Shape};
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
@@ -126,6 +126,9 @@ impl<'a, R: Real> Builder<'a, R> {
         for (item, extent) in items.iter_mut().zip(&mut extents) {
             if let Shape::Instance(instance) = &mut item.shape {
                 *extent = extent::of_instance(instance, &self.geometries[instance.geometry as usize]);
+                if let (Some(motion), Some(extent)) = (&instance.motion, extent.as_mut()) {
+                    *extent = motion.swept(extent);
+                }
                 instance.ball = extent.as_ref().map(Ball::new);
             }
         }
@@ -147,17 +150,25 @@ impl<'a, R: Real> Builder<'a, R> {
                 Object::Group(group) => {
                     self.sources.entries.push(entry(group.name.as_deref()));
                     let inner = self.list(format!("{}/{index}/group/objects", self.sources.lists[list as usize]));
-                    if group.transform == d::Transform::default() {
+                    if group.transform == d::Transform::default() && !group.motion.is_some_and(|m| m.moves()) {
                         self.collect(&group.objects, inner, into);
                     } else {
                         let geometry = self.geometry(&group.objects, inner);
-                        into.push(self.instance(geometry, &group.transform, source), None, self.expanded[geometry]);
+                        into.push(
+                            self.instance(geometry, &group.transform, group.motion, source),
+                            None,
+                            self.expanded[geometry],
+                        );
                     }
                 }
                 Object::Instance(instance) => {
                     self.sources.entries.push(entry(instance.name.as_deref()));
                     let geometry = self.definition(&instance.of);
-                    into.push(self.instance(geometry, &instance.transform, source), None, self.expanded[geometry]);
+                    into.push(
+                        self.instance(geometry, &instance.transform, instance.motion, source),
+                        None,
+                        self.expanded[geometry],
+                    );
                 }
                 _ => {
                     let (shape, look) = shape(object);
@@ -183,9 +194,19 @@ impl<'a, R: Real> Builder<'a, R> {
         geometry
     }
 
-    fn instance(&self, geometry: usize, transform: &d::Transform, source: u32) -> Item<R> {
+    fn instance(
+        &mut self,
+        geometry: usize,
+        transform: &d::Transform,
+        motion: Option<d::Motion>,
+        source: u32,
+    ) -> Item<R> {
         let map = affine(transform).unwrap_or(DAffine3::IDENTITY);
-        let instance = Instance::new(geometry as u32, map);
+        let mut instance = Instance::new(geometry as u32, map);
+        if let Some(motion) = motion.filter(d::Motion::moves) {
+            self.moves = true;
+            instance.motion = Some(Box::new(self::motion(&motion)));
+        }
         Item {
             shape: Shape::Instance(Box::new(instance)),
             material: 0,
@@ -369,6 +390,14 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
         alpha: R::from_f64(material.roughness * material.roughness),
         dispersion: R::from_f64(material.dispersion),
     }
+}
+
+fn motion<R: Real>(motion: &d::Motion) -> Motion<R> {
+    let vector = |v: Option<Vec3>| DVec3::from_array(v.unwrap_or_default());
+    let (axis, degrees) = motion
+        .rotate_deg
+        .map_or((DVec3::Y, 0.0), |rotation| (DVec3::from_array(rotation.axis).normalize(), rotation.angle));
+    Motion::new(vector(motion.translate), axis, degrees, vector(motion.center))
 }
 
 /// The area of a light; none if it is a point after all.
