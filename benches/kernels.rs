@@ -55,7 +55,8 @@ fn main() {
     let mut paths = Vec::new();
     for folder in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes")).unwrap().flatten() {
         if let Ok(files) = std::fs::read_dir(folder.path()) {
-            paths.extend(files.flatten().map(|file| file.path()).filter(|p| p.extension().is_some_and(|e| e == "json")));
+            paths
+                .extend(files.flatten().map(|file| file.path()).filter(|p| p.extension().is_some_and(|e| e == "json")));
         }
     }
     paths.sort();
