@@ -1,9 +1,12 @@
-//! `strahl explain`: which effects a scene calls for, and why, as EXPLAIN does for a database query.
+//! Which effects a scene calls for, and why.
 
+use super::estimate::{Actual, Estimated};
 use super::use_of::{Uses, uses};
 use crate::scene::description::{Camera, Description, Diffuse, Falloff, Light, Object, Precision, Shadows};
 use crate::scene::problem::push_token;
 use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// The effects of a scene.
 #[derive(Debug, Clone, Serialize)]
@@ -25,6 +28,15 @@ pub struct Effect {
     pub reason: String,
     /// JSON pointers of what calls for it, at most [`MAX_POINTERS`].
     pub because: Vec<String>,
+    /// Values of those pointers, if they are short.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub values: BTreeMap<String, Value>,
+    /// What it is expected to take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub est: Option<Estimated>,
+    /// What it took.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub act: Option<Actual>,
 }
 
 /// States of an effect.
@@ -74,27 +86,11 @@ impl Explanation {
     pub fn names_on(&self) -> impl Iterator<Item = &'static str> {
         self.effects.iter().filter(|e| e.state == State::On).map(|e| e.effect)
     }
-
-    /// A readable table.
-    pub fn to_table(&self) -> String {
-        let mut table = format!("{:<22}{:<9}{}\n", "effect", "state", "reason");
-        for effect in &self.effects {
-            let state = match effect.state {
-                State::On => "on",
-                State::Removed => "removed",
-                State::Off => "off",
-            };
-            let place = effect.because.first().map_or_else(String::new, |p| format!(" ({p})"));
-            table.push_str(&format!("{:<22}{state:<9}{}{place}\n", effect.effect, effect.reason));
-        }
-        table.push_str(&format!("not simulated: {}\n", self.not_simulated.join(", ")));
-        table
-    }
 }
 
 fn effect(name: &'static str, state: State, reason: impl Into<String>, mut because: Vec<String>) -> Effect {
     because.truncate(MAX_POINTERS);
-    Effect { effect: name, state, reason: reason.into(), because }
+    Effect { effect: name, state, reason: reason.into(), because, values: BTreeMap::new(), est: None, act: None }
 }
 
 /// On, if something calls for it; removed, if only materials that no object uses do.

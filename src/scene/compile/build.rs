@@ -35,12 +35,18 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
-    let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
+    let items = || builder.geometries.iter().flat_map(|geometry| &geometry.items);
+    let transmits = items().any(Item::lets_light_through);
+    let mirrors = |item: &Item<R>| {
+        !matches!(item.shape, Shape::Instance(_)) && builder.materials[item.material as usize].reflects()
+    };
+    let reflects = items().any(mirrors);
     let world = World {
         geometries: builder.geometries,
         root,
         size: R::from_f64(size),
         transmits,
+        reflects,
         called: Called::default(),
         materials: builder.materials,
         lights: description.lights.iter().map(light).collect(),
