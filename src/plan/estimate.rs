@@ -76,7 +76,7 @@ fn own(effect: &Effect) -> Own {
         _ if effect.state != State::On => Own::Nothing,
         "shadows" => Own::Kind(SHADOW),
         "reflection" => Own::Kind(REFLECTED),
-        "refraction" => Own::Kind(TRANSMITTED),
+        "transmission" => Own::Kind(TRANSMITTED),
         "total_reflection" => Own::Total,
         "antialiasing" => Own::Added,
         _ => Own::Nothing,

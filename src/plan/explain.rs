@@ -68,6 +68,7 @@ pub fn explain(description: &Description) -> Explanation {
         reflection(description, &uses),
         transmission(description, &uses),
         total_reflection(description, &uses),
+        refraction(description, &uses),
         hollow(&uses),
         checker(description, &uses),
         smooth_normals(&uses),
@@ -224,14 +225,14 @@ fn reflection(description: &Description, uses: &Uses) -> Effect {
 }
 
 fn transmission(description: &Description, uses: &Uses) -> Effect {
-    let name = "refraction";
+    let name = "transmission";
     let effect_of = by_material(
         name,
         description,
         uses,
         "transmission",
         |m| m.transmission.0.max_element() > 0.0,
-        "light passes through bodies and bends by Snell's law",
+        "light passes through bodies",
         "transmission is 0 everywhere",
     );
     match cut_off(description) {
@@ -240,6 +241,22 @@ fn transmission(description: &Description, uses: &Uses) -> Effect {
         }
         _ => effect_of,
     }
+}
+
+fn refraction(description: &Description, uses: &Uses) -> Effect {
+    let name = "refraction";
+    let clear = |m: &crate::scene::description::Material| m.transmission.0.max_element() > 0.0;
+    let (on, off) = ("light bends by Snell's law", "nothing transmits light");
+    let effect_of = by_material(name, description, uses, "ior", clear, on, off);
+    if effect_of.state != State::On || cut_off(description).is_some() {
+        return effect(name, State::Off, off, Vec::new());
+    }
+    let bends = |m: &crate::scene::description::Material| clear(m) && m.ior != 1.0;
+    let bending = by_material(name, description, uses, "ior", bends, on, off);
+    if bending.state == State::On {
+        return bending;
+    }
+    effect(name, State::Removed, "all indices of refraction are 1: nothing bends", effect_of.because)
 }
 
 fn total_reflection(description: &Description, uses: &Uses) -> Effect {

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// How long a pilot may take before it is content with what it has.
 pub const BUDGET: Duration = Duration::from_millis(3);
 /// Blocks of a picture: 1/256 of them, but at least this many (if it has as many).
-const LEAST_BLOCKS: u32 = 512;
+const LEAST_BLOCKS: u32 = 1_024;
 const SHARE: u32 = 256;
 
 /// A number expected, and the interval that holds the true one in 19 of 20 pictures.
