@@ -42,7 +42,9 @@ impl From<Loaded> for Ready {
     fn from(Loaded { mut description, scene, two_sided, spd_counts, parse_ms, plan_ms }: Loaded) -> Self {
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
         let plan = Plan::new(&mut description, &scene);
-        Self { plan, render: description.render, scene, two_sided, spd_counts, loading }
+        // What the scene calls for decides the number it does not name.
+        let render = RenderSettings { samples: Some(scene.samples), ..description.render };
+        Self { plan, render, scene, two_sided, spd_counts, loading }
     }
 }
 

@@ -37,6 +37,8 @@ pub struct RayCounts {
     pub shadow: u64,
     pub reflected: u64,
     pub transmitted: u64,
+    /// Rays from diffuse surfaces, for color bleeding.
+    pub gathered: u64,
     /// Camera rays that hit something.
     #[serde(skip)]
     pub camera_hits: u64,
@@ -51,7 +53,7 @@ pub struct RayCounts {
 impl RayCounts {
     /// All rays that were traced.
     pub fn total(&self) -> u64 {
-        self.camera + self.shadow + self.reflected + self.transmitted
+        self.camera + self.shadow + self.reflected + self.transmitted + self.gathered
     }
 }
 
@@ -63,6 +65,7 @@ impl std::ops::Add for RayCounts {
             shadow: self.shadow + o.shadow,
             reflected: self.reflected + o.reflected,
             transmitted: self.transmitted + o.transmitted,
+            gathered: self.gathered + o.gathered,
             camera_hits: self.camera_hits + o.camera_hits,
             total_internal_reflections: self.total_internal_reflections + o.total_internal_reflections,
             shadow_skipped: self.shadow_skipped + o.shadow_skipped,
@@ -243,10 +246,17 @@ fn trace_with<L: Lanes, E: Effects>(
         for (channel, lanes) in channels.iter_mut().zip([sum.x, sum.y, sum.z]) {
             lanes.store(channel);
         }
-        let pixel = |lane: usize| channels.map(|channel| channel[lane].to_f64() as f32);
+        let [red, green, blue] = &channels;
+        let pixel = |lane: usize| [narrow(red[lane]), narrow(green[lane]), narrow(blue[lane])];
         out.pixels.extend((0..packet.len()).map(pixel));
     }
     out.rays = out.rays + tracer.counts;
+}
+
+/// A channel of the film.
+#[inline(always)]
+fn narrow<R: Real>(channel: R) -> f32 {
+    channel.to_f64() as f32
 }
 
 /// Adds all samples of a packet of pixels, each weighted 1/n.
@@ -284,13 +294,41 @@ pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Med
         return Vec::new();
     }
     let eye = world.camera.primary(s, L::lit(s, 0.0), L::lit(s, 0.0)).origin.lane(0);
-    media_at::<L>(s, world, eye)
+    media_at::<L>(s, world, eye, None)
 }
 
 /// A tile and where its pixels go, row by row.
 struct Tile<'a> {
     region: Region,
     rows: Vec<&'a mut [[f32; 3]]>,
+}
+
+/// Edge of the block of pixels that share a packet, so that its rays stay together: 4 x 4 are 16 lanes.
+pub(crate) const BLOCK: u32 = 4;
+
+impl Tile<'_> {
+    /// Its pixels, block by block.
+    fn blocks(&self) -> Vec<[u32; 2]> {
+        let mut at = Vec::with_capacity(self.region.pixels() as usize);
+        for block in self.region.tiles(BLOCK) {
+            for y in block.y..block.y + block.height {
+                at.extend((block.x..block.x + block.width).map(|x| [x, y]));
+            }
+        }
+        at
+    }
+
+    /// Puts pixels in the order of [`Self::blocks`] where they belong.
+    fn put(&mut self, mut pixels: &[[f32; 3]]) {
+        for block in self.region.tiles(BLOCK) {
+            let (left, top) = ((block.x - self.region.x) as usize, (block.y - self.region.y) as usize);
+            for row in &mut self.rows[top..top + block.height as usize] {
+                let (part, rest) = pixels.split_at(block.width as usize);
+                row[left..left + part.len()].copy_from_slice(part);
+                pixels = rest;
+            }
+        }
+    }
 }
 
 /// Cuts the pixels of a region into tiles.
@@ -352,13 +390,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
             // Tiles differ in cost: each may go to another thread until the last.
             .with_max_len(1)
             .map(|mut tile| {
-                // A packet is a block of pixels, so that its rays stay together.
-                let mut at = Vec::with_capacity(tile.region.pixels() as usize);
-                tile.region.tiles(BLOCK).for_each(|block| at.extend(block.iter()));
-                let traced = self.trace(&at, self.scene.samples)?;
-                for ([x, y], pixel) in at.into_iter().zip(traced.pixels) {
-                    tile.rows[(y - tile.region.y) as usize][(x - tile.region.x) as usize] = pixel;
-                }
+                let traced = self.trace(&tile.blocks(), self.scene.samples)?;
+                tile.put(&traced.pixels);
                 Ok(traced.rays)
             })
             .try_reduce(RayCounts::default, |a, b| Ok(a + b))?;
@@ -378,7 +411,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 
     fn trace(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
-        let mut traced = Traced::default();
+        let mut traced = Traced { pixels: Vec::with_capacity(at.len()), rays: RayCounts::default() };
         R::trace(self.cut.level, &self.job, at, samples, &mut traced);
         if self.control.cancelled.load(Ordering::Relaxed) {
             return Err(Cancelled);
@@ -393,9 +426,6 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         is_uneven(&codes, around, x, y)
     }
 }
-
-/// Edge of the block of pixels that share a packet: 4 x 4 are 16 lanes.
-pub(crate) const BLOCK: u32 = 4;
 
 /// Whether a pixel differs from one of its eight neighbours within `around`.
 pub(crate) fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {

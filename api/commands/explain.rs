@@ -58,6 +58,7 @@ fn table(report: &Report) -> String {
         ("shadow rays", rays.shadow),
         ("reflected rays", rays.reflected),
         ("transmitted rays", rays.transmitted),
+        ("gathered rays", rays.gathered),
         ("total internal reflections", rays.total_internal_reflections),
         ("shadow rays that could not matter", rays.shadow_skipped),
         ("rays dropped at a limit", rays.dropped),

@@ -6,6 +6,7 @@
 
 use super::bounds::Bounds;
 use super::build::{Bvh, BvhKind};
+use super::motion::Motion;
 use super::part::Part;
 use super::wide::Wide;
 use crate::lanes::Real;
@@ -105,6 +106,8 @@ pub struct Instance<R> {
     pub unit: R,
     /// Ball around the placed geometry, if it has bounds: most rays that pass its box miss it.
     pub ball: Option<Ball<R>>,
+    /// How it moves while the shutter is open.
+    pub motion: Option<Box<Motion<R>>>,
 }
 
 impl<R: Real> Instance<R> {
@@ -120,6 +123,7 @@ impl<R: Real> Instance<R> {
             to_local: Placement::new(to_local),
             unit: R::from_f64(unit),
             ball: None,
+            motion: None,
         }
     }
 }

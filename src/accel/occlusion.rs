@@ -7,6 +7,7 @@ use super::wide::{Kind, Leaf, Wide};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
 use crate::shape::{intersect_triangle, sphere_crossings};
+use smallvec::SmallVec;
 use std::cmp::Ordering;
 
 /// What a surface does to a shadow ray.
@@ -30,9 +31,10 @@ pub fn transmittance<L: Lanes>(
     blockers: Blockers,
     mut rays: Rays<L>,
     course: Course,
+    time: Option<&L>,
 ) -> V3<L> {
     let cast = rays.active.bits();
-    let mut passage = Passage { geometries, blockers, course, crossings: Vec::new(), stack: Stack::new() };
+    let mut passage = Passage { geometries, blockers, course, time, crossings: SmallVec::new(), stack: Stack::new() };
     passage.attenuate(s, root, &mut rays);
     let Passage { mut crossings, .. } = passage;
     let blocked = cast & !rays.active.bits();
@@ -54,18 +56,20 @@ fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
 }
 
 /// Shadow rays on their way.
-struct Passage<'a, R> {
-    geometries: &'a [Geometry<R>],
+struct Passage<'a, L: Lanes> {
+    geometries: &'a [Geometry<L::Real>],
     blockers: Blockers,
     course: Course,
+    /// When the rays are cast, if anything moves.
+    time: Option<&'a L>,
     /// Lanes that have crossed a surface, and its transmission.
-    crossings: Vec<(u32, [R; 3])>,
-    stack: Stack<R>,
+    crossings: SmallVec<[(u32, [L::Real; 3]); 8]>,
+    stack: Stack<L::Real>,
 }
 
-impl<R: Real> Passage<'_, R> {
+impl<L: Lanes> Passage<'_, L> {
     /// Gathers what the surfaces of one geometry let through, and switches off the lanes that are blocked.
-    fn attenuate<L: Lanes<Real = R>>(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
+    fn attenuate(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
         L::vectorize(
             s,
             #[inline(always)]
@@ -74,7 +78,7 @@ impl<R: Real> Passage<'_, R> {
     }
 
     #[inline(always)]
-    fn attenuate_in<L: Lanes<Real = R>>(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
+    fn attenuate_in(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
         let here = &self.geometries[geometry];
         let mut prepared = Prepared::new(s, here, rays, self.course);
         for &index in &here.unbounded {
@@ -107,11 +111,11 @@ impl<R: Real> Passage<'_, R> {
 
     /// Tests the active rays against a leaf: each primitive against all rays, or each ray against all primitives.
     #[inline(always)]
-    fn meet<L: Lanes<Real = R>>(
+    fn meet(
         &mut self,
         s: L::Simd,
-        here: &Geometry<R>,
-        wide: &Wide<R>,
+        here: &Geometry<L::Real>,
+        wide: &Wide<L::Real>,
         leaf: &Leaf,
         rays: &mut Rays<L>,
         prepared: &mut Prepared<L>,
@@ -188,7 +192,7 @@ impl<R: Real> Passage<'_, R> {
     }
 
     /// Tests one primitive of any kind, or descends into an instance. Compiled once: few scenes hold many.
-    fn visit<L: Lanes<Real = R>>(&mut self, s: L::Simd, item: &Item<R>, face: u32, rays: &mut Rays<L>) {
+    fn visit(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
         L::vectorize(
             s,
             #[inline(always)]
@@ -197,9 +201,9 @@ impl<R: Real> Passage<'_, R> {
     }
 
     #[inline(always)]
-    fn visit_in<L: Lanes<Real = R>>(&mut self, s: L::Simd, item: &Item<R>, face: u32, rays: &mut Rays<L>) {
+    fn visit_in(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
         if let Shape::Instance(instance) = &item.shape {
-            let mut inner = instance.rays_in(s, rays);
+            let mut inner = instance.rays_in(s, rays, self.time);
             if inner.any() {
                 let past = rays.active & !inner.active;
                 self.attenuate(s, instance.geometry as usize, &mut inner);

@@ -96,12 +96,13 @@ pub fn resolve<L: Lanes>(
     expanded: L::Ids,
     lanes: u32,
     rays: &Rays<L>,
+    time: Option<&L>,
 ) -> Surface<L> {
     // Down to the body's own coordinates ...
     let mut inner = *rays;
     for placed in &owner.instances {
         if let Shape::Instance(instance) = &placed.shape {
-            inner = instance.rays_in(s, &inner);
+            inner = instance.rays_in(s, &inner, time);
         }
     }
     let outward = if owner.item.hollow { L::lit(s, -1.0) } else { L::lit(s, 1.0) };
@@ -126,6 +127,9 @@ pub fn resolve<L: Lanes>(
     for placed in owner.instances.iter().rev() {
         if let Shape::Instance(instance) = &placed.shape {
             surface = surface.placed(s, &instance.to_world, &instance.to_local, smooth);
+            if let (Some(motion), Some(time)) = (&instance.motion, time) {
+                surface = motion.forth(s, surface, *time);
+            }
         }
     }
     surface

@@ -113,14 +113,17 @@ pub fn nearest_hit<L: Lanes>(
     rays: &mut Rays<L>,
     nearest: &mut Nearest<'_, L>,
     course: Course,
+    time: Option<&L>,
 ) {
-    let mut search = Search { geometries, course, nearest, stack: Stack::new() };
+    let mut search = Search { geometries, course, time, nearest, stack: Stack::new() };
     search.closest(s, root, 0, rays);
 }
 
 struct Search<'a, 'b, L: Lanes> {
     geometries: &'a [Geometry<L::Real>],
     course: Course,
+    /// When the rays are cast, if anything moves.
+    time: Option<&'a L>,
     nearest: &'a mut Nearest<'b, L>,
     stack: Stack<L::Real>,
 }
@@ -245,7 +248,7 @@ impl<L: Lanes> Search<'_, '_, L> {
     fn visit_in(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, base: u64, rays: &mut Rays<L>) {
         let first = base + item.offset;
         if let Shape::Instance(instance) = &item.shape {
-            let mut inner = instance.rays_in(s, rays);
+            let mut inner = instance.rays_in(s, rays, self.time);
             if inner.any() {
                 self.closest(s, instance.geometry as usize, first, &mut inner);
                 rays.t_max = inner.t_max / L::splat(s, instance.unit);

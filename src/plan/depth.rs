@@ -53,7 +53,8 @@ pub fn depth(description: &Description, scene: &Scene) -> Depth {
 
 /// Whether there is more than the lecture's model, whether all camera rays start in one point, and the format's roundoff.
 fn of_world<R: Real>(world: &World<R>) -> (bool, bool, f64) {
-    let beyond = world.called != Called::default() || world.rules.spd_counts;
+    // Lights have no say in where rays go.
+    let beyond = Called { area_lights: false, ..world.called } != Called::default() || world.rules.spd_counts;
     (beyond, world.camera.has_single_eye(), R::ROUNDOFF)
 }
 

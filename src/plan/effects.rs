@@ -92,7 +92,12 @@ impl Specialised {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Called {
+    pub area_lights: bool,
     pub bleeding: bool,
+    pub depth_of_field: bool,
+    pub dispersion: bool,
+    pub gloss: bool,
+    pub motion: bool,
 }
 
 impl Called {
@@ -103,7 +108,7 @@ impl Called {
 
     /// Whether anything is a mean over choices.
     pub fn sampled(&self) -> bool {
-        let Self { bleeding, .. } = *self;
-        bleeding
+        let Self { area_lights, bleeding, depth_of_field, dispersion, gloss, motion } = *self;
+        area_lights || bleeding || depth_of_field || dispersion || gloss || motion
     }
 }

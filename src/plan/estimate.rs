@@ -70,6 +70,7 @@ enum Own {
 const SHADOW: usize = 1;
 const REFLECTED: usize = 2;
 const TRANSMITTED: usize = 3;
+const GATHERED: usize = 4;
 
 fn own(effect: &Effect) -> Own {
     match effect.effect {
@@ -78,6 +79,7 @@ fn own(effect: &Effect) -> Own {
         "reflection" => Own::Kind(REFLECTED),
         "transmission" => Own::Kind(TRANSMITTED),
         "total_reflection" => Own::Total,
+        "color_bleeding" => Own::Kind(GATHERED),
         "antialiasing" => Own::Added,
         _ => Own::Nothing,
     }

@@ -1,6 +1,7 @@
 //! Which effects a scene calls for, and why.
 
 use super::estimate::{Actual, Estimated};
+use super::sampled;
 use super::use_of::{Uses, uses};
 use crate::scene::description::{Camera, Description, Diffuse, Falloff, Light, Object, Precision, Shadows};
 use crate::scene::problem::push_token;
@@ -76,6 +77,12 @@ pub fn explain(description: &Description) -> Explanation {
         falloff(description),
         instancing(&uses),
         projection(description),
+        sampled::soft_shadows(description),
+        sampled::gloss(description, &uses),
+        sampled::dispersion(description, &uses),
+        sampled::depth_of_field(description),
+        sampled::motion_blur(&uses),
+        sampled::color_bleeding(description),
         antialiasing(description),
         double_precision(description),
     ];
@@ -89,13 +96,13 @@ impl Explanation {
     }
 }
 
-fn effect(name: &'static str, state: State, reason: impl Into<String>, mut because: Vec<String>) -> Effect {
+pub(super) fn effect(name: &'static str, state: State, reason: impl Into<String>, mut because: Vec<String>) -> Effect {
     because.truncate(MAX_POINTERS);
     Effect { effect: name, state, reason: reason.into(), because, values: BTreeMap::new(), est: None, act: None }
 }
 
 /// On, if something calls for it; removed, if only materials that no object uses do.
-fn by_material(
+pub(super) fn by_material(
     name: &'static str,
     description: &Description,
     uses: &Uses,
@@ -276,7 +283,7 @@ fn total_reflection(description: &Description, uses: &Uses) -> Effect {
     }
 }
 
-fn found(name: &'static str, because: &[String], on: &str, off: &str) -> Effect {
+pub(super) fn found(name: &'static str, because: &[String], on: &str, off: &str) -> Effect {
     let state = if because.is_empty() { State::Off } else { State::On };
     effect(name, state, if because.is_empty() { off } else { on }, because.to_vec())
 }
@@ -297,7 +304,7 @@ fn smooth_normals(uses: &Uses) -> Effect {
     found("smooth_normals", &uses.smooth, "meshes interpolate their normals", "no mesh has normals")
 }
 
-fn light_pointers(description: &Description, calls: impl Fn(&Light) -> bool) -> Vec<String> {
+pub(super) fn light_pointers(description: &Description, calls: impl Fn(&Light) -> bool) -> Vec<String> {
     let calling = description.lights.iter().enumerate().filter(|(_, light)| calls(light));
     calling.map(|(i, _)| format!("/lights/{i}")).collect()
 }
@@ -329,7 +336,7 @@ fn projection(description: &Description) -> Effect {
 fn antialiasing(description: &Description) -> Effect {
     let name = "antialiasing";
     let render = &description.render;
-    if render.antialias && render.samples >= 16 {
+    if render.antialias && render.samples.unwrap_or(1) >= 16 {
         return effect(
             name,
             State::Removed,
@@ -362,4 +369,14 @@ pub(super) fn is_placed(object: &Object) -> bool {
         Object::Group(group) => group.transform != crate::scene::description::Transform::default(),
         _ => false,
     }
+}
+
+/// Whether an object moves while the shutter is open.
+pub(super) fn moves(object: &Object) -> bool {
+    let motion = match object {
+        Object::Instance(instance) => instance.motion,
+        Object::Group(group) => group.motion,
+        _ => None,
+    };
+    motion.is_some_and(|motion| motion.moves())
 }

@@ -6,6 +6,7 @@ pub mod estimate;
 pub mod explain;
 pub mod pilot;
 pub mod ray_times;
+mod sampled;
 mod specular;
 pub mod table;
 mod use_of;

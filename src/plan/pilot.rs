@@ -36,7 +36,7 @@ pub struct Pilot {
     /// Pixels of the region.
     pub pixels: u64,
     /// Rays by kind, in the order of [`KINDS`].
-    pub kinds: [Expected; 4],
+    pub kinds: [Expected; KINDS.len()],
     /// Total internal reflections.
     pub total_reflections: Expected,
     /// Rays of all kinds that antialiasing adds.

@@ -4,18 +4,18 @@
 use crate::render::RayCounts;
 
 /// Kinds of rays, by the names of [`RayCounts`].
-pub const KINDS: [&str; 4] = ["camera", "shadow", "reflected", "transmitted"];
+pub const KINDS: [&str; 5] = ["camera", "shadow", "reflected", "transmitted", "gathered"];
 
 /// Counts in the order of [`KINDS`].
-pub fn by_kind(rays: &RayCounts) -> [f64; 4] {
-    [rays.camera, rays.shadow, rays.reflected, rays.transmitted].map(|n| n as f64)
+pub fn by_kind(rays: &RayCounts) -> [f64; KINDS.len()] {
+    [rays.camera, rays.shadow, rays.reflected, rays.transmitted, rays.gathered].map(|n| n as f64)
 }
 
 /// Nanoseconds that rays take on one thread, shading included.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RayTimes {
     /// In the order of [`KINDS`].
-    pub nanoseconds: [f64; 4],
+    pub nanoseconds: [f64; KINDS.len()],
 }
 
 /// Weight of the guess that all rays take the same time, beside what the blocks say.
@@ -32,7 +32,7 @@ impl RayTimes {
         let mut paces: Vec<f64> = blocks.iter().map(|(rays, time)| time / rays.total().max(1) as f64).collect();
         paces.sort_unstable_by(f64::total_cmp);
         let Some(median) = paces.get(paces.len() / 2) else { return Self::default() };
-        let blocks: Vec<([f64; 4], f64)> = blocks
+        let blocks: Vec<([f64; KINDS.len()], f64)> = blocks
             .iter()
             .map(|(rays, time)| (by_kind(rays), time.min(INTERRUPTED * median * rays.total().max(1) as f64)))
             .collect();
@@ -40,17 +40,17 @@ impl RayTimes {
         let time: f64 = blocks.iter().map(|(_, time)| time).sum();
         let mean = time / rays.max(1.0);
         // Normal equations, solved by descent along one kind after the other.
-        let (mut counts_by_counts, mut counts_by_time) = ([[0.0; 4]; 4], [0.0; 4]);
+        let (mut counts_by_counts, mut counts_by_time) = ([[0.0; KINDS.len()]; KINDS.len()], [0.0; KINDS.len()]);
         for (counts, time) in &blocks {
             for (i, row) in counts_by_counts.iter_mut().enumerate() {
                 counts_by_time[i] += counts[i] * time;
                 row.iter_mut().zip(counts).for_each(|(sum, n)| *sum += counts[i] * n);
             }
         }
-        let mut fitted = [mean; 4];
+        let mut fitted = [mean; KINDS.len()];
         for _ in 0..ROUNDS {
             for (i, row) in counts_by_counts.iter().enumerate().filter(|(i, row)| row[*i] > 0.0) {
-                let others: f64 = (0..4).filter(|k| *k != i).map(|k| row[k] * fitted[k]).sum();
+                let others: f64 = (0..KINDS.len()).filter(|k| *k != i).map(|k| row[k] * fitted[k]).sum();
                 let wanted = (counts_by_time[i] - others + PRIOR * row[i] * mean) / (row[i] * (1.0 + PRIOR));
                 fitted[i] = wanted.max(0.1 * mean);
             }
@@ -67,13 +67,14 @@ mod tests {
 
     #[test]
     fn times_that_explain_every_block_are_found() {
-        let truth = [50.0, 20.0, 90.0, 150.0];
+        let truth = [50.0, 20.0, 90.0, 150.0, 70.0];
         let block = |i: u64| {
             let rays = RayCounts {
                 camera: 16,
                 shadow: i * 7 % 33,
                 reflected: i * 5 % 17,
                 transmitted: i * 11 % 23,
+                gathered: i * 3 % 19,
                 ..RayCounts::default()
             };
             (rays, by_kind(&rays).iter().zip(truth).map(|(n, t)| n * t).sum())

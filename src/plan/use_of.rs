@@ -1,7 +1,7 @@
 //! What the objects of a scene use: materials, hollowness, smooth normals, placements. Definitions that no instance
 //! places do not count.
 
-use super::explain::{MAX_POINTERS, is_placed};
+use super::explain::{MAX_POINTERS, is_placed, moves};
 use crate::scene::description::{Description, Mesh, Object};
 use crate::scene::problem::push_token;
 use std::collections::HashSet;
@@ -14,6 +14,7 @@ pub(super) struct Uses {
     pub(super) hollow: Vec<String>,
     pub(super) smooth: Vec<String>,
     pub(super) placed: Vec<String>,
+    pub(super) moving: Vec<String>,
 }
 
 /// Walks all objects that can be seen.
@@ -36,6 +37,9 @@ impl Uses {
             let pointer = || format!("{list}/{i}/{}", object.kind());
             if is_placed(object) && self.placed.len() < MAX_POINTERS {
                 self.placed.push(pointer());
+            }
+            if moves(object) && self.moving.len() < MAX_POINTERS {
+                self.moving.push(pointer());
             }
             match object {
                 Object::Group(group) => {

@@ -6,6 +6,7 @@ use crate::lanes::Real;
 use crate::plan::effects::Called;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
+use crate::shading::spectrum::Spectrum;
 
 /// Everything the kernel needs, in one precision.
 #[derive(Debug)]
@@ -34,6 +35,8 @@ pub struct World<R> {
     pub reflects: bool,
     /// Effects beyond the lecture's model.
     pub called: Called,
+    /// Wavelengths, if anything disperses light.
+    pub spectrum: Option<Box<Spectrum<R>>>,
 }
 
 /// The rules of the recursion.

@@ -19,6 +19,10 @@ pub struct Material<R> {
     pub transmission: [R; 3],
     /// Index of refraction.
     pub ior: R,
+    /// Width of the GGX distribution of facets; 0 for a smooth surface.
+    pub alpha: R,
+    /// n_F - n_C.
+    pub dispersion: R,
 }
 
 impl<R: Real> Material<R> {
@@ -90,6 +94,7 @@ pub struct Coefficients<L: Lanes> {
     pub reflection: V3<L>,
     pub transmission: V3<L>,
     pub shininess: L,
+    pub alpha: L,
 }
 
 impl<L: Lanes> Coefficients<L> {
@@ -120,6 +125,7 @@ impl<L: Lanes> Coefficients<L> {
             reflection: V3::splat(s, material.reflection),
             transmission: V3::splat(s, material.transmission),
             shininess: L::splat(s, material.shininess),
+            alpha: L::splat(s, material.alpha),
         }
     }
 
@@ -133,6 +139,7 @@ impl<L: Lanes> Coefficients<L> {
             reflection: V3::select(mask, a.reflection, b.reflection),
             transmission: V3::select(mask, a.transmission, b.transmission),
             shininess: L::select(mask, a.shininess, b.shininess),
+            alpha: L::select(mask, a.alpha, b.alpha),
         }
     }
 }

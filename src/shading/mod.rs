@@ -1,7 +1,9 @@
 //! What surfaces do with light: pure functions over lanes, without access to the scene.
 
+pub mod facet;
 pub mod light;
 pub mod material;
 pub mod media;
 pub mod optics;
 pub mod phong;
+pub mod spectrum;

@@ -5,11 +5,13 @@
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
 use super::enclosing::media_at;
-use super::hits::{find, find_nearest};
+use super::gather::gather;
+use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
-use super::sampling::Sampler;
+use super::sampling::{Choice, Sampler};
 use super::secondary::scatter;
+use super::waves::Waves;
 use crate::accel::{Course, Nearest};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::plan::effects::{Effects, Everything};
@@ -38,6 +40,8 @@ pub enum RayKind {
     Camera,
     Reflected,
     Transmitted,
+    /// From a diffuse surface, for the light that others scatter.
+    Gathered,
 }
 
 /// A packet of rays to follow.
@@ -61,6 +65,8 @@ pub struct Followed<L: Lanes> {
     pub kind: RayKind,
     /// Names its place in the tree of rays, for [`Sampler`].
     pub path: u32,
+    /// Lanes whose light has been split into wavelengths.
+    pub dispersed: u32,
     /// The observer's number of the ray it comes from.
     pub parent: u32,
 }
@@ -98,6 +104,8 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     packets: u32,
     /// The choices of the sample at hand, for kernels that make any.
     pub(crate) sampler: Sampler,
+    /// The wavelengths of the sample at hand, where anything disperses light.
+    pub(super) waves: Waves<L>,
     eye_media: Vec<Medium<L::Real>>,
     effects: PhantomData<E>,
 }
@@ -124,6 +132,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             cancelled,
             packets: 0,
             sampler: Sampler::default(),
+            waves: Waves::yellow(s),
             eye_media: eye_media.to_vec(),
             effects: PhantomData,
         }
@@ -156,7 +165,17 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         self.media.clear();
         self.stack.clear();
 
-        let primary = self.world.camera.primary(s, x, y);
+        let mut primary = self.world.camera.primary(s, x, y);
+        if E::SAMPLED {
+            if let Some(lens) = self.world.camera.lens() {
+                primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
+            }
+            if let Some(spectrum) = &self.world.spectrum {
+                self.waves = Waves::choose(s, spectrum, &self.sampler);
+            }
+        }
+        let moves = E::SAMPLED && self.world.called.motion;
+        let time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
         let seen = primary.seen.bits() & active;
         let weight = V3 { x: weight, y: weight, z: weight };
         let first = Followed {
@@ -165,10 +184,11 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_min: L::lit(s, 0.0),
             weight,
             active: seen,
-            media: self.media_at_eye(&primary.origin, seen),
+            media: self.media_at_eye(&primary.origin, seen, time),
             depth: 1,
             kind: RayKind::Camera,
             path: 0,
+            dispersed: 0,
             parent: 0,
         };
         if seen != active {
@@ -179,6 +199,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
+        let mut hits = Hits { time, ..Hits::none(s) };
         let mut rays = first;
         loop {
             self.packets = self.packets.wrapping_add(1);
@@ -186,7 +207,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 return;
             }
             if rays.active != 0 {
-                self.follow(&rays, sum);
+                self.follow(&rays, &mut hits, sum);
             }
             let Some(next) = self.stack.pop() else { return };
             rays = next;
@@ -194,26 +215,26 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     }
 
     #[inline(always)]
-    fn media_at_eye(&mut self, origin: &V3<L>, active: u32) -> L::Ids {
+    fn media_at_eye(&mut self, origin: &V3<L>, active: u32, time: Option<L>) -> L::Ids {
         let s = self.s;
         if !E::TRANSMISSION || !self.world.transmits {
             return L::Ids::splat(s, u64::from(OUTSIDE));
         }
-        if self.world.camera.has_single_eye() {
+        if self.world.camera.has_single_eye() && time.is_none() {
             return L::Ids::splat(s, u64::from(self.media.list(&self.eye_media)));
         }
         L::Ids::from_fn(s, |lane| {
             if active & (1 << lane) == 0 {
                 return u64::from(OUTSIDE);
             }
-            let around = media_at::<L>(s, self.world, origin.lane(lane));
+            let around = media_at::<L>(s, self.world, origin.lane(lane), time.map(|time| time.lane(lane)));
             u64::from(self.media.list(&around))
         })
     }
 
     /// Shades what the rays hit and stacks the rays that leave from there.
     #[inline(always)]
-    fn follow(&mut self, rays: &Followed<L>, sum: &mut V3<L>) {
+    fn follow(&mut self, rays: &Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
         let cast = Rays {
@@ -223,11 +244,11 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
-        let hits = if E::TRANSMISSION {
-            find(s, self.world, &cast, rays.course())
+        if E::TRANSMISSION {
+            hits.find(s, self.world, &cast, rays.course());
         } else {
-            find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course())
-        };
+            hits.find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course());
+        }
         let missed = rays.active & !hits.found;
         if missed != 0 {
             let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));
@@ -243,11 +264,17 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             self.counts.camera_hits += u64::from(hits.found.count_ones());
         }
         if O::WATCHING {
-            self.observer.hits(number, rays, &hits);
+            self.observer.hits(number, rays, hits);
         }
         let coefficients = hits.coefficients(s, self.world);
-        illuminate(self, rays, &hits, &coefficients, number, sum);
-        scatter(self, rays, &hits, &coefficients, number);
+        illuminate(self, rays, hits, &coefficients, number, sum);
+        if rays.kind == RayKind::Gathered {
+            return;
+        }
+        if E::SAMPLED && self.world.called.bleeding {
+            gather(self, rays, hits, &coefficients, number);
+        }
+        scatter(self, rays, hits, &coefficients, number);
     }
 
     /// What a ray adds to the pixel, never above [`MAX_RADIANCE`]: materials that amplify cannot make it infinite.
@@ -289,6 +316,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 RayKind::Camera => self.counts.camera += count,
                 RayKind::Reflected => self.counts.reflected += count,
                 RayKind::Transmitted => self.counts.transmitted += count,
+                RayKind::Gathered => self.counts.gathered += count,
             }
             self.stack.push(rays);
         }

@@ -1,6 +1,7 @@
 //! Whitted's recursion, L = L_Phong + r_s L_s + r_t L_t (CACM 23(6), 1980), as a loop over an explicit stack.
 
 pub mod enclosing;
+mod gather;
 pub mod hits;
 pub mod interface;
 pub mod kernel;
@@ -13,3 +14,4 @@ pub mod secondary;
 mod touching;
 pub mod tree;
 mod tree_drawing;
+mod waves;

@@ -39,6 +39,7 @@ pub enum NodeKind {
     Camera,
     Reflected,
     Transmitted,
+    Gathered,
     Shadow,
 }
 
@@ -233,6 +234,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
             RayKind::Camera => (NodeKind::Camera, None),
             RayKind::Reflected => (NodeKind::Reflected, Some(ray.parent)),
             RayKind::Transmitted => (NodeKind::Transmitted, Some(ray.parent)),
+            RayKind::Gathered => (NodeKind::Gathered, Some(ray.parent)),
         };
         let media = media
             .entries(ray.media.lane(0) as MediumList)

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![allow(clippy::disallowed_methods, reason = "expected values come from another library than strahl's")]
 
+mod agreement;
+mod motion;
 mod sampling;
 
 use serde_json::{Value, json};

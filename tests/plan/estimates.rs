@@ -30,7 +30,7 @@ fn nine_of_ten_intervals_hold_the_rays_and_most_estimates_are_within_a_tenth() {
             let (region, picture) = whole(&scene);
             let pilot = Pilot::run(&scene, region, &Control::default(), UNTIL_DONE).unwrap();
             let rays = picture.rays;
-            let kinds = [rays.camera, rays.shadow, rays.reflected, rays.transmitted];
+            let kinds = [rays.camera, rays.shadow, rays.reflected, rays.transmitted, rays.gathered];
             let all = [(&pilot.rays, rays.total()), (&pilot.added, picture.refined.rays.total())];
             for (expected, actual) in pilot.kinds.iter().zip(kinds).chain(all).filter(|(_, actual)| *actual > 0) {
                 asked += 1;

@@ -18,6 +18,9 @@ use super::{Problem, limits};
 use crate::accel::BvhKind;
 use std::time::Instant;
 
+/// Samples of each pixel of scenes that call for choices and name no number.
+pub const SAMPLES_OF_CHOICES: u32 = 64;
+
 /// A scene that can be rendered: immutable, finite, all references resolved.
 #[derive(Debug)]
 pub struct Scene {
@@ -140,10 +143,14 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
         );
         return Err(Problems::one(Problem::new("/objects", super::problem::Code::Limit, detail)));
     }
+    let sampled = match &world {
+        Precise::Single(world) => world.called.sampled(),
+        Precise::Double(world) => world.called.sampled(),
+    };
     Ok(Scene {
         width: description.image.width,
         height: description.image.height,
-        samples: description.render.samples,
+        samples: description.render.samples.unwrap_or(if sampled { SAMPLES_OF_CHOICES } else { 1 }),
         antialias: description.render.antialias,
         world,
         sources: built.sources,

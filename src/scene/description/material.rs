@@ -1,6 +1,6 @@
 //! Materials and their patterns.
 
-use super::{Color, Diffuse};
+use super::{Color, Diffuse, is_zero};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +32,16 @@ pub struct Material {
     #[serde(default = "default_ior")]
     #[schemars(range(min = 0.01, max = 100.0))]
     pub ior: f64,
+    /// How rough the surface is for reflected and transmitted rays, 0 to 1: the square root of the width alpha of the GGX
+    /// distribution of its facets. Default 0, a perfect mirror.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub roughness: f64,
+    /// Mean dispersion n_F - n_C, the difference of the indices of blue (486.1 nm) and red light (656.3 nm), 0 to 0.2; `ior`
+    /// is that of yellow light (587.6 nm). Crown glass has 0.008, flint 0.026, diamond 0.025. Default 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 0.2))]
+    pub dispersion: f64,
     /// Whether the surface exists only for rays that come from its front. Default false.
     #[serde(default)]
     pub one_sided: bool,
@@ -55,6 +65,8 @@ impl Default for Material {
             reflection: Color::BLACK,
             transmission: Color::BLACK,
             ior: default_ior(),
+            roughness: 0.0,
+            dispersion: 0.0,
             one_sided: false,
         }
     }

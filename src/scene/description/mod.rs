@@ -10,11 +10,14 @@ mod object;
 mod render;
 
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera, View};
-pub use light::{DirectionalLight, Falloff, Light, LinearFalloff, PointLight, SpotLight};
+pub use light::{
+    AngularArea, Area, DirectionalLight, DiscArea, Falloff, Light, LinearFalloff, ParallelogramArea, PointLight,
+    SpotLight,
+};
 pub use material::{Axes, Checker, Material};
 pub use object::{
-    AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Object, Plane, Polygon, Quad, Rotation, Scale, Sphere,
-    Torus, Transform, Triangle,
+    AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation, Scale,
+    Sphere, Torus, Transform, Triangle,
 };
 pub use render::{Accuracy, FixedAccuracy, Precision, RenderSettings, Shadows};
 
@@ -74,7 +77,12 @@ fn default_ambient() -> Color {
 }
 
 fn default_lights() -> Vec<Light> {
-    vec![Light::Directional(DirectionalLight { direction: [1.0, -2.0, -1.5], color: Color::WHITE, intensity: 1.0 })]
+    vec![Light::Directional(DirectionalLight {
+        direction: [1.0, -2.0, -1.5],
+        color: Color::WHITE,
+        intensity: 1.0,
+        area: None,
+    })]
 }
 
 /// Size of the picture in pixels.
@@ -103,6 +111,11 @@ impl Default for ImageSize {
     fn default() -> Self {
         Self { width: default_width(), height: default_height() }
     }
+}
+
+/// Whether a key that is off at 0 need not be written.
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn default_up() -> Vec3 {
