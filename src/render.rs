@@ -50,6 +50,13 @@ pub struct RayCounts {
     pub dropped: u64,
 }
 
+impl RayCounts {
+    /// All rays that were traced.
+    pub fn total(&self) -> u64 {
+        self.camera + self.shadow + self.reflected + self.transmitted + self.gathered
+    }
+}
+
 impl std::ops::Add for RayCounts {
     type Output = Self;
     fn add(self, o: Self) -> Self {
@@ -74,8 +81,19 @@ pub struct Picture {
     pub film: Film,
     /// What was traced.
     pub rays: RayCounts,
+    /// What antialiasing added.
+    pub refined: Refined,
     /// Milliseconds of wall time spent tracing.
     pub trace_ms: f64,
+}
+
+/// What antialiasing added to the base samples of all pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Refined {
+    /// Pixels that got more samples.
+    pub pixels: u64,
+    /// The rays of those samples.
+    pub rays: RayCounts,
 }
 
 /// The render was cancelled before it was done.
@@ -107,11 +125,11 @@ pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Pictur
 /// [`render`], cut in a given way.
 pub fn render_cut(scene: &Scene, region: Region, control: &Control, cut: Cut) -> Result<Picture, Cancelled> {
     let start = Instant::now();
-    let (film, rays) = match &scene.world {
+    let (film, rays, refined) = match &scene.world {
         Precise::Single(world) => Renderer::new(scene, world, control, cut).picture(region)?,
         Precise::Double(world) => Renderer::new(scene, world, control, cut).picture(region)?,
     };
-    Ok(Picture { film, rays, trace_ms: start.elapsed().as_secs_f64() * 1e3 })
+    Ok(Picture { film, rays, refined, trace_ms: start.elapsed().as_secs_f64() * 1e3 })
 }
 
 /// Samples of one pixel of the scene's picture: `samples`, or more where antialiasing refines it.
@@ -127,12 +145,32 @@ pub fn samples_of(scene: &Scene, x: u32, y: u32, control: &Control) -> u32 {
     if uneven { REFINED_SAMPLES } else { scene.samples }
 }
 
+/// Traces the base samples of some pixels: what [`pilot`](crate::plan::pilot) asks a scene.
+pub(crate) type Probe<'a> = Box<dyn Fn(&[[u32; 2]]) -> (Vec<[f32; 3]>, RayCounts) + 'a>;
+
+/// The probe of a scene. Once cancelled, it answers early and wrongly.
+pub(crate) fn probe<'a>(scene: &'a Scene, control: &'a Control) -> Probe<'a> {
+    fn of<'a, R: Kernel>(scene: &'a Scene, world: &'a World<R>, control: &'a Control) -> Probe<'a> {
+        let Renderer { cut, job, .. } = Renderer::new(scene, world, control, Cut::default());
+        Box::new(move |at| {
+            let mut traced = Traced::default();
+            R::trace(cut.level, &job, at, scene.samples, &mut traced);
+            (traced.pixels, traced.rays)
+        })
+    }
+    match &scene.world {
+        Precise::Single(world) => of(scene, world, control),
+        Precise::Double(world) => of(scene, world, control),
+    }
+}
+
 /// Samples of a pixel that differs from a neighbour.
-const REFINED_SAMPLES: u32 = 16;
+pub(crate) const REFINED_SAMPLES: u32 = 16;
 /// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
 const CONTRAST: u8 = 8;
 
-fn refines(scene: &Scene) -> bool {
+/// Whether antialiasing may add samples.
+pub(crate) fn refines(scene: &Scene) -> bool {
     scene.antialias && scene.samples < REFINED_SAMPLES
 }
 
@@ -266,7 +304,7 @@ struct Tile<'a> {
 }
 
 /// Edge of the block of pixels that share a packet, so that its rays stay together: 4 x 4 are 16 lanes.
-const BLOCK: u32 = 4;
+pub(crate) const BLOCK: u32 = 4;
 
 impl Tile<'_> {
     /// Its pixels, block by block.
@@ -320,17 +358,17 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         Self { scene, control, cut, job }
     }
 
-    fn picture(&self, region: Region) -> Result<(Film, RayCounts), Cancelled> {
+    fn picture(&self, region: Region) -> Result<(Film, RayCounts, Refined), Cancelled> {
         let (full_width, full_height) = (self.scene.width, self.scene.height);
         if !refines(self.scene) {
             self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
             let (pixels, rays) = self.grid(region)?;
-            return Ok((Film { region, full_width, full_height, pixels }, rays));
+            return Ok((Film { region, full_width, full_height, pixels }, rays, Refined::default()));
         }
         // Antialiasing compares with neighbours, also across the region's edge, so that a tile is a crop of the whole.
         let around = region.with_border(full_width, full_height);
         self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
-        let (base, mut rays) = self.grid(around)?;
+        let (base, rays) = self.grid(around)?;
         let at = |x: u32, y: u32| ((y - around.y) * around.width + (x - around.x)) as usize;
         let mut pixels: Vec<[f32; 3]> = region.iter().map(|[x, y]| base[at(x, y)]).collect();
         let codes: Vec<[u8; 3]> = base.par_iter().map(|p| p.map(code8)).collect();
@@ -340,8 +378,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         for (&[x, y], pixel) in uneven.iter().zip(refined) {
             pixels[((y - region.y) * region.width + (x - region.x)) as usize] = pixel;
         }
-        rays = rays + more;
-        Ok((Film { region, full_width, full_height, pixels }, rays))
+        let more = Refined { pixels: uneven.len() as u64, rays: more };
+        Ok((Film { region, full_width, full_height, pixels }, rays + more.rays, more))
     }
 
     /// The base samples of a region, row by row.
@@ -389,8 +427,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 }
 
-/// Whether a pixel differs from one of its eight neighbours.
-fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {
+/// Whether a pixel differs from one of its eight neighbours within `around`.
+pub(crate) fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {
     let at = |x: u32, y: u32| codes[((y - around.y) * around.width + (x - around.x)) as usize];
     let here = at(x, y);
     let columns = x.saturating_sub(1).max(around.x)..=(x + 1).min(around.x + around.width - 1);

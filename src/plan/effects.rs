@@ -60,15 +60,30 @@ pub enum Specialised {
 impl Specialised {
     /// The kernel for the effects that a world calls for.
     pub fn of<R: Real>(world: &World<R>) -> Self {
-        let zero = R::from_f64(0.0);
-        let reflects = world.materials.iter().any(|material| material.reflection.iter().any(|c| *c > zero));
         match () {
             () if world.called.sampled() => Self::Everything,
             () if world.called.details() && world.transmits => Self::Detailed,
             () if world.called.details() => Self::DetailedMirrors,
             () if world.transmits => Self::Clear,
-            () if reflects && world.rules.max_depth > 1 => Self::Mirrors,
+            () if world.reflects && world.rules.max_depth > 1 => Self::Mirrors,
             () => Self::Local,
+        }
+    }
+}
+
+impl Specialised {
+    /// What it is compiled for: reflection, transmission, details, samples.
+    pub fn axes(self) -> [bool; 4] {
+        fn of<E: Effects>() -> [bool; 4] {
+            [E::REFLECTION, E::TRANSMISSION, E::DETAILS, E::SAMPLED]
+        }
+        match self {
+            Self::Local => of::<Local>(),
+            Self::Mirrors => of::<Mirrors>(),
+            Self::Clear => of::<Clear>(),
+            Self::DetailedMirrors => of::<DetailedMirrors>(),
+            Self::Detailed => of::<Detailed>(),
+            Self::Everything => of::<Everything>(),
         }
     }
 }

@@ -1,10 +1,13 @@
-//! `strahl explain`: which effects a scene calls for, and why, as EXPLAIN does for a database query.
+//! Which effects a scene calls for, and why.
 
+use super::estimate::{Actual, Estimated};
 use super::sampled;
 use super::use_of::{Uses, uses};
 use crate::scene::description::{Camera, Description, Diffuse, Falloff, Light, Object, Precision, Shadows};
 use crate::scene::problem::push_token;
 use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// The effects of a scene.
 #[derive(Debug, Clone, Serialize)]
@@ -26,6 +29,15 @@ pub struct Effect {
     pub reason: String,
     /// JSON pointers of what calls for it, at most [`MAX_POINTERS`].
     pub because: Vec<String>,
+    /// Values of those pointers, if they are short.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub values: BTreeMap<String, Value>,
+    /// What it is expected to take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub est: Option<Estimated>,
+    /// What it took.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub act: Option<Actual>,
 }
 
 /// States of an effect.
@@ -57,6 +69,7 @@ pub fn explain(description: &Description) -> Explanation {
         reflection(description, &uses),
         transmission(description, &uses),
         total_reflection(description, &uses),
+        refraction(description, &uses),
         hollow(&uses),
         checker(description, &uses),
         smooth_normals(&uses),
@@ -81,27 +94,11 @@ impl Explanation {
     pub fn names_on(&self) -> impl Iterator<Item = &'static str> {
         self.effects.iter().filter(|e| e.state == State::On).map(|e| e.effect)
     }
-
-    /// A readable table.
-    pub fn to_table(&self) -> String {
-        let mut table = format!("{:<22}{:<9}{}\n", "effect", "state", "reason");
-        for effect in &self.effects {
-            let state = match effect.state {
-                State::On => "on",
-                State::Removed => "removed",
-                State::Off => "off",
-            };
-            let place = effect.because.first().map_or_else(String::new, |p| format!(" ({p})"));
-            table.push_str(&format!("{:<22}{state:<9}{}{place}\n", effect.effect, effect.reason));
-        }
-        table.push_str(&format!("not simulated: {}\n", self.not_simulated.join(", ")));
-        table
-    }
 }
 
 pub(super) fn effect(name: &'static str, state: State, reason: impl Into<String>, mut because: Vec<String>) -> Effect {
     because.truncate(MAX_POINTERS);
-    Effect { effect: name, state, reason: reason.into(), because }
+    Effect { effect: name, state, reason: reason.into(), because, values: BTreeMap::new(), est: None, act: None }
 }
 
 /// On, if something calls for it; removed, if only materials that no object uses do.
@@ -235,14 +232,14 @@ fn reflection(description: &Description, uses: &Uses) -> Effect {
 }
 
 fn transmission(description: &Description, uses: &Uses) -> Effect {
-    let name = "refraction";
+    let name = "transmission";
     let effect_of = by_material(
         name,
         description,
         uses,
         "transmission",
         |m| m.transmission.0.max_element() > 0.0,
-        "light passes through bodies and bends by Snell's law",
+        "light passes through bodies",
         "transmission is 0 everywhere",
     );
     match cut_off(description) {
@@ -251,6 +248,22 @@ fn transmission(description: &Description, uses: &Uses) -> Effect {
         }
         _ => effect_of,
     }
+}
+
+fn refraction(description: &Description, uses: &Uses) -> Effect {
+    let name = "refraction";
+    let clear = |m: &crate::scene::description::Material| m.transmission.0.max_element() > 0.0;
+    let (on, off) = ("light bends by Snell's law", "nothing transmits light");
+    let effect_of = by_material(name, description, uses, "ior", clear, on, off);
+    if effect_of.state != State::On || cut_off(description).is_some() {
+        return effect(name, State::Off, off, Vec::new());
+    }
+    let bends = |m: &crate::scene::description::Material| clear(m) && m.ior != 1.0;
+    let bending = by_material(name, description, uses, "ior", bends, on, off);
+    if bending.state == State::On {
+        return bending;
+    }
+    effect(name, State::Removed, "all indices of refraction are 1: nothing bends", effect_of.because)
 }
 
 fn total_reflection(description: &Description, uses: &Uses) -> Effect {

@@ -2,9 +2,7 @@
 //! places do not count.
 
 use super::explain::{MAX_POINTERS, is_placed, moves};
-use crate::scene::description::{
-    AxisBox, Cone, Cylinder, Description, Disc, Look, Mesh, Object, Plane, Polygon, Quad, Sphere, Torus, Triangle,
-};
+use crate::scene::description::{Description, Mesh, Object};
 use crate::scene::problem::push_token;
 use std::collections::HashSet;
 
@@ -61,7 +59,7 @@ impl Uses {
     }
 
     fn body(&mut self, object: &Object, pointer: impl Fn() -> String) {
-        let Some(look) = look(object) else { return };
+        let Some(look) = object.look() else { return };
         match look.material {
             Some(name) if !self.materials.contains(name) => {
                 self.materials.insert(name.to_owned());
@@ -76,21 +74,4 @@ impl Uses {
             self.smooth.push(pointer());
         }
     }
-}
-
-fn look(object: &Object) -> Option<Look<'_>> {
-    Some(match object {
-        Object::Sphere(o) => Sphere::look(o),
-        Object::Plane(o) => Plane::look(o),
-        Object::Disc(o) => Disc::look(o),
-        Object::Triangle(o) => Triangle::look(o),
-        Object::Quad(o) => Quad::look(o),
-        Object::Box(o) => AxisBox::look(o),
-        Object::Cylinder(o) => Cylinder::look(o),
-        Object::Cone(o) => Cone::look(o),
-        Object::Torus(o) => Torus::look(o),
-        Object::Mesh(o) => Mesh::look(o),
-        Object::Polygon(o) => Polygon::look(o),
-        Object::Group(_) | Object::Instance(_) => return None,
-    })
 }

@@ -31,6 +31,8 @@ pub struct World<R> {
     pub rules: Rules<R>,
     /// Whether any body transmits light.
     pub transmits: bool,
+    /// Whether any body mirrors.
+    pub reflects: bool,
     /// Effects beyond the lecture's model.
     pub called: Called,
     /// Wavelengths, if anything disperses light.

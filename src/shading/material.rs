@@ -26,6 +26,11 @@ pub struct Material<R> {
 }
 
 impl<R: Real> Material<R> {
+    /// Whether it mirrors in some channel.
+    pub fn reflects(&self) -> bool {
+        self.reflection.iter().any(|c| *c > R::from_f64(0.0))
+    }
+
     /// Whether a surface between equal media shows nothing of this material: all light passes, none is added.
     pub fn is_perfectly_clear(&self) -> bool {
         let black = [R::from_f64(0.0); 3];

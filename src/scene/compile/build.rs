@@ -40,6 +40,7 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
     let camera = Camera::new(&description.camera, &basis, description.image.width, description.image.height);
     let used = || builder.materials.iter().zip(&builder.used).filter(|(_, used)| **used).map(|(material, _)| material);
+    let reflects = used().any(Material::reflects);
     let zero = R::from_f64(0.0);
     let colored = |color: &[R; 3]| color.iter().any(|c| *c > zero);
     let called = Called {
@@ -55,6 +56,7 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         root,
         size: R::from_f64(size),
         transmits,
+        reflects,
         called,
         spectrum: called.dispersion.then(|| Box::new(Spectrum::new())),
         materials: builder.materials,

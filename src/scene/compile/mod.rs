@@ -9,6 +9,8 @@ mod path;
 mod transform;
 mod warn;
 
+pub(crate) use transform::affine;
+
 use super::description::{Description, Precision};
 use super::problem::Problems;
 use super::world::World;

@@ -47,6 +47,24 @@ impl Object {
             Self::Instance(_) => "instance",
         }
     }
+
+    /// Material, name and hollowness of a body; `None` for groups and instances.
+    pub fn look(&self) -> Option<Look<'_>> {
+        Some(match self {
+            Self::Sphere(o) => o.look(),
+            Self::Plane(o) => o.look(),
+            Self::Disc(o) => o.look(),
+            Self::Triangle(o) => o.look(),
+            Self::Quad(o) => o.look(),
+            Self::Box(o) => o.look(),
+            Self::Cylinder(o) => o.look(),
+            Self::Cone(o) => o.look(),
+            Self::Torus(o) => o.look(),
+            Self::Mesh(o) => o.look(),
+            Self::Polygon(o) => o.look(),
+            Self::Group(_) | Self::Instance(_) => return None,
+        })
+    }
 }
 
 /// What every body may say besides its geometry.
