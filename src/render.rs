@@ -201,7 +201,8 @@ fn trace_with<L: Lanes, E: Effects>(
         for (channel, lanes) in channels.iter_mut().zip([sum.x, sum.y, sum.z]) {
             lanes.store(channel);
         }
-        let pixel = |lane: usize| channels.map(|channel| channel[lane].to_f64() as f32);
+        let [red, green, blue] = &channels;
+        let pixel = |lane: usize| [red[lane], green[lane], blue[lane]].map(|channel| channel.to_f64() as f32);
         out.pixels.extend((0..packet.len()).map(pixel));
     }
     out.rays = out.rays + tracer.counts;
@@ -246,6 +247,34 @@ pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Med
 struct Tile<'a> {
     region: Region,
     rows: Vec<&'a mut [[f32; 3]]>,
+}
+
+/// Edge of the block of pixels that share a packet, so that its rays stay together: 4 x 4 are 16 lanes.
+const BLOCK: u32 = 4;
+
+impl Tile<'_> {
+    /// Its pixels, block by block.
+    fn blocks(&self) -> Vec<[u32; 2]> {
+        let mut at = Vec::with_capacity(self.region.pixels() as usize);
+        for block in self.region.tiles(BLOCK) {
+            for y in block.y..block.y + block.height {
+                at.extend((block.x..block.x + block.width).map(|x| [x, y]));
+            }
+        }
+        at
+    }
+
+    /// Puts pixels in the order of [`Self::blocks`] where they belong.
+    fn put(&mut self, mut pixels: &[[f32; 3]]) {
+        for block in self.region.tiles(BLOCK) {
+            let (left, top) = ((block.x - self.region.x) as usize, (block.y - self.region.y) as usize);
+            for row in &mut self.rows[top..top + block.height as usize] {
+                let (part, rest) = pixels.split_at(block.width as usize);
+                row[left..left + part.len()].copy_from_slice(part);
+                pixels = rest;
+            }
+        }
+    }
 }
 
 /// Cuts the pixels of a region into tiles.
@@ -307,13 +336,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
             // Tiles differ in cost: each may go to another thread until the last.
             .with_max_len(1)
             .map(|mut tile| {
-                // A packet is a block of pixels, so that its rays stay together.
-                let mut at = Vec::with_capacity(tile.region.pixels() as usize);
-                tile.region.tiles(BLOCK).for_each(|block| at.extend(block.iter()));
-                let traced = self.trace(&at, self.scene.samples)?;
-                for ([x, y], pixel) in at.into_iter().zip(traced.pixels) {
-                    tile.rows[(y - tile.region.y) as usize][(x - tile.region.x) as usize] = pixel;
-                }
+                let traced = self.trace(&tile.blocks(), self.scene.samples)?;
+                tile.put(&traced.pixels);
                 Ok(traced.rays)
             })
             .try_reduce(RayCounts::default, |a, b| Ok(a + b))?;
@@ -333,7 +357,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 
     fn trace(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
-        let mut traced = Traced::default();
+        let mut traced = Traced { pixels: Vec::with_capacity(at.len()), rays: RayCounts::default() };
         R::trace(self.cut.level, &self.job, at, samples, &mut traced);
         if self.control.cancelled.load(Ordering::Relaxed) {
             return Err(Cancelled);
@@ -348,9 +372,6 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         is_uneven(&codes, around, x, y)
     }
 }
-
-/// Edge of the block of pixels that share a packet: 4 x 4 are 16 lanes.
-const BLOCK: u32 = 4;
 
 /// Whether a pixel differs from one of its eight neighbours.
 fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {

@@ -7,6 +7,7 @@ use super::wide::{Kind, Leaf, Wide};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
 use crate::shape::{intersect_triangle, sphere_crossings};
+use smallvec::SmallVec;
 use std::cmp::Ordering;
 
 /// What a surface does to a shadow ray.
@@ -32,7 +33,7 @@ pub fn transmittance<L: Lanes>(
     course: Course,
 ) -> V3<L> {
     let cast = rays.active.bits();
-    let mut passage = Passage { geometries, blockers, course, crossings: Vec::new(), stack: Stack::new() };
+    let mut passage = Passage { geometries, blockers, course, crossings: SmallVec::new(), stack: Stack::new() };
     passage.attenuate(s, root, &mut rays);
     let Passage { mut crossings, .. } = passage;
     let blocked = cast & !rays.active.bits();
@@ -59,7 +60,7 @@ struct Passage<'a, R> {
     blockers: Blockers,
     course: Course,
     /// Lanes that have crossed a surface, and its transmission.
-    crossings: Vec<(u32, [R; 3])>,
+    crossings: SmallVec<[(u32, [R; 3]); 8]>,
     stack: Stack<R>,
 }
 
