@@ -202,10 +202,16 @@ fn trace_with<L: Lanes, E: Effects>(
             lanes.store(channel);
         }
         let [red, green, blue] = &channels;
-        let pixel = |lane: usize| [red[lane], green[lane], blue[lane]].map(|channel| channel.to_f64() as f32);
+        let pixel = |lane: usize| [narrow(red[lane]), narrow(green[lane]), narrow(blue[lane])];
         out.pixels.extend((0..packet.len()).map(pixel));
     }
     out.rays = out.rays + tracer.counts;
+}
+
+/// A channel of the film.
+#[inline(always)]
+fn narrow<R: Real>(channel: R) -> f32 {
+    channel.to_f64() as f32
 }
 
 /// Adds all samples of a packet of pixels, each weighted 1/n.

@@ -1,6 +1,6 @@
 //! Which bodies a point lies in: the media a ray starts in when the eye is inside glass.
 
-use super::hits::{Touch, find};
+use super::hits::{Hits, Touch};
 use crate::accel::Course;
 use crate::lanes::{Lanes, Real, V3};
 use crate::ray::{Rays, leave};
@@ -46,9 +46,10 @@ fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3], sign:
     let mut origin = V3::splat(s, point);
     let mut met = HashSet::new();
     let mut left = Vec::new();
+    let mut hits = Hits::none(s);
     for _ in 0..MAX_CROSSINGS {
         let (t_min, t_max) = (L::lit(s, 0.0), L::lit(s, f64::INFINITY));
-        let hits = find(s, world, &Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Course::Apart);
+        hits.find(s, world, &Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Course::Apart);
         if hits.found == 0 {
             break;
         }

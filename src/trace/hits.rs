@@ -8,7 +8,7 @@ use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Material};
 use crate::shading::media::Medium;
 
-/// The nearest surface under each ray.
+/// The nearest surface under each ray. Lanes that hit nothing hold anything.
 #[derive(Debug, Clone)]
 pub struct Hits<L: Lanes> {
     /// Lanes that hit anything.
@@ -54,77 +54,87 @@ pub struct Touch<R> {
     pub medium: Medium<R>,
 }
 
-/// Follows rays to the nearest surface, and to what touches it.
-#[inline(always)]
-pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, course: Course) -> Hits<L> {
-    let mut hits = find_nearest(s, world, rays, &Nearest::none(s), course);
-    if hits.may_touch & hits.clear != 0 {
-        touching::find(s, world, rays, &mut hits);
-    }
-    hits
-}
-
-/// Follows rays to the nearest surface.
-pub(super) fn find_nearest<L: Lanes>(
-    s: L::Simd,
-    world: &World<L::Real>,
-    rays: &Rays<L>,
-    nearest: &Nearest<'_, L>,
-    course: Course,
-) -> Hits<L> {
-    L::vectorize(
-        s,
-        #[inline(always)]
-        || find_nearest_in(s, world, rays, *nearest, course),
-    )
-}
-
-#[inline(always)]
-fn find_nearest_in<L: Lanes>(
-    s: L::Simd,
-    world: &World<L::Real>,
-    rays: &Rays<L>,
-    mut nearest: Nearest<'_, L>,
-    course: Course,
-) -> Hits<L> {
-    let mut shortened = *rays;
-    nearest_hit(s, &world.geometries, world.root, &mut shortened, &mut nearest, course);
-
-    let zero = L::lit(s, 0.0);
-    let nothing = V3 { x: zero, y: zero, z: zero };
-    let nobody = L::Ids::splat(s, 0);
-    let mut hits = Hits {
-        found: nearest.found,
-        t: shortened.t_max,
-        surface: Surface {
-            point: nothing,
-            error: nothing,
+impl<L: Lanes> Hits<L> {
+    /// No ray has hit anything.
+    #[inline(always)]
+    pub fn none(s: L::Simd) -> Self {
+        let zero = L::lit(s, 0.0);
+        let nothing = V3 { x: zero, y: zero, z: zero };
+        let nobody = L::Ids::splat(s, 0);
+        Self {
+            found: 0,
+            t: zero,
+            surface: Surface {
+                point: nothing,
+                error: nothing,
+                ng: nothing,
+                ns: nothing,
+                lift: nothing,
+                local: nothing,
+                met: L::mask(s, 0),
+            },
             ng: nothing,
             ns: nothing,
-            lift: nothing,
-            local: nothing,
-            met: L::mask(s, 0),
-        },
-        ng: nothing,
-        ns: nothing,
-        entering: 0,
-        expanded: nearest.expanded,
-        body: nobody,
-        material: nobody,
-        closed: 0,
-        hollow: 0,
-        clear: 0,
-        smooth: 0,
-        may_touch: 0,
-        touching: Vec::new(),
-    };
-    if hits.found != 0 {
-        hits.look_at(s, world, rays, hits.found);
+            entering: 0,
+            expanded: nobody,
+            body: nobody,
+            material: nobody,
+            closed: 0,
+            hollow: 0,
+            clear: 0,
+            smooth: 0,
+            may_touch: 0,
+            touching: Vec::new(),
+        }
     }
-    hits
-}
 
-impl<L: Lanes> Hits<L> {
+    /// Follows rays to the nearest surface, and to what touches it. What was hit before is overwritten where it lies: it
+    /// takes long to build or to copy.
+    #[inline(always)]
+    pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, course: Course) {
+        self.find_nearest(s, world, rays, &Nearest::none(s), course);
+        if self.may_touch & self.clear != 0 {
+            touching::find(s, world, rays, self);
+        }
+    }
+
+    /// Follows rays to the nearest surface.
+    pub(super) fn find_nearest(
+        &mut self,
+        s: L::Simd,
+        world: &World<L::Real>,
+        rays: &Rays<L>,
+        nearest: &Nearest<'_, L>,
+        course: Course,
+    ) {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.find_nearest_in(s, world, rays, *nearest, course),
+        );
+    }
+
+    #[inline(always)]
+    fn find_nearest_in(
+        &mut self,
+        s: L::Simd,
+        world: &World<L::Real>,
+        rays: &Rays<L>,
+        mut nearest: Nearest<'_, L>,
+        course: Course,
+    ) {
+        let mut shortened = *rays;
+        nearest_hit(s, &world.geometries, world.root, &mut shortened, &mut nearest, course);
+        self.forget(u32::MAX);
+        self.touching.clear();
+        self.found = nearest.found;
+        self.t = shortened.t_max;
+        self.expanded = nearest.expanded;
+        if self.found != 0 {
+            self.look_at(s, world, rays, self.found);
+        }
+    }
+
     /// Forgets what kind of body some lanes have hit.
     pub(super) fn forget(&mut self, lanes: u32) {
         for flags in [&mut self.closed, &mut self.hollow, &mut self.clear, &mut self.smooth, &mut self.may_touch] {

@@ -5,7 +5,7 @@
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
 use super::enclosing::media_at;
-use super::hits::{find, find_nearest};
+use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
 use super::secondary::scatter;
@@ -172,6 +172,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
+        let mut hits = Hits::none(s);
         let mut rays = first;
         loop {
             self.packets = self.packets.wrapping_add(1);
@@ -179,7 +180,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 return;
             }
             if rays.active != 0 {
-                self.follow(&rays, sum);
+                self.follow(&rays, &mut hits, sum);
             }
             let Some(next) = self.stack.pop() else { return };
             rays = next;
@@ -206,7 +207,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
 
     /// Shades what the rays hit and stacks the rays that leave from there.
     #[inline(always)]
-    fn follow(&mut self, rays: &Followed<L>, sum: &mut V3<L>) {
+    fn follow(&mut self, rays: &Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
         let cast = Rays {
@@ -216,11 +217,11 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
-        let hits = if E::TRANSMISSION {
-            find(s, self.world, &cast, rays.course())
+        if E::TRANSMISSION {
+            hits.find(s, self.world, &cast, rays.course());
         } else {
-            find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course())
-        };
+            hits.find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course());
+        }
         let missed = rays.active & !hits.found;
         if missed != 0 {
             let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));
@@ -236,11 +237,11 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             self.counts.camera_hits += u64::from(hits.found.count_ones());
         }
         if O::WATCHING {
-            self.observer.hits(number, rays, &hits);
+            self.observer.hits(number, rays, hits);
         }
         let coefficients = hits.coefficients(s, self.world);
-        illuminate(self, rays, &hits, &coefficients, number, sum);
-        scatter(self, rays, &hits, &coefficients, number);
+        illuminate(self, rays, hits, &coefficients, number, sum);
+        scatter(self, rays, hits, &coefficients, number);
     }
 
     /// What a ray adds to the pixel, never above [`MAX_RADIANCE`]: materials that amplify cannot make it infinite.

@@ -1,6 +1,6 @@
 //! Many single rays at once, in packets, along the same accelerated path as pictures.
 
-use super::hits::{Hits, find};
+use super::hits::Hits;
 use super::query::RayQuery;
 use crate::accel::Course;
 use crate::lanes::{Lanes, Real, V3, dispatch};
@@ -37,6 +37,7 @@ pub fn first_hits(scene: &Scene, rays: &[RayQuery]) -> Vec<Option<FirstHit>> {
 
 #[inline(always)]
 fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answers: &mut Vec<Option<FirstHit>>) {
+    let mut hits = Hits::none(s);
     for (index, packet) in rays.chunks(L::COUNT).enumerate() {
         // Lanes without a ray of their own repeat the last one, switched off.
         let ray = |lane: usize| packet[lane.min(packet.len() - 1)];
@@ -51,7 +52,7 @@ fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answe
         };
         // Both ways down, so that the tests see both.
         let course = if index.is_multiple_of(2) { Course::Together } else { Course::Apart };
-        let hits = find(s, world, &cast, course);
+        hits.find(s, world, &cast, course);
         answers.extend((0..packet.len()).map(|lane| first_hit(&hits, lane)));
     }
 }

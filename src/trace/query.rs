@@ -1,7 +1,7 @@
 //! Single rays: what `strahl rays` and `POST /v1/rays` answer.
 
 use super::enclosing::media_at;
-use super::hits::{Hits, find};
+use super::hits::Hits;
 use super::interface::interface;
 use super::kernel::first;
 use crate::accel::Course;
@@ -101,7 +101,8 @@ where
         t_max: L::lit(s, scale_by_power(ray.t_max.unwrap_or(f64::INFINITY), power)),
         active: L::mask(s, 1),
     };
-    let hits: Hits<L> = find(s, world, &rays, Course::Together);
+    let mut hits = Hits::none(s);
+    hits.find(s, world, &rays, Course::Together);
     if hits.found == 0 {
         return None;
     }
