@@ -3,7 +3,7 @@
 use super::touching;
 use crate::accel::{Course, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
-use crate::ray::Rays;
+use crate::ray::{Place, Rays};
 use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Material};
 use crate::shading::media::Medium;
@@ -131,7 +131,9 @@ impl<L: Lanes> Hits<L> {
         self.t = shortened.t_max;
         self.expanded = nearest.expanded;
         if self.found != 0 {
-            self.look_at(s, world, rays, self.found);
+            let hit = L::mask(s, self.found);
+            let places = Place { t: self.t, hit, weights: nearest.weights };
+            self.look_at(s, world, rays, self.found, Some(&places));
         }
     }
 
@@ -142,17 +144,32 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Fills in everything about the primitives `expanded` of some lanes of which nothing is known.
-    pub(super) fn look_at(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
+    /// Fills in everything about the primitives `expanded` of some lanes of which nothing is known but, perhaps, the
+    /// places where `rays` meet them.
+    pub(super) fn look_at(
+        &mut self,
+        s: L::Simd,
+        world: &World<L::Real>,
+        rays: &Rays<L>,
+        lanes: u32,
+        known: Option<&Place<L>>,
+    ) {
         L::vectorize(
             s,
             #[inline(always)]
-            || self.look_at_in(s, world, rays, lanes),
+            || self.look_at_in(s, world, rays, lanes, known),
         );
     }
 
     #[inline(always)]
-    fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
+    fn look_at_in(
+        &mut self,
+        s: L::Simd,
+        world: &World<L::Real>,
+        rays: &Rays<L>,
+        lanes: u32,
+        known: Option<&Place<L>>,
+    ) {
         let mut spheres = Spheres::none();
         let mut left = lanes;
         while left != 0 {
@@ -164,10 +181,10 @@ impl<L: Lanes> Hits<L> {
             if same != lanes && spheres.take(&owner, same) {
                 continue;
             }
-            self.put(s, same, resolve(s, &owner, self.expanded, same, rays));
+            self.put(s, same, resolve(s, &owner, self.expanded, same, rays, known));
         }
         if spheres.lanes != 0 {
-            self.put(s, spheres.lanes, spheres.resolve(s, rays));
+            self.put(s, spheres.lanes, spheres.resolve(s, rays, known));
         }
         let against = rays.dir.dot(self.surface.ng).lt(L::lit(s, 0.0));
         self.entering = against.bits() & self.found;
