@@ -49,7 +49,7 @@ fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3], sign:
     let mut hits = Hits::none(s);
     for _ in 0..MAX_CROSSINGS {
         let (t_min, t_max) = (L::lit(s, 0.0), L::lit(s, f64::INFINITY));
-        hits.find(s, world, &Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Course::Apart);
+        hits.find(s, world, &mut Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Course::Apart);
         if hits.found == 0 {
             break;
         }

@@ -88,10 +88,10 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Follows rays to the nearest surface, and to what touches it. What was hit before is overwritten where it lies: it
-    /// takes long to build or to copy.
+    /// Follows rays to the nearest surface, and to what touches it. What was hit before is overwritten where it lies, and
+    /// traversal may change the rays for a while: both take long to copy.
     #[inline(always)]
-    pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, course: Course) {
+    pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &mut Rays<L>, course: Course) {
         self.find_nearest(s, world, rays, &Nearest::none(s), course);
         if self.may_touch & self.clear != 0 {
             touching::find(s, world, rays, self);
@@ -103,7 +103,7 @@ impl<L: Lanes> Hits<L> {
         &mut self,
         s: L::Simd,
         world: &World<L::Real>,
-        rays: &Rays<L>,
+        rays: &mut Rays<L>,
         nearest: &Nearest<'_, L>,
         course: Course,
     ) {
@@ -119,16 +119,16 @@ impl<L: Lanes> Hits<L> {
         &mut self,
         s: L::Simd,
         world: &World<L::Real>,
-        rays: &Rays<L>,
+        rays: &mut Rays<L>,
         mut nearest: Nearest<'_, L>,
         course: Course,
     ) {
-        let mut shortened = *rays;
-        nearest_hit(s, &world.geometries, world.root, &mut shortened, &mut nearest, course);
+        let t_max = rays.t_max;
+        nearest_hit(s, &world.geometries, world.root, rays, &mut nearest, course);
         self.forget(u32::MAX);
         self.touching.clear();
         self.found = nearest.found;
-        self.t = shortened.t_max;
+        self.t = std::mem::replace(&mut rays.t_max, t_max);
         self.expanded = nearest.expanded;
         if self.found != 0 {
             let hit = L::mask(s, self.found);

@@ -85,6 +85,8 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     pub(super) media: Media<L::Real>,
     /// Rays waiting to be followed.
     pub(super) stack: Vec<Followed<L>>,
+    /// What the packet that is followed has hit.
+    pub(super) hits: Hits<L>,
     /// Smallest weight followed, times the sample's own.
     pub(super) min_weight: L,
     /// What was traced so far.
@@ -113,6 +115,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             observer,
             media: Media::default(),
             stack: Vec::new(),
+            hits: Hits::none(s),
             min_weight: L::lit(s, 0.0),
             counts: RayCounts::default(),
             followed: L::lit(s, 0.0),
@@ -172,7 +175,6 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
-        let mut hits = Hits::none(s);
         let mut rays = first;
         loop {
             self.packets = self.packets.wrapping_add(1);
@@ -180,7 +182,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 return;
             }
             if rays.active != 0 {
-                self.follow(&rays, &mut hits, sum);
+                self.follow(&rays, sum);
             }
             let Some(next) = self.stack.pop() else { return };
             rays = next;
@@ -207,10 +209,10 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
 
     /// Shades what the rays hit and stacks the rays that leave from there.
     #[inline(always)]
-    fn follow(&mut self, rays: &Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
+    fn follow(&mut self, rays: &Followed<L>, sum: &mut V3<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
-        let cast = Rays {
+        let mut cast = Rays {
             origin: rays.origin,
             dir: rays.dir,
             t_min: rays.t_min,
@@ -218,11 +220,12 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             active: L::mask(s, rays.active),
         };
         if E::TRANSMISSION {
-            hits.find(s, self.world, &cast, rays.course());
+            self.hits.find(s, self.world, &mut cast, rays.course());
         } else {
-            hits.find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course());
+            self.hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.course());
         }
-        let missed = rays.active & !hits.found;
+        let found = self.hits.found;
+        let missed = rays.active & !found;
         if missed != 0 {
             let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));
             self.add(sum, missed, background);
@@ -230,18 +233,18 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 self.observer.contributes(number, background);
             }
         }
-        if hits.found == 0 {
+        if found == 0 {
             return;
         }
         if rays.kind == RayKind::Camera {
-            self.counts.camera_hits += u64::from(hits.found.count_ones());
+            self.counts.camera_hits += u64::from(found.count_ones());
         }
         if O::WATCHING {
-            self.observer.hits(number, rays, hits);
+            self.observer.hits(number, rays, &self.hits);
         }
-        let coefficients = hits.coefficients(s, self.world);
-        illuminate(self, rays, hits, &coefficients, number, sum);
-        scatter(self, rays, hits, &coefficients, number);
+        let coefficients = self.hits.coefficients(s, self.world);
+        illuminate(self, rays, &coefficients, number, sum);
+        scatter(self, rays, &coefficients, number);
     }
 
     /// What a ray adds to the pixel, never above [`MAX_RADIANCE`]: materials that amplify cannot make it infinite.

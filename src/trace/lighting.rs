@@ -26,13 +26,13 @@ const GRAZING: f64 = 0.1;
 pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
-    hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     number: u32,
     sum: &mut V3<L>,
 ) {
     let s = tracer.s;
     let world = tracer.world;
+    let hits = &tracer.hits;
     let ambient = tracer.bounded(rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient))));
     tracer.add(sum, hits.found, ambient);
     if O::WATCHING {

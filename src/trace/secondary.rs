@@ -1,6 +1,5 @@
 //! r_s L_s + r_t L_t: the reflected and the transmitted ray.
 
-use super::hits::Hits;
 use super::interface::{Interface, interface};
 use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
@@ -16,7 +15,6 @@ use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
 pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
-    hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     number: u32,
 ) {
@@ -26,8 +24,8 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     let s = tracer.s;
     let (r_s, r_t) = (coefficients.reflection, coefficients.transmission);
     let zero = L::lit(s, 0.0);
-    let mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
-    let clear = if E::TRANSMISSION { hits.clear & hits.found } else { 0 };
+    let mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & tracer.hits.found;
+    let clear = if E::TRANSMISSION { tracer.hits.clear & tracer.hits.found } else { 0 };
     if mirror | clear == 0 {
         return;
     }
@@ -42,8 +40,8 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     let mut transmitted = None;
     let mut total = 0;
     if clear != 0 {
-        let crossing = cross(tracer, rays, hits, clear);
-        total = crossing.refraction.total.bits() & clear & hits.closed;
+        let crossing = cross(tracer, rays, clear);
+        total = crossing.refraction.total.bits() & clear & tracer.hits.closed;
         tracer.counts.total_internal_reflections += u64::from(total.count_ones());
         if O::WATCHING {
             tracer.observer.refracts(number, crossing.snell(s));
@@ -53,11 +51,11 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
         reflected_weight = V3::select(L::mask(s, total), joined, reflected_weight);
         // What cannot be seen leaves a ray as it is, so that what lies behind is met at the same bits.
         let unseen = L::mask(s, crossing.unseen);
-        let behind = leave(hits.surface.point, hits.surface.error, -hits.ng);
+        let behind = leave(tracer.hits.surface.point, tracer.hits.surface.error, -tracer.hits.ng);
         transmitted = Some(Followed {
             origin: V3::select(unseen, rays.origin, behind),
             dir: crossing.dir,
-            t_min: L::select(unseen, hits.t, zero),
+            t_min: L::select(unseen, tracer.hits.t, zero),
             weight: rays.weight.times(r_t),
             active: clear & !total,
             media: crossing.media,
@@ -70,14 +68,14 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     let everywhere = if tracer.world.rules.spd_counts { clear } else { total };
     let reflecting = mirror | everywhere;
     if reflecting != 0 {
-        let mut dir = reflect(s, rays.dir, hits.ns);
-        if hits.smooth != 0 {
+        let mut dir = reflect(s, rays.dir, tracer.hits.ns);
+        if tracer.hits.smooth != 0 {
             // An interpolated normal may send the mirrored ray below the surface; the geometric one does not.
-            let above = dir.dot(hits.ng).gt(zero);
-            dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng));
+            let above = dir.dot(tracer.hits.ng).gt(zero);
+            dir = V3::select(above, dir, reflect(s, rays.dir, tracer.hits.ng));
         }
         tracer.push(Followed {
-            origin: leave(hits.surface.point, hits.surface.error, hits.ng),
+            origin: leave(tracer.hits.surface.point, tracer.hits.surface.error, tracer.hits.ng),
             dir: dir.normalized(s),
             t_min: zero,
             weight: reflected_weight,
@@ -127,10 +125,10 @@ impl<L: Lanes> Crossing<L> {
 fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
-    hits: &Hits<L>,
     clear: u32,
 ) -> Crossing<L> {
     let s = tracer.s;
+    let hits = &tracer.hits;
     let Interface { n1, n2, behind } =
         interface(s, tracer.world, &mut tracer.media, hits, rays.media, clear & hits.closed);
     let eta = n1 / n2;

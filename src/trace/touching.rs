@@ -53,7 +53,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
     let own_error = hits.surface.error;
     let mut other = Hits::none(s);
     for _ in 0..MAX_TOUCHING {
-        other.find_nearest(s, world, &stretch, &Nearest::without(s, &passed), Course::Apart);
+        other.find_nearest(s, world, &mut stretch, &Nearest::without(s, &passed), Course::Apart);
         if other.found == 0 {
             return;
         }
