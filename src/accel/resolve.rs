@@ -76,15 +76,13 @@ impl<'a, R: Real> Owner<'a, R> {
     /// The lanes of `among` that have met this body.
     #[inline(always)]
     pub fn lanes<L: Lanes<Real = R>>(&self, s: L::Simd, expanded: L::Ids, among: u32) -> u32 {
-        if self.item.expanded == 1 {
-            return expanded.eq(L::Ids::splat(s, self.body)).bits() & among;
-        }
-        lanes_of(among).fold(0, |lanes, lane| lanes | u32::from(self.owns(expanded.lane(lane))) << lane)
-    }
-
-    /// Whether an expanded index belongs to this body.
-    fn owns(&self, expanded: u64) -> bool {
-        expanded.wrapping_sub(self.body) < self.item.expanded
+        let first = L::Ids::splat(s, self.body);
+        let own = if self.item.expanded == 1 {
+            expanded.eq(first)
+        } else {
+            expanded.ge(first) & !expanded.ge(L::Ids::splat(s, self.body + self.item.expanded))
+        };
+        own.bits() & among
     }
 }
 

@@ -79,7 +79,8 @@ impl<'a, L: Lanes> Nearest<'a, L> {
                 continue;
             }
             let id = expanded(place);
-            let held = found.map(|(_, id)| id).or_else(|| (self.found & (1 << lane) != 0).then(|| self.expanded.lane(lane)));
+            let held =
+                found.map(|(_, id)| id).or_else(|| (self.found & (1 << lane) != 0).then(|| self.expanded.lane(lane)));
             let nearer = t < best || held.is_some_and(|held| id < held);
             if nearer && !self.skipped.is_some_and(|skipped| skipped.has(lane, id)) {
                 (best, found) = (t, Some((place, id)));
@@ -227,13 +228,9 @@ impl<L: Lanes> Search<'_, '_, L> {
                     let (center, radius) = wide.spheres(s, start);
                     place_on_sphere(s, center, radius, &ray, sides)
                 }
-                Kind::Triangles(sides) => place_on_triangle(
-                    s,
-                    wide.triangles(s, start),
-                    &ray,
-                    &prepared.shear(s, rays).alone(s, lane),
-                    sides,
-                ),
+                Kind::Triangles(sides) => {
+                    place_on_triangle(s, wide.triangles(s, start), &ray, &prepared.shear(s, rays).alone(s, lane), sides)
+                }
                 Kind::Mixed => return,
             };
             if found.hit.any() {

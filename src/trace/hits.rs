@@ -162,14 +162,7 @@ impl<L: Lanes> Hits<L> {
     }
 
     #[inline(always)]
-    fn look_at_in(
-        &mut self,
-        s: L::Simd,
-        world: &World<L::Real>,
-        rays: &Rays<L>,
-        lanes: u32,
-        known: Option<&Place<L>>,
-    ) {
+    fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32, known: Option<&Place<L>>) {
         let mut spheres = Spheres::none();
         let mut left = lanes;
         while left != 0 {
