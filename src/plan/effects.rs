@@ -78,12 +78,14 @@ impl Specialised {
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Called {
     pub bleeding: bool,
+    pub emission: bool,
 }
 
 impl Called {
     /// Whether any detail of surfaces, bodies or the space between them is called for.
     pub fn details(&self) -> bool {
-        false
+        let Self { emission, .. } = *self;
+        emission
     }
 
     /// Whether anything is a mean over choices.

@@ -55,6 +55,7 @@ pub fn explain(description: &Description) -> Explanation {
         transmissive_shadows(description, &uses),
         reflection(description, &uses),
         transmission(description, &uses),
+        emission(description, &uses),
         total_reflection(description, &uses),
         hollow(&uses),
         checker(description, &uses),
@@ -244,6 +245,12 @@ fn transmission(description: &Description, uses: &Uses) -> Effect {
         }
         _ => effect_of,
     }
+}
+
+fn emission(description: &Description, uses: &Uses) -> Effect {
+    let (on, off) = ("surfaces shine by themselves", "emission is 0 everywhere");
+    let shines = |m: &crate::scene::description::Material| m.emission.0.max_element() > 0.0;
+    by_material("emission", description, uses, "emission", shines, on, off)
 }
 
 fn total_reflection(description: &Description, uses: &Uses) -> Effect {

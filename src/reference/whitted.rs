@@ -55,7 +55,7 @@ fn radiance(reference: &Reference, path: &Path) -> Rgb {
     };
     let vertex = Vertex::new(&path.ray, hit);
     let material = &vertex.hit.body.material;
-    let mut sum = local_radiance(reference, path, &vertex);
+    let mut sum = material.emission.0 + local_radiance(reference, path, &vertex);
 
     let mut reflection = material.reflection.0;
     let transmission = material.transmission.0;

@@ -19,6 +19,8 @@ pub struct Material<R> {
     pub transmission: [R; 3],
     /// Index of refraction.
     pub ior: R,
+    /// Radiance of its own.
+    pub emission: [R; 3],
 }
 
 impl<R: Real> Material<R> {
@@ -27,7 +29,8 @@ impl<R: Real> Material<R> {
         let black = [R::from_f64(0.0); 3];
         let unlit =
             [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == Texture::Uniform(black));
-        unlit && self.specular == black && self.reflection == black && self.transmission == [R::from_f64(1.0); 3]
+        let dark = self.specular == black && self.emission == black;
+        unlit && dark && self.reflection == black && self.transmission == [R::from_f64(1.0); 3]
     }
 }
 
@@ -73,6 +76,25 @@ impl<R: Real> Texture<R> {
             }
         }
     }
+}
+
+/// A colour of the material under each ray, as [`Coefficients::look_up`] finds the others.
+#[inline(always)]
+pub fn look_up<L: Lanes>(
+    s: L::Simd,
+    materials: &[Material<L::Real>],
+    index: L::Ids,
+    active: u32,
+    color: impl Fn(&Material<L::Real>) -> [L::Real; 3],
+) -> V3<L> {
+    let mut all = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+    let mut left = active;
+    while left != 0 {
+        let (id, same) = index.same_as_first(s, left);
+        left &= !same;
+        all = V3::select(L::mask(s, same), V3::splat(s, color(&materials[id as usize])), all);
+    }
+    all
 }
 
 /// The coefficients under each ray.

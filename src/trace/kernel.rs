@@ -228,6 +228,8 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         } else {
             find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course())
         };
+        // What a ray adds to the pixel itself is added once, so that the tree of rays adds up to it.
+        let mut own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let missed = rays.active & !hits.found;
         if missed != 0 {
             let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));
@@ -246,7 +248,10 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             self.observer.hits(number, rays, &hits);
         }
         let coefficients = hits.coefficients(s, self.world);
-        illuminate(self, rays, &hits, &coefficients, number, sum);
+        if E::DETAILS && self.world.called.emission {
+            own = own + rays.weight.times(hits.emission(s, self.world));
+        }
+        illuminate(self, rays, &hits, &coefficients, own, number, sum);
         scatter(self, rays, &hits, &coefficients, number);
     }
 

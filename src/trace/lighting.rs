@@ -21,19 +21,21 @@ pub const SHADOW_SHARE: f64 = 0.25;
 /// there gradually (as Cycles does, D11065), since whatever lies in between casts no shadow.
 const GRAZING: f64 = 0.1;
 
-/// Adds the local illumination of what the rays hit to `sum`.
+/// Adds the local illumination of what the rays hit to `sum`, and with it `own`, the light of details on the way and at the surface.
 #[inline(always)]
 pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
+    own: V3<L>,
     number: u32,
     sum: &mut V3<L>,
 ) {
     let s = tracer.s;
     let world = tracer.world;
-    let ambient = tracer.bounded(rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient))));
+    let ambient = rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient)));
+    let ambient = tracer.bounded(if E::DETAILS { own + ambient } else { ambient });
     tracer.add(sum, hits.found, ambient);
     if O::WATCHING {
         tracer.observer.contributes(number, ambient);

@@ -35,13 +35,14 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
+    let called = called(&builder);
     let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
     let world = World {
         geometries: builder.geometries,
         root,
         size: R::from_f64(size),
         transmits,
-        called: Called::default(),
+        called,
         materials: builder.materials,
         lights: description.lights.iter().map(light).collect(),
         ambient: narrow_rgb(description.ambient.0),
@@ -60,6 +61,16 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         },
     };
     (world, Built { sources: builder.sources, expanded })
+}
+
+/// The effects that the bodies of a scene call for. Definitions that nothing places have not been built.
+fn called<R: Real>(builder: &Builder<'_, R>) -> Called {
+    let bodies = || builder.geometries.iter().flat_map(|geometry| &geometry.items).filter(|item| !item.is_placed());
+    let any = |calls: &dyn Fn(&Material<R>) -> bool| {
+        bodies().any(|item| calls(&builder.materials[item.material as usize]))
+    };
+    let shows = |color: [R; 3]| color.iter().any(|c| *c > R::from_f64(0.0));
+    Called { emission: any(&|material| shows(material.emission)), ..Called::default() }
 }
 
 struct Builder<'a, R> {
@@ -344,6 +355,7 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
         reflection: narrow_rgb(material.reflection.0),
         transmission: narrow_rgb(material.transmission.0),
         ior: R::from_f64(material.ior),
+        emission: narrow_rgb(material.emission.0),
     }
 }
 

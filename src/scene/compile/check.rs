@@ -231,6 +231,7 @@ fn check_material(findings: &mut Findings, at: Path<'_>, material: &Material) {
     findings.coefficient(at.key("specular"), material.specular);
     findings.coefficient(at.key("reflection"), material.reflection);
     findings.coefficient(at.key("transmission"), material.transmission);
+    findings.color(at.key("emission"), material.emission);
     let (m, ior) = (material.shininess, material.ior);
     findings.number(at.key("shininess"), m, "between 0 and 1000000", (0.0..=1e6).contains(&m));
     findings.number(at.key("ior"), ior, "between 0.01 and 100", (0.01..=100.0).contains(&ior));

@@ -18,7 +18,8 @@ pub(super) fn warnings(description: &Description) -> Vec<Problem> {
             warnings.push(Problem::new(push_token("/materials", name), Code::OutOfRange, detail));
         }
     }
-    if description.lights.is_empty() && description.ambient.0.max_element() == 0.0 {
+    let shines = description.materials.iter().any(|(_, material)| material.emission.0.max_element() > 0.0);
+    if description.lights.is_empty() && description.ambient.0.max_element() == 0.0 && !shines {
         let detail = "there is no light: only the background is visible";
         warnings.push(Problem::new("/lights", Code::Degenerate, detail));
     }

@@ -32,6 +32,9 @@ pub struct Material {
     #[serde(default = "default_ior")]
     #[schemars(range(min = 0.01, max = 100.0))]
     pub ior: f64,
+    /// Radiance the surface shines with, from both sides, lit or not; it lights nothing else. Default 0.
+    #[serde(default)]
+    pub emission: Color,
     /// Whether the surface exists only for rays that come from its front. Default false.
     #[serde(default)]
     pub one_sided: bool,
@@ -55,6 +58,7 @@ impl Default for Material {
             reflection: Color::BLACK,
             transmission: Color::BLACK,
             ior: default_ior(),
+            emission: Color::BLACK,
             one_sided: false,
         }
     }
