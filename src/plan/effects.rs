@@ -79,13 +79,14 @@ impl Specialised {
 pub struct Called {
     pub bleeding: bool,
     pub emission: bool,
+    pub fresnel: bool,
 }
 
 impl Called {
     /// Whether any detail of surfaces, bodies or the space between them is called for.
     pub fn details(&self) -> bool {
-        let Self { emission, .. } = *self;
-        emission
+        let Self { emission, fresnel, .. } = *self;
+        emission | fresnel
     }
 
     /// Whether anything is a mean over choices.

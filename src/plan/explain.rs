@@ -1,7 +1,7 @@
 //! `strahl explain`: which effects a scene calls for, and why, as EXPLAIN does for a database query.
 
 use super::use_of::{Uses, uses};
-use crate::scene::description::{Camera, Description, Diffuse, Falloff, Light, Object, Precision, Shadows};
+use crate::scene::description::{Camera, Description, Diffuse, Falloff, Fresnel, Light, Object, Precision, Shadows};
 use crate::scene::problem::push_token;
 use serde::Serialize;
 
@@ -56,6 +56,7 @@ pub fn explain(description: &Description) -> Explanation {
         reflection(description, &uses),
         transmission(description, &uses),
         emission(description, &uses),
+        fresnel(description, &uses),
         total_reflection(description, &uses),
         hollow(&uses),
         checker(description, &uses),
@@ -216,7 +217,7 @@ fn reflection(description: &Description, uses: &Uses) -> Effect {
         description,
         uses,
         "reflection",
-        |m| m.reflection.0.max_element() > 0.0,
+        |m| m.reflection.0.max_element() > 0.0 || m.fresnel == Fresnel::Conductor,
         "surfaces mirror their surroundings",
         "reflection is 0 everywhere",
     );
@@ -245,6 +246,28 @@ fn transmission(description: &Description, uses: &Uses) -> Effect {
         }
         _ => effect_of,
     }
+}
+
+fn fresnel(description: &Description, uses: &Uses) -> Effect {
+    let name = "fresnel";
+    let asks = |m: &crate::scene::description::Material| m.fresnel != Fresnel::None;
+    let on = "reflection and transmission depend on the angle of incidence";
+    let effect_of = by_material(name, description, uses, "fresnel", asks, on, "fresnel is \"none\" everywhere");
+    if effect_of.state != State::On {
+        return effect_of;
+    }
+    if let Some(why) = cut_off(description) {
+        return effect(name, State::Removed, why, vec!["/render/max_depth".into()]);
+    }
+    let shows = |m: &crate::scene::description::Material| {
+        m.fresnel == Fresnel::Conductor || m.reflection.0.max(m.transmission.0).max_element() > 0.0
+    };
+    let used = |name: &str| uses.materials.contains(name);
+    if !description.materials.iter().any(|(name, m)| asks(m) && used(name) && shows(m)) {
+        let why = "dielectrics with reflection 0 and transmission 0 do not mirror";
+        return effect(name, State::Removed, why, effect_of.because);
+    }
+    effect_of
 }
 
 fn emission(description: &Description, uses: &Uses) -> Effect {

@@ -26,6 +26,18 @@ pub(super) fn refract(d: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
     Some((d * eta + n * bend).normalize())
 }
 
+/// Fresnel's reflectance of unpolarised light from n1 to n2, at an angle of incidence given by its cosine.
+pub(super) fn reflectance(cos1: f64, n1: f64, n2: f64) -> f64 {
+    let sin2 = (1.0 - cos1 * cos1).max(0.0).sqrt() * n1 / n2;
+    if sin2 >= 1.0 && n1 != n2 {
+        return 1.0;
+    }
+    let cos2 = (1.0 - sin2 * sin2).max(0.0).sqrt();
+    let perpendicular = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2);
+    let parallel = (n2 * cos1 - n1 * cos2) / (n2 * cos1 + n1 * cos2);
+    (perpendicular * perpendicular + parallel * parallel) / 2.0
+}
+
 /// The medium in one body.
 #[derive(Debug, Clone, PartialEq)]
 struct Medium {
@@ -46,7 +58,7 @@ impl Media {
     }
 
     /// Where bodies overlap the smaller one decides, of equal ones the one written last.
-    fn ior(&self) -> f64 {
+    pub(super) fn ior(&self) -> f64 {
         let smallest = self.0.iter().min_by(|a, b| a.volume.total_cmp(&b.volume).then_with(|| b.body.cmp(&a.body)));
         smallest.map_or(1.0, |medium| medium.ior)
     }

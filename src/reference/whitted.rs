@@ -6,7 +6,7 @@ use super::phong::{self, Incident};
 use super::ray::Ray;
 use super::world::Intersection;
 use crate::math::Rgb;
-use crate::scene::description::Shadows;
+use crate::scene::description::{Fresnel, Shadows};
 use glam::DVec3;
 
 /// A ray on its way, with unit direction.
@@ -57,8 +57,7 @@ fn radiance(reference: &Reference, path: &Path) -> Rgb {
     let material = &vertex.hit.body.material;
     let mut sum = material.emission.0 + local_radiance(reference, path, &vertex);
 
-    let mut reflection = material.reflection.0;
-    let transmission = material.transmission.0;
+    let [mut reflection, transmission] = coefficients(path, &vertex);
     if vertex.hit.body.transmits() {
         if let Some((dir, media)) = transmitted(path, &vertex) {
             sum += transmission * followed(reference, path, &vertex, dir, media, transmission);
@@ -99,6 +98,35 @@ fn followed(
 fn reflected(d: DVec3, vertex: &Vertex<'_>) -> DVec3 {
     let dir = optics::reflect(d, vertex.ns);
     if dir.dot(vertex.ng) > 0.0 { dir } else { optics::reflect(d, vertex.ng) }
+}
+
+/// r_s and r_t at the angle at which the ray comes.
+fn coefficients(path: &Path, vertex: &Vertex<'_>) -> [Rgb; 2] {
+    let body = vertex.hit.body;
+    let material = &body.material;
+    let (r_s, r_t) = (material.reflection.0, material.transmission.0);
+    let d = path.ray.dir;
+    let n = if d.dot(vertex.ns) < 0.0 { vertex.ns } else { vertex.ng };
+    match material.fresnel {
+        Fresnel::None => [r_s, r_t],
+        Fresnel::Dielectric => {
+            let (n1, n2) = match body.inner_ior().filter(|_| body.transmits()) {
+                Some(inner_ior) => {
+                    let (n1, n2, _) = path.media.pass(&vertex.hit, inner_ior);
+                    (n1, n2)
+                }
+                None => (path.media.ior(), material.ior),
+            };
+            let through = |n: DVec3| optics::refract(d, n, n1 / n2).filter(|dir| dir.dot(vertex.ng) < 0.0);
+            let n = if body.transmits() && through(n).is_none() { vertex.ng } else { n };
+            let share = optics::reflectance(-d.dot(n), n1, n2);
+            [r_s * share, r_t * (1.0 - share)]
+        }
+        Fresnel::Conductor => {
+            let grazing = (1.0 + d.dot(n)).powi(5);
+            [r_s + (Rgb::ONE - r_s) * grazing, r_t * (1.0 - grazing)]
+        }
+    }
 }
 
 /// Direction and media behind the surface; none under total internal reflection.

@@ -21,6 +21,19 @@ pub struct Material<R> {
     pub ior: R,
     /// Radiance of its own.
     pub emission: [R; 3],
+    /// How r_s and r_t depend on the angle of incidence.
+    pub fresnel: Fresnel,
+}
+
+/// How reflection and transmission depend on the angle of incidence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fresnel {
+    /// Not at all.
+    None,
+    /// F r_s and (1 - F) r_t, F being the unpolarised reflectance between the media on both sides.
+    Dielectric,
+    /// Schlick's approximation for metals, whose r_s is that at normal incidence.
+    Conductor,
 }
 
 impl<R: Real> Material<R> {
@@ -30,7 +43,10 @@ impl<R: Real> Material<R> {
         let unlit =
             [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == Texture::Uniform(black));
         let dark = self.specular == black && self.emission == black;
-        unlit && dark && self.reflection == black && self.transmission == [R::from_f64(1.0); 3]
+        // Between equal media nothing is left of a dielectric's reflection.
+        let mirrors = self.fresnel == Fresnel::Conductor
+            || (self.fresnel == Fresnel::None && self.reflection != black);
+        unlit && dark && !mirrors && self.transmission == [R::from_f64(1.0); 3]
     }
 }
 

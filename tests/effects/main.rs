@@ -4,6 +4,7 @@
 #![allow(clippy::disallowed_methods, reason = "expected values come from another library than strahl's")]
 
 mod emission;
+mod fresnel;
 mod sampling;
 
 use serde_json::{Value, json};

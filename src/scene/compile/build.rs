@@ -13,7 +13,7 @@ use crate::scene::ear_clipping::triangulate;
 use crate::scene::problem::push_token;
 use crate::scene::world::{Rules, World};
 use crate::shading::light::{Falloff, Light, Source as LightSource};
-use crate::shading::material::{Material, Texture};
+use crate::shading::material::{Fresnel, Material, Texture};
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::PI;
@@ -70,7 +70,17 @@ fn called<R: Real>(builder: &Builder<'_, R>) -> Called {
         bodies().any(|item| calls(&builder.materials[item.material as usize]))
     };
     let shows = |color: [R; 3]| color.iter().any(|c| *c > R::from_f64(0.0));
-    Called { emission: any(&|material| shows(material.emission)), ..Called::default() }
+    let follows = builder.description.render.max_depth > 1;
+    Called {
+        emission: any(&|material| shows(material.emission)),
+        fresnel: follows
+            && any(&|material| match material.fresnel {
+                Fresnel::None => false,
+                Fresnel::Dielectric => shows(material.reflection) || shows(material.transmission),
+                Fresnel::Conductor => true,
+            }),
+        ..Called::default()
+    }
 }
 
 struct Builder<'a, R> {
@@ -356,6 +366,11 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
         transmission: narrow_rgb(material.transmission.0),
         ior: R::from_f64(material.ior),
         emission: narrow_rgb(material.emission.0),
+        fresnel: match material.fresnel {
+            d::Fresnel::None => Fresnel::None,
+            d::Fresnel::Dielectric => Fresnel::Dielectric,
+            d::Fresnel::Conductor => Fresnel::Conductor,
+        },
     }
 }
 

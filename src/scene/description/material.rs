@@ -32,6 +32,10 @@ pub struct Material {
     #[serde(default = "default_ior")]
     #[schemars(range(min = 0.01, max = 100.0))]
     pub ior: f64,
+    /// How reflection and transmission depend on the angle of incidence. Default `"none"`. Shadow rays know only
+    /// `transmission`.
+    #[serde(default)]
+    pub fresnel: Fresnel,
     /// Radiance the surface shines with, from both sides, lit or not; it lights nothing else. Default 0.
     #[serde(default)]
     pub emission: Color,
@@ -58,10 +62,27 @@ impl Default for Material {
             reflection: Color::BLACK,
             transmission: Color::BLACK,
             ior: default_ior(),
+            fresnel: Fresnel::None,
             emission: Color::BLACK,
             one_sided: false,
         }
     }
+}
+
+/// How reflection and transmission depend on the angle of incidence theta.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Fresnel {
+    /// r_s and r_t at every angle; under total internal reflection r_t joins r_s.
+    #[default]
+    None,
+    /// F r_s and (1 - F) r_t, where F is the exact unpolarised reflectance by `ior` and the media around: 1 under total
+    /// internal reflection. Clear glass has reflection 1 and transmission 1. Opaque bodies, and sheets, which do not bend
+    /// light, reflect as if varnished: by the index in front of them and their own.
+    Dielectric,
+    /// r_s + (1 - r_s) (1 - cos theta)^5 in each channel (Schlick 1994), for metals; r_s is their colour seen face on. What
+    /// they transmit, r_t, is multiplied by 1 - (1 - cos theta)^5.
+    Conductor,
 }
 
 /// Checkerboard: tile `a` where the sum of floor(p / size) over the named axes is even, in object space.

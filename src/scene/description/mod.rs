@@ -11,7 +11,7 @@ mod render;
 
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera, View};
 pub use light::{DirectionalLight, Falloff, Light, LinearFalloff, PointLight, SpotLight};
-pub use material::{Axes, Checker, Material};
+pub use material::{Axes, Checker, Fresnel, Material};
 pub use object::{
     AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Object, Plane, Polygon, Quad, Rotation, Scale, Sphere,
     Torus, Transform, Triangle,
