@@ -77,16 +77,19 @@ impl Specialised {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Called {
+    pub absorption: bool,
     pub bleeding: bool,
+    pub colored_shadows: bool,
     pub emission: bool,
+    pub fog: bool,
     pub fresnel: bool,
 }
 
 impl Called {
     /// Whether any detail of surfaces, bodies or the space between them is called for.
     pub fn details(&self) -> bool {
-        let Self { emission, fresnel, .. } = *self;
-        emission | fresnel
+        let Self { absorption, emission, fog, fresnel, .. } = *self;
+        absorption | emission | fog | fresnel
     }
 
     /// Whether anything is a mean over choices.

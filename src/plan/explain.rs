@@ -53,9 +53,12 @@ pub fn explain(description: &Description) -> Explanation {
         highlights(description, &uses),
         shadows(description),
         transmissive_shadows(description, &uses),
+        colored_shadows(description, &uses),
         reflection(description, &uses),
         transmission(description, &uses),
+        absorption(description, &uses),
         emission(description, &uses),
+        fog(description),
         fresnel(description, &uses),
         total_reflection(description, &uses),
         hollow(&uses),
@@ -199,6 +202,21 @@ fn transmissive_shadows(description: &Description, uses: &Uses) -> Effect {
     effect(name, State::On, "transmitting bodies let some of the light through", because)
 }
 
+fn colored_shadows(description: &Description, uses: &Uses) -> Effect {
+    let name = "colored_shadows";
+    let absorption = absorption(description, uses);
+    if absorption.state != State::On {
+        return effect(name, State::Off, "no body absorbs the light that passes through it", Vec::new());
+    }
+    if description.render.shadows != Shadows::Transmissive {
+        return effect(name, State::Off, "render.shadows is not \"transmissive\"", vec!["/render/shadows".into()]);
+    }
+    if !lit(description) {
+        return effect(name, State::Removed, "no light shines", vec!["/lights".into()]);
+    }
+    effect(name, State::On, "bodies absorb some of the light on its way to surfaces", absorption.because)
+}
+
 /// Why nothing beyond the camera rays is followed, if so.
 fn cut_off(description: &Description) -> Option<&'static str> {
     if description.render.max_depth <= 1 {
@@ -268,6 +286,36 @@ fn fresnel(description: &Description, uses: &Uses) -> Effect {
         return effect(name, State::Removed, why, effect_of.because);
     }
     effect_of
+}
+
+fn absorption(description: &Description, uses: &Uses) -> Effect {
+    let name = "absorption";
+    let absorbs = |m: &crate::scene::description::Material| m.absorption.0.max_element() > 0.0;
+    let on = "bodies absorb light along its way through them";
+    let effect_of = by_material(name, description, uses, "absorption", absorbs, on, "absorption is 0 everywhere");
+    if effect_of.state != State::On {
+        return effect_of;
+    }
+    let filled = |name: &str| uses.filled.contains(name);
+    let inside = |(name, m): (&str, &crate::scene::description::Material)| {
+        absorbs(m) && m.transmission.0.max_element() > 0.0 && filled(name)
+    };
+    if !description.materials.iter().any(inside) {
+        let why = "light gets into no body that absorbs: those that ask for it are opaque, hollow or sheets";
+        return effect(name, State::Removed, why, effect_of.because);
+    }
+    effect_of
+}
+
+fn fog(description: &Description) -> Effect {
+    match &description.fog {
+        Some(fog) if fog.density > 0.0 => {
+            let how = if fog.height.is_some() { "fog that thins out with height" } else { "fog" };
+            effect("fog", State::On, format!("{how} fades what is far away"), vec!["/fog".into()])
+        }
+        Some(_) => effect("fog", State::Removed, "fog.density is 0", vec!["/fog/density".into()]),
+        None => effect("fog", State::Off, "the scene has no fog", Vec::new()),
+    }
 }
 
 fn emission(description: &Description, uses: &Uses) -> Effect {

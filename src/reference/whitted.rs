@@ -4,6 +4,7 @@ use super::Reference;
 use super::optics::{self, Media};
 use super::phong::{self, Incident};
 use super::ray::Ray;
+use super::way;
 use super::world::Intersection;
 use crate::math::Rgb;
 use crate::scene::description::{Fresnel, Shadows};
@@ -50,9 +51,15 @@ pub(super) fn primary_radiance(reference: &Reference, ray: Ray) -> Rgb {
 }
 
 fn radiance(reference: &Reference, path: &Path) -> Rgb {
-    let Some(hit) = reference.world.closest_hit(&path.ray, path.near) else {
-        return reference.background;
-    };
+    let hit = reference.world.closest_hit(&path.ray, path.near);
+    let distance = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
+    let (passed, added) = way::along(reference.fog.as_ref(), &path.media, &path.ray, distance);
+    let path = &Path { weight: path.weight * passed, ..path.clone() };
+    added + passed * hit.map_or(reference.background, |hit| radiance_of(reference, path, hit))
+}
+
+/// The radiance that leaves a surface against the ray.
+fn radiance_of(reference: &Reference, path: &Path, hit: Intersection<'_>) -> Rgb {
     let vertex = Vertex::new(&path.ray, hit);
     let material = &vertex.hit.body.material;
     let mut sum = material.emission.0 + local_radiance(reference, path, &vertex);
@@ -155,14 +162,14 @@ fn local_radiance(reference: &Reference, path: &Path, vertex: &Vertex<'_>) -> Rg
         // Light that could add less than a quarter of the smallest weight, as a share of itself or of 1, is left out.
         let least = 0.25 * reference.settings.min_weight * incident.radiance.max_element().min(1.0);
         if unshadowed != Rgb::ZERO && (path.weight * unshadowed).max_element() >= least {
-            sum += unshadowed * visibility(reference, vertex, &incident);
+            sum += unshadowed * visibility(reference, path, vertex, &incident);
         }
     }
     sum
 }
 
 /// The share of a light that reaches the vertex.
-fn visibility(reference: &Reference, vertex: &Vertex<'_>, light: &Incident) -> Rgb {
+fn visibility(reference: &Reference, path: &Path, vertex: &Vertex<'_>, light: &Incident) -> Rgb {
     let mut share = Rgb::ONE;
     let shadows = reference.settings.shadows;
     if shadows == Shadows::None {
@@ -186,5 +193,8 @@ fn visibility(reference: &Reference, vertex: &Vertex<'_>, light: &Incident) -> R
         };
         if share == Rgb::ZERO { f64::NEG_INFINITY } else { far }
     });
+    if shadows == Shadows::Transmissive && share != Rgb::ZERO {
+        share *= way::colored_shadow(&reference.world, &path.media, &ray, vertex.near, far);
+    }
     share
 }

@@ -19,6 +19,8 @@ pub struct Material<R> {
     pub transmission: [R; 3],
     /// Index of refraction.
     pub ior: R,
+    /// sigma: what bodies of it absorb per unit of length.
+    pub absorption: [R; 3],
     /// Radiance of its own.
     pub emission: [R; 3],
     /// How r_s and r_t depend on the angle of incidence.

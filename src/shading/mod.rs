@@ -1,5 +1,6 @@
 //! What surfaces do with light: pure functions over lanes, without access to the scene.
 
+pub mod fog;
 pub mod light;
 pub mod material;
 pub mod media;

@@ -1,5 +1,6 @@
 //! L_Phong: ambient light, and for each light a shadow ray and Phong's model.
 
+use super::colored_shadows::left_by_bodies;
 use super::hits::Hits;
 use super::kernel::{Followed, Tracer};
 use super::observer::Observer;
@@ -73,6 +74,11 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
             let shadow = shadow_rays(s, light, origin, cast);
             passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course());
+            if E::DETAILS && E::TRANSMISSION && world.called.colored_shadows {
+                let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
+                let shadow = Rays { active: open, ..shadow };
+                passed = passed.times(left_by_bodies(s, world, &mut tracer.media, shadow, rays.media));
+            }
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         tracer.add(sum, lit.bits(), radiance);

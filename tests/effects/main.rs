@@ -3,8 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![allow(clippy::disallowed_methods, reason = "expected values come from another library than strahl's")]
 
+mod absorption;
 mod emission;
+mod fog;
 mod fresnel;
+mod media;
 mod sampling;
 
 use serde_json::{Value, json};

@@ -12,6 +12,7 @@ use crate::scene::description::{self as d, Description, Look, Object, Shadows, V
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::problem::push_token;
 use crate::scene::world::{Rules, World};
+use crate::shading::fog::{Fog, Height};
 use crate::shading::light::{Falloff, Light, Source as LightSource};
 use crate::shading::material::{Fresnel, Material, Texture};
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
@@ -35,7 +36,8 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
-    let called = called(&builder);
+    let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
+    let called = Called { fog: fog.is_some(), ..called(&builder) };
     let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
     let world = World {
         geometries: builder.geometries,
@@ -47,6 +49,7 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         lights: description.lights.iter().map(light).collect(),
         ambient: narrow_rgb(description.ambient.0),
         background: narrow_rgb(description.background.0),
+        fog,
         camera: Camera::new(&description.camera, &basis, description.image.width, description.image.height),
         rules: Rules {
             max_depth: render.max_depth,
@@ -70,8 +73,17 @@ fn called<R: Real>(builder: &Builder<'_, R>) -> Called {
         bodies().any(|item| calls(&builder.materials[item.material as usize]))
     };
     let shows = |color: [R; 3]| color.iter().any(|c| *c > R::from_f64(0.0));
+    // Light is inside of what it gets into; cavities are empty.
+    let absorption = bodies().any(|item| {
+        let filled = item.closed && !item.hollow && item.lets_light_through();
+        filled && shows(builder.materials[item.material as usize].absorption)
+    });
     let follows = builder.description.render.max_depth > 1;
     Called {
+        absorption,
+        colored_shadows: absorption
+            && builder.description.render.shadows == Shadows::Transmissive
+            && !builder.description.lights.is_empty(),
         emission: any(&|material| shows(material.emission)),
         fresnel: follows
             && any(&|material| match material.fresnel {
@@ -365,6 +377,7 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
         reflection: narrow_rgb(material.reflection.0),
         transmission: narrow_rgb(material.transmission.0),
         ior: R::from_f64(material.ior),
+        absorption: narrow_rgb(material.absorption.0),
         emission: narrow_rgb(material.emission.0),
         fresnel: match material.fresnel {
             d::Fresnel::None => Fresnel::None,
@@ -372,6 +385,14 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
             d::Fresnel::Conductor => Fresnel::Conductor,
         },
     }
+}
+
+fn fog<R: Real>(fog: &d::Fog) -> Fog<R> {
+    let height = |height: d::FogHeight| Height {
+        base: R::from_f64(height.base),
+        falloff: R::from_f64(height.falloff),
+    };
+    Fog { color: narrow_rgb(fog.color.0), density: R::from_f64(fog.density), height: fog.height.map(height) }
 }
 
 fn light<R: Real>(light: &d::Light) -> Light<R> {

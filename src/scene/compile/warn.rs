@@ -20,7 +20,8 @@ pub(super) fn warnings(description: &Description) -> Vec<Problem> {
             warnings.push(Problem::new(push_token("/materials", name), Code::OutOfRange, detail));
         }
     }
-    let shines = description.materials.iter().any(|(_, material)| material.emission.0.max_element() > 0.0);
+    let glows = description.fog.is_some_and(|fog| fog.density > 0.0 && fog.color.0.max_element() > 0.0);
+    let shines = glows || description.materials.iter().any(|(_, material)| material.emission.0.max_element() > 0.0);
     if description.lights.is_empty() && description.ambient.0.max_element() == 0.0 && !shines {
         let detail = "there is no light: only the background is visible";
         warnings.push(Problem::new("/lights", Code::Degenerate, detail));

@@ -36,6 +36,11 @@ pub struct Material {
     /// `transmission`.
     #[serde(default)]
     pub fresnel: Fresnel,
+    /// sigma of the law of Beer and Lambert, per scene unit: a closed body lets exp(-sigma d) of the light pass that goes
+    /// a way d inside. Lengths are the world's: a larger instance is darker. Where bodies overlap the smaller one
+    /// decides. Shadow rays know it if `render.shadows` is `"transmissive"`. Default 0.
+    #[serde(default)]
+    pub absorption: Color,
     /// Radiance the surface shines with, from both sides, lit or not; it lights nothing else. Default 0.
     #[serde(default)]
     pub emission: Color,
@@ -63,6 +68,7 @@ impl Default for Material {
             transmission: Color::BLACK,
             ior: default_ior(),
             fresnel: Fresnel::None,
+            absorption: Color::BLACK,
             emission: Color::BLACK,
             one_sided: false,
         }

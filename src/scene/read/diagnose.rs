@@ -42,7 +42,7 @@ pub(super) struct Part {
 
 /// Keys of the scene format that this version does not have yet, by schema.
 const LATER: &[(&str, &[&str])] = &[
-    ("Material", &["absorption", "roughness"]),
+    ("Material", &["roughness"]),
     ("PointLight", &["area"]),
     ("DirectionalLight", &["area"]),
     ("SpotLight", &["area"]),
