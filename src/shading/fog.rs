@@ -77,7 +77,8 @@ mod tests {
         let split = if base > 0.0 && base < length { base } else { length };
         let simpson = |from: f64, to: f64| {
             let (n, h) = (20_000, (to - from) / 20_000.0);
-            let inner: f64 = (1..n).map(|i| density(from + h * f64::from(i)) * if i % 2 == 1 { 4.0 } else { 2.0 }).sum();
+            let inner: f64 =
+                (1..n).map(|i| density(from + h * f64::from(i)) * if i % 2 == 1 { 4.0 } else { 2.0 }).sum();
             (density(from) + inner + density(to)) * h / 3.0
         };
         simpson(0.0, split) + simpson(split, length)
@@ -91,7 +92,10 @@ mod tests {
                 for length in [1e-3, 1.0, 7.0, 30.0] {
                     let expected = quadrature(&height, y, slope, length);
                     let got = height.equivalent((), y, slope, length);
-                    assert!((got - expected).abs() <= 1e-10 * expected + 1e-15, "{y} {slope} {length}: {got} {expected}");
+                    assert!(
+                        (got - expected).abs() <= 1e-10 * expected + 1e-15,
+                        "{y} {slope} {length}: {got} {expected}"
+                    );
                     let narrow = Height { base: 1.0f32, falloff: 0.5 };
                     let got = f64::from(narrow.equivalent((), y as f32, slope as f32, length as f32));
                     // A rounding of u is one of the exponent.

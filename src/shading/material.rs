@@ -46,8 +46,7 @@ impl<R: Real> Material<R> {
             [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == Texture::Uniform(black));
         let dark = self.specular == black && self.emission == black;
         // Between equal media nothing is left of a dielectric's reflection.
-        let mirrors = self.fresnel == Fresnel::Conductor
-            || (self.fresnel == Fresnel::None && self.reflection != black);
+        let mirrors = self.fresnel == Fresnel::Conductor || (self.fresnel == Fresnel::None && self.reflection != black);
         unlit && dark && !mirrors && self.transmission == [R::from_f64(1.0); 3]
     }
 }

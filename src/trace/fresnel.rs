@@ -32,20 +32,21 @@ pub(super) fn conductors<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hi
     )
 }
 
-/// r_s and r_t at the angles at which the rays hit.
+/// r_s and r_t at the angles at which the rays hit surfaces with normals `ns`.
 pub(super) fn at_angles<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &Media<L::Real>,
     rays: &Followed<L>,
     hits: &Hits<L>,
+    ns: V3<L>,
     coefficients: &Coefficients<L>,
     bent: Option<Bent<'_, L>>,
 ) -> [V3<L>; 2] {
     L::vectorize(
         s,
         #[inline(always)]
-        || at_angles_in(s, world, media, rays, hits, coefficients, bent),
+        || at_angles_in(s, world, media, rays, hits, ns, coefficients, bent),
     )
 }
 
@@ -81,6 +82,7 @@ fn at_angles_in<L: Lanes>(
     media: &Media<L::Real>,
     rays: &Followed<L>,
     hits: &Hits<L>,
+    ns: V3<L>,
     coefficients: &Coefficients<L>,
     bent: Option<Bent<'_, L>>,
 ) -> [V3<L>; 2] {
@@ -88,7 +90,7 @@ fn at_angles_in<L: Lanes>(
     let Kinds { dielectric, conductor, ior } = kinds(s, world, hits);
     let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
     // An interpolated normal may face away from the ray; the geometric one does not.
-    let n = V3::select(rays.dir.dot(hits.ns).lt(zero), hits.ns, hits.ng);
+    let n = V3::select(rays.dir.dot(ns).lt(zero), ns, hits.ng);
     if dielectric != 0 {
         let mut eta = around::<L>(s, media, rays.media, dielectric) / ior;
         let mut refraction = refract(s, rays.dir, n, eta);

@@ -126,7 +126,7 @@ fn angular<L: Lanes, O: Observer<L>, E: Effects>(
         }
         None => None,
     };
-    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, coefficients, bent)
+    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, hits.ns, coefficients, bent)
 }
 
 /// How rays pass a surface.

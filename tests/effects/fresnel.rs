@@ -105,7 +105,8 @@ fn total_internal_reflection_keeps_r_s_only() {
     // From inside the block, at 60 degrees, beyond the critical angle of 41.8.
     let (sin, cos) = 60f64.to_radians().sin_cos();
     for (fresnel, expected) in [("dielectric", 0.75), ("none", 1.0)] {
-        let material = json!({ "diffuse": 0, "reflection": 0.75, "transmission": 0.25, "fresnel": fresnel, "ior": 1.5 });
+        let material =
+            json!({ "diffuse": 0, "reflection": 0.75, "transmission": 0.25, "fresnel": fresnel, "ior": 1.5 });
         let mut scene = onto(0.0, json!(null), material, 0.0);
         scene["camera"]["orthographic"]["eye"] = json!([sin, 0, cos]);
         scene["objects"] = json!([

@@ -10,14 +10,17 @@ fn jumble(seed: u64, scale: f64) -> Value {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 40) as f64 / (1u64 << 24) as f64
     };
-    let mut objects = vec![json!({ "plane": { "point": [0, -1.5 * scale, 0], "normal": [0, 1, 0], "material": "floor" } })];
+    let mut objects =
+        vec![json!({ "plane": { "point": [0, -1.5 * scale, 0], "normal": [0, 1, 0], "material": "floor" } })];
     for i in 0..14 {
         let material = ["red", "blue", "pane", "gold", "lamp"][i % 5];
         let [x, y, z, size] = [0.0; 4].map(|_: f64| uniform());
         let at = [x, y, z].map(|x| (x * 4.0 - 2.0) * scale);
         let size = (size + 0.25) * scale;
         objects.push(match i % 3 {
-            0 => json!({ "box": { "min": at, "max": at.map(|x| x + size), "material": material, "hollow": i % 6 == 0 } }),
+            0 => {
+                json!({ "box": { "min": at, "max": at.map(|x| x + size), "material": material, "hollow": i % 6 == 0 } })
+            }
             _ => json!({ "sphere": { "center": at, "radius": size, "material": material } }),
         });
     }
@@ -107,7 +110,8 @@ fn extreme_numbers_give_finite_pixels() {
             }
             description["materials"]["lamp"]["emission"] = json!(extreme);
             description["materials"]["red"]["ior"] = json!(if extreme > 1.0 { 100.0 } else { 0.01 });
-            description["fog"] = json!({ "color": extreme, "density": density, "height": { "base": 0, "falloff": 1.0 / density } });
+            description["fog"] =
+                json!({ "color": extreme, "density": density, "height": { "base": 0, "falloff": 1.0 / density } });
             for precision in ["single", "double"] {
                 let pixels = pixels(description.clone(), precision);
                 assert!(pixels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0), "{extreme} {density} {precision}");

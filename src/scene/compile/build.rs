@@ -69,9 +69,8 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
 /// The effects that the bodies of a scene call for. Definitions that nothing places have not been built.
 fn called<R: Real>(builder: &Builder<'_, R>) -> Called {
     let bodies = || builder.geometries.iter().flat_map(|geometry| &geometry.items).filter(|item| !item.is_placed());
-    let any = |calls: &dyn Fn(&Material<R>) -> bool| {
-        bodies().any(|item| calls(&builder.materials[item.material as usize]))
-    };
+    let any =
+        |calls: &dyn Fn(&Material<R>) -> bool| bodies().any(|item| calls(&builder.materials[item.material as usize]));
     let shows = |color: [R; 3]| color.iter().any(|c| *c > R::from_f64(0.0));
     // Light is inside of what it gets into; cavities are empty.
     let absorption = bodies().any(|item| {
@@ -388,10 +387,7 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
 }
 
 fn fog<R: Real>(fog: &d::Fog) -> Fog<R> {
-    let height = |height: d::FogHeight| Height {
-        base: R::from_f64(height.base),
-        falloff: R::from_f64(height.falloff),
-    };
+    let height = |height: d::FogHeight| Height { base: R::from_f64(height.base), falloff: R::from_f64(height.falloff) };
     Fog { color: narrow_rgb(fog.color.0), density: R::from_f64(fog.density), height: fog.height.map(height) }
 }
 
