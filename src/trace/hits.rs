@@ -5,7 +5,7 @@ use crate::accel::{Course, Nearest, Owner, Spheres, Surface, nearest_hit, resolv
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::ray::{Place, Rays};
 use crate::scene::world::World;
-use crate::shading::material::{Coefficients, Material};
+use crate::shading::material::{Coefficients, Material, look_up};
 use crate::shading::media::Medium;
 
 /// The nearest surface under each ray. Lanes that hit nothing hold anything.
@@ -213,6 +213,12 @@ impl<L: Lanes> Hits<L> {
     #[inline(always)]
     pub fn coefficients(&self, s: L::Simd, world: &World<L::Real>) -> Coefficients<L> {
         Coefficients::look_up(s, &world.materials, self.material, self.found, self.surface.local)
+    }
+
+    /// The radiance that the surfaces hit have of their own.
+    #[inline(always)]
+    pub fn emission(&self, s: L::Simd, world: &World<L::Real>) -> V3<L> {
+        look_up(s, &world.materials, self.material, self.found, |material| material.emission)
     }
 
     /// A lane's material.

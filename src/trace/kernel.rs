@@ -4,6 +4,7 @@
 //! the one written first, and each lane's rays are handled in depth-first order, transmitted before reflected. So a
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
+use super::attenuation::along;
 use super::enclosing::media_at;
 use super::gather::gather;
 use super::hits::Hits;
@@ -249,10 +250,22 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         } else {
             hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.course());
         }
+        // What a ray adds to the pixel itself is added once, so that the tree of rays adds up to it.
+        let mut own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+        let faded;
+        let rays = if E::DETAILS && (self.world.called.absorption | self.world.called.fog) {
+            let way = along(s, self.world, &self.media, rays, hits.t - rays.t_min);
+            own = rays.weight.times(way.added);
+            faded = Followed { weight: rays.weight.times(way.transmittance), ..*rays };
+            &faded
+        } else {
+            rays
+        };
         let found = hits.found;
         let missed = rays.active & !found;
         if missed != 0 {
-            let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));
+            let background = rays.weight.times(V3::splat(s, self.world.background));
+            let background = self.bounded(if E::DETAILS { own + background } else { background });
             self.add(sum, missed, background);
             if O::WATCHING {
                 self.observer.contributes(number, background);
@@ -268,7 +281,10 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             self.observer.hits(number, rays, hits);
         }
         let coefficients = hits.coefficients(s, self.world);
-        illuminate(self, rays, hits, &coefficients, number, sum);
+        if E::DETAILS && self.world.called.emission {
+            own = own + rays.weight.times(hits.emission(s, self.world));
+        }
+        illuminate(self, rays, hits, &coefficients, own, number, sum);
         if rays.kind == RayKind::Gathered {
             return;
         }

@@ -56,7 +56,7 @@ pub struct Node {
     pub depth: u32,
     /// What its radiance is multiplied with on the way to the pixel.
     pub weight: [f64; 3],
-    /// What it adds to the pixel itself, its children left out: ambient light or background, and for shadow rays the
+    /// What it adds to the pixel itself, its children left out: ambient light, emission or background, and for shadow rays the
     /// light they let through.
     pub contribution: [f64; 3],
     /// Start.
