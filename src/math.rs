@@ -42,6 +42,11 @@ pub fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
+/// Binary logarithm of a number above 0.
+pub fn log2(x: f64) -> f64 {
+    libm::log2(x)
+}
+
 /// Arc sine in radians, of a value in [-1, 1].
 pub fn asin(x: f64) -> f64 {
     libm::asin(x)

@@ -31,6 +31,15 @@ pub struct Primary<L: Lanes> {
     pub seen: L::Mask,
 }
 
+/// How the rays of one pixel widen: by `spread` with each unit of distance from a width at their origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    /// Width where the ray starts.
+    pub width: f64,
+    /// Width gained in a unit of distance.
+    pub spread: f64,
+}
+
 /// Orthonormal axes of a camera: right, up and forward.
 #[derive(Debug, Clone, Copy)]
 pub struct Basis {
@@ -83,6 +92,14 @@ impl<R: Real> Camera<R> {
     /// Whether all primary rays start at one point.
     pub fn has_single_eye(&self) -> bool {
         !matches!(self, Self::Flat(Flat { parallel: true, .. }))
+    }
+
+    /// The cone of a pixel: that of the picture's middle, or of its vertical where that differs.
+    pub fn cone(&self) -> Cone {
+        match self {
+            Self::Flat(flat) => flat.cone(),
+            Self::Angular(angular) => Cone { width: 0.0, spread: angular.spread() },
+        }
     }
 
     /// Primary rays through the points (x, y) of the picture, in pixels from its upper left corner.

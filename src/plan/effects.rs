@@ -78,12 +78,15 @@ impl Specialised {
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Called {
     pub bleeding: bool,
+    pub environment: bool,
+    pub paint: bool,
 }
 
 impl Called {
     /// Whether any detail of surfaces, bodies or the space between them is called for.
     pub fn details(&self) -> bool {
-        false
+        let Self { environment, paint, .. } = *self;
+        environment || paint
     }
 
     /// Whether anything is a mean over choices.

@@ -4,6 +4,7 @@ use crate::accel::{Blockers, Geometry, Owner};
 use crate::camera::Camera;
 use crate::lanes::Real;
 use crate::plan::effects::Called;
+use crate::shading::environment::Environment;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
 
@@ -24,6 +25,8 @@ pub struct World<R> {
     pub ambient: [R; 3],
     /// Radiance of rays that hit nothing.
     pub background: [R; 3],
+    /// What they see instead, if there are surroundings.
+    pub environment: Option<Environment>,
     /// The camera.
     pub camera: Camera<R>,
     /// What ends the recursion, and what counts.

@@ -1,5 +1,6 @@
 //! Materials, and the coefficients of the material under each ray.
 
+use super::pattern::Paint;
 use crate::lanes::{Ids, Lanes, Real, V3};
 
 /// A material in the kernel's format: the symbols of L = L_Phong + r_s L_s + r_t L_t.
@@ -19,6 +20,8 @@ pub struct Material<R> {
     pub transmission: [R; 3],
     /// Index of refraction.
     pub ior: R,
+    /// Patterns and bumps. `ambient` and `diffuse` are then the means of the patterns that replace them.
+    pub paint: Option<Box<Paint>>,
 }
 
 impl<R: Real> Material<R> {

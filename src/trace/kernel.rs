@@ -4,10 +4,12 @@
 //! the one written first, and each lane's rays are handled in depth-first order, transmitted before reflected. So a
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
+use super::cones::{Cones, around};
 use super::enclosing::media_at;
 use super::hits::{find, find_nearest};
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
+use super::paint::paint;
 use super::sampling::Sampler;
 use super::secondary::scatter;
 use crate::accel::{Course, Nearest};
@@ -99,6 +101,8 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     /// The choices of the sample at hand, for kernels that make any.
     pub(crate) sampler: Sampler,
     eye_media: Vec<Medium<L::Real>>,
+    /// The cones of the rays at hand, for kernels that look at details.
+    pub(super) cones: Cones<L>,
     effects: PhantomData<E>,
 }
 
@@ -125,6 +129,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             packets: 0,
             sampler: Sampler::default(),
             eye_media: eye_media.to_vec(),
+            cones: Cones::new(s, &world.camera),
             effects: PhantomData,
         }
     }
@@ -155,6 +160,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         self.followed = L::lit(s, 0.0);
         self.media.clear();
         self.stack.clear();
+        if E::DETAILS {
+            self.cones.restart(s, weight);
+        }
 
         let primary = self.world.camera.primary(s, x, y);
         let seen = primary.seen.bits() & active;
@@ -190,6 +198,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
             let Some(next) = self.stack.pop() else { return };
             rays = next;
+            if E::DETAILS {
+                self.cones.pop();
+            }
         }
     }
 
@@ -223,14 +234,14 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
-        let hits = if E::TRANSMISSION {
+        let mut hits = if E::TRANSMISSION {
             find(s, self.world, &cast, rays.course())
         } else {
             find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course())
         };
         let missed = rays.active & !hits.found;
         if missed != 0 {
-            let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));
+            let background = self.bounded(rays.weight.times(self.surroundings(rays, missed)));
             self.add(sum, missed, background);
             if O::WATCHING {
                 self.observer.contributes(number, background);
@@ -245,9 +256,24 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         if O::WATCHING {
             self.observer.hits(number, rays, &hits);
         }
-        let coefficients = hits.coefficients(s, self.world);
+        let mut coefficients = hits.coefficients(s, self.world);
+        if E::DETAILS {
+            self.cones.hit(s, &hits);
+            if self.world.called.paint {
+                self.cones.tilted = paint(s, self.world, rays, self.cones.widths(s), &mut hits, &mut coefficients);
+            }
+        }
         illuminate(self, rays, &hits, &coefficients, number, sum);
         scatter(self, rays, &hits, &coefficients, number);
+    }
+
+    /// What the rays of some lanes see that hit nothing.
+    #[inline(always)]
+    fn surroundings(&self, rays: &Followed<L>, missed: u32) -> V3<L> {
+        if E::DETAILS && let Some(environment) = &self.world.environment {
+            return around(self.s, environment, rays.dir, missed, self.cones.spread());
+        }
+        V3::splat(self.s, self.world.background)
     }
 
     /// What a ray adds to the pixel, never above [`MAX_RADIANCE`]: materials that amplify cannot make it infinite.
@@ -291,6 +317,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 RayKind::Transmitted => self.counts.transmitted += count,
             }
             self.stack.push(rays);
+            if E::DETAILS {
+                self.cones.push();
+            }
         }
     }
 

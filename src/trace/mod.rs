@@ -1,5 +1,6 @@
 //! Whitted's recursion, L = L_Phong + r_s L_s + r_t L_t (CACM 23(6), 1980), as a loop over an explicit stack.
 
+mod cones;
 pub mod enclosing;
 pub mod hits;
 pub mod interface;
@@ -10,6 +11,7 @@ pub mod packets;
 pub mod query;
 pub mod sampling;
 pub mod secondary;
+mod paint;
 mod touching;
 pub mod tree;
 mod tree_drawing;

@@ -1,5 +1,6 @@
 //! A checked description in the kernel's format.
 
+use super::paint::paint;
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, contact, extent};
 use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Shape};
@@ -7,13 +8,14 @@ use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::plan::effects::Called;
-use crate::scene::color::{Color, Diffuse};
+use crate::scene::pictures::{Meaning, Pictures};
+use crate::shading::environment::Environment;
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::problem::push_token;
 use crate::scene::world::{Rules, World};
 use crate::shading::light::{Falloff, Light, Source as LightSource};
-use crate::shading::material::{Material, Texture};
+use crate::shading::material::Material;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::PI;
@@ -25,8 +27,12 @@ pub(super) struct Built {
 }
 
 /// Builds the world of a checked description.
-pub(super) fn build<R: Real>(description: &Description, options: CompileOptions) -> (World<R>, Built) {
-    let mut builder = Builder::<R>::new(description, options);
+pub(super) fn build<R: Real>(
+    description: &Description,
+    options: CompileOptions,
+    pictures: &Pictures<'_>,
+) -> (World<R>, Built) {
+    let mut builder = Builder::<R>::new(description, options, pictures);
     let list = builder.list("/objects".to_owned());
     let root = builder.geometry(&description.objects, list);
     contact::mark_placed(&mut builder.geometries);
@@ -36,16 +42,19 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let render = &description.render;
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
     let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
+    let (background, environment) = surroundings(description, pictures);
+    let called = called(&builder, environment.is_some());
     let world = World {
         geometries: builder.geometries,
         root,
         size: R::from_f64(size),
         transmits,
-        called: Called::default(),
+        called,
         materials: builder.materials,
         lights: description.lights.iter().map(light).collect(),
         ambient: narrow_rgb(description.ambient.0),
-        background: narrow_rgb(description.background.0),
+        background: narrow_rgb(background),
+        environment,
         camera: Camera::new(&description.camera, &basis, description.image.width, description.image.height),
         rules: Rules {
             max_depth: render.max_depth,
@@ -60,6 +69,27 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         },
     };
     (world, Built { sources: builder.sources, expanded })
+}
+
+/// What rays see that hit nothing: a colour, or a picture if it has more than one.
+fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
+    let Some(d::Environment { image, rotate_deg, intensity }) = &description.environment else {
+        return (description.background.0, None);
+    };
+    let pyramid = pictures.get(image, Meaning::Color);
+    let mean = Rgb::from_array(pyramid.mean()) * *intensity;
+    if *intensity == 0.0 || pyramid.uniform().is_some() {
+        return (mean, None);
+    }
+    (mean, Some(Environment { pyramid, turn: rotate_deg / 360.0, intensity: *intensity }))
+}
+
+/// The effects that the scene calls for: of materials, those that a body has.
+fn called<R: Real>(builder: &Builder<'_, R>, environment: bool) -> Called {
+    let bodies = builder.geometries.iter().flat_map(|geometry| &geometry.items);
+    let mut materials =
+        bodies.filter(|item| !matches!(item.shape, Shape::Instance(_))).map(|item| &builder.materials[item.material as usize]);
+    Called { environment, paint: materials.any(|material| material.paint.is_some()), ..Called::default() }
 }
 
 struct Builder<'a, R> {
@@ -77,7 +107,7 @@ struct Builder<'a, R> {
 }
 
 impl<'a, R: Real> Builder<'a, R> {
-    fn new(description: &'a Description, options: CompileOptions) -> Self {
+    fn new(description: &'a Description, options: CompileOptions, pictures: &Pictures<'_>) -> Self {
         let fallback = d::Material::default();
         let all = || description.materials.iter().map(|(_, m)| m).chain([&fallback]);
         Self {
@@ -86,7 +116,7 @@ impl<'a, R: Real> Builder<'a, R> {
             geometries: Vec::new(),
             expanded: Vec::new(),
             definitions: vec![None; description.definitions.len()],
-            materials: all().map(material).collect(),
+            materials: all().map(|m| material(m, pictures)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
             sources: Sources::default(),
         }
@@ -139,7 +169,8 @@ impl<'a, R: Real> Builder<'a, R> {
                     into.push(self.instance(geometry, &instance.transform, source), None, self.expanded[geometry]);
                 }
                 _ => {
-                    let (shape, look) = shape(object);
+                    let needs_uvs = matches!(object, Object::Mesh(mesh) if self.needs_uvs(mesh));
+                    let (shape, look) = shape(object, needs_uvs);
                     self.sources.entries.push(entry(look.name));
                     let count = if let Shape::Mesh(mesh) = &shape { mesh.faces.len() as u128 } else { 1 };
                     let item = self.item(object, shape, look, source);
@@ -147,6 +178,11 @@ impl<'a, R: Real> Builder<'a, R> {
                 }
             }
         }
+    }
+
+    fn needs_uvs(&self, mesh: &d::Mesh) -> bool {
+        let material = mesh.material.as_ref().and_then(|name| self.description.materials.get(name));
+        material.is_some_and(d::Material::needs_uvs)
     }
 
     fn definition(&mut self, name: &str) -> usize {
@@ -258,7 +294,8 @@ pub(crate) fn is_collapsed<T: PartialEq>(vertices: &[T], face: &[u32; 3]) -> boo
     a == b || b == c || c == a
 }
 
-fn shape<R: Real>(object: &Object) -> (Shape<R>, Look<'_>) {
+/// `needs_uvs`: whether its material looks at texture coordinates.
+fn shape<R: Real>(object: &Object, needs_uvs: bool) -> (Shape<R>, Look<'_>) {
     let number = R::from_f64;
     let point = |p: Vec3| p.map(R::from_f64);
     let vector = DVec3::from_array;
@@ -268,8 +305,8 @@ fn shape<R: Real>(object: &Object) -> (Shape<R>, Look<'_>) {
         Object::Sphere(o) => (Shape::Sphere(Sphere { center: point(o.center), radius: number(o.radius) }), o.look()),
         Object::Plane(o) => (Shape::Plane(plane(o.point, o.normal)), o.look()),
         Object::Disc(o) => (Shape::Disc(Disc { plane: plane(o.center, o.normal), radius: number(o.radius) }), o.look()),
-        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2]], None)), o.look()),
-        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2], [0, 2, 3]], None)), o.look()),
+        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2]], None, None)), o.look()),
+        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2], [0, 2, 3]], None, None)), o.look()),
         Object::Box(o) => (Shape::Cuboid(Cuboid { min: point(o.min), max: point(o.max) }), o.look()),
         Object::Cylinder(o) => {
             (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.radius, o.radius, o.capped)), o.look())
@@ -285,10 +322,12 @@ fn shape<R: Real>(object: &Object) -> (Shape<R>, Look<'_>) {
             };
             (Shape::Torus(Box::new(torus)), o.look())
         }
-        Object::Mesh(o) => (Shape::Mesh(mesh(&o.vertices, &o.faces, o.normals.as_deref())), o.look()),
+        Object::Mesh(o) => {
+            (Shape::Mesh(mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| needs_uvs))), o.look())
+        }
         Object::Polygon(o) => {
             let faces = triangulate(&o.vertices).unwrap_or_default();
-            (Shape::Mesh(mesh(&o.vertices, &faces, None)), o.look())
+            (Shape::Mesh(mesh(&o.vertices, &faces, None, None)), o.look())
         }
         Object::Group(_) | Object::Instance(_) => unreachable!("groups and instances are no shapes"),
     }
@@ -307,43 +346,41 @@ fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, 
 }
 
 /// A mesh without the faces that rounding has collapsed to lines; slivers stay, since neighbours rely on their edges.
-fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>) -> Mesh<R> {
+fn mesh<R: Real>(
+    vertices: &[Vec3],
+    faces: &[[u32; 3]],
+    normals: Option<&[Vec3]>,
+    uvs: Option<&[[f64; 2]]>,
+) -> Mesh<R> {
     let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
     // Not collected one by one, which would reserve up to twice the memory.
     let mut faces = faces.to_vec();
     faces.retain(|face| !is_collapsed(&vertices, face));
     let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
-    Mesh { faces, normals: normals.unwrap_or_default().iter().map(unit).collect(), vertices }
+    let uvs = uvs.unwrap_or_default().iter().map(|uv| uv.map(R::from_f64)).collect();
+    Mesh { faces, normals: normals.unwrap_or_default().iter().map(unit).collect(), vertices, uvs }
 }
 
-fn narrow_rgb<R: Real>(color: Rgb) -> [R; 3] {
+pub(super) fn narrow_rgb<R: Real>(color: Rgb) -> [R; 3] {
     color.to_array().map(R::from_f64)
 }
 
 /// 1/x for powers of two, whose reciprocals are exact.
-fn exact_inverse<R: Real>(x: f64) -> Option<R> {
+pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
     (math::scale_by_power(1.0, math::exponent(x)) == x).then(|| R::from_f64(1.0 / x))
 }
 
-fn material<R: Real>(material: &d::Material) -> Material<R> {
-    let texture = |diffuse: &Diffuse| match diffuse {
-        Diffuse::Uniform(Color(color)) => Texture::Uniform(narrow_rgb(*color)),
-        Diffuse::Checker(checker) => Texture::Checker {
-            a: narrow_rgb(checker.a.0),
-            b: narrow_rgb(checker.b.0),
-            size: R::from_f64(checker.size),
-            inverse: exact_inverse(checker.size),
-            axes: checker.axes.flags(),
-        },
-    };
+fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Material<R> {
+    let (ambient, diffuse, paint) = paint(material, pictures);
     Material {
-        ambient: material.ambient.as_ref().map(texture),
-        diffuse: texture(&material.diffuse),
+        ambient,
+        diffuse,
         specular: narrow_rgb(material.specular.0),
         shininess: R::from_f64(material.shininess),
         reflection: narrow_rgb(material.reflection.0),
         transmission: narrow_rgb(material.transmission.0),
         ior: R::from_f64(material.ior),
+        paint,
     }
 }
 

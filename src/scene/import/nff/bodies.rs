@@ -177,6 +177,7 @@ fn material(fill: &Fill, two_sided: bool) -> Material {
         transmission: grey(fill.transmittance),
         ior: if (0.01..=100.0).contains(&fill.ior) { fill.ior } else { 1.0 },
         one_sided: !two_sided && !transmits,
+        ..Material::default()
     }
 }
 
