@@ -3,7 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![allow(clippy::disallowed_methods, reason = "expected values come from another library than strahl's")]
 
+mod bumps;
+mod environment;
 mod sampling;
+mod textures;
 
 use serde_json::{Value, json};
 use strahl::film::Region;
