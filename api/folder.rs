@@ -54,7 +54,9 @@ mod tests {
         assert_eq!(folder.read("deep/a.png").unwrap(), b"yes");
         assert_eq!(folder.read("./deep/a.png").unwrap(), b"yes");
         let absolute = root.join("secret");
-        for name in ["", "../secret", "deep/../../secret", "deep/../deep/a.png", "deep", "none", absolute.to_str().unwrap()] {
+        for name in
+            ["", "../secret", "deep/../../secret", "deep/../deep/a.png", "deep", "none", absolute.to_str().unwrap()]
+        {
             assert!(folder.read(name).is_err(), "{name}");
         }
         #[cfg(unix)]

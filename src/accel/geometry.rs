@@ -326,7 +326,12 @@ mod tests {
         };
         let normals = vec![[0.0, 0.0, 1.0]; vertices.len()];
         Item {
-            shape: Shape::Mesh(Mesh { vertices, faces: (0..n * n).flat_map(square).collect::<Vec<_>>(), normals, uvs: Vec::new() }),
+            shape: Shape::Mesh(Mesh {
+                vertices,
+                faces: (0..n * n).flat_map(square).collect::<Vec<_>>(),
+                normals,
+                uvs: Vec::new(),
+            }),
             material: 0,
             sides: Sides::Both,
             hollow: false,

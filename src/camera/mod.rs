@@ -32,7 +32,7 @@ pub struct Primary<L: Lanes> {
 }
 
 /// How the rays of one pixel widen: by `spread` with each unit of distance from a width at their origin.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cone {
     /// Width where the ray starts.
     pub width: f64,

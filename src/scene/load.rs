@@ -65,12 +65,7 @@ pub fn load(bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loade
 }
 
 /// [`load`], with the files that a scene may name.
-pub fn load_with(
-    bytes: &[u8],
-    format: Format,
-    overrides: &Overrides,
-    files: &dyn Files,
-) -> Result<Loaded, Problems> {
+pub fn load_with(bytes: &[u8], format: Format, overrides: &Overrides, files: &dyn Files) -> Result<Loaded, Problems> {
     match format {
         Format::Json => load_json(read::strip_mark(bytes), overrides, files),
         Format::Nff => {
@@ -91,9 +86,9 @@ fn load_json(text: &[u8], overrides: &Overrides, files: &dyn Files) -> Result<Lo
             let mut loaded =
                 compiled(description, &Overrides { two_sided: false, spd_counts: false, ..*overrides }, files, start)
                     .map_err(|Problems(mut problems)| {
-                        overrides.locate(text, &mut problems);
-                        Problems(problems)
-                    })?;
+                    overrides.locate(text, &mut problems);
+                    Problems(problems)
+                })?;
             overrides.locate(text, &mut loaded.scene.warnings);
             Ok(loaded)
         }

@@ -28,7 +28,8 @@ pub struct NoFiles;
 
 impl Files for NoFiles {
     fn read(&self, _: &str) -> Result<Vec<u8>, String> {
-        Err("cannot be read: files are not read here. Put the picture into the scene as \"data:image/png;base64,...\"".into())
+        Err("cannot be read: files are not read here. Put the picture into the scene as \"data:image/png;base64,...\""
+            .into())
     }
 }
 
@@ -114,7 +115,9 @@ type Failure = (Code, String);
 /// Whether a source is anything but a file's name. Windows' drives have one letter.
 fn is_url(source: &str) -> bool {
     let scheme = source.split(':').next().unwrap_or_default();
-    scheme.len() > 1 && scheme.len() < source.len() && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b))
+    scheme.len() > 1
+        && scheme.len() < source.len()
+        && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b))
 }
 
 /// The bytes of a picture file.
@@ -131,7 +134,8 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
         files.read(source).map_err(|why| (Code::UnknownReference, format!("{:?} {why}", shortened(source))))?
     };
     if bytes.len() as u64 > PICTURE_BYTES.max {
-        let detail = format!("the picture has more bytes than the limit of {} ({})", PICTURE_BYTES.max, PICTURE_BYTES.name);
+        let detail =
+            format!("the picture has more bytes than the limit of {} ({})", PICTURE_BYTES.max, PICTURE_BYTES.name);
         return Err((Code::Limit, detail));
     }
     Ok(bytes)
@@ -163,7 +167,8 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Pyramid, Fai
     }
     if pixels > *left {
         let (name, max) = (PICTURE_PIXELS.name, PICTURE_PIXELS.max);
-        let detail = format!("with these {width} x {height} pixels the scene's pictures are over the limit of {max} ({name})");
+        let detail =
+            format!("with these {width} x {height} pixels the scene's pictures are over the limit of {max} ({name})");
         return Err((Code::Limit, detail));
     }
     let image = DynamicImage::from_decoder(decoder).map_err(broken)?;

@@ -112,7 +112,8 @@ mod tests {
         for direction in directions {
             let h = 1e-6;
             for i in 0..2 {
-                let slope = (chart.at(p + *direction * h, face).uv[i] - chart.at(p - *direction * h, face).uv[i]) / (2.0 * h);
+                let slope =
+                    (chart.at(p + *direction * h, face).uv[i] - chart.at(p - *direction * h, face).uv[i]) / (2.0 * h);
                 assert!((slope - here.gradients[i].dot(*direction)).abs() < 1e-8, "{chart:?} {slope}");
             }
         }

@@ -19,11 +19,8 @@ pub fn noise(p: DVec3, seed: u64) -> (f64, DVec3) {
         let turn = (side * 2.0 - DVec3::ONE) * slope;
         let all = weight.x * weight.y * weight.z;
         value += all * ramp;
-        let change = DVec3::new(
-            turn.x * weight.y * weight.z,
-            turn.y * weight.x * weight.z,
-            turn.z * weight.x * weight.y,
-        );
+        let change =
+            DVec3::new(turn.x * weight.y * weight.z, turn.y * weight.x * weight.z, turn.z * weight.x * weight.y);
         gradient += direction * all + change * ramp;
     }
     (value, gradient)

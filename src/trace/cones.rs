@@ -3,7 +3,7 @@
 //! They lie beside the stack of rays, so that kernels without details know nothing of them.
 
 use super::hits::Hits;
-use crate::camera::{Camera, Cone};
+use crate::camera::Cone;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::shading::environment::Environment;
 use glam::DVec3;
@@ -27,8 +27,8 @@ pub(crate) struct Cones<L> {
 
 impl<L: Lanes> Cones<L> {
     #[inline(always)]
-    pub(super) fn new(s: L::Simd, camera: &Camera<L::Real>) -> Self {
-        let (pixel, zero) = (camera.cone(), L::lit(s, 0.0));
+    pub(super) fn new(s: L::Simd, pixel: Cone) -> Self {
+        let zero = L::lit(s, 0.0);
         Self { pixel, sample: pixel, start: zero, end: zero, waiting: Vec::new(), tilted: 0 }
     }
 

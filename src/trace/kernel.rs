@@ -13,6 +13,7 @@ use super::paint::paint;
 use super::sampling::Sampler;
 use super::secondary::scatter;
 use crate::accel::{Course, Nearest};
+use crate::camera::Cone;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::plan::effects::{Effects, Everything};
 use crate::ray::Rays;
@@ -129,7 +130,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             packets: 0,
             sampler: Sampler::default(),
             eye_media: eye_media.to_vec(),
-            cones: Cones::new(s, &world.camera),
+            cones: Cones::new(s, if E::DETAILS { world.camera.cone() } else { Cone::default() }),
             effects: PhantomData,
         }
     }
@@ -270,7 +271,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     /// What the rays of some lanes see that hit nothing.
     #[inline(always)]
     fn surroundings(&self, rays: &Followed<L>, missed: u32) -> V3<L> {
-        if E::DETAILS && let Some(environment) = &self.world.environment {
+        if E::DETAILS
+            && let Some(environment) = &self.world.environment
+        {
             return around(self.s, environment, rays.dir, missed, self.cones.spread());
         }
         V3::splat(self.s, self.world.background)

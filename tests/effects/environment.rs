@@ -70,7 +70,8 @@ fn directions_are_those_of_the_convention() {
     let looks = [([0, 0, 1], 0), ([-1, 0, 0], 1), ([0, 0, -1], 2), ([1, 0, 0], 3), ([0, 1, 0], 4), ([0, -1, 0], 5)];
     for (at, color) in looks {
         let mut description = panorama(json!({ "image": url(map.clone()) }), 4);
-        description["camera"] = json!({ "pinhole": { "eye": [0, 0, 0], "look_at": at, "up": [0.3, 0.4, 0.5], "vfov_deg": 10 } });
+        description["camera"] =
+            json!({ "pinhole": { "eye": [0, 0, 0], "look_at": at, "up": [0.3, 0.4, 0.5], "vfov_deg": 10 } });
         let all = pixels(description, "single");
         let expected = colors[color].map(|code: u8| f32::from(code) / 255.0);
         assert!(all.iter().all(|pixel| *pixel == expected), "{at:?}: {all:?}");
@@ -126,6 +127,18 @@ fn intensity_is_a_factor_and_one_colour_is_a_background() {
         assert!(!world.called.environment && world.environment.is_none());
         let color = world.background;
         assert!(picture(&scene).film.pixels.iter().all(|pixel| *pixel == color));
+    }
+}
+
+#[test]
+fn around_a_dome_is_the_background() {
+    for image in [around(), RgbImage::new(2, 2)] {
+        let mut description = panorama(json!({ "image": url(image) }), 16);
+        description["image"]["height"] = json!(16);
+        description["background"] = json!([7, 8, 9]);
+        description["camera"] = json!({ "fisheye": { "eye": [0, 0, 0], "look_at": [0, 0, -1], "fov_deg": 180 } });
+        let all = pixels(description, "single");
+        assert!(all[0] == [7.0, 8.0, 9.0] && all[8 * 16 + 8].iter().all(|x| *x <= 1.0));
     }
 }
 

@@ -57,7 +57,8 @@ fn mean() -> [f64; 3] {
 
 #[test]
 fn gradients_are_linear_and_end() {
-    let gradient = json!({ "gradient": { "from": [-1, -0.5, 3], "to": [1, 0.5, 3], "a": [1, 0, 0.5], "b": [0, 2, 0.5] } });
+    let gradient =
+        json!({ "gradient": { "from": [-1, -0.5, 3], "to": [1, 0.5, 3], "a": [1, 0, 0.5], "b": [0, 2, 0.5] } });
     for precision in ["single", "double"] {
         for (i, pixel) in pixels(wall(gradient.clone()), precision).into_iter().enumerate() {
             let [x, y] = place(i);
@@ -271,6 +272,55 @@ fn meshes_show_pictures_by_their_uvs() {
     }
 }
 
+#[test]
+fn mirrors_and_clear_bodies_do_not_change_what_is_filtered() {
+    // Through a mirror at z = -2 the eye at z = 2 sees what one at z = -6 sees straight ahead, turned around.
+    let room = |eye: [f64; 3], at: [f64; 3], more: Value| {
+        let mut description = floor(1);
+        description["camera"] = json!({ "pinhole": { "eye": eye, "look_at": at, "vfov_deg": 40 } });
+        description["materials"]["mirror"] = json!({ "diffuse": 0, "reflection": 1 });
+        description["materials"]["air"] = json!({ "diffuse": 0, "transmission": 1, "ior": 1 });
+        description["objects"].as_array_mut().unwrap().push(more);
+        pixels(description, "double")
+    };
+    let nothing = json!({ "sphere": { "center": [0, 50, 0], "radius": 1 } });
+    let mirror = json!({ "disc": { "center": [0, 0, -2], "normal": [0, 0, 1], "radius": 99, "material": "mirror" } });
+    let mirrored = room([0.0, 1.0, 2.0], [0.0, 0.9, -2.0], mirror);
+    let straight = room([0.0, 1.0, -6.0], [0.0, 0.9, -2.0], nothing.clone());
+    for (i, pixel) in mirrored.iter().enumerate() {
+        let other = straight[i / 96 * 96 + 95 - i % 96];
+        // In front of the mirror the floor is seen as it is.
+        if i / 96 < 36 {
+            assert!((0..3).all(|c| (pixel[c] - other[c]).abs() < 1e-5), "{i}: {pixel:?} {other:?}");
+        }
+    }
+    let air = json!({ "sphere": { "center": [0, 1, 0], "radius": 1.5, "material": "air" } });
+    let (eye, at) = ([0.0, 1.0, 4.0], [0.0, 0.8, 0.0]);
+    assert_eq!(room(eye, at, air), room(eye, at, nothing));
+}
+
+/// Any changes to a picture's file make another picture or a problem, nothing worse.
+#[test]
+fn broken_pictures_are_problems() {
+    let mut jpeg = Cursor::new(Vec::new());
+    DynamicImage::from(board(16)).write_to(&mut jpeg, ImageFormat::Jpeg).unwrap();
+    for file in [png(board(16)), jpeg.into_inner()] {
+        let scene = |file: &[u8]| {
+            let source = format!("data:image/any;base64,{}", BASE64.encode(file));
+            wall(json!({ "image": { "source": source, "mapping": { "planar": { "axes": "xy", "size": 1e-3 } } } }))
+        };
+        let whole = pixels(scene(&file), "double");
+        assert!(whole.iter().all(|pixel| close(*pixel, whole[0].map(f64::from), 1e-6)));
+        for i in 0..400 {
+            let mut broken = file.clone();
+            let at = i * 7919 % broken.len();
+            broken[at] ^= 1 << (i % 8);
+            broken.truncate(if i % 5 == 0 { at } else { broken.len() });
+            assert!(problems(&scene(&broken)).iter().all(|pointer| pointer == "/materials/wall/diffuse/image/source"));
+        }
+    }
+}
+
 struct Shelf;
 
 impl Files for Shelf {
@@ -282,7 +332,8 @@ impl Files for Shelf {
 #[test]
 fn files_are_read_only_where_there_are_any() {
     let named = |name: &str| {
-        wall(json!({ "image": { "source": name, "mapping": { "planar": { "axes": "xy", "size": 0.01 } } } })).to_string()
+        wall(json!({ "image": { "source": name, "mapping": { "planar": { "axes": "xy", "size": 0.01 } } } }))
+            .to_string()
     };
     let load = |name: &str| load_with(named(name).as_bytes(), Format::Json, &Overrides::default(), &Shelf);
     let scene = load("board.png").unwrap().scene;
@@ -303,8 +354,14 @@ fn broken_textures_are_named() {
         (json!({ "noise": { "a": -1, "b": 1 } }), "/noise/a"),
         (json!({ "gradient": { "from": [1, 2, 3], "to": [1, 2, 3], "a": 0, "b": 1 } }), "/gradient/to"),
         (json!({ "gradient": { "from": [1e300, 2, 3], "to": [1, 2, 3], "a": 0, "b": 1 } }), "/gradient/from/0"),
-        (json!({ "image": { "source": url(board(2)), "mapping": { "planar": { "size": -1 } } } }), "/image/mapping/planar/size"),
-        (json!({ "image": { "source": url(board(2)), "mapping": { "spherical": { "axis": [0, 0, 0] } } } }), "/image/mapping/spherical/axis"),
+        (
+            json!({ "image": { "source": url(board(2)), "mapping": { "planar": { "size": -1 } } } }),
+            "/image/mapping/planar/size",
+        ),
+        (
+            json!({ "image": { "source": url(board(2)), "mapping": { "spherical": { "axis": [0, 0, 0] } } } }),
+            "/image/mapping/spherical/axis",
+        ),
         (json!({ "image": { "source": "data:image/png;base64,AAAA", "mapping": { "planar": {} } } }), "/image/source"),
         (json!({ "image": { "source": "data:image/png;base64,A*", "mapping": { "planar": {} } } }), "/image/source"),
         (json!({ "image": { "source": "data:,x", "mapping": { "planar": {} } } }), "/image/source"),
@@ -333,6 +390,8 @@ fn pictures_that_claim_to_be_huge_are_refused_unread() {
 }
 
 fn crc(bytes: &[u8]) -> u32 {
-    let step = |crc: u32, byte: &u8| (0..8).fold(crc ^ u32::from(*byte), |c, _| (c >> 1) ^ (0xedb8_8320 & (c & 1).wrapping_neg()));
+    let step = |crc: u32, byte: &u8| {
+        (0..8).fold(crc ^ u32::from(*byte), |c, _| (c >> 1) ^ (0xedb8_8320 & (c & 1).wrapping_neg()))
+    };
     !bytes.iter().fold(u32::MAX, step)
 }

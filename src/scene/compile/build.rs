@@ -8,12 +8,12 @@ use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::plan::effects::Called;
-use crate::scene::pictures::{Meaning, Pictures};
-use crate::shading::environment::Environment;
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
 use crate::scene::ear_clipping::triangulate;
+use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
 use crate::scene::world::{Rules, World};
+use crate::shading::environment::Environment;
 use crate::shading::light::{Falloff, Light, Source as LightSource};
 use crate::shading::material::Material;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
@@ -77,18 +77,24 @@ fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Opt
         return (description.background.0, None);
     };
     let pyramid = pictures.get(image, Meaning::Color);
-    let mean = Rgb::from_array(pyramid.mean()) * *intensity;
-    if *intensity == 0.0 || pyramid.uniform().is_some() {
-        return (mean, None);
+    // Around the circles of domes there are no rays, which would see them: only the background.
+    let circle = matches!(description.camera, d::Camera::Fisheye(_) | d::Camera::Omnimax(_));
+    let uniform = if *intensity == 0.0 { Some([0.0; 3]) } else { pyramid.uniform() };
+    match uniform {
+        Some(color) if !circle => (Rgb::from_array(color) * *intensity, None),
+        _ => {
+            let environment = Environment { pyramid, turn: rotate_deg / 360.0, intensity: *intensity };
+            (description.background.0, Some(environment))
+        }
     }
-    (mean, Some(Environment { pyramid, turn: rotate_deg / 360.0, intensity: *intensity }))
 }
 
 /// The effects that the scene calls for: of materials, those that a body has.
 fn called<R: Real>(builder: &Builder<'_, R>, environment: bool) -> Called {
     let bodies = builder.geometries.iter().flat_map(|geometry| &geometry.items);
-    let mut materials =
-        bodies.filter(|item| !matches!(item.shape, Shape::Instance(_))).map(|item| &builder.materials[item.material as usize]);
+    let mut materials = bodies
+        .filter(|item| !matches!(item.shape, Shape::Instance(_)))
+        .map(|item| &builder.materials[item.material as usize]);
     Called { environment, paint: materials.any(|material| material.paint.is_some()), ..Called::default() }
 }
 
@@ -322,9 +328,10 @@ fn shape<R: Real>(object: &Object, needs_uvs: bool) -> (Shape<R>, Look<'_>) {
             };
             (Shape::Torus(Box::new(torus)), o.look())
         }
-        Object::Mesh(o) => {
-            (Shape::Mesh(mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| needs_uvs))), o.look())
-        }
+        Object::Mesh(o) => (
+            Shape::Mesh(mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| needs_uvs))),
+            o.look(),
+        ),
         Object::Polygon(o) => {
             let faces = triangulate(&o.vertices).unwrap_or_default();
             (Shape::Mesh(mesh(&o.vertices, &faces, None, None)), o.look())
@@ -346,12 +353,7 @@ fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, 
 }
 
 /// A mesh without the faces that rounding has collapsed to lines; slivers stay, since neighbours rely on their edges.
-fn mesh<R: Real>(
-    vertices: &[Vec3],
-    faces: &[[u32; 3]],
-    normals: Option<&[Vec3]>,
-    uvs: Option<&[[f64; 2]]>,
-) -> Mesh<R> {
+fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>, uvs: Option<&[[f64; 2]]>) -> Mesh<R> {
     let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
     // Not collected one by one, which would reserve up to twice the memory.
     let mut faces = faces.to_vec();

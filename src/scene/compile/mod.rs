@@ -127,11 +127,7 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
 }
 
 /// [`compile_with`], with the files that a scene may name.
-pub fn compile_from(
-    description: &Description,
-    options: CompileOptions,
-    files: &dyn Files,
-) -> Result<Scene, Problems> {
+pub fn compile_from(description: &Description, options: CompileOptions, files: &dyn Files) -> Result<Scene, Problems> {
     let pictures = match (check::check(description), Pictures::read(description, files)) {
         (Ok(()), Ok(pictures)) => pictures,
         (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => return Err(problems),

@@ -19,7 +19,8 @@ pub use object::{
 };
 pub use render::{Accuracy, FixedAccuracy, Precision, RenderSettings, Shadows};
 pub use texture::{
-    Bump, Environment, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes, Relief, Spherical, Wrap,
+    Bump, Environment, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes, Relief, Spherical,
+    Wrap,
 };
 
 use super::named::Named;
