@@ -22,6 +22,11 @@ impl Color {
         Self::WHITE
     }
 
+    /// Whether it is 0 0 0.
+    pub fn is_black(&self) -> bool {
+        *self == Self::BLACK
+    }
+
     /// Reads `#rrggbb`, taken as sRGB.
     pub fn from_hex(text: &str) -> Option<Self> {
         let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;

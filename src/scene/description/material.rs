@@ -44,15 +44,16 @@ pub struct Material {
     pub dispersion: f64,
     /// How reflection and transmission depend on the angle of incidence. Default `"none"`. Shadow rays know only
     /// `transmission`.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Fresnel::is_none")]
     pub fresnel: Fresnel,
     /// sigma of the law of Beer and Lambert, per scene unit: a closed body lets exp(-sigma d) of the light pass that goes
     /// a way d inside. Lengths are the world's: a larger instance is darker. Where bodies overlap the smaller one
     /// decides. Shadow rays know it if `render.shadows` is `"transmissive"`. Default 0.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Color::is_black")]
     pub absorption: Color,
-    /// Radiance the surface shines with, from both sides, lit or not; it lights nothing else. Default 0.
-    #[serde(default)]
+    /// Radiance the surface shines with, from both sides, lit or not. It is seen, but is no light source: no shadow rays go
+    /// to it. Default 0.
+    #[serde(default, skip_serializing_if = "Color::is_black")]
     pub emission: Color,
     /// Whether the surface exists only for rays that come from its front. Default false.
     #[serde(default)]
@@ -130,6 +131,13 @@ pub enum Fresnel {
     /// r_s + (1 - r_s) (1 - cos theta)^5 in each channel (Schlick 1994), for metals; r_s is their colour seen face on. What
     /// they transmit, r_t, is multiplied by 1 - (1 - cos theta)^5.
     Conductor,
+}
+
+impl Fresnel {
+    /// Whether the angle does not matter.
+    pub fn is_none(&self) -> bool {
+        *self == Self::None
+    }
 }
 
 /// Checkerboard: tile `a` where the sum of floor(p / size) over the named axes is even, in object space.
