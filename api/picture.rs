@@ -49,6 +49,7 @@ pub(crate) fn make(
         phases_ms: phases,
         rays: picture.rays,
         camera_hits: picture.rays.camera_hits,
+        refined: picture.refined,
         threads: workers.threads(),
     };
     let replay = Replay {

@@ -1,6 +1,12 @@
 //! A scene ready to be rendered, and what every answer about it says.
 
-use strahl::plan::explain::{Explanation, explain};
+use crate::report::Cost;
+use crate::workers::Workers;
+use serde::Serialize;
+use strahl::film::Region;
+use strahl::plan::Plan;
+use strahl::plan::pilot::Pilot;
+use strahl::render::{Cancelled, Control};
 use strahl::scene::description::RenderSettings;
 use strahl::scene::{Loaded, Scene};
 
@@ -9,8 +15,8 @@ use strahl::scene::{Loaded, Scene};
 pub(crate) struct Ready {
     /// The scene.
     pub(crate) scene: Scene,
-    /// Which effects it calls for.
-    pub(crate) plan: Explanation,
+    /// What rendering it means.
+    pub(crate) plan: Plan,
     /// The settings, after overrides.
     pub(crate) render: RenderSettings,
     /// Whether an NFF file was read as two-sided.
@@ -33,8 +39,33 @@ pub(crate) struct Loading {
 }
 
 impl From<Loaded> for Ready {
-    fn from(Loaded { description, scene, two_sided, spd_counts, parse_ms, plan_ms }: Loaded) -> Self {
+    fn from(Loaded { mut description, scene, two_sided, spd_counts, parse_ms, plan_ms }: Loaded) -> Self {
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
-        Self { plan: explain(&description), render: description.render, scene, two_sided, spd_counts, loading }
+        let plan = Plan::new(&mut description, &scene);
+        // What the scene calls for decides the number it does not name.
+        let render = RenderSettings { samples: Some(scene.samples), ..description.render };
+        Self { plan, render, scene, two_sided, spd_counts, loading }
     }
+}
+
+/// The plan of a region, with what it is expected to take, and the pilot that says so.
+pub(crate) fn planned(
+    ready: &Ready,
+    region: Region,
+    workers: &Workers,
+    control: &Control,
+) -> Result<(Plan, Pilot), Cancelled> {
+    let mut plan = ready.plan.clone();
+    let pilot = workers.work(|| plan.estimate(&ready.scene, region, control))?;
+    Ok((plan, pilot))
+}
+
+/// A plan, and what carrying it out has cost.
+#[derive(Debug, Serialize)]
+pub(crate) struct Analyzed<'a> {
+    /// The plan, with the rays and milliseconds of each effect.
+    #[serde(flatten)]
+    pub(crate) plan: &'a Plan,
+    /// Time and rays.
+    pub(crate) actual: &'a Cost,
 }

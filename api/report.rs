@@ -2,15 +2,15 @@
 
 use serde::Serialize;
 use strahl::film::Region;
-use strahl::plan::explain::Explanation;
-use strahl::render::RayCounts;
+use strahl::plan::Plan;
+use strahl::render::{RayCounts, Refined};
 use strahl::scene::description::RenderSettings;
 
 /// The cost report.
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
-    /// The effects, each on or off, and why.
-    pub(crate) plan: Explanation,
+    /// The effects, each on or off, and why, and how deep rays go.
+    pub(crate) plan: Plan,
     /// Time and rays.
     pub(crate) cost: Cost,
     /// How far the picture may be from the exact one.
@@ -30,6 +30,8 @@ pub(crate) struct Cost {
     pub(crate) rays: RayCounts,
     /// Camera rays that hit something.
     pub(crate) camera_hits: u64,
+    /// What antialiasing added.
+    pub(crate) refined: Refined,
     /// Threads of the pool.
     pub(crate) threads: usize,
 }

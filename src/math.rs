@@ -42,6 +42,11 @@ pub fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
+/// e^x.
+pub fn exp(x: f64) -> f64 {
+    libm::exp(x)
+}
+
 /// Binary logarithm of a number above 0.
 pub fn log2(x: f64) -> f64 {
     libm::log2(x)

@@ -9,6 +9,7 @@ use crate::scene::compile::Precise;
 use crate::scene::world::World;
 use crate::shading::media::Medium;
 use crate::trace::enclosing::media_at;
+use crate::trace::hits::Hits;
 use crate::trace::kernel::Tracer;
 use crate::trace::observer::Observer;
 use crate::trace::sampling::Sampler;
@@ -37,6 +38,8 @@ pub struct RayCounts {
     pub shadow: u64,
     pub reflected: u64,
     pub transmitted: u64,
+    /// Rays from diffuse surfaces, for color bleeding.
+    pub gathered: u64,
     /// Camera rays that hit something.
     #[serde(skip)]
     pub camera_hits: u64,
@@ -48,6 +51,13 @@ pub struct RayCounts {
     pub dropped: u64,
 }
 
+impl RayCounts {
+    /// All rays that were traced.
+    pub fn total(&self) -> u64 {
+        self.camera + self.shadow + self.reflected + self.transmitted + self.gathered
+    }
+}
+
 impl std::ops::Add for RayCounts {
     type Output = Self;
     fn add(self, o: Self) -> Self {
@@ -56,6 +66,7 @@ impl std::ops::Add for RayCounts {
             shadow: self.shadow + o.shadow,
             reflected: self.reflected + o.reflected,
             transmitted: self.transmitted + o.transmitted,
+            gathered: self.gathered + o.gathered,
             camera_hits: self.camera_hits + o.camera_hits,
             total_internal_reflections: self.total_internal_reflections + o.total_internal_reflections,
             shadow_skipped: self.shadow_skipped + o.shadow_skipped,
@@ -71,8 +82,19 @@ pub struct Picture {
     pub film: Film,
     /// What was traced.
     pub rays: RayCounts,
+    /// What antialiasing added.
+    pub refined: Refined,
     /// Milliseconds of wall time spent tracing.
     pub trace_ms: f64,
+}
+
+/// What antialiasing added to the base samples of all pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Refined {
+    /// Pixels that got more samples.
+    pub pixels: u64,
+    /// The rays of those samples.
+    pub rays: RayCounts,
 }
 
 /// The render was cancelled before it was done.
@@ -104,11 +126,11 @@ pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Pictur
 /// [`render`], cut in a given way.
 pub fn render_cut(scene: &Scene, region: Region, control: &Control, cut: Cut) -> Result<Picture, Cancelled> {
     let start = Instant::now();
-    let (film, rays) = match &scene.world {
+    let (film, rays, refined) = match &scene.world {
         Precise::Single(world) => Renderer::new(scene, world, control, cut).picture(region)?,
         Precise::Double(world) => Renderer::new(scene, world, control, cut).picture(region)?,
     };
-    Ok(Picture { film, rays, trace_ms: start.elapsed().as_secs_f64() * 1e3 })
+    Ok(Picture { film, rays, refined, trace_ms: start.elapsed().as_secs_f64() * 1e3 })
 }
 
 /// Samples of one pixel of the scene's picture: `samples`, or more where antialiasing refines it.
@@ -124,12 +146,32 @@ pub fn samples_of(scene: &Scene, x: u32, y: u32, control: &Control) -> u32 {
     if uneven { REFINED_SAMPLES } else { scene.samples }
 }
 
+/// Traces the base samples of some pixels: what [`pilot`](crate::plan::pilot) asks a scene.
+pub(crate) type Probe<'a> = Box<dyn Fn(&[[u32; 2]]) -> (Vec<[f32; 3]>, RayCounts) + 'a>;
+
+/// The probe of a scene. Once cancelled, it answers early and wrongly.
+pub(crate) fn probe<'a>(scene: &'a Scene, control: &'a Control) -> Probe<'a> {
+    fn of<'a, R: Kernel>(scene: &'a Scene, world: &'a World<R>, control: &'a Control) -> Probe<'a> {
+        let Renderer { cut, job, .. } = Renderer::new(scene, world, control, Cut::default());
+        Box::new(move |at| {
+            let mut traced = Traced::default();
+            R::trace(cut.level, &job, at, scene.samples, &mut traced);
+            (traced.pixels, traced.rays)
+        })
+    }
+    match &scene.world {
+        Precise::Single(world) => of(scene, world, control),
+        Precise::Double(world) => of(scene, world, control),
+    }
+}
+
 /// Samples of a pixel that differs from a neighbour.
-const REFINED_SAMPLES: u32 = 16;
+pub(crate) const REFINED_SAMPLES: u32 = 16;
 /// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
 const CONTRAST: u8 = 8;
 
-fn refines(scene: &Scene) -> bool {
+/// Whether antialiasing may add samples.
+pub(crate) fn refines(scene: &Scene) -> bool {
     scene.antialias && scene.samples < REFINED_SAMPLES
 }
 
@@ -197,18 +239,26 @@ fn trace_with<L: Lanes, E: Effects>(
     out: &mut Traced,
 ) {
     let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.eye, job.cancelled, ());
+    let mut hits = Hits::none(s);
     for packet in at.chunks(L::COUNT) {
         let active = ((1u64 << packet.len()) - 1) as u32;
         let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-        add_samples(&mut tracer, packet, active, samples, &mut sum);
+        add_samples(&mut tracer, packet, active, samples, &mut hits, &mut sum);
         let mut channels = [[L::Real::default(); MAX_LANES]; 3];
         for (channel, lanes) in channels.iter_mut().zip([sum.x, sum.y, sum.z]) {
             lanes.store(channel);
         }
-        let pixel = |lane: usize| channels.map(|channel| channel[lane].to_f64() as f32);
+        let [red, green, blue] = &channels;
+        let pixel = |lane: usize| [narrow(red[lane]), narrow(green[lane]), narrow(blue[lane])];
         out.pixels.extend((0..packet.len()).map(pixel));
     }
     out.rays = out.rays + tracer.counts;
+}
+
+/// A channel of the film.
+#[inline(always)]
+fn narrow<R: Real>(channel: R) -> f32 {
+    channel.to_f64() as f32
 }
 
 /// Adds all samples of a packet of pixels, each weighted 1/n.
@@ -218,6 +268,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
     pixels: &[[u32; 2]],
     active: u32,
     samples: u32,
+    hits: &mut Hits<L>,
     sum: &mut V3<L>,
 ) {
     let s = tracer.simd();
@@ -236,7 +287,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
         if E::SAMPLED {
             tracer.sampler = Sampler::new(&corners, i);
         }
-        tracer.sample(coordinate(0), coordinate(1), active, weight, sum);
+        tracer.sample(coordinate(0), coordinate(1), active, weight, hits, sum);
     }
 }
 
@@ -246,13 +297,41 @@ pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Med
         return Vec::new();
     }
     let eye = world.camera.primary(s, L::lit(s, 0.0), L::lit(s, 0.0)).origin.lane(0);
-    media_at::<L>(s, world, eye)
+    media_at::<L>(s, world, eye, None)
 }
 
 /// A tile and where its pixels go, row by row.
 struct Tile<'a> {
     region: Region,
     rows: Vec<&'a mut [[f32; 3]]>,
+}
+
+/// Edge of the block of pixels that share a packet, so that its rays stay together: 4 x 4 are 16 lanes.
+pub(crate) const BLOCK: u32 = 4;
+
+impl Tile<'_> {
+    /// Its pixels, block by block.
+    fn blocks(&self) -> Vec<[u32; 2]> {
+        let mut at = Vec::with_capacity(self.region.pixels() as usize);
+        for block in self.region.tiles(BLOCK) {
+            for y in block.y..block.y + block.height {
+                at.extend((block.x..block.x + block.width).map(|x| [x, y]));
+            }
+        }
+        at
+    }
+
+    /// Puts pixels in the order of [`Self::blocks`] where they belong.
+    fn put(&mut self, mut pixels: &[[f32; 3]]) {
+        for block in self.region.tiles(BLOCK) {
+            let (left, top) = ((block.x - self.region.x) as usize, (block.y - self.region.y) as usize);
+            for row in &mut self.rows[top..top + block.height as usize] {
+                let (part, rest) = pixels.split_at(block.width as usize);
+                row[left..left + part.len()].copy_from_slice(part);
+                pixels = rest;
+            }
+        }
+    }
 }
 
 /// Cuts the pixels of a region into tiles.
@@ -282,17 +361,17 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         Self { scene, control, cut, job }
     }
 
-    fn picture(&self, region: Region) -> Result<(Film, RayCounts), Cancelled> {
+    fn picture(&self, region: Region) -> Result<(Film, RayCounts, Refined), Cancelled> {
         let (full_width, full_height) = (self.scene.width, self.scene.height);
         if !refines(self.scene) {
             self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
             let (pixels, rays) = self.grid(region)?;
-            return Ok((Film { region, full_width, full_height, pixels }, rays));
+            return Ok((Film { region, full_width, full_height, pixels }, rays, Refined::default()));
         }
         // Antialiasing compares with neighbours, also across the region's edge, so that a tile is a crop of the whole.
         let around = region.with_border(full_width, full_height);
         self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
-        let (base, mut rays) = self.grid(around)?;
+        let (base, rays) = self.grid(around)?;
         let at = |x: u32, y: u32| ((y - around.y) * around.width + (x - around.x)) as usize;
         let mut pixels: Vec<[f32; 3]> = region.iter().map(|[x, y]| base[at(x, y)]).collect();
         let codes: Vec<[u8; 3]> = base.par_iter().map(|p| p.map(code8)).collect();
@@ -302,8 +381,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         for (&[x, y], pixel) in uneven.iter().zip(refined) {
             pixels[((y - region.y) * region.width + (x - region.x)) as usize] = pixel;
         }
-        rays = rays + more;
-        Ok((Film { region, full_width, full_height, pixels }, rays))
+        let more = Refined { pixels: uneven.len() as u64, rays: more };
+        Ok((Film { region, full_width, full_height, pixels }, rays + more.rays, more))
     }
 
     /// The base samples of a region, row by row.
@@ -314,13 +393,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
             // Tiles differ in cost: each may go to another thread until the last.
             .with_max_len(1)
             .map(|mut tile| {
-                // A packet is a block of pixels, so that its rays stay together.
-                let mut at = Vec::with_capacity(tile.region.pixels() as usize);
-                tile.region.tiles(BLOCK).for_each(|block| at.extend(block.iter()));
-                let traced = self.trace(&at, self.scene.samples)?;
-                for ([x, y], pixel) in at.into_iter().zip(traced.pixels) {
-                    tile.rows[(y - tile.region.y) as usize][(x - tile.region.x) as usize] = pixel;
-                }
+                let traced = self.trace(&tile.blocks(), self.scene.samples)?;
+                tile.put(&traced.pixels);
                 Ok(traced.rays)
             })
             .try_reduce(RayCounts::default, |a, b| Ok(a + b))?;
@@ -340,7 +414,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 
     fn trace(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
-        let mut traced = Traced::default();
+        let mut traced = Traced { pixels: Vec::with_capacity(at.len()), rays: RayCounts::default() };
         R::trace(self.cut.level, &self.job, at, samples, &mut traced);
         if self.control.cancelled.load(Ordering::Relaxed) {
             return Err(Cancelled);
@@ -356,11 +430,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 }
 
-/// Edge of the block of pixels that share a packet: 4 x 4 are 16 lanes.
-const BLOCK: u32 = 4;
-
-/// Whether a pixel differs from one of its eight neighbours.
-fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {
+/// Whether a pixel differs from one of its eight neighbours within `around`.
+pub(crate) fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {
     let at = |x: u32, y: u32| codes[((y - around.y) * around.width + (x - around.x)) as usize];
     let here = at(x, y);
     let columns = x.saturating_sub(1).max(around.x)..=(x + 1).min(around.x + around.width - 1);

@@ -151,6 +151,38 @@ fn plans_and_trees_are_shown() {
 }
 
 #[test]
+fn plans_have_estimates_and_with_analyze_what_was_traced() {
+    let folder = folder("analyze");
+    let json = |args: &[&str]| -> Value {
+        let args = [&["explain", "ball.json", "--format", "json"], args].concat();
+        serde_json::from_slice(&done(&folder, &args, "")).unwrap()
+    };
+    let plan = json(&[]);
+    assert_eq!(plan["precision"], "single", "{plan}");
+    assert!(plan["kernel"].is_string() && plan["kernel_hash"].is_string() && plan["warnings"].is_array(), "{plan}");
+    assert_eq!(plan["depth"]["requested"], 10, "{plan}");
+    assert!(plan["estimate"]["rays"].as_u64() >= Some(40 * 30), "{plan}");
+    assert!(plan["explain_ms"].as_f64() > Some(0.0), "{plan}");
+    let effects = plan["effects"].as_array().unwrap();
+    assert!(effects.len() >= 15);
+    for effect in effects {
+        assert!(effect["est"]["rays"].is_u64() && effect["reason"].is_string() && effect["act"].is_null(), "{effect}");
+    }
+
+    // So few pixels are all traced by the pilot: without antialiasing it knows everything.
+    let analyzed = json(&["--analyze", "--antialias", "false"]);
+    let shadows = analyzed["effects"].as_array().unwrap().iter().find(|e| e["effect"] == "shadows").unwrap();
+    assert_eq!(shadows["est"]["rays"], shadows["act"]["rays"], "{shadows}");
+    assert_eq!(shadows["act"]["rays"], analyzed["actual"]["rays"]["shadow"], "{analyzed}");
+    assert!(shadows["act"]["ms_estimated"].is_f64(), "{shadows}");
+
+    let table = done(&folder, &["explain", "ball.json", "--analyze"], "");
+    let table = String::from_utf8(table).unwrap();
+    assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
+    assert!(table.contains("proved") && table.contains("actual rays"), "{table}");
+}
+
+#[test]
 fn nff_is_imported_and_the_import_is_a_scene() {
     let folder = folder("import");
     done(&folder, &["import", "ball.nff", "-o", "imported.json"], "");

@@ -1,17 +1,17 @@
-//! `strahl explain`: which effects a scene calls for, and why; with `--analyze` also what they took.
+//! `strahl explain`: which effects a scene calls for, why, and what they should take; with `--analyze` also what they took.
 
 use super::{interrupt, output, progress, region_of, start_workers};
 use crate::cli::{ExplainArgs, ExplainFormat};
 use crate::failure::Failure;
 use crate::input::Source;
 use crate::picture;
-use crate::ready::Ready;
+use crate::ready::{Analyzed, Ready, planned};
 use crate::report::{Cost, Report};
-use serde_json::json;
 use std::fmt::Write;
 use std::sync::Arc;
 use std::time::Instant;
 use strahl::film::FileFormat;
+use strahl::plan::table::grouped;
 use strahl::render::Control;
 
 /// Explains.
@@ -25,31 +25,31 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     let started = Instant::now();
     let source = Source::read(&args.scene)?;
     let ready = workers.work(|| source.load(&args.settings.overrides()).map(Ready::from))?;
+    let region = region_of(&ready.scene, args.picture.region)?;
+    let (mut plan, pilot) = planned(&ready, region, &workers, &control)?;
     if !args.analyze {
         return match args.format {
-            ExplainFormat::Table => output::print(ready.plan.to_table().as_bytes()),
-            ExplainFormat::Json => output::print(&output::pretty(&ready.plan)?),
+            ExplainFormat::Table => output::print(plan.to_table().as_bytes()),
+            ExplainFormat::Json => output::print(&output::pretty(&plan)?),
         };
     }
 
-    let region = region_of(&ready.scene, args.picture.region)?;
     let make = || picture::make(started, &ready, ready.loading, region, FileFormat::Png8, &workers, &control);
-    let report = progress::while_showing(&control, make)?.report;
+    let mut report = progress::while_showing(&control, make)?.report;
+    plan.measure(&pilot, &report.cost.rays, &report.cost.refined, report.cost.phases_ms.trace);
+    report.plan = plan;
     if let Some(path) = &args.picture.stats {
         output::write(path, &output::pretty(&report)?)?;
     }
     match args.format {
         ExplainFormat::Table => output::print(table(&report).as_bytes()),
-        ExplainFormat::Json => {
-            let both = json!({ "effects": report.plan.effects, "actual": report.cost });
-            output::print(&output::pretty(&both)?)
-        }
+        ExplainFormat::Json => output::print(&output::pretty(&Analyzed { plan: &report.plan, actual: &report.cost })?),
     }
 }
 
 /// The plan, and below it what was traced.
 fn table(report: &Report) -> String {
-    let Cost { rays, phases_ms, wall_ms, .. } = &report.cost;
+    let Cost { rays, refined, phases_ms, wall_ms, .. } = &report.cost;
     let mut text = report.plan.to_table();
     text.push_str("\nactual\n");
     let counts = [
@@ -58,16 +58,18 @@ fn table(report: &Report) -> String {
         ("shadow rays", rays.shadow),
         ("reflected rays", rays.reflected),
         ("transmitted rays", rays.transmitted),
+        ("gathered rays", rays.gathered),
         ("total internal reflections", rays.total_internal_reflections),
         ("shadow rays that could not matter", rays.shadow_skipped),
         ("rays dropped at a limit", rays.dropped),
+        ("pixels refined by antialiasing", refined.pixels),
     ];
     // Writing to a String cannot fail.
     for (name, count) in counts {
-        let _ = writeln!(text, "  {name:<28}{count:>14}");
+        let _ = writeln!(text, "  {name:<33}{:>14}", grouped(count));
     }
     for (name, ms) in phases_ms.list().into_iter().chain([("all", *wall_ms)]) {
-        let _ = writeln!(text, "  {name:<28}{ms:>14.1} ms");
+        let _ = writeln!(text, "  {name:<33}{ms:>14.1} ms");
     }
     text
 }

@@ -94,7 +94,7 @@ fn summarise(report: &Report) {
     let mut err = io::stderr().lock();
     if err.is_terminal() {
         let rays = report.cost.rays;
-        let all = rays.camera + rays.shadow + rays.reflected + rays.transmitted;
+        let all = rays.total();
         let seconds = report.cost.wall_ms / 1e3;
         let _ = writeln!(
             err,

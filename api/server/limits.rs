@@ -56,12 +56,12 @@ impl Limits {
             );
             return Err(Problem::limit(Kind::CostLimit, "max_pixels", self.max_pixels, detail));
         }
-        let samples = pixels * u64::from(ready.render.samples);
+        let samples = pixels * u64::from(ready.scene.samples);
         if samples > self.max_samples_total {
             let detail = format!(
                 "{pixels} pixels with {} samples each are {samples} samples; one answer has at most {} \
                  (max_samples_total): ask for tiles or fewer samples",
-                ready.render.samples, self.max_samples_total
+                ready.scene.samples, self.max_samples_total
             );
             return Err(Problem::limit(Kind::CostLimit, "max_samples_total", self.max_samples_total, detail));
         }

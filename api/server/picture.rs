@@ -100,7 +100,7 @@ fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64, kept: boo
         "camera={}, shadow={}, reflected={}, transmitted={}",
         rays.camera, rays.shadow, rays.reflected, rays.transmitted
     );
-    let on: Vec<_> = report.plan.names_on().collect();
+    let on: Vec<_> = report.plan.explanation.names_on().collect();
     let mut headers = HeaderMap::new();
     for (header, value) in [
         (header::CONTENT_TYPE, media_type.to_owned()),

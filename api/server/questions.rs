@@ -6,23 +6,44 @@ use super::parameters::{Parameters, outside};
 use super::picture::{find, gone};
 use super::problem::{Kind, Problem};
 use super::queue::Job;
+use super::scenes::Found;
 use super::{App, Service};
-use crate::ready::Ready;
+use crate::picture;
+use crate::ready::{Analyzed, Ready, planned};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde_json::json;
 use std::sync::Arc;
+use strahl::film::{FileFormat, Region};
 use strahl::scene::{Format, Overrides};
 use strahl::trace::tree::trace_pixel_while;
 
-/// `POST /v1/explain`: which effects the scene calls for, and why.
+/// `POST /v1/explain`: which effects the scene calls for, why, and what they should take; `?analyze=true` renders the
+/// picture, within the limits of any, and adds what they took.
 pub(super) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
-        to_json(&find(service, job, bytes, format, overrides)?.ready.plan)
+    let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, analyze: bool| {
+        let Found { ready, loading, .. } = find(service, job, bytes, format, overrides)?;
+        let region = Region::whole(ready.scene.width, ready.scene.height);
+        if analyze {
+            service.limits.check(&ready, region)?;
+        }
+        let (mut plan, pilot) = planned(&ready, region, &job.workers, &job.control).map_err(|_| gone())?;
+        if !analyze {
+            return to_json(&plan);
+        }
+        let format = FileFormat::Png8;
+        let made = picture::make(job.started, &ready, loading, region, format, &job.workers, &job.control);
+        let cost = made.map_err(|_| gone())?.report.cost;
+        plan.measure(&pilot, &cost.rays, &cost.refined, cost.phases_ms.trace);
+        to_json(&Analyzed { plan: &plan, actual: &cost })
     };
-    ask(service, request, nothing, answer).await
+    let analyze = |parameters: &mut Parameters, _: &HeaderMap| {
+        let choices = [("false", false), ("true", true), ("0", false), ("1", true)];
+        Ok(parameters.choice("analyze", &choices, false))
+    };
+    ask(service, request, analyze, answer).await
 }
 
 /// `POST /v1/scenes/validate`: all problems, or none and perhaps warnings.

@@ -6,6 +6,7 @@
 
 use super::bounds::Bounds;
 use super::build::{Bvh, BvhKind};
+use super::motion::Motion;
 use super::part::Part;
 use super::wide::Wide;
 use crate::lanes::Real;
@@ -45,6 +46,11 @@ impl<R: Real> Item<R> {
     /// Whether it transmits light in some channel; shadow rays pass it, attenuated, if the scene's shadows do that.
     pub fn lets_light_through(&self) -> bool {
         self.transmission.iter().any(|c| *c > R::from_f64(0.0))
+    }
+
+    /// Whether it is a placed geometry, not a body or surface.
+    pub fn is_placed(&self) -> bool {
+        matches!(self.shape, Shape::Instance(_))
     }
 
     /// Whether its facets stand for a curved surface, whose normals are interpolated.
@@ -107,6 +113,8 @@ pub struct Instance<R> {
     pub unit: R,
     /// Ball around the placed geometry, if it has bounds: most rays that pass its box miss it.
     pub ball: Option<Ball<R>>,
+    /// How it moves while the shutter is open.
+    pub motion: Option<Box<Motion<R>>>,
 }
 
 impl<R: Real> Instance<R> {
@@ -122,6 +130,7 @@ impl<R: Real> Instance<R> {
             to_local: Placement::new(to_local),
             unit: R::from_f64(unit),
             ball: None,
+            motion: None,
         }
     }
 }

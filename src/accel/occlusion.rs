@@ -6,7 +6,8 @@ use super::primitive::intersect_item;
 use super::wide::{Kind, Leaf, Wide};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
-use crate::shape::{intersect_triangle, sphere_crossings};
+use crate::shape::{place_on_triangle, sphere_crossings};
+use smallvec::SmallVec;
 use std::cmp::Ordering;
 
 /// What a surface does to a shadow ray.
@@ -30,9 +31,10 @@ pub fn transmittance<L: Lanes>(
     blockers: Blockers,
     mut rays: Rays<L>,
     course: Course,
+    time: Option<&L>,
 ) -> V3<L> {
     let cast = rays.active.bits();
-    let mut passage = Passage { geometries, blockers, course, crossings: Vec::new(), stack: Stack::new() };
+    let mut passage = Passage { geometries, blockers, course, time, crossings: SmallVec::new(), stack: Stack::new() };
     passage.attenuate(s, root, &mut rays);
     let Passage { mut crossings, .. } = passage;
     let blocked = cast & !rays.active.bits();
@@ -54,18 +56,20 @@ fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
 }
 
 /// Shadow rays on their way.
-struct Passage<'a, R> {
-    geometries: &'a [Geometry<R>],
+struct Passage<'a, L: Lanes> {
+    geometries: &'a [Geometry<L::Real>],
     blockers: Blockers,
     course: Course,
+    /// When the rays are cast, if anything moves.
+    time: Option<&'a L>,
     /// Lanes that have crossed a surface, and its transmission.
-    crossings: Vec<(u32, [R; 3])>,
-    stack: Stack<R>,
+    crossings: SmallVec<[(u32, [L::Real; 3]); 8]>,
+    stack: Stack<L::Real>,
 }
 
-impl<R: Real> Passage<'_, R> {
+impl<L: Lanes> Passage<'_, L> {
     /// Gathers what the surfaces of one geometry let through, and switches off the lanes that are blocked.
-    fn attenuate<L: Lanes<Real = R>>(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
+    fn attenuate(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
         L::vectorize(
             s,
             #[inline(always)]
@@ -74,7 +78,7 @@ impl<R: Real> Passage<'_, R> {
     }
 
     #[inline(always)]
-    fn attenuate_in<L: Lanes<Real = R>>(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
+    fn attenuate_in(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
         let here = &self.geometries[geometry];
         let mut prepared = Prepared::new(s, here, rays, self.course);
         for &index in &here.unbounded {
@@ -107,11 +111,11 @@ impl<R: Real> Passage<'_, R> {
 
     /// Tests the active rays against a leaf: each primitive against all rays, or each ray against all primitives.
     #[inline(always)]
-    fn meet<L: Lanes<Real = R>>(
+    fn meet(
         &mut self,
         s: L::Simd,
-        here: &Geometry<R>,
-        wide: &Wide<R>,
+        here: &Geometry<L::Real>,
+        wide: &Wide<L::Real>,
         leaf: &Leaf,
         rays: &mut Rays<L>,
         prepared: &mut Prepared<L>,
@@ -133,7 +137,7 @@ impl<R: Real> Passage<'_, R> {
                         sphere_crossings(s, center, radius, rays, sides)
                     }
                     Kind::Triangles(sides) => [
-                        intersect_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).hit,
+                        place_on_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).hit,
                         L::mask(s, 0),
                     ],
                     Kind::Mixed => return,
@@ -164,7 +168,7 @@ impl<R: Real> Passage<'_, R> {
                 Kind::Triangles(sides) => {
                     let corners = wide.triangles(s, start);
                     [
-                        intersect_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).hit,
+                        place_on_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).hit,
                         L::mask(s, 0),
                     ]
                 }
@@ -188,7 +192,7 @@ impl<R: Real> Passage<'_, R> {
     }
 
     /// Tests one primitive of any kind, or descends into an instance. Compiled once: few scenes hold many.
-    fn visit<L: Lanes<Real = R>>(&mut self, s: L::Simd, item: &Item<R>, face: u32, rays: &mut Rays<L>) {
+    fn visit(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
         L::vectorize(
             s,
             #[inline(always)]
@@ -197,9 +201,9 @@ impl<R: Real> Passage<'_, R> {
     }
 
     #[inline(always)]
-    fn visit_in<L: Lanes<Real = R>>(&mut self, s: L::Simd, item: &Item<R>, face: u32, rays: &mut Rays<L>) {
+    fn visit_in(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
         if let Shape::Instance(instance) = &item.shape {
-            let mut inner = instance.rays_in(s, rays);
+            let mut inner = instance.rays_in(s, rays, self.time);
             if inner.any() {
                 let past = rays.active & !inner.active;
                 self.attenuate(s, instance.geometry as usize, &mut inner);
@@ -208,19 +212,19 @@ impl<R: Real> Passage<'_, R> {
             return;
         }
         if self.blockers == Blockers::Opaque || !item.lets_light_through() {
-            rays.active = rays.active & !intersect_item(s, item, face, rays, Wanted::Distance).hit;
+            rays.active = rays.active & !intersect_item(s, item, face, rays, Wanted::Distance).place.hit;
             return;
         }
         // Each search starts behind the last crossing.
         let mut search = *rays;
         for _ in 0..most_crossings(&item.shape) {
-            let meeting = intersect_item(s, item, face, &search, Wanted::Distance);
-            if !meeting.hit.any() {
+            let place = intersect_item(s, item, face, &search, Wanted::Distance).place;
+            if !place.hit.any() {
                 break;
             }
-            self.crossings.push((meeting.hit.bits(), item.transmission));
-            search.active = meeting.hit;
-            search.t_min = meeting.t;
+            self.crossings.push((place.hit.bits(), item.transmission));
+            search.active = place.hit;
+            search.t_min = place.t;
         }
     }
 }

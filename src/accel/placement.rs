@@ -50,11 +50,16 @@ impl<R: Real> Placement<R> {
 impl<R: Real> Instance<R> {
     /// Rays in the coordinates of the instance's geometry, without those that pass by; t is multiplied by the unit.
     #[inline(always)]
-    pub(super) fn rays_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> Rays<L> {
+    pub(super) fn rays_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, time: Option<&L>) -> Rays<L> {
         let active = match &self.ball {
             Some(ball) => rays.active & ball.near(s, rays),
             None => rays.active,
         };
+        let mut moved = *rays;
+        if let (Some(motion), Some(time)) = (&self.motion, time) {
+            moved = motion.back(s, rays, *time);
+        }
+        let rays = &moved;
         let unit = L::splat(s, self.unit);
         Rays {
             origin: self.to_local.point(s, rays.origin),

@@ -2,9 +2,11 @@
 
 mod angular;
 mod flat;
+mod lens;
 
 pub use angular::Angular;
 pub use flat::Flat;
+pub use lens::Lens;
 
 use crate::lanes::{Lanes, Real, V3};
 use crate::math;
@@ -16,6 +18,8 @@ use glam::DVec3;
 pub enum Camera<R> {
     /// Pinhole and orthographic: rays are affine in the pixel.
     Flat(Flat<R>),
+    /// Pinhole with a lens.
+    Lens(Flat<R>, Lens<R>),
     /// Fisheye, dome, panorama, cylinder: directions are angles.
     Angular(Angular),
 }
@@ -76,7 +80,14 @@ impl<R: Real> Camera<R> {
         let size = (f64::from(width), f64::from(height));
         let half_tan = |degrees: f64| math::tan(degrees.to_radians() * 0.5);
         match *camera {
-            C::Pinhole(c) => Self::Flat(Flat::pinhole(basis, half_tan(c.vfov_deg), size)),
+            C::Pinhole(c) => {
+                let flat = Flat::pinhole(basis, half_tan(c.vfov_deg), size);
+                if c.aperture == 0.0 {
+                    return Self::Flat(flat);
+                }
+                let distance = DVec3::from_array(c.look_at).distance(basis.eye);
+                Self::Lens(flat, Lens::new(basis, 0.5 * c.aperture, c.focus_distance.unwrap_or(distance)))
+            }
             C::Orthographic(c) => Self::Flat(Flat::orthographic(basis, c.height, size)),
             C::Fisheye(c) => Self::Angular(Angular::fisheye(basis, c.fov_deg.to_radians(), size)),
             C::Omnimax(c) => Self::Angular(Angular::omnimax(basis, c.fov_deg.to_radians(), size)),
@@ -91,22 +102,29 @@ impl<R: Real> Camera<R> {
 
     /// Whether all primary rays start at one point.
     pub fn has_single_eye(&self) -> bool {
-        !matches!(self, Self::Flat(Flat { parallel: true, .. }))
+        !matches!(self, Self::Flat(Flat { parallel: true, .. }) | Self::Lens(..))
+    }
+
+    /// The lens, if there is one.
+    #[inline(always)]
+    pub fn lens(&self) -> Option<&Lens<R>> {
+        if let Self::Lens(_, lens) = self { Some(lens) } else { None }
     }
 
     /// The cone of a pixel: that of the picture's middle, or of its vertical where that differs.
     pub fn cone(&self) -> Cone {
         match self {
-            Self::Flat(flat) => flat.cone(),
+            Self::Flat(flat) | Self::Lens(flat, _) => flat.cone(),
             Self::Angular(angular) => Cone { width: 0.0, spread: angular.spread() },
         }
     }
 
-    /// Primary rays through the points (x, y) of the picture, in pixels from its upper left corner.
+    /// Primary rays through the points (x, y) of the picture, in pixels from its upper left corner; where there is a lens,
+    /// those through its middle.
     #[inline(always)]
     pub fn primary<L: Lanes<Real = R>>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
         match self {
-            Self::Flat(flat) => flat.primary(s, x, y),
+            Self::Flat(flat) | Self::Lens(flat, _) => flat.primary(s, x, y),
             Self::Angular(angular) => angular.primary(s, x, y),
         }
     }

@@ -9,6 +9,8 @@
 //! compiled for the baseline instruction set and the program becomes 3 to 19 times slower, while its results stay
 //! correct.
 
+mod circle;
+mod decay;
 mod dispatch;
 mod ids;
 mod power;
@@ -16,6 +18,8 @@ mod scalar;
 mod simd;
 mod vector;
 
+pub use circle::circle;
+pub use decay::{exp_minus, mean_decay, opacity};
 pub(crate) use dispatch::dispatch;
 pub use ids::Ids;
 pub use power::power;

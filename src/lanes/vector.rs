@@ -55,6 +55,20 @@ impl<L: Lanes> V3<L> {
         self * (L::lit(s, 1.0) / self.length())
     }
 
+    /// Two unit vectors that stand on this unit vector and on each other (Duff et al., Building an Orthonormal Basis,
+    /// Revisited, JCGT 6(1), 2017).
+    #[inline(always)]
+    pub fn across(self, s: L::Simd) -> [Self; 2] {
+        let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+        let sign = L::select(self.z.lt(zero), -one, one);
+        let a = -one / (sign + self.z);
+        let b = self.x * self.y * a;
+        [
+            Self { x: one + sign * self.x * self.x * a, y: sign * b, z: -sign * self.x },
+            Self { x: b, y: sign + self.y * self.y * a, z: -self.y },
+        ]
+    }
+
     /// Component by component.
     #[inline(always)]
     pub fn abs(self) -> Self {

@@ -60,15 +60,30 @@ pub enum Specialised {
 impl Specialised {
     /// The kernel for the effects that a world calls for.
     pub fn of<R: Real>(world: &World<R>) -> Self {
-        let zero = R::from_f64(0.0);
-        let reflects = world.materials.iter().any(|material| material.reflection.iter().any(|c| *c > zero));
         match () {
             () if world.called.sampled() => Self::Everything,
             () if world.called.details() && world.transmits => Self::Detailed,
             () if world.called.details() => Self::DetailedMirrors,
             () if world.transmits => Self::Clear,
-            () if reflects && world.rules.max_depth > 1 => Self::Mirrors,
+            () if world.reflects && world.rules.max_depth > 1 => Self::Mirrors,
             () => Self::Local,
+        }
+    }
+}
+
+impl Specialised {
+    /// What it is compiled for: reflection, transmission, details, samples.
+    pub fn axes(self) -> [bool; 4] {
+        fn of<E: Effects>() -> [bool; 4] {
+            [E::REFLECTION, E::TRANSMISSION, E::DETAILS, E::SAMPLED]
+        }
+        match self {
+            Self::Local => of::<Local>(),
+            Self::Mirrors => of::<Mirrors>(),
+            Self::Clear => of::<Clear>(),
+            Self::DetailedMirrors => of::<DetailedMirrors>(),
+            Self::Detailed => of::<Detailed>(),
+            Self::Everything => of::<Everything>(),
         }
     }
 }
@@ -77,21 +92,32 @@ impl Specialised {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Called {
+    pub absorption: bool,
+    pub area_lights: bool,
     pub bleeding: bool,
+    pub colored_shadows: bool,
+    pub depth_of_field: bool,
+    pub dispersion: bool,
+    pub emission: bool,
     pub environment: bool,
+    pub fog: bool,
+    pub fresnel: bool,
+    pub gloss: bool,
+    pub motion: bool,
+    /// Patterns beyond the checkerboard, bumps and normal maps.
     pub paint: bool,
 }
 
 impl Called {
     /// Whether any detail of surfaces, bodies or the space between them is called for.
     pub fn details(&self) -> bool {
-        let Self { environment, paint, .. } = *self;
-        environment || paint
+        let Self { absorption, emission, environment, fog, fresnel, paint, .. } = *self;
+        absorption | emission | environment | fog | fresnel | paint
     }
 
     /// Whether anything is a mean over choices.
     pub fn sampled(&self) -> bool {
-        let Self { bleeding, .. } = *self;
-        bleeding
+        let Self { area_lights, bleeding, depth_of_field, dispersion, gloss, motion, .. } = *self;
+        area_lights | bleeding | depth_of_field | dispersion | gloss | motion
     }
 }

@@ -1,11 +1,15 @@
-//! `strahl explain`: which effects a scene calls for, and why, as EXPLAIN does for a database query.
+//! Which effects a scene calls for, and why.
 
+use super::estimate::{Actual, Estimated};
+use super::sampled;
 use super::use_of::{Uses, uses};
 use crate::scene::description::{
-    Camera, Checker, Description, Diffuse, Falloff, Gradient, Light, Noise, Object, Precision, Shadows,
+    Camera, Checker, Description, Diffuse, Falloff, Fresnel, Gradient, Light, Noise, Object, Precision, Shadows,
 };
 use crate::scene::problem::push_token;
 use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// The effects of a scene.
 #[derive(Debug, Clone, Serialize)]
@@ -27,6 +31,15 @@ pub struct Effect {
     pub reason: String,
     /// JSON pointers of what calls for it, at most [`MAX_POINTERS`].
     pub because: Vec<String>,
+    /// Values of those pointers, if they are short.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub values: BTreeMap<String, Value>,
+    /// What it is expected to take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub est: Option<Estimated>,
+    /// What it took.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub act: Option<Actual>,
 }
 
 /// States of an effect.
@@ -55,9 +68,15 @@ pub fn explain(description: &Description) -> Explanation {
         highlights(description, &uses),
         shadows(description),
         transmissive_shadows(description, &uses),
+        colored_shadows(description, &uses),
         reflection(description, &uses),
         transmission(description, &uses),
+        absorption(description, &uses),
+        emission(description, &uses),
+        fog(description),
+        fresnel(description, &uses),
         total_reflection(description, &uses),
+        refraction(description, &uses),
         hollow(&uses),
         checker(description, &uses),
         gradient(description, &uses),
@@ -71,6 +90,12 @@ pub fn explain(description: &Description) -> Explanation {
         falloff(description),
         instancing(&uses),
         projection(description),
+        sampled::soft_shadows(description),
+        sampled::gloss(description, &uses),
+        sampled::dispersion(description, &uses),
+        sampled::depth_of_field(description),
+        sampled::motion_blur(&uses),
+        sampled::color_bleeding(description),
         antialiasing(description),
         double_precision(description),
     ];
@@ -82,31 +107,15 @@ impl Explanation {
     pub fn names_on(&self) -> impl Iterator<Item = &'static str> {
         self.effects.iter().filter(|e| e.state == State::On).map(|e| e.effect)
     }
-
-    /// A readable table.
-    pub fn to_table(&self) -> String {
-        let mut table = format!("{:<22}{:<9}{}\n", "effect", "state", "reason");
-        for effect in &self.effects {
-            let state = match effect.state {
-                State::On => "on",
-                State::Removed => "removed",
-                State::Off => "off",
-            };
-            let place = effect.because.first().map_or_else(String::new, |p| format!(" ({p})"));
-            table.push_str(&format!("{:<22}{state:<9}{}{place}\n", effect.effect, effect.reason));
-        }
-        table.push_str(&format!("not simulated: {}\n", self.not_simulated.join(", ")));
-        table
-    }
 }
 
-fn effect(name: &'static str, state: State, reason: impl Into<String>, mut because: Vec<String>) -> Effect {
+pub(super) fn effect(name: &'static str, state: State, reason: impl Into<String>, mut because: Vec<String>) -> Effect {
     because.truncate(MAX_POINTERS);
-    Effect { effect: name, state, reason: reason.into(), because }
+    Effect { effect: name, state, reason: reason.into(), because, values: BTreeMap::new(), est: None, act: None }
 }
 
 /// On, if something calls for it; removed, if only materials that no object uses do.
-fn by_material(
+pub(super) fn by_material(
     name: &'static str,
     description: &Description,
     uses: &Uses,
@@ -208,6 +217,21 @@ fn transmissive_shadows(description: &Description, uses: &Uses) -> Effect {
     effect(name, State::On, "transmitting bodies let some of the light through", because)
 }
 
+fn colored_shadows(description: &Description, uses: &Uses) -> Effect {
+    let name = "colored_shadows";
+    let absorption = absorption(description, uses);
+    if absorption.state != State::On {
+        return effect(name, State::Off, "no body absorbs the light that passes through it", Vec::new());
+    }
+    if description.render.shadows != Shadows::Transmissive {
+        return effect(name, State::Off, "render.shadows is not \"transmissive\"", vec!["/render/shadows".into()]);
+    }
+    if !lit(description) {
+        return effect(name, State::Removed, "no light shines", vec!["/lights".into()]);
+    }
+    effect(name, State::On, "bodies absorb some of the light on its way to surfaces", absorption.because)
+}
+
 /// Why nothing beyond the camera rays is followed, if so.
 fn cut_off(description: &Description) -> Option<&'static str> {
     if description.render.max_depth <= 1 {
@@ -226,7 +250,7 @@ fn reflection(description: &Description, uses: &Uses) -> Effect {
         description,
         uses,
         "reflection",
-        |m| m.reflection.0.max_element() > 0.0,
+        |m| m.reflection.0.max_element() > 0.0 || m.fresnel == Fresnel::Conductor,
         "surfaces mirror their surroundings",
         "reflection is 0 everywhere",
     );
@@ -239,14 +263,14 @@ fn reflection(description: &Description, uses: &Uses) -> Effect {
 }
 
 fn transmission(description: &Description, uses: &Uses) -> Effect {
-    let name = "refraction";
+    let name = "transmission";
     let effect_of = by_material(
         name,
         description,
         uses,
         "transmission",
         |m| m.transmission.0.max_element() > 0.0,
-        "light passes through bodies and bends by Snell's law",
+        "light passes through bodies",
         "transmission is 0 everywhere",
     );
     match cut_off(description) {
@@ -255,6 +279,80 @@ fn transmission(description: &Description, uses: &Uses) -> Effect {
         }
         _ => effect_of,
     }
+}
+
+fn refraction(description: &Description, uses: &Uses) -> Effect {
+    let name = "refraction";
+    let clear = |m: &crate::scene::description::Material| m.transmission.0.max_element() > 0.0;
+    let (on, off) = ("light bends by Snell's law", "nothing transmits light");
+    let effect_of = by_material(name, description, uses, "ior", clear, on, off);
+    if effect_of.state != State::On || cut_off(description).is_some() {
+        return effect(name, State::Off, off, Vec::new());
+    }
+    let bends = |m: &crate::scene::description::Material| clear(m) && m.ior != 1.0;
+    let bending = by_material(name, description, uses, "ior", bends, on, off);
+    if bending.state == State::On {
+        return bending;
+    }
+    effect(name, State::Removed, "all indices of refraction are 1: nothing bends", effect_of.because)
+}
+
+fn fresnel(description: &Description, uses: &Uses) -> Effect {
+    let name = "fresnel";
+    let asks = |m: &crate::scene::description::Material| m.fresnel != Fresnel::None;
+    let on = "reflection and transmission depend on the angle of incidence";
+    let effect_of = by_material(name, description, uses, "fresnel", asks, on, "fresnel is \"none\" everywhere");
+    if effect_of.state != State::On {
+        return effect_of;
+    }
+    if let Some(why) = cut_off(description) {
+        return effect(name, State::Removed, why, vec!["/render/max_depth".into()]);
+    }
+    let shows = |m: &crate::scene::description::Material| {
+        m.fresnel == Fresnel::Conductor || m.reflection.0.max(m.transmission.0).max_element() > 0.0
+    };
+    let used = |name: &str| uses.materials.contains(name);
+    if !description.materials.iter().any(|(name, m)| asks(m) && used(name) && shows(m)) {
+        let why = "dielectrics with reflection 0 and transmission 0 do not mirror";
+        return effect(name, State::Removed, why, effect_of.because);
+    }
+    effect_of
+}
+
+fn absorption(description: &Description, uses: &Uses) -> Effect {
+    let name = "absorption";
+    let absorbs = |m: &crate::scene::description::Material| m.absorption.0.max_element() > 0.0;
+    let on = "bodies absorb light along its way through them";
+    let effect_of = by_material(name, description, uses, "absorption", absorbs, on, "absorption is 0 everywhere");
+    if effect_of.state != State::On {
+        return effect_of;
+    }
+    let filled = |name: &str| uses.filled.contains(name);
+    let inside = |(name, m): (&str, &crate::scene::description::Material)| {
+        absorbs(m) && m.transmission.0.max_element() > 0.0 && filled(name)
+    };
+    if !description.materials.iter().any(inside) {
+        let why = "light gets into no body that absorbs: those that ask for it are opaque, hollow or sheets";
+        return effect(name, State::Removed, why, effect_of.because);
+    }
+    effect_of
+}
+
+fn fog(description: &Description) -> Effect {
+    match &description.fog {
+        Some(fog) if fog.density > 0.0 => {
+            let how = if fog.height.is_some() { "fog that thins out with height" } else { "fog" };
+            effect("fog", State::On, format!("{how} fades what is far away"), vec!["/fog".into()])
+        }
+        Some(_) => effect("fog", State::Removed, "fog.density is 0", vec!["/fog/density".into()]),
+        None => effect("fog", State::Off, "the scene has no fog", Vec::new()),
+    }
+}
+
+fn emission(description: &Description, uses: &Uses) -> Effect {
+    let (on, off) = ("surfaces shine by themselves", "emission is 0 everywhere");
+    let shines = |m: &crate::scene::description::Material| m.emission.0.max_element() > 0.0;
+    by_material("emission", description, uses, "emission", shines, on, off)
 }
 
 fn total_reflection(description: &Description, uses: &Uses) -> Effect {
@@ -274,7 +372,7 @@ fn total_reflection(description: &Description, uses: &Uses) -> Effect {
     }
 }
 
-fn found(name: &'static str, because: &[String], on: &str, off: &str) -> Effect {
+pub(super) fn found(name: &'static str, because: &[String], on: &str, off: &str) -> Effect {
     let state = if because.is_empty() { State::Off } else { State::On };
     effect(name, state, if because.is_empty() { off } else { on }, because.to_vec())
 }
@@ -362,7 +460,7 @@ fn smooth_normals(uses: &Uses) -> Effect {
     found("smooth_normals", &uses.smooth, "meshes interpolate their normals", "no mesh has normals")
 }
 
-fn light_pointers(description: &Description, calls: impl Fn(&Light) -> bool) -> Vec<String> {
+pub(super) fn light_pointers(description: &Description, calls: impl Fn(&Light) -> bool) -> Vec<String> {
     let calling = description.lights.iter().enumerate().filter(|(_, light)| calls(light));
     calling.map(|(i, _)| format!("/lights/{i}")).collect()
 }
@@ -394,7 +492,7 @@ fn projection(description: &Description) -> Effect {
 fn antialiasing(description: &Description) -> Effect {
     let name = "antialiasing";
     let render = &description.render;
-    if render.antialias && render.samples >= 16 {
+    if render.antialias && render.samples.unwrap_or(1) >= 16 {
         return effect(
             name,
             State::Removed,
@@ -427,4 +525,14 @@ pub(super) fn is_placed(object: &Object) -> bool {
         Object::Group(group) => group.transform != crate::scene::description::Transform::default(),
         _ => false,
     }
+}
+
+/// Whether an object moves while the shutter is open.
+pub(super) fn moves(object: &Object) -> bool {
+    let motion = match object {
+        Object::Instance(instance) => instance.motion,
+        Object::Group(group) => group.motion,
+        _ => None,
+    };
+    motion.is_some_and(|motion| motion.moves())
 }

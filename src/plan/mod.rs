@@ -1,5 +1,125 @@
-//! Which effects a scene calls for.
+//! Which effects a scene calls for, how deep its rays go, and what that takes: what EXPLAIN is for a database query.
 
+pub mod depth;
 pub mod effects;
+pub mod estimate;
 pub mod explain;
+pub mod pilot;
+pub mod ray_times;
+mod sampled;
+mod specular;
+pub mod table;
 mod use_of;
+
+use crate::lanes::Real;
+use crate::scene::compile::Precise;
+use crate::scene::description::{Description, Precision};
+use crate::scene::world::World;
+use crate::scene::{Problem, Scene};
+use depth::Depth;
+use effects::Specialised;
+use estimate::Estimate;
+use explain::{Explanation, explain};
+use fearless_simd::Level;
+use serde::Serialize;
+use serde_json::Value;
+use std::time::Instant;
+
+/// What rendering a scene means.
+#[derive(Debug, Clone, Serialize)]
+pub struct Plan {
+    /// What traces it.
+    #[serde(flatten)]
+    pub kernel: Kernel,
+    /// Its effects.
+    #[serde(flatten)]
+    pub explanation: Explanation,
+    /// How deep the recursion gets.
+    pub depth: Depth,
+    /// What the author should know, though the scene renders.
+    pub warnings: Vec<Problem>,
+    /// What all of it is expected to take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<Estimate>,
+    /// Milliseconds that the plan took, with its estimates, but without loading the scene.
+    pub explain_ms: f64,
+}
+
+/// The compiled kernel that traces a scene.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Kernel {
+    /// What it follows beside camera and shadow rays, as `REFLECTION|TRANSMISSION`; `LOCAL` for nothing.
+    pub kernel: String,
+    /// What of that the scene does not call for.
+    pub superset_of_needed: Vec<&'static str>,
+    /// Changes with anything that selects machine code: kernel, precision, instruction set, version.
+    pub kernel_hash: String,
+    /// Floating-point format.
+    pub precision: Precision,
+}
+
+impl Plan {
+    /// The plan of a scene and the description it was compiled from. The description keeps all but its objects.
+    pub fn new(description: &mut Description, scene: &Scene) -> Self {
+        let started = Instant::now();
+        let (depth, mut explanation) = (depth::depth(description, scene), explain(description));
+        (description.objects, description.definitions) = Default::default();
+        if let Ok(settings) = serde_json::to_value(&*description) {
+            for effect in &mut explanation.effects {
+                let short = |pointer: &String| {
+                    settings
+                        .pointer(pointer)
+                        .filter(|value| is_short(value))
+                        .map(|value| (pointer.clone(), value.clone()))
+                };
+                effect.values = effect.because.iter().filter_map(short).collect();
+            }
+        }
+        let kernel = match &scene.world {
+            Precise::Single(world) => Kernel::of(world, Precision::Single),
+            Precise::Double(world) => Kernel::of(world, Precision::Double),
+        };
+        let warnings = scene.warnings.clone();
+        Self { kernel, explanation, depth, warnings, estimate: None, explain_ms: milliseconds(started) }
+    }
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+/// A number, a word or a colour.
+fn is_short(value: &Value) -> bool {
+    match value {
+        Value::Array(values) => values.len() <= 4 && values.iter().all(Value::is_number),
+        Value::Object(_) => false,
+        _ => true,
+    }
+}
+
+impl Kernel {
+    fn of<R: Real>(world: &World<R>, precision: Precision) -> Self {
+        let axes = Specialised::of(world).axes();
+        let needed = [
+            world.reflects && world.rules.max_depth > 1,
+            world.transmits,
+            world.called.details(),
+            world.called.sampled(),
+        ];
+        let names = ["REFLECTION", "TRANSMISSION", "DETAILS", "SAMPLED"];
+        let has: Vec<&str> = (0..4).filter(|i| axes[*i]).map(|i| names[i]).collect();
+        let kernel = if has.is_empty() { "LOCAL".to_owned() } else { has.join("|") };
+        let level = Level::new();
+        let code = format!("{} {kernel} {precision:?} {level:?}", env!("CARGO_PKG_VERSION"));
+        // FNV-1a.
+        let hash = code
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+        Self {
+            kernel,
+            superset_of_needed: (0..4).filter(|i| axes[*i] && !needed[*i]).map(|i| names[i]).collect(),
+            kernel_hash: format!("{hash:016x}"),
+            precision,
+        }
+    }
+}

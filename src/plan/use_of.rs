@@ -1,10 +1,8 @@
 //! What the objects of a scene use: materials, hollowness, smooth normals, placements. Definitions that no instance
 //! places do not count.
 
-use super::explain::{MAX_POINTERS, is_placed};
-use crate::scene::description::{
-    AxisBox, Cone, Cylinder, Description, Disc, Look, Mesh, Object, Plane, Polygon, Quad, Sphere, Torus, Triangle,
-};
+use super::explain::{MAX_POINTERS, is_placed, moves};
+use crate::scene::description::{Description, Mesh, Object};
 use crate::scene::problem::push_token;
 use std::collections::HashSet;
 
@@ -13,9 +11,12 @@ use std::collections::HashSet;
 pub(super) struct Uses {
     pub(super) materials: HashSet<String>,
     pub(super) default_material: bool,
+    /// Materials that light may be inside of: those of closed bodies that are not hollow.
+    pub(super) filled: HashSet<String>,
     pub(super) hollow: Vec<String>,
     pub(super) smooth: Vec<String>,
     pub(super) placed: Vec<String>,
+    pub(super) moving: Vec<String>,
 }
 
 /// Walks all objects that can be seen.
@@ -39,6 +40,9 @@ impl Uses {
             if is_placed(object) && self.placed.len() < MAX_POINTERS {
                 self.placed.push(pointer());
             }
+            if moves(object) && self.moving.len() < MAX_POINTERS {
+                self.moving.push(pointer());
+            }
             match object {
                 Object::Group(group) => {
                     self.walk(&format!("{}/objects", pointer()), &group.objects, description, definitions);
@@ -57,13 +61,18 @@ impl Uses {
     }
 
     fn body(&mut self, object: &Object, pointer: impl Fn() -> String) {
-        let Some(look) = look(object) else { return };
+        let Some(look) = object.look() else { return };
         match look.material {
             Some(name) if !self.materials.contains(name) => {
                 self.materials.insert(name.to_owned());
             }
             Some(_) => {}
             None => self.default_material = true,
+        }
+        if let (Some(name), true, false) = (look.material, is_closed(object), look.hollow)
+            && !self.filled.contains(name)
+        {
+            self.filled.insert(name.to_owned());
         }
         if look.hollow && self.hollow.len() < MAX_POINTERS {
             self.hollow.push(pointer());
@@ -74,19 +83,12 @@ impl Uses {
     }
 }
 
-fn look(object: &Object) -> Option<Look<'_>> {
-    Some(match object {
-        Object::Sphere(o) => Sphere::look(o),
-        Object::Plane(o) => Plane::look(o),
-        Object::Disc(o) => Disc::look(o),
-        Object::Triangle(o) => Triangle::look(o),
-        Object::Quad(o) => Quad::look(o),
-        Object::Box(o) => AxisBox::look(o),
-        Object::Cylinder(o) => Cylinder::look(o),
-        Object::Cone(o) => Cone::look(o),
-        Object::Torus(o) => Torus::look(o),
-        Object::Mesh(o) => Mesh::look(o),
-        Object::Polygon(o) => Polygon::look(o),
-        Object::Group(_) | Object::Instance(_) => return None,
-    })
+/// Whether an object encloses a region that light is refracted into.
+fn is_closed(object: &Object) -> bool {
+    match object {
+        Object::Sphere(_) | Object::Plane(_) | Object::Torus(_) | Object::Mesh(_) | Object::Box(_) => true,
+        Object::Cylinder(o) => o.capped,
+        Object::Cone(o) => o.capped,
+        _ => false,
+    }
 }

@@ -140,7 +140,7 @@ impl Overrides {
         image.height = self.height.unwrap_or(image.height);
         render.max_depth = self.max_depth.unwrap_or(render.max_depth);
         render.min_weight = self.min_weight.unwrap_or(render.min_weight);
-        render.samples = self.samples.unwrap_or(render.samples);
+        render.samples = self.samples.or(render.samples);
         render.antialias = self.antialias.unwrap_or(render.antialias);
         render.precision = self.precision.unwrap_or(render.precision);
     }

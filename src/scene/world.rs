@@ -5,8 +5,10 @@ use crate::camera::Camera;
 use crate::lanes::Real;
 use crate::plan::effects::Called;
 use crate::shading::environment::Environment;
+use crate::shading::fog::Fog;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
+use crate::shading::spectrum::Spectrum;
 
 /// Everything the kernel needs, in one precision.
 #[derive(Debug)]
@@ -25,6 +27,8 @@ pub struct World<R> {
     pub ambient: [R; 3],
     /// Radiance of rays that hit nothing.
     pub background: [R; 3],
+    /// Fog, if there is any.
+    pub fog: Option<Fog<R>>,
     /// What they see instead, if there are surroundings.
     pub environment: Option<Environment>,
     /// The camera.
@@ -33,8 +37,12 @@ pub struct World<R> {
     pub rules: Rules<R>,
     /// Whether any body transmits light.
     pub transmits: bool,
+    /// Whether any body mirrors.
+    pub reflects: bool,
     /// Effects beyond the lecture's model.
     pub called: Called,
+    /// Wavelengths, if anything disperses light.
+    pub spectrum: Option<Box<Spectrum<R>>>,
 }
 
 /// The rules of the recursion.

@@ -1,6 +1,6 @@
 //! Light sources: direction and irradiance factor at a point.
 
-use crate::lanes::{Lanes, Real, V3};
+use crate::lanes::{Lanes, Real, V3, circle};
 
 /// Largest factor of an inverse-square light, so that a point beside the light is bright, not infinite.
 const MAX_STRENGTH: f64 = 1e15;
@@ -14,6 +14,34 @@ pub struct Light<R> {
     pub color: [R; 3],
     /// How it fades with distance.
     pub falloff: Falloff<R>,
+    /// What it shines from, if that is more than a point.
+    pub area: Option<Area<R>>,
+}
+
+/// Areas around a light's position, or in the sky.
+#[derive(Debug, Clone, Copy)]
+pub enum Area<R> {
+    /// A disc that faces each point it lights; its radius for positions, the tangent of half its angle in the sky.
+    Disc {
+        /// Radius.
+        radius: R,
+    },
+    /// A parallelogram, by its edges; for lights with a position.
+    Parallelogram {
+        /// One edge.
+        u: [R; 3],
+        /// The other edge.
+        v: [R; 3],
+    },
+}
+
+/// Where light comes from, in each lane.
+#[derive(Debug, Clone, Copy)]
+pub enum Place<L: Lanes> {
+    /// From a point.
+    Point(V3<L>),
+    /// From infinitely far away, in this unit direction.
+    Sky(V3<L>),
 }
 
 /// Kinds of sources.
@@ -66,21 +94,52 @@ pub struct Arrival<L: Lanes> {
 }
 
 impl<R: Real> Light<R> {
-    /// The light's position, unless it is infinitely far.
-    pub fn position(&self) -> Option<[R; 3]> {
+    /// The light's middle.
+    #[inline(always)]
+    pub fn middle<L: Lanes<Real = R>>(&self, s: L::Simd) -> Place<L> {
         match self.source {
-            Source::Point { position } | Source::Spot { position, .. } => Some(position),
-            Source::Directional { .. } => None,
+            Source::Point { position } | Source::Spot { position, .. } => Place::Point(V3::splat(s, position)),
+            Source::Directional { to_light } => Place::Sky(V3::splat(s, to_light)),
         }
     }
 
-    /// What arrives at points if nothing is in between.
+    /// The place of the light's area that a point (a, b) of the unit square stands for, seen from `point`.
     #[inline(always)]
-    pub fn arrive<L: Lanes<Real = R>>(&self, s: L::Simd, point: V3<L>) -> Arrival<L> {
+    pub fn place<L: Lanes<Real = R>>(&self, s: L::Simd, area: &Area<R>, point: V3<L>, [a, b]: [L; 2]) -> Place<L> {
+        let middle = self.middle(s);
+        match area {
+            Area::Parallelogram { u, v } => {
+                let half = L::lit(s, 0.5);
+                let offset = V3::<L>::splat(s, *u) * (a - half) + V3::splat(s, *v) * (b - half);
+                match middle {
+                    Place::Point(position) => Place::Point(position + offset),
+                    Place::Sky(_) => middle,
+                }
+            }
+            Area::Disc { radius } => {
+                let way = match middle {
+                    Place::Point(position) => (position - point).normalized(s),
+                    Place::Sky(to_light) => to_light,
+                };
+                let [x, y] = circle(s, a);
+                let reach = b.sqrt() * L::splat(s, *radius);
+                let [right, up] = way.across(s);
+                let offset = right * (x * reach) + up * (y * reach);
+                match middle {
+                    Place::Point(position) => Place::Point(position + offset),
+                    Place::Sky(to_light) => Place::Sky((to_light + offset).normalized(s)),
+                }
+            }
+        }
+    }
+
+    /// What arrives at points from a place of the light if nothing is in between.
+    #[inline(always)]
+    pub fn arrive<L: Lanes<Real = R>>(&self, s: L::Simd, point: V3<L>, place: &Place<L>) -> Arrival<L> {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
-        let position = match self.source {
-            Source::Directional { to_light } => return Arrival { to_light: V3::splat(s, to_light), strength: one },
-            Source::Point { position } | Source::Spot { position, .. } => V3::<L>::splat(s, position),
+        let position = match *place {
+            Place::Sky(to_light) => return Arrival { to_light, strength: one },
+            Place::Point(position) => position,
         };
         let way = position - point;
         let squared = way.dot(way);

@@ -20,17 +20,46 @@ pub struct Material<R> {
     pub transmission: [R; 3],
     /// Index of refraction.
     pub ior: R,
+    /// Width of the GGX distribution of facets; 0 for a smooth surface.
+    pub alpha: R,
+    /// n_F - n_C.
+    pub dispersion: R,
+    /// sigma: what bodies of it absorb per unit of length.
+    pub absorption: [R; 3],
+    /// Radiance of its own.
+    pub emission: [R; 3],
+    /// How r_s and r_t depend on the angle of incidence.
+    pub fresnel: Fresnel,
     /// Patterns and bumps. `ambient` and `diffuse` are then the means of the patterns that replace them.
     pub paint: Option<Box<Paint>>,
 }
 
+/// How reflection and transmission depend on the angle of incidence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fresnel {
+    /// Not at all.
+    None,
+    /// F r_s and (1 - F) r_t, F being the unpolarised reflectance between the media on both sides.
+    Dielectric,
+    /// Schlick's approximation for metals, whose r_s is that at normal incidence.
+    Conductor,
+}
+
 impl<R: Real> Material<R> {
+    /// Whether it mirrors in some channel.
+    pub fn reflects(&self) -> bool {
+        self.reflection.iter().any(|c| *c > R::from_f64(0.0))
+    }
+
     /// Whether a surface between equal media shows nothing of this material: all light passes, none is added.
     pub fn is_perfectly_clear(&self) -> bool {
         let black = [R::from_f64(0.0); 3];
         let unlit =
             [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == Texture::Uniform(black));
-        unlit && self.specular == black && self.reflection == black && self.transmission == [R::from_f64(1.0); 3]
+        let dark = self.specular == black && self.emission == black;
+        // Between equal media nothing is left of a dielectric's reflection.
+        let mirrors = self.fresnel == Fresnel::Conductor || (self.fresnel == Fresnel::None && self.reflection != black);
+        unlit && dark && !mirrors && self.transmission == [R::from_f64(1.0); 3]
     }
 }
 
@@ -78,6 +107,25 @@ impl<R: Real> Texture<R> {
     }
 }
 
+/// A colour of the material under each ray, as [`Coefficients::look_up`] finds the others.
+#[inline(always)]
+pub fn look_up<L: Lanes>(
+    s: L::Simd,
+    materials: &[Material<L::Real>],
+    index: L::Ids,
+    active: u32,
+    color: impl Fn(&Material<L::Real>) -> [L::Real; 3],
+) -> V3<L> {
+    let mut all = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+    let mut left = active;
+    while left != 0 {
+        let (id, same) = index.same_as_first(s, left);
+        left &= !same;
+        all = V3::select(L::mask(s, same), V3::splat(s, color(&materials[id as usize])), all);
+    }
+    all
+}
+
 /// The coefficients under each ray.
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "as in Material")]
@@ -88,6 +136,7 @@ pub struct Coefficients<L: Lanes> {
     pub reflection: V3<L>,
     pub transmission: V3<L>,
     pub shininess: L,
+    pub alpha: L,
 }
 
 impl<L: Lanes> Coefficients<L> {
@@ -118,6 +167,7 @@ impl<L: Lanes> Coefficients<L> {
             reflection: V3::splat(s, material.reflection),
             transmission: V3::splat(s, material.transmission),
             shininess: L::splat(s, material.shininess),
+            alpha: L::splat(s, material.alpha),
         }
     }
 
@@ -131,6 +181,7 @@ impl<L: Lanes> Coefficients<L> {
             reflection: V3::select(mask, a.reflection, b.reflection),
             transmission: V3::select(mask, a.transmission, b.transmission),
             shininess: L::select(mask, a.shininess, b.shininess),
+            alpha: L::select(mask, a.alpha, b.alpha),
         }
     }
 }

@@ -29,6 +29,8 @@ pub struct Medium<R> {
     pub volume: f64,
     /// Index of refraction inside.
     pub ior: R,
+    /// n_F - n_C inside.
+    pub dispersion: R,
 }
 
 impl<R> Medium<R> {
@@ -46,7 +48,8 @@ pub struct Media<R> {
 
 impl<R: Real> Default for Media<R> {
     fn default() -> Self {
-        let outside = Medium { body: u64::MAX, volume: f64::INFINITY, ior: R::from_f64(1.0) };
+        let outside =
+            Medium { body: u64::MAX, volume: f64::INFINITY, ior: R::from_f64(1.0), dispersion: R::from_f64(0.0) };
         Self { nodes: vec![Node { medium: outside, below: OUTSIDE }] }
     }
 }
@@ -57,9 +60,29 @@ impl<R: Real> Media<R> {
         self.nodes.truncate(1);
     }
 
+    /// How many lists there are, for [`Self::forget`].
+    pub fn mark(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Forgets the lists made since a mark.
+    pub fn forget(&mut self, mark: usize) {
+        self.nodes.truncate(mark);
+    }
+
+    /// The medium that decides where a ray with this list is; none in empty space.
+    pub fn deciding(&self, list: MediumList) -> Option<Medium<R>> {
+        self.entries(list).next()
+    }
+
     /// Index of refraction where a ray with this list is.
     pub fn ior(&self, list: MediumList) -> R {
         self.nodes[list as usize].medium.ior
+    }
+
+    /// Mean dispersion where a ray with this list is.
+    pub fn dispersion(&self, list: MediumList) -> R {
+        self.nodes[list as usize].medium.dispersion
     }
 
     /// The list inside a body that has been entered; the same list if the ray was in it, or if there are as many as the
@@ -117,9 +140,9 @@ impl<R: Real> Media<R> {
 mod tests {
     use super::*;
 
-    const WATER: Medium<f64> = Medium { body: 1, volume: 8.0, ior: 1.33 };
-    const GLASS: Medium<f64> = Medium { body: 2, volume: 3.0, ior: 1.5 };
-    const BUBBLE: Medium<f64> = Medium { body: 0, volume: 0.1, ior: 1.0 };
+    const WATER: Medium<f64> = Medium { body: 1, volume: 8.0, ior: 1.33, dispersion: 0.0 };
+    const GLASS: Medium<f64> = Medium { body: 2, volume: 3.0, ior: 1.5, dispersion: 0.0 };
+    const BUBBLE: Medium<f64> = Medium { body: 0, volume: 0.1, ior: 1.0, dispersion: 0.0 };
 
     #[test]
     fn the_smaller_body_decides_whatever_was_entered_first() {

@@ -2,6 +2,8 @@
 
 pub mod chart;
 pub mod environment;
+pub mod facet;
+pub mod fog;
 pub mod light;
 pub mod material;
 pub mod media;
@@ -11,3 +13,4 @@ pub mod pattern;
 pub mod phong;
 pub mod pyramid;
 pub mod relief;
+pub mod spectrum;

@@ -1,6 +1,6 @@
 //! Which bodies a point lies in: the media a ray starts in when the eye is inside glass.
 
-use super::hits::{Touch, find};
+use super::hits::{Hits, Touch};
 use crate::accel::Course;
 use crate::lanes::{Lanes, Real, V3};
 use crate::ray::{Rays, leave};
@@ -14,23 +14,33 @@ const MAX_CROSSINGS: usize = 1000;
 /// An odd direction, which no scene's faces and edges are aligned with.
 const DIRECTION: [f64; 3] = [0.436_435_780_471_985, 0.598_076_211_353_316, 0.672_186_343_420_581];
 
-/// The media of the transmitting bodies around a point.
+/// The media of the transmitting bodies around a point, at a time if anything moves.
 ///
 /// From the point one walks straight on through every surface. A body whose first surface is one of leaving it contains
 /// the point. Two opposite walks meet unbounded bodies, too.
-pub fn media_at<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3]) -> Vec<Medium<L::Real>> {
+pub fn media_at<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    point: [L::Real; 3],
+    time: Option<L::Real>,
+) -> Vec<Medium<L::Real>> {
     L::vectorize(
         s,
         #[inline(always)]
-        || media_around::<L>(s, world, point),
+        || media_around::<L>(s, world, point, time),
     )
 }
 
 #[inline(always)]
-fn media_around<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3]) -> Vec<Medium<L::Real>> {
+fn media_around<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    point: [L::Real; 3],
+    time: Option<L::Real>,
+) -> Vec<Medium<L::Real>> {
     let mut around: Vec<Medium<L::Real>> = Vec::new();
     for sign in [1.0, -1.0] {
-        for medium in walk::<L>(s, world, point, sign) {
+        for medium in walk::<L>(s, world, point, sign, time) {
             if around.iter().all(|known| known.body != medium.body) {
                 around.push(medium);
             }
@@ -41,14 +51,22 @@ fn media_around<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3
 
 /// The media that one walk leaves before it enters them.
 #[inline(always)]
-fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, point: [L::Real; 3], sign: f64) -> Vec<Medium<L::Real>> {
+fn walk<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    point: [L::Real; 3],
+    sign: f64,
+    time: Option<L::Real>,
+) -> Vec<Medium<L::Real>> {
     let dir = V3::<L>::splat(s, DIRECTION.map(|x| L::Real::from_f64(x * sign)));
     let mut origin = V3::splat(s, point);
     let mut met = HashSet::new();
     let mut left = Vec::new();
+    let time = if let Some(time) = time { Some(L::splat(s, time)) } else { None };
+    let mut hits = Hits { time, ..Hits::none(s) };
     for _ in 0..MAX_CROSSINGS {
         let (t_min, t_max) = (L::lit(s, 0.0), L::lit(s, f64::INFINITY));
-        let hits = find(s, world, &Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Course::Apart);
+        hits.find(s, world, &mut Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Course::Apart);
         if hits.found == 0 {
             break;
         }

@@ -3,12 +3,12 @@
 use super::touching;
 use crate::accel::{Course, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
-use crate::ray::Rays;
+use crate::ray::{Place, Rays};
 use crate::scene::world::World;
-use crate::shading::material::{Coefficients, Material};
+use crate::shading::material::{Coefficients, Material, look_up};
 use crate::shading::media::Medium;
 
-/// The nearest surface under each ray.
+/// The nearest surface under each ray. Lanes that hit nothing hold anything.
 #[derive(Debug, Clone)]
 pub struct Hits<L: Lanes> {
     /// Lanes that hit anything.
@@ -41,6 +41,8 @@ pub struct Hits<L: Lanes> {
     pub may_touch: u32,
     /// Other bodies whose surface is at the same place, as far as rounding can tell, crossed together with this one.
     pub touching: Vec<Touch<L::Real>>,
+    /// When the rays are cast, if anything moves: from 0, when the shutter opens, to 1.
+    pub time: Option<L>,
 }
 
 /// Another body that light through a surface enters or leaves at the same place.
@@ -54,77 +56,90 @@ pub struct Touch<R> {
     pub medium: Medium<R>,
 }
 
-/// Follows rays to the nearest surface, and to what touches it.
-#[inline(always)]
-pub fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, course: Course) -> Hits<L> {
-    let mut hits = find_nearest(s, world, rays, &Nearest::none(s), course);
-    if hits.may_touch & hits.clear != 0 {
-        touching::find(s, world, rays, &mut hits);
-    }
-    hits
-}
-
-/// Follows rays to the nearest surface.
-pub(super) fn find_nearest<L: Lanes>(
-    s: L::Simd,
-    world: &World<L::Real>,
-    rays: &Rays<L>,
-    nearest: &Nearest<'_, L>,
-    course: Course,
-) -> Hits<L> {
-    L::vectorize(
-        s,
-        #[inline(always)]
-        || find_nearest_in(s, world, rays, *nearest, course),
-    )
-}
-
-#[inline(always)]
-fn find_nearest_in<L: Lanes>(
-    s: L::Simd,
-    world: &World<L::Real>,
-    rays: &Rays<L>,
-    mut nearest: Nearest<'_, L>,
-    course: Course,
-) -> Hits<L> {
-    let mut shortened = *rays;
-    nearest_hit(s, &world.geometries, world.root, &mut shortened, &mut nearest, course);
-
-    let zero = L::lit(s, 0.0);
-    let nothing = V3 { x: zero, y: zero, z: zero };
-    let nobody = L::Ids::splat(s, 0);
-    let mut hits = Hits {
-        found: nearest.found,
-        t: shortened.t_max,
-        surface: Surface {
-            point: nothing,
-            error: nothing,
+impl<L: Lanes> Hits<L> {
+    /// No ray has hit anything.
+    #[inline(always)]
+    pub fn none(s: L::Simd) -> Self {
+        let zero = L::lit(s, 0.0);
+        let nothing = V3 { x: zero, y: zero, z: zero };
+        let nobody = L::Ids::splat(s, 0);
+        Self {
+            found: 0,
+            t: zero,
+            surface: Surface {
+                point: nothing,
+                error: nothing,
+                ng: nothing,
+                ns: nothing,
+                lift: nothing,
+                local: nothing,
+                met: L::mask(s, 0),
+            },
             ng: nothing,
             ns: nothing,
-            lift: nothing,
-            local: nothing,
-            met: L::mask(s, 0),
-        },
-        ng: nothing,
-        ns: nothing,
-        entering: 0,
-        expanded: nearest.expanded,
-        body: nobody,
-        material: nobody,
-        closed: 0,
-        hollow: 0,
-        clear: 0,
-        smooth: 0,
-        may_touch: 0,
-        touching: Vec::new(),
-    };
-    if hits.found != 0 {
-        hits.look_at(s, world, rays, hits.found);
+            entering: 0,
+            expanded: nobody,
+            body: nobody,
+            material: nobody,
+            closed: 0,
+            hollow: 0,
+            clear: 0,
+            smooth: 0,
+            may_touch: 0,
+            touching: Vec::new(),
+            time: None,
+        }
     }
-    hits
-}
 
-impl<L: Lanes> Hits<L> {
+    /// Follows rays to the nearest surface, and to what touches it. What was hit before is overwritten where it lies, and
+    /// traversal may change the rays for a while: both take long to copy.
+    #[inline(always)]
+    pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &mut Rays<L>, course: Course) {
+        self.find_nearest(s, world, rays, &Nearest::none(s), course);
+        if self.may_touch & self.clear != 0 {
+            touching::find(s, world, rays, self);
+        }
+    }
+
+    /// Follows rays to the nearest surface.
+    pub(super) fn find_nearest(
+        &mut self,
+        s: L::Simd,
+        world: &World<L::Real>,
+        rays: &mut Rays<L>,
+        nearest: &Nearest<'_, L>,
+        course: Course,
+    ) {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.find_nearest_in(s, world, rays, *nearest, course),
+        );
+    }
+
+    #[inline(always)]
+    fn find_nearest_in(
+        &mut self,
+        s: L::Simd,
+        world: &World<L::Real>,
+        rays: &mut Rays<L>,
+        mut nearest: Nearest<'_, L>,
+        course: Course,
+    ) {
+        let t_max = rays.t_max;
+        nearest_hit(s, &world.geometries, world.root, rays, &mut nearest, course, self.time.as_ref());
+        self.forget(u32::MAX);
+        self.touching.clear();
+        self.found = nearest.found;
+        self.t = std::mem::replace(&mut rays.t_max, t_max);
+        self.expanded = nearest.expanded;
+        if self.found != 0 {
+            let hit = L::mask(s, self.found);
+            let places = Place { t: self.t, hit, weights: nearest.weights };
+            self.look_at(s, world, rays, self.found, Some(&places));
+        }
+    }
+
     /// Forgets what kind of body some lanes have hit.
     pub(super) fn forget(&mut self, lanes: u32) {
         for flags in [&mut self.closed, &mut self.hollow, &mut self.clear, &mut self.smooth, &mut self.may_touch] {
@@ -132,17 +147,25 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Fills in everything about the primitives `expanded` of some lanes of which nothing is known.
-    pub(super) fn look_at(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
+    /// Fills in everything about the primitives `expanded` of some lanes of which nothing is known but, perhaps, the
+    /// places where `rays` meet them.
+    pub(super) fn look_at(
+        &mut self,
+        s: L::Simd,
+        world: &World<L::Real>,
+        rays: &Rays<L>,
+        lanes: u32,
+        known: Option<&Place<L>>,
+    ) {
         L::vectorize(
             s,
             #[inline(always)]
-            || self.look_at_in(s, world, rays, lanes),
+            || self.look_at_in(s, world, rays, lanes, known),
         );
     }
 
     #[inline(always)]
-    fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
+    fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32, known: Option<&Place<L>>) {
         let mut spheres = Spheres::none();
         let mut left = lanes;
         while left != 0 {
@@ -154,10 +177,10 @@ impl<L: Lanes> Hits<L> {
             if same != lanes && spheres.take(&owner, same) {
                 continue;
             }
-            self.put(s, same, resolve(s, &owner, self.expanded, same, rays));
+            self.put(s, same, resolve(s, &owner, self.expanded, same, rays, known, self.time.as_ref()));
         }
         if spheres.lanes != 0 {
-            self.put(s, spheres.lanes, spheres.resolve(s, rays));
+            self.put(s, spheres.lanes, spheres.resolve(s, rays, known));
         }
         let against = rays.dir.dot(self.surface.ng).lt(L::lit(s, 0.0));
         self.entering = against.bits() & self.found;
@@ -192,6 +215,12 @@ impl<L: Lanes> Hits<L> {
         Coefficients::look_up(s, &world.materials, self.material, self.found, self.surface.local)
     }
 
+    /// The radiance that the surfaces hit have of their own.
+    #[inline(always)]
+    pub fn emission(&self, s: L::Simd, world: &World<L::Real>) -> V3<L> {
+        look_up(s, &world.materials, self.material, self.found, |material| material.emission)
+    }
+
     /// A lane's material.
     fn material_of<'w>(&self, world: &'w World<L::Real>, lane: usize) -> &'w Material<L::Real> {
         &world.materials[self.material.lane(lane) as usize]
@@ -200,8 +229,10 @@ impl<L: Lanes> Hits<L> {
     /// What the region that a lane's closed body encloses is filled with: its material, or empty space in a cavity.
     pub fn medium(&self, world: &World<L::Real>, lane: usize) -> Medium<L::Real> {
         let hollow = self.hollow & (1 << lane) != 0;
-        let ior = if hollow { L::Real::from_f64(1.0) } else { self.material_of(world, lane).ior };
-        Medium { body: self.body.lane(lane), volume: world.owner(self.expanded.lane(lane)).volume(), ior }
+        let material = self.material_of(world, lane);
+        let (ior, dispersion) =
+            if hollow { (L::Real::from_f64(1.0), L::Real::from_f64(0.0)) } else { (material.ior, material.dispersion) };
+        Medium { body: self.body.lane(lane), volume: world.owner(self.expanded.lane(lane)).volume(), ior, dispersion }
     }
 
     /// Whether a lane's ray goes into the region its body encloses; one goes into a cavity out of the material.

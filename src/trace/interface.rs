@@ -12,6 +12,8 @@ pub struct Interface<L: Lanes> {
     pub n1: L,
     /// Index of refraction on the other side.
     pub n2: L,
+    /// Mean dispersion on both sides; 0 where nothing in the world disperses.
+    pub dispersion: [L; 2],
     /// The media of a ray on the other side.
     pub behind: L::Ids,
 }
@@ -28,7 +30,7 @@ pub fn interface<L: Lanes>(
     lanes: u32,
 ) -> Interface<L> {
     let one = L::lit(s, 1.0);
-    let mut all = Interface { n1: one, n2: one, behind: lists };
+    let mut all = Interface { n1: one, n2: one, dispersion: [L::lit(s, 0.0); 2], behind: lists };
     let mut left = lanes;
     while left != 0 {
         let lane = left.trailing_zeros() as usize;
@@ -39,6 +41,11 @@ pub fn interface<L: Lanes>(
         let ior = |list: MediumList| L::splat(s, media.ior(list));
         all.n1 = L::select(mask, ior(before), all.n1);
         all.n2 = L::select(mask, ior(behind), all.n2);
+        if world.called.dispersion {
+            let dispersion = |list: MediumList| L::splat(s, media.dispersion(list));
+            let [first, second] = all.dispersion;
+            all.dispersion = [L::select(mask, dispersion(before), first), L::select(mask, dispersion(behind), second)];
+        }
         all.behind = L::Ids::select(mask, L::Ids::splat(s, u64::from(behind)), all.behind);
     }
     all

@@ -4,14 +4,17 @@
 //! the one written first, and each lane's rays are handled in depth-first order, transmitted before reflected. So a
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
+use super::attenuation::along;
 use super::cones::{Cones, around};
 use super::enclosing::media_at;
-use super::hits::{find, find_nearest};
+use super::gather::gather;
+use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
 use super::paint::paint;
-use super::sampling::Sampler;
+use super::sampling::{Choice, Sampler};
 use super::secondary::scatter;
+use super::waves::Waves;
 use crate::accel::{Course, Nearest};
 use crate::camera::Cone;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
@@ -41,6 +44,8 @@ pub enum RayKind {
     Camera,
     Reflected,
     Transmitted,
+    /// From a diffuse surface, for the light that others scatter.
+    Gathered,
 }
 
 /// A packet of rays to follow.
@@ -64,6 +69,8 @@ pub struct Followed<L: Lanes> {
     pub kind: RayKind,
     /// Names its place in the tree of rays, for [`Sampler`].
     pub path: u32,
+    /// Lanes whose light has been split into wavelengths.
+    pub dispersed: u32,
     /// The observer's number of the ray it comes from.
     pub parent: u32,
 }
@@ -101,6 +108,8 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     packets: u32,
     /// The choices of the sample at hand, for kernels that make any.
     pub(crate) sampler: Sampler,
+    /// The wavelengths of the sample at hand, where anything disperses light.
+    pub(super) waves: Waves<L>,
     eye_media: Vec<Medium<L::Real>>,
     /// The cones of the rays at hand, for kernels that look at details.
     pub(super) cones: Cones<L>,
@@ -129,6 +138,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             cancelled,
             packets: 0,
             sampler: Sampler::default(),
+            waves: Waves::yellow(s),
             eye_media: eye_media.to_vec(),
             cones: Cones::new(s, if E::DETAILS { world.camera.cone() } else { Cone::default() }),
             effects: PhantomData,
@@ -152,9 +162,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     }
 
     /// Adds `weight` times the radiance of the samples at (x, y), in pixels from the upper left corner, to `sum`. Once
-    /// cancelled it returns early, and the sum is of no use.
+    /// cancelled it returns early, and the sum is of no use. What rays hit is written into `hits`, which is dear to make.
     #[inline(always)]
-    pub fn sample(&mut self, x: L, y: L, active: u32, weight: L::Real, sum: &mut V3<L>) {
+    pub fn sample(&mut self, x: L, y: L, active: u32, weight: L::Real, hits: &mut Hits<L>, sum: &mut V3<L>) {
         let s = self.s;
         let weight = L::splat(s, weight);
         self.min_weight = weight * L::splat(s, self.world.rules.min_weight);
@@ -165,7 +175,17 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             self.cones.restart(s, weight);
         }
 
-        let primary = self.world.camera.primary(s, x, y);
+        let mut primary = self.world.camera.primary(s, x, y);
+        if E::SAMPLED {
+            if let Some(lens) = self.world.camera.lens() {
+                primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
+            }
+            if let Some(spectrum) = &self.world.spectrum {
+                self.waves = Waves::choose(s, spectrum, &self.sampler);
+            }
+        }
+        let moves = E::SAMPLED && self.world.called.motion;
+        let time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
         let seen = primary.seen.bits() & active;
         let weight = V3 { x: weight, y: weight, z: weight };
         let first = Followed {
@@ -174,10 +194,11 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_min: L::lit(s, 0.0),
             weight,
             active: seen,
-            media: self.media_at_eye(&primary.origin, seen),
+            media: self.media_at_eye(&primary.origin, seen, time),
             depth: 1,
             kind: RayKind::Camera,
             path: 0,
+            dispersed: 0,
             parent: 0,
         };
         if seen != active {
@@ -188,6 +209,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
+        hits.time = time;
         let mut rays = first;
         loop {
             self.packets = self.packets.wrapping_add(1);
@@ -195,7 +217,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 return;
             }
             if rays.active != 0 {
-                self.follow(&rays, sum);
+                self.follow(&rays, hits, sum);
             }
             let Some(next) = self.stack.pop() else { return };
             rays = next;
@@ -206,66 +228,88 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     }
 
     #[inline(always)]
-    fn media_at_eye(&mut self, origin: &V3<L>, active: u32) -> L::Ids {
+    fn media_at_eye(&mut self, origin: &V3<L>, active: u32, time: Option<L>) -> L::Ids {
         let s = self.s;
         if !E::TRANSMISSION || !self.world.transmits {
             return L::Ids::splat(s, u64::from(OUTSIDE));
         }
-        if self.world.camera.has_single_eye() {
+        if self.world.camera.has_single_eye() && time.is_none() {
             return L::Ids::splat(s, u64::from(self.media.list(&self.eye_media)));
         }
         L::Ids::from_fn(s, |lane| {
             if active & (1 << lane) == 0 {
                 return u64::from(OUTSIDE);
             }
-            let around = media_at::<L>(s, self.world, origin.lane(lane));
+            let around = media_at::<L>(s, self.world, origin.lane(lane), time.map(|time| time.lane(lane)));
             u64::from(self.media.list(&around))
         })
     }
 
     /// Shades what the rays hit and stacks the rays that leave from there.
     #[inline(always)]
-    fn follow(&mut self, rays: &Followed<L>, sum: &mut V3<L>) {
+    fn follow(&mut self, rays: &Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
-        let cast = Rays {
+        let mut cast = Rays {
             origin: rays.origin,
             dir: rays.dir,
             t_min: rays.t_min,
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
-        let mut hits = if E::TRANSMISSION {
-            find(s, self.world, &cast, rays.course())
+        if E::TRANSMISSION {
+            hits.find(s, self.world, &mut cast, rays.course());
         } else {
-            find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course())
+            hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.course());
+        }
+        // What a ray adds to the pixel itself is added once, so that the tree of rays adds up to it.
+        let mut own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+        let faded;
+        let rays = if E::DETAILS && (self.world.called.absorption | self.world.called.fog) {
+            let way = along(s, self.world, &self.media, rays, hits.t - rays.t_min);
+            own = rays.weight.times(way.added);
+            faded = Followed { weight: rays.weight.times(way.transmittance), ..*rays };
+            &faded
+        } else {
+            rays
         };
-        let missed = rays.active & !hits.found;
+        let found = hits.found;
+        let missed = rays.active & !found;
         if missed != 0 {
-            let background = self.bounded(rays.weight.times(self.surroundings(rays, missed)));
+            let background = rays.weight.times(self.surroundings(rays, missed));
+            let background = self.bounded(if E::DETAILS { own + background } else { background });
             self.add(sum, missed, background);
             if O::WATCHING {
                 self.observer.contributes(number, background);
             }
         }
-        if hits.found == 0 {
+        if found == 0 {
             return;
         }
         if rays.kind == RayKind::Camera {
-            self.counts.camera_hits += u64::from(hits.found.count_ones());
+            self.counts.camera_hits += u64::from(found.count_ones());
         }
         if O::WATCHING {
-            self.observer.hits(number, rays, &hits);
+            self.observer.hits(number, rays, hits);
         }
         let mut coefficients = hits.coefficients(s, self.world);
         if E::DETAILS {
-            self.cones.hit(s, &hits);
+            self.cones.hit(s, hits);
             if self.world.called.paint {
-                self.cones.tilted = paint(s, self.world, rays, self.cones.widths(s), &mut hits, &mut coefficients);
+                self.cones.tilted = paint(s, self.world, rays, self.cones.widths(s), hits, &mut coefficients);
+            }
+            if self.world.called.emission {
+                own = own + rays.weight.times(hits.emission(s, self.world));
             }
         }
-        illuminate(self, rays, &hits, &coefficients, number, sum);
-        scatter(self, rays, &hits, &coefficients, number);
+        illuminate(self, rays, hits, &coefficients, own, number, sum);
+        if rays.kind == RayKind::Gathered {
+            return;
+        }
+        if E::SAMPLED && self.world.called.bleeding {
+            gather(self, rays, hits, &coefficients, number);
+        }
+        scatter(self, rays, hits, &coefficients, number);
     }
 
     /// What the rays of some lanes see that hit nothing.
@@ -318,6 +362,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 RayKind::Camera => self.counts.camera += count,
                 RayKind::Reflected => self.counts.reflected += count,
                 RayKind::Transmitted => self.counts.transmitted += count,
+                RayKind::Gathered => self.counts.gathered += count,
             }
             self.stack.push(rays);
             if E::DETAILS {

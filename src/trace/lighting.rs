@@ -1,13 +1,15 @@
 //! L_Phong: ambient light, and for each light a shadow ray and Phong's model.
 
+use super::colored_shadows::left_by_bodies;
 use super::hits::Hits;
-use super::kernel::{Followed, Tracer};
+use super::kernel::{Followed, RayKind, Tracer};
 use super::observer::Observer;
+use super::sampling::Choice;
 use crate::accel::transmittance;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::plan::effects::Effects;
 use crate::ray::{Rays, leave};
-use crate::shading::light::Light;
+use crate::shading::light::{Light, Place};
 use crate::shading::material::Coefficients;
 use crate::shading::phong::{highlight_cosine, power};
 
@@ -21,22 +23,31 @@ pub const SHADOW_SHARE: f64 = 0.25;
 /// there gradually (as Cycles does, D11065), since whatever lies in between casts no shadow.
 const GRAZING: f64 = 0.1;
 
-/// Adds the local illumination of what the rays hit to `sum`.
+/// Adds the local illumination of what the rays hit to `sum`, and with it `own`, the light of details on the way and at the surface.
 #[inline(always)]
 pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
+    own: V3<L>,
     number: u32,
     sum: &mut V3<L>,
 ) {
     let s = tracer.s;
     let world = tracer.world;
-    let ambient = tracer.bounded(rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient))));
-    tracer.add(sum, hits.found, ambient);
-    if O::WATCHING {
-        tracer.observer.contributes(number, ambient);
+    // Gathered light takes the place of ambient light.
+    let gathers = E::SAMPLED && world.called.bleeding && rays.kind != RayKind::Gathered;
+    if E::DETAILS || !gathers {
+        let mut ambient = rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient)));
+        if E::DETAILS {
+            ambient = if gathers { own } else { own + ambient };
+        }
+        let ambient = tracer.bounded(ambient);
+        tracer.add(sum, hits.found, ambient);
+        if O::WATCHING {
+            tracer.observer.contributes(number, ambient);
+        }
     }
     if world.lights.is_empty() {
         return;
@@ -48,7 +59,14 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     let spd = if world.rules.spd_counts { hits.found } else { 0 };
     let smooth = hits.smooth & !spd;
     for (index, light) in world.lights.iter().enumerate() {
-        let arrival = light.arrive(s, hits.surface.point);
+        let mut place = light.middle(s);
+        if E::SAMPLED
+            && let Some(area) = &light.area
+        {
+            let chosen = tracer.sampler.square(s, rays.path, Choice::Light(index));
+            place = light.place(s, area, hits.surface.point, chosen);
+        }
+        let arrival = light.arrive(s, hits.surface.point, &place);
         // NaN, at the light's own position, is neither side.
         let facet_cosine = hits.ng.dot(arrival.to_light);
         let facing = found & (facet_cosine.gt(zero) | L::mask(s, smooth));
@@ -69,8 +87,14 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
         let mut passed = V3::splat(s, [L::Real::from_f64(1.0); 3]);
         if let Some(blockers) = world.rules.shadows {
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
-            let shadow = shadow_rays(s, light, origin, cast);
-            passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course());
+            let shadow = shadow_rays(s, &place, origin, cast);
+            let time = hits.time.as_ref();
+            passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course(), time);
+            if E::DETAILS && E::TRANSMISSION && world.called.colored_shadows {
+                let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
+                let shadow = Rays { active: open, ..shadow };
+                passed = passed.times(left_by_bodies(s, world, &mut tracer.media, shadow, rays.media, hits.time));
+            }
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         tracer.add(sum, lit.bits(), radiance);
@@ -134,16 +158,13 @@ fn from_curve<L: Lanes>(s: L::Simd, hits: &Hits<L>, facet_cosine: L, smooth: u32
 
 /// Segments from the surface to the light; t = 1 is the light, or infinity for directional light.
 #[inline(always)]
-fn shadow_rays<L: Lanes>(s: L::Simd, light: &Light<L::Real>, origin: V3<L>, active: L::Mask) -> Rays<L> {
+fn shadow_rays<L: Lanes>(s: L::Simd, place: &Place<L>, origin: V3<L>, active: L::Mask) -> Rays<L> {
     let t_min = L::lit(s, 0.0);
-    match light.position() {
-        Some(position) => {
+    match *place {
+        Place::Point(position) => {
             let t_max = L::lit(s, 1.0 - LIGHT_MARGIN * L::Real::ROUNDOFF);
-            Rays { origin, dir: V3::splat(s, position) - origin, t_min, t_max, active }
+            Rays { origin, dir: position - origin, t_min, t_max, active }
         }
-        None => {
-            let dir = light.arrive(s, origin).to_light;
-            Rays { origin, dir, t_min, t_max: L::lit(s, f64::INFINITY), active }
-        }
+        Place::Sky(dir) => Rays { origin, dir, t_min, t_max: L::lit(s, f64::INFINITY), active },
     }
 }

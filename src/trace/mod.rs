@@ -1,7 +1,11 @@
 //! Whitted's recursion, L = L_Phong + r_s L_s + r_t L_t (CACM 23(6), 1980), as a loop over an explicit stack.
 
+mod attenuation;
+mod colored_shadows;
 mod cones;
 pub mod enclosing;
+mod fresnel;
+mod gather;
 pub mod hits;
 pub mod interface;
 pub mod kernel;
@@ -15,3 +19,4 @@ pub mod secondary;
 mod touching;
 pub mod tree;
 mod tree_drawing;
+mod waves;

@@ -1,6 +1,6 @@
 //! Many single rays at once, in packets, along the same accelerated path as pictures.
 
-use super::hits::{Hits, find};
+use super::hits::Hits;
 use super::query::RayQuery;
 use crate::accel::Course;
 use crate::lanes::{Lanes, Real, V3, dispatch};
@@ -37,12 +37,13 @@ pub fn first_hits(scene: &Scene, rays: &[RayQuery]) -> Vec<Option<FirstHit>> {
 
 #[inline(always)]
 fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answers: &mut Vec<Option<FirstHit>>) {
+    let mut hits = Hits::none(s);
     for (index, packet) in rays.chunks(L::COUNT).enumerate() {
         // Lanes without a ray of their own repeat the last one, switched off.
         let ray = |lane: usize| packet[lane.min(packet.len() - 1)];
         let number = |f: &dyn Fn(RayQuery) -> f64| L::from_fn(s, |lane| L::Real::from_f64(f(ray(lane))));
         let vector = |f: &dyn Fn(RayQuery) -> [f64; 3]| V3::from_fn(s, |lane| f(ray(lane)).map(L::Real::from_f64));
-        let cast = Rays::<L> {
+        let mut cast = Rays::<L> {
             origin: vector(&|ray| ray.origin),
             dir: vector(&|ray| ray.direction),
             t_min: number(&|ray| ray.t_min),
@@ -51,7 +52,7 @@ fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answe
         };
         // Both ways down, so that the tests see both.
         let course = if index.is_multiple_of(2) { Course::Together } else { Course::Apart };
-        let hits = find(s, world, &cast, course);
+        hits.find(s, world, &mut cast, course);
         answers.extend((0..packet.len()).map(|lane| first_hit(&hits, lane)));
     }
 }

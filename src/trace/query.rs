@@ -1,7 +1,7 @@
 //! Single rays: what `strahl rays` and `POST /v1/rays` answer.
 
 use super::enclosing::media_at;
-use super::hits::{Hits, find};
+use super::hits::Hits;
 use super::interface::interface;
 use super::kernel::first;
 use crate::accel::Course;
@@ -94,14 +94,15 @@ where
     // digit of the answer.
     let longest = ray.direction.iter().fold(0.0f64, |longest, x| longest.max(x.abs()));
     let power = exponent(longest);
-    let rays = Rays {
+    let mut rays = Rays {
         origin: V3::<L>::splat(s, narrow(ray.origin)),
         dir: V3::splat(s, narrow(ray.direction.map(|x| scale_by_power(x, -power)))),
         t_min: L::lit(s, scale_by_power(ray.t_min, power)),
         t_max: L::lit(s, scale_by_power(ray.t_max.unwrap_or(f64::INFINITY), power)),
         active: L::mask(s, 1),
     };
-    let hits: Hits<L> = find(s, world, &rays, Course::Together);
+    let mut hits = Hits::none(s);
+    hits.find(s, world, &mut rays, Course::Together);
     if hits.found == 0 {
         return None;
     }
@@ -110,7 +111,7 @@ where
     let dir = rays.dir.normalized(s);
 
     let mut media = Media::default();
-    let around = if hits.closed != 0 { media_at::<L>(s, world, narrow(ray.origin)) } else { Vec::new() };
+    let around = if hits.closed != 0 { media_at::<L>(s, world, narrow(ray.origin), None) } else { Vec::new() };
     let list = L::Ids::splat(s, u64::from(media.list(&around)));
     let sides = interface(s, world, &mut media, &hits, list, hits.closed);
     let eta = sides.n1 / sides.n2;

@@ -13,14 +13,29 @@ use crate::lanes::{Lanes, MAX_LANES, Real};
 /// What is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
+    /// A point of the lens.
+    Lens,
+    /// A time while the shutter is open.
+    Time,
+    /// A wavelength.
+    Wavelength,
+    /// A facet of a rough surface.
+    Facet,
     /// A direction from a diffuse surface.
     Gather,
+    /// A point of a light, by its index.
+    Light(usize),
 }
 
 impl Choice {
     fn number(self) -> u32 {
         match self {
-            Self::Gather => 6,
+            Self::Lens => 0,
+            Self::Time => 1,
+            Self::Wavelength => 2,
+            Self::Facet => 3,
+            Self::Gather => 4,
+            Self::Light(index) => 5 + index as u32,
         }
     }
 }
@@ -51,6 +66,25 @@ impl Sampler {
         let seed = hash(path ^ hash(choice.number()));
         let [x, y] = scrambled_sobol(self.index, seed);
         [self.shifted(s, x, hash(seed ^ 1)), self.shifted(s, y, hash(seed ^ 2))]
+    }
+
+    /// A number in [0, 1) for each lane, for a choice that is made once for a sample.
+    #[inline(always)]
+    pub fn number<L: Lanes>(&self, s: L::Simd, choice: Choice) -> L {
+        let seed = hash(hash(choice.number()));
+        self.shifted(s, scrambled_sobol(self.index, seed)[0], hash(seed ^ 1))
+    }
+
+    /// One of `count` cases for each lane: `count` samples take each of them once.
+    #[inline(always)]
+    pub fn case(&self, choice: Choice, count: u32) -> [usize; MAX_LANES] {
+        let seed = hash(hash(choice.number()));
+        let first = (u64::from(scrambled_sobol(self.index, seed)[0]) * u64::from(count)) >> 32;
+        let mut cases = [0; MAX_LANES];
+        for (case, pixel) in cases.iter_mut().zip(self.pixels) {
+            *case = ((first as u32 + hash(pixel ^ seed) % count) % count) as usize;
+        }
+        cases
     }
 
     /// A number in [0, 1) for each lane.

@@ -1,14 +1,16 @@
 //! r_s L_s + r_t L_t: the reflected and the transmitted ray.
 
+use super::fresnel::{Bent, at_angles, conductors};
 use super::hits::Hits;
 use super::interface::{Interface, interface};
 use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
-use super::sampling::child;
+use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, V3, lanes_of};
 use crate::math;
 use crate::plan::effects::Effects;
 use crate::ray::leave;
+use crate::shading::facet::{unhidden, visible_facet};
 use crate::shading::material::Coefficients;
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
 
@@ -26,34 +28,71 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     }
     let s = tracer.s;
     let tilted = if E::DETAILS { tracer.cones.tilted } else { 0 };
-    let (r_s, r_t) = (coefficients.reflection, coefficients.transmission);
+    let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
     let zero = L::lit(s, 0.0);
-    let mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
+    let mut mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
+    let by_angle = E::DETAILS && tracer.world.called.fresnel;
+    if by_angle {
+        mirror |= conductors(s, tracer.world, hits);
+    }
     let clear = if E::TRANSMISSION { hits.clear & hits.found } else { 0 };
     if mirror | clear == 0 {
         return;
     }
     if rays.depth >= tracer.world.rules.max_depth {
         if O::WATCHING {
-            report_end(tracer, rays, coefficients, mirror, clear, number);
+            if by_angle {
+                let crossing = if clear != 0 { Some(cross(tracer, rays, hits, hits.ns, clear)) } else { None };
+                [r_s, r_t] = angular(tracer, rays, hits, hits.ns, coefficients, crossing.as_ref(), clear);
+            }
+            report_end(tracer, rays, [r_s, r_t], mirror, clear, number);
         }
         return;
     }
 
+    let rough =
+        if E::SAMPLED && tracer.world.called.gloss { coefficients.alpha.gt(zero).bits() & (mirror | clear) } else { 0 };
+    let mut ns = hits.ns;
+    if rough != 0 {
+        let chosen = tracer.sampler.square(s, rays.path, Choice::Facet);
+        let facet = visible_facet(s, hits.ns, -rays.dir, coefficients.alpha, chosen);
+        ns = V3::select(L::mask(s, rough), facet, ns);
+    }
+    let crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear)) } else { None };
+    if by_angle {
+        [r_s, r_t] = angular(tracer, rays, hits, ns, coefficients, crossing.as_ref(), clear);
+    }
     let mut reflected_weight = rays.weight.times(r_s);
     let mut transmitted = None;
     let mut through = zero;
-    let mut total = 0;
-    if clear != 0 {
-        let crossing = cross(tracer, rays, hits, clear);
+    let (mut total, mut split, mut split_mirrored) = (0, 0, 0);
+    if let Some(crossing) = crossing {
         total = crossing.refraction.total.bits() & clear & hits.closed;
         tracer.counts.total_internal_reflections += u64::from(total.count_ones());
         if O::WATCHING {
             tracer.observer.refracts(number, crossing.snell(s));
         }
-        // Under total internal reflection r_t joins r_s.
+        // Under total internal reflection r_t joins r_s; dielectrics have none left.
         let joined = reflected_weight + rays.weight.times(r_t);
         reflected_weight = V3::select(L::mask(s, total), joined, reflected_weight);
+        let mut transmitted_weight = rays.weight.times(r_t);
+        if E::SAMPLED && tracer.world.called.dispersion {
+            // Light is split where it is bent, and where its reflection depends on the index.
+            let [before, behind] = crossing.dispersion;
+            split = before.max(behind).gt(zero).bits() & clear & !rays.dispersed;
+            let mask = L::mask(s, split);
+            transmitted_weight = V3::select(mask, transmitted_weight.times(tracer.waves.color), transmitted_weight);
+            split_mirrored = if by_angle { split } else { split & total };
+            let mask = L::mask(s, split_mirrored);
+            reflected_weight = V3::select(mask, reflected_weight.times(tracer.waves.color), reflected_weight);
+        }
+        let mut active = clear & !total;
+        if rough != 0 {
+            let below = crossing.dir.dot(hits.ng).lt(zero).bits() | !rough;
+            active &= below;
+            let weight = transmitted_weight * unhidden(s, hits.ns, crossing.dir, coefficients.alpha);
+            transmitted_weight = V3::select(L::mask(s, rough), weight, transmitted_weight);
+        }
         // What cannot be seen leaves a ray as it is, so that what lies behind is met at the same bits.
         let unseen = L::mask(s, crossing.unseen);
         if E::DETAILS {
@@ -64,12 +103,13 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
             origin: V3::select(unseen, rays.origin, behind),
             dir: crossing.dir,
             t_min: L::select(unseen, hits.t, zero),
-            weight: rays.weight.times(r_t),
-            active: clear & !total,
+            weight: transmitted_weight,
+            active,
             media: crossing.media,
             depth: rays.depth + 1,
             kind: RayKind::Transmitted,
             path: child(rays.path, RayKind::Transmitted),
+            dispersed: rays.dispersed | split,
             parent: number,
         });
     }
@@ -77,8 +117,16 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     let everywhere = if tracer.world.rules.spd_counts { clear } else { total };
     let reflecting = mirror | everywhere;
     if reflecting != 0 {
-        let mut dir = reflect(s, rays.dir, hits.ns);
-        if hits.smooth | tilted != 0 {
+        let mut dir = reflect(s, rays.dir, ns);
+        let mut active = reflecting;
+        if rough != 0 {
+            // Light that facets send below the surface is lost in them.
+            let above = dir.dot(hits.ng).gt(zero).bits() & dir.dot(hits.ns).gt(zero).bits();
+            active &= above | !rough;
+            let weight = reflected_weight * unhidden(s, hits.ns, dir, coefficients.alpha);
+            reflected_weight = V3::select(L::mask(s, rough), weight, reflected_weight);
+        }
+        if (hits.smooth | tilted) & !rough != 0 {
             // An interpolated normal may send the mirrored ray below the surface; the geometric one does not.
             let above = dir.dot(hits.ng).gt(zero);
             dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng));
@@ -88,11 +136,12 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
             dir: dir.normalized(s),
             t_min: zero,
             weight: reflected_weight,
-            active: reflecting,
+            active,
             media: rays.media,
             depth: rays.depth + 1,
             kind: RayKind::Reflected,
             path: child(rays.path, RayKind::Reflected),
+            dispersed: rays.dispersed | split_mirrored,
             parent: number,
         });
     }
@@ -106,11 +155,33 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     }
 }
 
+/// r_s and r_t where they depend on the angle of incidence.
+#[inline(always)]
+fn angular<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &Tracer<'_, L, O, E>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    ns: V3<L>,
+    coefficients: &Coefficients<L>,
+    crossing: Option<&Crossing<L>>,
+    clear: u32,
+) -> [V3<L>; 2] {
+    let bent = match crossing {
+        Some(Crossing { n1, n2, refraction, .. }) => {
+            Some(Bent { lanes: clear & hits.closed, eta: *n1 / *n2, refraction })
+        }
+        None => None,
+    };
+    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, ns, coefficients, bent)
+}
+
 /// How rays pass a surface.
 struct Crossing<L: Lanes> {
     n1: L,
     n2: L,
     refraction: Refraction<L>,
+    /// Mean dispersion in front of the surface and behind it.
+    dispersion: [L; 2],
     dir: V3<L>,
     /// The media behind the surface.
     media: L::Ids,
@@ -139,13 +210,18 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
     hits: &Hits<L>,
+    ns: V3<L>,
     clear: u32,
 ) -> Crossing<L> {
     let s = tracer.s;
-    let Interface { n1, n2, behind } =
+    let Interface { mut n1, mut n2, dispersion, behind } =
         interface(s, tracer.world, &mut tracer.media, hits, rays.media, clear & hits.closed);
+    if E::SAMPLED && tracer.world.called.dispersion {
+        n1 = n1 + dispersion[0] * tracer.waves.bend;
+        n2 = n2 + dispersion[1] * tracer.waves.bend;
+    }
     let eta = n1 / n2;
-    let mut refraction = refract(s, rays.dir, hits.ns, eta);
+    let mut refraction = refract(s, rays.dir, ns, eta);
     if hits.smooth | (if E::DETAILS { tracer.cones.tilted } else { 0 }) != 0 {
         // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides.
         let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total;
@@ -163,22 +239,19 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     let dir = V3::select(equal, rays.dir, refraction.dir.normalized(s));
     let unseen = lanes_of(equal.bits() & clear).filter(|&lane| hits.is_perfectly_clear(tracer.world, lane));
     let unseen = unseen.fold(0, |lanes, lane| lanes | 1 << lane);
-    Crossing { n1, n2, refraction, dir, media: behind, unseen }
+    Crossing { n1, n2, refraction, dispersion, dir, media: behind, unseen }
 }
 
 /// Tells the observer which rays the end of the chain has cut off.
 fn report_end<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
-    coefficients: &Coefficients<L>,
+    [r_s, r_t]: [V3<L>; 2],
     mirror: u32,
     clear: u32,
     number: u32,
 ) {
-    for (kind, lanes, factor) in [
-        (RayKind::Reflected, mirror, coefficients.reflection),
-        (RayKind::Transmitted, clear, coefficients.transmission),
-    ] {
+    for (kind, lanes, factor) in [(RayKind::Reflected, mirror, r_s), (RayKind::Transmitted, clear, r_t)] {
         if lanes != 0 {
             tracer.observer.not_followed(number, kind, rays.weight.times(factor), NotFollowed::Depth);
         }

@@ -5,7 +5,7 @@
 //! surface, is searched. An opaque surface in the same place hides the one that was hit; bodies that transmit are entered
 //! or left together with it. So touching bodies share one interface, and no rounding decides which is met.
 
-use super::hits::{Hits, Touch, find_nearest};
+use super::hits::{Hits, Touch};
 use crate::accel::{Course, Nearest, Skipped};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, V3, lanes_of};
 use crate::ray::{Rays, gamma, leave};
@@ -51,8 +51,9 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
         passed.first[lane] = body(hits, lane);
     }
     let own_error = hits.surface.error;
+    let mut other = Hits { time: hits.time, ..Hits::none(s) };
     for _ in 0..MAX_TOUCHING {
-        let other = find_nearest(s, world, &stretch, &Nearest::without(s, &passed), Course::Apart);
+        other.find_nearest(s, world, &mut stretch, &Nearest::without(s, &passed), Course::Apart);
         if other.found == 0 {
             return;
         }
@@ -95,11 +96,11 @@ fn hide<L: Lanes>(
     }
     let mut instead = Hits { expanded: opaque.expanded, ..hits.clone() };
     instead.forget(lanes);
-    instead.look_at(s, world, rays, lanes);
+    instead.look_at(s, world, rays, lanes, None);
     let met = instead.surface.met.bits() & lanes;
     instead.expanded = L::Ids::select(L::mask(s, met), opaque.expanded, hits.expanded);
     instead.forget(lanes & !met);
-    instead.look_at(s, world, rays, lanes & !met);
+    instead.look_at(s, world, rays, lanes & !met, None);
     let keep = L::mask(s, !met);
     instead.surface.error = V3::select(keep, hits.surface.error, instead.surface.error);
     instead.touching.retain(|touch| met & (1 << touch.lane) == 0);

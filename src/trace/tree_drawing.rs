@@ -9,6 +9,7 @@ fn color(node: &Node) -> &'static str {
         NodeKind::Camera => "#1f3a93",
         NodeKind::Reflected => "#c0392b",
         NodeKind::Transmitted => "#16803c",
+        NodeKind::Gathered => "#7d3c98",
         NodeKind::Shadow if node.transmittance == Some([0.0; 3]) => "#555555",
         NodeKind::Shadow => "#d68910",
     }
@@ -20,6 +21,7 @@ fn label(node: &Node) -> String {
         NodeKind::Camera => 'E',
         NodeKind::Reflected => 'R',
         NodeKind::Transmitted => 'T',
+        NodeKind::Gathered => 'G',
         NodeKind::Shadow => 'S',
     };
     format!("{letter}{}", node.id)

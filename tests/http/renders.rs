@@ -108,6 +108,16 @@ fn questions_have_answers() {
 
     let plan = service.post_json("/v1/explain", BALL).json();
     assert!(plan["effects"].is_array(), "{plan}");
+    assert_eq!(plan["depth"]["proved_sufficient"], 2, "{plan}");
+    assert!(plan["estimate"]["rays"].is_u64() && plan["actual"].is_null(), "{plan}");
+    let analyzed = service.post_json("/v1/explain?analyze=1&antialias=false", BALL).json();
+    let effects = analyzed["effects"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let reflection = effects.iter().find(|effect| effect["effect"] == "reflection");
+    let reflection = reflection.unwrap_or_else(|| panic!("{analyzed}"));
+    assert_eq!(reflection["act"]["rays"], analyzed["actual"]["rays"]["reflected"], "{analyzed}");
+    assert_eq!(reflection["values"]["/materials/red/reflection"], 0.2, "{reflection}");
+    let refused = service.post_json("/v1/explain?analyze=perhaps", BALL);
+    assert!(refused.status == 400 && refused.text().contains("analyze"), "{}", refused.text());
     let valid = service.post_json("/v1/scenes/validate", BALL).json();
     assert_eq!(valid["valid"], true, "{valid}");
     assert!(valid["warnings"].is_array(), "{valid}");

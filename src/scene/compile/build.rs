@@ -3,7 +3,7 @@
 use super::paint::paint;
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, contact, extent};
-use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Shape};
+use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Motion, Shape};
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
@@ -14,8 +14,10 @@ use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
 use crate::scene::world::{Rules, World};
 use crate::shading::environment::Environment;
-use crate::shading::light::{Falloff, Light, Source as LightSource};
-use crate::shading::material::Material;
+use crate::shading::fog::{Fog, Height};
+use crate::shading::light::{Area, Falloff, Light, Source as LightSource};
+use crate::shading::material::{Fresnel, Material};
+use crate::shading::spectrum::Spectrum;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::PI;
@@ -41,21 +43,42 @@ pub(super) fn build<R: Real>(
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
+    let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
     let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
     let (background, environment) = surroundings(description, pictures);
-    let called = called(&builder, environment.is_some());
+    let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
+    let camera = Camera::new(&description.camera, &basis, description.image.width, description.image.height);
+    let used = || builder.materials.iter().zip(&builder.used).filter(|(_, used)| **used).map(|(material, _)| material);
+    let reflects = used().any(Material::reflects);
+    let zero = R::from_f64(0.0);
+    let colored = |color: &[R; 3]| color.iter().any(|c| *c > zero);
+    let called = Called {
+        area_lights: lights.iter().any(|light| light.area.is_some() && colored(&light.color)),
+        bleeding: render.color_bleeding && render.max_depth > 1,
+        depth_of_field: camera.lens().is_some(),
+        dispersion: used().any(|m| m.dispersion > zero && colored(&m.transmission)),
+        environment: environment.is_some(),
+        gloss: used().any(|m| m.alpha > zero && (colored(&m.reflection) || colored(&m.transmission))),
+        fog: fog.is_some(),
+        motion: builder.moves,
+        paint: used().any(|m| m.paint.is_some()),
+        ..called(&builder)
+    };
     let world = World {
         geometries: builder.geometries,
         root,
         size: R::from_f64(size),
         transmits,
+        reflects,
         called,
+        spectrum: called.dispersion.then(|| Box::new(Spectrum::new())),
         materials: builder.materials,
-        lights: description.lights.iter().map(light).collect(),
+        lights,
         ambient: narrow_rgb(description.ambient.0),
         background: narrow_rgb(background),
         environment,
-        camera: Camera::new(&description.camera, &basis, description.image.width, description.image.height),
+        fog,
+        camera,
         rules: Rules {
             max_depth: render.max_depth,
             min_weight: R::from_f64(render.min_weight),
@@ -69,6 +92,34 @@ pub(super) fn build<R: Real>(
         },
     };
     (world, Built { sources: builder.sources, expanded })
+}
+
+/// The effects that the bodies of a scene call for. Definitions that nothing places have not been built.
+fn called<R: Real>(builder: &Builder<'_, R>) -> Called {
+    let bodies = || builder.geometries.iter().flat_map(|geometry| &geometry.items).filter(|item| !item.is_placed());
+    let any =
+        |calls: &dyn Fn(&Material<R>) -> bool| bodies().any(|item| calls(&builder.materials[item.material as usize]));
+    let shows = |color: [R; 3]| color.iter().any(|c| *c > R::from_f64(0.0));
+    // Light is inside of what it gets into; cavities are empty.
+    let absorption = bodies().any(|item| {
+        let filled = item.closed && !item.hollow && item.lets_light_through();
+        filled && shows(builder.materials[item.material as usize].absorption)
+    });
+    let follows = builder.description.render.max_depth > 1;
+    Called {
+        absorption,
+        colored_shadows: absorption
+            && builder.description.render.shadows == Shadows::Transmissive
+            && !builder.description.lights.is_empty(),
+        emission: any(&|material| shows(material.emission)),
+        fresnel: follows
+            && any(&|material| match material.fresnel {
+                Fresnel::None => false,
+                Fresnel::Dielectric => shows(material.reflection) || shows(material.transmission),
+                Fresnel::Conductor => true,
+            }),
+        ..Called::default()
+    }
 }
 
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.
@@ -89,15 +140,6 @@ fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Opt
     }
 }
 
-/// The effects that the scene calls for: of materials, those that a body has.
-fn called<R: Real>(builder: &Builder<'_, R>, environment: bool) -> Called {
-    let bodies = builder.geometries.iter().flat_map(|geometry| &geometry.items);
-    let mut materials = bodies
-        .filter(|item| !matches!(item.shape, Shape::Instance(_)))
-        .map(|item| &builder.materials[item.material as usize]);
-    Called { environment, paint: materials.any(|material| material.paint.is_some()), ..Called::default() }
-}
-
 struct Builder<'a, R> {
     description: &'a Description,
     options: CompileOptions,
@@ -109,6 +151,10 @@ struct Builder<'a, R> {
     /// One for each of the description's, and the default material last.
     materials: Vec<Material<R>>,
     one_sided: Vec<bool>,
+    /// Which materials some body has.
+    used: Vec<bool>,
+    /// Whether anything moves.
+    moves: bool,
     sources: Sources,
 }
 
@@ -124,6 +170,8 @@ impl<'a, R: Real> Builder<'a, R> {
             definitions: vec![None; description.definitions.len()],
             materials: all().map(|m| material(m, pictures)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
+            used: vec![false; description.materials.len() + 1],
+            moves: false,
             sources: Sources::default(),
         }
     }
@@ -141,6 +189,9 @@ impl<'a, R: Real> Builder<'a, R> {
         for (item, extent) in items.iter_mut().zip(&mut extents) {
             if let Shape::Instance(instance) = &mut item.shape {
                 *extent = extent::of_instance(instance, &self.geometries[instance.geometry as usize]);
+                if let (Some(motion), Some(extent)) = (&instance.motion, extent.as_mut()) {
+                    *extent = motion.swept(extent);
+                }
                 instance.ball = extent.as_ref().map(Ball::new);
             }
         }
@@ -162,17 +213,25 @@ impl<'a, R: Real> Builder<'a, R> {
                 Object::Group(group) => {
                     self.sources.entries.push(entry(group.name.as_deref()));
                     let inner = self.list(format!("{}/{index}/group/objects", self.sources.lists[list as usize]));
-                    if group.transform == d::Transform::default() {
+                    if group.transform == d::Transform::default() && !group.motion.is_some_and(|m| m.moves()) {
                         self.collect(&group.objects, inner, into);
                     } else {
                         let geometry = self.geometry(&group.objects, inner);
-                        into.push(self.instance(geometry, &group.transform, source), None, self.expanded[geometry]);
+                        into.push(
+                            self.instance(geometry, &group.transform, group.motion, source),
+                            None,
+                            self.expanded[geometry],
+                        );
                     }
                 }
                 Object::Instance(instance) => {
                     self.sources.entries.push(entry(instance.name.as_deref()));
                     let geometry = self.definition(&instance.of);
-                    into.push(self.instance(geometry, &instance.transform, source), None, self.expanded[geometry]);
+                    into.push(
+                        self.instance(geometry, &instance.transform, instance.motion, source),
+                        None,
+                        self.expanded[geometry],
+                    );
                 }
                 _ => {
                     let needs_uvs = matches!(object, Object::Mesh(mesh) if self.needs_uvs(mesh));
@@ -204,9 +263,19 @@ impl<'a, R: Real> Builder<'a, R> {
         geometry
     }
 
-    fn instance(&self, geometry: usize, transform: &d::Transform, source: u32) -> Item<R> {
+    fn instance(
+        &mut self,
+        geometry: usize,
+        transform: &d::Transform,
+        motion: Option<d::Motion>,
+        source: u32,
+    ) -> Item<R> {
         let map = affine(transform).unwrap_or(DAffine3::IDENTITY);
-        let instance = Instance::new(geometry as u32, map);
+        let mut instance = Instance::new(geometry as u32, map);
+        if let Some(motion) = motion.filter(d::Motion::moves) {
+            self.moves = true;
+            instance.motion = Some(Box::new(self::motion(&motion)));
+        }
         Item {
             shape: Shape::Instance(Box::new(instance)),
             material: 0,
@@ -222,9 +291,10 @@ impl<'a, R: Real> Builder<'a, R> {
         }
     }
 
-    fn item(&self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
+    fn item(&mut self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
         let default = self.materials.len() - 1;
         let material = look.material.and_then(|name| self.description.materials.position(name)).unwrap_or(default);
+        self.used[material] = true;
         let sides = match (self.one_sided[material], look.hollow) {
             (false, _) => Sides::Both,
             (true, false) => Sides::Outside,
@@ -382,8 +452,48 @@ fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Materia
         reflection: narrow_rgb(material.reflection.0),
         transmission: narrow_rgb(material.transmission.0),
         ior: R::from_f64(material.ior),
+        absorption: narrow_rgb(material.absorption.0),
+        emission: narrow_rgb(material.emission.0),
+        fresnel: match material.fresnel {
+            d::Fresnel::None => Fresnel::None,
+            d::Fresnel::Dielectric => Fresnel::Dielectric,
+            d::Fresnel::Conductor => Fresnel::Conductor,
+        },
+        alpha: R::from_f64(material.roughness * material.roughness),
+        dispersion: R::from_f64(material.dispersion),
         paint,
     }
+}
+
+fn motion<R: Real>(motion: &d::Motion) -> Motion<R> {
+    let vector = |v: Option<Vec3>| DVec3::from_array(v.unwrap_or_default());
+    let (axis, degrees) = motion
+        .rotate_deg
+        .map_or((DVec3::Y, 0.0), |rotation| (DVec3::from_array(rotation.axis).normalize(), rotation.angle));
+    Motion::new(vector(motion.translate), axis, degrees, vector(motion.center))
+}
+
+/// The area of a light; none if it is a point after all.
+fn area<R: Real>(light: &d::Light) -> Option<Area<R>> {
+    let disc = |radius: f64| (radius > 0.0).then(|| Area::Disc { radius: R::from_f64(radius) });
+    match light {
+        d::Light::Point(d::PointLight { area, .. }) | d::Light::Spot(d::SpotLight { area, .. }) => {
+            match area.as_ref()? {
+                d::Area::Disc(area) => disc(area.radius),
+                d::Area::Parallelogram(area) => {
+                    let edge = |v: Vec3| v.map(R::from_f64);
+                    let point = [area.u, area.v].as_flattened().iter().all(|x| *x == 0.0);
+                    (!point).then(|| Area::Parallelogram { u: edge(area.u), v: edge(area.v) })
+                }
+            }
+        }
+        d::Light::Directional(light) => disc(math::tan(light.area?.angle_deg.to_radians() * 0.5)),
+    }
+}
+
+fn fog<R: Real>(fog: &d::Fog) -> Fog<R> {
+    let height = |height: d::FogHeight| Height { base: R::from_f64(height.base), falloff: R::from_f64(height.falloff) };
+    Fog { color: narrow_rgb(fog.color.0), density: R::from_f64(fog.density), height: fog.height.map(height) }
 }
 
 fn light<R: Real>(light: &d::Light) -> Light<R> {
@@ -414,5 +524,5 @@ fn light<R: Real>(light: &d::Light) -> Light<R> {
             (source, l.color, l.intensity, fall(l.falloff))
         }
     };
-    Light { source, color: narrow_rgb(color.0 * intensity), falloff }
+    Light { source, color: narrow_rgb(color.0 * intensity), falloff, area: area(light) }
 }

@@ -5,7 +5,7 @@ use super::path::Path;
 use crate::camera::Basis;
 use crate::scene::color::{Color, Diffuse};
 use crate::scene::description::{
-    Bump, Camera, Description, Environment, Falloff, ImageMap, Light, Mapping, Material, Relief, Vec3,
+    Area, Bump, Camera, Description, Environment, Falloff, ImageMap, Light, Mapping, Material, Relief, Vec3,
 };
 use crate::scene::limits::{self, Limit};
 use crate::scene::problem::{Code, Problem, Problems};
@@ -167,6 +167,7 @@ pub(super) fn check(description: &Description) -> Result<(), Problems> {
     check_camera(&mut findings, &description.camera);
     findings.color(root.key("background"), description.background);
     findings.color(root.key("ambient"), description.ambient);
+    check_fog(&mut findings, description);
     if let Some(environment) = &description.environment {
         check_environment(&mut findings, root.key("environment"), environment);
     }
@@ -219,7 +220,15 @@ fn check_camera(findings: &mut Findings, camera: &Camera) {
         findings.number(at.key(key), x, &words, ok);
     };
     match camera {
-        Camera::Pinhole(c) => angle("vfov_deg", c.vfov_deg, true, 180.0),
+        Camera::Pinhole(c) => {
+            angle("vfov_deg", c.vfov_deg, true, 180.0);
+            if c.aperture != 0.0 {
+                findings.length(at.key("aperture"), c.aperture);
+            }
+            if let Some(distance) = c.focus_distance {
+                findings.length(at.key("focus_distance"), distance);
+            }
+        }
         Camera::Orthographic(c) => findings.length(at.key("height"), c.height),
         Camera::Fisheye(c) | Camera::Omnimax(c) => angle("fov_deg", c.fov_deg, false, 360.0),
         Camera::Panorama(c) => {
@@ -253,8 +262,14 @@ fn check_lights(findings: &mut Findings, lights: &[Light]) {
                 findings.point(at.key("position"), &light.position);
                 findings.light(at, light.color, light.intensity);
                 check_falloff(findings, at, light.falloff);
+                check_area(findings, at, light.area);
             }
             Light::Directional(light) => {
+                if let Some(area) = light.area {
+                    let (light, angle) = (at.key("directional"), area.angle_deg);
+                    let ok = (0.0..=90.0).contains(&angle);
+                    findings.number(light.key("area").key("angle_deg"), angle, "between 0 and 90", ok);
+                }
                 let at = at.key("directional");
                 findings.direction(at.key("direction"), &light.direction);
                 findings.light(at, light.color, light.intensity);
@@ -265,6 +280,7 @@ fn check_lights(findings: &mut Findings, lights: &[Light]) {
                 findings.direction(at.key("direction"), &light.direction);
                 findings.light(at, light.color, light.intensity);
                 check_falloff(findings, at, light.falloff);
+                check_area(findings, at, light.area);
                 let (inner, outer) = (light.inner_deg, light.outer_deg);
                 findings.number(at.key("inner_deg"), inner, "between 0 and 90", (0.0..=90.0).contains(&inner));
                 findings.number(at.key("outer_deg"), outer, "above 0, at most 90", outer > 0.0 && outer <= 90.0);
@@ -280,6 +296,35 @@ fn check_lights(findings: &mut Findings, lights: &[Light]) {
 fn check_falloff(findings: &mut Findings, light: Path<'_>, falloff: Falloff) {
     if let Falloff::Linear(linear) = falloff {
         findings.length(light.key("falloff").key("linear").key("reach"), linear.reach);
+    }
+}
+
+fn check_area(findings: &mut Findings, light: Path<'_>, area: Option<Area>) {
+    let at = light.key("area");
+    match area {
+        Some(Area::Disc(disc)) if disc.radius != 0.0 => findings.length(at.key("disc").key("radius"), disc.radius),
+        Some(Area::Parallelogram(area)) => {
+            let at = at.key("parallelogram");
+            findings.point(at.key("u"), &area.u);
+            findings.point(at.key("v"), &area.v);
+        }
+        _ => {}
+    }
+}
+
+fn check_fog(findings: &mut Findings, description: &Description) {
+    let Some(fog) = &description.fog else { return };
+    let root = Path::ROOT;
+    let at = root.key("fog");
+    let max = limits::MAGNITUDE;
+    findings.color(at.key("color"), fog.color);
+    let density = fog.density;
+    findings.number(at.key("density"), density, format_args!("between 0 and {max:e}"), (0.0..=max).contains(&density));
+    if let Some(height) = &fog.height {
+        let at = at.key("height");
+        let base = height.base;
+        findings.number(at.key("base"), base, format_args!("between -{max:e} and {max:e}"), base.abs() <= max);
+        findings.length(at.key("falloff"), height.falloff);
     }
 }
 
@@ -301,8 +346,14 @@ fn check_material(findings: &mut Findings, at: Path<'_>, material: &Material) {
     findings.coefficient(at.key("specular"), material.specular);
     findings.coefficient(at.key("reflection"), material.reflection);
     findings.coefficient(at.key("transmission"), material.transmission);
+    findings.color(at.key("absorption"), material.absorption);
+    findings.color(at.key("emission"), material.emission);
     let (m, ior) = (material.shininess, material.ior);
     findings.number(at.key("shininess"), m, "between 0 and 1000000", (0.0..=1e6).contains(&m));
+    let (roughness, dispersion) = (material.roughness, material.dispersion);
+    findings.number(at.key("roughness"), roughness, "between 0 and 1", (0.0..=1.0).contains(&roughness));
+    let ok = (0.0..=0.2).contains(&dispersion) && dispersion <= ior.abs();
+    findings.number(at.key("dispersion"), dispersion, "between 0 and 0.2, and not above ior", ok);
     findings.number(at.key("ior"), ior, "between 0.01 and 100", (0.01..=100.0).contains(&ior));
 }
 
@@ -311,7 +362,7 @@ fn check_render(findings: &mut Findings, description: &Description) {
     let at = root.key("render");
     let render = &description.render;
     for (key, value, limit) in
-        [("max_depth", render.max_depth, limits::MAX_DEPTH), ("samples", render.samples, limits::SAMPLES)]
+        [("max_depth", render.max_depth, limits::MAX_DEPTH), ("samples", render.samples.unwrap_or(1), limits::SAMPLES)]
     {
         if value == 0 {
             findings.add(at.key(key), Code::OutOfRange, "must be at least 1, is 0");

@@ -3,7 +3,7 @@
 use super::check::Findings;
 use super::path::Path;
 use super::transform::affine;
-use crate::scene::description::{Description, Look, Material, Mesh, Object, Vec3};
+use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Vec3};
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::limits;
 use crate::scene::problem::{Code, did_you_mean};
@@ -136,6 +136,7 @@ impl Counter<'_> {
                 if let Err(detail) = affine(&o.transform) {
                     f.add(at.key("transform"), Code::Degenerate, detail);
                 }
+                check_motion(f, at, o.motion);
                 self.list(at.key("objects"), &o.objects);
                 return;
             }
@@ -143,6 +144,7 @@ impl Counter<'_> {
                 if let Err(detail) = affine(&o.transform) {
                     f.add(at.key("transform"), Code::Degenerate, detail);
                 }
+                check_motion(f, at, o.motion);
                 if self.description.definitions.get(&o.of).is_none() {
                     let hint = did_you_mean(&o.of, self.description.definitions.names());
                     f.add(at.key("of"), Code::UnknownReference, format!("no definition \"{}\"{hint}", o.of));
@@ -169,6 +171,22 @@ impl Counter<'_> {
             let detail = format!("no material \"{name}\"{hint}");
             self.findings.add(at.key("material"), Code::UnknownReference, detail);
         }
+    }
+}
+
+fn check_motion(findings: &mut Findings, at: Path<'_>, motion: Option<Motion>) {
+    let Some(motion) = motion else { return };
+    let at = at.key("motion");
+    for (key, point) in [("translate", motion.translate), ("center", motion.center)] {
+        if let Some(point) = point {
+            findings.point(at.key(key), &point);
+        }
+    }
+    if let Some(rotation) = motion.rotate_deg {
+        let at = at.key("rotate_deg");
+        findings.direction(at.key("axis"), &rotation.axis);
+        let (angle, max) = (rotation.angle, limits::ROTATION);
+        findings.number(at.key("angle"), angle, format_args!("between -{max} and {max}"), angle.abs() <= max);
     }
 }
 

@@ -10,6 +10,8 @@ mod path;
 mod transform;
 mod warn;
 
+pub(crate) use transform::affine;
+
 use super::description::{Description, Precision};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::Problems;
@@ -17,6 +19,9 @@ use super::world::World;
 use super::{Problem, limits};
 use crate::accel::BvhKind;
 use std::time::Instant;
+
+/// Samples of each pixel of scenes that call for choices and name no number.
+pub const SAMPLES_OF_CHOICES: u32 = 64;
 
 /// A scene that can be rendered: immutable, finite, all references resolved.
 #[derive(Debug)]
@@ -157,10 +162,14 @@ pub fn compile_from(description: &Description, options: CompileOptions, files: &
         );
         return Err(Problems::one(Problem::new("/objects", super::problem::Code::Limit, detail)));
     }
+    let sampled = match &world {
+        Precise::Single(world) => world.called.sampled(),
+        Precise::Double(world) => world.called.sampled(),
+    };
     Ok(Scene {
         width: description.image.width,
         height: description.image.height,
-        samples: description.render.samples,
+        samples: description.render.samples.unwrap_or(if sampled { SAMPLES_OF_CHOICES } else { 1 }),
         antialias: description.render.antialias,
         world,
         sources: built.sources,

@@ -5,7 +5,7 @@ use crate::scene::limits;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 /// The map, or what is wrong with it.
-pub(super) fn affine(transform: &Transform) -> Result<DAffine3, String> {
+pub(crate) fn affine(transform: &Transform) -> Result<DAffine3, String> {
     let map = match transform.matrix {
         Some(m) => {
             if transform.translate.is_some() || transform.rotate_deg.is_some() || transform.scale.is_some() {

@@ -1,6 +1,6 @@
 //! Cameras.
 
-use super::{Vec3, default_up};
+use super::{Vec3, default_up, is_zero};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +76,15 @@ pub struct PinholeCamera {
     #[serde(default = "default_pinhole_vfov")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
     pub vfov_deg: f64,
+    /// Diameter of the lens in scene units, at least 0: what is not at the focus distance is blurred. Default 0, a pinhole
+    /// that sees everything sharply.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0))]
+    pub aperture: f64,
+    /// Distance of the plane that is seen sharply, along the view, above 0. Default: the distance of `look_at`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub focus_distance: Option<f64>,
 }
 
 fn default_pinhole_vfov() -> f64 {

@@ -36,6 +36,9 @@ pub struct PointLight {
     /// How it fades with distance. Default: not at all.
     #[serde(default)]
     pub falloff: Falloff,
+    /// The area it shines from, around its position; shadows get soft edges. Default: a point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<Area>,
 }
 
 /// Directional light.
@@ -51,6 +54,9 @@ pub struct DirectionalLight {
     #[serde(default = "default_intensity")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
+    /// How large it is in the sky; shadows get soft edges. Default: a point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<AngularArea>,
 }
 
 /// Spot light.
@@ -79,6 +85,48 @@ pub struct SpotLight {
     /// How it fades with distance. Default: not at all.
     #[serde(default)]
     pub falloff: Falloff,
+    /// The area it shines from, around its position; shadows get soft edges. Default: a point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<Area>,
+}
+
+/// Areas that light comes from, each point of them with the same share of its intensity, with no regard to the angle it
+/// leaves at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Area {
+    /// A disc that faces each point it lights, as a far ball does.
+    Disc(DiscArea),
+    /// A parallelogram.
+    Parallelogram(ParallelogramArea),
+}
+
+/// A disc around a light's position.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DiscArea {
+    /// Radius in scene units, at least 0.
+    #[schemars(range(min = 0.0))]
+    pub radius: f64,
+}
+
+/// A parallelogram whose middle is a light's position.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParallelogramArea {
+    /// One edge.
+    pub u: Vec3,
+    /// The other edge.
+    pub v: Vec3,
+}
+
+/// A disc in the sky.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AngularArea {
+    /// Its angular diameter in degrees, 0 to 90; the sun's is 0.53.
+    #[schemars(range(min = 0.0, max = 90.0))]
+    pub angle_deg: f64,
 }
 
 fn default_outer() -> f64 {

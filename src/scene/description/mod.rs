@@ -4,6 +4,7 @@
 //! units, angles in degrees (the key says so), colours are linear RGB. Right-handed, y up by convention.
 
 mod camera;
+mod fog;
 mod light;
 mod material;
 mod object;
@@ -11,11 +12,15 @@ mod render;
 mod texture;
 
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera, View};
-pub use light::{DirectionalLight, Falloff, Light, LinearFalloff, PointLight, SpotLight};
-pub use material::{Axes, Checker, Material};
+pub use fog::{Fog, FogHeight};
+pub use light::{
+    AngularArea, Area, DirectionalLight, DiscArea, Falloff, Light, LinearFalloff, ParallelogramArea, PointLight,
+    SpotLight,
+};
+pub use material::{Axes, Checker, Fresnel, Material};
 pub use object::{
-    AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Object, Plane, Polygon, Quad, Rotation, Scale, Sphere,
-    Torus, Transform, Triangle,
+    AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation, Scale,
+    Sphere, Torus, Transform, Triangle,
 };
 pub use render::{Accuracy, FixedAccuracy, Precision, RenderSettings, Shadows};
 pub use texture::{
@@ -60,6 +65,9 @@ pub struct Description {
     /// Ambient light I_a, multiplied by each material's `ambient`. Default: 0.1 grey.
     #[serde(default = "default_ambient")]
     pub ambient: Color,
+    /// Fog. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fog: Option<Fog>,
     /// Light sources. Default when the key is missing: one directional light from the upper left front. `[]` is darkness.
     #[serde(default = "default_lights")]
     pub lights: Vec<Light>,
@@ -82,7 +90,12 @@ fn default_ambient() -> Color {
 }
 
 fn default_lights() -> Vec<Light> {
-    vec![Light::Directional(DirectionalLight { direction: [1.0, -2.0, -1.5], color: Color::WHITE, intensity: 1.0 })]
+    vec![Light::Directional(DirectionalLight {
+        direction: [1.0, -2.0, -1.5],
+        color: Color::WHITE,
+        intensity: 1.0,
+        area: None,
+    })]
 }
 
 /// Size of the picture in pixels.
@@ -111,6 +124,11 @@ impl Default for ImageSize {
     fn default() -> Self {
         Self { width: default_width(), height: default_height() }
     }
+}
+
+/// Whether a key that is off at 0 need not be written.
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn default_up() -> Vec3 {

@@ -47,6 +47,24 @@ impl Object {
             Self::Instance(_) => "instance",
         }
     }
+
+    /// Material, name and hollowness of a body; `None` for groups and instances.
+    pub fn look(&self) -> Option<Look<'_>> {
+        Some(match self {
+            Self::Sphere(o) => o.look(),
+            Self::Plane(o) => o.look(),
+            Self::Disc(o) => o.look(),
+            Self::Triangle(o) => o.look(),
+            Self::Quad(o) => o.look(),
+            Self::Box(o) => o.look(),
+            Self::Cylinder(o) => o.look(),
+            Self::Cone(o) => o.look(),
+            Self::Torus(o) => o.look(),
+            Self::Mesh(o) => o.look(),
+            Self::Polygon(o) => o.look(),
+            Self::Group(_) | Self::Instance(_) => return None,
+        })
+    }
 }
 
 /// What every body may say besides its geometry.
@@ -96,7 +114,7 @@ macro_rules! body {
     (@hollow $self:ident) => { false };
 }
 
-fn is_false(value: &bool) -> bool {
+pub(super) fn is_false(value: &bool) -> bool {
     !value
 }
 
@@ -253,6 +271,9 @@ pub struct Group {
     /// Where the group goes. Default: where it is.
     #[serde(default)]
     pub transform: Transform,
+    /// How it moves while the shutter is open, which blurs it. Default: not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
     /// A name, for people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
@@ -267,6 +288,9 @@ pub struct Instance {
     /// Where the copy goes. Default: where the definition is.
     #[serde(default)]
     pub transform: Transform,
+    /// How it moves while the shutter is open, which blurs it. Default: not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
     /// A name, for people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
@@ -298,6 +322,29 @@ pub struct Rotation {
     pub axis: Vec3,
     /// The angle in degrees.
     pub angle: f64,
+}
+
+/// A steady motion from where `transform` puts something: all of it is done when the shutter closes. Rotation comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Motion {
+    /// Moved by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub translate: Option<Vec3>,
+    /// Turned around an axis through `center`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotate_deg: Option<Rotation>,
+    /// A point of the axis of rotation. Default: the origin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center: Option<Vec3>,
+}
+
+impl Motion {
+    /// Whether it goes anywhere.
+    pub fn moves(&self) -> bool {
+        let shifts = self.translate.is_some_and(|by| by.iter().any(|x| *x != 0.0));
+        shifts || self.rotate_deg.is_some_and(|rotation| rotation.angle != 0.0)
+    }
 }
 
 /// Factors for each axis, written as one number when they are equal.

@@ -1,5 +1,6 @@
 //! How to render.
 
+use super::object::is_false;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -57,13 +58,19 @@ pub struct RenderSettings {
     /// than a quarter of this share of itself, 0 to 1. Default 0.001.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub min_weight: f64,
-    /// Rays for each pixel, 1 to 1024, spread evenly over it. Default 1.
+    /// Rays for each pixel, 1 to 1024, spread evenly over it and over all choices the scene calls for. Default 1, and 64
+    /// where it calls for choices: lights with an area, rough surfaces, a lens, motion, dispersion, color bleeding.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1024))]
-    pub samples: u32,
+    pub samples: Option<u32>,
     /// Whether pixels that differ from a neighbour get 16 samples. Default true.
     pub antialias: bool,
     /// What casts shadows. Default `"opaque"`.
     pub shadows: Shadows,
+    /// Whether surfaces are lit by the light that others scatter, once; it takes the place of ambient light where the eye
+    /// looks, directly or in mirrors. Default false.
+    #[serde(skip_serializing_if = "is_false")]
+    pub color_bleeding: bool,
     /// Floating-point format. Default `"single"`.
     pub precision: Precision,
     /// What ends the recursion. Default `{"fixed": {}}`.
@@ -75,9 +82,10 @@ impl Default for RenderSettings {
         Self {
             max_depth: 10,
             min_weight: 0.001,
-            samples: 1,
+            samples: None,
             antialias: true,
             shadows: Shadows::default(),
+            color_bleeding: false,
             precision: Precision::default(),
             accuracy: Accuracy::default(),
         }

@@ -122,6 +122,7 @@ pub(super) fn noun(name: &str) -> &'static str {
         "Relief" => "relief",
         "Shadows" => "shadow mode",
         "Precision" => "precision",
+        "Fresnel" => "Fresnel law",
         _ => "value",
     }
 }

@@ -51,5 +51,12 @@ fn pinhole(place: Place, view: &View, edge: f64) -> Result<Camera, Problem> {
     if vfov_deg <= 0.0 || vfov_deg >= 180.0 {
         return Err(place.problem(Code::OutOfRange, format!("an angle of {} degrees cannot be drawn", view.angle)));
     }
-    Ok(Camera::Pinhole(PinholeCamera { eye: view.from, look_at: view.at, up: view.up, vfov_deg }))
+    Ok(Camera::Pinhole(PinholeCamera {
+        eye: view.from,
+        look_at: view.at,
+        up: view.up,
+        vfov_deg,
+        aperture: 0.0,
+        focus_distance: None,
+    }))
 }

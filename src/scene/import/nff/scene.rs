@@ -90,6 +90,7 @@ impl SceneBuilder {
                 color: light.color.map_or(Color::WHITE, |color| Color(Rgb::from_array(color))),
                 intensity,
                 falloff: Falloff::None,
+                area: None,
             })
         };
         Some(Description {
@@ -101,6 +102,7 @@ impl SceneBuilder {
             environment: None,
             background: self.background.map_or(Color::BLACK, |(_, color)| color),
             ambient: Color(Rgb::splat(intensity)),
+            fog: None,
             lights: self.lights.into_iter().map(light).collect(),
             materials,
             definitions: Named::default(),
@@ -152,5 +154,5 @@ fn second(place: Place, what: &str, first: Place) -> Problem {
 
 /// SPD Readme, "Testing Procedures": five rays deep, none left out however little it adds, one through each corner.
 fn counting() -> RenderSettings {
-    RenderSettings { max_depth: 5, min_weight: 0.0, samples: 1, antialias: false, ..RenderSettings::default() }
+    RenderSettings { max_depth: 5, min_weight: 0.0, samples: Some(1), antialias: false, ..RenderSettings::default() }
 }

@@ -43,7 +43,14 @@ fn tan_half(description: &Description) -> f64 {
 #[test]
 fn a_view_and_a_sphere() {
     let found = scene("s 1 2 3 4");
-    let camera = PinholeCamera { eye: [0.0, 0.0, 5.0], look_at: [0.0; 3], up: [0.0, 1.0, 0.0], vfov_deg: vfov(&found) };
+    let camera = PinholeCamera {
+        eye: [0.0, 0.0, 5.0],
+        look_at: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        vfov_deg: vfov(&found),
+        aperture: 0.0,
+        focus_distance: None,
+    };
     assert_eq!(found.camera, Camera::Pinhole(camera));
     assert_eq!((found.image.width, found.image.height), (100, 50));
     assert_eq!(found.background.0.to_array(), [0.0; 3]);
@@ -93,7 +100,7 @@ fn counting_rays_takes_the_conditions_of_the_spd() {
     assert_eq!((found.image.width, found.image.height), (513, 513));
     assert!((tan_half(&found) - 513.0 / 511.0).abs() < 1e-12);
     let render = found.render;
-    assert_eq!((render.max_depth, render.min_weight, render.samples, render.antialias), (5, 0.0, 1, false));
+    assert_eq!((render.max_depth, render.min_weight, render.samples, render.antialias), (5, 0.0, Some(1), false));
 }
 
 #[test]

@@ -1,0 +1,151 @@
+//! What the effects of a scene are expected to take, and what they took.
+//!
+//! Rays are told apart by kind, time is not: it is shared out by what a ray of each kind takes, as the pilot has found it.
+//! Effects that follow no rays of their own, as highlights or textures, are part of those that do.
+
+use super::explain::{Effect, State};
+use super::pilot::{BUDGET, Expected, Pilot};
+use super::ray_times::by_kind;
+use super::{Plan, milliseconds};
+use crate::film::Region;
+use crate::render::{Cancelled, Control, RayCounts, Refined};
+use crate::scene::Scene;
+use serde::Serialize;
+use std::time::Instant;
+
+/// What an effect is expected to take.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Estimated {
+    /// Its own rays.
+    pub rays: u64,
+    /// The interval that should hold them, at 95 %.
+    pub rays_ci: [u64; 2],
+    /// Milliseconds of wall time, all threads at work; none if its time is part of other effects' rays.
+    pub ms: Option<f64>,
+}
+
+/// What an effect took.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Actual {
+    /// Its own rays, counted.
+    pub rays: u64,
+    /// Its share of the time spent tracing in milliseconds: by counts, and by what its kind of ray took in the pilot.
+    pub ms_estimated: Option<f64>,
+}
+
+/// What a whole picture is expected to take.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Pixels of the picture or its region.
+    pub pixels: u64,
+    /// Pixels traced to find out.
+    pub pilot_pixels: u64,
+    /// All rays, shadow rays included.
+    pub rays: u64,
+    /// The interval that should hold them, at 95 %.
+    pub rays_ci: [u64; 2],
+    /// Camera rays.
+    pub camera_rays: u64,
+    /// Pixels that antialiasing refines.
+    pub refined_pixels: u64,
+    /// Milliseconds of wall time that tracing takes on `threads`, if nothing else needs them.
+    pub ms: f64,
+    /// Threads of the pool.
+    pub threads: usize,
+}
+
+/// The rays that an effect follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Own {
+    /// Those of a kind.
+    Kind(usize),
+    /// Of the reflected rays those of total reflection.
+    Total,
+    /// Those of additional samples.
+    Added,
+    /// None.
+    Nothing,
+}
+
+const SHADOW: usize = 1;
+const REFLECTED: usize = 2;
+const TRANSMITTED: usize = 3;
+const GATHERED: usize = 4;
+
+fn own(effect: &Effect) -> Own {
+    match effect.effect {
+        _ if effect.state != State::On => Own::Nothing,
+        "shadows" => Own::Kind(SHADOW),
+        "reflection" => Own::Kind(REFLECTED),
+        "transmission" => Own::Kind(TRANSMITTED),
+        "total_reflection" => Own::Total,
+        "color_bleeding" => Own::Kind(GATHERED),
+        "antialiasing" => Own::Added,
+        _ => Own::Nothing,
+    }
+}
+
+impl Plan {
+    /// Adds what a region of the picture, which must fit it, is expected to take, and returns what that relies on.
+    pub fn estimate(&mut self, scene: &Scene, region: Region, control: &Control) -> Result<Pilot, Cancelled> {
+        let started = Instant::now();
+        let pilot = Pilot::run(scene, region, control, BUDGET)?;
+        let threads = rayon::current_num_threads();
+        let ms = |nanoseconds: f64| rounded(nanoseconds / threads as f64 * 1e-6);
+        for effect in &mut self.explanation.effects {
+            let (rays, nanoseconds) = match own(effect) {
+                Own::Kind(kind) => (pilot.kinds[kind], Some(pilot.times.nanoseconds[kind])),
+                Own::Total => (pilot.total_reflections, Some(pilot.times.nanoseconds[REFLECTED])),
+                Own::Added => (pilot.added, Some(pilot.nanoseconds() / pilot.rays.value.max(1.0))),
+                Own::Nothing => (Expected::default(), (effect.state != State::On).then_some(0.0)),
+            };
+            let [low, high] = rays.interval;
+            effect.est = Some(Estimated {
+                rays: rays.value.round() as u64,
+                rays_ci: [low.floor() as u64, high.ceil() as u64],
+                ms: nanoseconds.map(|each| ms(rays.value * each)),
+            });
+        }
+        let [low, high] = pilot.rays.interval;
+        self.estimate = Some(Estimate {
+            pixels: pilot.pixels,
+            pilot_pixels: pilot.traced,
+            rays: pilot.rays.value.round() as u64,
+            rays_ci: [low.floor() as u64, high.ceil() as u64],
+            camera_rays: pilot.kinds[0].value.round() as u64,
+            refined_pixels: pilot.refined.value.round() as u64,
+            ms: ms(pilot.nanoseconds()),
+            threads,
+        });
+        self.explain_ms += milliseconds(started);
+        Ok(pilot)
+    }
+
+    /// Adds what the effects took: the rays of a picture, and the milliseconds it was traced in.
+    pub fn measure(&mut self, pilot: &Pilot, rays: &RayCounts, refined: &Refined, trace_ms: f64) {
+        let each = pilot.times.nanoseconds;
+        let weigh = |rays: &RayCounts| -> f64 { by_kind(rays).iter().zip(each).map(|(n, t)| n * t).sum() };
+        let whole = weigh(rays).max(f64::MIN_POSITIVE);
+        for effect in &mut self.explanation.effects {
+            let (count, nanoseconds) = match own(effect) {
+                Own::Kind(kind) => {
+                    let count = by_kind(rays)[kind];
+                    (count as u64, Some(count * each[kind]))
+                }
+                Own::Total => {
+                    let count = rays.total_internal_reflections;
+                    (count, Some(count as f64 * each[REFLECTED]))
+                }
+                Own::Added => (refined.rays.total(), Some(weigh(&refined.rays))),
+                Own::Nothing => (0, (effect.state != State::On).then_some(0.0)),
+            };
+            let ms_estimated = nanoseconds.map(|ns| rounded(trace_ms * (ns / whole)));
+            effect.act = Some(Actual { rays: count, ms_estimated });
+        }
+    }
+}
+
+/// Milliseconds to the microsecond.
+fn rounded(ms: f64) -> f64 {
+    (ms * 1e3).round() / 1e3
+}

@@ -1,0 +1,260 @@
+//! What a picture will take, from tracing few of its pixels: the pilot.
+//!
+//! The picture is cut into as many cells as blocks shall be traced, and each cell gives one block of pixels, anywhere in
+//! it. Blocks of one packet are as coherent as the picture's own, and of the pixels in their middle all neighbours are
+//! known, so that the share of pixels that antialiasing refines is known, too. Cells are visited in an order of which
+//! every part is spread over the picture; when time is up, what has been traced is enough for wider intervals.
+
+use super::ray_times::{KINDS, RayTimes, by_kind};
+use crate::film::Region;
+use crate::film::srgb::code8;
+use crate::render::{BLOCK, Cancelled, Control, Probe, REFINED_SAMPLES, RayCounts, is_uneven, probe, refines};
+use crate::scene::Scene;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// How long a pilot may take before it is content with what it has.
+pub const BUDGET: Duration = Duration::from_millis(3);
+/// Blocks of a picture: 1/256 of them, but at least this many (if it has as many).
+const LEAST_BLOCKS: u32 = 1_024;
+const SHARE: u32 = 256;
+
+/// A number expected, and the interval that holds the true one in 19 of 20 pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Expected {
+    /// The estimate.
+    pub value: f64,
+    /// Lower and upper end of the interval.
+    pub interval: [f64; 2],
+}
+
+/// What the pilot has found, for the whole region.
+#[derive(Debug, Clone)]
+pub struct Pilot {
+    /// Pixels traced.
+    pub traced: u64,
+    /// Pixels of the region.
+    pub pixels: u64,
+    /// Rays by kind, in the order of [`KINDS`].
+    pub kinds: [Expected; KINDS.len()],
+    /// Total internal reflections.
+    pub total_reflections: Expected,
+    /// Rays of all kinds that antialiasing adds.
+    pub added: Expected,
+    /// Pixels it refines.
+    pub refined: Expected,
+    /// All rays.
+    pub rays: Expected,
+    /// What each kind of ray takes.
+    pub times: RayTimes,
+}
+
+impl Pilot {
+    /// Traces a pilot of a region, which must fit the picture, on this thread.
+    pub fn run(scene: &Scene, region: Region, control: &Control, budget: Duration) -> Result<Self, Cancelled> {
+        let started = Instant::now();
+        let cells = Cells::new(region);
+        let probe = probe(scene, control);
+        let mut blocks = Vec::with_capacity(cells.count() as usize);
+        for k in 0..cells.count() {
+            let cell = cells.visited(k);
+            blocks.push((cell, Block::trace(scene, &probe, cells.block(cell))));
+            if control.cancelled.load(Ordering::Relaxed) {
+                return Err(Cancelled);
+            }
+            if started.elapsed() > budget {
+                break;
+            }
+        }
+        // Neighbours in space are neighbours in the list, for the spread of neighbours.
+        blocks.sort_unstable_by_key(|(cell, _)| *cell);
+        let blocks: Vec<Block> = blocks.into_iter().map(|(_, block)| block).collect();
+        Ok(Self::of(&blocks, region.pixels(), refines(scene)))
+    }
+
+    fn of(blocks: &[Block], pixels: u64, refines: bool) -> Self {
+        let traced: u64 = blocks.iter().map(|block| block.pixels).sum();
+        // Of what antialiasing does only the pixels with known neighbours tell.
+        let seen = if refines { blocks.iter().map(|block| block.inner).sum() } else { traced };
+        let left = (1.0 - seen as f64 / pixels as f64).max(0.0);
+        let expect = |value: &dyn Fn(&Block) -> f64| expected(blocks, value, pixels as f64, left);
+        let all = |block: &Block| block.base.total() as f64;
+        let times = RayTimes::fit(&blocks.iter().map(|block| (block.base, block.nanoseconds)).collect::<Vec<_>>());
+        Self {
+            traced,
+            pixels,
+            kinds: std::array::from_fn(|kind| expect(&|b| b.with_refined(by_kind(&b.base)[kind]))),
+            total_reflections: expect(&|b| b.with_refined(b.base.total_internal_reflections as f64)),
+            added: expect(&|b| b.refined(all(b))),
+            refined: expect(&|b| b.uneven() * b.pixels as f64),
+            rays: expect(&|b| b.with_refined(all(b))),
+            times,
+        }
+    }
+
+    /// Nanoseconds of one thread that all rays take.
+    pub fn nanoseconds(&self) -> f64 {
+        (0..KINDS.len()).map(|kind| self.kinds[kind].value * self.times.nanoseconds[kind]).sum()
+    }
+}
+
+/// What one block has shown.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    pixels: u64,
+    base: RayCounts,
+    /// Pixels of which all neighbours are known, and those of them that differ from one.
+    inner: u64,
+    differing: u64,
+    /// Samples that a refined pixel gets for each base sample.
+    factor: f64,
+    nanoseconds: f64,
+}
+
+impl Block {
+    fn trace(scene: &Scene, probe: &Probe<'_>, block: Region) -> Self {
+        let at: Vec<[u32; 2]> = block.iter().collect();
+        let started = Instant::now();
+        let (pixels, base) = probe(&at);
+        let nanoseconds = started.elapsed().as_secs_f64() * 1e9;
+        let mut traced = Self {
+            pixels: block.pixels(),
+            base,
+            inner: 0,
+            differing: 0,
+            factor: f64::from(REFINED_SAMPLES) / f64::from(scene.samples),
+            nanoseconds,
+        };
+        if refines(scene) {
+            let codes: Vec<[u8; 3]> = pixels.iter().map(|p| p.map(code8)).collect();
+            let known = |&[x, y]: &[u32; 2]| {
+                let around = Region { x, y, width: 1, height: 1 }.with_border(scene.width, scene.height);
+                around.x >= block.x
+                    && around.y >= block.y
+                    && around.x + around.width <= block.x + block.width
+                    && around.y + around.height <= block.y + block.height
+            };
+            for [x, y] in at.iter().copied().filter(known) {
+                traced.inner += 1;
+                traced.differing += u64::from(is_uneven(&codes, block, x, y));
+            }
+        }
+        traced
+    }
+
+    /// Share of the pixels that are refined.
+    fn uneven(&self) -> f64 {
+        self.differing as f64 / self.inner.max(1) as f64
+    }
+
+    /// Rays of refined pixels, given those of all base samples: a refined pixel's samples are like its block's.
+    fn refined(&self, base: f64) -> f64 {
+        base * self.uneven() * self.factor
+    }
+
+    fn with_refined(&self, base: f64) -> f64 {
+        base + self.refined(base)
+    }
+}
+
+/// Estimates the sum over all pixels of a value that blocks have, and its interval from the spread of neighbouring blocks:
+/// strata with one block each, collapsed (Cochran, Sampling Techniques, 5A.12). `left` is the share not seen.
+fn expected(blocks: &[Block], value: &dyn Fn(&Block) -> f64, pixels: f64, left: f64) -> Expected {
+    let n = blocks.len() as f64;
+    let traced: f64 = blocks.iter().map(|block| block.pixels as f64).sum();
+    let mean = blocks.iter().map(value).sum::<f64>() / traced;
+    let each = |block: &Block| value(block) - mean * block.pixels as f64;
+    let squares: f64 = blocks.windows(2).map(|pair| (each(&pair[0]) - each(&pair[1])).powi(2)).sum();
+    let variance = squares / (2.0 * (n - 1.0).max(1.0)) * n / (traced * traced) * left;
+    // 2.0 standard errors, and more for few blocks, whose spread is itself uncertain. A single block has none.
+    let errors = 2.0 + 8.0 / n;
+    let reach = if n < 2.0 { mean * left } else { errors * variance.sqrt() };
+    Expected { value: mean * pixels, interval: [(mean - reach).max(0.0) * pixels, (mean + reach) * pixels] }
+}
+
+/// The cells of a region, one block in each.
+#[derive(Debug, Clone, Copy)]
+struct Cells {
+    region: Region,
+    /// Blocks across and down the region.
+    blocks: [u32; 2],
+    /// Cells across and down.
+    cells: [u32; 2],
+}
+
+impl Cells {
+    fn new(region: Region) -> Self {
+        let blocks = [region.width.div_ceil(BLOCK), region.height.div_ceil(BLOCK)];
+        let wanted = f64::from((blocks[0] * blocks[1] / SHARE).max(LEAST_BLOCKS));
+        let across = (wanted * f64::from(blocks[0]) / f64::from(blocks[1])).sqrt().round();
+        let columns = (across as u32).clamp(1, blocks[0]);
+        let rows = ((wanted / f64::from(columns)).round() as u32).clamp(1, blocks[1]);
+        Self { region, blocks, cells: [columns, rows] }
+    }
+
+    fn count(&self) -> u32 {
+        self.cells[0] * self.cells[1]
+    }
+
+    /// The k-th cell to visit: steps near the golden section of the count, which any prefix spreads evenly.
+    fn visited(&self, k: u32) -> u32 {
+        let count = self.count();
+        let golden = (f64::from(count) * 0.618_033_988_749_894_9) as u32;
+        let common = |mut a: u32, mut b: u32| {
+            while b != 0 {
+                (a, b) = (b, a % b);
+            }
+            a
+        };
+        let step = (golden.max(1)..).find(|step| common(*step, count) == 1).unwrap_or(1);
+        ((u64::from(k) * u64::from(step)) % u64::from(count)) as u32
+    }
+
+    /// The block of a cell. Cells are counted along rows, back and forth.
+    fn block(&self, cell: u32) -> Region {
+        let [columns, rows] = self.cells;
+        let row = cell / columns;
+        let along = cell % columns;
+        let column = if row.is_multiple_of(2) { along } else { columns - 1 - along };
+        let hash = cell.wrapping_mul(0x9e37_79b9).rotate_left(15).wrapping_mul(0x85eb_ca6b);
+        let inside = |index: u32, cells: u32, blocks: u32, random: u32| {
+            let [first, end] = [index, index + 1].map(|i| (u64::from(i) * u64::from(blocks) / u64::from(cells)) as u32);
+            first + random % (end - first)
+        };
+        let x = inside(column, columns, self.blocks[0], hash >> 16) * BLOCK;
+        let y = inside(row, rows, self.blocks[1], hash & 0xffff) * BLOCK;
+        Region {
+            x: self.region.x + x,
+            y: self.region.y + y,
+            width: BLOCK.min(self.region.width - x),
+            height: BLOCK.min(self.region.height - y),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cell_is_visited_once_and_gives_a_block_of_the_region() {
+        for (width, height) in [(1, 1), (3, 200), (960, 540), (240, 135), (4_000, 3)] {
+            let region = Region { x: 5, y: 7, width, height };
+            let cells = Cells::new(region);
+            let mut visited: Vec<u32> = (0..cells.count()).map(|k| cells.visited(k)).collect();
+            let mut blocks: Vec<(u32, u32)> = visited
+                .iter()
+                .map(|cell| cells.block(*cell))
+                .inspect(|b| {
+                    assert!(b.x >= 5 && b.y >= 7 && b.x + b.width <= 5 + width && b.y + b.height <= 7 + height)
+                })
+                .map(|b| (b.x, b.y))
+                .collect();
+            visited.sort_unstable();
+            assert!(visited.iter().copied().eq(0..cells.count()), "{width} x {height}");
+            blocks.sort_unstable();
+            blocks.dedup();
+            assert_eq!(blocks.len() as u32, cells.count(), "{width} x {height}");
+        }
+    }
+}

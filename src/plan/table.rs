@@ -1,0 +1,134 @@
+//! The plan as a readable table, at most 100 columns wide.
+
+use super::Plan;
+use super::explain::{Effect, State};
+use std::fmt::Write;
+
+const WIDTH: usize = 100;
+/// Column in which reasons begin.
+const REASON: usize = 52;
+
+impl Plan {
+    /// The effects with their reasons, below them depth, estimates and warnings, and actual numbers if there are any.
+    pub fn to_table(&self) -> String {
+        let mut table = format!("{:<22}{:<8}{:>11}{:>9}  reason\n", "effect", "state", "est. rays", "ms");
+        for effect in &self.explanation.effects {
+            let est = effect.est.filter(|est| est.rays > 0);
+            let rays = est.map_or_else(String::new, |est| grouped(est.rays));
+            let ms = est.and_then(|est| est.ms).map_or_else(String::new, |ms| format!("{ms:.1}"));
+            let head = format!("{:<22}{:<8}{rays:>11}{ms:>9}  ", effect.effect, state(effect));
+            let place = effect.because.first().map_or_else(String::new, |pointer| format!(" ({pointer})"));
+            wrap(&mut table, &head, REASON, &format!("{}{place}", effect.reason));
+        }
+        table.push('\n');
+        self.add_whole(&mut table);
+        self.add_actual(&mut table);
+        table
+    }
+
+    fn add_whole(&self, table: &mut String) {
+        let line = |table: &mut String, name: &str, text: &str| wrap(table, &format!("{name:<16}"), 16, text);
+        line(
+            table,
+            "kernel",
+            &format!("{} in {:?} precision", self.kernel.kernel, self.kernel.precision).to_lowercase(),
+        );
+        let depth = &self.depth;
+        let proved =
+            depth.proved_sufficient.map_or_else(|| "no bound proved".into(), |n| format!("{n} suffices, proved"));
+        line(table, "depth", &format!("{} requested, {proved}: {}", depth.requested, depth.why));
+        if let Some(est) = &self.estimate {
+            let [low, high] = est.rays_ci.map(grouped);
+            let text =
+                format!("{} rays ({low} to {high}), {:.1} ms on {} threads", grouped(est.rays), est.ms, est.threads);
+            line(table, "estimate", &text);
+            let share = 100.0 * est.pilot_pixels as f64 / est.pixels as f64;
+            let refined = if est.refined_pixels > 0 {
+                format!("; antialiasing refines {}", grouped(est.refined_pixels))
+            } else {
+                String::new()
+            };
+            let text =
+                format!("from {} of {} pixels ({share:.1} %){refined}", grouped(est.pilot_pixels), grouped(est.pixels));
+            line(table, "", &text);
+        }
+        line(table, "explained in", &format!("{:.1} ms", self.explain_ms));
+        for warning in &self.warnings {
+            line(table, "warning", &warning.to_string());
+        }
+        line(table, "not simulated", &self.explanation.not_simulated.join(", "));
+    }
+
+    fn add_actual(&self, table: &mut String) {
+        let measured =
+            |effect: &&Effect| effect.act.is_some_and(|act| act.rays > 0) || effect.est.is_some_and(|e| e.rays > 0);
+        let mut effects = self.explanation.effects.iter().filter(measured).peekable();
+        if self.explanation.effects.iter().all(|effect| effect.act.is_none()) || effects.peek().is_none() {
+            return;
+        }
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            table,
+            "\n{:<22}{:>12}{:>25}{:>9}{:>13}{:>9}{:>9}",
+            "effect", "est. rays", "95 %", "ms", "actual rays", "off by", "ms"
+        );
+        for effect in effects {
+            let (Some(est), Some(act)) = (effect.est, effect.act) else { continue };
+            let [low, high] = est.rays_ci.map(grouped);
+            let off = 100.0 * (est.rays as f64 / act.rays.max(1) as f64 - 1.0);
+            let _ = writeln!(
+                table,
+                "{:<22}{:>12}{:>25}{:>9.1}{:>13}{off:>7.1} %{:>9.1}",
+                effect.effect,
+                grouped(est.rays),
+                format!("{low} to {high}"),
+                est.ms.unwrap_or_default(),
+                grouped(act.rays),
+                act.ms_estimated.unwrap_or_default()
+            );
+        }
+        table.push_str("rays of total reflection are among the reflected ones, those of antialiasing among all\n");
+    }
+}
+
+fn state(effect: &Effect) -> &'static str {
+    match effect.state {
+        State::On => "on",
+        State::Removed => "removed",
+        State::Off => "off",
+    }
+}
+
+/// Adds text in lines of at most [`WIDTH`] columns, the first after `head`, the others indented.
+fn wrap(table: &mut String, head: &str, indent: usize, text: &str) {
+    let mut line = head.to_owned();
+    let mut fresh = true;
+    for word in text.split(' ') {
+        if !fresh && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            table.push_str(line.trim_end());
+            table.push('\n');
+            line = " ".repeat(indent);
+            fresh = true;
+        }
+        if !fresh {
+            line.push(' ');
+        }
+        line.push_str(word);
+        fresh = false;
+    }
+    table.push_str(line.trim_end());
+    table.push('\n');
+}
+
+/// A number with its thousands apart.
+pub fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}

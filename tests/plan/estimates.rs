@@ -1,0 +1,69 @@
+//! Estimates beside what was traced.
+
+use crate::common::{load_scene, scene_names};
+use std::time::Duration;
+use strahl::film::Region;
+use strahl::plan::pilot::{Expected, Pilot};
+use strahl::render::{Control, Picture, render};
+use strahl::scene::{Overrides, Scene};
+
+const UNTIL_DONE: Duration = Duration::from_secs(1_000);
+
+fn whole(scene: &Scene) -> (Region, Picture) {
+    let region = Region::whole(scene.width, scene.height);
+    (region, render(scene, region, &Control::default()).unwrap())
+}
+
+fn holds(expected: &Expected, actual: u64) -> bool {
+    (expected.interval[0]..=expected.interval[1]).contains(&(actual as f64))
+}
+
+#[test]
+fn nine_of_ten_intervals_hold_the_rays_and_most_estimates_are_within_a_tenth() {
+    let (mut asked, mut held) = (0, 0);
+    let mut errors = Vec::new();
+    // In the corridor each of a pixel's ten thousand rays meets a mirror: a minute of rays, and nothing to estimate.
+    for name in scene_names().into_iter().filter(|name| name != "hard/corridor") {
+        for antialias in [false, true] {
+            let overrides = Overrides { antialias: Some(antialias), ..Overrides::default() };
+            let scene = load_scene(&name, 480, overrides).scene;
+            let (region, picture) = whole(&scene);
+            let pilot = Pilot::run(&scene, region, &Control::default(), UNTIL_DONE).unwrap();
+            let rays = picture.rays;
+            let kinds = [rays.camera, rays.shadow, rays.reflected, rays.transmitted, rays.gathered];
+            let all = [(&pilot.rays, rays.total()), (&pilot.added, picture.refined.rays.total())];
+            for (expected, actual) in pilot.kinds.iter().zip(kinds).chain(all).filter(|(_, actual)| *actual > 0) {
+                asked += 1;
+                held += u32::from(holds(expected, actual));
+                errors.push(expected.value / actual as f64 - 1.0);
+            }
+            println!(
+                "{name:<34} {antialias:<6} {:>9} rays {:>+6.1} %, interval {:>4.1} %, {} of {} pixels, {:?}",
+                rays.total(),
+                100.0 * (pilot.rays.value / rays.total() as f64 - 1.0),
+                50.0 * (pilot.rays.interval[1] - pilot.rays.interval[0]) / rays.total() as f64,
+                pilot.traced,
+                pilot.pixels,
+                holds(&pilot.rays, rays.total()),
+            );
+        }
+    }
+    errors.iter_mut().for_each(|error: &mut f64| *error = error.abs());
+    errors.sort_unstable_by(f64::total_cmp);
+    let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
+    println!("{held} of {asked} intervals hold; errors: median {median:.4}, 90 % below {most:.4}");
+    assert!(held * 10 >= asked * 9, "{held} of {asked} intervals hold what they say");
+    assert!(median <= 0.05, "median error {median}");
+}
+
+#[test]
+fn small_pictures_are_traced_completely() {
+    for name in ["whitted/whitted", "mirrors/hall"] {
+        let overrides = Overrides { antialias: Some(false), ..Overrides::default() };
+        let scene = load_scene(name, 64, overrides).scene;
+        let (region, picture) = whole(&scene);
+        let pilot = Pilot::run(&scene, region, &Control::default(), UNTIL_DONE).unwrap();
+        assert_eq!(pilot.rays.value.round(), picture.rays.total() as f64, "{name}");
+        assert!(pilot.rays.interval[1] - pilot.rays.interval[0] < 1e-6 * pilot.rays.value, "{name}");
+    }
+}
