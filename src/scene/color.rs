@@ -112,6 +112,16 @@ pub enum Diffuse {
     Noise(Noise),
 }
 
+impl Diffuse {
+    /// The picture, if it is one.
+    pub fn image(&self) -> Option<&ImageMap> {
+        match self {
+            Self::Image(image) => Some(image),
+            _ => None,
+        }
+    }
+}
+
 impl Default for Diffuse {
     fn default() -> Self {
         Self::Uniform(Color(Rgb::splat(0.8)))

@@ -94,10 +94,10 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     for (name, material) in description.materials.iter() {
         let at = |rest: &str| push_token("/materials", name) + rest;
         let mut map = |image: &'a ImageMap, meaning, pointer| wanted.push((image.source.as_str(), meaning, pointer));
-        if let Some(Diffuse::Image(image)) = &material.ambient {
+        if let Some(image) = material.ambient.as_ref().and_then(Diffuse::image) {
             map(image, Meaning::Color, at("/ambient/image/source"));
         }
-        if let Diffuse::Image(image) = &material.diffuse {
+        if let Some(image) = material.diffuse.image() {
             map(image, Meaning::Color, at("/diffuse/image/source"));
         }
         if let Some(Relief::Image(image)) = material.bump.as_ref().map(|bump| &bump.texture) {

@@ -10,9 +10,8 @@ pub fn noise(p: DVec3, seed: u64) -> (f64, DVec3) {
     let fade = f * f * f * (f * (f * 6.0 - DVec3::splat(15.0)) + DVec3::splat(10.0));
     let slope = 30.0 * f * f * (f * (f - DVec3::splat(2.0)) + DVec3::ONE);
     let (mut value, mut gradient) = (0.0, DVec3::ZERO);
-    for corner in 0..8 {
+    for (corner, direction) in (0..8).zip(directions(cell, seed)) {
         let side = DVec3::new(f64::from(corner & 1), f64::from(corner >> 1 & 1), f64::from(corner >> 2));
-        let direction = lattice(cell + side, seed);
         let ramp = direction.dot(f - side);
         // The weight is a product of fade or 1 - fade over the axes.
         let weight = side * fade + (DVec3::ONE - side) * (DVec3::ONE - fade);
@@ -26,13 +25,18 @@ pub fn noise(p: DVec3, seed: u64) -> (f64, DVec3) {
     (value, gradient)
 }
 
-/// The directions from the middle of a cube to its edges, four of them twice.
-fn lattice(corner: DVec3, seed: u64) -> DVec3 {
-    let mut hash = seed;
-    for x in corner.to_array() {
-        // Beyond 2^63 the lattice stands still, as the coordinates of such points do.
-        hash = scramble(hash ^ (x as i64 as u64));
-    }
+/// The directions at the corners of a cell: bits 0, 1 and 2 of their numbers say on which side in x, y and z they are.
+fn directions(cell: DVec3, seed: u64) -> [DVec3; 8] {
+    // Beyond 2^63 the lattice stands still, as the coordinates of such points do.
+    let step = |hash: u64, x: f64| scramble(hash ^ (x as i64 as u64));
+    let side = |bit: usize| bit as f64;
+    let by_x = [step(seed, cell.x), step(seed, cell.x + 1.0)];
+    let by_xy = [0, 1, 2, 3].map(|i| step(by_x[i & 1], cell.y + side(i >> 1)));
+    [0, 1, 2, 3, 4, 5, 6, 7].map(|i| direction(step(by_xy[i & 3], cell.z + side(i >> 2))))
+}
+
+/// From the middle of a cube to one of its edges, four of which are twice as likely.
+fn direction(hash: u64) -> DVec3 {
     let sign = |bit: u64| if hash >> bit & 1 == 0 { 1.0 } else { -1.0 };
     let (a, b) = (sign(60), sign(61));
     match hash >> 32 & 3 {

@@ -395,3 +395,38 @@ fn crc(bytes: &[u8]) -> u32 {
     };
     !bytes.iter().fold(u32::MAX, step)
 }
+
+#[test]
+fn explanations_say_what_is_on_removed_or_off() {
+    let states = |description: &Value| {
+        let loaded =
+            strahl::scene::load(description.to_string().as_bytes(), Format::Json, &Overrides::default()).unwrap();
+        let explained = strahl::plan::explain::explain(&loaded.description);
+        // What a description says reads back as the same.
+        let written = serde_json::to_value(&loaded.description).unwrap();
+        assert_eq!(serde_json::from_value::<strahl::scene::Description>(written).unwrap(), loaded.description);
+        let names =
+            ["gradient_texture", "noise_texture", "image_texture", "bump_mapping", "normal_mapping", "environment_map"];
+        names.map(|name| {
+            let effect = explained.effects.iter().find(|effect| effect.effect == name).unwrap();
+            serde_json::to_value(effect.state).unwrap().as_str().unwrap().to_owned()
+        })
+    };
+    let mut description = wall(json!(1));
+    assert_eq!(states(&description), ["off"; 6]);
+    let source = url(board(2));
+    description["environment"] = json!({ "image": source });
+    description["materials"]["wall"] = json!({
+        "ambient": noise(1.0),
+        "diffuse": { "gradient": { "from": [0, 0, 0], "to": [1, 0, 0], "a": 0, "b": 1 } },
+        "bump": { "height": 0.1, "texture": { "image": { "source": source, "mapping": { "planar": {} } } } }
+    });
+    description["materials"]["unused"] = json!({
+        "diffuse": { "image": { "source": source, "mapping": "uv", "wrap": "repeat" } },
+        "normal_map": { "image": { "source": source } }
+    });
+    assert_eq!(states(&description), ["on", "on", "removed", "on", "removed", "on"]);
+    description["environment"]["intensity"] = json!(0);
+    description["materials"]["wall"]["bump"]["height"] = json!(0);
+    assert_eq!(states(&description), ["on", "on", "removed", "removed", "removed", "removed"]);
+}

@@ -118,6 +118,6 @@ fn pictures_from_files_are_read_each_time() {
     let outside = WALL.replace("wall.png", "../wall.png");
     for (service, scene) in [(&service, outside.as_str()), (&Service::start(&[]), WALL)] {
         let problem = service.post_json("/v1/render", scene).problem(422, "invalid-scene");
-        assert_eq!(problem["errors"][0]["pointer"], "/materials/wall/diffuse/image/source");
+        assert_eq!(problem["errors"][0]["pointer"], "#/materials/wall/diffuse/image/source");
     }
 }

@@ -284,13 +284,10 @@ fn check_mesh(findings: &mut Findings, at: Path<'_>, mesh: &Mesh) {
         let detail = format!("must have one pair for each of the {count} vertices, has {}", uvs.len());
         findings.add(at.key("uvs"), Code::OutOfRange, detail);
     }
-    let coordinates = mesh.uvs.iter().flatten().enumerate();
-    if let Some((i, [u, v])) = coordinates.clone().find(|(_, uv)| uv.iter().any(|x| !(x.abs() <= limits::MAGNITUDE))) {
+    let stray = |uv: &[f64; 2]| uv.iter().position(|x| x.is_nan() || x.abs() > limits::MAGNITUDE);
+    if let Some((i, k, uv)) = mesh.uvs.iter().flatten().enumerate().find_map(|(i, uv)| Some((i, stray(uv)?, uv))) {
         let max = limits::MAGNITUDE;
-        for (k, x) in [u, v].into_iter().enumerate() {
-            let ok = x.abs() <= max;
-            findings.number(at.key("uvs").index(i).index(k), *x, format_args!("between -{max:e} and {max:e}"), ok);
-        }
+        findings.number(at.key("uvs").index(i).index(k), uv[k], format_args!("between -{max:e} and {max:e}"), false);
     }
 }
 

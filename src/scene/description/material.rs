@@ -77,16 +77,12 @@ fn default_ior() -> f64 {
 impl Material {
     /// All pictures on the surface.
     pub fn images(&self) -> impl Iterator<Item = &ImageMap> {
-        let of_color = |diffuse| match diffuse {
-            &Diffuse::Image(ref image) => Some(image),
-            _ => None,
-        };
         let relief = self.bump.as_ref().and_then(|bump| match &bump.texture {
             Relief::Image(image) => Some(image),
             Relief::Noise(_) => None,
         });
         let normals = self.normal_map.as_ref().map(|normals| &normals.image);
-        [self.ambient.as_ref().and_then(of_color), of_color(&self.diffuse), relief, normals].into_iter().flatten()
+        [self.ambient.as_ref().and_then(Diffuse::image), self.diffuse.image(), relief, normals].into_iter().flatten()
     }
 
     /// Whether a picture lies on the surface by texture coordinates, which only meshes have.

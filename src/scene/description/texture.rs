@@ -56,7 +56,7 @@ pub struct Grain {
 #[serde(deny_unknown_fields)]
 pub struct ImageMap {
     /// PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read.
-    /// Transparency is ignored.
+    /// Transparency is ignored. Decoders of JPEG may round differently on other processors; those of PNG do not.
     pub source: String,
     /// How it lies on the surface. Default `"uv"`.
     #[serde(default)]
