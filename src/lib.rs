@@ -1,6 +1,7 @@
 //! strahl renders JSON scenes with Whitted's recursive ray tracing (CACM 23(6), 1980).
 
 pub mod accel;
+pub mod accuracy;
 pub mod camera;
 pub mod film;
 pub mod lanes;

@@ -42,6 +42,11 @@ pub fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
+/// e^x.
+pub fn exp(x: f64) -> f64 {
+    libm::exp(x)
+}
+
 /// Arc sine in radians, of a value in [-1, 1].
 pub fn asin(x: f64) -> f64 {
     libm::asin(x)

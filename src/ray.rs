@@ -26,13 +26,36 @@ pub enum Wanted {
     Surface,
 }
 
-/// Where a ray meets one shape, in the shape's own space.
+/// Where a ray meets one shape: all that traversal asks for, and what the surface there follows from.
 #[derive(Debug, Clone, Copy)]
-pub struct Meeting<L: Lanes> {
+pub struct Place<L: Lanes> {
     /// Ray parameter.
     pub t: L,
     /// The lanes that meet the shape inside (t_min, t_max).
     pub hit: L::Mask,
+    /// Barycentric weights of the vertices, for triangles.
+    pub weights: [L; 3],
+}
+
+impl<L: Lanes> Place<L> {
+    /// A place on a shape that has no barycentric weights.
+    #[inline(always)]
+    pub fn smooth(t: L, hit: L::Mask) -> Self {
+        Self { t, hit, weights: [t, t, t] }
+    }
+
+    /// No place in any lane.
+    #[inline(always)]
+    pub fn nowhere(s: L::Simd) -> Self {
+        Self::smooth(L::lit(s, 0.0), L::mask(s, 0))
+    }
+}
+
+/// How a ray meets one shape, in the shape's own space.
+#[derive(Debug, Clone, Copy)]
+pub struct Meeting<L: Lanes> {
+    /// Where.
+    pub place: Place<L>,
     /// The point, moved onto the surface as exactly as the format allows.
     pub point: V3<L>,
     /// Bound on the error of each coordinate of `point`, its own rounding when it is moved included.
@@ -41,15 +64,13 @@ pub struct Meeting<L: Lanes> {
     pub normal: V3<L>,
     /// Whether that length is 1.
     pub normalized: bool,
-    /// Barycentric weights of the second and third vertex, for triangles.
-    pub barycentric: [L; 2],
 }
 
 impl<L: Lanes> Meeting<L> {
     /// A meeting of shapes that have no barycentric weights.
     #[inline(always)]
     pub fn smooth(t: L, hit: L::Mask, point: V3<L>, error: V3<L>, normal: V3<L>) -> Self {
-        Self { t, hit, point, error, normal, normalized: false, barycentric: [t, t] }
+        Self { place: Place::smooth(t, hit), point, error, normal, normalized: false }
     }
 
     /// No meeting in any lane.

@@ -9,6 +9,7 @@ use crate::scene::compile::Precise;
 use crate::scene::world::World;
 use crate::shading::media::Medium;
 use crate::trace::enclosing::media_at;
+use crate::trace::hits::Hits;
 use crate::trace::kernel::Tracer;
 use crate::trace::observer::Observer;
 use crate::trace::sampling::Sampler;
@@ -238,10 +239,11 @@ fn trace_with<L: Lanes, E: Effects>(
     out: &mut Traced,
 ) {
     let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.eye, job.cancelled, ());
+    let mut hits = Hits::none(s);
     for packet in at.chunks(L::COUNT) {
         let active = ((1u64 << packet.len()) - 1) as u32;
         let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-        add_samples(&mut tracer, packet, active, samples, &mut sum);
+        add_samples(&mut tracer, packet, active, samples, &mut hits, &mut sum);
         let mut channels = [[L::Real::default(); MAX_LANES]; 3];
         for (channel, lanes) in channels.iter_mut().zip([sum.x, sum.y, sum.z]) {
             lanes.store(channel);
@@ -266,6 +268,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
     pixels: &[[u32; 2]],
     active: u32,
     samples: u32,
+    hits: &mut Hits<L>,
     sum: &mut V3<L>,
 ) {
     let s = tracer.simd();
@@ -284,7 +287,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
         if E::SAMPLED {
             tracer.sampler = Sampler::new(&corners, i);
         }
-        tracer.sample(coordinate(0), coordinate(1), active, weight, sum);
+        tracer.sample(coordinate(0), coordinate(1), active, weight, hits, sum);
     }
 }
 

@@ -6,7 +6,7 @@ use super::primitive::intersect_item;
 use super::wide::{Kind, Leaf, Wide};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
-use crate::shape::{intersect_triangle, sphere_crossings};
+use crate::shape::{place_on_triangle, sphere_crossings};
 use smallvec::SmallVec;
 use std::cmp::Ordering;
 
@@ -137,7 +137,7 @@ impl<L: Lanes> Passage<'_, L> {
                         sphere_crossings(s, center, radius, rays, sides)
                     }
                     Kind::Triangles(sides) => [
-                        intersect_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).hit,
+                        place_on_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).hit,
                         L::mask(s, 0),
                     ],
                     Kind::Mixed => return,
@@ -168,7 +168,7 @@ impl<L: Lanes> Passage<'_, L> {
                 Kind::Triangles(sides) => {
                     let corners = wide.triangles(s, start);
                     [
-                        intersect_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).hit,
+                        place_on_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).hit,
                         L::mask(s, 0),
                     ]
                 }
@@ -212,19 +212,19 @@ impl<L: Lanes> Passage<'_, L> {
             return;
         }
         if self.blockers == Blockers::Opaque || !item.lets_light_through() {
-            rays.active = rays.active & !intersect_item(s, item, face, rays, Wanted::Distance).hit;
+            rays.active = rays.active & !intersect_item(s, item, face, rays, Wanted::Distance).place.hit;
             return;
         }
         // Each search starts behind the last crossing.
         let mut search = *rays;
         for _ in 0..most_crossings(&item.shape) {
-            let meeting = intersect_item(s, item, face, &search, Wanted::Distance);
-            if !meeting.hit.any() {
+            let place = intersect_item(s, item, face, &search, Wanted::Distance).place;
+            if !place.hit.any() {
                 break;
             }
-            self.crossings.push((meeting.hit.bits(), item.transmission));
-            search.active = meeting.hit;
-            search.t_min = meeting.t;
+            self.crossings.push((place.hit.bits(), item.transmission));
+            search.active = place.hit;
+            search.t_min = place.t;
         }
     }
 }

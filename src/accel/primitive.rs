@@ -4,7 +4,7 @@ use super::geometry::{Item, Shape};
 use super::resolve::splat_corners;
 use crate::lanes::Lanes;
 use crate::ray::{Meeting, Rays, Wanted};
-use crate::shape::{Shear, intersect_triangle};
+use crate::shape::{Shear, place_on_triangle, triangle_surface};
 
 /// Meeting of rays with one primitive of an item that is no instance. A function of its own: a copy of each shape in every
 /// caller would only cost compile time.
@@ -22,7 +22,8 @@ pub(super) fn intersect_item<L: Lanes>(
             Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
             Shape::Mesh(mesh) => {
                 let corners = splat_corners(s, &mesh.vertices, mesh.faces[face as usize]);
-                intersect_triangle(s, corners, rays, &Shear::new(s, rays), item.sides)
+                let place = place_on_triangle(s, corners, rays, &Shear::new(s, rays), item.sides);
+                triangle_surface(s, corners, &place, rays.dir)
             }
             Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
             Shape::Disc(disc) => disc.intersect(s, rays, item.sides),

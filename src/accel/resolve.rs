@@ -3,8 +3,8 @@
 use super::geometry::{Geometry, Item, Mesh, Placement, Shape};
 use super::primitive::intersect_item;
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
-use crate::ray::{Meeting, Rays, Wanted, gamma};
-use crate::shape::{Shear, Sides, intersect_sphere, intersect_triangle};
+use crate::ray::{Meeting, Place, Rays, Wanted, gamma};
+use crate::shape::{Shear, Sides, place_on_sphere, place_on_triangle, sphere_surface, triangle_surface};
 
 /// A surface under each ray.
 #[derive(Debug, Clone, Copy)]
@@ -76,19 +76,19 @@ impl<'a, R: Real> Owner<'a, R> {
     /// The lanes of `among` that have met this body.
     #[inline(always)]
     pub fn lanes<L: Lanes<Real = R>>(&self, s: L::Simd, expanded: L::Ids, among: u32) -> u32 {
-        if self.item.expanded == 1 {
-            return expanded.eq(L::Ids::splat(s, self.body)).bits() & among;
-        }
-        lanes_of(among).fold(0, |lanes, lane| lanes | u32::from(self.owns(expanded.lane(lane))) << lane)
-    }
-
-    /// Whether an expanded index belongs to this body.
-    fn owns(&self, expanded: u64) -> bool {
-        expanded.wrapping_sub(self.body) < self.item.expanded
+        let first = L::Ids::splat(s, self.body);
+        let own = if self.item.expanded == 1 {
+            expanded.eq(first)
+        } else {
+            expanded.ge(first) & !expanded.ge(L::Ids::splat(s, self.body + self.item.expanded))
+        };
+        own.bits() & among
     }
 }
 
-/// The surfaces that the `lanes` of `rays` (as they were cast) meet on the primitives `expanded` of one body.
+/// The surfaces that the `lanes` of `rays` (as they were cast) meet on the primitives `expanded` of one body, at the places
+/// that are known from traversal. Spheres inside instances, rare shapes, and everything where no place is known, are met
+/// again.
 #[inline(always)]
 pub fn resolve<L: Lanes>(
     s: L::Simd,
@@ -96,6 +96,7 @@ pub fn resolve<L: Lanes>(
     expanded: L::Ids,
     lanes: u32,
     rays: &Rays<L>,
+    known: Option<&Place<L>>,
     time: Option<&L>,
 ) -> Surface<L> {
     // Down to the body's own coordinates ...
@@ -107,17 +108,28 @@ pub fn resolve<L: Lanes>(
     }
     let outward = if owner.item.hollow { L::lit(s, -1.0) } else { L::lit(s, 1.0) };
     let mut smooth = false;
-    // The same primitives are met again, now for point, error and normal.
     let mut surface = match &owner.item.shape {
         Shape::Mesh(mesh) => {
             let faces = Faces::new(s, owner, mesh, expanded, lanes);
             let corners = faces.corners(s, &mesh.vertices);
-            let meeting = intersect_triangle(s, corners, &inner, &Shear::new(s, &inner), owner.item.sides);
+            let place = match known {
+                Some(place) => *place,
+                None => place_on_triangle(s, corners, &inner, &Shear::new(s, &inner), owner.item.sides),
+            };
+            let meeting = triangle_surface(s, corners, &place, inner.dir);
             let flat = Surface::flat(s, &meeting, outward, inner.dir);
             smooth = owner.item.is_smooth();
             if smooth { flat.curved(s, mesh, &faces, corners, &meeting, inner.dir) } else { flat }
         }
-        Shape::Sphere(sphere) => Surface::flat(s, &sphere.intersect(s, &inner, owner.item.sides), outward, inner.dir),
+        Shape::Sphere(sphere) => {
+            let (center, radius) = (V3::splat(s, sphere.center), L::splat(s, sphere.radius));
+            let place = match known {
+                // Ray parameters are others inside instances.
+                Some(place) if owner.instances.is_empty() => *place,
+                _ => place_on_sphere(s, center, radius, &inner, owner.item.sides),
+            };
+            Surface::flat(s, &sphere_surface(s, center, radius, &inner, &place), outward, inner.dir)
+        }
         _ => {
             let meeting = intersect_item(s, owner.item, 0, &inner, Wanted::Surface);
             Surface::flat(s, &meeting, outward, inner.dir)
@@ -172,11 +184,17 @@ impl<R: Real> Spheres<R> {
 
     /// The surfaces that rays meet on them.
     #[inline(always)]
-    pub fn resolve<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> Surface<L> {
+    pub fn resolve<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, known: Option<&Place<L>>) -> Surface<L> {
         let [x, y, z, radius] = &self.columns;
-        let center = V3 { x: L::load(s, x), y: L::load(s, y), z: L::load(s, z) };
-        let asked = Rays { active: L::mask(s, self.lanes), ..*rays };
-        let meeting = intersect_sphere(s, center, L::load(s, radius), &asked, Sides::Both);
+        let (center, radius) = (V3 { x: L::load(s, x), y: L::load(s, y), z: L::load(s, z) }, L::load(s, radius));
+        let place = match known {
+            Some(place) => *place,
+            None => {
+                let asked = Rays { active: L::mask(s, self.lanes), ..*rays };
+                place_on_sphere(s, center, radius, &asked, Sides::Both)
+            }
+        };
+        let meeting = sphere_surface(s, center, radius, rays, &place);
         let outward = L::select(L::mask(s, self.hollow), L::lit(s, -1.0), L::lit(s, 1.0));
         Surface::flat(s, &meeting, outward, rays.dir)
     }
@@ -267,7 +285,7 @@ impl<L: Lanes> Surface<L> {
         };
         let lift = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let (point, error) = (meeting.point, meeting.error);
-        Self { point, error, ng, ns: ng, lift, local: point, met: meeting.hit }
+        Self { point, error, ng, ns: ng, lift, local: point, met: meeting.place.hit }
     }
 
     /// The same with interpolated normals: the shading normal on the side of `ng`, and the way from the facet to the
@@ -286,7 +304,7 @@ impl<L: Lanes> Surface<L> {
     ) -> Self {
         let zero = L::lit(s, 0.0);
         let normals = faces.corners(s, &mesh.normals);
-        let [b1, b2] = meeting.barycentric;
+        let [_, b1, b2] = meeting.place.weights;
         let weights = [L::lit(s, 1.0) - b1 - b2, b1, b2];
         // Interpolated normals may cancel, and some files have them pointing inwards.
         let ns = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];

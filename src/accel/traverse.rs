@@ -5,8 +5,8 @@ use super::geometry::{Geometry, Item, Shape};
 use super::primitive::intersect_item;
 use super::wide::{Kind, Leaf, Wide};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
-use crate::ray::{Rays, Wanted};
-use crate::shape::{intersect_sphere, intersect_triangle};
+use crate::ray::{Place, Rays, Wanted};
+use crate::shape::{place_on_sphere, place_on_triangle};
 use std::ops::Range;
 
 /// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
@@ -16,6 +16,8 @@ pub struct Nearest<'a, L: Lanes> {
     pub found: u32,
     /// Expanded index of the primitive.
     pub expanded: L::Ids,
+    /// Barycentric weights of the ray's place on it, for triangles.
+    pub weights: [L; 3],
     skipped: Option<&'a Skipped>,
 }
 
@@ -23,7 +25,8 @@ impl<'a, L: Lanes> Nearest<'a, L> {
     /// No lane has a primitive yet.
     #[inline(always)]
     pub fn none(s: L::Simd) -> Self {
-        Self { found: 0, expanded: L::Ids::splat(s, 0), skipped: None }
+        let zero = L::lit(s, 0.0);
+        Self { found: 0, expanded: L::Ids::splat(s, 0), weights: [zero, zero, zero], skipped: None }
     }
 
     /// The same for rays that pass some bodies as if they were not there.
@@ -35,7 +38,8 @@ impl<'a, L: Lanes> Nearest<'a, L> {
     /// Takes a primitive where it is nearer, or equally near and earlier in the scene; the latter makes the answer
     /// independent of the order of traversal.
     #[inline(always)]
-    fn offer(&mut self, s: L::Simd, rays: &mut Rays<L>, hit: L::Mask, t: L, expanded: u64) {
+    fn offer(&mut self, s: L::Simd, rays: &mut Rays<L>, place: &Place<L>, expanded: u64) {
+        let Place { t, hit, weights: [b0, b1, b2] } = *place;
         let mut nearer = (hit & t.lt(rays.t_max)).bits();
         let ties = (hit & t.eq(rays.t_max)).bits() & self.found;
         for lane in lanes_of(ties) {
@@ -51,38 +55,45 @@ impl<'a, L: Lanes> Nearest<'a, L> {
             rays.t_max = L::select(nearer_mask, t, rays.t_max);
             self.found |= nearer;
             self.expanded = L::Ids::select(nearer_mask, L::Ids::splat(s, expanded), self.expanded);
+            let weights = &mut self.weights;
+            weights[0] = L::select(nearer_mask, b0, weights[0]);
+            weights[1] = L::select(nearer_mask, b1, weights[1]);
+            weights[2] = L::select(nearer_mask, b2, weights[2]);
         }
     }
 
-    /// The same for one lane's ray and some of several primitives: `t` has a lane for each.
+    /// The same for one lane's ray and some of several primitives: `places` has a lane for each.
     #[inline(always)]
     fn offer_alone(
         &mut self,
         s: L::Simd,
         rays: &mut Rays<L>,
         lane: usize,
-        hit: L::Mask,
-        t: L,
+        places: &Place<L>,
         expanded: impl Fn(usize) -> u64,
     ) {
         let (mut best, mut found) = (rays.t_max.lane(lane), None);
-        for place in lanes_of(hit.bits()) {
-            let t = t.lane(place);
+        for place in lanes_of(places.hit.bits()) {
+            let t = places.t.lane(place);
             if t > best {
                 continue;
             }
             let id = expanded(place);
-            let held = found.or_else(|| (self.found & (1 << lane) != 0).then(|| self.expanded.lane(lane)));
+            let held =
+                found.map(|(_, id)| id).or_else(|| (self.found & (1 << lane) != 0).then(|| self.expanded.lane(lane)));
             let nearer = t < best || held.is_some_and(|held| id < held);
             if nearer && !self.skipped.is_some_and(|skipped| skipped.has(lane, id)) {
-                (best, found) = (t, Some(id));
+                (best, found) = (t, Some((place, id)));
             }
         }
-        if let Some(id) = found {
+        if let Some((place, id)) = found {
             let mask = L::mask(s, 1 << lane);
             rays.t_max = L::select(mask, L::splat(s, best), rays.t_max);
             self.found |= 1 << lane;
             self.expanded = L::Ids::select(mask, L::Ids::splat(s, id), self.expanded);
+            for (held, weight) in self.weights.iter_mut().zip(places.weights) {
+                *held = L::select(mask, L::splat(s, weight.lane(place)), *held);
+            }
         }
     }
 }
@@ -197,40 +208,36 @@ impl<L: Lanes> Search<'_, '_, L> {
         if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
             for place in 0..leaf.count as usize {
                 let closed = closed(s, rays);
-                let meeting = match leaf.kind {
+                let found = match leaf.kind {
                     Kind::Spheres(sides) => {
                         let (center, radius) = wide.sphere(s, start + place);
-                        intersect_sphere(s, center, radius, &closed, sides)
+                        place_on_sphere(s, center, radius, &closed, sides)
                     }
                     Kind::Triangles(sides) => {
-                        intersect_triangle(s, wide.triangle(s, start + place), &closed, prepared.shear(s, rays), sides)
+                        place_on_triangle(s, wide.triangle(s, start + place), &closed, prepared.shear(s, rays), sides)
                     }
                     Kind::Mixed => return,
                 };
-                if meeting.hit.any() {
-                    self.nearest.offer(s, rays, meeting.hit, meeting.t, expanded(place));
+                if found.hit.any() {
+                    self.nearest.offer(s, rays, &found, expanded(place));
                 }
             }
             return;
         }
         for lane in lanes_of(lanes) {
             let ray = closed(s, rays).alone(s, lane, first(leaf.count));
-            let meeting = match leaf.kind {
+            let found = match leaf.kind {
                 Kind::Spheres(sides) => {
                     let (center, radius) = wide.spheres(s, start);
-                    intersect_sphere(s, center, radius, &ray, sides)
+                    place_on_sphere(s, center, radius, &ray, sides)
                 }
-                Kind::Triangles(sides) => intersect_triangle(
-                    s,
-                    wide.triangles(s, start),
-                    &ray,
-                    &prepared.shear(s, rays).alone(s, lane),
-                    sides,
-                ),
+                Kind::Triangles(sides) => {
+                    place_on_triangle(s, wide.triangles(s, start), &ray, &prepared.shear(s, rays).alone(s, lane), sides)
+                }
                 Kind::Mixed => return,
             };
-            if meeting.hit.any() {
-                self.nearest.offer_alone(s, rays, lane, meeting.hit, meeting.t, expanded);
+            if found.hit.any() {
+                self.nearest.offer_alone(s, rays, lane, &found, expanded);
             }
         }
     }
@@ -256,7 +263,7 @@ impl<L: Lanes> Search<'_, '_, L> {
             return;
         }
         let meeting = intersect_item(s, item, face, &closed(s, rays), Wanted::Distance);
-        self.nearest.offer(s, rays, meeting.hit, meeting.t, first + u64::from(face));
+        self.nearest.offer(s, rays, &meeting.place, first + u64::from(face));
     }
 }
 

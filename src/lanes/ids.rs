@@ -19,6 +19,8 @@ pub trait Ids: Copy + Debug {
     fn lane(self, i: usize) -> u64;
     /// Where both have the same name.
     fn eq(self, other: Self) -> Self::Mask;
+    /// Where this one's name is not below the other's.
+    fn ge(self, other: Self) -> Self::Mask;
     /// `a` where the mask is true, `b` elsewhere.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
 
@@ -63,6 +65,10 @@ impl<S: Simd> Ids for Narrow<S> {
         self.low.simd_eq(other.low) & self.high.simd_eq(other.high)
     }
     #[inline(always)]
+    fn ge(self, other: Self) -> mask32x16<S> {
+        self.high.simd_gt(other.high) | (self.high.simd_eq(other.high) & self.low.simd_ge(other.low))
+    }
+    #[inline(always)]
     fn select(mask: mask32x16<S>, a: Self, b: Self) -> Self {
         Self { low: mask.select(a.low, b.low), high: mask.select(a.high, b.high) }
     }
@@ -93,6 +99,10 @@ impl<S: Simd> Ids for Wide<S> {
         self.0.simd_eq(other.0)
     }
     #[inline(always)]
+    fn ge(self, other: Self) -> mask64x8<S> {
+        self.0.simd_ge(other.0)
+    }
+    #[inline(always)]
     fn select(mask: mask64x8<S>, a: Self, b: Self) -> Self {
         Self(mask.select(a.0, b.0))
     }
@@ -117,6 +127,10 @@ impl Ids for u64 {
     #[inline(always)]
     fn eq(self, other: Self) -> bool {
         self == other
+    }
+    #[inline(always)]
+    fn ge(self, other: Self) -> bool {
+        self >= other
     }
     #[inline(always)]
     fn select(mask: bool, a: Self, b: Self) -> Self {

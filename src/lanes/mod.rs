@@ -10,6 +10,7 @@
 //! correct.
 
 mod circle;
+mod decay;
 mod dispatch;
 mod ids;
 mod power;
@@ -18,6 +19,7 @@ mod simd;
 mod vector;
 
 pub use circle::circle;
+pub use decay::{exp_minus, mean_decay, opacity};
 pub(crate) use dispatch::dispatch;
 pub use ids::Ids;
 pub use power::power;

@@ -17,7 +17,7 @@ pub fn power<L: Lanes>(s: L::Simd, base: L, exponent: f64) -> L {
     L::select(normal, exp2(s, y.max(L::lit(s, -L::Real::LOWEST))), L::lit(s, 0.0))
 }
 
-fn is_single<L: Lanes>() -> bool {
+pub(super) fn is_single<L: Lanes>() -> bool {
     L::Real::ROUNDOFF > 1e-10
 }
 
@@ -42,7 +42,7 @@ fn log2<L: Lanes>(s: L::Simd, x: L) -> L {
 
 /// 2^y for results that are normal numbers: 2^n e^(f ln 2) with f in [-1/2, 1/2].
 #[inline(always)]
-fn exp2<L: Lanes>(s: L::Simd, y: L) -> L {
+pub(super) fn exp2<L: Lanes>(s: L::Simd, y: L) -> L {
     let n = (y + L::lit(s, 0.5)).floor();
     let f = (y - n) * L::lit(s, LN_2);
     // The next term is below a rounding of the sum: 0.347^n / n!.

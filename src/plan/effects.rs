@@ -92,10 +92,15 @@ impl Specialised {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Called {
+    pub absorption: bool,
     pub area_lights: bool,
     pub bleeding: bool,
+    pub colored_shadows: bool,
     pub depth_of_field: bool,
     pub dispersion: bool,
+    pub emission: bool,
+    pub fog: bool,
+    pub fresnel: bool,
     pub gloss: bool,
     pub motion: bool,
 }
@@ -103,12 +108,13 @@ pub struct Called {
 impl Called {
     /// Whether any detail of surfaces, bodies or the space between them is called for.
     pub fn details(&self) -> bool {
-        false
+        let Self { absorption, emission, fog, fresnel, .. } = *self;
+        absorption | emission | fog | fresnel
     }
 
     /// Whether anything is a mean over choices.
     pub fn sampled(&self) -> bool {
-        let Self { area_lights, bleeding, depth_of_field, dispersion, gloss, motion } = *self;
-        area_lights || bleeding || depth_of_field || dispersion || gloss || motion
+        let Self { area_lights, bleeding, depth_of_field, dispersion, gloss, motion, .. } = *self;
+        area_lights | bleeding | depth_of_field | dispersion | gloss | motion
     }
 }

@@ -3,7 +3,7 @@
 use super::estimate::{Actual, Estimated};
 use super::sampled;
 use super::use_of::{Uses, uses};
-use crate::scene::description::{Camera, Description, Diffuse, Falloff, Light, Object, Precision, Shadows};
+use crate::scene::description::{Camera, Description, Diffuse, Falloff, Fresnel, Light, Object, Precision, Shadows};
 use crate::scene::problem::push_token;
 use serde::Serialize;
 use serde_json::Value;
@@ -66,8 +66,13 @@ pub fn explain(description: &Description) -> Explanation {
         highlights(description, &uses),
         shadows(description),
         transmissive_shadows(description, &uses),
+        colored_shadows(description, &uses),
         reflection(description, &uses),
         transmission(description, &uses),
+        absorption(description, &uses),
+        emission(description, &uses),
+        fog(description),
+        fresnel(description, &uses),
         total_reflection(description, &uses),
         refraction(description, &uses),
         hollow(&uses),
@@ -201,6 +206,21 @@ fn transmissive_shadows(description: &Description, uses: &Uses) -> Effect {
     effect(name, State::On, "transmitting bodies let some of the light through", because)
 }
 
+fn colored_shadows(description: &Description, uses: &Uses) -> Effect {
+    let name = "colored_shadows";
+    let absorption = absorption(description, uses);
+    if absorption.state != State::On {
+        return effect(name, State::Off, "no body absorbs the light that passes through it", Vec::new());
+    }
+    if description.render.shadows != Shadows::Transmissive {
+        return effect(name, State::Off, "render.shadows is not \"transmissive\"", vec!["/render/shadows".into()]);
+    }
+    if !lit(description) {
+        return effect(name, State::Removed, "no light shines", vec!["/lights".into()]);
+    }
+    effect(name, State::On, "bodies absorb some of the light on its way to surfaces", absorption.because)
+}
+
 /// Why nothing beyond the camera rays is followed, if so.
 fn cut_off(description: &Description) -> Option<&'static str> {
     if description.render.max_depth <= 1 {
@@ -219,7 +239,7 @@ fn reflection(description: &Description, uses: &Uses) -> Effect {
         description,
         uses,
         "reflection",
-        |m| m.reflection.0.max_element() > 0.0,
+        |m| m.reflection.0.max_element() > 0.0 || m.fresnel == Fresnel::Conductor,
         "surfaces mirror their surroundings",
         "reflection is 0 everywhere",
     );
@@ -264,6 +284,64 @@ fn refraction(description: &Description, uses: &Uses) -> Effect {
         return bending;
     }
     effect(name, State::Removed, "all indices of refraction are 1: nothing bends", effect_of.because)
+}
+
+fn fresnel(description: &Description, uses: &Uses) -> Effect {
+    let name = "fresnel";
+    let asks = |m: &crate::scene::description::Material| m.fresnel != Fresnel::None;
+    let on = "reflection and transmission depend on the angle of incidence";
+    let effect_of = by_material(name, description, uses, "fresnel", asks, on, "fresnel is \"none\" everywhere");
+    if effect_of.state != State::On {
+        return effect_of;
+    }
+    if let Some(why) = cut_off(description) {
+        return effect(name, State::Removed, why, vec!["/render/max_depth".into()]);
+    }
+    let shows = |m: &crate::scene::description::Material| {
+        m.fresnel == Fresnel::Conductor || m.reflection.0.max(m.transmission.0).max_element() > 0.0
+    };
+    let used = |name: &str| uses.materials.contains(name);
+    if !description.materials.iter().any(|(name, m)| asks(m) && used(name) && shows(m)) {
+        let why = "dielectrics with reflection 0 and transmission 0 do not mirror";
+        return effect(name, State::Removed, why, effect_of.because);
+    }
+    effect_of
+}
+
+fn absorption(description: &Description, uses: &Uses) -> Effect {
+    let name = "absorption";
+    let absorbs = |m: &crate::scene::description::Material| m.absorption.0.max_element() > 0.0;
+    let on = "bodies absorb light along its way through them";
+    let effect_of = by_material(name, description, uses, "absorption", absorbs, on, "absorption is 0 everywhere");
+    if effect_of.state != State::On {
+        return effect_of;
+    }
+    let filled = |name: &str| uses.filled.contains(name);
+    let inside = |(name, m): (&str, &crate::scene::description::Material)| {
+        absorbs(m) && m.transmission.0.max_element() > 0.0 && filled(name)
+    };
+    if !description.materials.iter().any(inside) {
+        let why = "light gets into no body that absorbs: those that ask for it are opaque, hollow or sheets";
+        return effect(name, State::Removed, why, effect_of.because);
+    }
+    effect_of
+}
+
+fn fog(description: &Description) -> Effect {
+    match &description.fog {
+        Some(fog) if fog.density > 0.0 => {
+            let how = if fog.height.is_some() { "fog that thins out with height" } else { "fog" };
+            effect("fog", State::On, format!("{how} fades what is far away"), vec!["/fog".into()])
+        }
+        Some(_) => effect("fog", State::Removed, "fog.density is 0", vec!["/fog/density".into()]),
+        None => effect("fog", State::Off, "the scene has no fog", Vec::new()),
+    }
+}
+
+fn emission(description: &Description, uses: &Uses) -> Effect {
+    let (on, off) = ("surfaces shine by themselves", "emission is 0 everywhere");
+    let shines = |m: &crate::scene::description::Material| m.emission.0.max_element() > 0.0;
+    by_material("emission", description, uses, "emission", shines, on, off)
 }
 
 fn total_reflection(description: &Description, uses: &Uses) -> Effect {

@@ -11,6 +11,8 @@ use std::collections::HashSet;
 pub(super) struct Uses {
     pub(super) materials: HashSet<String>,
     pub(super) default_material: bool,
+    /// Materials that light may be inside of: those of closed bodies that are not hollow.
+    pub(super) filled: HashSet<String>,
     pub(super) hollow: Vec<String>,
     pub(super) smooth: Vec<String>,
     pub(super) placed: Vec<String>,
@@ -67,11 +69,26 @@ impl Uses {
             Some(_) => {}
             None => self.default_material = true,
         }
+        if let (Some(name), true, false) = (look.material, is_closed(object), look.hollow)
+            && !self.filled.contains(name)
+        {
+            self.filled.insert(name.to_owned());
+        }
         if look.hollow && self.hollow.len() < MAX_POINTERS {
             self.hollow.push(pointer());
         }
         if matches!(object, Object::Mesh(Mesh { normals: Some(_), .. })) && self.smooth.len() < MAX_POINTERS {
             self.smooth.push(pointer());
         }
+    }
+}
+
+/// Whether an object encloses a region that light is refracted into.
+fn is_closed(object: &Object) -> bool {
+    match object {
+        Object::Sphere(_) | Object::Plane(_) | Object::Torus(_) | Object::Mesh(_) | Object::Box(_) => true,
+        Object::Cylinder(o) => o.capped,
+        Object::Cone(o) => o.capped,
+        _ => false,
     }
 }

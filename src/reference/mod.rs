@@ -14,6 +14,7 @@ mod round;
 mod shape;
 mod torus;
 mod transform;
+mod way;
 mod whitted;
 mod world;
 
@@ -21,7 +22,7 @@ mod world;
 mod tests;
 
 use crate::math::Rgb;
-use crate::scene::description::{Description, Light, RenderSettings};
+use crate::scene::description::{Description, Fog, Light, RenderSettings};
 use camera::Camera;
 use ray::Ray;
 use world::World;
@@ -36,6 +37,7 @@ pub struct Reference {
     lights: Vec<Light>,
     ambient: Rgb,
     background: Rgb,
+    fog: Option<Fog>,
     settings: RenderSettings,
 }
 
@@ -63,6 +65,7 @@ impl Reference {
             lights: description.lights.clone(),
             ambient: description.ambient.0,
             background: description.background.0,
+            fog: description.fog,
             settings: description.render,
         }
     }

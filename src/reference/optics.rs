@@ -1,6 +1,7 @@
 //! Mirror, Snell's law, and the media a ray is in.
 
 use super::world::{Container, Intersection, Path};
+use crate::math::Rgb;
 use glam::DVec3;
 
 /// r = d - 2 (d.n) n.
@@ -26,11 +27,24 @@ pub(super) fn refract(d: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
     Some((d * eta + n * bend).normalize())
 }
 
+/// Fresnel's reflectance of unpolarised light from n1 to n2, at an angle of incidence given by its cosine.
+pub(super) fn reflectance(cos1: f64, n1: f64, n2: f64) -> f64 {
+    let sin2 = (1.0 - cos1 * cos1).max(0.0).sqrt() * n1 / n2;
+    if sin2 >= 1.0 && n1 != n2 {
+        return 1.0;
+    }
+    let cos2 = (1.0 - sin2 * sin2).max(0.0).sqrt();
+    let perpendicular = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2);
+    let parallel = (n2 * cos1 - n1 * cos2) / (n2 * cos1 + n1 * cos2);
+    (perpendicular * perpendicular + parallel * parallel) / 2.0
+}
+
 /// The medium in one body.
 #[derive(Debug, Clone, PartialEq)]
 struct Medium {
     body: Path,
     ior: f64,
+    absorption: Rgb,
     volume: f64,
 }
 
@@ -41,14 +55,28 @@ pub(super) struct Media(Vec<Medium>);
 impl Media {
     /// The media at the eye.
     pub(super) fn around_eye(containers: Vec<Container>) -> Self {
-        let medium = |c: Container| Medium { body: c.path, ior: c.inner_ior, volume: c.volume };
+        let medium =
+            |c: Container| Medium { body: c.path, ior: c.inner_ior, absorption: c.absorption, volume: c.volume };
         Self(containers.into_iter().map(medium).collect())
     }
 
     /// Where bodies overlap the smaller one decides, of equal ones the one written last.
-    fn ior(&self) -> f64 {
-        let smallest = self.0.iter().min_by(|a, b| a.volume.total_cmp(&b.volume).then_with(|| b.body.cmp(&a.body)));
-        smallest.map_or(1.0, |medium| medium.ior)
+    fn deciding(&self) -> Option<&Medium> {
+        self.0.iter().min_by(|a, b| a.volume.total_cmp(&b.volume).then_with(|| b.body.cmp(&a.body)))
+    }
+
+    pub(super) fn ior(&self) -> f64 {
+        self.deciding().map_or(1.0, |medium| medium.ior)
+    }
+
+    /// What a unit of length absorbs.
+    pub(super) fn absorption(&self) -> Rgb {
+        self.deciding().map_or(Rgb::ZERO, |medium| medium.absorption)
+    }
+
+    /// Whether the ray is outside all bodies.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
     }
 
     /// What passing the surface of a body with `inner_ior` does: n1, n2 and the media behind the surface.
@@ -57,7 +85,12 @@ impl Media {
         let mut without = self.clone();
         without.0.retain(|medium| medium.body != *body);
         let mut with = without.clone();
-        with.0.push(Medium { body: body.clone(), ior: inner_ior, volume: intersection.volume });
+        with.0.push(Medium {
+            body: body.clone(),
+            ior: inner_ior,
+            absorption: intersection.body.inner_absorption(),
+            volume: intersection.volume,
+        });
         // A body left without having been entered counts as entered.
         if intersection.goes_in { (self.ior(), with.ior(), with) } else { (with.ior(), without.ior(), without) }
     }
@@ -95,7 +128,7 @@ mod tests {
 
     #[test]
     fn the_smaller_body_decides() {
-        let container = |i, inner_ior, volume| Container { path: vec![i], inner_ior, volume };
+        let container = |i, inner_ior, volume| Container { path: vec![i], inner_ior, absorption: Rgb::ZERO, volume };
         let media = Media::around_eye(vec![container(0, 1.3, 2.0), container(1, 1.5, f64::INFINITY)]);
         assert_eq!(media.ior(), 1.3);
     }

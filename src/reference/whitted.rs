@@ -4,9 +4,10 @@ use super::Reference;
 use super::optics::{self, Media};
 use super::phong::{self, Incident};
 use super::ray::Ray;
+use super::way;
 use super::world::Intersection;
 use crate::math::Rgb;
-use crate::scene::description::Shadows;
+use crate::scene::description::{Fresnel, Shadows};
 use glam::DVec3;
 
 /// A ray on its way, with unit direction.
@@ -50,15 +51,20 @@ pub(super) fn primary_radiance(reference: &Reference, ray: Ray) -> Rgb {
 }
 
 fn radiance(reference: &Reference, path: &Path) -> Rgb {
-    let Some(hit) = reference.world.closest_hit(&path.ray, path.near) else {
-        return reference.background;
-    };
+    let hit = reference.world.closest_hit(&path.ray, path.near);
+    let distance = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
+    let (passed, added) = way::along(reference.fog.as_ref(), &path.media, &path.ray, distance);
+    let path = &Path { weight: path.weight * passed, ..path.clone() };
+    added + passed * hit.map_or(reference.background, |hit| radiance_of(reference, path, hit))
+}
+
+/// The radiance that leaves a surface against the ray.
+fn radiance_of(reference: &Reference, path: &Path, hit: Intersection<'_>) -> Rgb {
     let vertex = Vertex::new(&path.ray, hit);
     let material = &vertex.hit.body.material;
-    let mut sum = local_radiance(reference, path, &vertex);
+    let mut sum = material.emission.0 + local_radiance(reference, path, &vertex);
 
-    let mut reflection = material.reflection.0;
-    let transmission = material.transmission.0;
+    let [mut reflection, transmission] = coefficients(path, &vertex);
     if vertex.hit.body.transmits() {
         if let Some((dir, media)) = transmitted(path, &vertex) {
             sum += transmission * followed(reference, path, &vertex, dir, media, transmission);
@@ -101,6 +107,35 @@ fn reflected(d: DVec3, vertex: &Vertex<'_>) -> DVec3 {
     if dir.dot(vertex.ng) > 0.0 { dir } else { optics::reflect(d, vertex.ng) }
 }
 
+/// r_s and r_t at the angle at which the ray comes.
+fn coefficients(path: &Path, vertex: &Vertex<'_>) -> [Rgb; 2] {
+    let body = vertex.hit.body;
+    let material = &body.material;
+    let (r_s, r_t) = (material.reflection.0, material.transmission.0);
+    let d = path.ray.dir;
+    let n = if d.dot(vertex.ns) < 0.0 { vertex.ns } else { vertex.ng };
+    match material.fresnel {
+        Fresnel::None => [r_s, r_t],
+        Fresnel::Dielectric => {
+            let (n1, n2) = match body.inner_ior().filter(|_| body.transmits()) {
+                Some(inner_ior) => {
+                    let (n1, n2, _) = path.media.pass(&vertex.hit, inner_ior);
+                    (n1, n2)
+                }
+                None => (path.media.ior(), material.ior),
+            };
+            let through = |n: DVec3| optics::refract(d, n, n1 / n2).filter(|dir| dir.dot(vertex.ng) < 0.0);
+            let n = if body.transmits() && through(n).is_none() { vertex.ng } else { n };
+            let share = optics::reflectance(-d.dot(n), n1, n2);
+            [r_s * share, r_t * (1.0 - share)]
+        }
+        Fresnel::Conductor => {
+            let grazing = (1.0 + d.dot(n)).powi(5);
+            [r_s + (Rgb::ONE - r_s) * grazing, r_t * (1.0 - grazing)]
+        }
+    }
+}
+
 /// Direction and media behind the surface; none under total internal reflection.
 fn transmitted(path: &Path, vertex: &Vertex<'_>) -> Option<(DVec3, Media)> {
     let d = path.ray.dir;
@@ -127,14 +162,14 @@ fn local_radiance(reference: &Reference, path: &Path, vertex: &Vertex<'_>) -> Rg
         // Light that could add less than a quarter of the smallest weight, as a share of itself or of 1, is left out.
         let least = 0.25 * reference.settings.min_weight * incident.radiance.max_element().min(1.0);
         if unshadowed != Rgb::ZERO && (path.weight * unshadowed).max_element() >= least {
-            sum += unshadowed * visibility(reference, vertex, &incident);
+            sum += unshadowed * visibility(reference, path, vertex, &incident);
         }
     }
     sum
 }
 
 /// The share of a light that reaches the vertex.
-fn visibility(reference: &Reference, vertex: &Vertex<'_>, light: &Incident) -> Rgb {
+fn visibility(reference: &Reference, path: &Path, vertex: &Vertex<'_>, light: &Incident) -> Rgb {
     let mut share = Rgb::ONE;
     let shadows = reference.settings.shadows;
     if shadows == Shadows::None {
@@ -158,5 +193,8 @@ fn visibility(reference: &Reference, vertex: &Vertex<'_>, light: &Incident) -> R
         };
         if share == Rgb::ZERO { f64::NEG_INFINITY } else { far }
     });
+    if shadows == Shadows::Transmissive && share != Rgb::ZERO {
+        share *= way::colored_shadow(&reference.world, &path.media, &ray, vertex.near, far);
+    }
     share
 }

@@ -3,6 +3,7 @@
 use super::ray::{Ball, Ray};
 use super::shape::Shape;
 use super::transform;
+use crate::math::Rgb;
 use crate::scene::description::{Description, Material, Object, Transform};
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::HashMap;
@@ -23,6 +24,11 @@ impl Body {
     /// Index of refraction of the space the shape encloses; none for what is infinitely thin.
     pub(super) fn inner_ior(&self) -> Option<f64> {
         self.shape.is_body().then_some(if self.hollow { 1.0 } else { self.material.ior })
+    }
+
+    /// What the space the shape encloses absorbs.
+    pub(super) fn inner_absorption(&self) -> Rgb {
+        if self.hollow { Rgb::ZERO } else { self.material.absorption.0 }
     }
 
     /// Whether light passes the surface.
@@ -71,6 +77,7 @@ pub(super) struct Intersection<'a> {
 pub(super) struct Container {
     pub(super) path: Path,
     pub(super) inner_ior: f64,
+    pub(super) absorption: Rgb,
     pub(super) volume: f64,
 }
 
@@ -186,7 +193,8 @@ fn collect_containers(nodes: &[Node], ray: &Ray, scale: f64, path: &mut Path, fo
             Content::Body(body) => {
                 let inner_ior = body.inner_ior().filter(|_| body.transmits() && body.shape.contains(ray.origin));
                 if let Some(inner_ior) = inner_ior {
-                    found.push(Container { path: path.clone(), inner_ior, volume: body.shape.volume() * scale });
+                    let (absorption, volume) = (body.inner_absorption(), body.shape.volume() * scale);
+                    found.push(Container { path: path.clone(), inner_ior, absorption, volume });
                 }
             }
         }

@@ -4,6 +4,7 @@ use crate::accel::{Blockers, Geometry, Owner};
 use crate::camera::Camera;
 use crate::lanes::Real;
 use crate::plan::effects::Called;
+use crate::shading::fog::Fog;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
 use crate::shading::spectrum::Spectrum;
@@ -25,6 +26,8 @@ pub struct World<R> {
     pub ambient: [R; 3],
     /// Radiance of rays that hit nothing.
     pub background: [R; 3],
+    /// Fog, if there is any.
+    pub fog: Option<Fog<R>>,
     /// The camera.
     pub camera: Camera<R>,
     /// What ends the recursion, and what counts.

@@ -23,6 +23,23 @@ pub struct Material<R> {
     pub alpha: R,
     /// n_F - n_C.
     pub dispersion: R,
+    /// sigma: what bodies of it absorb per unit of length.
+    pub absorption: [R; 3],
+    /// Radiance of its own.
+    pub emission: [R; 3],
+    /// How r_s and r_t depend on the angle of incidence.
+    pub fresnel: Fresnel,
+}
+
+/// How reflection and transmission depend on the angle of incidence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fresnel {
+    /// Not at all.
+    None,
+    /// F r_s and (1 - F) r_t, F being the unpolarised reflectance between the media on both sides.
+    Dielectric,
+    /// Schlick's approximation for metals, whose r_s is that at normal incidence.
+    Conductor,
 }
 
 impl<R: Real> Material<R> {
@@ -36,7 +53,10 @@ impl<R: Real> Material<R> {
         let black = [R::from_f64(0.0); 3];
         let unlit =
             [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == Texture::Uniform(black));
-        unlit && self.specular == black && self.reflection == black && self.transmission == [R::from_f64(1.0); 3]
+        let dark = self.specular == black && self.emission == black;
+        // Between equal media nothing is left of a dielectric's reflection.
+        let mirrors = self.fresnel == Fresnel::Conductor || (self.fresnel == Fresnel::None && self.reflection != black);
+        unlit && dark && !mirrors && self.transmission == [R::from_f64(1.0); 3]
     }
 }
 
@@ -82,6 +102,25 @@ impl<R: Real> Texture<R> {
             }
         }
     }
+}
+
+/// A colour of the material under each ray, as [`Coefficients::look_up`] finds the others.
+#[inline(always)]
+pub fn look_up<L: Lanes>(
+    s: L::Simd,
+    materials: &[Material<L::Real>],
+    index: L::Ids,
+    active: u32,
+    color: impl Fn(&Material<L::Real>) -> [L::Real; 3],
+) -> V3<L> {
+    let mut all = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+    let mut left = active;
+    while left != 0 {
+        let (id, same) = index.same_as_first(s, left);
+        left &= !same;
+        all = V3::select(L::mask(s, same), V3::splat(s, color(&materials[id as usize])), all);
+    }
+    all
 }
 
 /// The coefficients under each ray.

@@ -60,6 +60,21 @@ impl<R: Real> Media<R> {
         self.nodes.truncate(1);
     }
 
+    /// How many lists there are, for [`Self::forget`].
+    pub fn mark(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Forgets the lists made since a mark.
+    pub fn forget(&mut self, mark: usize) {
+        self.nodes.truncate(mark);
+    }
+
+    /// The medium that decides where a ray with this list is; none in empty space.
+    pub fn deciding(&self, list: MediumList) -> Option<Medium<R>> {
+        self.entries(list).next()
+    }
+
     /// Index of refraction where a ray with this list is.
     pub fn ior(&self, list: MediumList) -> R {
         self.nodes[list as usize].medium.ior

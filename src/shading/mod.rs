@@ -1,6 +1,7 @@
 //! What surfaces do with light: pure functions over lanes, without access to the scene.
 
 pub mod facet;
+pub mod fog;
 pub mod light;
 pub mod material;
 pub mod media;

@@ -1,6 +1,6 @@
 //! Mirror, Snell and Fresnel, in forms that do not cancel.
 
-use crate::lanes::{Lanes, V3};
+use crate::lanes::{Lanes, Mask, V3};
 
 /// Mirror direction r = d - 2 (d.n) n of a unit direction at a unit normal of either sign.
 #[inline(always)]
@@ -21,6 +21,21 @@ pub struct Refraction<L: Lanes> {
     pub cos_transmitted: L,
     /// Total internal reflection: sin(theta1) >= n2/n1.
     pub total: L::Mask,
+}
+
+impl<L: Lanes> Refraction<L> {
+    /// `a` where the mask is true, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(s: L::Simd, mask: L::Mask, a: &Self, b: &Self) -> Self {
+        let total = (mask.bits() & a.total.bits()) | (!mask.bits() & b.total.bits());
+        Self {
+            dir: V3::select(mask, a.dir, b.dir),
+            sin_incident: L::select(mask, a.sin_incident, b.sin_incident),
+            cos_incident: L::select(mask, a.cos_incident, b.cos_incident),
+            cos_transmitted: L::select(mask, a.cos_transmitted, b.cos_transmitted),
+            total: L::mask(s, total),
+        }
+    }
 }
 
 /// Snell's law, n1 sin(theta1) = n2 sin(theta2), for unit d and unit n with d.n < 0, and eta = n1/n2.

@@ -20,7 +20,7 @@ impl<R: Real> Disc<R> {
         let mut meeting = self.plane.intersect(s, rays, sides);
         let from_center = meeting.point - V3::splat(s, self.plane.point);
         let radius = L::splat(s, self.radius);
-        meeting.hit = meeting.hit & from_center.dot(from_center).le(radius * radius);
+        meeting.place.hit = meeting.place.hit & from_center.dot(from_center).le(radius * radius);
         meeting
     }
 }

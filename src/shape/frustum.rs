@@ -2,7 +2,7 @@
 
 use super::{Frame, Sides};
 use crate::lanes::{Lanes, Mask, Real, V3};
-use crate::ray::{Meeting, Rays, Wanted};
+use crate::ray::{Meeting, Place, Rays, Wanted};
 
 /// x^2 + y^2 = (r0 + k z)^2 for 0 <= z <= height, with discs at both ends if `capped`.
 #[derive(Debug, Clone, Copy)]
@@ -106,7 +106,7 @@ impl<R: Real> Frustum<R> {
         let hit = rays.active & inside & t_in.le(t_out) & (first | last);
         let t = L::select(first, t_in, t_out);
         if wanted == Wanted::Distance || !hit.any() {
-            return Meeting { t: t + shift, hit, ..Meeting::nowhere(s, rays) };
+            return Meeting { place: Place::smooth(t + shift, hit), ..Meeting::nowhere(s, rays) };
         }
         let on_cap = (first & side_in.le(cap_in)) | (!first & cap_out.le(side_out));
 

@@ -1,7 +1,8 @@
 //! Intersection of rays with each kind of shape, in the shape's own space, and nothing else.
 //!
 //! Each shape has one function `intersect`, which finds the nearest meeting inside the ray's range with its point,
-//! error bound and normal. Traversal uses only `t` and the mask, and the compiler drops the rest.
+//! error bound and normal. Spheres and triangles have two: one for the place, which is all that traversal needs, and one
+//! for the surface there, so that it need not be found again.
 
 mod cuboid;
 mod disc;
@@ -20,6 +21,6 @@ pub use frame::Frame;
 pub use frustum::Frustum;
 pub use plane::Plane;
 pub use sides::Sides;
-pub use sphere::{Sphere, intersect_sphere, sphere_crossings};
+pub use sphere::{Sphere, place_on_sphere, sphere_crossings, sphere_surface};
 pub use torus::Torus;
-pub use triangle::{Shear, intersect_triangle};
+pub use triangle::{Shear, place_on_triangle, triangle_surface};

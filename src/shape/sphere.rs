@@ -3,7 +3,7 @@
 
 use super::Sides;
 use crate::lanes::{Lanes, Mask, Real, V3};
-use crate::ray::{Meeting, Rays, error_around};
+use crate::ray::{Meeting, Place, Rays, error_around};
 
 /// All points at `radius` from `center`.
 #[derive(Debug, Clone, Copy)]
@@ -18,15 +18,16 @@ impl<R: Real> Sphere<R> {
     /// Nearest meeting in range.
     #[inline(always)]
     pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
-        intersect_sphere(s, V3::splat(s, self.center), L::splat(s, self.radius), rays, sides)
+        let (center, radius) = (V3::splat(s, self.center), L::splat(s, self.radius));
+        sphere_surface(s, center, radius, rays, &place_on_sphere(s, center, radius, rays, sides))
     }
 }
 
-/// Nearest meeting in range of each lane's ray with its sphere.
+/// Where each lane's ray meets its sphere first inside its range.
 #[inline(always)]
-pub fn intersect_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
-    let Some(Quadratic { f, a, q, toward, small, real }) = quadratic(s, center, radius, rays) else {
-        return Meeting::nowhere(s, rays);
+pub fn place_on_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, sides: Sides) -> Place<L> {
+    let Some(Quadratic { a, q, toward, small, real }) = quadratic(s, center, radius, rays) else {
+        return Place::nowhere(s);
     };
     let mut t = small;
     let mut hit = real & toward & sides.outside::<L>(s, rays.in_range(small));
@@ -38,6 +39,14 @@ pub fn intersect_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &R
         hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
         t = L::select(first, t0, t1);
     }
+    Place::smooth(t, hit)
+}
+
+/// The surface of each lane's sphere where its ray meets it.
+#[inline(always)]
+pub fn sphere_surface<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, place: &Place<L>) -> Meeting<L> {
+    let Place { t, hit, .. } = *place;
+    let f = rays.origin - center;
 
     // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0, the
     // sphere faces its ray.
@@ -54,11 +63,11 @@ pub fn intersect_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &R
     Meeting { normalized: true, ..Meeting::smooth(t, hit, point, error, normal) }
 }
 
-/// Lanes whose ray crosses its sphere on the way in, and on the way out: what two searches by [`intersect_sphere`] find,
+/// Lanes whose ray crosses its sphere on the way in, and on the way out: what two searches by [`place_on_sphere`] find,
 /// the second beginning where the first ended.
 #[inline(always)]
 pub fn sphere_crossings<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, sides: Sides) -> [L::Mask; 2] {
-    let Some(Quadratic { a, q, toward, small, real, .. }) = quadratic(s, center, radius, rays) else {
+    let Some(Quadratic { a, q, toward, small, real }) = quadratic(s, center, radius, rays) else {
         return [L::mask(s, 0); 2];
     };
     let large = q / a;
@@ -71,8 +80,6 @@ pub fn sphere_crossings<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &R
 
 /// A ray and a sphere: the roots of a t^2 - 2 b' t + c, of which one is q / a.
 struct Quadratic<L: Lanes> {
-    /// From the centre to the ray's origin.
-    f: V3<L>,
     a: L,
     q: L,
     /// Lanes that see the sphere ahead, whose first root is `small`; it is the second one in the others.
@@ -124,5 +131,5 @@ fn quadratic<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>) -> 
     let q = b + signed;
     // From afar b' - sign(b') s does not cancel, and has two roundings less than c/q.
     let small = L::select(near, c, b - signed) / L::select(near, q, a);
-    Some(Quadratic { f, a, q, toward, small, real })
+    Some(Quadratic { a, q, toward, small, real })
 }

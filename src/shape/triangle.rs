@@ -6,7 +6,7 @@
 
 use super::Sides;
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
-use crate::ray::{Meeting, Rays, gamma};
+use crate::ray::{Meeting, Place, Rays, gamma};
 
 /// A ray's shear: the transformation that makes it point along +z from the origin.
 #[derive(Debug, Clone, Copy)]
@@ -107,18 +107,16 @@ impl<L: Lanes> Shear<L> {
     }
 }
 
-/// Meeting of each ray with its triangle, whose front sees v0, v1, v2 counter-clockwise.
+/// Where each ray meets its triangle, whose front sees v0, v1, v2 counter-clockwise.
 #[inline(always)]
-pub fn intersect_triangle<L: Lanes>(
+pub fn place_on_triangle<L: Lanes>(
     s: L::Simd,
     [v0, v1, v2]: [V3<L>; 3],
     rays: &Rays<L>,
     shear: &Shear<L>,
     sides: Sides,
-) -> Meeting<L> {
+) -> Place<L> {
     let zero = L::lit(s, 0.0);
-    let (e1, e2) = (v1 - v0, v2 - v0);
-
     // Whether the ray passes between the edges, and where.
     let (a, b, c) = (shear.apply(v0), shear.apply(v1), shear.apply(v2));
     let (u0, u1) = (c.x * b.y, c.y * b.x);
@@ -127,7 +125,7 @@ pub fn intersect_triangle<L: Lanes>(
     let inside = (u0.ge(u1) & h0.ge(h1) & w0.ge(w1)) | (u0.le(u1) & h0.le(h1) & w0.le(w1));
     let inside = rays.active & inside;
     if !inside.any() {
-        return Meeting::nowhere(s, rays);
+        return Place::nowhere(s);
     }
     let (mut u, mut v, mut w) = (u0 - u1, h0 - h1, w0 - w1);
     let mut det = u + v + w;
@@ -162,6 +160,14 @@ pub fn intersect_triangle<L: Lanes>(
     // det has the sign of the area as the ray sees it: it is positive where the ray meets the front.
     let seen = sides.outside::<L>(s, det.gt(zero)) | sides.inside::<L>(s, det.lt(zero));
     let hit = inside & seen & rays.in_range(t);
+    Place { t, hit, weights: [b0, b1, b2] }
+}
+
+/// The surface of each lane's triangle where a ray of direction `dir` meets it.
+#[inline(always)]
+pub fn triangle_surface<L: Lanes>(s: L::Simd, [v0, v1, v2]: [V3<L>; 3], place: &Place<L>, dir: V3<L>) -> Meeting<L> {
+    let Place { hit, weights: [b0, b1, b2], .. } = *place;
+    let (e1, e2) = (v1 - v0, v2 - v0);
 
     // t is a mean of the corners' depths, so a ray that starts on the triangle is placed to a few roundings of the
     // triangle's own size, in whatever direction that extends.
@@ -178,7 +184,7 @@ pub fn intersect_triangle<L: Lanes>(
     // A sliver whose normal has no finite reciprocal faces its ray.
     let size = normal.abs();
     let measurable = (size.x + size.y + size.z).gt(L::lit(s, L::Real::SMALLEST / 4.0));
-    let normal = V3::select(measurable, normal, -rays.dir);
+    let normal = V3::select(measurable, normal, -dir);
 
     // Away from the edges by more than the error: a ray that leaves from there must not start beyond a neighbour.
     let off = (error.x + error.y + error.z) * scale;
@@ -196,5 +202,5 @@ pub fn intersect_triangle<L: Lanes>(
     let inverse = L::lit(s, 1.0) / (p0 + p1 + p2);
     let point = v0 + (e1 * (p1 * inverse) + e2 * (p2 * inverse));
 
-    Meeting { t, hit, point, error, normal, normalized: false, barycentric: [b1, b2] }
+    Meeting { place: *place, point, error, normal, normalized: false }
 }

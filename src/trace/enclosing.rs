@@ -66,7 +66,7 @@ fn walk<L: Lanes>(
     let mut hits = Hits { time, ..Hits::none(s) };
     for _ in 0..MAX_CROSSINGS {
         let (t_min, t_max) = (L::lit(s, 0.0), L::lit(s, f64::INFINITY));
-        hits.find(s, world, &Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Course::Apart);
+        hits.find(s, world, &mut Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Course::Apart);
         if hits.found == 0 {
             break;
         }

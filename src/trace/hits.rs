@@ -3,9 +3,9 @@
 use super::touching;
 use crate::accel::{Course, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
-use crate::ray::Rays;
+use crate::ray::{Place, Rays};
 use crate::scene::world::World;
-use crate::shading::material::{Coefficients, Material};
+use crate::shading::material::{Coefficients, Material, look_up};
 use crate::shading::media::Medium;
 
 /// The nearest surface under each ray. Lanes that hit nothing hold anything.
@@ -91,10 +91,10 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Follows rays to the nearest surface, and to what touches it. What was hit before is overwritten where it lies: it
-    /// takes long to build or to copy.
+    /// Follows rays to the nearest surface, and to what touches it. What was hit before is overwritten where it lies, and
+    /// traversal may change the rays for a while: both take long to copy.
     #[inline(always)]
-    pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, course: Course) {
+    pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &mut Rays<L>, course: Course) {
         self.find_nearest(s, world, rays, &Nearest::none(s), course);
         if self.may_touch & self.clear != 0 {
             touching::find(s, world, rays, self);
@@ -106,7 +106,7 @@ impl<L: Lanes> Hits<L> {
         &mut self,
         s: L::Simd,
         world: &World<L::Real>,
-        rays: &Rays<L>,
+        rays: &mut Rays<L>,
         nearest: &Nearest<'_, L>,
         course: Course,
     ) {
@@ -122,19 +122,21 @@ impl<L: Lanes> Hits<L> {
         &mut self,
         s: L::Simd,
         world: &World<L::Real>,
-        rays: &Rays<L>,
+        rays: &mut Rays<L>,
         mut nearest: Nearest<'_, L>,
         course: Course,
     ) {
-        let mut shortened = *rays;
-        nearest_hit(s, &world.geometries, world.root, &mut shortened, &mut nearest, course, self.time.as_ref());
+        let t_max = rays.t_max;
+        nearest_hit(s, &world.geometries, world.root, rays, &mut nearest, course, self.time.as_ref());
         self.forget(u32::MAX);
         self.touching.clear();
         self.found = nearest.found;
-        self.t = shortened.t_max;
+        self.t = std::mem::replace(&mut rays.t_max, t_max);
         self.expanded = nearest.expanded;
         if self.found != 0 {
-            self.look_at(s, world, rays, self.found);
+            let hit = L::mask(s, self.found);
+            let places = Place { t: self.t, hit, weights: nearest.weights };
+            self.look_at(s, world, rays, self.found, Some(&places));
         }
     }
 
@@ -145,17 +147,25 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Fills in everything about the primitives `expanded` of some lanes of which nothing is known.
-    pub(super) fn look_at(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
+    /// Fills in everything about the primitives `expanded` of some lanes of which nothing is known but, perhaps, the
+    /// places where `rays` meet them.
+    pub(super) fn look_at(
+        &mut self,
+        s: L::Simd,
+        world: &World<L::Real>,
+        rays: &Rays<L>,
+        lanes: u32,
+        known: Option<&Place<L>>,
+    ) {
         L::vectorize(
             s,
             #[inline(always)]
-            || self.look_at_in(s, world, rays, lanes),
+            || self.look_at_in(s, world, rays, lanes, known),
         );
     }
 
     #[inline(always)]
-    fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32) {
+    fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32, known: Option<&Place<L>>) {
         let mut spheres = Spheres::none();
         let mut left = lanes;
         while left != 0 {
@@ -167,10 +177,10 @@ impl<L: Lanes> Hits<L> {
             if same != lanes && spheres.take(&owner, same) {
                 continue;
             }
-            self.put(s, same, resolve(s, &owner, self.expanded, same, rays, self.time.as_ref()));
+            self.put(s, same, resolve(s, &owner, self.expanded, same, rays, known, self.time.as_ref()));
         }
         if spheres.lanes != 0 {
-            self.put(s, spheres.lanes, spheres.resolve(s, rays));
+            self.put(s, spheres.lanes, spheres.resolve(s, rays, known));
         }
         let against = rays.dir.dot(self.surface.ng).lt(L::lit(s, 0.0));
         self.entering = against.bits() & self.found;
@@ -203,6 +213,12 @@ impl<L: Lanes> Hits<L> {
     #[inline(always)]
     pub fn coefficients(&self, s: L::Simd, world: &World<L::Real>) -> Coefficients<L> {
         Coefficients::look_up(s, &world.materials, self.material, self.found, self.surface.local)
+    }
+
+    /// The radiance that the surfaces hit have of their own.
+    #[inline(always)]
+    pub fn emission(&self, s: L::Simd, world: &World<L::Real>) -> V3<L> {
+        look_up(s, &world.materials, self.material, self.found, |material| material.emission)
     }
 
     /// A lane's material.

@@ -4,6 +4,7 @@
 //! the one written first, and each lane's rays are handled in depth-first order, transmitted before reflected. So a
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
+use super::attenuation::along;
 use super::enclosing::media_at;
 use super::gather::gather;
 use super::hits::Hits;
@@ -155,9 +156,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     }
 
     /// Adds `weight` times the radiance of the samples at (x, y), in pixels from the upper left corner, to `sum`. Once
-    /// cancelled it returns early, and the sum is of no use.
+    /// cancelled it returns early, and the sum is of no use. What rays hit is written into `hits`, which is dear to make.
     #[inline(always)]
-    pub fn sample(&mut self, x: L, y: L, active: u32, weight: L::Real, sum: &mut V3<L>) {
+    pub fn sample(&mut self, x: L, y: L, active: u32, weight: L::Real, hits: &mut Hits<L>, sum: &mut V3<L>) {
         let s = self.s;
         let weight = L::splat(s, weight);
         self.min_weight = weight * L::splat(s, self.world.rules.min_weight);
@@ -199,7 +200,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
-        let mut hits = Hits { time, ..Hits::none(s) };
+        hits.time = time;
         let mut rays = first;
         loop {
             self.packets = self.packets.wrapping_add(1);
@@ -207,7 +208,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 return;
             }
             if rays.active != 0 {
-                self.follow(&rays, &mut hits, sum);
+                self.follow(&rays, hits, sum);
             }
             let Some(next) = self.stack.pop() else { return };
             rays = next;
@@ -237,7 +238,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     fn follow(&mut self, rays: &Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
-        let cast = Rays {
+        let mut cast = Rays {
             origin: rays.origin,
             dir: rays.dir,
             t_min: rays.t_min,
@@ -245,29 +246,45 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             active: L::mask(s, rays.active),
         };
         if E::TRANSMISSION {
-            hits.find(s, self.world, &cast, rays.course());
+            hits.find(s, self.world, &mut cast, rays.course());
         } else {
-            hits.find_nearest(s, self.world, &cast, &Nearest::none(s), rays.course());
+            hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.course());
         }
-        let missed = rays.active & !hits.found;
+        // What a ray adds to the pixel itself is added once, so that the tree of rays adds up to it.
+        let mut own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+        let faded;
+        let rays = if E::DETAILS && (self.world.called.absorption | self.world.called.fog) {
+            let way = along(s, self.world, &self.media, rays, hits.t - rays.t_min);
+            own = rays.weight.times(way.added);
+            faded = Followed { weight: rays.weight.times(way.transmittance), ..*rays };
+            &faded
+        } else {
+            rays
+        };
+        let found = hits.found;
+        let missed = rays.active & !found;
         if missed != 0 {
-            let background = self.bounded(rays.weight.times(V3::splat(s, self.world.background)));
+            let background = rays.weight.times(V3::splat(s, self.world.background));
+            let background = self.bounded(if E::DETAILS { own + background } else { background });
             self.add(sum, missed, background);
             if O::WATCHING {
                 self.observer.contributes(number, background);
             }
         }
-        if hits.found == 0 {
+        if found == 0 {
             return;
         }
         if rays.kind == RayKind::Camera {
-            self.counts.camera_hits += u64::from(hits.found.count_ones());
+            self.counts.camera_hits += u64::from(found.count_ones());
         }
         if O::WATCHING {
             self.observer.hits(number, rays, hits);
         }
         let coefficients = hits.coefficients(s, self.world);
-        illuminate(self, rays, hits, &coefficients, number, sum);
+        if E::DETAILS && self.world.called.emission {
+            own = own + rays.weight.times(hits.emission(s, self.world));
+        }
+        illuminate(self, rays, hits, &coefficients, own, number, sum);
         if rays.kind == RayKind::Gathered {
             return;
         }

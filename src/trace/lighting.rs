@@ -1,5 +1,6 @@
 //! L_Phong: ambient light, and for each light a shadow ray and Phong's model.
 
+use super::colored_shadows::left_by_bodies;
 use super::hits::Hits;
 use super::kernel::{Followed, RayKind, Tracer};
 use super::observer::Observer;
@@ -22,22 +23,27 @@ pub const SHADOW_SHARE: f64 = 0.25;
 /// there gradually (as Cycles does, D11065), since whatever lies in between casts no shadow.
 const GRAZING: f64 = 0.1;
 
-/// Adds the local illumination of what the rays hit to `sum`.
+/// Adds the local illumination of what the rays hit to `sum`, and with it `own`, the light of details on the way and at the surface.
 #[inline(always)]
 pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
+    own: V3<L>,
     number: u32,
     sum: &mut V3<L>,
 ) {
     let s = tracer.s;
     let world = tracer.world;
-    // Gathered light takes its place.
+    // Gathered light takes the place of ambient light.
     let gathers = E::SAMPLED && world.called.bleeding && rays.kind != RayKind::Gathered;
-    if !gathers {
-        let ambient = tracer.bounded(rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient))));
+    if E::DETAILS || !gathers {
+        let mut ambient = rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient)));
+        if E::DETAILS {
+            ambient = if gathers { own } else { own + ambient };
+        }
+        let ambient = tracer.bounded(ambient);
         tracer.add(sum, hits.found, ambient);
         if O::WATCHING {
             tracer.observer.contributes(number, ambient);
@@ -82,8 +88,13 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
         if let Some(blockers) = world.rules.shadows {
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
             let shadow = shadow_rays(s, &place, origin, cast);
-            passed =
-                transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course(), hits.time.as_ref());
+            let time = hits.time.as_ref();
+            passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course(), time);
+            if E::DETAILS && E::TRANSMISSION && world.called.colored_shadows {
+                let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
+                let shadow = Rays { active: open, ..shadow };
+                passed = passed.times(left_by_bodies(s, world, &mut tracer.media, shadow, rays.media, hits.time));
+            }
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         tracer.add(sum, lit.bits(), radiance);

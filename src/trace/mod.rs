@@ -1,6 +1,9 @@
 //! Whitted's recursion, L = L_Phong + r_s L_s + r_t L_t (CACM 23(6), 1980), as a loop over an explicit stack.
 
+mod attenuation;
+mod colored_shadows;
 pub mod enclosing;
+mod fresnel;
 mod gather;
 pub mod hits;
 pub mod interface;

@@ -43,7 +43,7 @@ fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answe
         let ray = |lane: usize| packet[lane.min(packet.len() - 1)];
         let number = |f: &dyn Fn(RayQuery) -> f64| L::from_fn(s, |lane| L::Real::from_f64(f(ray(lane))));
         let vector = |f: &dyn Fn(RayQuery) -> [f64; 3]| V3::from_fn(s, |lane| f(ray(lane)).map(L::Real::from_f64));
-        let cast = Rays::<L> {
+        let mut cast = Rays::<L> {
             origin: vector(&|ray| ray.origin),
             dir: vector(&|ray| ray.direction),
             t_min: number(&|ray| ray.t_min),
@@ -52,7 +52,7 @@ fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answe
         };
         // Both ways down, so that the tests see both.
         let course = if index.is_multiple_of(2) { Course::Together } else { Course::Apart };
-        hits.find(s, world, &cast, course);
+        hits.find(s, world, &mut cast, course);
         answers.extend((0..packet.len()).map(|lane| first_hit(&hits, lane)));
     }
 }

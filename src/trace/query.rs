@@ -94,7 +94,7 @@ where
     // digit of the answer.
     let longest = ray.direction.iter().fold(0.0f64, |longest, x| longest.max(x.abs()));
     let power = exponent(longest);
-    let rays = Rays {
+    let mut rays = Rays {
         origin: V3::<L>::splat(s, narrow(ray.origin)),
         dir: V3::splat(s, narrow(ray.direction.map(|x| scale_by_power(x, -power)))),
         t_min: L::lit(s, scale_by_power(ray.t_min, power)),
@@ -102,7 +102,7 @@ where
         active: L::mask(s, 1),
     };
     let mut hits = Hits::none(s);
-    hits.find(s, world, &rays, Course::Together);
+    hits.find(s, world, &mut rays, Course::Together);
     if hits.found == 0 {
         return None;
     }

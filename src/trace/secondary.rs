@@ -1,5 +1,6 @@
 //! r_s L_s + r_t L_t: the reflected and the transmitted ray.
 
+use super::fresnel::{Bent, at_angles, conductors};
 use super::hits::Hits;
 use super::interface::{Interface, interface};
 use super::kernel::{Followed, RayKind, Tracer, first};
@@ -26,16 +27,24 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
         return;
     }
     let s = tracer.s;
-    let (r_s, r_t) = (coefficients.reflection, coefficients.transmission);
+    let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
     let zero = L::lit(s, 0.0);
-    let mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
+    let mut mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
+    let by_angle = E::DETAILS && tracer.world.called.fresnel;
+    if by_angle {
+        mirror |= conductors(s, tracer.world, hits);
+    }
     let clear = if E::TRANSMISSION { hits.clear & hits.found } else { 0 };
     if mirror | clear == 0 {
         return;
     }
     if rays.depth >= tracer.world.rules.max_depth {
         if O::WATCHING {
-            report_end(tracer, rays, coefficients, mirror, clear, number);
+            if by_angle {
+                let crossing = if clear != 0 { Some(cross(tracer, rays, hits, hits.ns, clear)) } else { None };
+                [r_s, r_t] = angular(tracer, rays, hits, hits.ns, coefficients, crossing.as_ref(), clear);
+            }
+            report_end(tracer, rays, [r_s, r_t], mirror, clear, number);
         }
         return;
     }
@@ -48,27 +57,31 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
         let facet = visible_facet(s, hits.ns, -rays.dir, coefficients.alpha, chosen);
         ns = V3::select(L::mask(s, rough), facet, ns);
     }
+    let crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear)) } else { None };
+    if by_angle {
+        [r_s, r_t] = angular(tracer, rays, hits, ns, coefficients, crossing.as_ref(), clear);
+    }
     let mut reflected_weight = rays.weight.times(r_s);
     let mut transmitted = None;
-    let (mut total, mut split) = (0, 0);
-    if clear != 0 {
-        let crossing = cross(tracer, rays, hits, ns, clear);
+    let (mut total, mut split, mut split_mirrored) = (0, 0, 0);
+    if let Some(crossing) = crossing {
         total = crossing.refraction.total.bits() & clear & hits.closed;
         tracer.counts.total_internal_reflections += u64::from(total.count_ones());
         if O::WATCHING {
             tracer.observer.refracts(number, crossing.snell(s));
         }
-        // Under total internal reflection r_t joins r_s.
+        // Under total internal reflection r_t joins r_s; dielectrics have none left.
         let joined = reflected_weight + rays.weight.times(r_t);
         reflected_weight = V3::select(L::mask(s, total), joined, reflected_weight);
         let mut transmitted_weight = rays.weight.times(r_t);
         if E::SAMPLED && tracer.world.called.dispersion {
-            // Light is split where it is bent, and where all of it is reflected, since not all wavelengths may be.
+            // Light is split where it is bent, and where its reflection depends on the index.
             let [before, behind] = crossing.dispersion;
             split = before.max(behind).gt(zero).bits() & clear & !rays.dispersed;
             let mask = L::mask(s, split);
             transmitted_weight = V3::select(mask, transmitted_weight.times(tracer.waves.color), transmitted_weight);
-            let mask = L::mask(s, split & total);
+            split_mirrored = if by_angle { split } else { split & total };
+            let mask = L::mask(s, split_mirrored);
             reflected_weight = V3::select(mask, reflected_weight.times(tracer.waves.color), reflected_weight);
         }
         let mut active = clear & !total;
@@ -123,7 +136,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
             depth: rays.depth + 1,
             kind: RayKind::Reflected,
             path: child(rays.path, RayKind::Reflected),
-            dispersed: rays.dispersed | (split & total),
+            dispersed: rays.dispersed | split_mirrored,
             parent: number,
         });
     }
@@ -132,6 +145,26 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     {
         tracer.push(transmitted);
     }
+}
+
+/// r_s and r_t where they depend on the angle of incidence.
+#[inline(always)]
+fn angular<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &Tracer<'_, L, O, E>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    ns: V3<L>,
+    coefficients: &Coefficients<L>,
+    crossing: Option<&Crossing<L>>,
+    clear: u32,
+) -> [V3<L>; 2] {
+    let bent = match crossing {
+        Some(Crossing { n1, n2, refraction, .. }) => {
+            Some(Bent { lanes: clear & hits.closed, eta: *n1 / *n2, refraction })
+        }
+        None => None,
+    };
+    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, ns, coefficients, bent)
 }
 
 /// How rays pass a surface.
@@ -205,15 +238,12 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
 fn report_end<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
-    coefficients: &Coefficients<L>,
+    [r_s, r_t]: [V3<L>; 2],
     mirror: u32,
     clear: u32,
     number: u32,
 ) {
-    for (kind, lanes, factor) in [
-        (RayKind::Reflected, mirror, coefficients.reflection),
-        (RayKind::Transmitted, clear, coefficients.transmission),
-    ] {
+    for (kind, lanes, factor) in [(RayKind::Reflected, mirror, r_s), (RayKind::Transmitted, clear, r_t)] {
         if lanes != 0 {
             tracer.observer.not_followed(number, kind, rays.weight.times(factor), NotFollowed::Depth);
         }

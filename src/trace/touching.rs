@@ -53,7 +53,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
     let own_error = hits.surface.error;
     let mut other = Hits { time: hits.time, ..Hits::none(s) };
     for _ in 0..MAX_TOUCHING {
-        other.find_nearest(s, world, &stretch, &Nearest::without(s, &passed), Course::Apart);
+        other.find_nearest(s, world, &mut stretch, &Nearest::without(s, &passed), Course::Apart);
         if other.found == 0 {
             return;
         }
@@ -96,11 +96,11 @@ fn hide<L: Lanes>(
     }
     let mut instead = Hits { expanded: opaque.expanded, ..hits.clone() };
     instead.forget(lanes);
-    instead.look_at(s, world, rays, lanes);
+    instead.look_at(s, world, rays, lanes, None);
     let met = instead.surface.met.bits() & lanes;
     instead.expanded = L::Ids::select(L::mask(s, met), opaque.expanded, hits.expanded);
     instead.forget(lanes & !met);
-    instead.look_at(s, world, rays, lanes & !met);
+    instead.look_at(s, world, rays, lanes & !met, None);
     let keep = L::mask(s, !met);
     instead.surface.error = V3::select(keep, hits.surface.error, instead.surface.error);
     instead.touching.retain(|touch| met & (1 << touch.lane) == 0);

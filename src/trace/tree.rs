@@ -56,7 +56,7 @@ pub struct Node {
     pub depth: u32,
     /// What its radiance is multiplied with on the way to the pixel.
     pub weight: [f64; 3],
-    /// What it adds to the pixel itself, its children left out: ambient light or background, and for shadow rays the
+    /// What it adds to the pixel itself, its children left out: ambient light, emission or background, and for shadow rays the
     /// light they let through.
     pub contribution: [f64; 3],
     /// Start.
@@ -167,7 +167,7 @@ where
     let recorder = Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false };
     let mut tracer = Tracer::<L, _>::new((), world, &eye_media::<L>((), world), &control.cancelled, recorder);
     let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
-    add_samples(&mut tracer, &[[x, y]], 1, samples, &mut sum);
+    add_samples(&mut tracer, &[[x, y]], 1, samples, &mut Hits::none(()), &mut sum);
     let Recorder { rays, truncated, .. } = tracer.into_observer();
     if control.cancelled.load(Ordering::Relaxed) {
         return Err(Cancelled);

@@ -155,6 +155,7 @@ fn every_ray_comes_from_the_one_it_names() {
                     NodeKind::Reflected => assert_near(d.dot(n), -before, small),
                     NodeKind::Transmitted => assert!(d.dot(n) * before > 0.0),
                     NodeKind::Shadow => assert!(d.dot(n) * before < 0.0),
+                    NodeKind::Gathered => unreachable!("these scenes gather nothing"),
                     NodeKind::Camera => unreachable!("camera rays have no parent"),
                 }
                 if let (NodeKind::Transmitted, Some(snell)) = (ray.kind, parent.snell) {

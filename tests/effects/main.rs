@@ -3,13 +3,20 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![allow(clippy::disallowed_methods, reason = "expected values come from another library than strahl's")]
 
+mod absorption;
 mod agreement;
+mod emission;
+mod fog;
+mod fresnel;
+mod media;
 mod motion;
 mod sampling;
 
 use serde_json::{Value, json};
 use strahl::film::Region;
+use strahl::plan::effects::Called;
 use strahl::render::{Control, Picture, render};
+use strahl::scene::compile::Precise;
 use strahl::scene::{Format, Overrides, Scene, load};
 
 /// Loads a scene in a precision.
@@ -29,6 +36,14 @@ fn picture(scene: &Scene) -> Picture {
 /// Linear pixels of a description, row by row.
 fn pixels(description: Value, precision: &str) -> Vec<[f32; 3]> {
     picture(&scene(description, precision)).film.pixels
+}
+
+/// The effects that a description calls for.
+fn called(description: &Value) -> Called {
+    match scene(description.clone(), "double").world {
+        Precise::Double(world) => world.called,
+        Precise::Single(world) => world.called,
+    }
 }
 
 /// What is wrong with a description, as pointers.

@@ -12,8 +12,9 @@ use crate::scene::description::{self as d, Description, Look, Object, Shadows, V
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::problem::push_token;
 use crate::scene::world::{Rules, World};
+use crate::shading::fog::{Fog, Height};
 use crate::shading::light::{Area, Falloff, Light, Source as LightSource};
-use crate::shading::material::{Material, Texture};
+use crate::shading::material::{Fresnel, Material, Texture};
 use crate::shading::spectrum::Spectrum;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
@@ -36,6 +37,7 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
+    let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
     let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
     let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
     let camera = Camera::new(&description.camera, &basis, description.image.width, description.image.height);
@@ -49,7 +51,9 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         depth_of_field: camera.lens().is_some(),
         dispersion: used().any(|m| m.dispersion > zero && colored(&m.transmission)),
         gloss: used().any(|m| m.alpha > zero && (colored(&m.reflection) || colored(&m.transmission))),
+        fog: fog.is_some(),
         motion: builder.moves,
+        ..called(&builder)
     };
     let world = World {
         geometries: builder.geometries,
@@ -63,6 +67,7 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         lights,
         ambient: narrow_rgb(description.ambient.0),
         background: narrow_rgb(description.background.0),
+        fog,
         camera,
         rules: Rules {
             max_depth: render.max_depth,
@@ -77,6 +82,34 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         },
     };
     (world, Built { sources: builder.sources, expanded })
+}
+
+/// The effects that the bodies of a scene call for. Definitions that nothing places have not been built.
+fn called<R: Real>(builder: &Builder<'_, R>) -> Called {
+    let bodies = || builder.geometries.iter().flat_map(|geometry| &geometry.items).filter(|item| !item.is_placed());
+    let any =
+        |calls: &dyn Fn(&Material<R>) -> bool| bodies().any(|item| calls(&builder.materials[item.material as usize]));
+    let shows = |color: [R; 3]| color.iter().any(|c| *c > R::from_f64(0.0));
+    // Light is inside of what it gets into; cavities are empty.
+    let absorption = bodies().any(|item| {
+        let filled = item.closed && !item.hollow && item.lets_light_through();
+        filled && shows(builder.materials[item.material as usize].absorption)
+    });
+    let follows = builder.description.render.max_depth > 1;
+    Called {
+        absorption,
+        colored_shadows: absorption
+            && builder.description.render.shadows == Shadows::Transmissive
+            && !builder.description.lights.is_empty(),
+        emission: any(&|material| shows(material.emission)),
+        fresnel: follows
+            && any(&|material| match material.fresnel {
+                Fresnel::None => false,
+                Fresnel::Dielectric => shows(material.reflection) || shows(material.transmission),
+                Fresnel::Conductor => true,
+            }),
+        ..Called::default()
+    }
 }
 
 struct Builder<'a, R> {
@@ -389,6 +422,13 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
         reflection: narrow_rgb(material.reflection.0),
         transmission: narrow_rgb(material.transmission.0),
         ior: R::from_f64(material.ior),
+        absorption: narrow_rgb(material.absorption.0),
+        emission: narrow_rgb(material.emission.0),
+        fresnel: match material.fresnel {
+            d::Fresnel::None => Fresnel::None,
+            d::Fresnel::Dielectric => Fresnel::Dielectric,
+            d::Fresnel::Conductor => Fresnel::Conductor,
+        },
         alpha: R::from_f64(material.roughness * material.roughness),
         dispersion: R::from_f64(material.dispersion),
     }
@@ -418,6 +458,11 @@ fn area<R: Real>(light: &d::Light) -> Option<Area<R>> {
         }
         d::Light::Directional(light) => disc(math::tan(light.area?.angle_deg.to_radians() * 0.5)),
     }
+}
+
+fn fog<R: Real>(fog: &d::Fog) -> Fog<R> {
+    let height = |height: d::FogHeight| Height { base: R::from_f64(height.base), falloff: R::from_f64(height.falloff) };
+    Fog { color: narrow_rgb(fog.color.0), density: R::from_f64(fog.density), height: fog.height.map(height) }
 }
 
 fn light<R: Real>(light: &d::Light) -> Light<R> {

@@ -118,6 +118,7 @@ pub(super) fn check(description: &Description) -> Result<(), Problems> {
     check_camera(&mut findings, &description.camera);
     findings.color(root.key("background"), description.background);
     findings.color(root.key("ambient"), description.ambient);
+    check_fog(&mut findings, description);
     check_lights(&mut findings, &description.lights);
     for (name, material) in description.materials.iter() {
         check_material(&mut findings, root.key("materials").key(name), material);
@@ -251,6 +252,22 @@ fn check_area(findings: &mut Findings, light: Path<'_>, area: Option<Area>) {
     }
 }
 
+fn check_fog(findings: &mut Findings, description: &Description) {
+    let Some(fog) = &description.fog else { return };
+    let root = Path::ROOT;
+    let at = root.key("fog");
+    let max = limits::MAGNITUDE;
+    findings.color(at.key("color"), fog.color);
+    let density = fog.density;
+    findings.number(at.key("density"), density, format_args!("between 0 and {max:e}"), (0.0..=max).contains(&density));
+    if let Some(height) = &fog.height {
+        let at = at.key("height");
+        let base = height.base;
+        findings.number(at.key("base"), base, format_args!("between -{max:e} and {max:e}"), base.abs() <= max);
+        findings.length(at.key("falloff"), height.falloff);
+    }
+}
+
 fn check_material(findings: &mut Findings, at: Path<'_>, material: &Material) {
     if let Some(ambient) = &material.ambient {
         findings.texture(at.key("ambient"), ambient);
@@ -259,6 +276,8 @@ fn check_material(findings: &mut Findings, at: Path<'_>, material: &Material) {
     findings.coefficient(at.key("specular"), material.specular);
     findings.coefficient(at.key("reflection"), material.reflection);
     findings.coefficient(at.key("transmission"), material.transmission);
+    findings.color(at.key("absorption"), material.absorption);
+    findings.color(at.key("emission"), material.emission);
     let (m, ior) = (material.shininess, material.ior);
     findings.number(at.key("shininess"), m, "between 0 and 1000000", (0.0..=1e6).contains(&m));
     let (roughness, dispersion) = (material.roughness, material.dispersion);

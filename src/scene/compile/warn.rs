@@ -1,6 +1,6 @@
 //! What an author should know about a scene that renders.
 
-use crate::scene::description::{Description, Mesh, Object};
+use crate::scene::description::{Description, Fresnel, Mesh, Object};
 use crate::scene::limits;
 use crate::scene::problem::{Code, Problem, push_token};
 use std::collections::HashMap;
@@ -9,7 +9,9 @@ use std::collections::HashMap;
 pub(super) fn warnings(description: &Description) -> Vec<Problem> {
     let mut warnings = Vec::new();
     for (name, material) in description.materials.iter() {
-        let sum = material.reflection.0 + material.transmission.0;
+        let (r_s, r_t) = (material.reflection.0, material.transmission.0);
+        // Dielectrics share out: F r_s + (1 - F) r_t.
+        let sum = if material.fresnel == Fresnel::Dielectric { r_s.max(r_t) } else { r_s + r_t };
         if sum.max_element() > 1.0 {
             let detail = format!(
                 "reflection and transmission add up to {}, above 1: light grows with each surface it meets",
@@ -18,7 +20,9 @@ pub(super) fn warnings(description: &Description) -> Vec<Problem> {
             warnings.push(Problem::new(push_token("/materials", name), Code::OutOfRange, detail));
         }
     }
-    if description.lights.is_empty() && description.ambient.0.max_element() == 0.0 {
+    let glows = description.fog.is_some_and(|fog| fog.density > 0.0 && fog.color.0.max_element() > 0.0);
+    let shines = glows || description.materials.iter().any(|(_, material)| material.emission.0.max_element() > 0.0);
+    if description.lights.is_empty() && description.ambient.0.max_element() == 0.0 && !shines {
         let detail = "there is no light: only the background is visible";
         warnings.push(Problem::new("/lights", Code::Degenerate, detail));
     }

@@ -42,6 +42,18 @@ pub struct Material {
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 0.2))]
     pub dispersion: f64,
+    /// How reflection and transmission depend on the angle of incidence. Default `"none"`. Shadow rays know only
+    /// `transmission`.
+    #[serde(default)]
+    pub fresnel: Fresnel,
+    /// sigma of the law of Beer and Lambert, per scene unit: a closed body lets exp(-sigma d) of the light pass that goes
+    /// a way d inside. Lengths are the world's: a larger instance is darker. Where bodies overlap the smaller one
+    /// decides. Shadow rays know it if `render.shadows` is `"transmissive"`. Default 0.
+    #[serde(default)]
+    pub absorption: Color,
+    /// Radiance the surface shines with, from both sides, lit or not; it lights nothing else. Default 0.
+    #[serde(default)]
+    pub emission: Color,
     /// Whether the surface exists only for rays that come from its front. Default false.
     #[serde(default)]
     pub one_sided: bool,
@@ -67,9 +79,28 @@ impl Default for Material {
             ior: default_ior(),
             roughness: 0.0,
             dispersion: 0.0,
+            fresnel: Fresnel::None,
+            absorption: Color::BLACK,
+            emission: Color::BLACK,
             one_sided: false,
         }
     }
+}
+
+/// How reflection and transmission depend on the angle of incidence theta.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Fresnel {
+    /// r_s and r_t at every angle; under total internal reflection r_t joins r_s.
+    #[default]
+    None,
+    /// F r_s and (1 - F) r_t, where F is the exact unpolarised reflectance by `ior` and the media around: 1 under total
+    /// internal reflection. Clear glass has reflection 1 and transmission 1. Opaque bodies, and sheets, which do not bend
+    /// light, reflect as if varnished: by the index in front of them and their own.
+    Dielectric,
+    /// r_s + (1 - r_s) (1 - cos theta)^5 in each channel (Schlick 1994), for metals; r_s is their colour seen face on. What
+    /// they transmit, r_t, is multiplied by 1 - (1 - cos theta)^5.
+    Conductor,
 }
 
 /// Checkerboard: tile `a` where the sum of floor(p / size) over the named axes is even, in object space.

@@ -4,17 +4,19 @@
 //! units, angles in degrees (the key says so), colours are linear RGB. Right-handed, y up by convention.
 
 mod camera;
+mod fog;
 mod light;
 mod material;
 mod object;
 mod render;
 
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera, View};
+pub use fog::{Fog, FogHeight};
 pub use light::{
     AngularArea, Area, DirectionalLight, DiscArea, Falloff, Light, LinearFalloff, ParallelogramArea, PointLight,
     SpotLight,
 };
-pub use material::{Axes, Checker, Material};
+pub use material::{Axes, Checker, Fresnel, Material};
 pub use object::{
     AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation, Scale,
     Sphere, Torus, Transform, Triangle,
@@ -55,6 +57,9 @@ pub struct Description {
     /// Ambient light I_a, multiplied by each material's `ambient`. Default: 0.1 grey.
     #[serde(default = "default_ambient")]
     pub ambient: Color,
+    /// Fog. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fog: Option<Fog>,
     /// Light sources. Default when the key is missing: one directional light from the upper left front. `[]` is darkness.
     #[serde(default = "default_lights")]
     pub lights: Vec<Light>,

@@ -41,8 +41,7 @@ pub(super) struct Part {
 }
 
 /// Keys of the scene format that this version does not have yet, by schema.
-const LATER: &[(&str, &[&str])] =
-    &[("Material", &["fresnel", "absorption", "emission"]), ("Accuracy", &["proved", "time", "rays"])];
+const LATER: &[(&str, &[&str])] = &[("Accuracy", &["proved", "time", "rays"])];
 
 /// All problems of shape and range, at most [`PROBLEMS`].
 pub(super) fn diagnose(scene: &Value) -> Vec<Finding> {

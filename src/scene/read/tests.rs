@@ -98,8 +98,8 @@ fn broken_rest() {
                  line 7, column 23: /image/hight: unknown key \"hight\"; did you mean \"height\"? [UnknownKey]",
         ),
         (
-            "\"materials\": {\"a/b\": {\"fresnel\": true, \"diffuse\": \"#12345g\"}}",
-            "line 7, column 23: /materials/a~1b/fresnel: \"fresnel\" is not available in this version; remove it [Unsupported]\n\
+            "\"materials\": {\"a/b\": {\"roughness\": 12, \"diffuse\": \"#12345g\"}}",
+            "line 7, column 23: /materials/a~1b/roughness: \"roughness\" is not available in this version; remove it [Unsupported]\n\
                  line 7, column 51: /materials/a~1b/diffuse: \"#12345g\" is no colour; write \"#rrggbb\", [r, g, b] or a grey \
                  number [WrongType]",
         ),

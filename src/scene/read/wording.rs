@@ -120,6 +120,7 @@ pub(super) fn noun(name: &str) -> &'static str {
         "Diffuse" => "pattern",
         "Shadows" => "shadow mode",
         "Precision" => "precision",
+        "Fresnel" => "Fresnel law",
         _ => "value",
     }
 }

@@ -101,6 +101,7 @@ impl SceneBuilder {
             camera,
             background: self.background.map_or(Color::BLACK, |(_, color)| color),
             ambient: Color(Rgb::splat(intensity)),
+            fog: None,
             lights: self.lights.into_iter().map(light).collect(),
             materials,
             definitions: Named::default(),

@@ -1,0 +1,72 @@
+//! Shadows of bodies that absorb: what is left of light on its straight way to a surface, e^(-sigma d) for each stretch.
+//!
+//! The way is walked from surface to surface, as camera rays go, but unbent. So the media on it follow the same rules, and
+//! each stretch is absorbed by the body that decides there, whatever the order of objects.
+
+use super::attenuation::{absorption, depth, remaining};
+use super::hits::Hits;
+use super::interface::interface;
+use crate::accel::Course;
+use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::ray::{Rays, leave};
+use crate::scene::world::World;
+use crate::shading::media::Media;
+
+/// Most surfaces on the way; behind that many, light is absorbed no more.
+const MAX_CROSSINGS: usize = 1000;
+
+/// How much of each colour the bodies along shadow rays leave. The rays start in the media `lists`; their directions have
+/// any length, and they end at `t_max`, at a time if anything moves.
+pub(super) fn left_by_bodies<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    media: &mut Media<L::Real>,
+    rays: Rays<L>,
+    lists: L::Ids,
+    time: Option<L>,
+) -> V3<L> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || {
+            let mark = media.mark();
+            let left = walk(s, world, media, rays, lists, time);
+            media.forget(mark);
+            left
+        },
+    )
+}
+
+#[inline(always)]
+fn walk<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    media: &mut Media<L::Real>,
+    mut rays: Rays<L>,
+    mut lists: L::Ids,
+    time: Option<L>,
+) -> V3<L> {
+    let ends = rays.t_max.lt(L::lit(s, f64::INFINITY));
+    let (dir, end) = (rays.dir, rays.origin + rays.dir);
+    let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+    let mut hits = Hits { time, ..Hits::none(s) };
+    for _ in 0..MAX_CROSSINGS {
+        let lanes = rays.active.bits();
+        if lanes == 0 {
+            break;
+        }
+        hits.find(s, world, &mut rays, Course::Apart);
+        let sigma = absorption(s, world, media, lists, lanes);
+        let passed = depth(s, sigma, hits.t * rays.dir.length());
+        sum = V3::select(L::mask(s, lanes), sum + passed, sum);
+        if hits.found == 0 {
+            break;
+        }
+        let entered = hits.found & hits.closed & hits.clear;
+        lists = interface(s, world, media, &hits, lists, entered).behind;
+        rays.origin = leave(hits.surface.point, hits.surface.error, -hits.ng);
+        rays.dir = V3::select(ends, end - rays.origin, dir);
+        rays.active = L::mask(s, hits.found);
+    }
+    remaining(s, sum)
+}

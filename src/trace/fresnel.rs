@@ -1,0 +1,130 @@
+//! How reflection and transmission depend on the angle of incidence, for materials that say so.
+//!
+//! Dielectrics take the exact reflectance F between the media on both sides: F r_s and (1 - F) r_t, which is r_s under
+//! total internal reflection, where F is 1. Surfaces that enclose no medium for light, opaque bodies and sheets, have the
+//! medium of the ray in front and their material behind: a varnish. Conductors take Schlick's approximation,
+//! r_s + (1 - r_s) (1 - cos theta)^5, and transmit what that leaves of r_t.
+
+use super::hits::Hits;
+use super::kernel::Followed;
+use crate::lanes::{Ids, Lanes, V3};
+use crate::scene::world::World;
+use crate::shading::material::{Coefficients, Fresnel};
+use crate::shading::media::{Media, MediumList};
+use crate::shading::optics::{Refraction, fresnel_dielectric, refract};
+
+/// What Snell's law says where rays go into bodies and out of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bent<'a, L: Lanes> {
+    /// Lanes of which it says anything.
+    pub(super) lanes: u32,
+    /// n1/n2.
+    pub(super) eta: L,
+    pub(super) refraction: &'a Refraction<L>,
+}
+
+/// Lanes that have hit a conductor: at grazing angles it mirrors even where r_s is 0.
+pub(super) fn conductors<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>) -> u32 {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || kinds(s, world, hits).conductor,
+    )
+}
+
+/// r_s and r_t at the angles at which the rays hit surfaces with normals `ns`.
+pub(super) fn at_angles<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    media: &Media<L::Real>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    ns: V3<L>,
+    coefficients: &Coefficients<L>,
+    bent: Option<Bent<'_, L>>,
+) -> [V3<L>; 2] {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || at_angles_in(s, world, media, rays, hits, ns, coefficients, bent),
+    )
+}
+
+/// Which lanes have hit what, and the index of refraction of its material.
+struct Kinds<L: Lanes> {
+    dielectric: u32,
+    conductor: u32,
+    ior: L,
+}
+
+#[inline(always)]
+fn kinds<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>) -> Kinds<L> {
+    let mut kinds = Kinds { dielectric: 0, conductor: 0, ior: L::lit(s, 1.0) };
+    let mut left = hits.found;
+    while left != 0 {
+        let (id, same) = hits.material.same_as_first(s, left);
+        left &= !same;
+        let material = &world.materials[id as usize];
+        match material.fresnel {
+            Fresnel::None => {}
+            Fresnel::Dielectric => kinds.dielectric |= same,
+            Fresnel::Conductor => kinds.conductor |= same,
+        }
+        kinds.ior = L::select(L::mask(s, same), L::splat(s, material.ior), kinds.ior);
+    }
+    kinds
+}
+
+#[inline(always)]
+fn at_angles_in<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    media: &Media<L::Real>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    ns: V3<L>,
+    coefficients: &Coefficients<L>,
+    bent: Option<Bent<'_, L>>,
+) -> [V3<L>; 2] {
+    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+    let Kinds { dielectric, conductor, ior } = kinds(s, world, hits);
+    let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
+    // An interpolated normal may face away from the ray; the geometric one does not.
+    let n = V3::select(rays.dir.dot(ns).lt(zero), ns, hits.ng);
+    if dielectric != 0 {
+        let mut eta = around::<L>(s, media, rays.media, dielectric) / ior;
+        let mut refraction = refract(s, rays.dir, n, eta);
+        if let Some(bent) = bent {
+            let mask = L::mask(s, bent.lanes);
+            eta = L::select(mask, bent.eta, eta);
+            refraction = Refraction::select(s, mask, bent.refraction, &refraction);
+        }
+        let reflectance = L::select(eta.eq(one), zero, fresnel_dielectric(s, eta, &refraction));
+        let mask = L::mask(s, dielectric);
+        r_s = V3::select(mask, r_s * reflectance, r_s);
+        r_t = V3::select(mask, r_t * (one - reflectance), r_t);
+    }
+    if conductor != 0 {
+        let versine = (one + rays.dir.dot(n)).max(zero).min(one);
+        let squared = versine * versine;
+        let grazing = squared * squared * versine;
+        let white = V3 { x: one, y: one, z: one };
+        let mask = L::mask(s, conductor);
+        r_s = V3::select(mask, r_s + (white - r_s) * grazing, r_s);
+        r_t = V3::select(mask, r_t * (one - grazing), r_t);
+    }
+    [r_s, r_t]
+}
+
+/// Index of refraction of the media that rays are in.
+#[inline(always)]
+fn around<L: Lanes>(s: L::Simd, media: &Media<L::Real>, lists: L::Ids, lanes: u32) -> L {
+    let mut all = L::lit(s, 1.0);
+    let mut left = lanes;
+    while left != 0 {
+        let (list, same) = lists.same_as_first(s, left);
+        left &= !same;
+        all = L::select(L::mask(s, same), L::splat(s, media.ior(list as MediumList)), all);
+    }
+    all
+}
