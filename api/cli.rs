@@ -315,6 +315,9 @@ pub(crate) struct ServeArgs {
     /// keeps none.
     #[arg(long, env = "STRAHL_SCENE_CACHE_BYTES", value_name = "BYTES", default_value_t = 512 << 20)]
     pub(crate) scene_cache_bytes: u64,
+    /// Folder of pictures that scenes may name as textures; without it they have to contain them.
+    #[arg(long, env = "STRAHL_TEXTURES", value_name = "DIR")]
+    pub(crate) textures: Option<PathBuf>,
     /// Seconds until a request that is not answered is given up.
     #[arg(long, env = "STRAHL_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     pub(crate) timeout: Duration,

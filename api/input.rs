@@ -2,9 +2,11 @@
 
 use crate::cli::SceneArgs;
 use crate::failure::Failure;
+use crate::folder::Folder;
 use std::io::{self, Read};
+use std::path::Path;
 use strahl::scene::limits::SCENE_BYTES;
-use strahl::scene::{Format, Loaded, Overrides, load};
+use strahl::scene::{Files, Format, Loaded, NoFiles, Overrides, load_with};
 
 /// The bytes of a scene.
 #[derive(Debug)]
@@ -15,6 +17,8 @@ pub(crate) struct Source {
     pub(crate) bytes: Vec<u8>,
     /// Which format it is in.
     pub(crate) format: Format,
+    /// The folder it lies in, where its pictures are.
+    folder: Option<Folder>,
 }
 
 impl Source {
@@ -22,7 +26,10 @@ impl Source {
     pub(crate) fn read(scene: &SceneArgs) -> Result<Self, Failure> {
         let (name, bytes) = read(&scene.scene)?;
         let format = scene.input.map(Format::from).or_else(|| by_name(&scene.scene)).unwrap_or_else(|| sniff(&bytes));
-        Ok(Self { name, bytes, format })
+        // A file in no named folder lies in the working directory.
+        let parent = Path::new(&scene.scene).parent().filter(|parent| !parent.as_os_str().is_empty());
+        let folder = (scene.scene != "-").then(|| Folder::open(parent.unwrap_or(Path::new("."))).ok()).flatten();
+        Ok(Self { name, bytes, format, folder })
     }
 
     /// Reads, checks and compiles the scene.
@@ -31,7 +38,8 @@ impl Source {
             let what = "--two-sided and --spd-counts are for NFF files; in JSON, materials have \"one_sided\"";
             return Err(Failure::Usage(what.into()));
         }
-        load(&self.bytes, self.format, overrides)
+        let files: &dyn Files = self.folder.as_ref().map_or(&NoFiles, |folder| folder);
+        load_with(&self.bytes, self.format, overrides, files)
             .map_err(|problems| Failure::Scene { name: self.name.clone(), problems })
     }
 }

@@ -37,6 +37,7 @@ fn sheet(n: u32) -> Item<f32> {
             vertices: (0..(n + 1) * (n + 1)).map(vertex).collect(),
             faces: (0..n * n).flat_map(square).collect(),
             normals: Vec::new(),
+            uvs: Vec::new(),
         }),
         material: 0,
         sides: Sides::Both,

@@ -47,6 +47,11 @@ pub fn exp(x: f64) -> f64 {
     libm::exp(x)
 }
 
+/// Binary logarithm of a number above 0.
+pub fn log2(x: f64) -> f64 {
+    libm::log2(x)
+}
+
 /// Arc sine in radians, of a value in [-1, 1].
 pub fn asin(x: f64) -> f64 {
     libm::asin(x)

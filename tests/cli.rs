@@ -256,3 +256,23 @@ fn ctrl_c_stops_a_render_and_leaves_no_file() {
     assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
     assert!(!folder.join("slow.png").exists());
 }
+
+#[test]
+fn pictures_lie_beside_their_scene() {
+    let folder = folder("pictures_lie_beside_their_scene");
+    let picture = image::RgbImage::from_fn(2, 2, |x, y| image::Rgb([(x * 200) as u8, (y * 200) as u8, 0]));
+    std::fs::create_dir_all(folder.join("inner/maps")).unwrap();
+    picture.save(folder.join("inner/maps/a.png")).unwrap();
+    let scene = BALL.replace(
+        r#""diffuse": [0.8, 0.2, 0.1]"#,
+        r#""diffuse": { "image": { "source": "maps/a.png", "mapping": { "spherical": {} } } }"#,
+    );
+    std::fs::write(folder.join("inner/ball.json"), &scene).unwrap();
+    // Beside the scene, wherever the command runs; not beside the command.
+    done(&folder, &["render", "inner/ball.json", "-o", "out.png"], "");
+    done(&folder.join("inner"), &["render", "ball.json", "-o", "out.png"], "");
+    std::fs::write(folder.join("ball.json"), &scene).unwrap();
+    fails(&folder, &["render", "ball.json", "-o", "out.png"], "", 1, "maps/a.png");
+    fails(&folder.join("inner"), &["render", "-", "-o", "out.png"], &scene, 1, "files are not read here");
+    done(&folder, &["validate", "inner/ball.json"], "");
+}

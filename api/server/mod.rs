@@ -21,6 +21,7 @@ mod stall;
 use crate::cli::ServeArgs;
 use crate::commands::start_workers;
 use crate::failure::Failure;
+use crate::folder::Folder;
 use drain::{Drain, StopSignals};
 use limits::Limits;
 use queue::Queue;
@@ -66,9 +67,12 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
 
     let workers = start_workers(args.threads)?;
     let limits = Limits::new(args);
+    let textures = args.textures.as_deref().map(|path| {
+        Folder::open(path).map_err(|error| Failure::Usage(format!("--textures {}: {error}", path.display())))
+    });
     let service = Arc::new(Service {
         queue: Queue::new(workers, args.queue, args.timeout),
-        scenes: Scenes::new(args.scene_cache_bytes),
+        scenes: Scenes::new(args.scene_cache_bytes, textures.transpose()?),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
         limits,
         drain: Drain::default(),

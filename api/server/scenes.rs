@@ -2,21 +2,25 @@
 //! less time than its hierarchies.
 //!
 //! A scene is known by a hash of its bytes and of all that is put over them. Problems are not kept: they are found again.
+//! Nor are scenes with pictures from files, which may have changed by the next time; pictures in the scene are part of it.
 
 use super::queue::Job;
+use crate::folder::Folder;
 use crate::picture::milliseconds;
 use crate::ready::{Loading, Ready};
 use lru::LruCache;
 use sha2::{Digest, Sha256};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
-use strahl::scene::{Format, Overrides, Problems, load};
+use strahl::scene::{Files, Format, NoFiles, Overrides, Problems, load_with};
 
 /// The scenes, the one that was asked for longest ago first to go.
 #[derive(Debug)]
 pub(super) struct Scenes {
     /// Bytes they may take together; 0 keeps none.
     budget: u64,
+    /// Where the pictures are that they name, if they may.
+    textures: Option<Folder>,
     kept: Mutex<Kept>,
 }
 
@@ -41,8 +45,8 @@ pub(super) struct Found {
 
 impl Scenes {
     /// No scenes yet, and later as many as fit.
-    pub(super) fn new(budget: u64) -> Self {
-        Self { budget, kept: Mutex::new(Kept { scenes: LruCache::unbounded(), bytes: 0 }) }
+    pub(super) fn new(budget: u64, textures: Option<Folder>) -> Self {
+        Self { budget, textures, kept: Mutex::new(Kept { scenes: LruCache::unbounded(), bytes: 0 }) }
     }
 
     /// The scene, from before or else read, checked and compiled on the pool.
@@ -53,7 +57,8 @@ impl Scenes {
         format: Format,
         overrides: &Overrides,
     ) -> Result<Found, Problems> {
-        let build = || job.workers.work(|| load(bytes, format, overrides).map(Ready::from));
+        let files: &dyn Files = self.textures.as_ref().map_or(&NoFiles, |folder| folder);
+        let build = || job.workers.work(|| load_with(bytes, format, overrides, files).map(Ready::from));
         if self.budget == 0 {
             let ready = build()?;
             return Ok(Found { loading: ready.loading, ready: Arc::new(ready), kept: false });
@@ -65,7 +70,9 @@ impl Scenes {
             return Ok(Found { ready, loading: hashed, kept: true });
         }
         let ready = Arc::new(build()?);
-        self.keep(key, &ready);
+        if !ready.scene.from_files {
+            self.keep(key, &ready);
+        }
         let loading = Loading { parse: hashed.parse + ready.loading.parse, ..ready.loading };
         Ok(Found { ready, loading, kept: false })
     }
@@ -111,6 +118,7 @@ fn key(bytes: &[u8], format: Format, overrides: &Overrides) -> Key {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use strahl::scene::load;
 
     fn ready(objects: usize) -> Arc<Ready> {
         let sphere = r#"{ "sphere": { "center": [0, 0, 0], "radius": 1 } }"#;
@@ -124,7 +132,7 @@ mod tests {
     #[test]
     fn the_scene_asked_for_longest_ago_goes_first() {
         let scene = ready(100);
-        let scenes = Scenes::new(2 * size(&scene));
+        let scenes = Scenes::new(2 * size(&scene), None);
         let [a, b, c] = [[1; 32], [2; 32], [3; 32]];
         scenes.keep(a, &scene);
         scenes.keep(b, &scene);
@@ -138,7 +146,7 @@ mod tests {
     #[test]
     fn a_scene_larger_than_the_budget_throws_nothing_out() {
         let small = ready(1);
-        let scenes = Scenes::new(2 * size(&small));
+        let scenes = Scenes::new(2 * size(&small), None);
         scenes.keep([1; 32], &small);
         scenes.keep([2; 32], &ready(1_000));
         assert!(scenes.look_up(&[1; 32]).is_some() && scenes.look_up(&[2; 32]).is_none());

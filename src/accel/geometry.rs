@@ -82,6 +82,8 @@ pub struct Mesh<R> {
     pub faces: Vec<[u32; 3]>,
     /// A shading normal for each vertex, or nothing.
     pub normals: Vec<[R; 3]>,
+    /// Texture coordinates of each vertex, or nothing; only where a texture asks for them.
+    pub uvs: Vec<[R; 2]>,
 }
 
 impl<R: Real> Mesh<R> {
@@ -333,7 +335,12 @@ mod tests {
         };
         let normals = vec![[0.0, 0.0, 1.0]; vertices.len()];
         Item {
-            shape: Shape::Mesh(Mesh { vertices, faces: (0..n * n).flat_map(square).collect::<Vec<_>>(), normals }),
+            shape: Shape::Mesh(Mesh {
+                vertices,
+                faces: (0..n * n).flat_map(square).collect::<Vec<_>>(),
+                normals,
+                uvs: Vec::new(),
+            }),
             material: 0,
             sides: Sides::Both,
             hollow: false,

@@ -21,8 +21,8 @@ impl<R> Geometry<R> {
 /// What a shape holds beside itself.
 fn boxed<R>(shape: &Shape<R>) -> usize {
     match shape {
-        Shape::Mesh(Mesh { vertices, faces, normals }) => {
-            size_of_val(&vertices[..]) + size_of_val(&faces[..]) + size_of_val(&normals[..])
+        Shape::Mesh(Mesh { vertices, faces, normals, uvs }) => {
+            size_of_val(&vertices[..]) + size_of_val(&faces[..]) + size_of_val(&normals[..]) + size_of_val(&uvs[..])
         }
         Shape::Frustum(_) => size_of::<Frustum<R>>(),
         Shape::Torus(_) => size_of::<Torus<R>>(),

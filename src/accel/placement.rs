@@ -1,8 +1,10 @@
 //! Rays, points, normals and errors from one coordinate system to another.
 
-use super::geometry::{Ball, Instance, Placement};
+use super::geometry::{Ball, Instance, Placement, Shape};
+use super::resolve::Owner;
 use crate::lanes::{Lanes, Real, V3};
 use crate::ray::Rays;
+use glam::{DMat3, DVec3};
 
 impl<R: Real> Placement<R> {
     #[inline(always)]
@@ -29,6 +31,12 @@ impl<R: Real> Placement<R> {
     pub(super) fn transposed<L: Lanes<Real = R>>(&self, s: L::Simd, n: V3<L>) -> V3<L> {
         let [x, y, z] = self.columns::<L>(s);
         V3 { x: x.dot(n), y: y.dot(n), z: z.dot(n) }
+    }
+
+    /// The linear part in 64 bits.
+    fn matrix(&self) -> DMat3 {
+        let [x, y, z] = self.columns.map(|column| DVec3::from_array(column.map(Real::to_f64)));
+        DMat3::from_cols(x, y, z)
     }
 
     /// The image of a box of errors: absolute values throughout.
@@ -71,5 +79,30 @@ impl<R: Real> Ball<R> {
         let across = f.cross(rays.dir);
         let reach = L::splat(s, self.radius) + f.length() * L::lit(s, 16.0 * R::ROUNDOFF);
         across.dot(across).le(reach * reach * rays.dir.dot(rays.dir))
+    }
+}
+
+impl<R: Real> Owner<'_, R> {
+    /// The placements around the body, outermost first.
+    fn placements(&self) -> impl DoubleEndedIterator<Item = &Instance<R>> {
+        self.instances.iter().filter_map(|item| match &item.shape {
+            Shape::Instance(instance) => Some(&**instance),
+            _ => None,
+        })
+    }
+
+    /// A direction of the scene in the body's own coordinates.
+    pub fn into_object(&self, d: DVec3) -> DVec3 {
+        self.placements().fold(d, |d, placed| placed.to_local.matrix() * d)
+    }
+
+    /// A normal of the scene in the body's own coordinates, unit again.
+    pub fn normal_into_object(&self, n: DVec3) -> DVec3 {
+        self.placements().fold(n, |n, placed| (placed.to_world.matrix().transpose() * n).normalize())
+    }
+
+    /// A unit normal of the body's own coordinates in those of the scene, unit again.
+    pub fn normal_out_of_object(&self, n: DVec3) -> DVec3 {
+        self.placements().rev().fold(n, |n, placed| (placed.to_local.matrix().transpose() * n).normalize())
     }
 }

@@ -77,6 +77,15 @@ impl Angular {
         }
     }
 
+    /// Angle of a pixel from its upper to its lower edge.
+    pub(super) fn spread(&self) -> f64 {
+        match self.projection {
+            Projection::Equidistant { half_fov, diameter, .. } => 2.0 * half_fov / diameter,
+            Projection::Equirectangular { vfov, .. } => vfov / self.size.1,
+            Projection::Cylindrical { half_tan, .. } => 2.0 * half_tan / self.size.1,
+        }
+    }
+
     #[inline(always)]
     pub(super) fn primary<L: Lanes>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
         let mut dirs = [self.basis.forward; MAX_LANES];

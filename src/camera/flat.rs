@@ -1,6 +1,6 @@
 //! Pinhole and orthographic projection: the image plane is a plane.
 
-use super::{Basis, Primary};
+use super::{Basis, Cone, Primary};
 use crate::lanes::{Lanes, Real, V3};
 use glam::DVec3;
 
@@ -39,6 +39,12 @@ impl<R: Real> Flat<R> {
             up: narrow(basis.up * half_pixel),
             parallel,
         }
+    }
+
+    /// Pixels are squares of twice the length of `up`, at the eye or at distance 1.
+    pub(super) fn cone(&self) -> Cone {
+        let pixel = 2.0 * DVec3::from_array(self.up.map(Real::to_f64)).length();
+        if self.parallel { Cone { width: pixel, spread: 0.0 } } else { Cone { width: 0.0, spread: pixel } }
     }
 
     #[inline(always)]

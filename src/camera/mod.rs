@@ -35,6 +35,15 @@ pub struct Primary<L: Lanes> {
     pub seen: L::Mask,
 }
 
+/// How the rays of one pixel widen: by `spread` with each unit of distance from a width at their origin.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Cone {
+    /// Width where the ray starts.
+    pub width: f64,
+    /// Width gained in a unit of distance.
+    pub spread: f64,
+}
+
 /// Orthonormal axes of a camera: right, up and forward.
 #[derive(Debug, Clone, Copy)]
 pub struct Basis {
@@ -102,7 +111,16 @@ impl<R: Real> Camera<R> {
         if let Self::Lens(_, lens) = self { Some(lens) } else { None }
     }
 
-    /// Primary rays, as far as there is a lens those through its middle, through the points (x, y) of the picture, in pixels from its upper left corner.
+    /// The cone of a pixel: that of the picture's middle, or of its vertical where that differs.
+    pub fn cone(&self) -> Cone {
+        match self {
+            Self::Flat(flat) | Self::Lens(flat, _) => flat.cone(),
+            Self::Angular(angular) => Cone { width: 0.0, spread: angular.spread() },
+        }
+    }
+
+    /// Primary rays through the points (x, y) of the picture, in pixels from its upper left corner; where there is a lens,
+    /// those through its middle.
     #[inline(always)]
     pub fn primary<L: Lanes<Real = R>>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
         match self {

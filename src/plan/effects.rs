@@ -99,17 +99,20 @@ pub struct Called {
     pub depth_of_field: bool,
     pub dispersion: bool,
     pub emission: bool,
+    pub environment: bool,
     pub fog: bool,
     pub fresnel: bool,
     pub gloss: bool,
     pub motion: bool,
+    /// Patterns beyond the checkerboard, bumps and normal maps.
+    pub paint: bool,
 }
 
 impl Called {
     /// Whether any detail of surfaces, bodies or the space between them is called for.
     pub fn details(&self) -> bool {
-        let Self { absorption, emission, fog, fresnel, .. } = *self;
-        absorption | emission | fog | fresnel
+        let Self { absorption, emission, environment, fog, fresnel, paint, .. } = *self;
+        absorption | emission | environment | fog | fresnel | paint
     }
 
     /// Whether anything is a mean over choices.

@@ -3,7 +3,9 @@
 use super::estimate::{Actual, Estimated};
 use super::sampled;
 use super::use_of::{Uses, uses};
-use crate::scene::description::{Camera, Description, Diffuse, Falloff, Fresnel, Light, Object, Precision, Shadows};
+use crate::scene::description::{
+    Camera, Checker, Description, Diffuse, Falloff, Fresnel, Gradient, Light, Noise, Object, Precision, Shadows,
+};
 use crate::scene::problem::push_token;
 use serde::Serialize;
 use serde_json::Value;
@@ -77,6 +79,12 @@ pub fn explain(description: &Description) -> Explanation {
         refraction(description, &uses),
         hollow(&uses),
         checker(description, &uses),
+        gradient(description, &uses),
+        noise(description, &uses),
+        images(description, &uses),
+        bumps(description, &uses),
+        normal_maps(description, &uses),
+        environment(description),
         smooth_normals(&uses),
         spot_lights(description),
         falloff(description),
@@ -151,7 +159,10 @@ fn lit(description: &Description) -> bool {
 fn shines(diffuse: &Diffuse) -> bool {
     match diffuse {
         Diffuse::Uniform(color) => color.0.max_element() > 0.0,
-        Diffuse::Checker(checker) => checker.a.0.max_element().max(checker.b.0.max_element()) > 0.0,
+        Diffuse::Checker(Checker { a, b, .. })
+        | Diffuse::Gradient(Gradient { a, b, .. })
+        | Diffuse::Noise(Noise { a, b, .. }) => a.0.max_element().max(b.0.max_element()) > 0.0,
+        Diffuse::Image(_) => true,
     }
 }
 
@@ -376,6 +387,73 @@ fn checker(description: &Description, uses: &Uses) -> Effect {
     let calls =
         |m: &crate::scene::description::Material| checkered(&m.diffuse) || m.ambient.as_ref().is_some_and(checkered);
     by_material("checker_texture", description, uses, "diffuse", calls, on, off)
+}
+
+/// A pattern of diffuse or ambient colours.
+fn pattern(
+    name: &'static str,
+    description: &Description,
+    uses: &Uses,
+    calls: impl Fn(&Diffuse) -> bool,
+    on: &str,
+    off: &str,
+) -> Effect {
+    let calls = |m: &crate::scene::description::Material| calls(&m.diffuse) || m.ambient.as_ref().is_some_and(&calls);
+    by_material(name, description, uses, "diffuse", calls, on, off)
+}
+
+fn gradient(description: &Description, uses: &Uses) -> Effect {
+    let calls = |d: &Diffuse| matches!(d, Diffuse::Gradient(g) if g.a != g.b);
+    let (on, off) = ("colours change from point to point", "no colour is a gradient");
+    pattern("gradient_texture", description, uses, calls, on, off)
+}
+
+fn noise(description: &Description, uses: &Uses) -> Effect {
+    let calls = |d: &Diffuse| matches!(d, Diffuse::Noise(n) if n.a != n.b);
+    pattern("noise_texture", description, uses, calls, "colours are clouds of noise", "no colour is noise")
+}
+
+fn images(description: &Description, uses: &Uses) -> Effect {
+    let calls = |d: &Diffuse| matches!(d, Diffuse::Image(_));
+    let (on, off) = ("pictures lie on surfaces, filtered by the footprint of each ray", "no colour is a picture");
+    pattern("image_texture", description, uses, calls, on, off)
+}
+
+fn bumps(description: &Description, uses: &Uses) -> Effect {
+    let calls = |m: &crate::scene::description::Material| m.bump.as_ref().is_some_and(|bump| bump.height > 0.0);
+    let flat = |m: &crate::scene::description::Material| m.bump.as_ref().is_some_and(|bump| bump.height == 0.0);
+    let effect_of = by_material(
+        "bump_mapping",
+        description,
+        uses,
+        "bump",
+        calls,
+        "surfaces are lit as if they were rough",
+        "no material has bumps",
+    );
+    if effect_of.state != State::Off {
+        return effect_of;
+    }
+    let flat = description.materials.iter().filter(|(_, m)| flat(m));
+    let flat: Vec<String> = flat.map(|(name, _)| push_token(&push_token("/materials", name), "bump")).collect();
+    if flat.is_empty() { effect_of } else { effect("bump_mapping", State::Removed, "all bumps have height 0", flat) }
+}
+
+fn normal_maps(description: &Description, uses: &Uses) -> Effect {
+    let calls = |m: &crate::scene::description::Material| m.normal_map.is_some();
+    let (on, off) = ("pictures tilt the normals of surfaces", "no material has a normal map");
+    by_material("normal_mapping", description, uses, "normal_map", calls, on, off)
+}
+
+fn environment(description: &Description) -> Effect {
+    let name = "environment_map";
+    match &description.environment {
+        None => effect(name, State::Off, "rays that hit nothing see the background", Vec::new()),
+        Some(environment) if environment.intensity == 0.0 => {
+            effect(name, State::Removed, "its intensity is 0: it is black", vec!["/environment/intensity".into()])
+        }
+        Some(_) => effect(name, State::On, "rays that hit nothing see a picture", vec!["/environment".into()]),
+    }
 }
 
 fn smooth_normals(uses: &Uses) -> Effect {

@@ -22,7 +22,7 @@ mod world;
 mod tests;
 
 use crate::math::Rgb;
-use crate::scene::description::{Description, Fog, Light, RenderSettings};
+use crate::scene::description::{Description, Diffuse, Fog, Light, RenderSettings};
 use camera::Camera;
 use ray::Ray;
 use world::World;
@@ -55,7 +55,18 @@ pub struct Hit {
 }
 
 impl Reference {
-    /// Prepares a valid description.
+    /// Whether it can trace a description: it has no pictures, noise and bumps, which would be no use to compare unless
+    /// they were filtered and hashed in the same way.
+    pub fn knows(description: &Description) -> bool {
+        let plain = |diffuse: &Diffuse| !matches!(diffuse, Diffuse::Image(_) | Diffuse::Noise(_));
+        let mut materials = description.materials.iter().map(|(_, material)| material);
+        description.environment.is_none()
+            && materials.all(|m| {
+                plain(&m.diffuse) && m.ambient.as_ref().is_none_or(plain) && m.bump.is_none() && m.normal_map.is_none()
+            })
+    }
+
+    /// Prepares a valid description that it [knows](Self::knows).
     pub fn new(description: &Description) -> Self {
         Self {
             camera: Camera::new(description),

@@ -87,6 +87,12 @@ fn color(diffuse: &Diffuse, object_point: DVec3) -> Rgb {
     match diffuse {
         Diffuse::Uniform(color) => color.0,
         Diffuse::Checker(checker) => checker_color(checker, object_point),
+        Diffuse::Gradient(gradient) => {
+            let (from, to) = (DVec3::from_array(gradient.from), DVec3::from_array(gradient.to));
+            let part = (object_point - from).dot(to - from) / (to - from).length_squared();
+            gradient.a.0.lerp(gradient.b.0, part.clamp(0.0, 1.0))
+        }
+        Diffuse::Image(_) | Diffuse::Noise(_) => unreachable!("`Reference::knows` says so"),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Colours as a scene writes them: a grey number, linear `[r, g, b]`, or sRGB `"#rrggbb"`.
 
-use super::description::Checker;
+use super::description::{Checker, Gradient, ImageMap, Noise};
 use crate::math::{self, Rgb};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor, value::MapAccessDeserializer};
@@ -93,12 +93,18 @@ impl JsonSchema for Color {
 }
 
 /// A colour, or a pattern of colours.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Diffuse {
     /// The same everywhere.
     Uniform(Color),
     /// A checkerboard.
     Checker(Checker),
+    /// An even change from one point to another.
+    Gradient(Gradient),
+    /// A picture.
+    Image(ImageMap),
+    /// Clouds.
+    Noise(Noise),
 }
 
 impl Default for Diffuse {
@@ -112,6 +118,9 @@ impl Serialize for Diffuse {
         match self {
             Self::Uniform(color) => color.serialize(serializer),
             Self::Checker(checker) => serializer.collect_map([("checker", checker)]),
+            Self::Gradient(gradient) => serializer.collect_map([("gradient", gradient)]),
+            Self::Image(image) => serializer.collect_map([("image", image)]),
+            Self::Noise(noise) => serializer.collect_map([("noise", noise)]),
         }
     }
 }
@@ -122,12 +131,15 @@ impl<'de> Deserialize<'de> for Diffuse {
         #[serde(rename_all = "snake_case")]
         enum Pattern {
             Checker(Checker),
+            Gradient(Gradient),
+            Image(ImageMap),
+            Noise(Noise),
         }
         struct DiffuseVisitor;
         impl<'de> Visitor<'de> for DiffuseVisitor {
             type Value = Diffuse;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "{EXPECTED} or {{\"checker\": {{...}}}}")
+                write!(f, "{EXPECTED} or a pattern such as {{\"checker\": {{...}}}}")
             }
             fn visit_f64<E: Error>(self, grey: f64) -> Result<Diffuse, E> {
                 ColorVisitor.visit_f64(grey).map(Diffuse::Uniform)
@@ -145,8 +157,12 @@ impl<'de> Deserialize<'de> for Diffuse {
                 ColorVisitor.visit_seq(seq).map(Diffuse::Uniform)
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Diffuse, A::Error> {
-                let Pattern::Checker(checker) = Pattern::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(Diffuse::Checker(checker))
+                Ok(match Pattern::deserialize(MapAccessDeserializer::new(map))? {
+                    Pattern::Checker(checker) => Diffuse::Checker(checker),
+                    Pattern::Gradient(gradient) => Diffuse::Gradient(gradient),
+                    Pattern::Image(image) => Diffuse::Image(image),
+                    Pattern::Noise(noise) => Diffuse::Noise(noise),
+                })
             }
         }
         deserializer.deserialize_any(DiffuseVisitor)
@@ -158,19 +174,24 @@ impl JsonSchema for Diffuse {
         "Diffuse".into()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let color = generator.subschema_for::<Color>();
-        let checker = generator.subschema_for::<Checker>();
+        let mut kinds = vec![generator.subschema_for::<Color>()];
+        let patterns = [
+            ("checker", generator.subschema_for::<Checker>()),
+            ("gradient", generator.subschema_for::<Gradient>()),
+            ("image", generator.subschema_for::<ImageMap>()),
+            ("noise", generator.subschema_for::<Noise>()),
+        ];
+        kinds.extend(patterns.map(|(name, pattern)| {
+            schemars::json_schema!({
+                "type": "object",
+                "properties": { name: pattern },
+                "required": [name],
+                "additionalProperties": false
+            })
+        }));
         schemars::json_schema!({
-            "description": "A colour, or {\"checker\": {...}}.",
-            "anyOf": [
-                color,
-                {
-                    "type": "object",
-                    "properties": { "checker": checker },
-                    "required": ["checker"],
-                    "additionalProperties": false
-                }
-            ]
+            "description": "A colour, or a pattern: {\"checker\": {...}}, \"gradient\", \"image\" or \"noise\".",
+            "anyOf": kinds
         })
     }
 }

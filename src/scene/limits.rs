@@ -47,6 +47,12 @@ pub const RAYS_PER_SAMPLE: Limit = Limit::new("rays_per_sample", 1_000_000);
 pub const MEDIA: Limit = Limit::new("media", 32);
 /// Rays recorded for one ray tree.
 pub const TREE_RAYS: Limit = Limit::new("tree_rays", 100_000);
+/// Bytes of a picture in a scene, before it is decoded.
+pub const PICTURE_BYTES: Limit = Limit::new("picture_bytes", 64 << 20);
+/// Width or height of a picture in a scene.
+pub const PICTURE_SIDE: Limit = Limit::new("picture_side", 16_384);
+/// Pixels of all pictures in a scene together, each of which takes 16 bytes.
+pub const PICTURE_PIXELS: Limit = Limit::new("picture_pixels", 1 << 24);
 /// Problems reported for one scene.
 pub const PROBLEMS: Limit = Limit::new("problems", 50);
 /// Largest magnitude of a coordinate, length or colour, so that squares of lengths stay finite in single precision.

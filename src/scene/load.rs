@@ -1,10 +1,11 @@
 //! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
 
-use super::compile::{CompileOptions, check, compile_with};
+use super::compile::{CompileOptions, check, compile_from};
 use super::description::{Description, Precision};
 use super::import::nff::{self, NffOptions};
 use super::limits::PROBLEMS;
 use super::locate::locate;
+use super::pictures::{Files, NoFiles};
 use super::read::{self, Mended, Unreadable, read_json};
 use super::{Problem, Problems, Scene};
 use std::time::Instant;
@@ -58,31 +59,36 @@ pub struct Loaded {
     pub plan_ms: f64,
 }
 
-/// Reads, checks and compiles a scene; all problems are reported at once.
+/// Reads, checks and compiles a scene; all problems are reported at once. Files that it names are not read.
 pub fn load(bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loaded, Problems> {
+    load_with(bytes, format, overrides, &NoFiles)
+}
+
+/// [`load`], with the files that a scene may name.
+pub fn load_with(bytes: &[u8], format: Format, overrides: &Overrides, files: &dyn Files) -> Result<Loaded, Problems> {
     match format {
-        Format::Json => load_json(read::strip_mark(bytes), overrides),
+        Format::Json => load_json(read::strip_mark(bytes), overrides, files),
         Format::Nff => {
             let start = Instant::now();
             let options = NffOptions { two_sided: overrides.two_sided, spd_counts: overrides.spd_counts };
             let mut description = nff::read_nff(bytes, options)?;
             overrides.apply(&mut description);
-            compiled(description, overrides, start)
+            compiled(description, overrides, files, start)
         }
     }
 }
 
-fn load_json(text: &[u8], overrides: &Overrides) -> Result<Loaded, Problems> {
+fn load_json(text: &[u8], overrides: &Overrides, files: &dyn Files) -> Result<Loaded, Problems> {
     let start = Instant::now();
     match read_json(text) {
         Ok(mut description) => {
             overrides.apply(&mut description);
             let mut loaded =
-                compiled(description, &Overrides { two_sided: false, spd_counts: false, ..*overrides }, start)
+                compiled(description, &Overrides { two_sided: false, spd_counts: false, ..*overrides }, files, start)
                     .map_err(|Problems(mut problems)| {
-                        overrides.locate(text, &mut problems);
-                        Problems(problems)
-                    })?;
+                    overrides.locate(text, &mut problems);
+                    Problems(problems)
+                })?;
             overrides.locate(text, &mut loaded.scene.warnings);
             Ok(loaded)
         }
@@ -93,11 +99,16 @@ fn load_json(text: &[u8], overrides: &Overrides) -> Result<Loaded, Problems> {
     }
 }
 
-fn compiled(description: Description, overrides: &Overrides, start: Instant) -> Result<Loaded, Problems> {
+fn compiled(
+    description: Description,
+    overrides: &Overrides,
+    files: &dyn Files,
+    start: Instant,
+) -> Result<Loaded, Problems> {
     let parse_ms = milliseconds(start);
     let start = Instant::now();
     let &Overrides { two_sided, spd_counts, .. } = overrides;
-    let scene = compile_with(&description, CompileOptions { spd_counts, ..CompileOptions::default() })?;
+    let scene = compile_from(&description, CompileOptions { spd_counts, ..CompileOptions::default() }, files)?;
     let plan_ms = (milliseconds(start) - scene.bvh_ms).max(0.0);
     Ok(Loaded { description, scene, two_sided, spd_counts, parse_ms, plan_ms })
 }

@@ -9,6 +9,7 @@ pub mod limits;
 pub mod load;
 pub mod locate;
 pub mod named;
+pub mod pictures;
 pub mod problem;
 pub mod read;
 pub mod schema;
@@ -16,5 +17,6 @@ pub mod world;
 
 pub use compile::Scene;
 pub use description::Description;
-pub use load::{Format, Loaded, Overrides, load};
+pub use load::{Format, Loaded, Overrides, load, load_with};
+pub use pictures::{Files, NoFiles};
 pub use problem::{Problem, Problems};

@@ -4,6 +4,7 @@ use crate::accel::{Blockers, Geometry, Owner};
 use crate::camera::Camera;
 use crate::lanes::Real;
 use crate::plan::effects::Called;
+use crate::shading::environment::Environment;
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
@@ -28,6 +29,8 @@ pub struct World<R> {
     pub background: [R; 3],
     /// Fog, if there is any.
     pub fog: Option<Fog<R>>,
+    /// What they see instead, if there are surroundings.
+    pub environment: Option<Environment>,
     /// The camera.
     pub camera: Camera<R>,
     /// What ends the recursion, and what counts.

@@ -1,5 +1,6 @@
 //! Materials, and the coefficients of the material under each ray.
 
+use super::pattern::Paint;
 use crate::lanes::{Ids, Lanes, Real, V3};
 
 /// A material in the kernel's format: the symbols of L = L_Phong + r_s L_s + r_t L_t.
@@ -29,6 +30,8 @@ pub struct Material<R> {
     pub emission: [R; 3],
     /// How r_s and r_t depend on the angle of incidence.
     pub fresnel: Fresnel,
+    /// Patterns and bumps. `ambient` and `diffuse` are then the means of the patterns that replace them.
+    pub paint: Option<Box<Paint>>,
 }
 
 /// How reflection and transmission depend on the angle of incidence.

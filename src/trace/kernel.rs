@@ -5,15 +5,18 @@
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
 use super::attenuation::along;
+use super::cones::{Cones, around};
 use super::enclosing::media_at;
 use super::gather::gather;
 use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
+use super::paint::paint;
 use super::sampling::{Choice, Sampler};
 use super::secondary::scatter;
 use super::waves::Waves;
 use crate::accel::{Course, Nearest};
+use crate::camera::Cone;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::plan::effects::{Effects, Everything};
 use crate::ray::Rays;
@@ -108,6 +111,8 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     /// The wavelengths of the sample at hand, where anything disperses light.
     pub(super) waves: Waves<L>,
     eye_media: Vec<Medium<L::Real>>,
+    /// The cones of the rays at hand, for kernels that look at details.
+    pub(super) cones: Cones<L>,
     effects: PhantomData<E>,
 }
 
@@ -135,6 +140,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             sampler: Sampler::default(),
             waves: Waves::yellow(s),
             eye_media: eye_media.to_vec(),
+            cones: Cones::new(s, if E::DETAILS { world.camera.cone() } else { Cone::default() }),
             effects: PhantomData,
         }
     }
@@ -165,6 +171,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         self.followed = L::lit(s, 0.0);
         self.media.clear();
         self.stack.clear();
+        if E::DETAILS {
+            self.cones.restart(s, weight);
+        }
 
         let mut primary = self.world.camera.primary(s, x, y);
         if E::SAMPLED {
@@ -212,6 +221,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
             let Some(next) = self.stack.pop() else { return };
             rays = next;
+            if E::DETAILS {
+                self.cones.pop();
+            }
         }
     }
 
@@ -264,7 +276,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         let found = hits.found;
         let missed = rays.active & !found;
         if missed != 0 {
-            let background = rays.weight.times(V3::splat(s, self.world.background));
+            let background = rays.weight.times(self.surroundings(rays, missed));
             let background = self.bounded(if E::DETAILS { own + background } else { background });
             self.add(sum, missed, background);
             if O::WATCHING {
@@ -280,9 +292,15 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         if O::WATCHING {
             self.observer.hits(number, rays, hits);
         }
-        let coefficients = hits.coefficients(s, self.world);
-        if E::DETAILS && self.world.called.emission {
-            own = own + rays.weight.times(hits.emission(s, self.world));
+        let mut coefficients = hits.coefficients(s, self.world);
+        if E::DETAILS {
+            self.cones.hit(s, hits);
+            if self.world.called.paint {
+                self.cones.tilted = paint(s, self.world, rays, self.cones.widths(s), hits, &mut coefficients);
+            }
+            if self.world.called.emission {
+                own = own + rays.weight.times(hits.emission(s, self.world));
+            }
         }
         illuminate(self, rays, hits, &coefficients, own, number, sum);
         if rays.kind == RayKind::Gathered {
@@ -292,6 +310,17 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             gather(self, rays, hits, &coefficients, number);
         }
         scatter(self, rays, hits, &coefficients, number);
+    }
+
+    /// What the rays of some lanes see that hit nothing.
+    #[inline(always)]
+    fn surroundings(&self, rays: &Followed<L>, missed: u32) -> V3<L> {
+        if E::DETAILS
+            && let Some(environment) = &self.world.environment
+        {
+            return around(self.s, environment, rays.dir, missed, self.cones.spread());
+        }
+        V3::splat(self.s, self.world.background)
     }
 
     /// What a ray adds to the pixel, never above [`MAX_RADIANCE`]: materials that amplify cannot make it infinite.
@@ -336,6 +365,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 RayKind::Gathered => self.counts.gathered += count,
             }
             self.stack.push(rays);
+            if E::DETAILS {
+                self.cones.push();
+            }
         }
     }
 

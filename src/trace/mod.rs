@@ -2,6 +2,7 @@
 
 mod attenuation;
 mod colored_shadows;
+mod cones;
 pub mod enclosing;
 mod fresnel;
 mod gather;
@@ -11,6 +12,7 @@ pub mod kernel;
 pub mod lighting;
 pub mod observer;
 pub mod packets;
+mod paint;
 pub mod query;
 pub mod sampling;
 pub mod secondary;

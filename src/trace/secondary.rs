@@ -27,6 +27,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
         return;
     }
     let s = tracer.s;
+    let tilted = if E::DETAILS { tracer.cones.tilted } else { 0 };
     let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
     let zero = L::lit(s, 0.0);
     let mut mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
@@ -63,6 +64,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     }
     let mut reflected_weight = rays.weight.times(r_s);
     let mut transmitted = None;
+    let mut through = zero;
     let (mut total, mut split, mut split_mirrored) = (0, 0, 0);
     if let Some(crossing) = crossing {
         total = crossing.refraction.total.bits() & clear & hits.closed;
@@ -93,6 +95,9 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
         }
         // What cannot be seen leaves a ray as it is, so that what lies behind is met at the same bits.
         let unseen = L::mask(s, crossing.unseen);
+        if E::DETAILS {
+            through = tracer.cones.unless(unseen);
+        }
         let behind = leave(hits.surface.point, hits.surface.error, -hits.ng);
         transmitted = Some(Followed {
             origin: V3::select(unseen, rays.origin, behind),
@@ -121,7 +126,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
             let weight = reflected_weight * unhidden(s, hits.ns, dir, coefficients.alpha);
             reflected_weight = V3::select(L::mask(s, rough), weight, reflected_weight);
         }
-        if hits.smooth & !rough != 0 {
+        if (hits.smooth | tilted) & !rough != 0 {
             // An interpolated normal may send the mirrored ray below the surface; the geometric one does not.
             let above = dir.dot(hits.ng).gt(zero);
             dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng));
@@ -143,6 +148,9 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     if let Some(transmitted) = transmitted
         && transmitted.active != 0
     {
+        if E::DETAILS {
+            tracer.cones.end = through;
+        }
         tracer.push(transmitted);
     }
 }
@@ -214,7 +222,7 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     }
     let eta = n1 / n2;
     let mut refraction = refract(s, rays.dir, ns, eta);
-    if hits.smooth != 0 {
+    if hits.smooth | (if E::DETAILS { tracer.cones.tilted } else { 0 }) != 0 {
         // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides.
         let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total;
         let flat = refract(s, rays.dir, hits.ng, eta);

@@ -5,12 +5,15 @@
 
 mod absorption;
 mod agreement;
+mod bumps;
 mod emission;
+mod environment;
 mod fog;
 mod fresnel;
 mod media;
 mod motion;
 mod sampling;
+mod textures;
 
 use serde_json::{Value, json};
 use strahl::film::Region;

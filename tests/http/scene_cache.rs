@@ -88,3 +88,36 @@ fn warnings_and_problems_are_said_again() {
     let answers = |body: &str| service.post_json("/v1/rays", body).json()["answers"].clone();
     assert_eq!(answers(&rays(ray))[0], answers(&rays(&format!("{ray}, {ray}")))[1]);
 }
+
+/// A wall with a picture from a file.
+const WALL: &str = r#"{
+  "version": 1,
+  "image": { "width": 8, "height": 8 },
+  "camera": { "orthographic": { "eye": [0, 0, 5], "look_at": [0, 0, 0], "height": 2 } },
+  "materials": { "wall": { "diffuse": { "image": { "source": "wall.png", "mapping": { "planar": { "axes": "xy" } } } } } },
+  "objects": [{ "plane": { "point": [0, 0, 0], "normal": [0, 0, 1], "material": "wall" } }]
+}"#;
+
+#[test]
+fn pictures_from_files_are_read_each_time() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures_from_files_are_read_each_time");
+    std::fs::create_dir_all(&folder).unwrap();
+    let paint = |color: [u8; 3]| {
+        image::RgbImage::from_fn(2, 2, |x, y| image::Rgb(if x + y == 0 { [0; 3] } else { color }))
+            .save(folder.join("wall.png"))
+            .unwrap();
+    };
+    let service = Service::start(&["--textures", folder.to_str().unwrap()]);
+    paint([255, 0, 0]);
+    let red = service.post_json("/v1/render", WALL);
+    paint([0, 0, 255]);
+    let blue = service.post_json("/v1/render", WALL);
+    assert_eq!((scene(&red), scene(&blue)), ("miss", "miss"));
+    assert_ne!(red.body, blue.body);
+
+    let outside = WALL.replace("wall.png", "../wall.png");
+    for (service, scene) in [(&service, outside.as_str()), (&Service::start(&[]), WALL)] {
+        let problem = service.post_json("/v1/render", scene).problem(422, "invalid-scene");
+        assert_eq!(problem["errors"][0]["pointer"], "/materials/wall/diffuse/image/source");
+    }
+}

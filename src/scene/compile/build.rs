@@ -1,5 +1,6 @@
 //! A checked description in the kernel's format.
 
+use super::paint::paint;
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, contact, extent};
 use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Motion, Shape};
@@ -7,14 +8,15 @@ use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::plan::effects::Called;
-use crate::scene::color::{Color, Diffuse};
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
 use crate::scene::ear_clipping::triangulate;
+use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
 use crate::scene::world::{Rules, World};
+use crate::shading::environment::Environment;
 use crate::shading::fog::{Fog, Height};
 use crate::shading::light::{Area, Falloff, Light, Source as LightSource};
-use crate::shading::material::{Fresnel, Material, Texture};
+use crate::shading::material::{Fresnel, Material};
 use crate::shading::spectrum::Spectrum;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
@@ -27,8 +29,12 @@ pub(super) struct Built {
 }
 
 /// Builds the world of a checked description.
-pub(super) fn build<R: Real>(description: &Description, options: CompileOptions) -> (World<R>, Built) {
-    let mut builder = Builder::<R>::new(description, options);
+pub(super) fn build<R: Real>(
+    description: &Description,
+    options: CompileOptions,
+    pictures: &Pictures<'_>,
+) -> (World<R>, Built) {
+    let mut builder = Builder::<R>::new(description, options, pictures);
     let list = builder.list("/objects".to_owned());
     let root = builder.geometry(&description.objects, list);
     contact::mark_placed(&mut builder.geometries);
@@ -39,6 +45,7 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
     let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
     let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
+    let (background, environment) = surroundings(description, pictures);
     let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
     let camera = Camera::new(&description.camera, &basis, description.image.width, description.image.height);
     let used = || builder.materials.iter().zip(&builder.used).filter(|(_, used)| **used).map(|(material, _)| material);
@@ -50,9 +57,11 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         bleeding: render.color_bleeding && render.max_depth > 1,
         depth_of_field: camera.lens().is_some(),
         dispersion: used().any(|m| m.dispersion > zero && colored(&m.transmission)),
+        environment: environment.is_some(),
         gloss: used().any(|m| m.alpha > zero && (colored(&m.reflection) || colored(&m.transmission))),
         fog: fog.is_some(),
         motion: builder.moves,
+        paint: used().any(|m| m.paint.is_some()),
         ..called(&builder)
     };
     let world = World {
@@ -66,7 +75,8 @@ pub(super) fn build<R: Real>(description: &Description, options: CompileOptions)
         materials: builder.materials,
         lights,
         ambient: narrow_rgb(description.ambient.0),
-        background: narrow_rgb(description.background.0),
+        background: narrow_rgb(background),
+        environment,
         fog,
         camera,
         rules: Rules {
@@ -112,6 +122,24 @@ fn called<R: Real>(builder: &Builder<'_, R>) -> Called {
     }
 }
 
+/// What rays see that hit nothing: a colour, or a picture if it has more than one.
+fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
+    let Some(d::Environment { image, rotate_deg, intensity }) = &description.environment else {
+        return (description.background.0, None);
+    };
+    let pyramid = pictures.get(image, Meaning::Color);
+    // Around the circles of domes there are no rays, which would see them: only the background.
+    let circle = matches!(description.camera, d::Camera::Fisheye(_) | d::Camera::Omnimax(_));
+    let uniform = if *intensity == 0.0 { Some([0.0; 3]) } else { pyramid.uniform() };
+    match uniform {
+        Some(color) if !circle => (Rgb::from_array(color) * *intensity, None),
+        _ => {
+            let environment = Environment { pyramid, turn: rotate_deg / 360.0, intensity: *intensity };
+            (description.background.0, Some(environment))
+        }
+    }
+}
+
 struct Builder<'a, R> {
     description: &'a Description,
     options: CompileOptions,
@@ -131,7 +159,7 @@ struct Builder<'a, R> {
 }
 
 impl<'a, R: Real> Builder<'a, R> {
-    fn new(description: &'a Description, options: CompileOptions) -> Self {
+    fn new(description: &'a Description, options: CompileOptions, pictures: &Pictures<'_>) -> Self {
         let fallback = d::Material::default();
         let all = || description.materials.iter().map(|(_, m)| m).chain([&fallback]);
         Self {
@@ -140,7 +168,7 @@ impl<'a, R: Real> Builder<'a, R> {
             geometries: Vec::new(),
             expanded: Vec::new(),
             definitions: vec![None; description.definitions.len()],
-            materials: all().map(material).collect(),
+            materials: all().map(|m| material(m, pictures)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
             used: vec![false; description.materials.len() + 1],
             moves: false,
@@ -206,7 +234,8 @@ impl<'a, R: Real> Builder<'a, R> {
                     );
                 }
                 _ => {
-                    let (shape, look) = shape(object);
+                    let needs_uvs = matches!(object, Object::Mesh(mesh) if self.needs_uvs(mesh));
+                    let (shape, look) = shape(object, needs_uvs);
                     self.sources.entries.push(entry(look.name));
                     let count = if let Shape::Mesh(mesh) = &shape { mesh.faces.len() as u128 } else { 1 };
                     let item = self.item(object, shape, look, source);
@@ -214,6 +243,11 @@ impl<'a, R: Real> Builder<'a, R> {
                 }
             }
         }
+    }
+
+    fn needs_uvs(&self, mesh: &d::Mesh) -> bool {
+        let material = mesh.material.as_ref().and_then(|name| self.description.materials.get(name));
+        material.is_some_and(d::Material::needs_uvs)
     }
 
     fn definition(&mut self, name: &str) -> usize {
@@ -336,7 +370,8 @@ pub(crate) fn is_collapsed<T: PartialEq>(vertices: &[T], face: &[u32; 3]) -> boo
     a == b || b == c || c == a
 }
 
-fn shape<R: Real>(object: &Object) -> (Shape<R>, Look<'_>) {
+/// `needs_uvs`: whether its material looks at texture coordinates.
+fn shape<R: Real>(object: &Object, needs_uvs: bool) -> (Shape<R>, Look<'_>) {
     let number = R::from_f64;
     let point = |p: Vec3| p.map(R::from_f64);
     let vector = DVec3::from_array;
@@ -346,8 +381,8 @@ fn shape<R: Real>(object: &Object) -> (Shape<R>, Look<'_>) {
         Object::Sphere(o) => (Shape::Sphere(Sphere { center: point(o.center), radius: number(o.radius) }), o.look()),
         Object::Plane(o) => (Shape::Plane(plane(o.point, o.normal)), o.look()),
         Object::Disc(o) => (Shape::Disc(Disc { plane: plane(o.center, o.normal), radius: number(o.radius) }), o.look()),
-        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2]], None)), o.look()),
-        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2], [0, 2, 3]], None)), o.look()),
+        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2]], None, None)), o.look()),
+        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2], [0, 2, 3]], None, None)), o.look()),
         Object::Box(o) => (Shape::Cuboid(Cuboid { min: point(o.min), max: point(o.max) }), o.look()),
         Object::Cylinder(o) => {
             (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.radius, o.radius, o.capped)), o.look())
@@ -363,10 +398,13 @@ fn shape<R: Real>(object: &Object) -> (Shape<R>, Look<'_>) {
             };
             (Shape::Torus(Box::new(torus)), o.look())
         }
-        Object::Mesh(o) => (Shape::Mesh(mesh(&o.vertices, &o.faces, o.normals.as_deref())), o.look()),
+        Object::Mesh(o) => (
+            Shape::Mesh(mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| needs_uvs))),
+            o.look(),
+        ),
         Object::Polygon(o) => {
             let faces = triangulate(&o.vertices).unwrap_or_default();
-            (Shape::Mesh(mesh(&o.vertices, &faces, None)), o.look())
+            (Shape::Mesh(mesh(&o.vertices, &faces, None, None)), o.look())
         }
         Object::Group(_) | Object::Instance(_) => unreachable!("groups and instances are no shapes"),
     }
@@ -385,38 +423,30 @@ fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, 
 }
 
 /// A mesh without the faces that rounding has collapsed to lines; slivers stay, since neighbours rely on their edges.
-fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>) -> Mesh<R> {
+fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>, uvs: Option<&[[f64; 2]]>) -> Mesh<R> {
     let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
     // Not collected one by one, which would reserve up to twice the memory.
     let mut faces = faces.to_vec();
     faces.retain(|face| !is_collapsed(&vertices, face));
     let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
-    Mesh { faces, normals: normals.unwrap_or_default().iter().map(unit).collect(), vertices }
+    let uvs = uvs.unwrap_or_default().iter().map(|uv| uv.map(R::from_f64)).collect();
+    Mesh { faces, normals: normals.unwrap_or_default().iter().map(unit).collect(), vertices, uvs }
 }
 
-fn narrow_rgb<R: Real>(color: Rgb) -> [R; 3] {
+pub(super) fn narrow_rgb<R: Real>(color: Rgb) -> [R; 3] {
     color.to_array().map(R::from_f64)
 }
 
 /// 1/x for powers of two, whose reciprocals are exact.
-fn exact_inverse<R: Real>(x: f64) -> Option<R> {
+pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
     (math::scale_by_power(1.0, math::exponent(x)) == x).then(|| R::from_f64(1.0 / x))
 }
 
-fn material<R: Real>(material: &d::Material) -> Material<R> {
-    let texture = |diffuse: &Diffuse| match diffuse {
-        Diffuse::Uniform(Color(color)) => Texture::Uniform(narrow_rgb(*color)),
-        Diffuse::Checker(checker) => Texture::Checker {
-            a: narrow_rgb(checker.a.0),
-            b: narrow_rgb(checker.b.0),
-            size: R::from_f64(checker.size),
-            inverse: exact_inverse(checker.size),
-            axes: checker.axes.flags(),
-        },
-    };
+fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Material<R> {
+    let (ambient, diffuse, paint) = paint(material, pictures);
     Material {
-        ambient: material.ambient.as_ref().map(texture),
-        diffuse: texture(&material.diffuse),
+        ambient,
+        diffuse,
         specular: narrow_rgb(material.specular.0),
         shininess: R::from_f64(material.shininess),
         reflection: narrow_rgb(material.reflection.0),
@@ -431,6 +461,7 @@ fn material<R: Real>(material: &d::Material) -> Material<R> {
         },
         alpha: R::from_f64(material.roughness * material.roughness),
         dispersion: R::from_f64(material.dispersion),
+        paint,
     }
 }
 

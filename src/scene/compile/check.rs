@@ -4,9 +4,12 @@ use super::check_objects::check_objects;
 use super::path::Path;
 use crate::camera::Basis;
 use crate::scene::color::{Color, Diffuse};
-use crate::scene::description::{Area, Camera, Description, Falloff, Light, Material, Vec3};
+use crate::scene::description::{
+    Area, Bump, Camera, Description, Environment, Falloff, ImageMap, Light, Mapping, Material, Relief, Vec3,
+};
 use crate::scene::limits::{self, Limit};
 use crate::scene::problem::{Code, Problem, Problems};
+use glam::DVec3;
 use std::fmt::Display;
 
 /// Collects problems.
@@ -88,6 +91,35 @@ impl Findings {
         self.number(at.key("intensity"), intensity, &words, (0.0..=limits::MAGNITUDE).contains(&brightest));
     }
 
+    fn image(&mut self, at: Path<'_>, image: &ImageMap) {
+        let at = at.key("mapping");
+        match &image.mapping {
+            Mapping::Uv => {}
+            Mapping::Planar(planar) => self.length(at.key("planar").key("size"), planar.size),
+            Mapping::Spherical(globe) => {
+                self.point(at.key("spherical").key("center"), &globe.center);
+                self.direction(at.key("spherical").key("axis"), &globe.axis);
+            }
+        }
+    }
+
+    fn noise(&mut self, at: Path<'_>, size: f64, octaves: u32) {
+        self.length(at.key("size"), size);
+        let ok = (1..=12).contains(&octaves);
+        self.number(at.key("octaves"), octaves.into(), "between 1 and 12", ok);
+    }
+
+    fn bump(&mut self, at: Path<'_>, bump: &Bump) {
+        let max = limits::MAGNITUDE;
+        let words = format_args!("between 0 and {max:e}");
+        self.number(at.key("height"), bump.height, words, (0.0..=max).contains(&bump.height));
+        let at = at.key("texture");
+        match &bump.texture {
+            Relief::Noise(grain) => self.noise(at.key("noise"), grain.size, grain.octaves),
+            Relief::Image(image) => self.image(at.key("image"), image),
+        }
+    }
+
     fn texture(&mut self, at: Path<'_>, texture: &Diffuse) {
         match texture {
             Diffuse::Uniform(color) => self.coefficient(at, *color),
@@ -96,6 +128,23 @@ impl Findings {
                 self.coefficient(at.key("a"), checker.a);
                 self.coefficient(at.key("b"), checker.b);
                 self.length(at.key("size"), checker.size);
+            }
+            Diffuse::Gradient(gradient) => {
+                let at = at.key("gradient");
+                self.coefficient(at.key("a"), gradient.a);
+                self.coefficient(at.key("b"), gradient.b);
+                let sound = self.point(at.key("from"), &gradient.from) & self.point(at.key("to"), &gradient.to);
+                let length = DVec3::from_array(gradient.from).distance(DVec3::from_array(gradient.to));
+                if sound && length < limits::SMALLEST_LENGTH {
+                    self.add(at.key("to"), Code::Degenerate, "must not be the point from: there is no way to go");
+                }
+            }
+            Diffuse::Image(image) => self.image(at.key("image"), image),
+            Diffuse::Noise(noise) => {
+                let at = at.key("noise");
+                self.coefficient(at.key("a"), noise.a);
+                self.coefficient(at.key("b"), noise.b);
+                self.noise(at, noise.size, noise.octaves);
             }
         }
     }
@@ -119,6 +168,9 @@ pub(super) fn check(description: &Description) -> Result<(), Problems> {
     findings.color(root.key("background"), description.background);
     findings.color(root.key("ambient"), description.ambient);
     check_fog(&mut findings, description);
+    if let Some(environment) = &description.environment {
+        check_environment(&mut findings, root.key("environment"), environment);
+    }
     check_lights(&mut findings, &description.lights);
     for (name, material) in description.materials.iter() {
         check_material(&mut findings, root.key("materials").key(name), material);
@@ -188,6 +240,14 @@ fn check_camera(findings: &mut Findings, camera: &Camera) {
             angle("vfov_deg", c.vfov_deg, true, 180.0);
         }
     }
+}
+
+fn check_environment(findings: &mut Findings, at: Path<'_>, environment: &Environment) {
+    let (angle, intensity) = (environment.rotate_deg, environment.intensity);
+    findings.number(at.key("rotate_deg"), angle, "between -360 and 360", angle.abs() <= 360.0);
+    let max = limits::MAGNITUDE;
+    let words = format_args!("between 0 and {max:e}");
+    findings.number(at.key("intensity"), intensity, words, (0.0..=max).contains(&intensity));
 }
 
 fn check_lights(findings: &mut Findings, lights: &[Light]) {
@@ -273,6 +333,16 @@ fn check_material(findings: &mut Findings, at: Path<'_>, material: &Material) {
         findings.texture(at.key("ambient"), ambient);
     }
     findings.texture(at.key("diffuse"), &material.diffuse);
+    if let Some(bump) = &material.bump {
+        findings.bump(at.key("bump"), bump);
+    }
+    if let Some(normals) = &material.normal_map {
+        findings.image(at.key("normal_map").key("image"), &normals.image);
+        if material.bump.is_some() {
+            let detail = "a material has bump or normal_map, not both: remove one of them";
+            findings.add(at.key("normal_map"), Code::Unsupported, detail);
+        }
+    }
     findings.coefficient(at.key("specular"), material.specular);
     findings.coefficient(at.key("reflection"), material.reflection);
     findings.coefficient(at.key("transmission"), material.transmission);

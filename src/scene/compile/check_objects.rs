@@ -3,7 +3,7 @@
 use super::check::Findings;
 use super::path::Path;
 use super::transform::affine;
-use crate::scene::description::{Description, Look, Mesh, Motion, Object, Vec3};
+use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Vec3};
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::limits;
 use crate::scene::problem::{Code, did_you_mean};
@@ -152,13 +152,21 @@ impl Counter<'_> {
                 return;
             }
         };
-        self.material(at, look);
+        let has_uvs = matches!(object, Object::Mesh(Mesh { uvs: Some(_), .. }));
+        self.material(at, look, has_uvs);
     }
 
-    fn material(&mut self, at: Path<'_>, look: Look<'_>) {
-        if let Some(name) = look.material
-            && self.description.materials.get(name).is_none()
-        {
+    fn material(&mut self, at: Path<'_>, look: Look<'_>, has_uvs: bool) {
+        let Some(name) = look.material else { return };
+        let material = self.description.materials.get(name);
+        if material.is_some_and(Material::needs_uvs) && !has_uvs {
+            let detail = format!(
+                "the material \"{name}\" lays a picture by uvs, which there are none of: give a mesh \"uvs\", or the \
+                 picture another mapping"
+            );
+            self.findings.add(at.key("material"), Code::MissingKey, detail);
+        }
+        if material.is_none() {
             let hint = did_you_mean(name, self.description.materials.names());
             let detail = format!("no material \"{name}\"{hint}");
             self.findings.add(at.key("material"), Code::UnknownReference, detail);
@@ -275,6 +283,14 @@ fn check_mesh(findings: &mut Findings, at: Path<'_>, mesh: &Mesh) {
     {
         let detail = format!("must have one pair for each of the {count} vertices, has {}", uvs.len());
         findings.add(at.key("uvs"), Code::OutOfRange, detail);
+    }
+    let coordinates = mesh.uvs.iter().flatten().enumerate();
+    if let Some((i, [u, v])) = coordinates.clone().find(|(_, uv)| uv.iter().any(|x| !(x.abs() <= limits::MAGNITUDE))) {
+        let max = limits::MAGNITUDE;
+        for (k, x) in [u, v].into_iter().enumerate() {
+            let ok = x.abs() <= max;
+            findings.number(at.key("uvs").index(i).index(k), *x, format_args!("between -{max:e} and {max:e}"), ok);
+        }
     }
 }
 

@@ -5,6 +5,7 @@ mod check;
 mod check_objects;
 mod contact;
 mod extent;
+mod paint;
 mod path;
 mod transform;
 mod warn;
@@ -12,6 +13,7 @@ mod warn;
 pub(crate) use transform::affine;
 
 use super::description::{Description, Precision};
+use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::Problems;
 use super::world::World;
 use super::{Problem, limits};
@@ -40,6 +42,10 @@ pub struct Scene {
     pub warnings: Vec<Problem>,
     /// Primitives after all instances are expanded, which never happens in memory.
     pub expanded_primitives: u64,
+    /// Bytes of the pictures on its surfaces and around it.
+    pub picture_bytes: usize,
+    /// Whether any of them came from a file, so that the same text may be another scene next time.
+    pub from_files: bool,
     /// Milliseconds spent building bounding volume hierarchies and what they hold.
     pub bvh_ms: f64,
 }
@@ -78,7 +84,7 @@ impl Scene {
             Precise::Single(world) => of_world(world),
             Precise::Double(world) => of_world(world),
         };
-        size_of::<Self>() + world + self.sources.bytes() + size_of_val(&self.warnings[..])
+        size_of::<Self>() + world + self.picture_bytes + self.sources.bytes() + size_of_val(&self.warnings[..])
     }
 }
 
@@ -122,15 +128,28 @@ pub fn compile(description: &Description) -> Result<Scene, Problems> {
 
 /// [`compile`], with options.
 pub fn compile_with(description: &Description, options: CompileOptions) -> Result<Scene, Problems> {
-    check::check(description)?;
+    compile_from(description, options, &NoFiles)
+}
+
+/// [`compile_with`], with the files that a scene may name.
+pub fn compile_from(description: &Description, options: CompileOptions, files: &dyn Files) -> Result<Scene, Problems> {
+    let pictures = match (check::check(description), Pictures::read(description, files)) {
+        (Ok(()), Ok(pictures)) => pictures,
+        (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => return Err(problems),
+        (Err(Problems(mut problems)), Err(Problems(mut more))) => {
+            problems.append(&mut more);
+            problems.truncate(limits::PROBLEMS.max as usize);
+            return Err(Problems(problems));
+        }
+    };
     let start = Instant::now();
     let (world, built) = match description.render.precision {
         Precision::Single => {
-            let (world, built) = build::build(description, options);
+            let (world, built) = build::build(description, options, &pictures);
             (Precise::Single(world), built)
         }
         Precision::Double => {
-            let (world, built) = build::build(description, options);
+            let (world, built) = build::build(description, options, &pictures);
             (Precise::Double(world), built)
         }
     };
@@ -156,6 +175,8 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
         sources: built.sources,
         warnings: warn::warnings(description),
         expanded_primitives: built.expanded as u64,
+        picture_bytes: pictures.bytes(),
+        from_files: pictures.from_files,
         bvh_ms,
     })
 }

@@ -1,6 +1,6 @@
 //! Materials and their patterns.
 
-use super::{Color, Diffuse, is_zero};
+use super::{Bump, Color, Diffuse, ImageMap, Mapping, NormalMap, Relief, is_zero};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +57,12 @@ pub struct Material {
     /// Whether the surface exists only for rays that come from its front. Default false.
     #[serde(default)]
     pub one_sided: bool,
+    /// Bumps on the surface. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bump: Option<Bump>,
+    /// Normals from a picture; not together with `bump`. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_map: Option<NormalMap>,
 }
 
 fn default_shininess() -> f64 {
@@ -65,6 +71,27 @@ fn default_shininess() -> f64 {
 
 fn default_ior() -> f64 {
     1.5
+}
+
+impl Material {
+    /// All pictures on the surface.
+    pub fn images(&self) -> impl Iterator<Item = &ImageMap> {
+        let of_color = |diffuse| match diffuse {
+            &Diffuse::Image(ref image) => Some(image),
+            _ => None,
+        };
+        let relief = self.bump.as_ref().and_then(|bump| match &bump.texture {
+            Relief::Image(image) => Some(image),
+            Relief::Noise(_) => None,
+        });
+        let normals = self.normal_map.as_ref().map(|normals| &normals.image);
+        [self.ambient.as_ref().and_then(of_color), of_color(&self.diffuse), relief, normals].into_iter().flatten()
+    }
+
+    /// Whether a picture lies on the surface by texture coordinates, which only meshes have.
+    pub fn needs_uvs(&self) -> bool {
+        self.images().any(|image| image.mapping == Mapping::Uv)
+    }
 }
 
 impl Default for Material {
@@ -83,6 +110,8 @@ impl Default for Material {
             absorption: Color::BLACK,
             emission: Color::BLACK,
             one_sided: false,
+            bump: None,
+            normal_map: None,
         }
     }
 }

@@ -9,6 +9,7 @@ mod light;
 mod material;
 mod object;
 mod render;
+mod texture;
 
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera, View};
 pub use fog::{Fog, FogHeight};
@@ -22,6 +23,10 @@ pub use object::{
     Sphere, Torus, Transform, Triangle,
 };
 pub use render::{Accuracy, FixedAccuracy, Precision, RenderSettings, Shadows};
+pub use texture::{
+    Bump, Environment, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes, Relief, Spherical,
+    Wrap,
+};
 
 use super::named::Named;
 use crate::math::Rgb;
@@ -54,6 +59,9 @@ pub struct Description {
     /// Radiance of a ray that hits nothing. Default: black.
     #[serde(default)]
     pub background: Color,
+    /// A picture of the surroundings, in place of `background`. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub environment: Option<Environment>,
     /// Ambient light I_a, multiplied by each material's `ambient`. Default: 0.1 grey.
     #[serde(default = "default_ambient")]
     pub ambient: Color,

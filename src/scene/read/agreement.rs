@@ -17,13 +17,23 @@ fn rich() -> Value {
         "image": { "width": 64 },
         "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0], "vfov_deg": 30 } },
         "background": "#102030",
+        "environment": { "image": "sky.png", "rotate_deg": 90, "intensity": 2 },
         "lights": [
             { "point": { "position": [0, 9, 0], "falloff": { "linear": { "reach": 20 } } } },
             { "spot": { "position": [0, 9, 0], "direction": [0, -1, 0], "falloff": "inverse_square" } }
         ],
         "materials": {
             "floor": { "diffuse": { "checker": { "a": 0, "b": [1, 1, 1], "axes": "xyz" } }, "ambient": null },
-            "a/b~c": { "ior": 1.33, "transmission": 0.9 }
+            "a/b~c": { "ior": 1.33, "transmission": 0.9 },
+            "sky": { "diffuse": { "gradient": { "from": [0, 0, 0], "to": [0, 1, 0], "a": 1, "b": "#0000ff" } } },
+            "rough": {
+                "diffuse": { "noise": { "a": 0, "b": 1, "octaves": 2 } },
+                "bump": { "height": 0.1, "texture": { "noise": { "size": 0.5 } } }
+            },
+            "globe": {
+                "diffuse": { "image": { "source": "a.png", "mapping": { "spherical": {} }, "wrap": "clamp" } },
+                "normal_map": { "image": { "source": "b.png", "mapping": { "planar": { "axes": "xy" } } } }
+            }
         },
         "definitions": { "pair": [{ "box": { "min": [0, 0, 0], "max": [1, 1, 1] } }] },
         "objects": [

@@ -110,12 +110,13 @@ fn broken_rest() {
         (
             "\"materials\": {\"m\": {\"diffuse\": true}}",
             "line 7, column 32: /materials/m/diffuse: must be a number, an array of 3 numbers, \"#rrggbb\" or \
-                 {\"checker\": {...}}, is true [WrongType]",
+                 an object whose only key names its kind: \"checker\", \"gradient\", \"image\" or \"noise\", is true \
+                 [WrongType]",
         ),
         (
             "\"materials\": {\"m\": {\"ambient\": {\"chequer\": {}}}}",
             "line 7, column 33: /materials/m/ambient/chequer: no such kind of pattern \"chequer\"; did you mean \
-                 \"checker\"? Here the only kind is \"checker\" [UnknownKey]",
+                 \"checker\"? Here kinds are \"checker\", \"gradient\", \"image\" and \"noise\" [UnknownKey]",
         ),
         (
             "\"lights\": [{\"point\": {\"position\": [0, 0, 0], \"falloff\": \"quadratic\"}}]",

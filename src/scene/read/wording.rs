@@ -118,6 +118,8 @@ pub(super) fn noun(name: &str) -> &'static str {
         "Falloff" => "falloff",
         "Accuracy" => "accuracy mode",
         "Diffuse" => "pattern",
+        "Mapping" => "mapping",
+        "Relief" => "relief",
         "Shadows" => "shadow mode",
         "Precision" => "precision",
         "Fresnel" => "Fresnel law",

@@ -99,6 +99,7 @@ impl SceneBuilder {
             name: None,
             image,
             camera,
+            environment: None,
             background: self.background.map_or(Color::BLACK, |(_, color)| color),
             ambient: Color(Rgb::splat(intensity)),
             fog: None,

@@ -1,0 +1,69 @@
+//! The folder in which scenes find the pictures that they name, and nothing outside it.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
+use strahl::scene::Files;
+use strahl::scene::limits::PICTURE_BYTES;
+
+/// A folder and what lies below it, links followed only as far as they stay inside.
+#[derive(Debug)]
+pub(crate) struct Folder(PathBuf);
+
+impl Folder {
+    /// A folder that exists.
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+        let path = path.canonicalize()?;
+        if path.is_dir() { Ok(Self(path)) } else { Err(io::ErrorKind::NotADirectory.into()) }
+    }
+}
+
+impl Files for Folder {
+    fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        let plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+        if name.is_empty() || !Path::new(name).components().all(plain) {
+            return Err("is no file's name: write it relative to the folder of pictures, without \"..\"".into());
+        }
+        let cannot = |error: io::Error| format!("cannot be read: {error}");
+        let path = self.0.join(name).canonicalize().map_err(cannot)?;
+        if !path.starts_with(&self.0) {
+            return Err("leads out of the folder of pictures".into());
+        }
+        // Opening a pipe would wait for whoever writes into it.
+        if !path.is_file() {
+            return Err("is no file".into());
+        }
+        let mut bytes = Vec::new();
+        File::open(path).map_err(cannot)?.take(PICTURE_BYTES.max + 1).read_to_end(&mut bytes).map_err(cannot)?;
+        Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_outside_is_read() {
+        let root = std::env::temp_dir().join(format!("strahl-folder-{}", std::process::id()));
+        let inside = root.join("inside");
+        std::fs::create_dir_all(inside.join("deep")).unwrap();
+        std::fs::write(root.join("secret"), b"no").unwrap();
+        std::fs::write(inside.join("deep/a.png"), b"yes").unwrap();
+        let folder = Folder::open(&inside).unwrap();
+        assert_eq!(folder.read("deep/a.png").unwrap(), b"yes");
+        assert_eq!(folder.read("./deep/a.png").unwrap(), b"yes");
+        let absolute = root.join("secret");
+        for name in
+            ["", "../secret", "deep/../../secret", "deep/../deep/a.png", "deep", "none", absolute.to_str().unwrap()]
+        {
+            assert!(folder.read(name).is_err(), "{name}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(&absolute, inside.join("link")).unwrap();
+            assert!(folder.read("link").unwrap_err().contains("leads out"));
+        }
+        std::fs::remove_dir_all(root).unwrap();
+    }
+}

@@ -1,0 +1,184 @@
+//! Textures: colours, heights and normals that depend on the place, and the pictures behind them.
+
+use super::{Color, Vec3, default_up};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A colour that changes evenly from one point of object space to another, and stays what it is beyond them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gradient {
+    /// Where the colour is `a`.
+    pub from: Vec3,
+    /// Where the colour is `b`; not `from`.
+    pub to: Vec3,
+    /// Colour at `from`.
+    pub a: Color,
+    /// Colour at `to`.
+    pub b: Color,
+}
+
+/// Clouds between two colours: Perlin's gradient noise (2002) in object space, octave upon octave of half the size and
+/// half the strength.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Noise {
+    /// Colour where the noise is lowest.
+    pub a: Color,
+    /// Colour where the noise is highest.
+    pub b: Color,
+    /// Size of the coarsest features in scene units, above 0. Default 1.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub size: f64,
+    /// Octaves, 1 to 12. Default 4.
+    #[serde(default = "default_octaves")]
+    #[schemars(range(min = 1, max = 12))]
+    pub octaves: u32,
+}
+
+/// Noise as a height, from 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grain {
+    /// Size of the coarsest features in scene units, above 0. Default 1.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub size: f64,
+    /// Octaves, 1 to 12. Default 4.
+    #[serde(default = "default_octaves")]
+    #[schemars(range(min = 1, max = 12))]
+    pub octaves: u32,
+}
+
+/// A picture on a surface. Its middle is at (1/2, 1/2), u goes to the right and v up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ImageMap {
+    /// PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read.
+    /// Transparency is ignored.
+    pub source: String,
+    /// How it lies on the surface. Default `"uv"`.
+    #[serde(default)]
+    pub mapping: Mapping,
+    /// What lies beyond its edges. Default `"repeat"`.
+    #[serde(default)]
+    pub wrap: Wrap,
+}
+
+/// How a picture lies on a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Mapping {
+    /// By the `uvs` of a mesh.
+    #[default]
+    Uv,
+    /// Projected along an axis of object space.
+    Planar(Planar),
+    /// As a globe, projected from a point of object space.
+    Spherical(Spherical),
+}
+
+/// A picture projected along an axis. Its lower left corner lies at the origin of object space.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Planar {
+    /// The plane it lies in. Default `"xz"`, a floor.
+    #[serde(default)]
+    pub axes: PlanarAxes,
+    /// Width of the picture in scene units, above 0; its height follows from its shape. Default 1.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub size: f64,
+}
+
+/// A plane of object space. Seen from the positive side of the third axis, the picture is not mirrored: its right and up
+/// are x and y, x and -z, or -z and y.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum PlanarAxes {
+    Xy,
+    #[default]
+    Xz,
+    Yz,
+}
+
+/// A picture as a globe: longitude across, latitude up. Its middle faces +z, or -y where the axis is z.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Spherical {
+    /// Centre of the globe. Default: the origin of object space.
+    #[serde(default)]
+    pub center: Vec3,
+    /// Direction of the north pole, any length but 0. Default [0, 1, 0].
+    #[serde(default = "default_up")]
+    pub axis: Vec3,
+}
+
+/// What lies beyond the edges of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Wrap {
+    /// The picture again and again.
+    #[default]
+    Repeat,
+    /// The colours of its edges.
+    Clamp,
+}
+
+/// Bumps: the surface is lit as if it were raised along its normal; its outline stays. Dents are bumps of the opposite
+/// picture.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Bump {
+    /// How high white stands above black, in units of object space, at least 0.
+    #[schemars(range(min = 0.0))]
+    pub height: f64,
+    /// The heights.
+    pub texture: Relief,
+}
+
+/// Heights from 0 to 1.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Relief {
+    /// Noise.
+    Noise(Grain),
+    /// The codes of a grey picture, taken as they are; of a coloured one their mean.
+    Image(ImageMap),
+}
+
+/// Normals from a picture: red, green and blue from 0 to 255 are x, y and z from -1 to 1, where x is the direction in which u
+/// grows, y that of v (up in the picture, as in OpenGL), and z the normal; 128 is 0.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NormalMap {
+    /// The picture.
+    pub image: ImageMap,
+}
+
+/// Surroundings infinitely far away: what rays see that hit nothing, in place of `background`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Environment {
+    /// Equirectangular PNG or JPEG, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a file
+    /// beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
+    pub image: String,
+    /// Turns it around the y axis, in degrees, counter-clockwise seen from above, -360 to 360. Default 0.
+    #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub rotate_deg: f64,
+    /// Factor on its colours, at least 0. Default 1.
+    #[serde(default = "one")]
+    #[schemars(range(min = 0.0))]
+    pub intensity: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn default_octaves() -> u32 {
+    4
+}

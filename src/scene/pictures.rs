@@ -1,0 +1,204 @@
+//! The pictures that a scene shows on its surfaces and around it: read, bounded and decoded.
+//!
+//! Everything about a picture that can be bombed is checked before its texels are: the number of its bytes, its sides,
+//! and the pixels of all pictures together.
+
+use super::color::Diffuse;
+use super::description::{Description, ImageMap, Relief};
+use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
+use super::problem::{Code, Problem, Problems, push_token};
+use crate::math;
+use crate::shading::pyramid::Pyramid;
+use data_encoding::BASE64;
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use std::collections::HashMap;
+use std::io::Cursor;
+use std::sync::Arc;
+
+/// Where the files are that scenes name.
+pub trait Files: Sync {
+    /// The bytes of a file, of which at most one more than [`PICTURE_BYTES`] are wanted; or why there are none, as the
+    /// end of a sentence that begins with the file's name.
+    fn read(&self, name: &str) -> Result<Vec<u8>, String>;
+}
+
+/// No files: pictures have to be in the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct NoFiles;
+
+impl Files for NoFiles {
+    fn read(&self, _: &str) -> Result<Vec<u8>, String> {
+        Err("cannot be read: files are not read here. Put the picture into the scene as \"data:image/png;base64,...\""
+            .into())
+    }
+}
+
+/// What the numbers of a picture mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Meaning {
+    /// sRGB.
+    Color,
+    /// Heights from 0 to 1, all channels alike.
+    Height,
+    /// Coordinates from -1 to 1.
+    Normal,
+}
+
+/// Decoded pictures; those with the same source are one.
+#[derive(Debug, Default)]
+pub(super) struct Pictures<'a> {
+    known: HashMap<(&'a str, Meaning), Arc<Pyramid>>,
+    /// Whether any came from a file, which may be another one next time.
+    pub(super) from_files: bool,
+}
+
+impl<'a> Pictures<'a> {
+    /// Reads all pictures of a description.
+    pub(super) fn read(description: &'a Description, files: &dyn Files) -> Result<Self, Problems> {
+        let mut pictures = Self::default();
+        let mut problems = Vec::new();
+        let mut left = PICTURE_PIXELS.max;
+        for (source, meaning, pointer) in wanted(description) {
+            if pictures.known.contains_key(&(source, meaning)) {
+                continue;
+            }
+            pictures.from_files |= !is_url(source);
+            match bytes(source, files).and_then(|bytes| decode(&bytes, meaning, &mut left)) {
+                Ok(pyramid) => {
+                    pictures.known.insert((source, meaning), Arc::new(pyramid));
+                }
+                Err((code, detail)) => problems.push(Problem::new(pointer, code, detail)),
+            }
+        }
+        if problems.is_empty() { Ok(pictures) } else { Err(Problems(problems)) }
+    }
+
+    /// A picture that was read.
+    pub(super) fn get(&self, source: &str, meaning: Meaning) -> Arc<Pyramid> {
+        let known = self.known.get(&(source, meaning));
+        Arc::clone(known.unwrap_or_else(|| unreachable!("all pictures have been read")))
+    }
+
+    /// Bytes they take.
+    pub(super) fn bytes(&self) -> usize {
+        self.known.values().map(|pyramid| pyramid.bytes()).sum()
+    }
+}
+
+/// The pictures of a description, and where they stand.
+fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
+    let mut wanted = Vec::new();
+    if let Some(environment) = &description.environment {
+        wanted.push((environment.image.as_str(), Meaning::Color, "/environment/image".to_owned()));
+    }
+    for (name, material) in description.materials.iter() {
+        let at = |rest: &str| push_token("/materials", name) + rest;
+        let mut map = |image: &'a ImageMap, meaning, pointer| wanted.push((image.source.as_str(), meaning, pointer));
+        if let Some(Diffuse::Image(image)) = &material.ambient {
+            map(image, Meaning::Color, at("/ambient/image/source"));
+        }
+        if let Diffuse::Image(image) = &material.diffuse {
+            map(image, Meaning::Color, at("/diffuse/image/source"));
+        }
+        if let Some(Relief::Image(image)) = material.bump.as_ref().map(|bump| &bump.texture) {
+            map(image, Meaning::Height, at("/bump/texture/image/source"));
+        }
+        if let Some(normals) = &material.normal_map {
+            map(&normals.image, Meaning::Normal, at("/normal_map/image/source"));
+        }
+    }
+    wanted
+}
+
+type Failure = (Code, String);
+
+/// Whether a source is anything but a file's name. Windows' drives have one letter.
+fn is_url(source: &str) -> bool {
+    let scheme = source.split(':').next().unwrap_or_default();
+    scheme.len() > 1
+        && scheme.len() < source.len()
+        && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b))
+}
+
+/// The bytes of a picture file.
+fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
+    let bytes = if source.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+        let Some((_, data)) = source.split_once(";base64,") else {
+            return Err((Code::Unsupported, "must be written as \"data:image/png;base64,...\"".into()));
+        };
+        BASE64.decode(data.as_bytes()).map_err(|error| (Code::Degenerate, format!("is no base64: {error}")))?
+    } else if is_url(source) {
+        let detail = "pictures are never fetched: name a file, or write \"data:image/png;base64,...\"";
+        return Err((Code::Unsupported, detail.into()));
+    } else {
+        files.read(source).map_err(|why| (Code::UnknownReference, format!("{:?} {why}", shortened(source))))?
+    };
+    if bytes.len() as u64 > PICTURE_BYTES.max {
+        let detail =
+            format!("the picture has more bytes than the limit of {} ({})", PICTURE_BYTES.max, PICTURE_BYTES.name);
+        return Err((Code::Limit, detail));
+    }
+    Ok(bytes)
+}
+
+fn shortened(name: &str) -> String {
+    name.chars().take(200).collect()
+}
+
+/// Decodes a picture; its pixels are taken from those that are `left`.
+fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Pyramid, Failure> {
+    let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
+    let mut reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| (Code::Degenerate, format!("the picture cannot be read: {error}")))?;
+    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
+        return Err((Code::Unsupported, "the picture is neither PNG nor JPEG".into()));
+    }
+    let mut limits = Limits::default();
+    // At most four channels of 16 bits, and what the decoder keeps beside them.
+    limits.max_alloc = Some(16 * PICTURE_PIXELS.max);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    if u64::from(width.max(height)) > PICTURE_SIDE.max {
+        let (name, max) = (PICTURE_SIDE.name, PICTURE_SIDE.max);
+        return Err((Code::Limit, format!("a side of {width} x {height} pixels is over the limit of {max} ({name})")));
+    }
+    if pixels > *left {
+        let (name, max) = (PICTURE_PIXELS.name, PICTURE_PIXELS.max);
+        let detail =
+            format!("with these {width} x {height} pixels the scene's pictures are over the limit of {max} ({name})");
+        return Err((Code::Limit, detail));
+    }
+    let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    *left -= pixels;
+    let wide = image.color().bytes_per_pixel() / image.color().channel_count() > 1;
+    let texels = if wide {
+        let value = values(meaning, u16::MAX.into());
+        image.into_rgb16().pixels().map(|pixel| texel(meaning, &value, pixel.0.map(usize::from))).collect()
+    } else {
+        let value = values(meaning, u8::MAX.into());
+        image.into_rgb8().pixels().map(|pixel| texel(meaning, &value, pixel.0.map(usize::from))).collect()
+    };
+    Ok(Pyramid::new(width, height, texels))
+}
+
+/// What each code up to a largest one means.
+fn values(meaning: Meaning, most: u32) -> Vec<f32> {
+    let value = |code: u32| match meaning {
+        Meaning::Color => math::srgb_to_linear(f64::from(code) / f64::from(most)),
+        Meaning::Height => f64::from(code) / f64::from(most),
+        // The middle of an even number of codes is none of them: 128 stands for 0, and 0 as 1 does for -1.
+        Meaning::Normal => ((f64::from(code) - f64::from(most / 2 + 1)) / f64::from(most / 2)).max(-1.0),
+    };
+    (0..=most).map(|code| value(code) as f32).collect()
+}
+
+fn texel(meaning: Meaning, values: &[f32], codes: [usize; 3]) -> [f32; 3] {
+    let [r, g, b] = codes.map(|code| values[code]);
+    match meaning {
+        Meaning::Height if r != g || g != b => [(r + g + b) / 3.0; 3],
+        _ => [r, g, b],
+    }
+}

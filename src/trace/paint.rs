@@ -1,0 +1,188 @@
+//! Textures and bumps of what the rays of a packet hit, lane by lane: they look into pictures and noise, each at a place
+//! of its own, and few lanes of few scenes do.
+//!
+//! A ray's footprint is that of its cone (Akenine-Möller et al., Texture Level of Detail Strategies for Real-Time Ray
+//! Tracing, Ray Tracing Gems, 2019), cut by the surface to an ellipse 1/cos longer than wide (and looked up as one, after
+//! Akenine-Möller et al., JCGT 10(1), 2021). Mirrors and lenses pass cones on as they are; curved ones would widen them.
+
+use super::hits::Hits;
+use super::kernel::Followed;
+use crate::accel::{Owner, Shape};
+use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::scene::world::World;
+use crate::shading::chart::Face;
+use crate::shading::material::Coefficients;
+use crate::shading::pattern::{Paint, Spot};
+use glam::DVec3;
+
+/// Smallest cosine by which a footprint is longer than wide; what is longer is no longer looked at in full anyway.
+const GRAZING: f64 = 1e-3;
+
+/// Cosine at which slopes are seen that face away from a ray.
+const EDGE_ON: f64 = 1e-3;
+
+/// Puts patterns into coefficients and tilts shading normals, for rays whose cones have the given widths where they hit.
+/// Returns the lanes whose normals are tilted.
+pub(super) fn paint<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    rays: &Followed<L>,
+    widths: L,
+    hits: &mut Hits<L>,
+    coefficients: &mut Coefficients<L>,
+) -> u32 {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || paint_in(s, world, rays, widths, hits, coefficients),
+    )
+}
+
+#[inline(always)]
+fn paint_in<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    rays: &Followed<L>,
+    widths: L,
+    hits: &mut Hits<L>,
+    coefficients: &mut Coefficients<L>,
+) -> u32 {
+    let mut tilted = 0;
+    let mut colors = [Columns::of(coefficients.ambient), Columns::of(coefficients.diffuse)];
+    let mut normals = Columns::of(hits.ns);
+    let mut painted = false;
+    for lane in lanes_of(hits.found) {
+        let Some(paint) = &world.materials[hits.material.lane(lane) as usize].paint else { continue };
+        let owner = world.owner(hits.expanded.lane(lane));
+        let seen = Seen {
+            dir: point(rays.dir.lane(lane)),
+            facing: point(hits.ng.lane(lane)),
+            point: point(hits.surface.local.lane(lane)),
+            width: widths.lane(lane).to_f64(),
+        };
+        let spot = seen.spot(&owner, hits.expanded.lane(lane));
+        painted |= put_colors(paint, &spot, lane, &mut colors);
+        let entering = hits.entering & (1 << lane) != 0;
+        if let Some(normal) = seen.tilt(paint, &owner, &spot, point(hits.ns.lane(lane)), entering) {
+            normals.put(lane, normal.to_array());
+            tilted |= 1 << lane;
+        }
+    }
+    if painted {
+        let [ambient, diffuse] = &colors;
+        (coefficients.ambient, coefficients.diffuse) = (ambient.lanes(s), diffuse.lanes(s));
+    }
+    if tilted != 0 {
+        hits.ns = normals.lanes(s);
+    }
+    tilted
+}
+
+fn put_colors<R: Real>(paint: &Paint, spot: &Spot, lane: usize, [ambient, diffuse]: &mut [Columns<R>; 2]) -> bool {
+    if let Some(pattern) = &paint.diffuse {
+        diffuse.put(lane, pattern.at(spot));
+    }
+    if let Some(pattern) = &paint.ambient {
+        ambient.put(lane, pattern.at(spot));
+    } else if paint.diffuse.is_some() && !paint.own_ambient {
+        ambient.copy(lane, diffuse);
+    }
+    paint.diffuse.is_some() || paint.ambient.is_some()
+}
+
+/// A ray and what it has met.
+struct Seen {
+    dir: DVec3,
+    /// The geometric normal on the ray's side.
+    facing: DVec3,
+    /// In object space.
+    point: DVec3,
+    /// Width of the ray's cone.
+    width: f64,
+}
+
+impl Seen {
+    /// The place in object space.
+    fn spot<R: Real>(&self, owner: &Owner<'_, R>, expanded: u64) -> Spot {
+        let cosine = -self.dir.dot(self.facing);
+        let across = self.dir + self.facing * cosine;
+        let along = across.try_normalize().unwrap_or_else(|| self.facing.any_orthonormal_vector());
+        let side = self.facing.cross(along);
+        let footprint = [along * (self.width / cosine.max(GRAZING)), side * self.width];
+        Spot {
+            point: self.point,
+            footprint: footprint.map(|axis| owner.into_object(axis)),
+            face: face(owner, expanded),
+        }
+    }
+
+    /// The unit normal of a raised surface, on the ray's side as `normal` is; none where it stays as it is.
+    fn tilt<R: Real>(
+        &self,
+        paint: &Paint,
+        owner: &Owner<'_, R>,
+        spot: &Spot,
+        normal: DVec3,
+        entering: bool,
+    ) -> Option<DVec3> {
+        let relief = paint.relief.as_ref()?;
+        let outwards = if entering { 1.0 } else { -1.0 };
+        let flat = owner.normal_into_object(normal * outwards);
+        let raised = relief.tilt(spot, flat);
+        if raised == flat {
+            return None;
+        }
+        let tilted = owner.normal_out_of_object(raised) * outwards;
+        // A slope that the ray cannot see is seen edge on.
+        let away = tilted.dot(self.dir);
+        let seen = if away < 0.0 { tilted } else { (tilted - self.dir * (away + EDGE_ON)).normalize_or_zero() };
+        (seen != DVec3::ZERO && seen.is_finite()).then_some(seen)
+    }
+}
+
+/// The face with texture coordinates that a primitive is.
+fn face<R: Real>(owner: &Owner<'_, R>, expanded: u64) -> Option<Face> {
+    let Shape::Mesh(mesh) = &owner.item.shape else { return None };
+    if mesh.uvs.is_empty() {
+        return None;
+    }
+    let index = (expanded - owner.body) as usize;
+    let uvs = mesh.faces[index].map(|i| mesh.uvs[i as usize].map(Real::to_f64));
+    Some(Face { corners: mesh.corners(index).map(point), uvs })
+}
+
+fn point<R: Real>(p: [R; 3]) -> DVec3 {
+    DVec3::from_array(p.map(Real::to_f64))
+}
+
+/// Three numbers for each lane.
+struct Columns<R>([[R; MAX_LANES]; 3]);
+
+impl<R: Real> Columns<R> {
+    #[inline(always)]
+    fn of<L: Lanes<Real = R>>(v: V3<L>) -> Self {
+        let mut columns = [[R::default(); MAX_LANES]; 3];
+        v.x.store(&mut columns[0]);
+        v.y.store(&mut columns[1]);
+        v.z.store(&mut columns[2]);
+        Self(columns)
+    }
+
+    fn put(&mut self, lane: usize, numbers: [f64; 3]) {
+        for (column, number) in self.0.iter_mut().zip(numbers) {
+            column[lane] = R::from_f64(number);
+        }
+    }
+
+    fn copy(&mut self, lane: usize, from: &Self) {
+        for (column, other) in self.0.iter_mut().zip(&from.0) {
+            column[lane] = other[lane];
+        }
+    }
+
+    #[inline(always)]
+    fn lanes<L: Lanes<Real = R>>(&self, s: L::Simd) -> V3<L> {
+        let [x, y, z] = &self.0;
+        V3 { x: L::load(s, x), y: L::load(s, y), z: L::load(s, z) }
+    }
+}
