@@ -53,8 +53,16 @@ pub fn depth(description: &Description, scene: &Scene) -> Depth {
 
 /// Whether there is more than the lecture's model, whether all camera rays start in one point, and the format's roundoff.
 fn of_world<R: Real>(world: &World<R>) -> (bool, bool, f64) {
-    // Lights have no say in where rays go.
-    let beyond = Called { area_lights: false, ..world.called } != Called::default() || world.rules.spd_counts;
+    // What only adds or takes light has no say in where rays go.
+    let elsewhere = Called {
+        absorption: false,
+        area_lights: false,
+        colored_shadows: false,
+        emission: false,
+        fog: false,
+        ..world.called
+    };
+    let beyond = elsewhere != Called::default() || world.rules.spd_counts;
     (beyond, world.camera.has_single_eye(), R::ROUNDOFF)
 }
 

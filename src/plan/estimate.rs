@@ -96,7 +96,7 @@ impl Plan {
             let (rays, nanoseconds) = match own(effect) {
                 Own::Kind(kind) => (pilot.kinds[kind], Some(pilot.times.nanoseconds[kind])),
                 Own::Total => (pilot.total_reflections, Some(pilot.times.nanoseconds[REFLECTED])),
-                Own::Added => (pilot.added, Some(pilot.nanoseconds() / pilot.rays.value.max(1.0))),
+                Own::Added => (pilot.added, Some(pilot.added_nanoseconds)),
                 Own::Nothing => (Expected::default(), (effect.state != State::On).then_some(0.0)),
             };
             let [low, high] = rays.interval;
@@ -136,7 +136,10 @@ impl Plan {
                     let count = rays.total_internal_reflections;
                     (count, Some(count as f64 * each[REFLECTED]))
                 }
-                Own::Added => (refined.rays.total(), Some(weigh(&refined.rays))),
+                Own::Added => {
+                    let count = refined.rays.total();
+                    (count, Some((count as f64 * pilot.added_nanoseconds).min(whole)))
+                }
                 Own::Nothing => (0, (effect.state != State::On).then_some(0.0)),
             };
             let ms_estimated = nanoseconds.map(|ns| rounded(trace_ms * (ns / whole)));

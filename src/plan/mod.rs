@@ -101,7 +101,7 @@ impl Kernel {
     fn of<R: Real>(world: &World<R>, precision: Precision) -> Self {
         let axes = Specialised::of(world).axes();
         let needed = [
-            world.reflects && world.rules.max_depth > 1,
+            (world.reflects || world.called.fresnel) && world.rules.max_depth > 1,
             world.transmits,
             world.called.details(),
             world.called.sampled(),

@@ -8,6 +8,7 @@
 use super::ray_times::{KINDS, RayTimes, by_kind};
 use crate::film::Region;
 use crate::film::srgb::code8;
+use crate::lanes::MAX_LANES;
 use crate::render::{BLOCK, Cancelled, Control, Probe, REFINED_SAMPLES, RayCounts, is_uneven, probe, refines};
 use crate::scene::Scene;
 use std::sync::atomic::Ordering;
@@ -18,6 +19,8 @@ pub const BUDGET: Duration = Duration::from_millis(3);
 /// Blocks of a picture: 1/256 of them, but at least this many (if it has as many).
 const LEAST_BLOCKS: u32 = 1_024;
 const SHARE: u32 = 256;
+/// Most packets of uneven pixels that are timed.
+const EDGE_PACKETS: usize = 24;
 
 /// A number expected, and the interval that holds the true one in 19 of 20 pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -45,8 +48,11 @@ pub struct Pilot {
     pub refined: Expected,
     /// All rays.
     pub rays: Expected,
-    /// What each kind of ray takes.
+    /// What each kind of ray takes, refined pixels included.
     pub times: RayTimes,
+    /// What the rays that antialiasing adds take, in nanoseconds: its packets gather edges from all over and are less
+    /// coherent than blocks.
+    pub added_nanoseconds: f64,
 }
 
 impl Pilot {
@@ -69,27 +75,35 @@ impl Pilot {
         // Neighbours in space are neighbours in the list, for the spread of neighbours.
         blocks.sort_unstable_by_key(|(cell, _)| *cell);
         let blocks: Vec<Block> = blocks.into_iter().map(|(_, block)| block).collect();
-        Ok(Self::of(&blocks, region.pixels(), refines(scene)))
+        Ok(Self::of(&blocks, region.pixels(), refines(scene), &probe))
     }
 
-    fn of(blocks: &[Block], pixels: u64, refines: bool) -> Self {
+    fn of(blocks: &[Block], pixels: u64, refines: bool, probe: &Probe<'_>) -> Self {
         let traced: u64 = blocks.iter().map(|block| block.pixels).sum();
         // Of what antialiasing does only the pixels with known neighbours tell.
         let seen = if refines { blocks.iter().map(|block| block.inner).sum() } else { traced };
         let left = (1.0 - seen as f64 / pixels as f64).max(0.0);
         let expect = |value: &dyn Fn(&Block) -> f64| expected(blocks, value, pixels as f64, left);
         let all = |block: &Block| block.base.total() as f64;
-        let times = RayTimes::fit(&blocks.iter().map(|block| (block.base, block.nanoseconds)).collect::<Vec<_>>());
-        Self {
+        let fitted = RayTimes::fit(&blocks.iter().map(|block| (block.base, block.nanoseconds)).collect::<Vec<_>>());
+        let mut pilot = Self {
             traced,
             pixels,
             kinds: std::array::from_fn(|kind| expect(&|b| b.with_refined(by_kind(&b.base)[kind]))),
             total_reflections: expect(&|b| b.with_refined(b.base.total_internal_reflections as f64)),
             added: expect(&|b| b.refined(all(b))),
-            refined: expect(&|b| b.uneven() * b.pixels as f64),
+            refined: expect(&|b| b.share() * b.pixels as f64),
             rays: expect(&|b| b.with_refined(all(b))),
-            times,
-        }
+            times: fitted,
+            added_nanoseconds: 0.0,
+        };
+        let even = pilot.nanoseconds() / pilot.rays.value.max(1.0);
+        pilot.added_nanoseconds = even * slowdown(blocks, &fitted, probe);
+        // All kinds share what the added rays take longer.
+        let longer = pilot.added.value * (pilot.added_nanoseconds - even);
+        let factor = 1.0 + longer / pilot.nanoseconds().max(1.0);
+        pilot.times = RayTimes { nanoseconds: fitted.nanoseconds.map(|each| each * factor) };
+        pilot
     }
 
     /// Nanoseconds of one thread that all rays take.
@@ -98,14 +112,32 @@ impl Pilot {
     }
 }
 
+/// How many times as long rays take from packets of uneven pixels, as antialiasing puts them together.
+fn slowdown(blocks: &[Block], times: &RayTimes, probe: &Probe<'_>) -> f64 {
+    let mut uneven: Vec<[u32; 2]> = blocks.iter().flat_map(|block| &block.uneven).copied().collect();
+    uneven.sort_unstable_by_key(|[x, y]| (*y, *x));
+    let packets = uneven.chunks_exact(MAX_LANES).take(EDGE_PACKETS);
+    let paces = packets.map(|packet| {
+        let started = Instant::now();
+        let (_, rays) = probe(packet);
+        let nanoseconds = started.elapsed().as_secs_f64() * 1e9;
+        nanoseconds / by_kind(&rays).iter().zip(times.nanoseconds).map(|(n, t)| n * t).sum::<f64>().max(1.0)
+    });
+    let mut paces: Vec<f64> = paces.collect();
+    // The median: a packet may have been interrupted.
+    paces.sort_unstable_by(f64::total_cmp);
+    paces.get(paces.len() / 2).copied().unwrap_or(1.0)
+}
+
 /// What one block has shown.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Block {
     pixels: u64,
     base: RayCounts,
-    /// Pixels of which all neighbours are known, and those of them that differ from one.
+    /// Pixels of which all neighbours are known.
     inner: u64,
-    differing: u64,
+    /// Those of them that differ from one.
+    uneven: Vec<[u32; 2]>,
     /// Samples that a refined pixel gets for each base sample.
     factor: f64,
     nanoseconds: f64,
@@ -121,7 +153,7 @@ impl Block {
             pixels: block.pixels(),
             base,
             inner: 0,
-            differing: 0,
+            uneven: Vec::new(),
             factor: f64::from(REFINED_SAMPLES) / f64::from(scene.samples),
             nanoseconds,
         };
@@ -136,20 +168,22 @@ impl Block {
             };
             for [x, y] in at.iter().copied().filter(known) {
                 traced.inner += 1;
-                traced.differing += u64::from(is_uneven(&codes, block, x, y));
+                if is_uneven(&codes, block, x, y) {
+                    traced.uneven.push([x, y]);
+                }
             }
         }
         traced
     }
 
     /// Share of the pixels that are refined.
-    fn uneven(&self) -> f64 {
-        self.differing as f64 / self.inner.max(1) as f64
+    fn share(&self) -> f64 {
+        self.uneven.len() as f64 / self.inner.max(1) as f64
     }
 
     /// Rays of refined pixels, given those of all base samples: a refined pixel's samples are like its block's.
     fn refined(&self, base: f64) -> f64 {
-        base * self.uneven() * self.factor
+        base * self.share() * self.factor
     }
 
     fn with_refined(&self, base: f64) -> f64 {

@@ -115,7 +115,7 @@ fn questions_have_answers() {
     let reflection = effects.iter().find(|effect| effect["effect"] == "reflection");
     let reflection = reflection.unwrap_or_else(|| panic!("{analyzed}"));
     assert_eq!(reflection["act"]["rays"], analyzed["actual"]["rays"]["reflected"], "{analyzed}");
-    assert_eq!(reflection["values"]["/materials/red/reflection"], 0.2, "{reflection}");
+    assert_eq!(reflection["values"]["/materials/red/reflection"][0], 0.2, "{reflection}");
     let refused = service.post_json("/v1/explain?analyze=perhaps", BALL);
     assert!(refused.status == 400 && refused.text().contains("analyze"), "{}", refused.text());
     let valid = service.post_json("/v1/scenes/validate", BALL).json();

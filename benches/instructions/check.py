@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""Counts the instructions that small pictures take, one for each kernel, and compares them with recorded counts: an effect
+that a scene does not call for must not cost it anything, and unlike times, counts can tell.
+
+    cargo build --release
+    python3 benches/instructions/check.py            # compare; exit code 1 if a count has changed
+    python3 benches/instructions/check.py --record   # write counts.json
+
+It needs valgrind. Counts depend on the compiler and on the instructions valgrind knows, so with another one the check is
+skipped. What start-up takes is subtracted: it is what a picture of one pixel takes.
+"""
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+COUNTS = HERE / "counts.json"
+TOLERANCE = 0.001
+RUNS = 2
+
+FLOOR = {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0], "material": "matt"}}
+
+
+def ball(material):
+    return {"sphere": {"center": [0, 1, 0], "radius": 1, "material": material}}
+
+
+def scene(objects, materials, **render):
+    return {
+        "version": 1,
+        "camera": {"pinhole": {"eye": [0, 2, 6], "look_at": [0, 0.8, 0]}},
+        "background": [0.3, 0.5, 0.8],
+        "lights": [{"point": {"position": [4, 6, 3]}}],
+        "materials": {"matt": {"diffuse": 0.7}, **materials},
+        "objects": objects,
+        "render": {"antialias": False, **render},
+    }
+
+
+SCENES = {
+    "local": scene([FLOOR, ball("matt")], {}),
+    "mirrors": scene([FLOOR, ball("mirror")], {"mirror": {"diffuse": 0.1, "reflection": 0.8}}),
+    "clear": scene([FLOOR, ball("glass")], {"glass": {"diffuse": 0, "transmission": 0.9, "reflection": 0.05, "ior": 1.5}}),
+    "clear, double": scene(
+        [FLOOR, ball("glass")], {"glass": {"diffuse": 0, "transmission": 0.9, "ior": 1.5}}, precision="double"
+    ),
+    "everything: gloss": scene(
+        [FLOOR, ball("satin")], {"satin": {"diffuse": 0.1, "reflection": 0.8, "roughness": 0.3}}, samples=4
+    ),
+    "unused materials": scene(
+        [FLOOR, ball("matt")], {"glass": {"transmission": 0.9, "ior": 1.5}, "mirror": {"reflection": 0.8}}
+    ),
+}
+
+
+def output(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def conditions():
+    """What counts depend on besides the program's source."""
+    flags = Path("/proc/cpuinfo").read_text().split()
+    return {
+        "rustc": output("rustc", "--version").strip(),
+        "valgrind": output("valgrind", "--version").strip(),
+        # Valgrind knows nothing newer and hides the rest.
+        "level": "avx2" if "avx2" in flags else "sse2",
+    }
+
+
+def instructions(program, path, width, height):
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", program, "render", path, "-o", os.devnull]
+    command += ["--format", "png", "--threads", "1", "--width", str(width), "--height", str(height)]
+    counts = []
+    for _ in range(RUNS):
+        said = subprocess.run(command, check=True, capture_output=True, text=True).stderr
+        counts.append(int(re.search(r"Collected : (\d+)", said).group(1)))
+    # Waiting threads spin now and then: the least is nearest to the work.
+    return min(counts)
+
+
+def count_all(program):
+    counts = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, description in SCENES.items():
+            path = os.path.join(folder, "scene.json")
+            Path(path).write_text(json.dumps(description))
+            plan = json.loads(output(program, "explain", path, "--format", "json"))
+            took = instructions(program, path, 64, 48) - instructions(program, path, 1, 1)
+            counts[name] = {"kernel": plan["kernel"], "instructions": took}
+            print(f"{name:<20}{plan['kernel']:<42}{took:>14,}", flush=True)
+    return counts
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", default=str(ROOT / "target/release/strahl"))
+    parser.add_argument("--record", action="store_true", help="write counts.json")
+    args = parser.parse_args()
+    if not shutil.which("valgrind"):
+        print("skipped: there is no valgrind")
+        return 0
+    now = conditions()
+    if args.record:
+        recorded = {"conditions": now, "counts": count_all(args.program)}
+        COUNTS.write_text(json.dumps(recorded, indent=2) + "\n")
+        return 0
+    if not COUNTS.exists():
+        print("skipped: nothing has been recorded yet (--record)")
+        return 0
+    recorded = json.loads(COUNTS.read_text())
+    if recorded["conditions"] != now:
+        print(f"skipped: counts were recorded with {recorded['conditions']}, and this is {now}")
+        return 0
+    wrong = 0
+    for name, new in count_all(args.program).items():
+        old = recorded["counts"].get(name)
+        if old is None:
+            print(f"{name}: not recorded yet")
+            wrong += 1
+            continue
+        change = new["instructions"] / old["instructions"] - 1
+        if abs(change) > TOLERANCE or new["kernel"] != old["kernel"]:
+            print(f"{name}: {change:+.2%} instructions ({old['kernel']} to {new['kernel']})")
+            wrong += 1
+    print("all counts are as recorded" if wrong == 0 else f"{wrong} counts have changed")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
