@@ -94,7 +94,7 @@ def count_all(program):
             path = os.path.join(folder, "scene.json")
             Path(path).write_text(json.dumps(description))
             plan = json.loads(output(program, "explain", path, "--format", "json"))
-            took = instructions(program, path, 64, 48) - instructions(program, path, 1, 1)
+            took = instructions(program, path, 256, 192) - instructions(program, path, 1, 1)
             counts[name] = {"kernel": plan["kernel"], "instructions": took}
             print(f"{name:<20}{plan['kernel']:<42}{took:>14,}", flush=True)
     return counts

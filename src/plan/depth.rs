@@ -59,6 +59,7 @@ fn of_world<R: Real>(world: &World<R>) -> (bool, bool, f64) {
         area_lights: false,
         colored_shadows: false,
         emission: false,
+        environment: false,
         fog: false,
         ..world.called
     };
