@@ -46,12 +46,11 @@ impl<R: Real> Motion<R> {
     #[inline(always)]
     fn pose<L: Lanes<Real = R>>(&self, s: L::Simd, time: L) -> Pose<L> {
         let shift = V3::<L>::splat(s, self.shift) * time;
-        let turned = self.turn.as_ref().map(|turn| {
-            let turns = time * L::splat(s, turn.turns);
-            let [cos, sin] = circle(s, turns - turns.floor());
-            Turned { axis: V3::splat(s, turn.axis), center: V3::splat(s, turn.center), cos, sin }
-        });
-        Pose { shift, turned }
+        let Some(turn) = &self.turn else { return Pose { shift, turned: None } };
+        let turns = time * L::splat(s, turn.turns);
+        let [cos, sin] = circle(s, turns - turns.floor());
+        let (axis, center) = (V3::splat(s, turn.axis), V3::splat(s, turn.center));
+        Pose { shift, turned: Some(Turned { axis, center, cos, sin }) }
     }
 
     /// The map at a time.
@@ -91,8 +90,16 @@ impl<R: Real> Motion<R> {
     }
 
     /// Rays as they pass what has not moved yet.
-    #[inline(always)]
     pub(super) fn back<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, time: L) -> Rays<L> {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.back_in(s, rays, time),
+        )
+    }
+
+    #[inline(always)]
+    fn back_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, time: L) -> Rays<L> {
         let pose = self.pose(s, time);
         let origin = rays.origin - pose.shift;
         match &pose.turned {
@@ -107,8 +114,16 @@ impl<R: Real> Motion<R> {
 
     /// A surface where it has got to. Its error grows by the roundings of the way there, and by those of moving the origin
     /// of the next ray back.
-    #[inline(always)]
     pub(super) fn forth<L: Lanes<Real = R>>(&self, s: L::Simd, surface: Surface<L>, time: L) -> Surface<L> {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.forth_in(s, surface, time),
+        )
+    }
+
+    #[inline(always)]
+    fn forth_in<L: Lanes<Real = R>>(&self, s: L::Simd, surface: Surface<L>, time: L) -> Surface<L> {
         let pose = self.pose(s, time);
         let step = L::lit(s, 2.0 * gamma::<R>(ROUNDINGS));
         let Some(turned) = &pose.turned else {

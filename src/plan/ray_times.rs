@@ -19,7 +19,7 @@ pub struct RayTimes {
 }
 
 /// Weight of the guess that all rays take the same time, beside what the blocks say.
-const PRIOR: f64 = 0.05;
+const PRIOR: f64 = 0.01;
 /// Rounds of descent; few unknowns need few.
 const ROUNDS: usize = 100;
 /// A block that took this many times as long for its rays as most did was interrupted.

@@ -22,7 +22,7 @@ mod world;
 mod tests;
 
 use crate::math::Rgb;
-use crate::scene::description::{Description, Diffuse, Fog, Light, RenderSettings};
+use crate::scene::description::{self, Description, Diffuse, Fog, Light, Object, RenderSettings};
 use camera::Camera;
 use ray::Ray;
 use world::World;
@@ -54,15 +54,36 @@ pub struct Hit {
     pub object: String,
 }
 
+/// Whether any of some objects moves.
+fn moves(objects: &[Object]) -> bool {
+    objects.iter().any(|object| match object {
+        Object::Group(group) => group.motion.is_some() || moves(&group.objects),
+        Object::Instance(instance) => instance.motion.is_some(),
+        _ => false,
+    })
+}
+
 impl Reference {
     /// Whether it can trace a description: it has no pictures, noise and bumps, which would be no use to compare unless
-    /// they were filtered and hashed in the same way.
+    /// they were filtered and hashed in the same way, and makes no choices.
     pub fn knows(description: &Description) -> bool {
         let plain = |diffuse: &Diffuse| !matches!(diffuse, Diffuse::Image(_) | Diffuse::Noise(_));
         let mut materials = description.materials.iter().map(|(_, material)| material);
+        let chooses = description.render.color_bleeding
+            || matches!(description.camera, description::Camera::Pinhole(c) if c.aperture > 0.0)
+            || description.lights.iter().any(|light| match light {
+                Light::Point(l) => l.area.is_some(),
+                Light::Spot(l) => l.area.is_some(),
+                Light::Directional(l) => l.area.is_some(),
+            })
+            || moves(&description.objects)
+            || description.definitions.iter().any(|(_, objects)| moves(objects));
         description.environment.is_none()
+            && !chooses
             && materials.all(|m| {
-                plain(&m.diffuse) && m.ambient.as_ref().is_none_or(plain) && m.bump.is_none() && m.normal_map.is_none()
+                let smooth = m.bump.is_none() && m.normal_map.is_none();
+                let sharp = m.roughness == 0.0 && m.dispersion == 0.0;
+                plain(&m.diffuse) && m.ambient.as_ref().is_none_or(plain) && smooth && sharp
             })
     }
 

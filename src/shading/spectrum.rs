@@ -21,7 +21,7 @@ pub struct Spectrum<R> {
 
 impl<R: Real> Spectrum<R> {
     /// The visible wavelengths.
-    pub fn new() -> Self {
+    pub fn visible() -> Self {
         let wavelength = |i: usize| 400.0 + 300.0 * (i as f64 + 0.5) / WAVELENGTHS as f64;
         let colors: [[f64; 3]; WAVELENGTHS] = std::array::from_fn(|i| rgb(wavelength(i)));
         let mean = |c: usize| colors.iter().map(|color| color[c]).sum::<f64>() / WAVELENGTHS as f64;
@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn white_stays_white_and_lines_bend_as_named() {
-        let spectrum = Spectrum::<f64>::new();
+        let spectrum = Spectrum::<f64>::visible();
         for c in 0..3 {
             let mean = spectrum.colors.iter().map(|color| color[c]).sum::<f64>() / WAVELENGTHS as f64;
             assert!((mean - 1.0).abs() < 1e-12);

@@ -62,7 +62,7 @@ fn walk<L: Lanes>(
     let mut origin = V3::splat(s, point);
     let mut met = HashSet::new();
     let mut left = Vec::new();
-    let time = if let Some(time) = time { Some(L::splat(s, time)) } else { None };
+    let time = time.map(|time| L::splat(s, time));
     let mut hits = Hits { time, ..Hits::none(s) };
     for _ in 0..MAX_CROSSINGS {
         let (t_min, t_max) = (L::lit(s, 0.0), L::lit(s, f64::INFINITY));

@@ -9,7 +9,7 @@ const BOTH: [&str; 2] = ["single", "double"];
 /// Root of the mean square of differences.
 fn rms(differences: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = differences.fold((0.0, 0.0), |(sum, count), d| (sum + d * d, count + 1.0));
-    (sum / count as f64).sqrt()
+    (sum / count).sqrt()
 }
 
 /// Slope of log(error) over log(samples), by least squares.
@@ -245,7 +245,7 @@ fn rough_mirrors_keep_the_light_that_their_facets_do_not_hide() {
 /// From inside glass the edge of a sky is seen at another angle for each wavelength. With 64 samples each is taken once.
 #[test]
 fn each_wavelength_is_bent_by_its_own_index() {
-    let spectrum = strahl::shading::spectrum::Spectrum::<f64>::new();
+    let spectrum = strahl::shading::spectrum::Spectrum::<f64>::visible();
     let (ior, dispersion) = (1.6, 0.1);
     // Looking down at 45 degrees through the flat top of a block, onto a line at depth 1 below: x = tan(theta2).
     let description = |dispersion: f64, height: f64, at: f64| {

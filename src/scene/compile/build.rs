@@ -71,7 +71,7 @@ pub(super) fn build<R: Real>(
         transmits,
         reflects,
         called,
-        spectrum: called.dispersion.then(|| Box::new(Spectrum::new())),
+        spectrum: called.dispersion.then(|| Box::new(Spectrum::visible())),
         materials: builder.materials,
         lights,
         ambient: narrow_rgb(description.ambient.0),
