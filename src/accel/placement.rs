@@ -2,7 +2,7 @@
 
 use super::geometry::{Ball, Instance, Placement, Shape};
 use super::resolve::Owner;
-use crate::lanes::{Lanes, Real, V3};
+use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use glam::{DMat3, DVec3};
 
@@ -55,6 +55,9 @@ impl<R: Real> Instance<R> {
             Some(ball) => rays.active & ball.near(s, rays),
             None => rays.active,
         };
+        if !active.any() {
+            return Rays { active, ..*rays };
+        }
         let mut moved = *rays;
         if let (Some(motion), Some(time)) = (&self.motion, time) {
             moved = motion.back(s, rays, *time);
