@@ -293,7 +293,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
 
 /// The media around the eye, if all rays start there.
 pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Medium<L::Real>> {
-    if !world.transmits || !world.camera.has_single_eye() {
+    if !world.transmits || !world.shared_eye {
         return Vec::new();
     }
     let eye = world.camera.primary(s, L::lit(s, 0.0), L::lit(s, 0.0)).origin.lane(0);

@@ -37,6 +37,8 @@ pub struct World<R> {
     pub rules: Rules<R>,
     /// Whether any body transmits light.
     pub transmits: bool,
+    /// Whether all camera rays start in the same media.
+    pub shared_eye: bool,
     /// Whether any body mirrors.
     pub reflects: bool,
     /// Effects beyond the lecture's model.

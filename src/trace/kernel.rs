@@ -233,7 +233,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         if !E::TRANSMISSION || !self.world.transmits {
             return L::Ids::splat(s, u64::from(OUTSIDE));
         }
-        if self.world.camera.has_single_eye() && time.is_none() {
+        if self.world.shared_eye {
             return L::Ids::splat(s, u64::from(self.media.list(&self.eye_media)));
         }
         L::Ids::from_fn(s, |lane| {

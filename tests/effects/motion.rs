@@ -144,3 +144,29 @@ fn what_is_wrong_with_a_motion_is_named() {
     let at = |rest: &str| format!("/objects/0/group/motion/{rest}");
     assert_eq!(pointers, [at("rotate_deg/angle"), at("rotate_deg/axis"), at("translate/0")]);
 }
+
+/// A lens that is half inside a glass block, and an eye that a glass ball passes: rays start in their own media.
+#[test]
+fn each_ray_starts_in_the_media_around_its_own_start() {
+    let camera = |aperture: f64| json!({ "pinhole": { "eye": [0, 0, 0], "look_at": [0, 0, -1], "vfov_deg": 1, "aperture": aperture, "focus_distance": 1 } });
+    let description = |objects: Value, aperture: f64| {
+        json!({
+            "version": 1, "image": { "width": 4, "height": 4 }, "camera": camera(aperture), "ambient": 0, "background": 1,
+            "lights": [], "materials": { "black": { "diffuse": 0, "absorption": 50, "transmission": 1, "ior": 1 } },
+            "objects": objects, "render": { "antialias": false, "samples": 256 }
+        })
+    };
+    // Light is absorbed on its way out of the block, which the left half of the lens is in.
+    let half = json!([{ "box": { "min": [-5, -5, -0.5], "max": [0, 5, 5], "material": "black" } }]);
+    let passing = json!([{ "group": {
+        "objects": [{ "box": { "min": [-10, -5, -5], "max": [-1, 5, 5], "material": "black" } }],
+        "motion": { "translate": [2, 0, 0] }
+    } }]);
+    for precision in BOTH {
+        for (objects, aperture) in [(half.clone(), 0.5), (passing.clone(), 0.0)] {
+            let got = pixels(description(objects, aperture), precision);
+            let mean = got.iter().map(|p| f64::from(p[0])).sum::<f64>() / 16.0;
+            assert!((mean - 0.5).abs() < 0.03, "{precision}: {mean}");
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! A checked description in the kernel's format.
 
 use super::paint::paint;
+use super::shared_eye::is_shared;
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, contact, extent};
 use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Motion, Shape};
@@ -34,7 +35,9 @@ pub(super) fn build<R: Real>(
     options: CompileOptions,
     pictures: &Pictures<'_>,
 ) -> (World<R>, Built) {
-    let mut builder = Builder::<R>::new(description, options, pictures);
+    let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
+    let camera = Camera::new(&description.camera, &basis, description.image.width, description.image.height);
+    let mut builder = Builder::<R>::new(description, options, pictures, camera);
     let list = builder.list("/objects".to_owned());
     let root = builder.geometry(&description.objects, list);
     contact::mark_placed(&mut builder.geometries);
@@ -42,12 +45,10 @@ pub(super) fn build<R: Real>(
     let bounds = builder.geometries[root].extent.bounds;
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
-    let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
     let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
     let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
     let (background, environment) = surroundings(description, pictures);
     let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
-    let camera = Camera::new(&description.camera, &basis, description.image.width, description.image.height);
     let used = || builder.materials.iter().zip(&builder.used).filter(|(_, used)| **used).map(|(material, _)| material);
     let reflects = used().any(Material::reflects);
     let zero = R::from_f64(0.0);
@@ -69,6 +70,7 @@ pub(super) fn build<R: Real>(
         root,
         size: R::from_f64(size),
         transmits,
+        shared_eye: builder.shared_eye,
         reflects,
         called,
         spectrum: called.dispersion.then(|| Box::new(Spectrum::visible())),
@@ -155,11 +157,14 @@ struct Builder<'a, R> {
     used: Vec<bool>,
     /// Whether anything moves.
     moves: bool,
+    camera: Camera<R>,
+    /// Whether all camera rays start in the same media.
+    shared_eye: bool,
     sources: Sources,
 }
 
 impl<'a, R: Real> Builder<'a, R> {
-    fn new(description: &'a Description, options: CompileOptions, pictures: &Pictures<'_>) -> Self {
+    fn new(description: &'a Description, options: CompileOptions, pictures: &Pictures<'_>, camera: Camera<R>) -> Self {
         let fallback = d::Material::default();
         let all = || description.materials.iter().map(|(_, m)| m).chain([&fallback]);
         Self {
@@ -172,6 +177,8 @@ impl<'a, R: Real> Builder<'a, R> {
             one_sided: all().map(|m| m.one_sided).collect(),
             used: vec![false; description.materials.len() + 1],
             moves: false,
+            camera,
+            shared_eye: true,
             sources: Sources::default(),
         }
     }
@@ -196,6 +203,8 @@ impl<'a, R: Real> Builder<'a, R> {
             }
         }
         contact::mark_siblings(&mut items, &extents);
+        // The last geometry that is built is the scene itself.
+        self.shared_eye = is_shared(self.description, &self.camera, self.moves, &items, &extents);
         let geometry = Geometry::new(items, &extents, self.options.bvh);
         self.geometries.push(geometry);
         self.expanded.push(expanded);

@@ -61,7 +61,8 @@ pub(super) fn mark_placed<R>(geometries: &mut [Geometry<R>]) {
     }
 }
 
-fn bounds<R: Real>(item: &Item<R>, extent: &Option<Extent>) -> Option<Bounds> {
+/// Box around an item, if it has bounds.
+pub(super) fn bounds<R: Real>(item: &Item<R>, extent: &Option<Extent>) -> Option<Bounds> {
     match &item.shape {
         Shape::Mesh(mesh) => Some(Bounds::around(mesh.vertices.iter().map(|v| DVec3::from_array(v.map(Real::to_f64))))),
         _ => extent.map(|extent| extent.bounds),

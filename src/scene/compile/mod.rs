@@ -7,6 +7,7 @@ mod contact;
 mod extent;
 mod paint;
 mod path;
+mod shared_eye;
 mod transform;
 mod warn;
 
