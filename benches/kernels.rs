@@ -9,7 +9,7 @@ use strahl::render::{Control, Cut, render_cut};
 use strahl::scene::compile::Precise;
 use strahl::scene::{Format, Overrides, Scene, load};
 
-const ROUNDS: usize = 15;
+const ROUNDS: usize = 9;
 
 fn milliseconds(scene: &Scene, specialised: bool) -> f64 {
     let cut = Cut { specialised, ..Cut::default() };
@@ -25,8 +25,8 @@ fn median(mut times: Vec<f64>) -> f64 {
 
 fn measure(path: &std::path::Path) {
     let overrides = Overrides {
-        width: Some(320),
-        height: Some(180),
+        width: Some(192),
+        height: Some(108),
         samples: Some(4),
         antialias: Some(false),
         ..Overrides::default()
