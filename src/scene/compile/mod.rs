@@ -8,6 +8,7 @@ mod extent;
 mod paint;
 mod path;
 mod transform;
+mod vary;
 mod warn;
 
 pub(crate) use transform::affine;
