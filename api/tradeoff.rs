@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use strahl::accuracy::page::Thumbnails;
 use strahl::accuracy::sweep::{Difference, Point, REFERENCE_SAMPLES, Settings, Times, points};
-use strahl::accuracy::tradeoff::{Circumstances, Front, HOW_TIMES_ARE_MEASURED, Reference, Tradeoff};
+use strahl::accuracy::tradeoff::{Circumstances, Finer, Front, HOW_TIMES_ARE_MEASURED, Reference, Tradeoff};
 use strahl::accuracy::{Codes8, Errors, advice};
 use strahl::film::Region;
 use strahl::lanes::instructions;
@@ -28,9 +28,13 @@ const ROUNDS: [usize; 2] = [3, 9];
 const ENDS: [f64; 3] = [0.3, 0.65, 0.95];
 /// Share of the time that should suffice for what is planned.
 const PLANNED: f64 = 0.8;
-/// How references end their recursion, each further than the one before; the last that the time suffices for is taken.
-const LADDER: [(u32, f64); 7] =
-    [(100, 1e-4), (1000, 1e-4), (1000, 1e-5), (1000, 1e-6), (1000, 1e-7), (1000, 1e-8), (1000, 0.0)];
+/// Depth of references, unless the scene asks for more.
+const DEPTH: u32 = 1000;
+/// Weights below which references do not follow rays, each further than the one before; the last that the time suffices for
+/// is taken, and one more is looked at.
+const WEIGHTS: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 0.0];
+/// The finest weight of the points: references go further wherever they can.
+const FINEST: f64 = 1e-5;
 /// Pause between two looks at the time and at the client.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(4);
 
@@ -114,7 +118,7 @@ pub(crate) fn measure(
         times: HOW_TIMES_ARE_MEASURED,
     };
     let (max_depth, min_weight) = trial.recursion;
-    let reference = Reference { max_depth, min_weight, dropped, last_step_codes: trial.last_step };
+    let reference = Reference { max_depth, min_weight, dropped, finer: trial.finer };
     let advice = advice(&points, &fronts);
     Ok(Outcome { tradeoff: Tradeoff { scene: name, circumstances, reference, points, fronts, advice }, thumbnails })
 }
@@ -171,9 +175,14 @@ impl<'a> Stage<'a> {
         Ok((Self { single, double, camera, started, seconds, workers, control }, asked))
     }
 
+    /// Seconds since the start.
+    fn elapsed(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
     /// Seconds until a share of the time is over; below 0 after it.
     fn left(&self, share: f64) -> f64 {
-        share * self.seconds - self.started.elapsed().as_secs_f64()
+        share * self.seconds - self.elapsed()
     }
 
     fn resize(&mut self, [width, height]: [u32; 2]) {
@@ -242,7 +251,8 @@ struct Trial {
     references: f64,
     /// Depth and weight of the references.
     recursion: (u32, f64),
-    last_step: Option<u8>,
+    /// What following lighter rays than those of the references changes.
+    finer: Option<Finer>,
 }
 
 impl Trial {
@@ -250,37 +260,56 @@ impl Trial {
         let size = scaled([stage.single.width, stage.single.height], TRIAL_PIXELS);
         let pixels = f64::from(size[0]) * f64::from(size[1]);
         stage.resize(size);
-        let mut trial =
-            Self { pixels, round: 0.0, comparison: 0.0, references: 0.0, recursion: LADDER[0], last_step: None };
+        let mut trial = Self {
+            pixels,
+            round: 0.0,
+            comparison: 0.0,
+            references: 0.0,
+            recursion: (DEPTH.max(asked.max_depth), WEIGHTS[0].min(asked.min_weight)),
+            finer: None,
+        };
         for point in points {
-            let begun = Instant::now();
             // Half of this part is for the references, without which there would be no errors.
             if let Some(picture) = stage.shoot(point.settings, 0.5 * ENDS[0])? {
-                trial.round += begun.elapsed().as_secs_f64();
+                trial.round += picture.trace_ms / 1e3;
                 if trial.comparison == 0.0 {
                     let codes = Codes8::from(&picture.film);
                     let begun = Instant::now();
                     stage.compare(&codes, &codes);
-                    trial.comparison = begun.elapsed().as_secs_f64();
+                    trial.comparison = milliseconds(begun) / 1e3;
                 }
             }
         }
         let samples: f64 =
             positions(points).iter().map(|&(n, smooth)| f64::from(n) + if smooth { 5.0 } else { 0.0 }).sum();
-        let mut before: Option<Codes8> = None;
-        for (depth, min_weight) in LADDER {
-            let recursion = (depth.max(asked.max_depth), min_weight.min(asked.min_weight));
-            let begun = Instant::now();
-            let Some(picture) = stage.shoot(reference(recursion, (1, false)), ENDS[0])? else { break };
-            let all = samples * begun.elapsed().as_secs_f64();
-            // Better references leave smaller pictures: they may take as long as the rounds, and a little at least.
-            let planned = ROUNDS[0] as f64 * trial.round;
-            if before.is_some() && all > planned.max(0.1 * stage.seconds * pixels / MOST_PIXELS) {
+        // One after the other: weight, picture, seconds of all references.
+        let mut steps: Vec<(f64, Codes8, f64)> = Vec::new();
+        let mut patience = f64::INFINITY;
+        for min_weight in WEIGHTS.map(|weight| weight.min(asked.min_weight)) {
+            if steps.last().is_some_and(|(before, ..)| *before == min_weight) {
+                continue;
+            }
+            let end = ENDS[0].min((stage.elapsed() + patience) / stage.seconds);
+            let settings = reference((trial.recursion.0, min_weight), (1, false));
+            let Some(picture) = stage.shoot(settings, end)? else { break };
+            let one = picture.trace_ms / 1e3;
+            patience = 20.0 * one + 0.05;
+            steps.push((min_weight, Codes8::from(&picture.film), samples * one));
+            // Better references leave smaller pictures: beyond the weights of the points they take as long as two rounds at
+            // most. One more is only looked at.
+            if min_weight < FINEST && samples * one > 2.0 * trial.round {
                 break;
             }
-            let codes = Codes8::from(&picture.film);
-            trial.last_step = before.as_ref().map(|before| largest_difference(before, &codes));
-            (trial.references, trial.recursion, before) = (all, recursion, Some(codes));
+        }
+        // The last step says what following still lighter rays would change, unless there is nothing lighter.
+        let beyond = steps.last().filter(|(weight, ..)| *weight > 0.0 && steps.len() > 1).cloned();
+        if beyond.is_some() {
+            steps.pop();
+        }
+        if let Some((weight, codes, all)) = steps.last() {
+            (trial.recursion.1, trial.references) = (*weight, *all);
+            trial.finer =
+                beyond.map(|(min_weight, finer, _)| Finer { min_weight, max_codes: largest_difference(codes, &finer) });
         }
         Ok(trial)
     }
@@ -317,6 +346,8 @@ fn reference((max_depth, min_weight): (u32, f64), (samples, antialias): (u32, bo
 
 /// Pictures in double precision, their recursion followed as far as possible, for each way that samples lie.
 struct References {
+    /// Their depth and weight.
+    recursion: (u32, f64),
     by_positions: Vec<((u32, bool), Codes8)>,
     /// What each of them misses for having too few samples.
     sampling: Vec<Option<Difference>>,
@@ -332,7 +363,7 @@ impl References {
                 by_positions.push((positions, Codes8::from(&picture.film)));
             }
         }
-        let mut references = Self { by_positions, sampling: Vec::new() };
+        let mut references = Self { recursion, by_positions, sampling: Vec::new() };
         let sampling = |(_, codes): &(_, Codes8)| references.best().map(|best| stage.compare(best, codes));
         references.sampling = references.by_positions.iter().map(sampling).collect();
         Ok((references, dropped))
@@ -350,9 +381,12 @@ impl References {
         self.place((REFERENCE_SAMPLES, false)).map(|i| &self.by_positions[i].1)
     }
 
+    /// Errors of a picture; no truncation of one that follows rays further than its reference.
     fn errors(&self, stage: &Stage<'_>, settings: Settings, picture: &Codes8) -> Errors {
+        let (depth, weight) = self.recursion;
+        let comparable = settings.max_depth <= depth && settings.min_weight >= weight;
         Errors {
-            truncation: self.same(settings).map(|same| stage.compare(same, picture)),
+            truncation: self.same(settings).filter(|_| comparable).map(|same| stage.compare(same, picture)),
             sampling: self.place(settings.positions()).and_then(|i| self.sampling[i]),
             total: self.best().map(|best| stage.compare(best, picture)),
         }

@@ -1,6 +1,6 @@
 //! What a trade-off means for whoever chooses settings, in sentences.
 
-use super::sweep::{Point, Sweep};
+use super::sweep::{Point, Sweep, brief};
 use super::tradeoff::{Cost, Front, Source};
 use crate::scene::description::Precision;
 
@@ -33,64 +33,67 @@ fn ms(point: &Point) -> f64 {
     point.cost(Cost::Time).unwrap_or(f64::NAN)
 }
 
-/// How close the first of some points comes that is close enough, cheapest first: to 1 code everywhere, or else in 99.9 %
-/// of the pixels.
+/// The first of some points, cheapest first, that is close enough to the reference, and how close: to 1 code everywhere, or
+/// else in 99.9 % of the pixels.
 fn close_enough<'a>(cheapest_first: &[&'a Point]) -> Option<(&'a Point, &'static str)> {
     let everywhere = cheapest_first.iter().find(|p| worst(p) <= 1.0).map(|p| {
-        let how = if worst(p) == 0.0 { "is the same picture as with" } else { "looks the same to 1 code as with" };
-        (*p, how)
+        (
+            *p,
+            if worst(p) == 0.0 {
+                "is the same picture as the reference"
+            } else {
+                "looks the same to 1 code as the reference"
+            },
+        )
     });
     let nearly = || cheapest_first.iter().find(|p| nearly_worst(p) <= 1.0);
-    everywhere.or_else(|| nearly().map(|p| (*p, "is in 99.9 % of the pixels within 1 code of")))
+    everywhere.or_else(|| nearly().map(|p| (*p, "is within 1 code of the reference in 99.9 % of the pixels")))
 }
 
 fn depth(points: &[&Point]) -> Option<String> {
     let mut depths = members(points, Sweep::Depth);
     depths.sort_by_key(|p| p.settings.max_depth);
-    let deepest = depths.last()?;
-    let at = deepest.settings.max_depth;
-    Some(match close_enough(&depths) {
-        Some((enough, _)) if enough.settings.max_depth == at => format!(
-            "Only depth {at} comes within 1 code of the reference; depth {} errs by up to {} codes.",
-            depths.iter().rev().nth(1)?.settings.max_depth,
-            worst(depths.iter().rev().nth(1)?)
-        ),
-        Some((enough, how)) => format!(
-            "Depth {} {how} the reference's depth, and takes {} of the time of depth {at} ({} of {} ms).",
-            enough.settings.max_depth,
-            percent(ms(enough) / ms(deepest)),
-            figure(ms(enough)),
-            figure(ms(deepest))
-        ),
-        None => format!(
-            "No depth up to {at} comes within 1 code of the reference: with this min_weight it still errs by up to {} codes.",
-            worst(deepest)
-        ),
-    })
+    let name = |p: &Point| format!("depth {}", p.settings.max_depth);
+    enough_of(&depths, name)
 }
 
 fn weight(points: &[&Point]) -> Option<String> {
     let mut weights = members(points, Sweep::Weight);
     weights.sort_by(|a, b| b.settings.min_weight.total_cmp(&a.settings.min_weight));
-    let lightest = weights.last()?;
     let all = weights.iter().map(|p| p.rays.map(|rays| rays.total()));
-    if worst(weights.first()?) == 0.0 && all.clone().all(|rays| rays == all.clone().next().flatten()) {
-        return Some("min_weight changes nothing: no ray weighs little enough.".into());
+    if all.clone().all(|rays| rays == all.clone().next().flatten()) {
+        return weights.first().map(|_| "min_weight changes nothing: every ray weighs enough.".into());
     }
-    let least = figure(lightest.settings.min_weight);
-    Some(match close_enough(&weights) {
-        Some((enough, how)) => format!(
-            "min_weight {} {how} no cut-off, and takes {} of the time of min_weight {least} ({} of {} ms).",
-            figure(enough.settings.min_weight),
-            percent(ms(enough) / ms(lightest)),
-            figure(ms(enough)),
-            figure(ms(lightest))
-        ),
+    enough_of(&weights, |p| format!("min_weight {}", brief(p.settings.min_weight)))
+}
+
+/// Which of some points, the cheapest first and the finest last, is the first that is close enough.
+fn enough_of(points: &[&Point], name: impl Fn(&Point) -> String) -> Option<String> {
+    let (finest, coarser) = points.split_last()?;
+    let sentence = match close_enough(points) {
         None => format!(
-            "No min_weight down to {least} comes within 1 code: it still errs by up to {} codes.",
-            worst(lightest)
+            "{} still errs by {} codes in 99.9 % of the pixels and by up to {} in the rest: what remains is for other settings to \
+             mend.",
+            name(finest),
+            nearly_worst(finest),
+            worst(finest)
         ),
-    })
+        Some((enough, how)) if enough.settings == finest.settings => {
+            let before =
+                coarser.last().map_or(String::new(), |p| format!("; {} errs by up to {} codes", name(p), worst(p)));
+            format!("{} {how}{before}.", name(finest))
+        }
+        Some((enough, how)) => format!(
+            "{} {how}, and takes {} of the time of {} ({} of {} ms).",
+            name(enough),
+            percent(ms(enough) / ms(finest)),
+            name(finest),
+            figure(ms(enough)),
+            figure(ms(finest))
+        ),
+    };
+    // Keys keep their spelling.
+    Some(sentence.strip_prefix('d').map_or(sentence.clone(), |rest| format!("D{rest}")))
 }
 
 fn sampling(points: &[&Point]) -> Option<String> {
@@ -160,7 +163,11 @@ fn precision(points: &[&Point]) -> Option<String> {
 
 fn knee(points: &[Point], fronts: &[Front]) -> Option<String> {
     let front = fronts.iter().find(|front| (front.error, front.cost) == (Source::Total, Cost::Time))?;
-    let point = &points[front.knee?];
+    let Some(knee) = front.knee else {
+        return (front.points.len() > 2)
+            .then(|| "Error against time has no clear knee: more time buys accuracy all along.".into());
+    };
+    let point = &points[knee];
     Some(format!(
         "The knee of error against time is at {} ({} ms, {} codes root mean square): beyond it more time buys ever less.",
         point.settings,
@@ -201,7 +208,11 @@ pub(super) fn percent(share: f64) -> String {
     if percent > 99.9 && percent < 100.0 {
         return "over 99.9 %".into();
     }
-    format!("{} %", if percent >= 10.0 { format!("{percent:.0}") } else { figure(percent) })
+    match percent {
+        99.0..100.0 => format!("{:.1} %", libm::floor(10.0 * percent) / 10.0),
+        10.0.. => format!("{percent:.0} %"),
+        _ => format!("{} %", figure(percent)),
+    }
 }
 
 /// Three digits that count.
@@ -249,7 +260,7 @@ mod tests {
         );
         let said = advice(&points, &Front::all(&points)).join("\n");
         for part in [
-            "Depth 5 looks the same to 1 code as with the reference's depth, and takes 50 % of the time of depth 100 (15 of 30 ms)",
+            "Depth 5 looks the same to 1 code as the reference, and takes 50 % of the time of depth 100 (15 of 30 ms)",
             "Double precision takes 1.5 times as long",
         ] {
             assert!(said.contains(part), "{part} in:\n{said}");
@@ -265,7 +276,7 @@ mod tests {
         assert!(advice(&points, &Front::all(&points)).is_empty());
         let points = measured(|_| 3, |_| 1.0);
         let said = advice(&points, &Front::all(&points)).join("\n");
-        assert!(said.contains("No depth up to 100 comes within 1 code"), "{said}");
+        assert!(said.contains("Depth 100 still errs by 3 codes"), "{said}");
     }
 
     #[test]
@@ -275,6 +286,6 @@ mod tests {
             assert_eq!(figure(x), text);
         }
         assert_eq!((percent(0.404).as_str(), percent(0.99999).as_str()), ("40 %", "over 99.9 %"));
-        assert_eq!(percent(1.0), "100 %");
+        assert_eq!((percent(1.0).as_str(), percent(0.9986).as_str()), ("100 %", "99.8 %"));
     }
 }

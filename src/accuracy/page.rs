@@ -4,7 +4,7 @@ use super::Codes8;
 use super::advice::{figure, percent};
 use super::plot;
 use super::sweep::{Difference, Point};
-use super::tradeoff::{Cost, HOW_TIMES_ARE_MEASURED, Source, Tradeoff};
+use super::tradeoff::{Cost, Finer, HOW_TIMES_ARE_MEASURED, Source, Tradeoff};
 use crate::film::encode::png_of;
 use crate::scene::description::Precision;
 use std::fmt::Write;
@@ -115,15 +115,16 @@ fn circumstances(page: &mut String, tradeoff: &Tradeoff) {
         figure(c.took_seconds),
         figure(c.seconds),
     );
-    let step = match r.last_step_codes {
-        Some(0) => {
-            " The last step towards that min_weight changed no code on the small picture of the warm-up.".to_owned()
+    let step = match r.finer {
+        Some(Finer { min_weight, max_codes: 0 }) => {
+            format!(" On the small picture of the warm-up, min_weight {min_weight} instead changes no code.")
         }
-        Some(codes) => format!(
-            " The last step towards that min_weight still changed up to {codes} codes on the small picture of the warm-up, so the \
+        Some(Finer { min_weight, max_codes }) => format!(
+            " On the small picture of the warm-up, min_weight {min_weight} instead changes up to {max_codes} codes: the \
              reference itself is not exact."
         ),
-        None => String::new(),
+        None if r.min_weight == 0.0 => " That follows every ray.".to_owned(),
+        None => " There was no time to see what following still lighter rays would change.".to_owned(),
     };
     let dropped = if r.dropped == 0 {
         String::new()

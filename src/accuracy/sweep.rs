@@ -217,7 +217,7 @@ fn plural(samples: u32) -> String {
 }
 
 /// A cut-off in few characters.
-fn brief(weight: f64) -> String {
+pub(super) fn brief(weight: f64) -> String {
     if weight == 1.0 / 255.0 {
         "1/255".to_owned()
     } else if weight == 0.0 || weight >= 1e-3 {

@@ -57,9 +57,17 @@ pub struct Reference {
     pub min_weight: f64,
     /// Rays of its pictures that were dropped at the limit for one sample.
     pub dropped: u64,
-    /// Largest change of any pixel, in 8-bit codes, between the `min_weight` before it and its own, on the small picture
-    /// of the warm-up; none if there was only one.
-    pub last_step_codes: Option<u8>,
+    /// What following still lighter rays changes; none if all are followed, or if there was no time to see.
+    pub finer: Option<Finer>,
+}
+
+/// How much a reference changes on the small picture of the warm-up when its rays are followed further.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Finer {
+    /// Weight below which a ray is not followed then.
+    pub min_weight: f64,
+    /// The largest change of any pixel, in 8-bit codes.
+    pub max_codes: u8,
 }
 
 /// What a picture costs.
