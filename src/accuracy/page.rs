@@ -3,7 +3,7 @@
 use super::Codes8;
 use super::advice::{figure, percent};
 use super::plot;
-use super::sweep::{Difference, Point};
+use super::sweep::{Difference, Point, brief};
 use super::tradeoff::{Cost, Finer, HOW_TIMES_ARE_MEASURED, Source, Tradeoff};
 use crate::film::encode::png_of;
 use crate::scene::description::Precision;
@@ -117,11 +117,12 @@ fn circumstances(page: &mut String, tradeoff: &Tradeoff) {
     );
     let step = match r.finer {
         Some(Finer { min_weight, max_codes: 0 }) => {
-            format!(" On the small picture of the warm-up, min_weight {min_weight} instead changes no code.")
+            format!(" On the small picture of the warm-up, min_weight {} instead changes no code.", brief(min_weight))
         }
         Some(Finer { min_weight, max_codes }) => format!(
-            " On the small picture of the warm-up, min_weight {min_weight} instead changes up to {max_codes} codes: the \
-             reference itself is not exact."
+            " On the small picture of the warm-up, min_weight {} instead changes up to {max_codes} codes: the \
+             reference itself is not exact.",
+            brief(min_weight)
         ),
         None if r.min_weight == 0.0 => " That follows every ray.".to_owned(),
         None => " There was no time to see what following still lighter rays would change.".to_owned(),
@@ -135,12 +136,13 @@ fn circumstances(page: &mut String, tradeoff: &Tradeoff) {
         page,
         "<p>Errors are <em>measured</em>, in 8-bit codes, against pictures in double precision with depth {} and min_weight {}.{step}{dropped} \
          None of them is a proof. That of recursion (with rounding) and that of too few samples are kept apart.</p>",
-        r.max_depth, r.min_weight
+        r.max_depth,
+        brief(r.min_weight)
     );
 }
 
 fn table(page: &mut String, tradeoff: &Tradeoff) {
-    page.push_str("<h2>All settings</h2><p>The cheapest first. F marks those on the front of both errors against time, K its knee. Times in ms; \
+    page.push_str("<h2>All settings</h2><p>As they were measured, the cheap ones first. F marks those on the front of both errors against time, K its knee. Times in ms; \
         errors in codes; same: pixels without any error; FLIP is the mean over all pixels, ΔE the CIEDE2000 of the worst pixel but 5 %.</p>\
         <div class=\"wide\"><table><thead><tr><th rowspan=\"2\">settings<th rowspan=\"2\"><th colspan=\"4\">time<th rowspan=\"2\">rays\
         <th colspan=\"4\">recursion<th>samples<th colspan=\"6\">both errors<th rowspan=\"2\">proved\
@@ -241,9 +243,9 @@ main{max-width:1320px;margin:1.5em auto;padding:0 1em}h1{font-size:1.7em}h2{marg
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,480px),1fr));gap:1em}figcaption{color:#555;font-size:.85em}\
 .plots svg{width:100%;height:auto;border:1px solid #ddd}.wide{overflow-x:auto}\
 table{border-collapse:collapse;font-size:.82em;font-variant-numeric:tabular-nums;background:#fff}\
-td,th{border:1px solid #ddd;padding:.2em .5em;text-align:right;white-space:nowrap}th{background:#eef1f6;font-weight:600}\
+td,th{border:1px solid #ddd;padding:.2em .5em;text-align:right;white-space:nowrap}th{background:#eef1f6;font-weight:600;text-align:center}\
 tbody th{text-align:left;font-weight:400;background:none}.best{background:#e8f4e8}\
-.sheet{display:grid;grid-template-columns:repeat(auto-fill,minmax(460px,1fr));gap:1em}.sheet img{margin-right:2px}\
+.sheet{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,400px),1fr));gap:1em}.sheet img{width:calc(33.3% - 3px);height:auto;margin-right:3px}\
 @media(prefers-color-scheme:dark){body{color:#ddd;background:#15171a}table{background:#1b1d21}td,th,.plots svg{border-color:#3a3d44}\
 thead th{background:#262a31}.best{background:#1f3324}figcaption{color:#aaa}}";
 

@@ -230,7 +230,7 @@ fn labels(svg: &mut String, dots: &[Dot<'_>], front: &Front, scales: &Scales) {
         let (x, y, label) = (scales.x(dot.cost), scales.y(dot.rms), dot.point.label());
         let wide = 6.2 * label.len() as f64;
         let (right, left, above, below) = (x + 8.0, x - 8.0 - wide, y - 6.0, y + 15.0);
-        let places = [(right, above), (right, y + 4.0), (left, below), (left, y + 4.0), (right, below), (left, above)];
+        let places = [(right, above), (left, below), (right, below), (left, above), (left, y + 4.0), (right, y + 4.0)];
         let free = |(x, y): &(f64, f64)| {
             let [a, b, c, d] = [*x, y - HIGH + 2.0, x + wide, y + 2.0];
             a > LEFT && c < RIGHT && b > TOP && taken.iter().all(|t| c < t[0] || t[2] < a || d < t[1] || t[3] < b)
