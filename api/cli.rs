@@ -39,6 +39,8 @@ pub(crate) enum Command {
     Tree(TreeArgs),
     /// Show which effects a scene calls for, and why.
     Explain(ExplainArgs),
+    /// Measure what accuracy costs in time: many settings, their errors and times, on one page.
+    Tradeoff(TradeoffArgs),
     /// Turn a Neutral File Format file into scene JSON.
     Import(ImportArgs),
     /// Check a scene and report all its problems, without rendering it.
@@ -250,6 +252,27 @@ pub(crate) enum ExplainFormat {
     Table,
     /// For programs.
     Json,
+}
+
+/// `strahl tradeoff`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The picture is scaled down so that all settings can be compared in the time there is; the report says to what size.")]
+pub(crate) struct TradeoffArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Page with plots, table and pictures: .html, or .svg for the plot of error against time alone; - for the page on
+    /// standard output.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Write all points as JSON, too. - is standard output.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+    /// Seconds that loading and measuring may take.
+    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = seconds)]
+    pub(crate) seconds: Duration,
+    #[command(flatten)]
+    pub(crate) settings: SettingsArgs,
 }
 
 /// `strahl import`.

@@ -32,14 +32,18 @@ impl Source {
         Ok(Self { name, bytes, format, folder })
     }
 
+    /// The files that the scene may name.
+    pub(crate) fn files(&self) -> &dyn Files {
+        self.folder.as_ref().map_or(&NoFiles, |folder| folder)
+    }
+
     /// Reads, checks and compiles the scene.
     pub(crate) fn load(&self, overrides: &Overrides) -> Result<Loaded, Failure> {
         if self.format == Format::Json && (overrides.two_sided || overrides.spd_counts) {
             let what = "--two-sided and --spd-counts are for NFF files; in JSON, materials have \"one_sided\"";
             return Err(Failure::Usage(what.into()));
         }
-        let files: &dyn Files = self.folder.as_ref().map_or(&NoFiles, |folder| folder);
-        load_with(&self.bytes, self.format, overrides, files)
+        load_with(&self.bytes, self.format, overrides, self.files())
             .map_err(|problems| Failure::Scene { name: self.name.clone(), problems })
     }
 }

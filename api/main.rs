@@ -10,6 +10,7 @@ mod rays;
 mod ready;
 mod report;
 mod server;
+mod tradeoff;
 mod workers;
 
 use clap::Parser;

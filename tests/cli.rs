@@ -121,6 +121,72 @@ fn stats_say_what_the_picture_cost() {
 }
 
 #[test]
+fn a_tradeoff_is_a_page_and_numbers() {
+    let folder = folder("tradeoff");
+    done(&folder, &["tradeoff", "ball.json", "-o", "t.html", "--json", "t.json", "--seconds", "3"], "");
+    let t: Value = serde_json::from_slice(&std::fs::read(folder.join("t.json")).unwrap()).unwrap();
+    let points = t["points"].as_array().unwrap();
+    assert!(points.len() >= 24, "{}", points.len());
+    for point in points {
+        assert!(point["time"]["median_ms"].as_f64() >= point["time"]["min_ms"].as_f64(), "{point}");
+        assert!(point["rays"]["camera"].as_u64() >= Some(1200) && point["proved_codes"].is_null(), "{point}");
+        for source in ["truncation", "sampling", "total"] {
+            let error = &point["measured"][source];
+            for measure in ["/codes/error/max", "/codes/error/p999", "/codes/identical", "/flip/p99", "/ciede2000/mean"]
+            {
+                assert!(error.pointer(measure).is_some_and(Value::is_number), "{measure} in {source} of {point}");
+            }
+        }
+    }
+    assert_eq!(t["fronts"].as_array().map(Vec::len), Some(4), "{t}");
+    assert!(t["advice"].as_array().is_some_and(|advice| !advice.is_empty()), "{t}");
+    assert_eq!(t["circumstances"]["asked_size"], t["circumstances"]["size"], "so small a picture is not scaled down");
+
+    let page = std::fs::read_to_string(folder.join("t.html")).unwrap();
+    assert_eq!(page.matches("<svg").count(), 4);
+    assert_eq!(page.matches("data:image/png;base64,").count(), 3 * points.len());
+    let outside = page.replace("http://www.w3.org/2000/svg", "");
+    for word in ["http:", "https:", "<script"] {
+        assert!(!outside.contains(word), "{word}");
+    }
+    done(&folder, &["tradeoff", "ball.json", "-o", "t.svg", "--seconds", "1"], "");
+    let drawing = std::fs::read_to_string(folder.join("t.svg")).unwrap();
+    assert!(drawing.starts_with("<svg") && !drawing.contains("NaN") && !drawing.contains("inf"), "{drawing}");
+    fails(&folder, &["tradeoff", "ball.json", "-o", "t.png"], "", 2, ".html");
+}
+
+#[test]
+fn settings_that_are_those_of_the_reference_have_no_error() {
+    let folder = folder("tradeoff-exact");
+    let settings = [
+        "--max-depth",
+        "1000",
+        "--min-weight",
+        "0",
+        "--samples",
+        "64",
+        "--precision",
+        "double",
+        "--antialias",
+        "false",
+    ];
+    let args = [&["tradeoff", "ball.json", "-o", "-", "--json", "t.json", "--seconds", "3"], &settings[..]].concat();
+    done(&folder, &args, "");
+    let t: Value = serde_json::from_slice(&std::fs::read(folder.join("t.json")).unwrap()).unwrap();
+    assert_eq!(t["reference"]["min_weight"], 0.0, "{}", t["reference"]);
+    let asked = t["points"].as_array().unwrap().iter().find(|p| p["sweeps"][0] == "as_asked").unwrap();
+    for source in ["truncation", "sampling", "total"] {
+        let error = &asked["measured"][source];
+        assert_eq!(
+            (&error["codes"]["error"]["max"], &error["codes"]["identical"]),
+            (&0.0.into(), &1.0.into()),
+            "{asked}"
+        );
+        assert_eq!((&error["flip"]["max"], &error["rms_codes"]), (&0.0.into(), &0.0.into()), "{asked}");
+    }
+}
+
+#[test]
 fn rays_are_answered_line_by_line() {
     let folder = folder("rays");
     let rays = "{\"origin\":[0,1,5],\"direction\":[0,0,-1]}\n{\"origin\":[0,5,0],\"direction\":[0,1,0]}\n";

@@ -9,6 +9,7 @@ mod progress;
 mod rays;
 mod render;
 mod schema;
+mod tradeoff;
 mod tree;
 mod validate;
 
@@ -25,6 +26,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Rays(args) => rays::run(&args),
         Command::Tree(args) => tree::run(&args),
         Command::Explain(args) => explain::run(&args),
+        Command::Tradeoff(args) => tradeoff::run(&args),
         Command::Import(args) => import::run(&args),
         Command::Validate(args) => validate::run(&args),
         Command::Schema => schema::run(),

@@ -33,10 +33,10 @@ pub(super) async fn envelope(State(service): State<App>, request: Request, next:
         headers.insert(REQUEST_ID, id);
     }
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    // Ray trees as SVG repeat names from the scene; nothing in an answer may ever run.
+    // Ray trees as SVG repeat names from the scene; nothing in an answer may ever run. Reports contain their pictures.
     headers.insert(
         header::CONTENT_SECURITY_POLICY,
-        HeaderValue::from_static("default-src 'none'; style-src 'unsafe-inline'; sandbox"),
+        HeaderValue::from_static("default-src 'none'; img-src data:; style-src 'unsafe-inline'; sandbox"),
     );
     if status.is_client_error() || status.is_server_error() {
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));

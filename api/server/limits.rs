@@ -2,14 +2,15 @@
 
 use super::problem::{Kind, Problem};
 use crate::cli::ServeArgs;
-use crate::ready::Ready;
 use serde_json::{Value, json};
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::limits as scene;
+use strahl::scene::{Scene, limits as scene};
 
 /// Rays of one `POST /v1/rays`.
 pub(super) const MAX_RAYS: usize = 100_000;
+/// Seconds of one `POST /v1/tradeoff`, however long a request may take.
+const MAX_TRADEOFF_SECONDS: f64 = 300.0;
 /// Bodies of the largest size that memory is set aside for.
 const BODIES: u64 = 8;
 
@@ -47,7 +48,7 @@ impl Limits {
     }
 
     /// Refuses a region that is too much work for one answer.
-    pub(super) fn check(&self, ready: &Ready, region: Region) -> Result<(), Problem> {
+    pub(super) fn check(&self, scene: &Scene, region: Region) -> Result<(), Problem> {
         let pixels = u64::from(region.width) * u64::from(region.height);
         if pixels > self.max_pixels {
             let detail = format!(
@@ -56,16 +57,21 @@ impl Limits {
             );
             return Err(Problem::limit(Kind::CostLimit, "max_pixels", self.max_pixels, detail));
         }
-        let samples = pixels * u64::from(ready.scene.samples);
+        let samples = pixels * u64::from(scene.samples);
         if samples > self.max_samples_total {
             let detail = format!(
                 "{pixels} pixels with {} samples each are {samples} samples; one answer has at most {} \
                  (max_samples_total): ask for tiles or fewer samples",
-                ready.scene.samples, self.max_samples_total
+                scene.samples, self.max_samples_total
             );
             return Err(Problem::limit(Kind::CostLimit, "max_samples_total", self.max_samples_total, detail));
         }
         Ok(())
+    }
+
+    /// Seconds that one trade-off may ask for: some of the time of any request is left for waiting and for writing it down.
+    pub(super) fn tradeoff_seconds(&self) -> f64 {
+        (self.timeout.as_secs_f64() * 2.0 / 3.0).min(MAX_TRADEOFF_SECONDS)
     }
 
     /// `GET /v1/limits`.
@@ -98,6 +104,7 @@ impl Limits {
                 "max_pixels": self.max_pixels,
                 "max_samples_total": self.max_samples_total,
                 "max_rays": MAX_RAYS,
+                "max_tradeoff_seconds": self.tradeoff_seconds(),
                 "scene_cache_bytes": self.scene_cache_bytes,
                 "queue": self.queue,
                 "header_timeout_s": self.header_timeout.as_secs_f64(),

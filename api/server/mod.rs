@@ -17,6 +17,7 @@ mod rays;
 mod routes;
 mod scenes;
 mod stall;
+mod tradeoff;
 
 use crate::cli::ServeArgs;
 use crate::commands::start_workers;

@@ -1,4 +1,4 @@
-//! Which picture format a request gets: `?format=`, else the `Accept` header with its quality values (RFC 9110 12.5.1).
+//! Which format an answer has: `?format=`, else the `Accept` header with its quality values (RFC 9110 12.5.1).
 
 use super::problem::{Kind, Problem};
 use axum::http::{HeaderMap, header};
@@ -26,24 +26,28 @@ pub(super) fn description(format: FileFormat) -> (&'static str, &'static str) {
     }
 }
 
-/// The format that the client likes best.
+/// The picture format that the client likes best.
 pub(super) fn by_accept(headers: &HeaderMap) -> Result<FileFormat, Problem> {
+    best(headers, &AVAILABLE.map(|(_, media_type, format)| (media_type, format)))
+}
+
+/// Of some media types the one that the client likes best, and of equally acceptable ones the first.
+pub(super) fn best<T: Copy>(headers: &HeaderMap, available: &[(&str, T)]) -> Result<T, Problem> {
     let accept: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
     let accept = accept.join(",");
-    if accept.trim().is_empty() {
-        return Ok(FileFormat::Png8);
-    }
+    // No header accepts anything.
+    let accept = if accept.trim().is_empty() { "*/*".to_owned() } else { accept };
     let ranges: Vec<(&str, f32)> = accept.split(',').filter_map(range).collect();
     // `max_by` takes the last of equals; the list runs backwards so that the first wins.
-    AVAILABLE
+    available
         .iter()
         .rev()
-        .map(|(_, media_type, format)| (quality(&ranges, media_type), *format))
+        .map(|(media_type, value)| (quality(&ranges, media_type), *value))
         .filter(|(quality, _)| *quality > 0.0)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
-        .map(|(_, format)| format)
+        .map(|(_, value)| value)
         .ok_or_else(|| {
-            let available: Vec<_> = AVAILABLE.iter().map(|(_, media_type, _)| *media_type).collect();
+            let available: Vec<_> = available.iter().map(|(media_type, _)| *media_type).collect();
             let detail = format!("Accept: {accept} asks for none of {}", available.join(", "));
             Problem::new(Kind::NotAcceptable, detail).with("available", json!(available))
         })

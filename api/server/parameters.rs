@@ -106,6 +106,12 @@ impl Parameters {
         [self.require("x"), self.require("y")]
     }
 
+    /// `seconds`: a number from 0.1 to a limit.
+    pub(super) fn seconds(&mut self, most: f64) -> Option<f64> {
+        let expected = format!("a number of seconds from 0.1 to {most:.3} (max_tradeoff_seconds)");
+        self.take_as("seconds", &expected, |text| text.parse().ok().filter(|s| (0.1..=most).contains(s)))
+    }
+
     /// One of some names, by default the first.
     pub(super) fn choice<T: Copy>(&mut self, name: &'static str, choices: &[(&str, T)], default: T) -> T {
         let names: Vec<_> = choices.iter().map(|(name, _)| *name).collect();

@@ -82,7 +82,7 @@ fn region_of(service: &Service, ready: &Ready, region: Option<Region>) -> Result
         let Region { x, y, width: w, height: h } = region;
         return Err(outside(&format!("the region x={x}, y={y}, w={w}, h={h}"), width, height));
     }
-    service.limits.check(ready, region)?;
+    service.limits.check(&ready.scene, region)?;
     Ok(region)
 }
 

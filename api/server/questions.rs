@@ -27,7 +27,7 @@ pub(super) async fn explanation(State(service): State<App>, request: Request) ->
         let Found { ready, loading, .. } = find(service, job, bytes, format, overrides)?;
         let region = Region::whole(ready.scene.width, ready.scene.height);
         if analyze {
-            service.limits.check(&ready, region)?;
+            service.limits.check(&ready.scene, region)?;
         }
         let (mut plan, pilot) = planned(&ready, region, &job.workers, &job.control).map_err(|_| gone())?;
         if !analyze {

@@ -1,7 +1,7 @@
 //! Every path of the service.
 
 use super::problem::{Kind, Problem};
-use super::{App, envelope, meta, picture, questions, rays};
+use super::{App, envelope, meta, picture, questions, rays, tradeoff};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::middleware::from_fn_with_state;
@@ -20,6 +20,7 @@ pub(super) fn routes(service: App) -> Router {
         .route("/v1/rays", post(rays::rays))
         .route("/v1/tree", post(questions::tree))
         .route("/v1/explain", post(questions::explanation))
+        .route("/v1/tradeoff", post(tradeoff::tradeoff))
         .route("/v1/scenes/validate", post(questions::validate));
     let about = Router::new()
         .route("/livez", get(meta::livez))

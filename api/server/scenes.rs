@@ -57,7 +57,7 @@ impl Scenes {
         format: Format,
         overrides: &Overrides,
     ) -> Result<Found, Problems> {
-        let files: &dyn Files = self.textures.as_ref().map_or(&NoFiles, |folder| folder);
+        let files = self.files();
         let build = || job.workers.work(|| load_with(bytes, format, overrides, files).map(Ready::from));
         if self.budget == 0 {
             let ready = build()?;
@@ -75,6 +75,11 @@ impl Scenes {
         }
         let loading = Loading { parse: hashed.parse + ready.loading.parse, ..ready.loading };
         Ok(Found { ready, loading, kept: false })
+    }
+
+    /// The pictures that scenes may name.
+    pub(super) fn files(&self) -> &dyn Files {
+        self.textures.as_ref().map_or(&NoFiles, |folder| folder)
     }
 
     fn look_up(&self, key: &Key) -> Option<Arc<Ready>> {

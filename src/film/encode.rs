@@ -32,12 +32,21 @@ impl Codes {
     /// The other half, on one thread: the file. `film` and `format` are those that the codes are from.
     pub fn file(&self, film: &Film, format: FileFormat) -> Vec<u8> {
         match format {
-            FileFormat::Png8 => png::file(film, &self.0, ::png::BitDepth::Eight),
-            FileFormat::Png16 => png::file(film, &self.0, ::png::BitDepth::Sixteen),
+            FileFormat::Png8 => png::file(size_of(film), &self.0, ::png::BitDepth::Eight),
+            FileFormat::Png16 => png::file(size_of(film), &self.0, ::png::BitDepth::Sixteen),
             FileFormat::Exr => exr::encode(film),
             FileFormat::Pfm => pfm::encode(film),
         }
     }
+}
+
+fn size_of(film: &Film) -> [u32; 2] {
+    [film.region.width, film.region.height]
+}
+
+/// The PNG of 8-bit codes, three for each pixel, rows from the top.
+pub fn png_of(width: u32, height: u32, codes: &[u8]) -> Vec<u8> {
+    png::file([width, height], codes, ::png::BitDepth::Eight)
 }
 
 /// Encodes a film. This cannot fail: a film's size is within the formats' limits.

@@ -34,15 +34,15 @@ fn strips<const BYTES: usize>(film: &Film, convert: impl Fn(&[f32], &mut [u8]) +
     bytes
 }
 
-/// The file of a film's codes.
-pub(super) fn file(film: &Film, codes: &[u8], depth: BitDepth) -> Vec<u8> {
-    write(film, codes, depth)
-        .expect("memory takes any amount of bytes, and a film has as many codes as its region and depth say")
+/// The file of the codes of a picture of some width and height.
+pub(super) fn file(size: [u32; 2], codes: &[u8], depth: BitDepth) -> Vec<u8> {
+    write(size, codes, depth)
+        .expect("memory takes any amount of bytes, and a picture has as many codes as its size and depth say")
 }
 
-fn write(film: &Film, codes: &[u8], depth: BitDepth) -> Result<Vec<u8>, EncodingError> {
+fn write([width, height]: [u32; 2], codes: &[u8], depth: BitDepth) -> Result<Vec<u8>, EncodingError> {
     let mut file = Vec::new();
-    let mut encoder = Encoder::new(&mut file, film.region.width, film.region.height);
+    let mut encoder = Encoder::new(&mut file, width, height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(depth);
     // Without it a viewer may assume another colour space.

@@ -13,6 +13,7 @@ mod circle;
 mod decay;
 mod dispatch;
 mod ids;
+mod level;
 mod power;
 mod scalar;
 mod simd;
@@ -22,6 +23,7 @@ pub use circle::circle;
 pub use decay::{exp_minus, mean_decay, opacity};
 pub(crate) use dispatch::dispatch;
 pub use ids::Ids;
+pub use level::instructions;
 pub use power::power;
 pub use vector::V3;
 

@@ -7,6 +7,7 @@ mod refusals;
 mod renders;
 mod scene_cache;
 mod service;
+mod tradeoff;
 
 /// A ball on a floor: quick.
 pub(crate) const BALL: &str = r#"{

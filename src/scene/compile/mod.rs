@@ -9,6 +9,7 @@ mod paint;
 mod path;
 mod shared_eye;
 mod transform;
+mod vary;
 mod warn;
 
 pub(crate) use transform::affine;
