@@ -28,7 +28,7 @@ const CLEARLY: f64 = 0.1;
 /// Where a front, by growing cost, bends most: after it, more cost buys ever less. That is the point farthest below the
 /// straight line between its ends, in logarithms of both. None if nothing lies clearly below.
 ///
-/// Both axes go from 0 to 1 between the ends, so that neither counts for more, and clearly is [`CLEARLY`] of that.
+/// Both axes go from 0 to 1 between the ends, so that neither counts for more, and clearly is a fixed part of that.
 /// An error of 0, which has no logarithm, counts as a tenth of the least other error.
 pub fn knee(front: &[Compromise]) -> Option<usize> {
     let least = front.iter().map(|c| c.error).filter(|e| *e > 0.0).fold(f64::INFINITY, f64::min);
