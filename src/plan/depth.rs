@@ -7,10 +7,10 @@
 //!
 //! The bound is that of exact arithmetic, and nothing is cut off by it: beyond it the kernel finds no rays to follow.
 
-use super::effects::Called;
 use super::specular::{Body, Form, MAX_BODIES, Place, specular_bodies};
 use crate::lanes::Real;
 use crate::scene::Scene;
+use crate::scene::called::Called;
 use crate::scene::compile::Precise;
 use crate::scene::description::Description;
 use crate::scene::world::World;

@@ -3,7 +3,7 @@
 use crate::accel::{Blockers, Geometry, Owner};
 use crate::camera::Camera;
 use crate::lanes::Real;
-use crate::plan::effects::Called;
+use crate::scene::called::Called;
 use crate::shading::environment::Environment;
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;

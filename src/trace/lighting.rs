@@ -23,7 +23,8 @@ pub const SHADOW_SHARE: f64 = 0.25;
 /// there gradually (as Cycles does, D11065), since whatever lies in between casts no shadow.
 const GRAZING: f64 = 0.1;
 
-/// Adds the local illumination of what the rays hit to `sum`, and with it `own`, the light of details on the way and at the surface.
+/// Adds the local illumination of what the rays hit to `sum`, and with it `own`, the light of details on the way and at the
+/// surface.
 #[inline(always)]
 pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,

@@ -17,8 +17,8 @@ mod textures;
 
 use serde_json::{Value, json};
 use strahl::film::Region;
-use strahl::plan::effects::Called;
 use strahl::render::{Control, Picture, render};
+use strahl::scene::called::Called;
 use strahl::scene::compile::Precise;
 use strahl::scene::{Format, Overrides, Scene, load};
 

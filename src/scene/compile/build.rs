@@ -1,27 +1,28 @@
 //! A checked description in the kernel's format.
 
+use super::bodies::{shape, volume};
+use super::called::called;
+use super::lights::light;
 use super::paint::paint;
 use super::shared_eye::is_shared;
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, contact, extent};
-use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Mesh, Motion, Shape};
+use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Motion, Shape};
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
-use crate::plan::effects::Called;
+use crate::scene::called::Called;
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
-use crate::scene::ear_clipping::triangulate;
 use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
 use crate::scene::world::{Rules, World};
 use crate::shading::environment::Environment;
 use crate::shading::fog::{Fog, Height};
-use crate::shading::light::{Area, Falloff, Light, Source as LightSource};
+use crate::shading::light::Light;
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::spectrum::Spectrum;
-use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sides, Sphere, Torus};
+use crate::shape::Sides;
 use glam::{DAffine3, DVec3};
-use std::f64::consts::PI;
 
 /// What building finds out besides the world.
 pub(super) struct Built {
@@ -49,22 +50,15 @@ pub(super) fn build<R: Real>(
     let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
     let (background, environment) = surroundings(description, pictures);
     let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
-    let used = || builder.materials.iter().zip(&builder.used).filter(|(_, used)| **used).map(|(material, _)| material);
-    let reflects = used().any(Material::reflects);
-    let zero = R::from_f64(0.0);
-    let colored = |color: &[R; 3]| color.iter().any(|c| *c > zero);
     let called = Called {
-        area_lights: lights.iter().any(|light| light.area.is_some() && colored(&light.color)),
-        bleeding: render.color_bleeding && render.max_depth > 1,
         depth_of_field: camera.lens().is_some(),
-        dispersion: used().any(|m| m.dispersion > zero && colored(&m.transmission)),
         environment: environment.is_some(),
-        gloss: used().any(|m| m.alpha > zero && (colored(&m.reflection) || colored(&m.transmission))),
         fog: fog.is_some(),
         motion: builder.moves,
-        paint: used().any(|m| m.paint.is_some()),
-        ..called(&builder)
+        ..called(description, &builder.geometries, &builder.materials, &lights)
     };
+    let bodies = builder.geometries.iter().flat_map(|geometry| &geometry.items).filter(|item| !item.is_placed());
+    let reflects = bodies.map(|item| &builder.materials[item.material as usize]).any(Material::reflects);
     let world = World {
         geometries: builder.geometries,
         root,
@@ -96,34 +90,6 @@ pub(super) fn build<R: Real>(
     (world, Built { sources: builder.sources, expanded })
 }
 
-/// The effects that the bodies of a scene call for. Definitions that nothing places have not been built.
-fn called<R: Real>(builder: &Builder<'_, R>) -> Called {
-    let bodies = || builder.geometries.iter().flat_map(|geometry| &geometry.items).filter(|item| !item.is_placed());
-    let any =
-        |calls: &dyn Fn(&Material<R>) -> bool| bodies().any(|item| calls(&builder.materials[item.material as usize]));
-    let shows = |color: [R; 3]| color.iter().any(|c| *c > R::from_f64(0.0));
-    // Light is inside of what it gets into; cavities are empty.
-    let absorption = bodies().any(|item| {
-        let filled = item.closed && !item.hollow && item.lets_light_through();
-        filled && shows(builder.materials[item.material as usize].absorption)
-    });
-    let follows = builder.description.render.max_depth > 1;
-    Called {
-        absorption,
-        colored_shadows: absorption
-            && builder.description.render.shadows == Shadows::Transmissive
-            && !builder.description.lights.is_empty(),
-        emission: any(&|material| shows(material.emission)),
-        fresnel: follows
-            && any(&|material| match material.fresnel {
-                Fresnel::None => false,
-                Fresnel::Dielectric => shows(material.reflection) || shows(material.transmission),
-                Fresnel::Conductor => true,
-            }),
-        ..Called::default()
-    }
-}
-
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.
 fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
     let Some(d::Environment { image, rotate_deg, intensity }) = &description.environment else {
@@ -153,8 +119,6 @@ struct Builder<'a, R> {
     /// One for each of the description's, and the default material last.
     materials: Vec<Material<R>>,
     one_sided: Vec<bool>,
-    /// Which materials some body has.
-    used: Vec<bool>,
     /// Whether anything moves.
     moves: bool,
     camera: Camera<R>,
@@ -175,7 +139,6 @@ impl<'a, R: Real> Builder<'a, R> {
             definitions: vec![None; description.definitions.len()],
             materials: all().map(|m| material(m, pictures)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
-            used: vec![false; description.materials.len() + 1],
             moves: false,
             camera,
             shared_eye: true,
@@ -300,10 +263,9 @@ impl<'a, R: Real> Builder<'a, R> {
         }
     }
 
-    fn item(&mut self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
+    fn item(&self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
         let default = self.materials.len() - 1;
         let material = look.material.and_then(|name| self.description.materials.position(name)).unwrap_or(default);
-        self.used[material] = true;
         let sides = match (self.one_sided[material], look.hollow) {
             (false, _) => Sides::Both,
             (true, false) => Sides::Outside,
@@ -350,98 +312,6 @@ impl<R> Collected<R> {
     }
 }
 
-/// What a closed body encloses.
-fn volume(object: &Object) -> f64 {
-    let distance = |a: Vec3, b: Vec3| DVec3::from_array(a).distance(DVec3::from_array(b));
-    match object {
-        Object::Sphere(o) => 4.0 / 3.0 * PI * o.radius.powi(3),
-        Object::Box(o) => (DVec3::from_array(o.max) - DVec3::from_array(o.min)).element_product(),
-        Object::Cylinder(o) => PI * o.radius * o.radius * distance(o.base, o.top),
-        Object::Cone(o) => {
-            let (r, q) = (o.base_radius, o.top_radius);
-            PI / 3.0 * distance(o.base, o.top) * (r * r + r * q + q * q)
-        }
-        Object::Torus(o) => 2.0 * PI * PI * o.major_radius * o.minor_radius * o.minor_radius,
-        Object::Mesh(o) => {
-            // Sum of the signed volumes of the tetrahedra below the faces, seen from a point near the mesh.
-            let corner = |i: u32| DVec3::from_array(o.vertices[i as usize]);
-            let apex = corner(o.faces[0][0]);
-            let six = |f: &[u32; 3]| (corner(f[0]) - apex).dot((corner(f[1]) - apex).cross(corner(f[2]) - apex));
-            o.faces.iter().map(six).sum::<f64>().abs() / 6.0
-        }
-        _ => f64::INFINITY,
-    }
-}
-
-/// Whether a face has two corners in one place.
-pub(crate) fn is_collapsed<T: PartialEq>(vertices: &[T], face: &[u32; 3]) -> bool {
-    let [a, b, c] = face.map(|i| &vertices[i as usize]);
-    a == b || b == c || c == a
-}
-
-/// `needs_uvs`: whether its material looks at texture coordinates.
-fn shape<R: Real>(object: &Object, needs_uvs: bool) -> (Shape<R>, Look<'_>) {
-    let number = R::from_f64;
-    let point = |p: Vec3| p.map(R::from_f64);
-    let vector = DVec3::from_array;
-    let plane =
-        |at: Vec3, normal: Vec3| Plane { point: point(at), normal: point(vector(normal).normalize().to_array()) };
-    match object {
-        Object::Sphere(o) => (Shape::Sphere(Sphere { center: point(o.center), radius: number(o.radius) }), o.look()),
-        Object::Plane(o) => (Shape::Plane(plane(o.point, o.normal)), o.look()),
-        Object::Disc(o) => (Shape::Disc(Disc { plane: plane(o.center, o.normal), radius: number(o.radius) }), o.look()),
-        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2]], None, None)), o.look()),
-        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2], [0, 2, 3]], None, None)), o.look()),
-        Object::Box(o) => (Shape::Cuboid(Cuboid { min: point(o.min), max: point(o.max) }), o.look()),
-        Object::Cylinder(o) => {
-            (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.radius, o.radius, o.capped)), o.look())
-        }
-        Object::Cone(o) => {
-            (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.base_radius, o.top_radius, o.capped)), o.look())
-        }
-        Object::Torus(o) => {
-            let torus = Torus {
-                frame: Frame::new(vector(o.center), vector(o.axis).normalize()),
-                major_radius: number(o.major_radius),
-                minor_radius: number(o.minor_radius),
-            };
-            (Shape::Torus(Box::new(torus)), o.look())
-        }
-        Object::Mesh(o) => (
-            Shape::Mesh(mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| needs_uvs))),
-            o.look(),
-        ),
-        Object::Polygon(o) => {
-            let faces = triangulate(&o.vertices).unwrap_or_default();
-            (Shape::Mesh(mesh(&o.vertices, &faces, None, None)), o.look())
-        }
-        Object::Group(_) | Object::Instance(_) => unreachable!("groups and instances are no shapes"),
-    }
-}
-
-fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, capped: bool) -> Box<Frustum<R>> {
-    let height = base.distance(top);
-    Box::new(Frustum {
-        frame: Frame::new(base, (top - base) / height),
-        height: R::from_f64(height),
-        base_radius: R::from_f64(base_radius),
-        top_radius: R::from_f64(top_radius),
-        slope: R::from_f64((top_radius - base_radius) / height),
-        capped,
-    })
-}
-
-/// A mesh without the faces that rounding has collapsed to lines; slivers stay, since neighbours rely on their edges.
-fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>, uvs: Option<&[[f64; 2]]>) -> Mesh<R> {
-    let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
-    // Not collected one by one, which would reserve up to twice the memory.
-    let mut faces = faces.to_vec();
-    faces.retain(|face| !is_collapsed(&vertices, face));
-    let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
-    let uvs = uvs.unwrap_or_default().iter().map(|uv| uv.map(R::from_f64)).collect();
-    Mesh { faces, normals: normals.unwrap_or_default().iter().map(unit).collect(), vertices, uvs }
-}
-
 pub(super) fn narrow_rgb<R: Real>(color: Rgb) -> [R; 3] {
     color.to_array().map(R::from_f64)
 }
@@ -482,56 +352,7 @@ fn motion<R: Real>(motion: &d::Motion) -> Motion<R> {
     Motion::new(vector(motion.translate), axis, degrees, vector(motion.center))
 }
 
-/// The area of a light; none if it is a point after all.
-fn area<R: Real>(light: &d::Light) -> Option<Area<R>> {
-    let disc = |radius: f64| (radius > 0.0).then(|| Area::Disc { radius: R::from_f64(radius) });
-    match light {
-        d::Light::Point(d::PointLight { area, .. }) | d::Light::Spot(d::SpotLight { area, .. }) => {
-            match area.as_ref()? {
-                d::Area::Disc(area) => disc(area.radius),
-                d::Area::Parallelogram(area) => {
-                    let edge = |v: Vec3| v.map(R::from_f64);
-                    let point = [area.u, area.v].as_flattened().iter().all(|x| *x == 0.0);
-                    (!point).then(|| Area::Parallelogram { u: edge(area.u), v: edge(area.v) })
-                }
-            }
-        }
-        d::Light::Directional(light) => disc(math::tan(light.area?.angle_deg.to_radians() * 0.5)),
-    }
-}
-
 fn fog<R: Real>(fog: &d::Fog) -> Fog<R> {
     let height = |height: d::FogHeight| Height { base: R::from_f64(height.base), falloff: R::from_f64(height.falloff) };
     Fog { color: narrow_rgb(fog.color.0), density: R::from_f64(fog.density), height: fog.height.map(height) }
-}
-
-fn light<R: Real>(light: &d::Light) -> Light<R> {
-    let point = |p: Vec3| p.map(R::from_f64);
-    let unit = |v: Vec3| DVec3::from_array(v).normalize();
-    let fall = |falloff: d::Falloff| match falloff {
-        d::Falloff::None => Falloff::None,
-        d::Falloff::Linear(linear) => Falloff::Linear { reach: R::from_f64(linear.reach) },
-        d::Falloff::InverseSquare => Falloff::InverseSquare,
-    };
-    let (source, color, intensity, falloff) = match light {
-        d::Light::Point(l) => {
-            (LightSource::Point { position: point(l.position) }, l.color, l.intensity, fall(l.falloff))
-        }
-        d::Light::Directional(l) => {
-            let to_light = (-unit(l.direction)).to_array().map(R::from_f64);
-            (LightSource::Directional { to_light }, l.color, l.intensity, Falloff::None)
-        }
-        d::Light::Spot(l) => {
-            // 1 - cos(a) = 2 sin^2(a/2).
-            let versine = |degrees: f64| R::from_f64(2.0 * math::sin_cos(degrees.to_radians() * 0.5).0.powi(2));
-            let source = LightSource::Spot {
-                position: point(l.position),
-                axis: unit(l.direction).to_array().map(R::from_f64),
-                inner: versine(l.inner_deg),
-                outer: versine(l.outer_deg),
-            };
-            (source, l.color, l.intensity, fall(l.falloff))
-        }
-    };
-    Light { source, color: narrow_rgb(color.0 * intensity), falloff, area: area(light) }
 }

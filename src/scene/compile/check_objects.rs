@@ -262,7 +262,8 @@ fn check_mesh(findings: &mut Findings, at: Path<'_>, mesh: &Mesh) {
     if let Some((i, k)) = mesh.faces.iter().enumerate().find_map(|(i, face)| stray(face).map(|k| (i, k))) {
         let detail = format!("no vertex {}: the mesh has {count}, counted from 0", mesh.faces[i][k]);
         findings.add(at.key("faces").index(i).index(k), Code::UnknownReference, detail);
-    } else if !mesh.faces.is_empty() && mesh.faces.iter().all(|face| super::build::is_collapsed(&mesh.vertices, face)) {
+    } else if !mesh.faces.is_empty() && mesh.faces.iter().all(|face| super::bodies::is_collapsed(&mesh.vertices, face))
+    {
         findings.add(at.key("faces"), Code::Degenerate, "no face has an area");
     }
     if let Some(normals) = &mesh.normals {

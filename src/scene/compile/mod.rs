@@ -1,10 +1,13 @@
 //! Description to [`Scene`]: the only step that can fail.
 
+pub(crate) mod bodies;
 pub(crate) mod build;
+mod called;
 mod check;
 mod check_objects;
 mod contact;
 mod extent;
+mod lights;
 mod paint;
 mod path;
 mod shared_eye;

@@ -41,6 +41,7 @@ fn colors<R: Real>(diffuse: &Diffuse, pictures: &Pictures<'_>) -> (Texture<R>, O
     };
     match diffuse {
         Diffuse::Uniform(Color(color)) => (Texture::Uniform(narrow_rgb(*color)), None),
+        Diffuse::Checker(checker) if checker.a == checker.b => (Texture::Uniform(narrow_rgb(checker.a.0)), None),
         Diffuse::Checker(checker) => {
             let texture = Texture::Checker {
                 a: narrow_rgb(checker.a.0),

@@ -1,0 +1,101 @@
+//! The shapes of bodies in the kernel's format.
+
+use crate::accel::{Mesh, Shape};
+use crate::lanes::Real;
+use crate::scene::description::{Look, Object, Vec3};
+use crate::scene::ear_clipping::triangulate;
+use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// What a closed body encloses.
+pub(super) fn volume(object: &Object) -> f64 {
+    let distance = |a: Vec3, b: Vec3| DVec3::from_array(a).distance(DVec3::from_array(b));
+    match object {
+        Object::Sphere(o) => 4.0 / 3.0 * PI * o.radius.powi(3),
+        Object::Box(o) => (DVec3::from_array(o.max) - DVec3::from_array(o.min)).element_product(),
+        Object::Cylinder(o) => PI * o.radius * o.radius * distance(o.base, o.top),
+        Object::Cone(o) => {
+            let (r, q) = (o.base_radius, o.top_radius);
+            PI / 3.0 * distance(o.base, o.top) * (r * r + r * q + q * q)
+        }
+        Object::Torus(o) => 2.0 * PI * PI * o.major_radius * o.minor_radius * o.minor_radius,
+        Object::Mesh(o) => {
+            // Sum of the signed volumes of the tetrahedra below the faces, seen from a point near the mesh.
+            let corner = |i: u32| DVec3::from_array(o.vertices[i as usize]);
+            let apex = corner(o.faces[0][0]);
+            let six = |f: &[u32; 3]| (corner(f[0]) - apex).dot((corner(f[1]) - apex).cross(corner(f[2]) - apex));
+            o.faces.iter().map(six).sum::<f64>().abs() / 6.0
+        }
+        _ => f64::INFINITY,
+    }
+}
+
+/// Whether a face has two corners in one place.
+pub(crate) fn is_collapsed<T: PartialEq>(vertices: &[T], face: &[u32; 3]) -> bool {
+    let [a, b, c] = face.map(|i| &vertices[i as usize]);
+    a == b || b == c || c == a
+}
+
+/// `needs_uvs`: whether its material looks at texture coordinates.
+pub(super) fn shape<R: Real>(object: &Object, needs_uvs: bool) -> (Shape<R>, Look<'_>) {
+    let number = R::from_f64;
+    let point = |p: Vec3| p.map(R::from_f64);
+    let vector = DVec3::from_array;
+    let plane =
+        |at: Vec3, normal: Vec3| Plane { point: point(at), normal: point(vector(normal).normalize().to_array()) };
+    match object {
+        Object::Sphere(o) => (Shape::Sphere(Sphere { center: point(o.center), radius: number(o.radius) }), o.look()),
+        Object::Plane(o) => (Shape::Plane(plane(o.point, o.normal)), o.look()),
+        Object::Disc(o) => (Shape::Disc(Disc { plane: plane(o.center, o.normal), radius: number(o.radius) }), o.look()),
+        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2]], None, None)), o.look()),
+        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2], [0, 2, 3]], None, None)), o.look()),
+        Object::Box(o) => (Shape::Cuboid(Cuboid { min: point(o.min), max: point(o.max) }), o.look()),
+        Object::Cylinder(o) => {
+            (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.radius, o.radius, o.capped)), o.look())
+        }
+        Object::Cone(o) => {
+            (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.base_radius, o.top_radius, o.capped)), o.look())
+        }
+        Object::Torus(o) => {
+            let torus = Torus {
+                frame: Frame::new(vector(o.center), vector(o.axis).normalize()),
+                major_radius: number(o.major_radius),
+                minor_radius: number(o.minor_radius),
+            };
+            (Shape::Torus(Box::new(torus)), o.look())
+        }
+        Object::Mesh(o) => (
+            Shape::Mesh(mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| needs_uvs))),
+            o.look(),
+        ),
+        Object::Polygon(o) => {
+            let faces = triangulate(&o.vertices).unwrap_or_default();
+            (Shape::Mesh(mesh(&o.vertices, &faces, None, None)), o.look())
+        }
+        Object::Group(_) | Object::Instance(_) => unreachable!("groups and instances are no shapes"),
+    }
+}
+
+fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, capped: bool) -> Box<Frustum<R>> {
+    let height = base.distance(top);
+    Box::new(Frustum {
+        frame: Frame::new(base, (top - base) / height),
+        height: R::from_f64(height),
+        base_radius: R::from_f64(base_radius),
+        top_radius: R::from_f64(top_radius),
+        slope: R::from_f64((top_radius - base_radius) / height),
+        capped,
+    })
+}
+
+/// A mesh without the faces that rounding has collapsed to lines; slivers stay, since neighbours rely on their edges.
+fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>, uvs: Option<&[[f64; 2]]>) -> Mesh<R> {
+    let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
+    // Not collected one by one, which would reserve up to twice the memory.
+    let mut faces = faces.to_vec();
+    faces.retain(|face| !is_collapsed(&vertices, face));
+    let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
+    let uvs = uvs.unwrap_or_default().iter().map(|uv| uv.map(R::from_f64)).collect();
+    Mesh { faces, normals: normals.unwrap_or_default().iter().map(unit).collect(), vertices, uvs }
+}
