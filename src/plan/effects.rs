@@ -1,7 +1,7 @@
 //! Which effects a kernel is compiled for. What a scene does not call for is not even in the kernel that traces it.
 //!
 //! Each axis doubles the kernels, so there are few, and the general kernel traces every scene to the same bytes. Within
-//! an axis a kernel asks the scene's [`Called`] once for a packet of rays.
+//! an axis a kernel asks the scene's [`Called`](crate::scene::called::Called) once for a packet of rays.
 
 use crate::lanes::Real;
 use crate::scene::world::World;
@@ -13,9 +13,9 @@ pub trait Effects: Copy + Debug + 'static {
     const REFLECTION: bool;
     /// Rays through bodies, the media they are in, and surfaces in the same place.
     const TRANSMISSION: bool;
-    /// What surfaces, bodies and the space between them do beyond the lecture's model: see [`Called::details`].
+    /// What surfaces, bodies and the space between them do beyond the lecture's model: see [`Called::details`](crate::scene::called::Called::details).
     const DETAILS: bool;
-    /// Means over many choices, of which each sample makes one: see [`Called::sampled`].
+    /// Means over many choices, of which each sample makes one: see [`Called::sampled`](crate::scene::called::Called::sampled).
     const SAMPLED: bool;
 }
 
@@ -85,39 +85,5 @@ impl Specialised {
             Self::Detailed => of::<Detailed>(),
             Self::Everything => of::<Everything>(),
         }
-    }
-}
-
-/// The effects beyond the lecture's model that a world calls for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[expect(missing_docs, reason = "the names say it")]
-pub struct Called {
-    pub absorption: bool,
-    pub area_lights: bool,
-    pub bleeding: bool,
-    pub colored_shadows: bool,
-    pub depth_of_field: bool,
-    pub dispersion: bool,
-    pub emission: bool,
-    pub environment: bool,
-    pub fog: bool,
-    pub fresnel: bool,
-    pub gloss: bool,
-    pub motion: bool,
-    /// Patterns beyond the checkerboard, bumps and normal maps.
-    pub paint: bool,
-}
-
-impl Called {
-    /// Whether any detail of surfaces, bodies or the space between them is called for.
-    pub fn details(&self) -> bool {
-        let Self { absorption, emission, environment, fog, fresnel, paint, .. } = *self;
-        absorption | emission | environment | fog | fresnel | paint
-    }
-
-    /// Whether anything is a mean over choices.
-    pub fn sampled(&self) -> bool {
-        let Self { area_lights, bleeding, depth_of_field, dispersion, gloss, motion, .. } = *self;
-        area_lights | bleeding | depth_of_field | dispersion | gloss | motion
     }
 }

@@ -1,12 +1,12 @@
 //! Which effects a scene calls for, how deep its rays go, and what that takes: what EXPLAIN is for a database query.
 
+mod catalogue;
 pub mod depth;
 pub mod effects;
 pub mod estimate;
 pub mod explain;
 pub mod pilot;
 pub mod ray_times;
-mod sampled;
 mod specular;
 pub mod table;
 mod use_of;

@@ -1,10 +1,11 @@
 //! Effects that are means over choices.
 
-use super::explain::{Effect, State, by_material, effect, found, light_pointers};
-use super::use_of::Uses;
-use crate::scene::description::{Area, Camera, Description, Light};
+use super::passing::cut_off;
+use crate::plan::explain::{Effect, State, by_material, effect, found, light_pointers};
+use crate::plan::use_of::Uses;
+use crate::scene::description::{Area, Camera, Description, Fresnel, Light, Material};
 
-pub(super) fn soft_shadows(description: &Description) -> Effect {
+pub(in crate::plan) fn soft_shadows(description: &Description) -> Effect {
     let area = |area: Option<Area>| match area {
         None => None,
         Some(Area::Disc(disc)) => Some(disc.radius > 0.0),
@@ -24,47 +25,46 @@ pub(super) fn soft_shadows(description: &Description) -> Effect {
     found(name, &large, "lights shine from areas: each sample chooses a point of them", "all lights are points")
 }
 
-pub(super) fn gloss(description: &Description, uses: &Uses) -> Effect {
-    let effect_of = by_material(
-        "gloss",
-        description,
-        uses,
-        "roughness",
-        |m| m.roughness > 0.0,
-        "rough surfaces scatter what they reflect and transmit: each sample chooses a facet",
-        "roughness is 0 everywhere",
-    );
-    let shows = description.materials.iter().any(|(name, m)| {
-        let passes = m.reflection.0.max_element() > 0.0 || m.transmission.0.max_element() > 0.0;
-        m.roughness > 0.0 && passes && uses.materials.contains(name)
-    });
-    if effect_of.state == State::On && !shows {
-        return effect("gloss", State::Removed, "no rough surface reflects or transmits", effect_of.because);
+/// An effect of rays that leave a surface: removed where none leave, or none that `shows` it.
+fn of_rays(
+    asked: Effect,
+    description: &Description,
+    uses: &Uses,
+    shows: impl Fn(&Material) -> bool,
+    why: &str,
+) -> Effect {
+    if asked.state != State::On {
+        return asked;
     }
-    effect_of
+    if let Some(why) = cut_off(description) {
+        return effect(asked.effect, State::Removed, why, asked.because);
+    }
+    if description.materials.iter().any(|(name, m)| shows(m) && uses.materials.contains(name)) {
+        return asked;
+    }
+    effect(asked.effect, State::Removed, why, asked.because)
 }
 
-pub(super) fn dispersion(description: &Description, uses: &Uses) -> Effect {
-    let effect_of = by_material(
-        "dispersion",
-        description,
-        uses,
-        "dispersion",
-        |m| m.dispersion > 0.0,
-        "bodies bend wavelengths differently: each sample chooses one",
-        "dispersion is 0 everywhere",
-    );
-    let shows = description
-        .materials
-        .iter()
-        .any(|(name, m)| m.dispersion > 0.0 && m.transmission.0.max_element() > 0.0 && uses.materials.contains(name));
-    if effect_of.state == State::On && !shows {
-        return effect("dispersion", State::Removed, "no body that disperses light transmits any", effect_of.because);
-    }
-    effect_of
+pub(in crate::plan) fn gloss(description: &Description, uses: &Uses) -> Effect {
+    let on = "rough surfaces scatter what they reflect and transmit: each sample chooses a facet";
+    let rough = |m: &Material| m.roughness > 0.0;
+    let asked = by_material("gloss", description, uses, "roughness", rough, on, "roughness is 0 everywhere");
+    let leaves =
+        |m: &Material| m.reflection.0.max(m.transmission.0).max_element() > 0.0 || m.fresnel == Fresnel::Conductor;
+    let why = "no rough surface reflects or transmits";
+    of_rays(asked, description, uses, |m| rough(m) && leaves(m), why)
 }
 
-pub(super) fn depth_of_field(description: &Description) -> Effect {
+pub(in crate::plan) fn dispersion(description: &Description, uses: &Uses) -> Effect {
+    let on = "bodies bend wavelengths differently: each sample chooses one";
+    let disperses = |m: &Material| m.dispersion > 0.0;
+    let asked = by_material("dispersion", description, uses, "dispersion", disperses, on, "dispersion is 0 everywhere");
+    let clear = |m: &Material| m.transmission.0.max_element() > 0.0;
+    let why = "no body that disperses light transmits any";
+    of_rays(asked, description, uses, |m| disperses(m) && clear(m), why)
+}
+
+pub(in crate::plan) fn depth_of_field(description: &Description) -> Effect {
     let name = "depth_of_field";
     match &description.camera {
         Camera::Pinhole(c) if c.aperture > 0.0 => {
@@ -79,11 +79,11 @@ pub(super) fn depth_of_field(description: &Description) -> Effect {
     }
 }
 
-pub(super) fn motion_blur(uses: &Uses) -> Effect {
+pub(in crate::plan) fn motion_blur(uses: &Uses) -> Effect {
     found("motion_blur", &uses.moving, "objects move: each sample chooses a time", "nothing moves")
 }
 
-pub(super) fn color_bleeding(description: &Description) -> Effect {
+pub(in crate::plan) fn color_bleeding(description: &Description) -> Effect {
     let name = "color_bleeding";
     let because = vec!["/render/color_bleeding".into()];
     match (description.render.color_bleeding, description.render.max_depth) {
