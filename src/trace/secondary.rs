@@ -88,10 +88,11 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
         }
         let mut active = clear & !total;
         if rough != 0 {
-            let below = crossing.dir.dot(hits.ng).lt(zero).bits() | !rough;
-            active &= below;
+            // Facets that bend nothing and add nothing hide nothing either.
+            let facets = rough & !crossing.unseen;
+            active &= crossing.dir.dot(hits.ng).lt(zero).bits() | !facets;
             let weight = transmitted_weight * unhidden(s, hits.ns, crossing.dir, coefficients.alpha);
-            transmitted_weight = V3::select(L::mask(s, rough), weight, transmitted_weight);
+            transmitted_weight = V3::select(L::mask(s, facets), weight, transmitted_weight);
         }
         // What cannot be seen leaves a ray as it is, so that what lies behind is met at the same bits.
         let unseen = L::mask(s, crossing.unseen);

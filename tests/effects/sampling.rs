@@ -384,3 +384,53 @@ fn what_is_out_of_range_is_named() {
         ]
     );
 }
+
+/// Index-matched and clear: no facet of it bends or adds anything.
+#[test]
+fn roughness_between_equal_media_cannot_be_seen() {
+    let description = |objects: Value| {
+        json!({
+            "version": 1, "image": { "width": 32, "height": 32 },
+            "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 1, 0] } }, "ambient": 0.5, "lights": [],
+            "background": [0.2, 0.4, 0.8],
+            "materials": {
+                "ghost": { "diffuse": 0, "transmission": 1, "ior": 1, "roughness": 0.8 },
+                "floor": { "diffuse": { "checker": { "a": 1, "b": 0.1 } } }
+            },
+            "objects": objects,
+            "render": { "antialias": false, "samples": 16 }
+        })
+    };
+    let floor = json!({ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } });
+    let ghost = json!({ "sphere": { "center": [0, 1, 0], "radius": 1, "material": "ghost" } });
+    for precision in BOTH {
+        assert_eq!(
+            pixels(description(json!([floor, ghost])), precision),
+            pixels(description(json!([floor])), precision)
+        );
+    }
+}
+
+#[test]
+fn explanations_know_the_samples_that_choices_bring_and_what_cannot_show() {
+    let state = |description: &Value, name: &str| {
+        let description: strahl::scene::Description = serde_json::from_value(description.clone()).unwrap();
+        let effects = strahl::plan::explain::explain(&description).effects;
+        effects.into_iter().find(|effect| effect.effect == name).map(|effect| (effect.state, effect.reason)).unwrap()
+    };
+    use strahl::plan::explain::State;
+    let mut description = json!({
+        "version": 1, "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+        "materials": {
+            "m": { "reflection": 0.5, "roughness": 0.5, "diffuse": { "checker": { "a": 0.5, "b": 0.5 } } }
+        },
+        "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "m" } }]
+    });
+    assert_eq!(state(&description, "gloss").0, State::On);
+    assert_eq!(state(&description, "antialiasing"), (State::Removed, "every pixel has 64 samples anyway".into()));
+    assert_eq!(state(&description, "checker_texture").0, State::Removed);
+    description["render"]["max_depth"] = json!(1);
+    assert_eq!(state(&description, "gloss").0, State::Removed);
+    assert_eq!(state(&description, "antialiasing").0, State::On);
+    assert_eq!(scene(description, "single").samples, 1);
+}
