@@ -1,7 +1,7 @@
 //! From a loaded scene to a picture file and its cost report.
 
 use crate::ready::{Loading, Ready};
-use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
+use crate::report::{Cost, ErrorBounds, Phases, Proved, Replay, Report};
 use crate::workers::Workers;
 use std::time::Instant;
 use strahl::film::{Codes, FileFormat, Region};
@@ -29,11 +29,12 @@ pub(crate) fn make(
 ) -> Result<Finished, Cancelled> {
     let scene = &ready.scene;
     // The codes are made in the same turn on the pool; the file takes one thread, while the pool goes on.
-    let (picture, codes, coding_ms) = workers.work(|| {
+    let (picture, codes, proved, coding_ms) = workers.work(|| {
         let picture = render(scene, region, control)?;
         let coding = Instant::now();
         let codes = Codes::new(&picture.film, format);
-        Ok((picture, codes, milliseconds(coding)))
+        let proved = Proved::about(&picture, scene);
+        Ok((picture, codes, proved, milliseconds(coding)))
     })?;
     let writing = Instant::now();
     let file = codes.file(&picture.film, format);
@@ -60,7 +61,8 @@ pub(crate) fn make(
         two_sided: ready.two_sided,
         spd_counts: ready.spd_counts,
     };
-    Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error: ErrorBounds::default(), replay } })
+    let error = ErrorBounds { proved, estimated: None, measured: None };
+    Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error, replay } })
 }
 
 /// Milliseconds since an instant.

@@ -148,15 +148,15 @@ impl<'a> Stage<'a> {
         let render = description.render;
         let Scene { samples, antialias, .. } = scene;
         let asked = Settings {
-            max_depth: render.max_depth,
-            min_weight: render.min_weight,
+            max_depth: render.fixed_depth(),
+            min_weight: render.fixed_weight(),
             samples,
             antialias,
             precision: render.precision,
         };
         // What a scene calls for is decided when it is built: one ray deep it would be nothing.
-        let shallow = render.max_depth < 2;
-        description.render.max_depth = render.max_depth.max(2);
+        let shallow = render.max_depth == Some(1);
+        description.render.max_depth = Some(render.fixed_depth().max(2));
         let mut build = |precision| {
             if control.cancelled.load(Ordering::Relaxed) {
                 return Err(Stopped::Cancelled);

@@ -4,7 +4,7 @@ use super::{Precise, Scene};
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::scene::description;
-use crate::scene::world::World;
+use crate::scene::world::{Pruning, World};
 
 impl Scene {
     /// Sets what ends the recursion. What the scene calls for stays as it was built, so it must have been built with a
@@ -12,7 +12,7 @@ impl Scene {
     pub fn set_recursion(&mut self, max_depth: u32, min_weight: f64) {
         fn set<R: Real>(world: &mut World<R>, max_depth: u32, min_weight: f64) {
             world.rules.max_depth = max_depth;
-            world.rules.min_weight = R::from_f64(min_weight);
+            world.rules.pruning = Pruning::Weight(min_weight);
         }
         match &mut self.world {
             Precise::Single(world) => set(world, max_depth, min_weight),
