@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays, Statistical, Time};
+use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays, Time};
 use strahl::scene::limits::{self, Limit};
 use strahl::scene::{Format, Overrides};
 
@@ -99,8 +99,8 @@ pub(crate) struct SettingsArgs {
     /// Weight below which a ray is not followed, 0 to 1 [default: as the scene says].
     #[arg(long, value_name = "WEIGHT", value_parser = weight)]
     min_weight: Option<f64>,
-    /// What ends the recursion: fixed, proved:CODES, time:MS, rays:COUNT, statistical:HALF_WIDTH,CONFIDENCE [default: as the
-    /// scene says, else proved:1].
+    /// What ends the recursion: fixed, proved:CODES, time:MS or rays:COUNT [default: as the scene says, else
+    /// proved:1].
     #[arg(long, value_name = "MODE", value_parser = accuracy)]
     accuracy: Option<Accuracy>,
     /// Rays for each pixel [default: as the scene says].
@@ -147,19 +147,13 @@ pub(crate) fn accuracy(text: &str) -> Result<Accuracy, String> {
             let count = parameters.parse().ok().filter(|count| (1..=1 << 53).contains(count));
             count.map(|count| Accuracy::Rays(Rays { count }))
         }
-        "statistical" => parameters.split_once(',').and_then(|(half_width, confidence)| {
-            let half_width = number(half_width).filter(|x| (0.001..=1.0).contains(x))?;
-            let confidence = number(confidence).filter(|x| (0.5..=0.999).contains(x))?;
-            Some(Accuracy::Statistical(Statistical { half_width, confidence }))
-        }),
         _ => None,
     };
     accuracy.ok_or_else(|| ACCURACY.to_owned())
 }
 
 /// What an accuracy may be.
-pub(crate) const ACCURACY: &str = "expected fixed, proved:0 to proved:2, time:MILLISECONDS, rays:COUNT or \
-    statistical:HALF_WIDTH,CONFIDENCE (0.001 to 1, 0.5 to 0.999)";
+pub(crate) const ACCURACY: &str = "expected fixed, proved:0 to proved:2, time:MILLISECONDS or rays:COUNT";
 
 impl SettingsArgs {
     /// The settings as the renderer takes them.

@@ -413,7 +413,13 @@ struct Renderer<'a, R> {
 impl<'a, R: Kernel> Renderer<'a, R> {
     fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
         let kernel = if cut.specialised { Specialised::of(world) } else { Specialised::Everything };
-        let job = Job { world, eye: R::eye_media(world), cancelled: &control.cancelled, kernel, pruning: world.rules.pruning };
+        let job = Job {
+            world,
+            eye: R::eye_media(world),
+            cancelled: &control.cancelled,
+            kernel,
+            pruning: world.rules.pruning,
+        };
         Self { scene, control, cut, job }
     }
 

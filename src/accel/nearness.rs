@@ -132,7 +132,8 @@ mod tests {
             for a in 0..=200 {
                 for b in 0..=(200 - a) {
                     let (u, v) = (f64::from(a) / 200.0, f64::from(b) / 200.0);
-                    least = least.min(p.distance(corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v));
+                    least = least
+                        .min(p.distance(corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v));
                 }
             }
             let found = to_triangle(p, corners);

@@ -13,10 +13,10 @@ use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::scene::called::Called;
+use crate::scene::ceiling::Ceiling;
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
 use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
-use crate::scene::ceiling::Ceiling;
 use crate::scene::world::{ENDLESS, Pruning, Rules, World};
 use crate::shading::environment::Environment;
 use crate::shading::fog::{Fog, Height};
@@ -91,7 +91,10 @@ pub(super) fn build<R: Real>(
         ceiling: Ceiling::endless([0.0; 3], String::new(), Vec::new()),
     };
     world.ceiling = ceiling(description, &world);
-    if world.ceiling.reach.max_depth.is_none() && render.max_depth.is_none() && world.rules.pruning != Pruning::Weight(render.fixed_weight()) {
+    if world.ceiling.reach.max_depth.is_none()
+        && render.max_depth.is_none()
+        && world.rules.pruning != Pruning::Weight(render.fixed_weight())
+    {
         world.rules.max_depth = ENDLESS;
     }
     (world, Built { sources: builder.sources, expanded })

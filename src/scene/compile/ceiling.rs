@@ -35,15 +35,14 @@ pub(super) fn ceiling<R: Real>(description: &Description, world: &World<R>) -> C
     let (used, irradiance) = lit(world);
     if let Some((light, _)) = irradiance.iter().enumerate().find(|(_, at)| at.iter().any(|e| !e.is_finite())) {
         let pointer = format!("/lights/{light}");
-        let why = "a light with inverse-square falloff lies on a surface, or too near to it to say how near: what it adds \
+        let why =
+            "a light with inverse-square falloff lies on a surface, or too near to it to say how near: what it adds \
                    there has no bound. Move it, or choose another falloff"
-            .to_owned();
+                .to_owned();
         return Ceiling::by_depth(vec![[f64::INFINITY; 3]], depth(description), why, vec![pointer]);
     }
-    let surfaces: Vec<Surface> = (0..world.materials.len())
-        .filter(|&m| used[m])
-        .map(|m| surface(description, world, m, &irradiance))
-        .collect();
+    let surfaces: Vec<Surface> =
+        (0..world.materials.len()).filter(|&m| used[m]).map(|m| surface(description, world, m, &irradiance)).collect();
     let beyond = background(world);
     // A point of the scene is no brighter than the light that it scatters for others.
     let gathered = surfaces.iter().fold(beyond, |most, s| most.max(s.adds));
@@ -52,7 +51,8 @@ pub(super) fn ceiling<R: Real>(description: &Description, world: &World<R>) -> C
         .map(|s| if world.called.bleeding { Surface { adds: s.adds + gathered * reflected(world), ..s } } else { s })
         .collect();
     let split = split(world);
-    endless(description, beyond, &surfaces, split).unwrap_or_else(|why| by_depth(description, beyond, &surfaces, split, why))
+    endless(description, beyond, &surfaces, split)
+        .unwrap_or_else(|why| by_depth(description, beyond, &surfaces, split, why))
 }
 
 /// What chains are held against where recursion without end has no bound.
@@ -82,9 +82,10 @@ fn endless(
                 () if adds == 0.0 && sends <= 1.0 => 0.0,
                 () if sends < 1.0 => adds / (1.0 - sends),
                 () => {
-                    let why = "a material sends on all light that it gets, or more, and adds some: recursion without end \
+                    let why =
+                        "a material sends on all light that it gets, or more, and adds some: recursion without end \
                                has no bound"
-                        .to_owned();
+                            .to_owned();
                     return Err((why, named(surface)));
                 }
             };

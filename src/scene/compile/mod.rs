@@ -18,10 +18,10 @@ mod warn;
 
 pub(crate) use transform::affine;
 
+use super::ceiling::Ceiling;
 use super::description::{Description, Precision};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::Problems;
-use super::ceiling::Ceiling;
 use super::world::World;
 use super::{Problem, limits};
 use crate::accel::BvhKind;

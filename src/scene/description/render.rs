@@ -40,8 +40,6 @@ pub enum Accuracy {
     Time(Time),
     /// The best picture for so many rays: the same bytes on every machine.
     Rays(Rays),
-    /// More samples for each pixel until its mean is likely to be near that of all.
-    Statistical(Statistical),
 }
 
 /// Parameters of the fixed mode: none.
@@ -74,18 +72,6 @@ pub struct Rays {
     /// Rays of all kinds, 1 to 2^53. The parcel of pixels that reaches the number is finished.
     #[schemars(range(min = 1, max = 9_007_199_254_740_992_u64))]
     pub count: u64,
-}
-
-/// Parameters of the statistical mode.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Statistical {
-    /// Half the width of the interval around each channel of a pixel, in linear light, 0.001 to 1.
-    #[schemars(range(min = 0.001, max = 1.0))]
-    pub half_width: f64,
-    /// How likely the mean of all samples is to lie in that interval, 0.5 to 0.999.
-    #[schemars(range(min = 0.5, max = 0.999))]
-    pub confidence: f64,
 }
 
 /// Longest chain of rays where a scene names none and nothing else ends it.
