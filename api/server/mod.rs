@@ -26,6 +26,7 @@ use crate::failure::Failure;
 use crate::folder::Folder;
 use drain::{Drain, StopSignals};
 use limits::Limits;
+pub(crate) use negotiate::QUALITY;
 use queue::Queue;
 use scenes::Scenes;
 use std::io;
