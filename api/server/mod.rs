@@ -32,6 +32,7 @@ use access::Access;
 pub(crate) use access::{Origins, new_key, new_signer};
 use drain::{Drain, StopSignals};
 use limits::Limits;
+pub(crate) use negotiate::QUALITY;
 use queue::Queue;
 use scenes::Scenes;
 use std::io;
