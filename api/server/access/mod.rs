@@ -20,15 +20,16 @@ pub(super) use reload::watch;
 use super::tenant::Tenant;
 use capability::Signers;
 use keys::Keys;
+use reload::KeyFile;
 use std::io;
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, PoisonError, RwLock};
+use std::path::Path;
+use std::sync::Arc;
 
 /// What decides about a request's tenant.
 #[derive(Debug)]
 pub(super) struct Access {
-    /// The key file and what it said last; without one everybody is anonymous.
-    keys: Option<(PathBuf, RwLock<Arc<Keys>>)>,
+    /// The key file; without one everybody is anonymous.
+    keys: Option<KeyFile>,
     anonymous: Arc<Tenant>,
     /// Signs capabilities where the key file names no secrets; they end with the process.
     own: Signers,
@@ -38,12 +39,8 @@ pub(super) struct Access {
 impl Access {
     /// Reads the key file, if there is one.
     pub(super) fn open(path: Option<&Path>, origins: Origins) -> io::Result<Self> {
-        let read = |path: &Path| {
-            let keys = Keys::read(&std::fs::read_to_string(path)?, None).map_err(io::Error::other)?;
-            Ok::<_, io::Error>((path.to_owned(), RwLock::new(Arc::new(keys))))
-        };
         Ok(Self {
-            keys: path.map(read).transpose()?,
+            keys: path.map(KeyFile::open).transpose()?,
             anonymous: Arc::new(Tenant::anonymous()),
             own: Signers::random()?,
             origins,
@@ -51,7 +48,6 @@ impl Access {
     }
 
     fn keys(&self) -> Option<Arc<Keys>> {
-        // A panic while swapping one pointer for another leaves one of the two.
-        self.keys.as_ref().map(|(_, keys)| Arc::clone(&keys.read().unwrap_or_else(PoisonError::into_inner)))
+        self.keys.as_ref().map(KeyFile::keys)
     }
 }
