@@ -1,5 +1,6 @@
 //! One picture: tiles on the current rayon pool, with progress and cancellation.
 
+use crate::camera::{Camera, Window};
 use crate::film::srgb::{Codes8, code8};
 use crate::film::{Film, Region};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch};
@@ -18,6 +19,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
+
+/// Part of the names under which pictures are cached: to be raised with every change that may change a pixel of any
+/// picture, which golden pictures notice.
+pub const RENDER_EPOCH: u32 = 1;
 
 /// Shared between a render and whoever watches it.
 #[derive(Debug, Default)]
@@ -128,10 +133,26 @@ pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Pictur
 
 /// [`render`], cut in a given way.
 pub fn render_cut(scene: &Scene, region: Region, control: &Control, cut: Cut) -> Result<Picture, Cancelled> {
+    render_seen(scene, &Window::whole(scene.width, scene.height), region, control, cut)
+}
+
+/// Renders a region of what a window shows of the scene's picture, in the window's pixels; it must fit the window. It is
+/// that crop of the whole window's picture, byte for byte.
+pub fn render_window(scene: &Scene, window: &Window, region: Region, control: &Control) -> Result<Picture, Cancelled> {
+    render_seen(scene, window, region, control, Cut::default())
+}
+
+fn render_seen(
+    scene: &Scene,
+    window: &Window,
+    region: Region,
+    control: &Control,
+    cut: Cut,
+) -> Result<Picture, Cancelled> {
     let start = Instant::now();
     let picture = match &scene.world {
-        Precise::Single(world) => Renderer::new(scene, world, control, cut).picture(region)?,
-        Precise::Double(world) => Renderer::new(scene, world, control, cut).picture(region)?,
+        Precise::Single(world) => Renderer::new(scene, world, control, cut).through(window).picture(region)?,
+        Precise::Double(world) => Renderer::new(scene, world, control, cut).through(window).picture(region)?,
     };
     Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
 }
@@ -198,6 +219,7 @@ trait Kernel: Real {
 /// What all tiles of a picture share.
 struct Job<'a, R> {
     world: &'a World<R>,
+    camera: Camera<R>,
     eye: Vec<Medium<R>>,
     cancelled: &'a AtomicBool,
     kernel: Specialised,
@@ -242,7 +264,7 @@ fn trace_with<L: Lanes, E: Effects>(
     samples: u32,
     out: &mut Traced,
 ) {
-    let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.eye, job.cancelled, job.pruning, ());
+    let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.camera, &job.eye, job.cancelled, job.pruning, ());
     let mut hits = Hits::none(s);
     for packet in at.chunks(L::COUNT) {
         let active = ((1u64 << packet.len()) - 1) as u32;
@@ -407,24 +429,28 @@ struct Renderer<'a, R> {
     scene: &'a Scene,
     control: &'a Control,
     cut: Cut,
+    /// Of the whole picture.
+    size: [u32; 2],
     job: Job<'a, R>,
 }
 
 impl<'a, R: Kernel> Renderer<'a, R> {
     fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
         let kernel = if cut.specialised { Specialised::of(world) } else { Specialised::Everything };
-        let job = Job {
-            world,
-            eye: R::eye_media(world),
-            cancelled: &control.cancelled,
-            kernel,
-            pruning: world.rules.pruning,
-        };
-        Self { scene, control, cut, job }
+        let (camera, eye, pruning) = (world.camera, R::eye_media(world), world.rules.pruning);
+        let job = Job { world, camera, eye, cancelled: &control.cancelled, kernel, pruning };
+        Self { scene, control, cut, size: [scene.width, scene.height], job }
+    }
+
+    /// The renderer of what a window shows.
+    fn through(mut self, window: &Window) -> Self {
+        self.size = [window.width, window.height];
+        self.job.camera = self.job.camera.through(window);
+        self
     }
 
     fn picture(&self, region: Region) -> Result<Picture, Cancelled> {
-        let (full_width, full_height) = (self.scene.width, self.scene.height);
+        let [full_width, full_height] = self.size;
         if !refines(self.scene) {
             self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
             let (pixels, rays) = self.grid(region)?;
@@ -448,7 +474,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 
     fn picture_of(&self, region: Region, pixels: &[Pixel], rays: RayCounts, refined: Refined) -> Picture {
-        let (full_width, full_height) = (self.scene.width, self.scene.height);
+        let [full_width, full_height] = self.size;
         let film = Film { region, full_width, full_height, pixels: pixels.par_iter().map(|p| p.shown).collect() };
         let highest = pixels.par_iter().map(|p| p.highest).collect();
         Picture { film, highest, rays, refined, trace_ms: 0.0 }

@@ -1,8 +1,11 @@
 //! `POST /v1/render` and `POST /v1/render/tile`: a scene in, a picture out.
 
+use super::access::Cost;
 use super::asked::{self, Asked};
 use super::body::Held;
 use super::negotiate;
+use super::openapi::bodies::{Bytes, Picture, Scene as AnyScene};
+use super::openapi::queries;
 use super::parameters::{Parameters, outside};
 use super::problem::{Kind, Problem};
 use super::queue::{Done, Job};
@@ -11,6 +14,7 @@ use super::{App, Service};
 use crate::picture::{self, Finished};
 use crate::ready::Ready;
 use crate::report::Report;
+use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -19,12 +23,30 @@ use std::sync::atomic::Ordering;
 use strahl::film::{FileFormat, Region};
 use strahl::scene::{Format, Overrides, Scene};
 
-/// `POST /v1/render`.
+/// A scene in, a picture out.
+#[utoipa::path(
+    post, path = "/v1/render", operation_id = "render", tag = "render",
+    params(queries::Settings, queries::Output),
+    request_body(
+        description = "The scene; NFF plain or gzip",
+        content((AnyScene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
+    ),
+    responses((status = 200, response = Picture)),
+)]
 pub(super) async fn whole(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     answer(service, request, |_| None).await
 }
 
-/// `POST /v1/render/tile`: the same bytes as that part of the whole picture.
+/// A region of the picture: the same bytes as that part of the whole.
+#[utoipa::path(
+    post, path = "/v1/render/tile", operation_id = "renderTile", tag = "render",
+    params(queries::Region, queries::Settings, queries::Output),
+    request_body(
+        description = "The scene; NFF plain or gzip",
+        content((AnyScene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
+    ),
+    responses((status = 200, response = Picture)),
+)]
 pub(super) async fn tile(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     answer(service, request, |parameters| Some(parameters.region())).await
 }
@@ -50,8 +72,9 @@ async fn answer(
         }
     };
     let Done { value: (Finished { file, report }, kept), queue_ms } = service.queue.run(render).await?;
+    let cost = Extension(Cost { rays: report.cost.rays.total() });
     let headers = picture_headers(file_format, &report, queue_ms, kept);
-    Ok((headers, Held::new(file, &service.memory).into_body()).into_response())
+    Ok((cost, headers, Held::new(file, &service.memory).into_body()).into_response())
 }
 
 /// The scene that a request is about, as part of its job.

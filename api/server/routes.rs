@@ -1,44 +1,67 @@
 //! Every path of the service.
 
+use super::openapi::Shared;
 use super::problem::{Kind, Problem};
-use super::{App, envelope, meta, picture, questions, rays, tradeoff};
+use super::tenant::Scope;
+use super::{App, access, envelope, meta, picture, questions, rays, tradeoff};
 use axum::Router;
-use axum::extract::DefaultBodyLimit;
-use axum::middleware::from_fn_with_state;
+use axum::extract::{DefaultBodyLimit, Request};
+use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
 use std::any::Any;
+use std::pin::Pin;
 use std::sync::Arc;
 use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// The service as a router.
 pub(super) fn routes(service: App) -> Router {
-    let work = Router::new()
-        .route("/v1/render", post(picture::whole))
-        .route("/v1/render/tile", post(picture::tile))
-        .route("/v1/rays", post(rays::rays))
-        .route("/v1/tree", post(questions::tree))
-        .route("/v1/explain", post(questions::explanation))
-        .route("/v1/tradeoff", post(tradeoff::tradeoff))
-        .route("/v1/scenes/validate", post(questions::validate));
-    let about = Router::new()
-        .route("/livez", get(meta::livez))
-        .route("/readyz", get(meta::readyz))
-        .route("/v1/limits", get(meta::limits))
-        .route("/schema/scene.json", get(meta::schema))
-        .route("/problems/{slug}", get(meta::problem_page));
-    work.merge(about)
+    let (router, _) = documented().split_for_parts();
+    router
         .fallback(meta::not_found)
         .method_not_allowed_fallback(meta::method_not_allowed)
         .layer(
             ServiceBuilder::new()
+                .layer(from_fn_with_state(Arc::clone(&service), access::cors))
                 .layer(from_fn_with_state(Arc::clone(&service), envelope::envelope))
                 .layer(CatchPanicLayer::custom(panicked))
+                .layer(from_fn_with_state(Arc::clone(&service), access::identify))
                 // Bodies are read by `body::read`, which has limits of its own.
                 .layer(DefaultBodyLimit::disable()),
         )
         .with_state(service)
+}
+
+/// Every path, with its place in the contract.
+pub(super) fn documented() -> OpenApiRouter<App> {
+    let render = OpenApiRouter::with_openapi(Shared::openapi())
+        .routes(routes!(picture::whole))
+        .routes(routes!(picture::tile))
+        .routes(routes!(rays::rays))
+        .routes(routes!(questions::tree))
+        .routes(routes!(questions::explanation))
+        .routes(routes!(tradeoff::tradeoff))
+        .routes(routes!(questions::validate))
+        .route_layer(from_fn(needs(Scope::Render)));
+    let read = OpenApiRouter::new().routes(routes!(access::mint)).route_layer(from_fn(needs(Scope::Read)));
+    let about = OpenApiRouter::new()
+        .routes(routes!(meta::livez))
+        .routes(routes!(meta::readyz))
+        .routes(routes!(meta::limits))
+        .routes(routes!(meta::schema))
+        .routes(routes!(meta::openapi))
+        .routes(routes!(meta::problem_page));
+    render.merge(read).merge(about)
+}
+
+/// Lets those through whose key allows such a thing.
+fn needs(scope: Scope) -> impl Fn(Request, Next) -> BoxFuture<Result<Response, Problem>> + Clone {
+    move |request, next| Box::pin(access::require(scope, request, next))
 }
 
 /// A handler panicked (jobs are caught in the queue). The panic itself has been written to standard error.
