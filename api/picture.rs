@@ -3,9 +3,10 @@
 use crate::ready::{Loading, Ready};
 use crate::report::{Cost, ErrorBounds, Phases, Proved, Replay, Report};
 use crate::workers::Workers;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use strahl::film::{Codes, FileFormat, Region};
-use strahl::render::{Cancelled, Control, render};
+use strahl::render::{Cancelled, Control, Progress, Stop, render, render_until};
+use strahl::scene::description::{Accuracy, Rays, RenderSettings, Time};
 
 /// A picture file and what it cost.
 #[derive(Debug)]
@@ -30,7 +31,14 @@ pub(crate) fn make(
     let scene = &ready.scene;
     // The codes are made in the same turn on the pool; the file takes one thread, while the pool goes on.
     let (picture, codes, proved, coding_ms) = workers.work(|| {
-        let picture = render(scene, region, control)?;
+        let picture = match ready.render.accuracy() {
+            Accuracy::Time(Time { ms }) => {
+                let end = started + Duration::from_secs_f64((ms - file_ms(region, format)).max(0.0) / 1e3);
+                render_until(scene, region, control, Stop::At(end))?
+            }
+            Accuracy::Rays(Rays { count }) => render_until(scene, region, control, Stop::Rays(count))?,
+            Accuracy::Fixed(_) | Accuracy::Proved(_) => render(scene, region, control)?,
+        };
         let coding = Instant::now();
         let codes = Codes::new(&picture.film, format);
         let proved = Proved::about(&picture, scene);
@@ -52,17 +60,32 @@ pub(crate) fn make(
         camera_hits: picture.rays.camera_hits,
         refined: picture.refined,
         threads: workers.threads(),
+        progress: picture.progress,
+    };
+    // A picture that a clock has stopped is made again by its rays.
+    let render = match picture.progress {
+        Some(Progress { count, .. }) => RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render },
+        None => ready.render,
     };
     let replay = Replay {
         version: env!("CARGO_PKG_VERSION"),
         image: [scene.width, scene.height],
         region,
-        render: ready.render,
+        render,
         two_sided: ready.two_sided,
         spd_counts: ready.spd_counts,
     };
     let error = ErrorBounds { proved, estimated: None, measured: None };
     Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error, replay } })
+}
+
+/// Milliseconds that a region takes from its last ray to the end of its file, generously.
+fn file_ms(region: Region, format: FileFormat) -> f64 {
+    let nanoseconds = match format {
+        FileFormat::Png8 => 16.0,
+        _ => 100.0,
+    };
+    0.5 + region.pixels() as f64 * nanoseconds * 1e-6
 }
 
 /// Milliseconds since an instant.

@@ -4,7 +4,7 @@ use serde::Serialize;
 use strahl::accuracy::Proof;
 use strahl::film::Region;
 use strahl::plan::Plan;
-use strahl::render::{Picture, RayCounts, Refined};
+use strahl::render::{Picture, Progress, RayCounts, Refined};
 use strahl::scene::Scene;
 use strahl::scene::ceiling::Reach;
 use strahl::scene::description::RenderSettings;
@@ -37,6 +37,9 @@ pub(crate) struct Cost {
     pub(crate) refined: Refined,
     /// Threads of the pool.
     pub(crate) threads: usize,
+    /// How far a picture came that had to stop: in the modes time and rays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) progress: Option<Progress>,
 }
 
 /// Milliseconds by phase, in order.

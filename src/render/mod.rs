@@ -1,5 +1,7 @@
 //! One picture: tiles on the current rayon pool, with progress and cancellation.
 
+mod progressive;
+
 use crate::camera::{Camera, Window};
 use crate::film::srgb::{Codes8, code8};
 use crate::film::{Film, Region};
@@ -19,6 +21,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
+
+pub use progressive::{Progress, Stop};
 
 /// Part of the names under which pictures are cached: to be raised with every change that may change a pixel of any
 /// picture, which golden pictures notice.
@@ -92,6 +96,8 @@ pub struct Picture {
     pub rays: RayCounts,
     /// What antialiasing added.
     pub refined: Refined,
+    /// How far a picture came that had to stop at some point.
+    pub progress: Option<Progress>,
     /// Milliseconds of wall time spent tracing.
     pub trace_ms: f64,
 }
@@ -140,6 +146,17 @@ pub fn render_cut(scene: &Scene, region: Region, control: &Control, cut: Cut) ->
 /// that crop of the whole window's picture, byte for byte.
 pub fn render_window(scene: &Scene, window: &Window, region: Region, control: &Control) -> Result<Picture, Cancelled> {
     render_seen(scene, window, region, control, Cut::default())
+}
+
+/// Renders as much of a region as a time or a number of rays allows, in an order that makes the best of it; it must fit
+/// ([`Region::fits`]). Every pixel of the picture shows something.
+pub fn render_until(scene: &Scene, region: Region, control: &Control, stop: Stop) -> Result<Picture, Cancelled> {
+    let start = Instant::now();
+    let picture = match &scene.world {
+        Precise::Single(world) => Renderer::new(scene, world, control, Cut::default()).progressive(region, stop)?,
+        Precise::Double(world) => Renderer::new(scene, world, control, Cut::default()).progressive(region, stop)?,
+    };
+    Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
 }
 
 fn render_seen(
@@ -477,7 +494,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         let [full_width, full_height] = self.size;
         let film = Film { region, full_width, full_height, pixels: pixels.par_iter().map(|p| p.shown).collect() };
         let highest = pixels.par_iter().map(|p| p.highest).collect();
-        Picture { film, highest, rays, refined, trace_ms: 0.0 }
+        Picture { film, highest, rays, refined, progress: None, trace_ms: 0.0 }
     }
 
     /// The base samples of a region, row by row.
