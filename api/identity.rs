@@ -64,6 +64,7 @@ fn id(kind: &str, hash: Sha256) -> String {
 /// Objects and definitions, which may be large, go out as they are; the rest goes through a map, which sorts its keys.
 fn write_canonical(description: &mut Description, to: &mut impl Write) -> io::Result<()> {
     description.schema = None;
+    description.render = description.render.resolved();
     let objects = std::mem::take(&mut description.objects);
     let definitions = std::mem::take(&mut description.definitions);
     let written = serde_json::to_value(&*description).map_err(io::Error::from).and_then(|rest| {
@@ -148,7 +149,10 @@ mod tests {
             (SCENE.replace(['\n', ' '], ""), "white space"),
             (SCENE.replace(r#""version": 1,"#, r#""version": 1, "$schema": "somewhere","#), "where the schema lies"),
             (
-                SCENE.replace(r#""version": 1,"#, r#""render": { "max_depth": 10 }, "version": 1,"#),
+                SCENE.replace(
+                    r#""version": 1,"#,
+                    r#""render": { "accuracy": { "proved": { "max_codes": 1 } } }, "version": 1,"#,
+                ),
                 "a default written down",
             ),
             (

@@ -3,9 +3,10 @@
 use crate::ready::{Loading, Ready};
 use crate::report::{Cost, ErrorBounds, Phases, Proved, Replay, Report};
 use crate::workers::Workers;
+use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::film::{Codes, FileFormat, Region};
-use strahl::render::{Cancelled, Control, Progress, Stop, render, render_until};
+use strahl::render::{Cancelled, Control, Picture, Progress, Stop, render, render_until};
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Time};
 
 /// A picture file and what it cost.
@@ -44,8 +45,24 @@ pub(crate) fn make(
         let proved = Proved::about(&picture, scene);
         Ok((picture, codes, proved, milliseconds(coding)))
     })?;
+    // A picture that a clock has stopped is made again by its rays.
+    let render = match picture.progress {
+        Some(Progress { count, .. }) => {
+            RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render }
+        }
+        None => ready.render,
+    };
+    let replay = Replay {
+        version: env!("CARGO_PKG_VERSION"),
+        image: [scene.width, scene.height],
+        region,
+        render,
+        two_sided: ready.two_sided,
+        spd_counts: ready.spd_counts,
+    };
+    let error = ErrorBounds { proved, estimated: None, measured: None };
     let writing = Instant::now();
-    let file = codes.file(&picture.film, format);
+    let file = codes.file_with(&picture.film, format, Some(&note(&picture, &error, &replay)));
     let phases = Phases {
         parse: loading.parse,
         plan: loading.plan,
@@ -62,21 +79,13 @@ pub(crate) fn make(
         threads: workers.threads(),
         progress: picture.progress,
     };
-    // A picture that a clock has stopped is made again by its rays.
-    let render = match picture.progress {
-        Some(Progress { count, .. }) => RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render },
-        None => ready.render,
-    };
-    let replay = Replay {
-        version: env!("CARGO_PKG_VERSION"),
-        image: [scene.width, scene.height],
-        region,
-        render,
-        two_sided: ready.two_sided,
-        spd_counts: ready.spd_counts,
-    };
-    let error = ErrorBounds { proved, estimated: None, measured: None };
     Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error, replay } })
+}
+
+/// What the file says about its picture: of the cost report all that does not depend on the machine, since the same request
+/// gives the same bytes everywhere.
+fn note(picture: &Picture, error: &ErrorBounds, replay: &Replay) -> String {
+    json!({ "rays": picture.rays, "error": error, "replay": replay }).to_string()
 }
 
 /// Milliseconds that a region takes from its last ray to the end of its file, generously.

@@ -43,11 +43,7 @@ impl From<Loaded> for Ready {
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
         let plan = Plan::new(&mut description, &scene);
         // What the scene calls for decides the number it does not name.
-        let render = RenderSettings {
-            samples: Some(scene.samples),
-            accuracy: Some(description.render.accuracy()),
-            ..description.render
-        };
+        let render = RenderSettings { samples: Some(scene.samples), ..description.render.resolved() };
         Self { plan, render, scene, two_sided, spd_counts, loading }
     }
 }

@@ -1,6 +1,7 @@
 //! What a picture cost: the same JSON on `--stats`, and behind the headers of an answer.
 
 use serde::Serialize;
+use std::fmt::Write;
 use strahl::accuracy::Proof;
 use strahl::film::Region;
 use strahl::plan::Plan;
@@ -91,6 +92,22 @@ pub(crate) struct Proved {
 }
 
 impl Proved {
+    /// As a structured field (RFC 9651): `proved=1, identical=0.982, depth=10`, with `depth` where the reference has one;
+    /// `proved=?0` where there is no bound.
+    pub(crate) fn header(&self) -> String {
+        let mut field = match &self.proof {
+            // Rounded down, so that 1 means all.
+            Some(Proof { max_codes, identical_fraction, .. }) => {
+                format!("proved={max_codes}, identical={:.3}", (identical_fraction * 1e3).floor() / 1e3)
+            }
+            None => "proved=?0".to_owned(),
+        };
+        if let Some(depth) = self.reach.max_depth {
+            let _ = write!(field, ", depth={depth}");
+        }
+        field
+    }
+
     /// What is proved about a picture.
     pub(crate) fn about(picture: &Picture, scene: &Scene) -> Self {
         let reach = scene.ceiling().reach.clone();

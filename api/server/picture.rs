@@ -123,6 +123,7 @@ fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64, kept: boo
         "camera={}, shadow={}, reflected={}, transmitted={}",
         rays.camera, rays.shadow, rays.reflected, rays.transmitted
     );
+    let proved = report.error.proved.header();
     let on: Vec<_> = report.plan.explanation.names_on().collect();
     let mut headers = HeaderMap::new();
     for (header, value) in [
@@ -130,6 +131,7 @@ fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64, kept: boo
         (header::CONTENT_DISPOSITION, format!("inline; filename=\"picture.{name}\"")),
         (header::VARY, "Accept".to_owned()),
         (HeaderName::from_static("server-timing"), timing.join(", ")),
+        (HeaderName::from_static("render-error"), proved),
         (HeaderName::from_static("render-rays"), rays),
         (HeaderName::from_static("render-plan"), on.join(", ")),
     ] {

@@ -3,7 +3,7 @@
 mod progressive;
 
 use crate::camera::{Camera, Window};
-use crate::film::srgb::{Codes8, code8};
+use crate::film::srgb::code8;
 use crate::film::{Film, Region};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch};
 use crate::plan::effects::{Clear, Detailed, DetailedMirrors, Effects, Everything, Local, Mirrors, Specialised};
@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::Medium;
-use crate::trace::certificate::ends;
+use crate::trace::certificate::{ends, raised};
 use crate::trace::enclosing::media_at;
 use crate::trace::hits::Hits;
 use crate::trace::kernel::Tracer;
@@ -26,7 +26,7 @@ pub use progressive::{Progress, Stop};
 
 /// Part of the names under which pictures are cached: to be raised with every change that may change a pixel of any
 /// picture, which golden pictures notice.
-pub const RENDER_EPOCH: u32 = 1;
+pub const RENDER_EPOCH: u32 = 2;
 
 /// Shared between a render and whoever watches it.
 #[derive(Debug, Default)]
@@ -324,19 +324,11 @@ impl Pixel {
         match pruning {
             Pruning::Weight(_) => Self { shown, highest },
             Pruning::Proved { max_codes } => {
-                let shown = std::array::from_fn(|c| between(shown[c], ends[c], max_codes));
+                let shown = std::array::from_fn(|c| narrow(sum[c] + raised(sum[c], ends[c], max_codes)));
                 Self { shown, highest }
             }
         }
     }
-}
-
-/// What stands for a channel between two ends: its sum, or, where that may be more than `max_codes` off and a larger value is
-/// not, the least such value.
-fn between(sum: f32, [low, high]: [f32; 2], max_codes: u8) -> f32 {
-    let codes = Codes8::get();
-    let (least, most) = (codes.code(low), codes.code(high));
-    if (max_codes + 1..=2 * max_codes).contains(&(most - least)) { codes.least(most - max_codes).max(sum) } else { sum }
 }
 
 /// A channel of the film.

@@ -6,7 +6,9 @@
 //! So it is a function of how many parcels count, and of the rays in them: a number of rays makes the same picture again, on
 //! any machine and any number of threads.
 
-use super::{Cancelled, Job, Kernel, Picture, Pixel, REFINED_SAMPLES, RayCounts, Refined, Renderer, Traced, is_uneven, refines};
+use super::{
+    Cancelled, Job, Kernel, Picture, Pixel, REFINED_SAMPLES, RayCounts, Refined, Renderer, Traced, is_uneven, refines,
+};
 use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};
 use crate::scene::world::Pruning;
@@ -156,7 +158,8 @@ impl<R: Kernel> Renderer<'_, R> {
             let there = stage.pixels.iter().filter(|at| canvas.samples[canvas.index(**at)] > 0).count();
             there as u64 * u64::from(stage.samples)
         };
-        let samples: u64 = (number + 1..4).filter(|later| *later >= 2).map(|later| traced(self.stage(later, canvas))).sum();
+        let samples: u64 =
+            (number + 1..4).filter(|later| *later >= 2).map(|later| traced(self.stage(later, canvas))).sum();
         (samples as f64 * share) as u64
     }
 

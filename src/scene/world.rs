@@ -4,8 +4,8 @@ use crate::accel::{Blockers, Geometry, Owner};
 use crate::camera::Camera;
 use crate::lanes::Real;
 use crate::scene::called::Called;
-use crate::scene::ceiling::Ceiling;
-use crate::scene::description::{Accuracy, Proved};
+use crate::scene::ceiling::{Ceiling, Reach};
+use crate::scene::description::{Accuracy, Proved, RenderSettings};
 use crate::shading::environment::Environment;
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;
@@ -90,6 +90,21 @@ pub struct Rules {
     /// Trace what the Standard Procedural Databases count, needed or not: a reflected ray from every transmitting
     /// surface, and a shadow ray wherever the geometric normal faces the light (SPD Readme, "Testing Procedures").
     pub spd_counts: bool,
+}
+
+impl Rules {
+    /// Sets what depends on how bright the scene can be.
+    pub(crate) fn finish(&mut self, render: &RenderSettings, reach: &Reach) {
+        if self.pruning == Pruning::Weight(render.fixed_weight()) {
+            return;
+        }
+        if reach.ceiling == Some([0.0; 3]) {
+            // Where nothing shines no ray matters; whoever looks at its rays wants to see some.
+            self.pruning = Pruning::Weight(render.fixed_weight());
+        } else if reach.max_depth.is_none() && render.max_depth.is_none() {
+            self.max_depth = ENDLESS;
+        }
+    }
 }
 
 impl<R: Real> World<R> {

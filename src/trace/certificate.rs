@@ -302,8 +302,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
             for [low, high] in ends {
                 let codes = Codes8::get();
                 let apart = codes.code(high) - codes.code(low);
-                // With an even number of codes in between the middle one is at most half as far from both ends.
-                proved &= apart <= 2 * max_codes;
+                proved &= apart <= max_codes + raise(low, max_codes);
             }
             for c in 0..3 {
                 let (rest, sum) = (rest.lane(lane)[c].to_f64(), sum.lane(lane)[c].to_f64());
@@ -340,6 +339,30 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
             }
         }
     }
+}
+
+/// How many codes a channel may be shown above its lower end: with as many codes in between, the middle one is not further
+/// from either. Black stays black.
+pub(crate) fn raise(low: f32, max_codes: u8) -> u8 {
+    if low > 0.0 { max_codes } else { 0 }
+}
+
+/// What is added to the sum of a channel before it is shown: enough that it is at most `max_codes` off, where that can be
+/// had; else nothing.
+#[inline(always)]
+pub(crate) fn raised<R: Real>(sum: R, [low, high]: [f32; 2], max_codes: u8) -> R {
+    let codes = Codes8::get();
+    let (least, most) = (codes.code(low), codes.code(high));
+    let apart = most - least;
+    if apart <= max_codes || apart > max_codes + raise(low, max_codes) {
+        return R::default();
+    }
+    let mut more = R::from_f64((f64::from(codes.least(most - max_codes)) - sum.to_f64()).max(0.0));
+    // Adding rounds.
+    while codes.code((sum + more).to_f64() as f32) < most - max_codes {
+        more = more + more * R::from_f64(2.0 * R::ROUNDOFF) + R::from_f64(f64::from(f32::MIN_POSITIVE));
+    }
+    more
 }
 
 /// The two ends of each channel of a pixel, rounded outwards.

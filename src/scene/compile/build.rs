@@ -17,7 +17,7 @@ use crate::scene::ceiling::Ceiling;
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
 use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
-use crate::scene::world::{ENDLESS, Pruning, Rules, World};
+use crate::scene::world::{Pruning, Rules, World};
 use crate::shading::environment::Environment;
 use crate::shading::fog::{Fog, Height};
 use crate::shading::light::Light;
@@ -91,12 +91,7 @@ pub(super) fn build<R: Real>(
         ceiling: Ceiling::endless([0.0; 3], String::new(), Vec::new()),
     };
     world.ceiling = ceiling(description, &world);
-    if world.ceiling.reach.max_depth.is_none()
-        && render.max_depth.is_none()
-        && world.rules.pruning != Pruning::Weight(render.fixed_weight())
-    {
-        world.rules.max_depth = ENDLESS;
-    }
+    world.rules.finish(render, &world.ceiling.reach);
     (world, Built { sources: builder.sources, expanded })
 }
 

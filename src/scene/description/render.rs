@@ -139,6 +139,19 @@ impl RenderSettings {
         }
     }
 
+    /// The same settings, with what they leave open written down.
+    #[must_use]
+    pub fn resolved(self) -> Self {
+        let accuracy = self.accuracy();
+        let fixed = matches!(accuracy, Accuracy::Fixed(_));
+        Self {
+            accuracy: Some(accuracy),
+            max_depth: if fixed { Some(self.fixed_depth()) } else { self.max_depth },
+            min_weight: fixed.then(|| self.fixed_weight()),
+            ..self
+        }
+    }
+
     /// The longest chain of rays that the fixed mode follows.
     pub fn fixed_depth(&self) -> u32 {
         self.max_depth.unwrap_or(DEFAULT_MAX_DEPTH)

@@ -124,7 +124,7 @@ fn broken_rest() {
                  {\"linear\": {...}} [WrongType]",
         ),
         (
-            "\"render\": {\"accuracy\": {\"proved\": {\"max_codes\": 1}}, \"shadows\": \"soft\", \"antialias\": \"true\"}",
+            "\"render\": {\"accuracy\": {\"guessed\": {\"max_codes\": 1}}, \"shadows\": \"soft\", \"antialias\": \"true\"}",
             "line 7, column 25: /render/accuracy/proved: the accuracy mode \"proved\" is not available in this version; the \
                  only kind is \"fixed\" [Unsupported]\n\
                  line 7, column 65: /render/shadows: no such shadow mode \"soft\"; write \"opaque\", \"transmissive\" or \
