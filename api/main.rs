@@ -6,11 +6,13 @@ mod failure;
 mod folder;
 mod input;
 mod picture;
+mod pieces;
 mod rays;
 mod ready;
 mod report;
 mod server;
 mod tradeoff;
+mod turns;
 mod workers;
 
 use clap::Parser;

@@ -20,7 +20,7 @@ mod stall;
 mod tradeoff;
 
 use crate::cli::ServeArgs;
-use crate::commands::start_workers;
+use crate::commands::start_pool;
 use crate::failure::Failure;
 use crate::folder::Folder;
 use drain::{Drain, StopSignals};
@@ -66,13 +66,13 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
     let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(false);
     tracing_subscriber::registry().with(lines).with(filter).init();
 
-    let workers = start_workers(args.threads)?;
+    let pool = start_pool(args.threads)?;
     let limits = Limits::new(args);
     let textures = args.textures.as_deref().map(|path| {
         Folder::open(path).map_err(|error| Failure::Usage(format!("--textures {}: {error}", path.display())))
     });
     let service = Arc::new(Service {
-        queue: Queue::new(workers, args.queue, args.timeout),
+        queue: Queue::new(pool, args.queue, args.timeout),
         scenes: Scenes::new(args.scene_cache_bytes, textures.transpose()?),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
         limits,

@@ -5,12 +5,13 @@ use super::body::Held;
 use super::negotiate;
 use super::parameters::{Parameters, outside};
 use super::problem::{Kind, Problem};
-use super::queue::{Done, Job};
+use super::queue::{Done, Job, seat_of};
 use super::scenes::Found;
 use super::{App, Service};
 use crate::picture::{self, Finished};
 use crate::ready::Ready;
 use crate::report::Report;
+use crate::turns::Lane;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -39,6 +40,7 @@ async fn answer(
     };
     let Asked { format, overrides, further: (region, file_format), body } =
         asked::read(&service, request, further).await?;
+    let seat = seat_of(if region.is_some() { Lane::Tiles } else { Lane::Renders });
     let render = {
         let service = Arc::clone(&service);
         move |job: &Job| {
@@ -49,7 +51,7 @@ async fn answer(
                 .map_err(|_| gone())
         }
     };
-    let Done { value: (Finished { file, report }, kept), queue_ms } = service.queue.run(render).await?;
+    let Done { value: (Finished { file, report }, kept), queue_ms } = service.queue.run(seat, render).await?;
     let headers = picture_headers(file_format, &report, queue_ms, kept);
     Ok((headers, Held::new(file, &service.memory).into_body()).into_response())
 }

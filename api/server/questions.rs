@@ -5,11 +5,12 @@ use super::body::Held;
 use super::parameters::{Parameters, outside};
 use super::picture::{find, gone};
 use super::problem::{Kind, Problem};
-use super::queue::Job;
+use super::queue::{Job, seat_of};
 use super::scenes::Found;
 use super::{App, Service};
 use crate::picture;
 use crate::ready::{Analyzed, Ready, planned};
+use crate::turns::Lane;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
@@ -68,7 +69,11 @@ pub(super) async fn tree(State(service): State<App>, request: Request) -> Result
         if x >= scene.width || y >= scene.height {
             return Err(outside(&format!("the pixel x={x}, y={y}"), scene.width, scene.height));
         }
-        let tree = job.workers.work(|| trace_pixel_while(scene, x, y, &job.control)).map_err(|_| gone())?;
+        let tree = job
+            .workers
+            .work(|| trace_pixel_while(scene, x, y, &job.control))
+            .and_then(|tree| tree)
+            .map_err(|_| gone())?;
         match tree_format {
             TreeFormat::Json => to_json(&tree),
             TreeFormat::Dot => Ok(("text/vnd.graphviz", tree.to_dot().into_bytes())),
@@ -118,7 +123,7 @@ pub(super) async fn ask<P: Send + 'static>(
         let service = Arc::clone(&service);
         move |job: &Job| answer(&service, job, body.as_ref(), format, &overrides, further)
     };
-    let (media_type, bytes) = service.queue.run(work).await?.value;
+    let (media_type, bytes) = service.queue.run(seat_of(Lane::Renders), work).await?.value;
     let body = Held::new(bytes, &service.memory).into_body();
     Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
 }
