@@ -1,14 +1,17 @@
 //! The `strahl` command: reads the arguments, runs one command, turns its failure into a message and an exit code.
 
+mod blobs;
 mod cli;
 mod commands;
 mod failure;
 mod folder;
+mod identity;
 mod input;
 mod picture;
 mod pieces;
 mod rays;
 mod ready;
+mod recent;
 mod report;
 mod server;
 mod tradeoff;

@@ -19,6 +19,10 @@ use serde::Serialize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
+/// Part of the names under which pictures are cached: to be raised with every change that may change a pixel of any
+/// picture, which golden pictures notice.
+pub const RENDER_EPOCH: u32 = 1;
+
 /// Shared between a render and whoever watches it.
 #[derive(Debug, Default)]
 pub struct Control {

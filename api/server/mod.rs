@@ -17,6 +17,7 @@ mod rays;
 mod routes;
 mod scenes;
 mod stall;
+mod tenant;
 mod tradeoff;
 
 use crate::cli::ServeArgs;

@@ -1,10 +1,11 @@
 //! Every path of the service.
 
 use super::problem::{Kind, Problem};
+use super::tenant::Tenant;
 use super::{App, envelope, meta, picture, questions, rays, tradeoff};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
-use axum::middleware::from_fn_with_state;
+use axum::middleware::{from_fn_with_state, map_request};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use std::any::Any;
@@ -35,6 +36,7 @@ pub(super) fn routes(service: App) -> Router {
             ServiceBuilder::new()
                 .layer(from_fn_with_state(Arc::clone(&service), envelope::envelope))
                 .layer(CatchPanicLayer::custom(panicked))
+                .layer(map_request(async |request| Tenant::identify(request)))
                 // Bodies are read by `body::read`, which has limits of its own.
                 .layer(DefaultBodyLimit::disable()),
         )

@@ -1,0 +1,117 @@
+//! Values by key within a number of bytes; the one asked for longest ago goes first.
+
+#![allow(dead_code, reason = "the caches, which use it, come next")]
+
+use lru::LruCache;
+use std::borrow::Borrow;
+use std::hash::Hash;
+use std::sync::{Mutex, PoisonError};
+
+/// The values. Those that are shared are cheap to clone, as an `Arc` or `Bytes` is.
+#[derive(Debug)]
+pub(crate) struct Recent<K: Hash + Eq, V> {
+    /// Bytes they may take together; 0 keeps none.
+    budget: u64,
+    kept: Mutex<Kept<K, V>>,
+}
+
+#[derive(Debug)]
+struct Kept<K: Hash + Eq, V> {
+    values: LruCache<K, (V, u64)>,
+    bytes: u64,
+}
+
+impl<K: Hash + Eq, V: Clone> Recent<K, V> {
+    /// No values yet, and later as many as fit.
+    pub(crate) fn new(budget: u64) -> Self {
+        Self { budget, kept: Mutex::new(Kept { values: LruCache::unbounded(), bytes: 0 }) }
+    }
+
+    /// The value of a key, which is then the one asked for last.
+    pub(crate) fn get<Q: Hash + Eq + ?Sized>(&self, key: &Q) -> Option<V>
+    where
+        K: Borrow<Q>,
+    {
+        self.lock().values.get(key).map(|(value, _)| value.clone())
+    }
+
+    /// Keeps a value that takes so many bytes, and returns the keys of those that had to go for it. A value larger than
+    /// the whole budget is not kept and throws nothing out.
+    pub(crate) fn put(&self, key: K, value: V, bytes: u64) -> Vec<K> {
+        if bytes > self.budget {
+            return Vec::new();
+        }
+        let mut kept = self.lock();
+        kept.bytes += bytes;
+        // Two requests may have made the same value at the same time.
+        let same = kept.values.put(key, (value, bytes));
+        kept.bytes -= same.as_ref().map_or(0, |(_, bytes)| *bytes);
+        let mut gone = Vec::new();
+        while kept.bytes > self.budget
+            && let Some((key, (value, bytes))) = kept.values.pop_lru()
+        {
+            kept.bytes -= bytes;
+            gone.push((key, value));
+        }
+        // Giving back the memory of a large value takes its time, and others wait for the lock.
+        drop(kept);
+        drop(same);
+        gone.into_iter().map(|(key, _)| key).collect()
+    }
+
+    /// Forgets a value; whether there was one.
+    pub(crate) fn remove<Q: Hash + Eq + ?Sized>(&self, key: &Q) -> bool
+    where
+        K: Borrow<Q>,
+    {
+        let mut kept = self.lock();
+        let gone = kept.values.pop(key);
+        kept.bytes -= gone.as_ref().map_or(0, |(_, bytes)| *bytes);
+        drop(kept);
+        gone.is_some()
+    }
+
+    /// All keys, in no order.
+    pub(crate) fn keys(&self) -> Vec<K>
+    where
+        K: Clone,
+    {
+        self.lock().values.iter().map(|(key, _)| key.clone()).collect()
+    }
+
+    /// Bytes that are kept.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.lock().bytes
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Kept<K, V>> {
+        // A panic between two lines of this file leaves at worst a count that is too high.
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_value_asked_for_longest_ago_goes_first() {
+        let recent = Recent::new(2);
+        assert!(recent.put("a", 1, 1).is_empty() && recent.put("b", 2, 1).is_empty());
+        assert_eq!(recent.get("a"), Some(1));
+        assert_eq!(recent.put("c", 3, 1), ["b"]);
+        assert_eq!(["a", "b", "c"].map(|key| recent.get(key)), [Some(1), None, Some(3)]);
+        recent.put("c", 4, 1);
+        assert_eq!((recent.get("c"), recent.bytes()), (Some(4), 2), "a value made twice counts once");
+        assert!(recent.remove("c") && !recent.remove("c"));
+        assert_eq!(recent.bytes(), 1);
+    }
+
+    #[test]
+    fn a_value_larger_than_the_budget_throws_nothing_out() {
+        let recent = Recent::new(2);
+        recent.put("small", (), 1);
+        recent.put("large", (), 3);
+        assert_eq!(["small", "large"].map(|key| recent.get(key)), [Some(()), None]);
+    }
+}

@@ -1,0 +1,107 @@
+//! Who asks: the tenant a request belongs to, what it may do, and how much of it.
+//!
+//! A middleware puts an `Arc<Tenant>` into each request's extensions; [`Tenant::of`] takes it out. Without keys everybody
+//! is the tenant "anonymous" and may do everything.
+
+#![allow(dead_code, reason = "the scheduler and the keys, which use the rest, come next")]
+
+use axum::extract::Request;
+use axum::http::Extensions;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A kind of thing that a key may allow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Scope {
+    /// Send scenes and get an answer at once: pictures, tiles, rays, trees, plans, trade-offs.
+    Render,
+    /// Submit, change and cancel jobs.
+    Jobs,
+    /// Look at what is there: jobs, events, previews, pictures, tiles of known scenes.
+    Read,
+    /// What concerns the service as a whole.
+    Admin,
+}
+
+impl Scope {
+    /// All of them.
+    pub(crate) const ALL: [Self; 4] = [Self::Render, Self::Jobs, Self::Read, Self::Admin];
+
+    /// Its name, as key files and errors have it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Render => "render",
+            Self::Jobs => "jobs",
+            Self::Read => "read",
+            Self::Admin => "admin",
+        }
+    }
+}
+
+/// How much a tenant may have at one time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Quotas {
+    /// Jobs that wait or run.
+    pub(crate) jobs: u32,
+    /// Open event streams.
+    pub(crate) streams: u32,
+}
+
+impl Default for Quotas {
+    fn default() -> Self {
+        Self { jobs: 1_000, streams: 64 }
+    }
+}
+
+/// Who asks.
+#[derive(Debug)]
+pub(crate) struct Tenant {
+    /// What it is called: letters, digits, `-` and `_`.
+    pub(crate) name: String,
+    /// Its share of the machine beside other tenants' weights, at least 1.
+    pub(crate) weight: u32,
+    /// What this request's key allows.
+    pub(crate) scopes: Vec<Scope>,
+    /// How much it may have at one time.
+    pub(crate) quotas: Quotas,
+}
+
+impl Tenant {
+    /// Everybody, where there are no keys.
+    pub(crate) fn anonymous() -> Self {
+        Self { name: "anonymous".into(), weight: 1, scopes: Scope::ALL.to_vec(), quotas: Quotas::default() }
+    }
+
+    /// Whose request this is. Where no middleware has said so, nobody's: a tenant that may do nothing.
+    pub(crate) fn of(extensions: &Extensions) -> Arc<Self> {
+        extensions.get::<Arc<Self>>().map_or_else(
+            || Arc::new(Self { name: "nobody".into(), weight: 1, scopes: Vec::new(), quotas: Quotas::default() }),
+            Arc::clone,
+        )
+    }
+
+    /// Puts the tenant into a request, for [`Tenant::of`].
+    pub(crate) fn identify(mut request: Request) -> Request {
+        request.extensions_mut().insert(Arc::new(Self::anonymous()));
+        request
+    }
+
+    /// Whether its key allows this.
+    pub(crate) fn may(&self, scope: Scope) -> bool {
+        self.scopes.contains(&scope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_anonymous_may_do_everything_and_nobody_nothing() {
+        let mut extensions = Extensions::new();
+        assert!(Scope::ALL.iter().all(|scope| !Tenant::of(&extensions).may(*scope)));
+        extensions.insert(Arc::new(Tenant::anonymous()));
+        assert!(Scope::ALL.iter().all(|scope| Tenant::of(&extensions).may(*scope)));
+    }
+}
