@@ -13,6 +13,8 @@ use strahl::scene::Scene;
 const TURN: Duration = Duration::from_millis(100);
 /// Edge of the first piece, and the least height of others.
 const EDGE: u32 = 64;
+/// Sides are multiples of the edge of the renderer's own tiles.
+const STEP: u32 = 32;
 /// Pieces are this many times as large as the one before at most: its pixels may have been cheap ones.
 const GROWTH: f64 = 8.0;
 
@@ -102,7 +104,7 @@ impl Cut {
     fn next(&mut self) -> Region {
         let Self { region, top, height, left, .. } = *self;
         let left_over = region.width - left;
-        let width = round_up(self.pixels / f64::from(height)).min(left_over);
+        let width = ((self.pixels / f64::from(height)) as u32).max(1).next_multiple_of(STEP).min(left_over);
         self.left += width;
         if self.left == region.width {
             (self.top, self.left) = (top + height, 0);
@@ -115,19 +117,15 @@ impl Cut {
         let in_time = pixels * TURN.as_secs_f64() / time.as_secs_f64().max(1e-9);
         self.pixels = in_time.min(pixels * GROWTH);
         if self.left == 0 {
-            let rows = round_up(self.pixels / f64::from(self.region.width)).max(EDGE);
-            self.height = rows.min(self.region.height - self.top);
+            // Rounded down, or the piece would not reach from side to side.
+            let rows = (self.pixels / f64::from(self.region.width)) as u32 / STEP * STEP;
+            self.height = rows.max(EDGE).min(self.region.height - self.top);
         }
     }
 
     fn is_done(&self) -> bool {
         self.top == self.region.height
     }
-}
-
-/// A multiple of the edge of the renderer's own tiles.
-fn round_up(pixels: f64) -> u32 {
-    (pixels as u32).max(1).next_multiple_of(32)
 }
 
 #[cfg(test)]

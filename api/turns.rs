@@ -75,7 +75,7 @@ struct State {
     /// Numbers of members and waiters.
     count: u64,
     lanes: [Share; 3],
-    tenants: HashMap<(Lane, Arc<str>), Share>,
+    tenants: [HashMap<Arc<str>, Share>; 3],
     /// What those had had who were served last: of all lanes, and of the tenants of each.
     lanes_now: f64,
     tenants_now: [f64; 3],
@@ -119,7 +119,7 @@ impl Turns {
         let State { lanes, tenants, lanes_now, tenants_now, .. } = &mut *state;
         let lane = seat.lane as usize;
         lanes[lane].join(*lanes_now);
-        tenants.entry((seat.lane, Arc::clone(&seat.tenant))).or_default().join(tenants_now[lane]);
+        tenants[lane].entry(Arc::clone(&seat.tenant)).or_default().join(tenants_now[lane]);
         let number = state.number();
         Member { turns: self.clone(), seat, joined: Instant::now(), number }
     }
@@ -156,7 +156,7 @@ impl State {
             .into_iter()
             .filter(|lane| self.waiting.iter().any(|waiter| waiter.seat.lane == *lane))
             .min_by(|a, b| first(self.lanes[*a as usize].had, self.lanes[*b as usize].had))?;
-        let had = |tenant: &Arc<str>| self.tenants.get(&(lane, Arc::clone(tenant))).map_or(0.0, |share| share.had);
+        let had = |tenant: &Arc<str>| self.tenants[lane as usize].get(tenant).map_or(0.0, |share| share.had);
         let in_lane = || self.waiting.iter().enumerate().filter(|(_, waiter)| waiter.seat.lane == lane);
         let tenant = in_lane().map(|(_, waiter)| &waiter.seat.tenant).min_by(|a, b| first(had(a), had(b)))?;
         let (next, _) =
@@ -169,7 +169,7 @@ impl State {
     fn charge(&mut self, turn: &Turn) {
         let milliseconds = turn.began.elapsed().as_secs_f64() * 1e3;
         self.lanes[turn.lane as usize].had += milliseconds;
-        if let Some(share) = self.tenants.get_mut(&(turn.lane, Arc::clone(&turn.tenant))) {
+        if let Some(share) = self.tenants[turn.lane as usize].get_mut(&turn.tenant) {
             share.had += milliseconds / f64::from(turn.weight.max(1));
         }
     }
@@ -249,15 +249,15 @@ impl Member {
 impl Drop for Member {
     fn drop(&mut self) {
         let mut state = self.turns.state();
-        let Seat { lane, tenant, .. } = &self.seat;
-        let (lane, tenant) = (*lane, Arc::clone(tenant));
-        state.lanes[lane as usize].members -= 1;
-        if let Some(share) = state.tenants.get_mut(&(lane, tenant)) {
+        let lane = self.seat.lane as usize;
+        state.lanes[lane].members -= 1;
+        let now = state.tenants_now[lane];
+        let tenants = &mut state.tenants[lane];
+        if let Some(share) = tenants.get_mut(&self.seat.tenant) {
             share.members -= 1;
         }
-        if state.tenants.len() > REMEMBERED {
-            let now = state.tenants_now;
-            state.tenants.retain(|(lane, _), share| share.members > 0 || share.had > now[*lane as usize]);
+        if tenants.len() > REMEMBERED {
+            tenants.retain(|_, share| share.members > 0 || share.had > now);
         }
     }
 }
@@ -290,7 +290,7 @@ mod tests {
     use super::*;
     use std::thread;
 
-    const GOING_ON: &AtomicBool = &AtomicBool::new(false);
+    static GOING_ON: AtomicBool = AtomicBool::new(false);
 
     fn seat(lane: Lane, tenant: &str) -> Seat {
         Seat { lane, tenant: tenant.into(), weight: 1, priority: 50 }
@@ -300,18 +300,18 @@ mod tests {
     fn order(turns: &Turns, members: Vec<(Member, &'static str)>, each: usize) -> Vec<&'static str> {
         let served = Mutex::new(Vec::new());
         let first = turns.join(seat(Lane::Renders, "first"));
-        let held = first.turn_or(GOING_ON).unwrap();
+        let held = first.turn_or(&GOING_ON).unwrap();
         thread::scope(|scope| {
             let count = members.len();
             for (member, name) in members {
                 let served = &served;
                 scope.spawn(move || {
-                    let mut turn = member.turn_or(GOING_ON).unwrap();
+                    let mut turn = member.turn_or(&GOING_ON).unwrap();
                     for round in 1..=each {
                         served.lock().unwrap().push(name);
                         thread::sleep(Duration::from_millis(1));
                         if round < each {
-                            turn = member.pass(turn, GOING_ON).unwrap();
+                            turn = member.pass(turn, &GOING_ON).unwrap();
                         }
                     }
                 });
@@ -374,10 +374,10 @@ mod tests {
     fn who_has_been_away_has_saved_nothing() {
         let turns = Turns::default();
         let busy = turns.join(seat(Lane::Jobs, "busy"));
-        let mut turn = busy.turn_or(GOING_ON).unwrap();
+        let mut turn = busy.turn_or(&GOING_ON).unwrap();
         for _ in 0..20 {
             thread::sleep(Duration::from_millis(1));
-            turn = busy.pass(turn, GOING_ON).unwrap();
+            turn = busy.pass(turn, &GOING_ON).unwrap();
         }
         drop(turn);
         let members = vec![(busy, "busy"), (turns.join(seat(Lane::Jobs, "new")), "new")];
@@ -390,12 +390,12 @@ mod tests {
     fn who_stops_waiting_is_passed_over() {
         let turns = Turns::default();
         let [first, second, third] = [(); 3].map(|()| turns.join(seat(Lane::Jobs, "a")));
-        let held = first.turn_or(GOING_ON).unwrap();
+        let held = first.turn_or(&GOING_ON).unwrap();
         let given_up = AtomicBool::new(true);
         assert!(second.turn_or(&given_up).is_err());
         assert!(turns.state().waiting.is_empty());
         drop(held);
-        assert!(third.turn_or(GOING_ON).is_ok());
+        assert!(third.turn_or(&GOING_ON).is_ok());
     }
 
     #[tokio::test]

@@ -38,9 +38,9 @@ async fn answer(
     let further = |parameters: &mut Parameters, headers: &HeaderMap| {
         Ok((region(parameters), parameters.picture_format(headers)?))
     };
-    let Asked { format, overrides, further: (region, file_format), body } =
+    let Asked { format, overrides, further: (region, file_format), tenant, body } =
         asked::read(&service, request, further).await?;
-    let seat = seat_of(if region.is_some() { Lane::Tiles } else { Lane::Renders });
+    let seat = seat_of(&tenant, if region.is_some() { Lane::Tiles } else { Lane::Renders });
     let render = {
         let service = Arc::clone(&service);
         move |job: &Job| {

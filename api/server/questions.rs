@@ -118,12 +118,12 @@ pub(super) async fn ask<P: Send + 'static>(
     further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
     answer: impl FnOnce(&Service, &Job, &[u8], Format, &Overrides, P) -> Result<Answer, Problem> + Send + 'static,
 ) -> Result<Response, Problem> {
-    let Asked { format, overrides, further, body } = asked::read(&service, request, further).await?;
+    let Asked { format, overrides, further, tenant, body } = asked::read(&service, request, further).await?;
     let work = {
         let service = Arc::clone(&service);
         move |job: &Job| answer(&service, job, body.as_ref(), format, &overrides, further)
     };
-    let (media_type, bytes) = service.queue.run(seat_of(Lane::Renders), work).await?.value;
+    let (media_type, bytes) = service.queue.run(seat_of(&tenant, Lane::Renders), work).await?.value;
     let body = Held::new(bytes, &service.memory).into_body();
     Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
 }

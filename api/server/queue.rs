@@ -5,6 +5,7 @@
 //! only when the job has really ended.
 
 use super::problem::{Kind, Problem};
+use super::tenant::Tenant;
 use crate::picture::milliseconds;
 use crate::turns::{Lane, Seat};
 use crate::workers::{Pool, Workers};
@@ -43,9 +44,9 @@ pub(super) struct Job {
     pub(super) started: Instant,
 }
 
-/// Everybody's seat.
-pub(super) fn seat_of(lane: Lane) -> Seat {
-    Seat { lane, tenant: "anonymous".into(), weight: 1, priority: 50 }
+/// A tenant's seat for what it waits for.
+pub(super) fn seat_of(tenant: &Tenant, lane: Lane) -> Seat {
+    Seat { lane, tenant: tenant.name.as_str().into(), weight: tenant.weight, priority: 50 }
 }
 
 /// What a job has made.
@@ -243,11 +244,15 @@ mod tests {
     async fn a_panicking_job_is_a_500_and_the_next_one_runs() {
         let queue = queue(0, 5_000);
         for _ in 0..5 {
-            let bad = queue.run(seat_of(Lane::Renders), panicking).await;
+            let bad = queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), panicking).await;
             assert_eq!(status(bad), Some(StatusCode::INTERNAL_SERVER_ERROR));
         }
         assert_eq!(
-            queue.run(seat_of(Lane::Renders), |job| job.workers.work(|| 42).map_err(|_| gone())).await.unwrap().value,
+            queue
+                .run(seat_of(&Tenant::anonymous(), Lane::Renders), |job| job.workers.work(|| 42).map_err(|_| gone()))
+                .await
+                .unwrap()
+                .value,
             42
         );
         assert_eq!((queue.running(), queue.waiting()), (0, 0));
@@ -259,12 +264,17 @@ mod tests {
         let busy: Vec<_> = (0..=UNDER_WAY)
             .map(|_| {
                 let queue = Arc::clone(&queue);
-                tokio::spawn(async move { queue.run(seat_of(Lane::Renders), endless).await.map(|done| done.value) })
+                tokio::spawn(async move {
+                    queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await.map(|done| done.value)
+                })
             })
             .collect();
         until(|| (queue.running(), queue.waiting()) == (1, UNDER_WAY)).await;
         let asked = Instant::now();
-        assert_eq!(status(queue.run(seat_of(Lane::Renders), endless).await), Some(StatusCode::SERVICE_UNAVAILABLE));
+        assert_eq!(
+            status(queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await),
+            Some(StatusCode::SERVICE_UNAVAILABLE)
+        );
         assert!(asked.elapsed() < Duration::from_millis(100));
         busy.iter().for_each(tokio::task::JoinHandle::abort);
         until(|| (queue.running(), queue.waiting()) == (0, 0)).await;
@@ -275,7 +285,9 @@ mod tests {
         let queue = queue(0, 60_000);
         let request = {
             let queue = Arc::clone(&queue);
-            tokio::spawn(async move { queue.run(seat_of(Lane::Renders), endless).await.map(|done| done.value) })
+            tokio::spawn(async move {
+                queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await.map(|done| done.value)
+            })
         };
         until(|| queue.running() == 1).await;
         request.abort();
@@ -287,7 +299,10 @@ mod tests {
     #[tokio::test]
     async fn a_job_past_its_deadline_is_given_up() {
         let queue = queue(0, 50);
-        assert_eq!(status(queue.run(seat_of(Lane::Renders), endless).await), Some(StatusCode::GATEWAY_TIMEOUT));
+        assert_eq!(
+            status(queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await),
+            Some(StatusCode::GATEWAY_TIMEOUT)
+        );
         until(|| queue.running() == 0).await;
     }
 
