@@ -47,6 +47,8 @@ pub(crate) enum Command {
     Validate(ValidateArgs),
     /// Print the JSON Schema of scenes.
     Schema,
+    /// Print the service's contract as OpenAPI 3.1.
+    Openapi,
     /// Serve renders over HTTP.
     Serve(ServeArgs),
     /// Ask a running service whether it is alive; exit code 0 if it is.

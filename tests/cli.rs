@@ -275,6 +275,17 @@ fn validation_reports_every_problem() {
 }
 
 #[test]
+fn the_contract_in_the_repository_is_the_one_in_the_code() {
+    let text = done(&folder("openapi"), &["openapi"], "");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("api/openapi.json");
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&path, &text).unwrap();
+    }
+    let stored = std::fs::read(&path).unwrap();
+    assert!(stored == text, "api/openapi.json has drifted: `strahl openapi > api/openapi.json`");
+}
+
+#[test]
 fn the_schema_is_json() {
     let schema: Value = serde_json::from_slice(&done(&folder("schema"), &["schema"], "")).unwrap();
     assert!(schema["properties"]["camera"].is_object());

@@ -4,6 +4,7 @@ mod explain;
 mod healthcheck;
 mod import;
 mod interrupt;
+mod openapi;
 mod output;
 mod progress;
 mod rays;
@@ -32,6 +33,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Import(args) => import::run(&args),
         Command::Validate(args) => validate::run(&args),
         Command::Schema => schema::run(),
+        Command::Openapi => openapi::run(),
         Command::Serve(args) => crate::server::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),
     }

@@ -1,6 +1,8 @@
 //! About the service itself: is it alive, is it ready, its limits, the scene's schema, what its problems mean.
 
 use super::App;
+use super::openapi::bodies::Readiness;
+use super::openapi::openapi_text;
 use super::problem::{Kind, Problem};
 use axum::Json;
 use axum::extract::rejection::PathRejection;
@@ -10,12 +12,23 @@ use axum::response::IntoResponse;
 use serde_json::{Value, json};
 use strahl::scene::schema::schema_text;
 
-/// `GET /livez`: the process answers.
+/// Whether the process answers.
+#[utoipa::path(
+    get, path = "/livez", operation_id = "livez", tag = "service", security(()),
+    responses((status = 200, description = "It does", body = String)),
+)]
 pub(super) async fn livez() -> impl IntoResponse {
     (no_store(), "alive\n")
 }
 
-/// `GET /readyz`: it takes work. Being busy is no reason not to be ready; only stopping is.
+/// Whether the service takes work. Being busy is no reason not to be ready; only stopping is.
+#[utoipa::path(
+    get, path = "/readyz", operation_id = "readyz", tag = "service", security(()),
+    responses(
+        (status = 200, description = "It takes work", body = Readiness),
+        (status = 503, description = "It is about to stop", body = Readiness),
+    ),
+)]
 pub(super) async fn readyz(State(service): State<App>) -> impl IntoResponse {
     let (status, word) = if service.drain.has_begun() {
         (StatusCode::SERVICE_UNAVAILABLE, "draining")
@@ -26,17 +39,39 @@ pub(super) async fn readyz(State(service): State<App>) -> impl IntoResponse {
     (status, no_store(), Json(body))
 }
 
-/// `GET /v1/limits`.
+/// What a request and a scene may ask for.
+#[utoipa::path(
+    get, path = "/v1/limits", operation_id = "limits", tag = "service", security(()),
+    responses((status = 200, description = "All limits by name", body = Value)),
+)]
 pub(super) async fn limits(State(service): State<App>) -> Json<Value> {
     Json(service.limits.to_json())
 }
 
-/// `GET /schema/scene.json`.
+/// The JSON Schema of scenes.
+#[utoipa::path(
+    get, path = "/schema/scene.json", operation_id = "sceneSchema", tag = "service", security(()),
+    responses((status = 200, description = "Draft 2020-12", body = Value, content_type = "application/schema+json")),
+)]
 pub(super) async fn schema() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/schema+json")], schema_text())
 }
 
-/// `GET /problems/{slug}`.
+/// This document.
+#[utoipa::path(
+    get, path = "/openapi.json", operation_id = "openapi", tag = "service", security(()),
+    responses((status = 200, description = "OpenAPI 3.1", body = Value, content_type = "application/json")),
+)]
+pub(super) async fn openapi() -> impl IntoResponse {
+    ([(header::CONTENT_TYPE, "application/json")], openapi_text())
+}
+
+/// What a kind of problem means, and what to do about it.
+#[utoipa::path(
+    get, path = "/problems/{slug}", operation_id = "problem", tag = "service", security(()),
+    params(("slug" = String, Path, description = "The last part of a problem's `type`.")),
+    responses((status = 200, description = "The page", body = String)),
+)]
 pub(super) async fn problem_page(slug: Result<Path<String>, PathRejection>) -> Result<String, Problem> {
     let slug = slug.map_or_else(|_| String::new(), |Path(slug)| slug);
     Kind::ALL

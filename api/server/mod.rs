@@ -8,6 +8,7 @@ mod envelope;
 mod limits;
 mod meta;
 mod negotiate;
+mod openapi;
 mod parameters;
 mod picture;
 mod problem;
@@ -24,6 +25,8 @@ use crate::cli::ServeArgs;
 use crate::commands::start_pool;
 use crate::failure::Failure;
 use crate::folder::Folder;
+pub(crate) use openapi::openapi_text;
+
 use drain::{Drain, StopSignals};
 use limits::Limits;
 use queue::Queue;

@@ -3,6 +3,8 @@
 use super::asked::{self, Asked};
 use super::body::Held;
 use super::negotiate;
+use super::openapi::bodies::{Bytes, Picture, Scene as AnyScene};
+use super::openapi::queries;
 use super::parameters::{Parameters, outside};
 use super::problem::{Kind, Problem};
 use super::queue::{Done, Job, seat_of};
@@ -20,12 +22,30 @@ use std::sync::atomic::Ordering;
 use strahl::film::{FileFormat, Region};
 use strahl::scene::{Format, Overrides, Scene};
 
-/// `POST /v1/render`.
+/// A scene in, a picture out.
+#[utoipa::path(
+    post, path = "/v1/render", operation_id = "render", tag = "render",
+    params(queries::Settings, queries::Output),
+    request_body(
+        description = "The scene; NFF plain or gzip",
+        content((AnyScene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
+    ),
+    responses((status = 200, response = Picture)),
+)]
 pub(super) async fn whole(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     answer(service, request, |_| None).await
 }
 
-/// `POST /v1/render/tile`: the same bytes as that part of the whole picture.
+/// A region of the picture: the same bytes as that part of the whole.
+#[utoipa::path(
+    post, path = "/v1/render/tile", operation_id = "renderTile", tag = "render",
+    params(queries::Region, queries::Settings, queries::Output),
+    request_body(
+        description = "The scene; NFF plain or gzip",
+        content((AnyScene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
+    ),
+    responses((status = 200, response = Picture)),
+)]
 pub(super) async fn tile(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     answer(service, request, |parameters| Some(parameters.region())).await
 }

@@ -2,6 +2,8 @@
 
 use super::asked::{self, Asked};
 use super::body::Held;
+use super::openapi::bodies::{Bytes, Scene, Valid};
+use super::openapi::queries;
 use super::parameters::{Parameters, outside};
 use super::picture::{find, gone};
 use super::problem::{Kind, Problem};
@@ -21,8 +23,18 @@ use strahl::film::{FileFormat, Region};
 use strahl::scene::{Format, Overrides};
 use strahl::trace::tree::trace_pixel_while;
 
-/// `POST /v1/explain`: which effects the scene calls for, why, and what they should take; `?analyze=true` renders the
-/// picture, within the limits of any, and adds what they took.
+/// Which effects the scene calls for, why, and what they should take.
+///
+/// `analyze` renders the picture, within the limits of any, and adds what they took.
+#[utoipa::path(
+    post, path = "/v1/explain", operation_id = "explain", tag = "render",
+    params(queries::Settings, queries::Analyze),
+    request_body(
+        description = "The scene; NFF plain or gzip",
+        content((Scene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
+    ),
+    responses((status = 200, description = "The plan", body = Value)),
+)]
 pub(super) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, analyze: bool| {
         let Found { ready, loading, .. } = find(service, job, bytes, format, overrides)?;
@@ -47,7 +59,16 @@ pub(super) async fn explanation(State(service): State<App>, request: Request) ->
     ask(service, request, analyze, answer).await
 }
 
-/// `POST /v1/scenes/validate`: all problems, or none and perhaps warnings.
+/// Checks a scene without rendering it: all its problems, or none and perhaps warnings.
+#[utoipa::path(
+    post, path = "/v1/scenes/validate", operation_id = "validateScene", tag = "render",
+    params(queries::Settings),
+    request_body(
+        description = "The scene; NFF plain or gzip",
+        content((Scene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
+    ),
+    responses((status = 200, description = "The scene is valid", body = Valid)),
+)]
 pub(super) async fn validate(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
         let found = find(service, job, bytes, format, overrides)?;
@@ -56,7 +77,18 @@ pub(super) async fn validate(State(service): State<App>, request: Request) -> Re
     ask(service, request, nothing, answer).await
 }
 
-/// `POST /v1/tree`: every ray of one pixel.
+/// Every ray of one pixel.
+#[utoipa::path(
+    post, path = "/v1/tree", operation_id = "tree", tag = "render",
+    params(queries::Pixel, queries::Settings),
+    request_body(
+        description = "The scene; NFF plain or gzip",
+        content((Scene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
+    ),
+    responses((status = 200, description = "The tree of rays", content(
+        (Value = "application/json"), (String = "text/vnd.graphviz"), (String = "image/svg+xml")
+    ))),
+)]
 pub(super) async fn tree(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer = |service: &Service,
                   job: &Job,

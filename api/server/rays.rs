@@ -1,6 +1,7 @@
 //! `POST /v1/rays`: a scene and rays in, what each ray hits first out.
 
 use super::limits::MAX_RAYS;
+use super::openapi::{bodies, queries};
 use super::parameters::Parameters;
 use super::picture::gone;
 use super::problem::{Kind, Problem};
@@ -20,7 +21,13 @@ use std::sync::atomic::Ordering;
 use strahl::scene::{Format, Overrides, Problems, Scene, problem};
 use strahl::trace::query::{RayAnswer, RayQuery, answer};
 
-/// `POST /v1/rays`.
+/// A scene and rays in, what each ray hits first out.
+#[utoipa::path(
+    post, path = "/v1/rays", operation_id = "rays", tag = "render",
+    params(queries::Settings),
+    request_body = Questions,
+    responses((status = 200, description = "What the rays hit", body = bodies::Answers)),
+)]
 pub(super) async fn rays(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     ask(service, request, only_json, |service, job, bytes, _, overrides, ()| answer_all(service, job, bytes, overrides))
         .await
@@ -47,12 +54,16 @@ fn answer_all(service: &Service, job: &Job, bytes: &[u8], overrides: &Overrides)
 }
 
 /// The body. Its parts stay text: each is read on its own, so that errors say which one it is.
-#[derive(Debug, serde::Deserialize)]
+#[derive(Debug, serde::Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 struct Questions<'a> {
+    /// The scene the rays are sent into.
     #[serde(borrow)]
+    #[schema(value_type = bodies::Scene)]
     scene: &'a RawValue,
+    /// The rays.
     #[serde(borrow)]
+    #[schema(value_type = Vec<bodies::RayQuestion>, max_items = 100_000)]
     rays: Rays<'a>,
 }
 

@@ -1,5 +1,6 @@
 //! Every path of the service.
 
+use super::openapi::Shared;
 use super::problem::{Kind, Problem};
 use super::tenant::Tenant;
 use super::{App, envelope, meta, picture, questions, rays, tradeoff};
@@ -7,29 +8,18 @@ use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::middleware::{from_fn_with_state, map_request};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
 use std::any::Any;
 use std::sync::Arc;
 use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
 
 /// The service as a router.
 pub(super) fn routes(service: App) -> Router {
-    let work = Router::new()
-        .route("/v1/render", post(picture::whole))
-        .route("/v1/render/tile", post(picture::tile))
-        .route("/v1/rays", post(rays::rays))
-        .route("/v1/tree", post(questions::tree))
-        .route("/v1/explain", post(questions::explanation))
-        .route("/v1/tradeoff", post(tradeoff::tradeoff))
-        .route("/v1/scenes/validate", post(questions::validate));
-    let about = Router::new()
-        .route("/livez", get(meta::livez))
-        .route("/readyz", get(meta::readyz))
-        .route("/v1/limits", get(meta::limits))
-        .route("/schema/scene.json", get(meta::schema))
-        .route("/problems/{slug}", get(meta::problem_page));
-    work.merge(about)
+    let (router, _) = documented().split_for_parts();
+    router
         .fallback(meta::not_found)
         .method_not_allowed_fallback(meta::method_not_allowed)
         .layer(
@@ -41,6 +31,26 @@ pub(super) fn routes(service: App) -> Router {
                 .layer(DefaultBodyLimit::disable()),
         )
         .with_state(service)
+}
+
+/// Every path, with its place in the contract.
+pub(super) fn documented() -> OpenApiRouter<App> {
+    let work = OpenApiRouter::with_openapi(Shared::openapi())
+        .routes(routes!(picture::whole))
+        .routes(routes!(picture::tile))
+        .routes(routes!(rays::rays))
+        .routes(routes!(questions::tree))
+        .routes(routes!(questions::explanation))
+        .routes(routes!(tradeoff::tradeoff))
+        .routes(routes!(questions::validate));
+    let about = OpenApiRouter::new()
+        .routes(routes!(meta::livez))
+        .routes(routes!(meta::readyz))
+        .routes(routes!(meta::limits))
+        .routes(routes!(meta::schema))
+        .routes(routes!(meta::openapi))
+        .routes(routes!(meta::problem_page));
+    work.merge(about)
 }
 
 /// A handler panicked (jobs are caught in the queue). The panic itself has been written to standard error.

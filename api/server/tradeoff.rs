@@ -3,6 +3,8 @@
 use super::App;
 use super::Service;
 use super::negotiate;
+use super::openapi::bodies::{Bytes, Scene};
+use super::openapi::queries;
 use super::parameters::Parameters;
 use super::picture::gone;
 use super::problem::Problem;
@@ -29,7 +31,16 @@ enum Form {
 /// Forms by name and media type; of equally acceptable ones the first is taken.
 const FORMS: [(&str, &str, Form); 2] = [("json", "application/json", Form::Json), ("html", "text/html", Form::Html)];
 
-/// `POST /v1/tradeoff`.
+/// What accuracy costs for a scene: many settings, their errors and times.
+#[utoipa::path(
+    post, path = "/v1/tradeoff", operation_id = "tradeoff", tag = "render",
+    params(queries::Measure, queries::Settings),
+    request_body(
+        description = "The scene; NFF plain or gzip",
+        content((Scene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
+    ),
+    responses((status = 200, description = "The report", content((Value = "application/json"), (String = "text/html")))),
+)]
 pub(super) async fn tradeoff(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let most = service.limits.tradeoff_seconds();
     let further = move |parameters: &mut Parameters, headers: &HeaderMap| {

@@ -1,0 +1,137 @@
+//! What bodies look like, for the contract. Nothing here is ever made: handlers write these shapes by other means.
+#![allow(dead_code, reason = "only their descriptions are used")]
+
+use serde_json::Value;
+use utoipa::openapi::{ObjectBuilder, RefOr, Schema};
+use utoipa::{PartialSchema, ToResponse, ToSchema};
+
+/// A scene. Its schema comes from the types that read it, and is put in by [`openapi`](super).
+#[derive(Debug)]
+pub(in crate::server) struct Scene;
+
+impl ToSchema for Scene {}
+
+impl PartialSchema for Scene {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().into()
+    }
+}
+
+/// Anything that is not JSON.
+#[derive(Debug, ToSchema)]
+#[schema(value_type = String, format = Binary)]
+pub(in crate::server) struct Bytes(Vec<u8>);
+
+/// The picture, in the format that `Accept` or `format` asks for.
+#[derive(Debug, ToResponse)]
+#[response(
+    description = "The picture, in the format that `Accept` or `format` asks for.",
+    headers(
+        ("Server-Timing" = String, description = "Milliseconds of queue, parse, plan, bvh, trace and encoding."),
+        ("Render-Rays" = String, description = "Rays traced, by kind."),
+        ("Render-Plan" = String, description = "Effects that were simulated."),
+        ("Render-Warnings" = Option<u32>, description = "How many warnings the scene has; `POST /v1/scenes/validate` lists them."),
+    )
+)]
+pub(in crate::server) enum Picture {
+    /// sRGB, 8 or 16 bits.
+    Png(#[content("image/png")] Bytes),
+    /// Linear 32-bit floats.
+    Exr(#[content("image/x-exr")] Bytes),
+    /// Linear 32-bit floats.
+    Pfm(#[content("image/x-portable-floatmap")] Bytes),
+}
+
+/// A problem (RFC 9457).
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct ProblemDocument {
+    /// Path of the page about this kind of problem, `/problems/{slug}`.
+    #[schema(value_type = String, format = "uri-reference", example = "/problems/invalid-scene")]
+    r#type: String,
+    /// What kind of problem it is.
+    title: String,
+    /// The answer's status.
+    #[schema(minimum = 400, maximum = 599)]
+    status: u16,
+    /// What is wrong with this request, and what to do.
+    detail: String,
+    /// The request's id, as in `X-Request-Id`.
+    instance: String,
+    /// Everything that is wrong, one by one, as far as the limit `problems` goes.
+    errors: Option<Vec<ErrorEntry>>,
+    /// How many errors there are beyond those in `errors`.
+    omitted_errors: Option<u64>,
+    /// The limit that was exceeded; `/v1/limits` has all of them.
+    limit: Option<LimitEntry>,
+    /// Formats there are, with 406.
+    available: Option<Vec<String>>,
+    /// What to do instead, in one word.
+    suggest: Option<String>,
+}
+
+/// One thing that is wrong.
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct ErrorEntry {
+    /// Its place in the body, a JSON pointer as a URI fragment.
+    #[schema(example = "#/objects/3/sphere/radius")]
+    pointer: Option<String>,
+    /// The query parameter that is wrong.
+    parameter: Option<String>,
+    /// What kind of mistake it is.
+    code: String,
+    /// What is wrong, and what to do.
+    detail: String,
+    /// Line in the body, from 1.
+    line: Option<u64>,
+    /// Column in the line, from 1.
+    column: Option<u64>,
+}
+
+/// A limit by name.
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct LimitEntry {
+    /// Its name in `/v1/limits`.
+    name: String,
+    /// The largest value allowed.
+    max: u64,
+}
+
+/// A ray.
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct RayQuestion {
+    /// Where it begins.
+    origin: [f64; 3],
+    /// Where it goes; taken as given, t counts in its units.
+    direction: [f64; 3],
+    /// Hits nearer than this do not count.
+    t_min: Option<f64>,
+    /// Hits farther than this do not count; null is infinity.
+    t_max: Option<f64>,
+}
+
+/// What the rays hit, in their order.
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct Answers {
+    /// One for each ray.
+    answers: Vec<Value>,
+}
+
+/// What `POST /v1/scenes/validate` says of a valid scene.
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct Valid {
+    /// True; a scene that is not valid is a problem.
+    valid: bool,
+    /// What the author should know.
+    warnings: Vec<Value>,
+}
+
+/// What `/readyz` says.
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct Readiness {
+    /// `ready` or `draining`.
+    status: String,
+    /// Requests that are worked on.
+    running: u64,
+    /// Requests that wait.
+    waiting: u64,
+}
