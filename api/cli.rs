@@ -162,7 +162,7 @@ pub(crate) struct PictureArgs {
 pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// Picture file: .png, or .exr or .pfm for linear floats; - for standard output, which needs --format.
+    /// Picture file: .png, .jpg, .webp, or .exr or .pfm for linear floats; - for standard output, which needs --format.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of the picture [default: by file name].
@@ -171,6 +171,9 @@ pub(crate) struct RenderArgs {
     /// Bits per channel of a PNG: 8 or 16.
     #[arg(long, default_value = "8", value_parser = ["8", "16"], hide_possible_values = true)]
     pub(crate) bits: String,
+    /// Quality of a JPEG, 1 to 100.
+    #[arg(long, value_name = "QUALITY", value_parser = quality)]
+    pub(crate) quality: Option<u8>,
     #[command(flatten)]
     pub(crate) settings: SettingsArgs,
     #[command(flatten)]
@@ -182,6 +185,10 @@ pub(crate) struct RenderArgs {
 pub(crate) enum PictureFormat {
     /// sRGB.
     Png,
+    /// sRGB, lossy.
+    Jpg,
+    /// sRGB, lossless.
+    Webp,
     /// OpenEXR, linear 32-bit floats.
     Exr,
     /// Portable float map, linear 32-bit floats.
@@ -379,6 +386,11 @@ pub(crate) fn precision(text: &str) -> Result<Precision, &'static str> {
         "double" => Ok(Precision::Double),
         _ => Err("expected single or double"),
     }
+}
+
+/// Reads the quality of a JPEG.
+pub(crate) fn quality(text: &str) -> Result<u8, &'static str> {
+    text.parse().ok().filter(|quality| (1..=100).contains(quality)).ok_or("expected a whole number from 1 to 100")
 }
 
 fn numbers<const N: usize>(text: &str) -> Option<[u32; N]> {

@@ -14,7 +14,9 @@ fn formats(criterion: &mut Criterion) {
     let film = Film { region, full_width: width, full_height: height, pixels: region.iter().map(pixel).collect() };
     let mut group = criterion.benchmark_group("encode");
     group.sample_size(20);
-    for format in [FileFormat::Png8, FileFormat::Png16, FileFormat::Exr, FileFormat::Pfm] {
+    for format in
+        [FileFormat::Png8, FileFormat::Png16, FileFormat::Jpeg(90), FileFormat::WebP, FileFormat::Exr, FileFormat::Pfm]
+    {
         group.bench_function(format!("{format:?}"), |bencher| bencher.iter(|| encode(&film, format)));
     }
     group.finish();

@@ -1,5 +1,6 @@
 //! One picture: tiles on the current rayon pool, with progress and cancellation.
 
+use crate::camera::{Camera, Window};
 use crate::film::srgb::code8;
 use crate::film::{Film, Region};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch};
@@ -129,10 +130,26 @@ pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Pictur
 
 /// [`render`], cut in a given way.
 pub fn render_cut(scene: &Scene, region: Region, control: &Control, cut: Cut) -> Result<Picture, Cancelled> {
+    render_seen(scene, &Window::whole(scene.width, scene.height), region, control, cut)
+}
+
+/// Renders a region of what a window shows of the scene's picture, in the window's pixels; it must fit the window. It is
+/// that crop of the whole window's picture, byte for byte.
+pub fn render_window(scene: &Scene, window: &Window, region: Region, control: &Control) -> Result<Picture, Cancelled> {
+    render_seen(scene, window, region, control, Cut::default())
+}
+
+fn render_seen(
+    scene: &Scene,
+    window: &Window,
+    region: Region,
+    control: &Control,
+    cut: Cut,
+) -> Result<Picture, Cancelled> {
     let start = Instant::now();
     let (film, rays, refined) = match &scene.world {
-        Precise::Single(world) => Renderer::new(scene, world, control, cut).picture(region)?,
-        Precise::Double(world) => Renderer::new(scene, world, control, cut).picture(region)?,
+        Precise::Single(world) => Renderer::new(scene, world, control, cut).through(window).picture(region)?,
+        Precise::Double(world) => Renderer::new(scene, world, control, cut).through(window).picture(region)?,
     };
     Ok(Picture { film, rays, refined, trace_ms: start.elapsed().as_secs_f64() * 1e3 })
 }
@@ -199,6 +216,7 @@ trait Kernel: Real {
 /// What all tiles of a picture share.
 struct Job<'a, R> {
     world: &'a World<R>,
+    camera: Camera<R>,
     eye: Vec<Medium<R>>,
     cancelled: &'a AtomicBool,
     kernel: Specialised,
@@ -242,7 +260,7 @@ fn trace_with<L: Lanes, E: Effects>(
     samples: u32,
     out: &mut Traced,
 ) {
-    let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.eye, job.cancelled, ());
+    let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.camera, &job.eye, job.cancelled, ());
     let mut hits = Hits::none(s);
     for packet in at.chunks(L::COUNT) {
         let active = ((1u64 << packet.len()) - 1) as u32;
@@ -355,18 +373,28 @@ struct Renderer<'a, R> {
     scene: &'a Scene,
     control: &'a Control,
     cut: Cut,
+    /// Of the whole picture.
+    size: [u32; 2],
     job: Job<'a, R>,
 }
 
 impl<'a, R: Kernel> Renderer<'a, R> {
     fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
         let kernel = if cut.specialised { Specialised::of(world) } else { Specialised::Everything };
-        let job = Job { world, eye: R::eye_media(world), cancelled: &control.cancelled, kernel };
-        Self { scene, control, cut, job }
+        let (camera, eye) = (world.camera, R::eye_media(world));
+        let job = Job { world, camera, eye, cancelled: &control.cancelled, kernel };
+        Self { scene, control, cut, size: [scene.width, scene.height], job }
+    }
+
+    /// The renderer of what a window shows.
+    fn through(mut self, window: &Window) -> Self {
+        self.size = [window.width, window.height];
+        self.job.camera = self.job.camera.through(window);
+        self
     }
 
     fn picture(&self, region: Region) -> Result<(Film, RayCounts, Refined), Cancelled> {
-        let (full_width, full_height) = (self.scene.width, self.scene.height);
+        let [full_width, full_height] = self.size;
         if !refines(self.scene) {
             self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
             let (pixels, rays) = self.grid(region)?;

@@ -7,6 +7,7 @@ use crate::input::Source;
 use crate::picture::{self, Finished};
 use crate::ready::Ready;
 use crate::report::Report;
+use crate::server::QUALITY;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -54,14 +55,23 @@ fn file_format(args: &RenderArgs) -> Result<FileFormat, Failure> {
     let format = match args.format {
         Some(format) => format,
         None if output::is_standard(&args.output) => {
-            return Err(Failure::Usage("a picture on standard output needs --format png, exr or pfm".into()));
+            return Err(Failure::Usage(
+                "a picture on standard output needs --format png, jpg, webp, exr or pfm".into(),
+            ));
         }
         None => by_name(&args.output)?,
     };
+    if args.quality.is_some() && format != PictureFormat::Jpg {
+        return Err(Failure::Usage("--quality is for JPEG; the other formats lose nothing".into()));
+    }
     match (format, args.bits.as_str()) {
         (PictureFormat::Png, "16") => Ok(FileFormat::Png16),
         (PictureFormat::Png, _) => Ok(FileFormat::Png8),
-        (_, "16") => Err(Failure::Usage("--bits is for PNG; EXR and PFM hold 32-bit floats".into())),
+        (_, "16") => {
+            Err(Failure::Usage("--bits is for PNG; EXR and PFM hold 32-bit floats, JPEG and WebP 8 bits".into()))
+        }
+        (PictureFormat::Jpg, _) => Ok(FileFormat::Jpeg(args.quality.unwrap_or(QUALITY))),
+        (PictureFormat::Webp, _) => Ok(FileFormat::WebP),
         (PictureFormat::Exr, _) => Ok(FileFormat::Exr),
         (PictureFormat::Pfm, _) => Ok(FileFormat::Pfm),
     }
@@ -71,11 +81,15 @@ fn by_name(path: &Path) -> Result<PictureFormat, Failure> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "png" => Ok(PictureFormat::Png),
+        "jpg" | "jpeg" => Ok(PictureFormat::Jpg),
+        "webp" => Ok(PictureFormat::Webp),
         "exr" => Ok(PictureFormat::Exr),
         "pfm" => Ok(PictureFormat::Pfm),
         _ => {
             let name = path.display();
-            Err(Failure::Usage(format!("{name} names no format: use .png, .exr or .pfm, or give --format")))
+            Err(Failure::Usage(format!(
+                "{name} names no format: use .png, .jpg, .webp, .exr or .pfm, or give --format"
+            )))
         }
     }
 }

@@ -29,6 +29,7 @@ pub(crate) use openapi::openapi_text;
 
 use drain::{Drain, StopSignals};
 use limits::Limits;
+pub(crate) use negotiate::QUALITY;
 use queue::Queue;
 use scenes::Scenes;
 use std::io;

@@ -5,15 +5,21 @@ use axum::http::{HeaderMap, header};
 use serde_json::json;
 use strahl::film::FileFormat;
 
+/// Quality of JPEGs for which no other is asked.
+pub(crate) const QUALITY: u8 = 90;
+
 /// Formats by name and media type; of equally acceptable ones the first is taken.
-const AVAILABLE: [(&str, &str, FileFormat); 3] = [
+pub(super) const AVAILABLE: [(&str, &str, FileFormat); 5] = [
     ("png", "image/png", FileFormat::Png8),
+    ("jpg", "image/jpeg", FileFormat::Jpeg(QUALITY)),
+    ("webp", "image/webp", FileFormat::WebP),
     ("exr", "image/x-exr", FileFormat::Exr),
     ("pfm", "image/x-portable-floatmap", FileFormat::Pfm),
 ];
 
-/// The format named in a query.
+/// The format named in a query or as a file's ending.
 pub(super) fn by_name(name: &str) -> Option<FileFormat> {
+    let name = if name == "jpeg" { "jpg" } else { name };
     AVAILABLE.iter().find(|(available, _, _)| *available == name).map(|(_, _, format)| *format)
 }
 
@@ -21,6 +27,8 @@ pub(super) fn by_name(name: &str) -> Option<FileFormat> {
 pub(super) fn description(format: FileFormat) -> (&'static str, &'static str) {
     match format {
         FileFormat::Png8 | FileFormat::Png16 => ("png", "image/png"),
+        FileFormat::Jpeg(_) => ("jpg", "image/jpeg"),
+        FileFormat::WebP => ("webp", "image/webp"),
         FileFormat::Exr => ("exr", "image/x-exr"),
         FileFormat::Pfm => ("pfm", "image/x-portable-floatmap"),
     }
@@ -91,13 +99,15 @@ mod tests {
             ("image/avif,image/webp,image/apng,image/*,*/*;q=0.8", FileFormat::Png8),
             ("image/x-exr", FileFormat::Exr),
             ("image/png;q=0.5, image/x-exr", FileFormat::Exr),
-            ("image/png;q=0, */*", FileFormat::Exr),
+            ("image/png;q=0, */*", FileFormat::Jpeg(QUALITY)),
             ("IMAGE/X-EXR;q=0.1, text/html", FileFormat::Exr),
             ("image/x-portable-floatmap", FileFormat::Pfm),
+            ("image/jpeg, image/png;q=0.9", FileFormat::Jpeg(QUALITY)),
+            ("image/webp", FileFormat::WebP),
         ] {
             assert_eq!(of(accept), Some(format), "{accept}");
         }
-        for accept in ["text/html", "image/jpeg, image/png;q=0", "image/png;q=nan", "*/*;q=0"] {
+        for accept in ["text/html", "image/avif, image/png;q=0", "image/png;q=nan", "*/*;q=0"] {
             assert_eq!(of(accept), None, "{accept}");
         }
     }

@@ -81,18 +81,32 @@ impl Parameters {
         }
     }
 
-    /// The format of the picture: `format` and `bits`, else what the client accepts.
+    /// The format of the picture: `format`, else what the client accepts, with `bits` or `quality`.
     pub(super) fn picture_format(&mut self, headers: &HeaderMap) -> Result<FileFormat, Problem> {
-        let named = self.take_as("format", "png, exr or pfm", negotiate::by_name);
-        let bits = self.take_as("bits", "8 or 16", |text| matches!(text, "8" | "16").then(|| text == "16"));
+        let named = self.take_as("format", "png, jpg, webp, exr or pfm", negotiate::by_name);
         let format = named.map_or_else(|| negotiate::by_accept(headers), Ok)?;
-        match (format, bits) {
-            (FileFormat::Png8, Some(true)) => Ok(FileFormat::Png16),
-            (FileFormat::Exr | FileFormat::Pfm, Some(_)) => {
-                self.wrong("bits", "unsupported", "it is for PNG; the other formats hold 32-bit floats".into());
-                Ok(format)
+        Ok(self.format_with_details(format))
+    }
+
+    /// `bits` of a PNG, `quality` of a JPEG.
+    pub(super) fn format_with_details(&mut self, format: FileFormat) -> FileFormat {
+        let bits = self.take_as("bits", "8 or 16", |text| matches!(text, "8" | "16").then(|| text == "16"));
+        let quality = self.take_as("quality", "a whole number from 1 to 100", |text| crate::cli::quality(text).ok());
+        if bits.is_some() && format != FileFormat::Png8 {
+            self.wrong(
+                "bits",
+                "unsupported",
+                "it is for PNG; EXR and PFM hold 32-bit floats, JPEG and WebP 8 bits".into(),
+            );
+        }
+        match (format, quality) {
+            (FileFormat::Jpeg(_), Some(quality)) => FileFormat::Jpeg(quality),
+            (FileFormat::Png8, None) if bits == Some(true) => FileFormat::Png16,
+            (_, Some(_)) => {
+                self.wrong("quality", "unsupported", "it is for JPEG; the other formats lose nothing".into());
+                format
             }
-            _ => Ok(format),
+            _ => format,
         }
     }
 
@@ -185,6 +199,9 @@ mod tests {
         assert!(complaint("min_weight=NaN").contains("min_weight"));
         assert!(complaint("two_sided=true").contains("NFF"));
         assert!(complaint("format=exr&bits=16").contains("bits"));
+        assert!(complaint("format=jpg&bits=8").contains("bits"));
+        assert!(complaint("format=jpg&quality=0").contains("1 to 100"));
+        assert!(complaint("format=webp&quality=50").contains("JPEG"));
         assert!(complaint("spd_counts=true").contains("no parameter"));
     }
 

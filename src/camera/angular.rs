@@ -3,7 +3,7 @@
 //! Sines are taken in f64 for each lane, with the same function everywhere, so these pictures too are the same on
 //! every machine.
 
-use super::{Basis, Primary};
+use super::{Basis, Primary, Window};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::math;
 use glam::DVec3;
@@ -13,6 +13,9 @@ use glam::DVec3;
 pub struct Angular {
     basis: Basis,
     size: (f64, f64),
+    /// Corner and step of the window through which it looks.
+    origin: [f64; 2],
+    step: [f64; 2],
     projection: Projection,
 }
 
@@ -27,30 +30,39 @@ enum Projection {
 }
 
 impl Angular {
+    fn new(basis: &Basis, size: (f64, f64), projection: Projection) -> Self {
+        Self { basis: *basis, size, origin: [0.0; 2], step: [1.0; 2], projection }
+    }
+
+    pub(super) fn through(self, &Window { origin, step, .. }: &Window) -> Self {
+        Self { origin, step, ..self }
+    }
+
     pub(super) fn fisheye(basis: &Basis, fov: f64, size: (f64, f64)) -> Self {
         let center = (size.0 * 0.5, size.1 * 0.5);
         let projection = Projection::Equidistant { half_fov: fov * 0.5, diameter: size.0.min(size.1), center };
-        Self { basis: *basis, size, projection }
+        Self::new(basis, size, projection)
     }
 
     pub(super) fn omnimax(basis: &Basis, fov: f64, size: (f64, f64)) -> Self {
         let center = (size.0 * 0.5, size.0 * 0.5);
         let projection = Projection::Equidistant { half_fov: fov * 0.5, diameter: size.0, center };
-        Self { basis: *basis, size, projection }
+        Self::new(basis, size, projection)
     }
 
     pub(super) fn panorama(basis: &Basis, hfov: f64, vfov: f64, size: (f64, f64)) -> Self {
-        Self { basis: *basis, size, projection: Projection::Equirectangular { hfov, vfov } }
+        Self::new(basis, size, Projection::Equirectangular { hfov, vfov })
     }
 
     pub(super) fn cylinder(basis: &Basis, hfov: f64, half_tan: f64, size: (f64, f64)) -> Self {
-        Self { basis: *basis, size, projection: Projection::Cylindrical { hfov, half_tan } }
+        Self::new(basis, size, Projection::Cylindrical { hfov, half_tan })
     }
 
     /// Unit direction through a point of the picture, or `None` outside the image circle.
     pub fn direction(&self, x: f64, y: f64) -> Option<DVec3> {
         let Basis { right, up, forward, .. } = self.basis;
         let (width, height) = self.size;
+        let (x, y) = (self.origin[0] + x * self.step[0], self.origin[1] + y * self.step[1]);
         match self.projection {
             Projection::Equidistant { half_fov, diameter, center } => {
                 let px = 2.0 * (x - center.0) / diameter;
@@ -79,11 +91,12 @@ impl Angular {
 
     /// Angle of a pixel from its upper to its lower edge.
     pub(super) fn spread(&self) -> f64 {
-        match self.projection {
+        let spread = match self.projection {
             Projection::Equidistant { half_fov, diameter, .. } => 2.0 * half_fov / diameter,
             Projection::Equirectangular { vfov, .. } => vfov / self.size.1,
             Projection::Cylindrical { half_tan, .. } => 2.0 * half_tan / self.size.1,
-        }
+        };
+        spread * self.step[1]
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Pinhole and orthographic projection: the image plane is a plane.
 
-use super::{Basis, Cone, Primary};
+use super::{Basis, Cone, Primary, Window};
 use crate::lanes::{Lanes, Real, V3};
 use glam::DVec3;
 
@@ -38,6 +38,19 @@ impl<R: Real> Flat<R> {
             right: narrow(basis.right * half_pixel),
             up: narrow(basis.up * half_pixel),
             parallel,
+        }
+    }
+
+    /// With x = origin + step X, (u, v) are those of X in a picture of (width - 2 origin) / step pixels, times the step.
+    pub(super) fn through(self, &Window { origin, step, .. }: &Window) -> Self {
+        let length = |length: R, axis: usize| R::from_f64((length.to_f64() - 2.0 * origin[axis]) / step[axis]);
+        let pixel = |side: [R; 3], axis: usize| side.map(|x| R::from_f64(x.to_f64() * step[axis]));
+        Self {
+            width: length(self.width, 0),
+            height: length(self.height, 1),
+            right: pixel(self.right, 0),
+            up: pixel(self.up, 1),
+            ..self
         }
     }
 

@@ -3,10 +3,12 @@
 mod angular;
 mod flat;
 mod lens;
+mod window;
 
 pub use angular::Angular;
 pub use flat::Flat;
 pub use lens::Lens;
+pub use window::Window;
 
 use crate::lanes::{Lanes, Real, V3};
 use crate::math;
@@ -97,6 +99,17 @@ impl<R: Real> Camera<R> {
             C::Cylinder(c) => {
                 Self::Angular(Angular::cylinder(basis, c.hfov_deg.to_radians(), half_tan(c.vfov_deg), size))
             }
+        }
+    }
+
+    /// The camera whose picture is what a window shows of this one's. Windows of powers of two give the same rays as
+    /// larger or smaller pictures of the same camera do, to the last bit.
+    #[must_use]
+    pub fn through(&self, window: &Window) -> Self {
+        match *self {
+            Self::Flat(flat) => Self::Flat(flat.through(window)),
+            Self::Lens(flat, lens) => Self::Lens(flat.through(window), lens),
+            Self::Angular(angular) => Self::Angular(angular.through(window)),
         }
     }
 

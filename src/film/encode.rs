@@ -1,14 +1,18 @@
 //! Film to the bytes of a file. The same film gives the same bytes, on every machine and with any number of threads.
 
-use super::{Film, exr, pfm, png};
+use super::{Film, Look, compact, exr, pfm, png};
 
 /// Picture formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FileFormat {
     /// PNG, sRGB, 8 bits per channel.
     Png8,
     /// PNG, sRGB, 16 bits per channel.
     Png16,
+    /// JPEG, sRGB, of a quality from 1 to 100.
+    Jpeg(u8),
+    /// Lossless WebP, sRGB, 8 bits per channel.
+    WebP,
     /// OpenEXR, linear 32-bit floats; the data window is the region, the display window the whole picture.
     Exr,
     /// Portable float map, linear, little-endian.
@@ -17,31 +21,40 @@ pub enum FileFormat {
 
 /// A film's codes as the file of a format holds them; formats of floats have none.
 #[derive(Debug)]
-pub struct Codes(Vec<u8>);
+pub struct Codes {
+    size: [u32; 2],
+    codes: Vec<u8>,
+}
 
 impl Codes {
     /// The half of encoding that goes over all channels on its own: the current rayon pool does it.
     pub fn new(film: &Film, format: FileFormat) -> Self {
-        match format {
-            FileFormat::Png8 => Self(png::codes8(film)),
-            FileFormat::Png16 => Self(png::codes16(film)),
-            FileFormat::Exr | FileFormat::Pfm => Self(Vec::new()),
-        }
+        let codes = match format {
+            FileFormat::Png8 | FileFormat::Jpeg(_) | FileFormat::WebP => png::codes8(film),
+            FileFormat::Png16 => png::codes16(film),
+            FileFormat::Exr | FileFormat::Pfm => Vec::new(),
+        };
+        Self { size: [film.region.width, film.region.height], codes }
+    }
+
+    /// Codes of 8 bits, changed as a look says.
+    #[must_use]
+    pub fn seen(self, look: Look) -> Self {
+        let (size, codes) = look.apply(self.size, self.codes);
+        Self { size, codes }
     }
 
     /// The other half, on one thread: the file. `film` and `format` are those that the codes are from.
     pub fn file(&self, film: &Film, format: FileFormat) -> Vec<u8> {
         match format {
-            FileFormat::Png8 => png::file(size_of(film), &self.0, ::png::BitDepth::Eight),
-            FileFormat::Png16 => png::file(size_of(film), &self.0, ::png::BitDepth::Sixteen),
+            FileFormat::Png8 => png::file(self.size, &self.codes, ::png::BitDepth::Eight),
+            FileFormat::Png16 => png::file(self.size, &self.codes, ::png::BitDepth::Sixteen),
+            FileFormat::Jpeg(quality) => compact::jpeg(self.size, &self.codes, quality),
+            FileFormat::WebP => compact::webp(self.size, &self.codes),
             FileFormat::Exr => exr::encode(film),
             FileFormat::Pfm => pfm::encode(film),
         }
     }
-}
-
-fn size_of(film: &Film) -> [u32; 2] {
-    [film.region.width, film.region.height]
 }
 
 /// The PNG of 8-bit codes, three for each pixel, rows from the top.

@@ -1,13 +1,16 @@
 //! Pixels and the files they go into.
 
+mod compact;
 pub mod encode;
 mod exr;
+mod look;
 mod pfm;
 mod png;
 pub mod srgb;
 pub mod srgb16;
 
 pub use encode::{Codes, FileFormat, encode};
+pub use look::{Look, Tone};
 
 /// A rectangle of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

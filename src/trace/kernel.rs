@@ -16,6 +16,7 @@ use super::sampling::{Choice, Sampler};
 use super::secondary::scatter;
 use super::waves::Waves;
 use crate::accel::{Course, Nearest};
+use crate::camera::Camera;
 use crate::camera::Cone;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::plan::effects::{Effects, Everything};
@@ -94,6 +95,7 @@ impl<L: Lanes> Followed<L> {
 pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     pub(super) s: L::Simd,
     pub(super) world: &'a World<L::Real>,
+    camera: &'a Camera<L::Real>,
     pub(super) observer: O,
     pub(super) media: Media<L::Real>,
     /// Rays waiting to be followed.
@@ -117,11 +119,12 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
 }
 
 impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
-    /// A tracer for packets of `L::COUNT` samples.
+    /// A tracer for packets of `L::COUNT` samples. The camera is the world's, or that seen through a window.
     #[inline(always)]
     pub fn new(
         s: L::Simd,
         world: &'a World<L::Real>,
+        camera: &'a Camera<L::Real>,
         eye_media: &[Medium<L::Real>],
         cancelled: &'a AtomicBool,
         observer: O,
@@ -129,6 +132,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         Self {
             s,
             world,
+            camera,
             observer,
             media: Media::default(),
             stack: Vec::new(),
@@ -140,7 +144,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             sampler: Sampler::default(),
             waves: Waves::yellow(s),
             eye_media: eye_media.to_vec(),
-            cones: Cones::new(s, if E::DETAILS { world.camera.cone() } else { Cone::default() }),
+            cones: Cones::new(s, if E::DETAILS { camera.cone() } else { Cone::default() }),
             effects: PhantomData,
         }
     }
@@ -175,9 +179,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             self.cones.restart(s, weight);
         }
 
-        let mut primary = self.world.camera.primary(s, x, y);
+        let mut primary = self.camera.primary(s, x, y);
         if E::SAMPLED {
-            if let Some(lens) = self.world.camera.lens() {
+            if let Some(lens) = self.camera.lens() {
                 primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
             }
             if let Some(spectrum) = &self.world.spectrum {

@@ -165,7 +165,8 @@ where
 {
     let samples = samples_of(scene, x, y, control);
     let recorder = Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false };
-    let mut tracer = Tracer::<L, _>::new((), world, &eye_media::<L>((), world), &control.cancelled, recorder);
+    let mut tracer =
+        Tracer::<L, _>::new((), world, &world.camera, &eye_media::<L>((), world), &control.cancelled, recorder);
     let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
     add_samples(&mut tracer, &[[x, y]], 1, samples, &mut Hits::none(()), &mut sum);
     let Recorder { rays, truncated, .. } = tracer.into_observer();

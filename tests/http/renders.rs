@@ -65,6 +65,8 @@ fn the_client_chooses_the_format() {
         ("*/*", "image/png", b"\x89PNG".as_slice()),
         ("image/png;q=0.1, image/x-exr", "image/x-exr", b"\x76\x2f\x31\x01"),
         ("image/x-portable-floatmap", "image/x-portable-floatmap", b"PF\n"),
+        ("image/jpeg", "image/jpeg", b"\xff\xd8\xff"),
+        ("image/webp, image/png;q=0.9", "image/webp", b"RIFF"),
     ] {
         let answer = with(accept);
         assert_eq!((answer.status, answer.header("content-type")), (200, media_type), "{accept}");
@@ -72,6 +74,15 @@ fn the_client_chooses_the_format() {
     }
     let named = service.post_json("/v1/render?format=exr", BALL);
     assert_eq!(named.header("content-type"), "image/x-exr");
+    let pixels = |query: &str| {
+        let answer = service.post_json(&format!("/v1/render?{query}"), BALL);
+        assert_eq!(answer.status, 200, "{query}: {}", answer.text());
+        (answer.body.len(), image::load_from_memory(&answer.body).expect("a picture").to_rgb8())
+    };
+    let (_, exact) = pixels("format=png");
+    assert_eq!(pixels("format=webp").1, exact, "WebP loses nothing");
+    let ((fine, near), (coarse, _)) = (pixels("format=jpg&quality=95"), pixels("format=jpg&quality=5"));
+    assert!(coarse < fine && near.dimensions() == exact.dimensions(), "{coarse} {fine}");
     let refused = with("text/html").problem(406, "not-acceptable");
     assert_eq!(refused["available"][0], "image/png");
 }

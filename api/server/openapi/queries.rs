@@ -40,6 +40,9 @@ pub(in crate::server) struct Output {
     /// Bits for each channel of a PNG; other formats refuse it.
     #[param(inline)]
     bits: Option<Bits>,
+    /// Quality of a JPEG, 90 if it is not given; other formats refuse it.
+    #[param(minimum = 1, maximum = 100)]
+    quality: Option<u8>,
 }
 
 /// A region of the picture, which has to lie inside it.
@@ -102,6 +105,8 @@ enum Precision {
 #[schema(rename_all = "lowercase")]
 enum PictureFormat {
     Png,
+    Jpg,
+    Webp,
     Exr,
     Pfm,
 }
