@@ -1,5 +1,6 @@
 //! `POST /v1/render` and `POST /v1/render/tile`: a scene in, a picture out.
 
+use super::access::Cost;
 use super::asked::{self, Asked};
 use super::body::Held;
 use super::negotiate;
@@ -14,6 +15,7 @@ use crate::picture::{self, Finished};
 use crate::ready::Ready;
 use crate::report::Report;
 use crate::turns::Lane;
+use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -72,8 +74,9 @@ async fn answer(
         }
     };
     let Done { value: (Finished { file, report }, kept), queue_ms } = service.queue.run(seat, render).await?;
+    let cost = Extension(Cost { rays: report.cost.rays.total() });
     let headers = picture_headers(file_format, &report, queue_ms, kept);
-    Ok((headers, Held::new(file, &service.memory).into_body()).into_response())
+    Ok((cost, headers, Held::new(file, &service.memory).into_body()).into_response())
 }
 
 /// The scene that a request is about, as part of its job.
