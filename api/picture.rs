@@ -1,12 +1,13 @@
 //! From a loaded scene to a picture file and its cost report.
 
+use crate::pieces::render_in_pieces;
 use crate::ready::{Loading, Ready};
 use crate::report::{Cost, ErrorBounds, Phases, Proved, Replay, Report};
 use crate::workers::Workers;
 use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::film::{Codes, FileFormat, Region};
-use strahl::render::{Cancelled, Control, Picture, Progress, Stop, render, render_until};
+use strahl::render::{Cancelled, Control, Picture, Progress, Stop, render_until};
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Time};
 
 /// A picture file and what it cost.
@@ -30,21 +31,26 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Finished, Cancelled> {
     let scene = &ready.scene;
-    // The codes are made in the same turn on the pool; the file takes one thread, while the pool goes on.
-    let (picture, codes, proved, coding_ms) = workers.work(|| {
-        let picture = match ready.render.accuracy() {
-            Accuracy::Time(Time { ms }) => {
-                let end = started + Duration::from_secs_f64((ms - file_ms(region, format)).max(0.0) / 1e3);
-                render_until(scene, region, control, Stop::At(end))?
-            }
-            Accuracy::Rays(Rays { count }) => render_until(scene, region, control, Stop::Rays(count))?,
-            Accuracy::Fixed(_) | Accuracy::Proved(_) => render(scene, region, control)?,
-        };
+    // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
+    let finish = |picture: &Picture| {
         let coding = Instant::now();
         let codes = Codes::new(&picture.film, format);
-        let proved = Proved::about(&picture, scene);
-        Ok((picture, codes, proved, milliseconds(coding)))
-    })?;
+        (codes, Proved::about(picture, scene), milliseconds(coding))
+    };
+    let until = |stop: Stop| {
+        workers.work(|| {
+            let picture = render_until(scene, region, control, stop)?;
+            let finished = finish(&picture);
+            Ok((picture, finished))
+        })?
+    };
+    let (picture, (codes, proved, coding_ms)) = match ready.render.accuracy() {
+        Accuracy::Time(Time { ms }) => {
+            until(Stop::At(started + Duration::from_secs_f64((ms - file_ms(region, format)).max(0.0) / 1e3)))
+        }
+        Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) => render_in_pieces(scene, region, workers, control, finish),
+    }?;
     // A picture that a clock has stopped is made again by its rays.
     let render = match picture.progress {
         Some(Progress { count, .. }) => {
@@ -62,7 +68,7 @@ pub(crate) fn make(
     };
     let error = ErrorBounds { proved, estimated: None, measured: None };
     let writing = Instant::now();
-    let file = codes.file_with(&picture.film, format, Some(&note(&picture, &error, &replay)));
+    let file = codes.file_with(&picture.film, format, Some(&note(&error, &replay)));
     let phases = Phases {
         parse: loading.parse,
         plan: loading.plan,
@@ -82,10 +88,10 @@ pub(crate) fn make(
     Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error, replay } })
 }
 
-/// What the file says about its picture: of the cost report all that does not depend on the machine, since the same request
-/// gives the same bytes everywhere.
-fn note(picture: &Picture, error: &ErrorBounds, replay: &Replay) -> String {
-    json!({ "rays": picture.rays, "error": error, "replay": replay }).to_string()
+/// What the file says about its picture: of the cost report all that depends on neither the machine nor the moment, since
+/// the same request gives the same bytes everywhere.
+fn note(error: &ErrorBounds, replay: &Replay) -> String {
+    json!({ "error": error, "replay": replay }).to_string()
 }
 
 /// Milliseconds that a region takes from its last ray to the end of its file, generously.

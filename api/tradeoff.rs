@@ -97,7 +97,7 @@ pub(crate) fn measure(
                 point.rays = Some(picture.rays);
                 // The same bounds for all points: recursion without end, which the references come near to.
                 let endless = stage.single.ceiling().reach.max_depth.is_none();
-                let proof = endless.then(|| stage.workers.work(|| Proof::of(&picture)));
+                let proof = endless.then(|| stage.workers.work(|| Proof::of(&picture))).transpose()?;
                 point.proved_codes = proof.filter(|p| p.max_linear.is_some()).map(|p| p.max_codes);
                 let codes = Codes8::from(&picture.film);
                 point.measured = references.errors(&stage, point.settings, &codes);
@@ -173,7 +173,7 @@ impl<'a> Stage<'a> {
             }
             description.render.precision = precision;
             let options = CompileOptions { spd_counts, ..CompileOptions::default() };
-            workers.work(|| compile_from(&description, options, files)).map_err(Stopped::Refused)
+            workers.work(|| compile_from(&description, options, files))?.map_err(Stopped::Refused)
         };
         let other = match asked.precision {
             Precision::Single => Precision::Double,
@@ -216,12 +216,12 @@ impl<'a> Stage<'a> {
         (scene.samples, scene.antialias) = (samples, antialias);
         let (scene, whole) = (&*scene, Region::whole(scene.width, scene.height));
         let deadline = Instant::now() + Duration::from_secs_f64(left.max(0.0));
-        while_wanted(self.control, deadline, |control| self.workers.work(|| render(scene, whole, control)))
+        while_wanted(self.control, deadline, |control| self.workers.work(|| render(scene, whole, control))?)
     }
 
-    /// Compares two pictures on the pool.
-    fn compare(&self, reference: &Codes8, test: &Codes8) -> Difference {
-        self.workers.work(|| Difference::of(reference, test))
+    /// Compares two pictures on the pool; none if nobody wants to know any more.
+    fn compare(&self, reference: &Codes8, test: &Codes8) -> Option<Difference> {
+        self.workers.work(|| Difference::of(reference, test)).ok()
     }
 }
 
@@ -377,7 +377,7 @@ impl References {
             }
         }
         let mut references = Self { recursion, by_positions, sampling: Vec::new() };
-        let sampling = |(_, codes): &(_, Codes8)| references.best().map(|best| stage.compare(best, codes));
+        let sampling = |(_, codes): &(_, Codes8)| references.best().and_then(|best| stage.compare(best, codes));
         references.sampling = references.by_positions.iter().map(sampling).collect();
         Ok((references, dropped))
     }
@@ -399,9 +399,9 @@ impl References {
         let (depth, weight) = self.recursion;
         let comparable = settings.max_codes.is_some() || settings.max_depth <= depth && settings.min_weight >= weight;
         Errors {
-            truncation: self.same(settings).filter(|_| comparable).map(|same| stage.compare(same, picture)),
+            truncation: self.same(settings).filter(|_| comparable).and_then(|same| stage.compare(same, picture)),
             sampling: self.place(settings.positions()).and_then(|i| self.sampling[i]),
-            total: self.best().map(|best| stage.compare(best, picture)),
+            total: self.best().and_then(|best| stage.compare(best, picture)),
         }
     }
 

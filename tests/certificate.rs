@@ -60,13 +60,13 @@ fn scene(seed: u64) -> Vec<u8> {
         })
         .collect();
     let fog = if r.below(5) == 0 { json!({ "color": color(r, 1.0), "density": 0.1 }) } else { Value::Null };
+    let (shadows, precision) = (["opaque", "transmissive"][r.below(2)], ["single", "double"][r.below(2)]);
     let mut scene = json!({
         "version": 1, "image": { "width": WIDTH, "height": HEIGHT },
         "camera": { "pinhole": { "eye": [0.5, 0.8, 6.0], "look_at": [0, 0, 0], "vfov_deg": 50 } },
         "background": color(r, 1.0), "ambient": color(r, 0.3), "lights": lights, "materials": materials,
         "objects": objects,
-        "render": { "antialias": false, "shadows": ["opaque", "transmissive"][r.below(2)],
-            "precision": ["single", "double"][r.below(2)] }
+        "render": { "antialias": false, "shadows": shadows, "precision": precision }
     });
     if !fog.is_null() {
         scene["fog"] = fog;

@@ -8,12 +8,13 @@ use super::openapi::bodies::{Bytes, Picture, Scene as AnyScene};
 use super::openapi::queries;
 use super::parameters::{Parameters, outside};
 use super::problem::{Kind, Problem};
-use super::queue::{Done, Job};
+use super::queue::{Done, Job, seat_of};
 use super::scenes::Found;
 use super::{App, Service};
 use crate::picture::{self, Finished};
 use crate::ready::Ready;
 use crate::report::Report;
+use crate::turns::Lane;
 use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
@@ -59,8 +60,9 @@ async fn answer(
     let further = |parameters: &mut Parameters, headers: &HeaderMap| {
         Ok((region(parameters), parameters.picture_format(headers)?))
     };
-    let Asked { format, overrides, further: (region, file_format), body } =
+    let Asked { format, overrides, further: (region, file_format), tenant, body } =
         asked::read(&service, request, further).await?;
+    let seat = seat_of(&tenant, if region.is_some() { Lane::Tiles } else { Lane::Renders });
     let render = {
         let service = Arc::clone(&service);
         move |job: &Job| {
@@ -71,7 +73,7 @@ async fn answer(
                 .map_err(|_| gone())
         }
     };
-    let Done { value: (Finished { file, report }, kept), queue_ms } = service.queue.run(render).await?;
+    let Done { value: (Finished { file, report }, kept), queue_ms } = service.queue.run(seat, render).await?;
     let cost = Extension(Cost { rays: report.cost.rays.total() });
     let headers = picture_headers(file_format, &report, queue_ms, kept);
     Ok((cost, headers, Held::new(file, &service.memory).into_body()).into_response())
