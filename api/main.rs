@@ -9,12 +9,14 @@ mod folder;
 mod identity;
 mod input;
 mod picture;
+mod pieces;
 mod rays;
 mod ready;
 mod recent;
 mod report;
 mod server;
 mod tradeoff;
+mod turns;
 mod workers;
 
 use clap::Parser;

@@ -1,11 +1,12 @@
 //! From a loaded scene to a picture file and its cost report.
 
+use crate::pieces::render_in_pieces;
 use crate::ready::{Loading, Ready};
 use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::workers::Workers;
 use std::time::Instant;
-use strahl::film::{Codes, FileFormat, Region};
-use strahl::render::{Cancelled, Control, render};
+use strahl::film::{Codes, FileFormat, Film, Region};
+use strahl::render::{Cancelled, Control};
 
 /// A picture file and what it cost.
 #[derive(Debug)]
@@ -28,13 +29,12 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Finished, Cancelled> {
     let scene = &ready.scene;
-    // The codes are made in the same turn on the pool; the file takes one thread, while the pool goes on.
-    let (picture, codes, coding_ms) = workers.work(|| {
-        let picture = render(scene, region, control)?;
+    // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
+    let code = |film: &Film| {
         let coding = Instant::now();
-        let codes = Codes::new(&picture.film, format);
-        Ok((picture, codes, milliseconds(coding)))
-    })?;
+        (Codes::new(film, format), milliseconds(coding))
+    };
+    let (picture, (codes, coding_ms)) = render_in_pieces(scene, region, workers, control, code)?;
     let writing = Instant::now();
     let file = codes.file(&picture.film, format);
     let phases = Phases {

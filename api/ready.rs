@@ -56,7 +56,7 @@ pub(crate) fn planned(
     control: &Control,
 ) -> Result<(Plan, Pilot), Cancelled> {
     let mut plan = ready.plan.clone();
-    let pilot = workers.work(|| plan.estimate(&ready.scene, region, control))?;
+    let pilot = workers.work(|| plan.estimate(&ready.scene, region, control))??;
     Ok((plan, pilot))
 }
 

@@ -163,7 +163,7 @@ impl<'a> Stage<'a> {
             }
             description.render.precision = precision;
             let options = CompileOptions { spd_counts, ..CompileOptions::default() };
-            workers.work(|| compile_from(&description, options, files)).map_err(Stopped::Refused)
+            workers.work(|| compile_from(&description, options, files))?.map_err(Stopped::Refused)
         };
         let other = match asked.precision {
             Precision::Single => Precision::Double,
@@ -203,12 +203,12 @@ impl<'a> Stage<'a> {
         (scene.samples, scene.antialias) = (samples, antialias);
         let (scene, whole) = (&*scene, Region::whole(scene.width, scene.height));
         let deadline = Instant::now() + Duration::from_secs_f64(left.max(0.0));
-        while_wanted(self.control, deadline, |control| self.workers.work(|| render(scene, whole, control)))
+        while_wanted(self.control, deadline, |control| self.workers.work(|| render(scene, whole, control))?)
     }
 
-    /// Compares two pictures on the pool.
-    fn compare(&self, reference: &Codes8, test: &Codes8) -> Difference {
-        self.workers.work(|| Difference::of(reference, test))
+    /// Compares two pictures on the pool; none if nobody wants to know any more.
+    fn compare(&self, reference: &Codes8, test: &Codes8) -> Option<Difference> {
+        self.workers.work(|| Difference::of(reference, test)).ok()
     }
 }
 
@@ -364,7 +364,7 @@ impl References {
             }
         }
         let mut references = Self { recursion, by_positions, sampling: Vec::new() };
-        let sampling = |(_, codes): &(_, Codes8)| references.best().map(|best| stage.compare(best, codes));
+        let sampling = |(_, codes): &(_, Codes8)| references.best().and_then(|best| stage.compare(best, codes));
         references.sampling = references.by_positions.iter().map(sampling).collect();
         Ok((references, dropped))
     }
@@ -386,9 +386,9 @@ impl References {
         let (depth, weight) = self.recursion;
         let comparable = settings.max_depth <= depth && settings.min_weight >= weight;
         Errors {
-            truncation: self.same(settings).filter(|_| comparable).map(|same| stage.compare(same, picture)),
+            truncation: self.same(settings).filter(|_| comparable).and_then(|same| stage.compare(same, picture)),
             sampling: self.place(settings.positions()).and_then(|i| self.sampling[i]),
-            total: self.best().map(|best| stage.compare(best, picture)),
+            total: self.best().and_then(|best| stage.compare(best, picture)),
         }
     }
 

@@ -19,12 +19,12 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     if !args.analyze && (args.picture.region.is_some() || args.picture.stats.is_some()) {
         return Err(Failure::Usage("--region and --stats need --analyze: without it nothing is rendered".into()));
     }
-    let workers = start_workers(args.settings.threads)?;
     let control = Arc::new(Control::default());
+    let workers = start_workers(args.settings.threads, &control)?;
     interrupt::cancel_on_ctrl_c(&control)?;
     let started = Instant::now();
     let source = Source::read(&args.scene)?;
-    let ready = workers.work(|| source.load(&args.settings.overrides()).map(Ready::from))?;
+    let ready = workers.work(|| source.load(&args.settings.overrides()).map(Ready::from))??;
     let region = region_of(&ready.scene, args.picture.region)?;
     let (mut plan, pilot) = planned(&ready, region, &workers, &control)?;
     if !args.analyze {

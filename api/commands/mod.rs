@@ -18,8 +18,10 @@ mod validate;
 
 use crate::cli::Command;
 use crate::failure::Failure;
-use crate::workers::Workers;
+use crate::workers::{Pool, Workers};
+use std::sync::Arc;
 use strahl::film::Region;
+use strahl::render::Control;
 use strahl::scene::Scene;
 
 /// Runs a command.
@@ -42,8 +44,13 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
 }
 
 /// Starts the threads that render.
-pub(crate) fn start_workers(threads: Option<u64>) -> Result<Workers, Failure> {
-    Workers::start(threads).map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))
+pub(crate) fn start_pool(threads: Option<u64>) -> Result<Arc<Pool>, Failure> {
+    Pool::start(threads).map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))
+}
+
+/// Starts them for one piece of work after the other, which ends when `control` is cancelled.
+fn start_workers(threads: Option<u64>, control: &Arc<Control>) -> Result<Workers, Failure> {
+    Ok(Workers::alone(start_pool(threads)?, Arc::clone(control)))
 }
 
 /// The region asked for, or the whole picture.

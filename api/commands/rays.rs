@@ -9,6 +9,8 @@ use crate::workers::Workers;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
+use std::sync::Arc;
+use strahl::render::Cancelled;
 use strahl::scene::Scene;
 use strahl::trace::query::answer;
 
@@ -22,9 +24,9 @@ pub(super) fn run(args: &RaysArgs) -> Result<(), Failure> {
             "the scene and the rays cannot both come from standard input: use --rays FILE".into(),
         ));
     }
-    let workers = start_workers(args.settings.threads)?;
+    let workers = start_workers(args.settings.threads, &Arc::default())?;
     let source = Source::read(&args.scene)?;
-    let loaded = workers.work(|| source.load(&args.settings.overrides()))?;
+    let loaded = workers.work(|| source.load(&args.settings.overrides()))??;
     let name = if args.rays == "-" { "standard input" } else { args.rays.as_str() };
     let cannot = |error: io::Error| Failure::Input(format!("{name} cannot be read: {error}"));
     let rays: Box<dyn Read> =
@@ -38,7 +40,7 @@ pub(super) fn run(args: &RaysArgs) -> Result<(), Failure> {
         if lines.is_empty() {
             break;
         }
-        let (text, wrong_here) = answer_lines(&loaded.scene, &lines, next_line, &workers);
+        let (text, wrong_here) = answer_lines(&loaded.scene, &lines, next_line, &workers)?;
         output::print(&text)?;
         next_line += lines.len();
         wrong += wrong_here;
@@ -66,8 +68,13 @@ fn read_batch<R: Read>(rays: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
 }
 
 /// The answers, and how many of the lines are not rays.
-fn answer_lines(scene: &Scene, lines: &[Vec<u8>], first: usize, workers: &Workers) -> (Vec<u8>, usize) {
-    let answers: Vec<_> = workers.work(|| lines.par_iter().map(|line| answer_line(scene, line)).collect());
+fn answer_lines(
+    scene: &Scene,
+    lines: &[Vec<u8>],
+    first: usize,
+    workers: &Workers,
+) -> Result<(Vec<u8>, usize), Cancelled> {
+    let answers: Vec<_> = workers.work(|| lines.par_iter().map(|line| answer_line(scene, line)).collect())?;
     let mut text = Vec::new();
     let mut wrong = 0;
     for (i, answer) in answers.into_iter().enumerate() {
@@ -80,7 +87,7 @@ fn answer_lines(scene: &Scene, lines: &[Vec<u8>], first: usize, workers: &Worker
         }
         text.push(b'\n');
     }
-    (text, wrong)
+    Ok((text, wrong))
 }
 
 fn answer_line(scene: &Scene, line: &[u8]) -> Result<String, String> {

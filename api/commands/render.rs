@@ -28,13 +28,13 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
         output::check_folder(path)?;
     }
 
-    let workers = start_workers(args.settings.threads)?;
     let control = Arc::new(Control::default());
+    let workers = start_workers(args.settings.threads, &control)?;
     interrupt::cancel_on_ctrl_c(&control)?;
 
     let started = Instant::now();
     let source = Source::read(&args.scene)?;
-    let ready = workers.work(|| source.load(&args.settings.overrides()).map(Ready::from))?;
+    let ready = workers.work(|| source.load(&args.settings.overrides()).map(Ready::from))??;
     if control.cancelled.load(Ordering::Relaxed) {
         return Err(Failure::Interrupted);
     }

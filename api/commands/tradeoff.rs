@@ -24,13 +24,13 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     for path in [Some(args.output.as_path()), json].into_iter().flatten() {
         output::check_folder(path)?;
     }
-    let workers = start_workers(args.settings.threads)?;
     let control = Arc::new(Control::default());
+    let workers = start_workers(args.settings.threads, &control)?;
     interrupt::cancel_on_ctrl_c(&control)?;
 
     let started = Instant::now();
     let source = Source::read(&args.scene)?;
-    let loaded = workers.work(|| source.load(&args.settings.overrides()))?;
+    let loaded = workers.work(|| source.load(&args.settings.overrides()))??;
     let seconds = args.seconds.as_secs_f64();
     let work = || measure(loaded, source.files(), started, seconds, &workers, &control);
     let Outcome { tradeoff, thumbnails } =

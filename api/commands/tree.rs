@@ -4,21 +4,22 @@ use super::{output, start_workers};
 use crate::cli::{TreeArgs, TreeFormat};
 use crate::failure::Failure;
 use crate::input::Source;
+use std::sync::Arc;
 use strahl::scene::Scene;
 use strahl::trace::tree::trace_pixel;
 
 /// Shows the tree.
 pub(super) fn run(args: &TreeArgs) -> Result<(), Failure> {
-    let workers = start_workers(args.settings.threads)?;
+    let workers = start_workers(args.settings.threads, &Arc::default())?;
     let source = Source::read(&args.scene)?;
-    let loaded = workers.work(|| source.load(&args.settings.overrides()))?;
+    let loaded = workers.work(|| source.load(&args.settings.overrides()))??;
     let Scene { width, height, .. } = loaded.scene;
     let [x, y] = args.pixel;
     if x >= width || y >= height {
         let what = format!("--pixel {x},{y} does not lie inside the picture of {width} x {height} pixels");
         return Err(Failure::Usage(what));
     }
-    let tree = workers.work(|| trace_pixel(&loaded.scene, x, y));
+    let tree = workers.work(|| trace_pixel(&loaded.scene, x, y))?;
     match args.format {
         TreeFormat::Json => output::print(&output::pretty(&tree)?),
         TreeFormat::Dot => output::print(tree.to_dot().as_bytes()),

@@ -4,9 +4,11 @@ use super::Service;
 use super::body::{self, Held};
 use super::parameters::Parameters;
 use super::problem::{Kind, Problem};
+use super::tenant::Tenant;
 use axum::extract::Request;
 use axum::http::HeaderMap;
 use axum::http::request::Parts;
+use std::sync::Arc;
 use strahl::scene::{Format, Overrides};
 
 /// A request, read completely and checked except for the scene.
@@ -18,6 +20,8 @@ pub(super) struct Asked<P> {
     pub(super) overrides: Overrides,
     /// The parameters that only some requests take.
     pub(super) further: P,
+    /// Who asks.
+    pub(super) tenant: Arc<Tenant>,
     /// The scene.
     pub(super) body: Held,
 }
@@ -32,7 +36,8 @@ pub(super) async fn read<P>(
     match check(service, &parts, further) {
         Ok((format, overrides, further)) => {
             let body = body::read(service, &parts.headers, body).await?;
-            Ok(Asked { format, overrides, further, body })
+            let tenant = Tenant::of(&parts.extensions);
+            Ok(Asked { format, overrides, further, tenant, body })
         }
         Err(problem) => {
             body::discard(service, &parts.headers, body).await;

@@ -30,7 +30,7 @@ mod tradeoff;
 mod warnings;
 
 use crate::cli::{LogFormat, ServeArgs};
-use crate::commands::start_workers;
+use crate::commands::start_pool;
 use crate::failure::Failure;
 use crate::folder::Folder;
 pub(crate) use openapi::openapi_text;
@@ -90,13 +90,13 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         let file = args.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
         Failure::Usage(format!("{file}{error}"))
     })?;
-    let workers = start_workers(args.threads)?;
+    let pool = start_pool(args.threads)?;
     let limits = Limits::new(args);
     let textures = args.textures.as_deref().map(|path| {
         Folder::open(path).map_err(|error| Failure::Usage(format!("--textures {}: {error}", path.display())))
     });
     let service = Arc::new(Service {
-        queue: Queue::new(workers, args.queue, args.timeout),
+        queue: Queue::new(pool, args.queue, args.timeout),
         access,
         scenes: Scenes::new(args.scene_cache_bytes, textures.transpose()?),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),

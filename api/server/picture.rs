@@ -8,13 +8,14 @@ use super::openapi::bodies::{Bytes, Picture, Scene as AnyScene};
 use super::openapi::queries;
 use super::parameters::{Parameters, outside};
 use super::problem::{Kind, Problem};
-use super::queue::{Done, Job};
+use super::queue::{Done, Job, seat_of};
 use super::scenes::Found;
 use super::warnings;
 use super::{App, Service};
 use crate::picture::{self, Finished};
 use crate::ready::Ready;
 use crate::report::Report;
+use crate::turns::Lane;
 use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
@@ -60,8 +61,9 @@ async fn answer(
     let further = |parameters: &mut Parameters, headers: &HeaderMap| {
         Ok((region(parameters), parameters.picture_format(headers)?))
     };
-    let Asked { format, overrides, further: (region, file_format), body } =
+    let Asked { format, overrides, further: (region, file_format), tenant, body } =
         asked::read(&service, request, further).await?;
+    let seat = seat_of(&tenant, if region.is_some() { Lane::Tiles } else { Lane::Renders });
     let render = {
         let service = Arc::clone(&service);
         move |job: &Job| {
@@ -72,7 +74,7 @@ async fn answer(
                 .map_err(|_| gone())
         }
     };
-    let Done { value: (Finished { file, report }, kept, warnings), queue_ms } = service.queue.run(render).await?;
+    let Done { value: (Finished { file, report }, kept, warnings), queue_ms } = service.queue.run(seat, render).await?;
     let cost = Extension(Cost::of(&report, queue_ms, file_format));
     let mut headers = picture_headers(file_format, &report, queue_ms, kept);
     headers.extend(warnings);

@@ -7,11 +7,12 @@ use super::openapi::queries;
 use super::parameters::{Parameters, outside};
 use super::picture::{find, gone};
 use super::problem::{Kind, Problem};
-use super::queue::Job;
+use super::queue::{Job, seat_of};
 use super::scenes::Found;
 use super::{App, Service};
 use crate::picture;
 use crate::ready::{Analyzed, Ready, planned};
+use crate::turns::Lane;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
@@ -100,7 +101,11 @@ pub(super) async fn tree(State(service): State<App>, request: Request) -> Result
         if x >= scene.width || y >= scene.height {
             return Err(outside(&format!("the pixel x={x}, y={y}"), scene.width, scene.height));
         }
-        let tree = job.workers.work(|| trace_pixel_while(scene, x, y, &job.control)).map_err(|_| gone())?;
+        let tree = job
+            .workers
+            .work(|| trace_pixel_while(scene, x, y, &job.control))
+            .and_then(|tree| tree)
+            .map_err(|_| gone())?;
         match tree_format {
             TreeFormat::Json => to_json(&tree),
             TreeFormat::Dot => Ok(("text/vnd.graphviz", tree.to_dot().into_bytes())),
@@ -145,12 +150,12 @@ pub(super) async fn ask<P: Send + 'static>(
     further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
     answer: impl FnOnce(&Service, &Job, &[u8], Format, &Overrides, P) -> Result<Answer, Problem> + Send + 'static,
 ) -> Result<Response, Problem> {
-    let Asked { format, overrides, further, body } = asked::read(&service, request, further).await?;
+    let Asked { format, overrides, further, tenant, body } = asked::read(&service, request, further).await?;
     let work = {
         let service = Arc::clone(&service);
         move |job: &Job| answer(&service, job, body.as_ref(), format, &overrides, further)
     };
-    let (media_type, bytes) = service.queue.run(work).await?.value;
+    let (media_type, bytes) = service.queue.run(seat_of(&tenant, Lane::Renders), work).await?.value;
     let body = Held::new(bytes, &service.memory).into_body();
     Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
 }

@@ -5,27 +5,29 @@
 //! only when the job has really ended.
 
 use super::problem::{Kind, Problem};
+use super::tenant::Tenant;
 use crate::picture::milliseconds;
-use crate::workers::Workers;
+use crate::turns::{Lane, Seat};
+use crate::workers::{Pool, Workers};
 use std::any::Any;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use strahl::render::Control;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout_at;
 
-/// Jobs under way at one time. They take turns on the pool; the second one is there so that one can encode its
-/// picture while the other renders.
-const DRIVERS: usize = 2;
+/// Requests under way beside those that wait: one renders while another encodes its picture.
+const UNDER_WAY: usize = 2;
 
 /// The queue.
 #[derive(Debug)]
 pub(super) struct Queue {
-    workers: Arc<Workers>,
+    pool: Arc<Pool>,
     /// Places for jobs that wait and jobs under way.
     places: Arc<Semaphore>,
-    drivers: Arc<Semaphore>,
+    /// Jobs that have had a turn.
+    running: Arc<AtomicUsize>,
     size: usize,
     patience: Duration,
     pace: Pace,
@@ -35,11 +37,16 @@ pub(super) struct Queue {
 #[derive(Debug)]
 pub(super) struct Job {
     /// The threads that render.
-    pub(super) workers: Arc<Workers>,
+    pub(super) workers: Workers,
     /// Tells the job to stop.
     pub(super) control: Arc<Control>,
     /// When work began.
     pub(super) started: Instant,
+}
+
+/// A tenant's seat for what it waits for.
+pub(super) fn seat_of(tenant: &Tenant, lane: Lane) -> Seat {
+    Seat { lane, tenant: tenant.name.as_str().into(), weight: tenant.weight, priority: 50 }
 }
 
 /// What a job has made.
@@ -53,12 +60,12 @@ pub(super) struct Done<T> {
 
 impl Queue {
     /// A queue for so many waiting jobs, each of which may take so long until it is done.
-    pub(super) fn new(workers: Workers, waiting: u32, patience: Duration) -> Self {
-        let size = waiting as usize + DRIVERS;
+    pub(super) fn new(pool: Arc<Pool>, waiting: u32, patience: Duration) -> Self {
+        let size = waiting as usize + UNDER_WAY;
         Self {
-            workers: Arc::new(workers),
+            pool,
             places: Arc::new(Semaphore::new(size)),
-            drivers: Arc::new(Semaphore::new(DRIVERS)),
+            running: Arc::default(),
             size,
             patience,
             pace: Pace::default(),
@@ -68,23 +75,26 @@ impl Queue {
     /// Queues a job and waits for it. The job runs on a thread of its own, never on one of tokio's workers.
     pub(super) async fn run<T: Send + 'static>(
         &self,
+        seat: Seat,
         job: impl FnOnce(&Job) -> Result<T, Problem> + Send + 'static,
     ) -> Result<Done<T>, Problem> {
         let queued = Instant::now();
         let deadline = (queued + self.patience).into();
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| self.saturated())?;
-        let driver = timeout_at(deadline, Arc::clone(&self.drivers).acquire_owned()).await;
-        let driver = driver.ok().and_then(Result::ok).ok_or_else(|| self.waited())?;
-        let queue_ms = milliseconds(queued);
-
         let control = Arc::new(Control::default());
         let _guard = CancelOnDrop(Arc::clone(&control));
-        let job_side = Job { workers: Arc::clone(&self.workers), control, started: Instant::now() };
+        let workers = Arc::clone(&self.pool).join(seat, Arc::clone(&control));
+        let turn = timeout_at(deadline, workers.line_up()).await;
+        turn.ok().and_then(Result::ok).ok_or_else(|| self.waited())?;
+        let queue_ms = milliseconds(queued);
+
+        let held = Held::new(place, &self.running);
+        let job_side = Job { workers, control, started: Instant::now() };
         let work = tokio::task::spawn_blocking(move || {
-            let held = Held { _place: place, _driver: driver };
             let value = job(&job_side);
-            drop(held);
-            (value, job_side.started.elapsed())
+            let took = job_side.started.elapsed();
+            drop((job_side, held));
+            (value, took)
         });
         match timeout_at(deadline, work).await {
             Ok(Ok((value, took))) => {
@@ -107,7 +117,7 @@ impl Queue {
 
     /// Jobs under way.
     pub(super) fn running(&self) -> usize {
-        DRIVERS - self.drivers.available_permits()
+        self.running.load(Ordering::Relaxed)
     }
 
     /// Jobs that wait.
@@ -135,7 +145,20 @@ impl Queue {
 #[derive(Debug)]
 struct Held {
     _place: OwnedSemaphorePermit,
-    _driver: OwnedSemaphorePermit,
+    running: Arc<AtomicUsize>,
+}
+
+impl Held {
+    fn new(place: OwnedSemaphorePermit, running: &Arc<AtomicUsize>) -> Self {
+        running.fetch_add(1, Ordering::Relaxed);
+        Self { _place: place, running: Arc::clone(running) }
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.running.fetch_sub(1, Ordering::Relaxed);
+    }
 }
 
 /// Cancels a job when nobody waits for it any more.
@@ -184,7 +207,7 @@ mod tests {
     use std::thread::sleep;
 
     fn queue(waiting: u32, patience_ms: u64) -> Arc<Queue> {
-        Arc::new(Queue::new(Workers::start(Some(2)).unwrap(), waiting, Duration::from_millis(patience_ms)))
+        Arc::new(Queue::new(Pool::start(Some(2)).unwrap(), waiting, Duration::from_millis(patience_ms)))
     }
 
     fn status<T>(result: Result<Done<T>, Problem>) -> Option<StatusCode> {
@@ -193,10 +216,20 @@ mod tests {
 
     /// A job that runs until it is cancelled.
     fn endless(job: &Job) -> Result<(), Problem> {
-        while !job.control.cancelled.load(Ordering::Relaxed) {
-            sleep(Duration::from_millis(1));
-        }
-        Ok(())
+        let wait = || {
+            while !job.control.cancelled.load(Ordering::Relaxed) {
+                sleep(Duration::from_millis(1));
+            }
+        };
+        job.workers.work(wait).map_err(|_| gone())
+    }
+
+    fn gone() -> Problem {
+        Problem::new(Kind::Internal, "nobody waits any more")
+    }
+
+    fn panicking(job: &Job) -> Result<(), Problem> {
+        job.workers.work(|| panic!("the kernel broke")).map_err(|_| gone())
     }
 
     async fn until(mut condition: impl FnMut() -> bool) {
@@ -211,25 +244,37 @@ mod tests {
     async fn a_panicking_job_is_a_500_and_the_next_one_runs() {
         let queue = queue(0, 5_000);
         for _ in 0..5 {
-            let bad = queue.run(|job| -> Result<(), Problem> { job.workers.work(|| panic!("the kernel broke")) }).await;
+            let bad = queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), panicking).await;
             assert_eq!(status(bad), Some(StatusCode::INTERNAL_SERVER_ERROR));
         }
-        assert_eq!(queue.run(|job| Ok(job.workers.work(|| 42))).await.unwrap().value, 42);
+        assert_eq!(
+            queue
+                .run(seat_of(&Tenant::anonymous(), Lane::Renders), |job| job.workers.work(|| 42).map_err(|_| gone()))
+                .await
+                .unwrap()
+                .value,
+            42
+        );
         assert_eq!((queue.running(), queue.waiting()), (0, 0));
     }
 
     #[tokio::test]
     async fn a_full_queue_refuses_at_once() {
         let queue = queue(1, 60_000);
-        let busy: Vec<_> = (0..DRIVERS + 1)
+        let busy: Vec<_> = (0..=UNDER_WAY)
             .map(|_| {
                 let queue = Arc::clone(&queue);
-                tokio::spawn(async move { queue.run(endless).await.map(|done| done.value) })
+                tokio::spawn(async move {
+                    queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await.map(|done| done.value)
+                })
             })
             .collect();
-        until(|| (queue.running(), queue.waiting()) == (DRIVERS, 1)).await;
+        until(|| (queue.running(), queue.waiting()) == (1, UNDER_WAY)).await;
         let asked = Instant::now();
-        assert_eq!(status(queue.run(endless).await), Some(StatusCode::SERVICE_UNAVAILABLE));
+        assert_eq!(
+            status(queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await),
+            Some(StatusCode::SERVICE_UNAVAILABLE)
+        );
         assert!(asked.elapsed() < Duration::from_millis(100));
         busy.iter().for_each(tokio::task::JoinHandle::abort);
         until(|| (queue.running(), queue.waiting()) == (0, 0)).await;
@@ -240,7 +285,9 @@ mod tests {
         let queue = queue(0, 60_000);
         let request = {
             let queue = Arc::clone(&queue);
-            tokio::spawn(async move { queue.run(endless).await.map(|done| done.value) })
+            tokio::spawn(async move {
+                queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await.map(|done| done.value)
+            })
         };
         until(|| queue.running() == 1).await;
         request.abort();
@@ -252,7 +299,10 @@ mod tests {
     #[tokio::test]
     async fn a_job_past_its_deadline_is_given_up() {
         let queue = queue(0, 50);
-        assert_eq!(status(queue.run(endless).await), Some(StatusCode::GATEWAY_TIMEOUT));
+        assert_eq!(
+            status(queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await),
+            Some(StatusCode::GATEWAY_TIMEOUT)
+        );
         until(|| queue.running() == 0).await;
     }
 

@@ -49,7 +49,7 @@ fn answer_all(service: &Service, job: &Job, bytes: &[u8], overrides: &Overrides)
     let rays = read_all(&rays.texts)?;
     let found = service.scenes.find(job, text.get().as_bytes(), Format::Json, overrides);
     let found = found.map_err(|problems| Problem::scene(&inside(bytes, text, problems)))?;
-    let answers = job.workers.work(|| follow(job, &found.ready.scene, &rays)).ok_or_else(gone)?;
+    let answers = job.workers.work(|| follow(job, &found.ready.scene, &rays)).ok().flatten().ok_or_else(gone)?;
     to_json(&json!({ "answers": answers }))
 }
 

@@ -12,6 +12,7 @@ use lru::LruCache;
 use sha2::{Digest, Sha256};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
+use strahl::render::Cancelled;
 use strahl::scene::{Files, Format, NoFiles, Overrides, Problems, load_with};
 
 /// The scenes, the one that was asked for longest ago first to go.
@@ -63,7 +64,11 @@ impl Scenes {
         overrides: &Overrides,
     ) -> Result<Found, Problems> {
         let files = self.files();
-        let build = || job.workers.work(|| load_with(bytes, format, overrides, files).map(Ready::from));
+        let build = || {
+            let built = job.workers.work(|| load_with(bytes, format, overrides, files).map(Ready::from));
+            // The caller looks whether it was cancelled.
+            built.unwrap_or_else(|Cancelled| Err(Problems(Vec::new())))
+        };
         if self.budget == 0 {
             let ready = build()?;
             return Ok(Found { loading: ready.loading, ready: Arc::new(ready), kept: false });

@@ -70,6 +70,7 @@ fn answer(
     let loaded = job
         .workers
         .work(|| load_with(bytes, format, overrides, files))
+        .map_err(|_| gone())?
         .map_err(|problems| Problem::scene(&problems))?;
     service.limits.check(&loaded.scene, Region::whole(loaded.scene.width, loaded.scene.height))?;
     let measured = measure(loaded, files, job.started, seconds, &job.workers, &job.control);

@@ -1,0 +1,411 @@
+//! Whose turn it is on the pool: one piece of work has it at a time, and this is the order.
+//!
+//! Three lanes have equal shares of the time: tiles that somebody looks at, renders that somebody waits for, and jobs. So
+//! what is interactive has at least half of it when both want it, and all of it when no job does. Within a lane tenants
+//! share by weight, within a tenant the higher priority goes first, which grows with the time since somebody joined.
+//! Shares are kept as the milliseconds that each has had, divided by its weight (virtual time, as in weighted fair
+//! queueing): who has had least is next. Who has been away starts where the others are, so nobody saves up turns.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::time::{Duration, Instant};
+use strahl::render::Cancelled;
+use tokio::sync::oneshot;
+
+/// Pause between two looks at the flag that cancels, for those who wait on a thread.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(10);
+/// Seconds of waiting that are worth a point of priority.
+const SECONDS_A_POINT: f64 = 6.0;
+/// Tenants whose use is remembered after they have gone.
+const REMEMBERED: usize = 1_024;
+
+/// What kind of work it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Lane {
+    /// Parts of pictures that somebody looks at; the newest first, since who looks has moved on from the older ones.
+    Tiles,
+    /// Requests that somebody waits for; the oldest first.
+    Renders,
+    /// Jobs; the oldest first.
+    Jobs,
+}
+
+/// Who wants turns.
+#[derive(Debug, Clone)]
+pub(crate) struct Seat {
+    /// The kind of work.
+    pub(crate) lane: Lane,
+    /// Whose work it is.
+    pub(crate) tenant: Arc<str>,
+    /// The tenant's share beside others, at least 1.
+    pub(crate) weight: u32,
+    /// 0 to 100; compared with others of the same tenant only.
+    pub(crate) priority: u8,
+}
+
+/// The order.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Turns(Arc<Mutex<State>>);
+
+/// Somebody who may want turns; it has left when this is dropped.
+#[derive(Debug)]
+pub(crate) struct Member {
+    turns: Turns,
+    seat: Seat,
+    joined: Instant,
+    number: u64,
+}
+
+/// The pool is its owner's until this is dropped.
+#[derive(Debug)]
+pub(crate) struct Turn {
+    turns: Turns,
+    lane: Lane,
+    tenant: Arc<str>,
+    weight: u32,
+    began: Instant,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    taken: bool,
+    waiting: Vec<Waiter>,
+    /// Numbers of members and waiters.
+    count: u64,
+    lanes: [Share; 3],
+    tenants: [HashMap<Arc<str>, Share>; 3],
+    /// What those had had who were served last: of all lanes, and of the tenants of each.
+    lanes_now: f64,
+    tenants_now: [f64; 3],
+}
+
+/// What somebody has had.
+#[derive(Debug, Default)]
+struct Share {
+    had: f64,
+    members: usize,
+}
+
+impl Share {
+    fn join(&mut self, now: f64) {
+        if self.members == 0 {
+            self.had = self.had.max(now);
+        }
+        self.members += 1;
+    }
+}
+
+struct Waiter {
+    id: u64,
+    seat: Seat,
+    joined: Instant,
+    number: u64,
+    /// Hands the turn over. If nobody takes it any more, it is dropped, and the next one has it.
+    wake: Box<dyn FnOnce(Turn) + Send>,
+}
+
+impl fmt::Debug for Waiter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Waiter").field("id", &self.id).field("seat", &self.seat).finish_non_exhaustive()
+    }
+}
+
+impl Turns {
+    /// Somebody joins, at the end of those of equal rank.
+    pub(crate) fn join(&self, seat: Seat) -> Member {
+        let mut state = self.state();
+        let State { lanes, tenants, lanes_now, tenants_now, .. } = &mut *state;
+        let lane = seat.lane as usize;
+        lanes[lane].join(*lanes_now);
+        tenants[lane].entry(Arc::clone(&seat.tenant)).or_default().join(tenants_now[lane]);
+        let number = state.number();
+        Member { turns: self.clone(), seat, joined: Instant::now(), number }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        // A panic between two lines of this file leaves at worst unfair shares.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Gives the turn to the next one, if nobody has it and somebody wants it.
+    fn hand_over(&self, mut state: MutexGuard<'_, State>) {
+        if state.taken {
+            return;
+        }
+        let Some(next) = state.next() else { return };
+        let Waiter { seat: Seat { lane, tenant, weight, .. }, wake, .. } = state.waiting.swap_remove(next);
+        state.taken = true;
+        drop(state);
+        // Without the lock: if the other side has gone, the turn is dropped here, which takes it.
+        wake(Turn { turns: self.clone(), lane, tenant, weight, began: Instant::now() });
+    }
+}
+
+impl State {
+    fn number(&mut self) -> u64 {
+        self.count += 1;
+        self.count
+    }
+
+    /// Which waiter is next.
+    fn next(&mut self) -> Option<usize> {
+        let first = |a: f64, b: f64| a.total_cmp(&b);
+        let lane = [Lane::Tiles, Lane::Renders, Lane::Jobs]
+            .into_iter()
+            .filter(|lane| self.waiting.iter().any(|waiter| waiter.seat.lane == *lane))
+            .min_by(|a, b| first(self.lanes[*a as usize].had, self.lanes[*b as usize].had))?;
+        let had = |tenant: &Arc<str>| self.tenants[lane as usize].get(tenant).map_or(0.0, |share| share.had);
+        let in_lane = || self.waiting.iter().enumerate().filter(|(_, waiter)| waiter.seat.lane == lane);
+        let tenant = in_lane().map(|(_, waiter)| &waiter.seat.tenant).min_by(|a, b| first(had(a), had(b)))?;
+        let (next, _) =
+            in_lane().filter(|(_, waiter)| waiter.seat.tenant == *tenant).max_by(|(_, a), (_, b)| a.rank(b))?;
+        self.lanes_now = self.lanes[lane as usize].had;
+        self.tenants_now[lane as usize] = had(tenant);
+        Some(next)
+    }
+
+    fn charge(&mut self, turn: &Turn) {
+        let milliseconds = turn.began.elapsed().as_secs_f64() * 1e3;
+        self.lanes[turn.lane as usize].had += milliseconds;
+        if let Some(share) = self.tenants[turn.lane as usize].get_mut(&turn.tenant) {
+            share.had += milliseconds / f64::from(turn.weight.max(1));
+        }
+    }
+}
+
+impl Waiter {
+    /// Greater goes first; both are of the same tenant and lane.
+    fn rank(&self, other: &Self) -> std::cmp::Ordering {
+        let aged = |waiter: &Self| aged(waiter.seat.priority, waiter.joined);
+        let by_age = match self.seat.lane {
+            Lane::Tiles => self.number.cmp(&other.number),
+            Lane::Renders | Lane::Jobs => other.number.cmp(&self.number),
+        };
+        match self.seat.lane {
+            Lane::Jobs => aged(self).total_cmp(&aged(other)).then(by_age),
+            Lane::Tiles | Lane::Renders => self.seat.priority.cmp(&other.seat.priority).then(by_age),
+        }
+    }
+}
+
+/// A priority that grows with the time since some instant.
+pub(crate) fn aged(priority: u8, since: Instant) -> f64 {
+    f64::from(priority) + since.elapsed().as_secs_f64() / SECONDS_A_POINT
+}
+
+impl Member {
+    /// Waits without a thread. Who stops waiting is out of the line at once.
+    pub(crate) async fn turn(&self) -> Result<Turn, Cancelled> {
+        let (sender, receiver) = oneshot::channel();
+        let _place = self.line_up(None, move |turn| drop(sender.send(turn)));
+        receiver.await.map_err(|_| Cancelled)
+    }
+
+    /// Waits on this thread.
+    pub(crate) fn turn_or(&self, cancelled: &AtomicBool) -> Result<Turn, Cancelled> {
+        self.wait(None, cancelled)
+    }
+
+    /// Gives a turn back and asks for the next, so that whoever is first in line has it: perhaps the same member.
+    pub(crate) fn pass(&self, turn: Turn, cancelled: &AtomicBool) -> Result<Turn, Cancelled> {
+        self.wait(Some(turn), cancelled)
+    }
+
+    fn wait(&self, before: Option<Turn>, cancelled: &AtomicBool) -> Result<Turn, Cancelled> {
+        let (sender, receiver) = mpsc::channel();
+        let _place = self.line_up(before, move |turn| drop(sender.send(turn)));
+        loop {
+            if cancelled.load(Ordering::Relaxed) {
+                return Err(Cancelled);
+            }
+            match receiver.recv_timeout(BETWEEN_LOOKS) {
+                Ok(turn) => return Ok(turn),
+                Err(mpsc::RecvTimeoutError::Timeout) => {}
+                Err(mpsc::RecvTimeoutError::Disconnected) => return Err(Cancelled),
+            }
+        }
+    }
+
+    fn line_up(&self, before: Option<Turn>, wake: impl FnOnce(Turn) + Send + 'static) -> Place {
+        let mut state = self.turns.state();
+        let id = state.number();
+        state.waiting.push(Waiter {
+            id,
+            seat: self.seat.clone(),
+            joined: self.joined,
+            number: self.number,
+            wake: Box::new(wake),
+        });
+        // Its end must come after its owner stands in line again, or the next one would be chosen without it.
+        drop(state);
+        drop(before);
+        self.turns.hand_over(self.turns.state());
+        Place { turns: self.turns.clone(), id }
+    }
+}
+
+impl Drop for Member {
+    fn drop(&mut self) {
+        let mut state = self.turns.state();
+        let lane = self.seat.lane as usize;
+        state.lanes[lane].members -= 1;
+        let now = state.tenants_now[lane];
+        let tenants = &mut state.tenants[lane];
+        if let Some(share) = tenants.get_mut(&self.seat.tenant) {
+            share.members -= 1;
+        }
+        if tenants.len() > REMEMBERED {
+            tenants.retain(|_, share| share.members > 0 || share.had > now);
+        }
+    }
+}
+
+impl Drop for Turn {
+    fn drop(&mut self) {
+        let turns = self.turns.clone();
+        let mut state = turns.state();
+        state.taken = false;
+        state.charge(self);
+        turns.hand_over(state);
+    }
+}
+
+/// A place in the line, left when dropped.
+#[derive(Debug)]
+struct Place {
+    turns: Turns,
+    id: u64,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.turns.state().waiting.retain(|waiter| waiter.id != self.id);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::thread;
+
+    static GOING_ON: AtomicBool = AtomicBool::new(false);
+
+    fn seat(lane: Lane, tenant: &str) -> Seat {
+        Seat { lane, tenant: tenant.into(), weight: 1, priority: 50 }
+    }
+
+    /// Lets all take turns of a millisecond while one thread holds the first, and says who had which.
+    fn order(turns: &Turns, members: Vec<(Member, &'static str)>, each: usize) -> Vec<&'static str> {
+        let served = Mutex::new(Vec::new());
+        let first = turns.join(seat(Lane::Renders, "first"));
+        let held = first.turn_or(&GOING_ON).unwrap();
+        thread::scope(|scope| {
+            let count = members.len();
+            for (member, name) in members {
+                let served = &served;
+                scope.spawn(move || {
+                    let mut turn = member.turn_or(&GOING_ON).unwrap();
+                    for round in 1..=each {
+                        served.lock().unwrap().push(name);
+                        thread::sleep(Duration::from_millis(1));
+                        if round < each {
+                            turn = member.pass(turn, &GOING_ON).unwrap();
+                        }
+                    }
+                });
+            }
+            while turns.state().waiting.len() < count {
+                thread::yield_now();
+            }
+            drop(held);
+        });
+        served.into_inner().unwrap()
+    }
+
+    #[test]
+    fn one_tenants_many_jobs_delay_anothers_by_a_round() {
+        let turns = Turns::default();
+        let mut members: Vec<_> = (0..50).map(|_| (turns.join(seat(Lane::Jobs, "many")), "many")).collect();
+        members.push((turns.join(seat(Lane::Jobs, "one")), "one"));
+        let served = order(&turns, members, 1);
+        assert!(served.iter().position(|name| *name == "one") <= Some(1), "{served:?}");
+    }
+
+    #[test]
+    fn interactive_work_has_half_of_the_turns_and_jobs_the_rest() {
+        let turns = Turns::default();
+        let members = vec![
+            (turns.join(seat(Lane::Jobs, "a")), "job"),
+            (turns.join(seat(Lane::Jobs, "b")), "job"),
+            (turns.join(seat(Lane::Renders, "a")), "render"),
+        ];
+        let served = order(&turns, members, 40);
+        let renders = served[..60].iter().filter(|name| **name == "render").count();
+        assert!((25..=35).contains(&renders), "{renders} of 60: {served:?}");
+    }
+
+    #[test]
+    fn weights_share_out_a_lane() {
+        let turns = Turns::default();
+        let heavy = Seat { weight: 3, ..seat(Lane::Jobs, "heavy") };
+        let members = vec![(turns.join(heavy), "heavy"), (turns.join(seat(Lane::Jobs, "light")), "light")];
+        let served = order(&turns, members, 40);
+        let heavy = served[..40].iter().filter(|name| **name == "heavy").count();
+        assert!((26..=34).contains(&heavy), "{heavy} of 40: {served:?}");
+    }
+
+    #[test]
+    fn priorities_come_before_age_and_tiles_are_newest_first() {
+        let turns = Turns::default();
+        let important = Seat { priority: 90, ..seat(Lane::Jobs, "a") };
+        let members = vec![
+            (turns.join(seat(Lane::Jobs, "a")), "first"),
+            (turns.join(seat(Lane::Jobs, "a")), "second"),
+            (turns.join(important), "important"),
+        ];
+        assert_eq!(order(&turns, members, 2), ["important", "important", "first", "first", "second", "second"]);
+        let tile = |name| (turns.join(seat(Lane::Tiles, "a")), name);
+        assert_eq!(order(&turns, vec![tile("old"), tile("middle"), tile("new")], 1), ["new", "middle", "old"]);
+    }
+
+    #[test]
+    fn who_has_been_away_has_saved_nothing() {
+        let turns = Turns::default();
+        let busy = turns.join(seat(Lane::Jobs, "busy"));
+        let mut turn = busy.turn_or(&GOING_ON).unwrap();
+        for _ in 0..20 {
+            thread::sleep(Duration::from_millis(1));
+            turn = busy.pass(turn, &GOING_ON).unwrap();
+        }
+        drop(turn);
+        let members = vec![(busy, "busy"), (turns.join(seat(Lane::Jobs, "new")), "new")];
+        let served = order(&turns, members, 20);
+        let new = served[..20].iter().filter(|name| **name == "new").count();
+        assert!((8..=12).contains(&new), "{new} of 20: {served:?}");
+    }
+
+    #[test]
+    fn who_stops_waiting_is_passed_over() {
+        let turns = Turns::default();
+        let [first, second, third] = [(); 3].map(|()| turns.join(seat(Lane::Jobs, "a")));
+        let held = first.turn_or(&GOING_ON).unwrap();
+        let given_up = AtomicBool::new(true);
+        assert!(second.turn_or(&given_up).is_err());
+        assert!(turns.state().waiting.is_empty());
+        drop(held);
+        assert!(third.turn_or(&GOING_ON).is_ok());
+    }
+
+    #[tokio::test]
+    async fn a_future_that_is_dropped_leaves_the_line_and_loses_no_turn() {
+        let turns = Turns::default();
+        let [first, second, third] = [(); 3].map(|()| turns.join(seat(Lane::Renders, "a")));
+        let held = first.turn().await.unwrap();
+        let waiting = tokio::time::timeout(Duration::from_millis(20), second.turn()).await;
+        assert!(waiting.is_err() && turns.state().waiting.is_empty());
+        drop(held);
+        assert!(third.turn().await.is_ok());
+    }
+}
