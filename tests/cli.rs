@@ -135,7 +135,12 @@ fn a_tradeoff_is_a_page_and_numbers() {
     assert!(points.len() >= 24, "{}", points.len());
     for point in points {
         assert!(point["time"]["median_ms"].as_f64() >= point["time"]["min_ms"].as_f64(), "{point}");
-        assert!(point["rays"]["camera"].as_u64() >= Some(1200) && point["proved_codes"].is_null(), "{point}");
+        assert!(point["rays"]["camera"].as_u64() >= Some(1200), "{point}");
+        // In double precision nothing but the end of the recursion makes a difference.
+        let (proved, measured) = (&point["proved_codes"], &point["measured"]["truncation"]["codes"]["error"]["max"]);
+        if point["settings"]["precision"] == "double" {
+            assert!(proved.is_u64() && measured.as_f64() <= proved.as_f64(), "{point}");
+        }
         for source in ["truncation", "sampling", "total"] {
             let error = &point["measured"][source];
             for measure in ["/codes/error/max", "/codes/error/p999", "/codes/identical", "/flip/p99", "/ciede2000/mean"]
@@ -303,7 +308,7 @@ fn mistakes_have_an_exit_code_and_a_sentence() {
     fails(&folder, &["render", "nothing.json", "-o", "a.png"], "", 1, "nothing.json cannot be read");
     fails(&folder, &["render", "-", "-o", "a.png"], "{", 1, "standard input");
     fails(&folder, &["render", "ball.json", "-o", "nowhere/a.png"], "", 1, "no folder nowhere");
-    fails(&folder, &["render", "ball.json", "-o", "a.jpg"], "", 2, "a.jpg names no format");
+    fails(&folder, &["render", "ball.json", "-o", "a.gif"], "", 2, "a.gif names no format");
     fails(&folder, &["render", "ball.json", "-o", "-"], "", 2, "--format");
     fails(&folder, &["render", "ball.json", "-o", "a.exr", "--bits", "16"], "", 2, "--bits is for PNG");
     fails(&folder, &["render", "ball.json", "-o", "a.png", "--spd-counts"], "", 2, "NFF");

@@ -3,7 +3,7 @@
 mod progressive;
 
 use crate::camera::{Camera, Window};
-use crate::film::srgb::code8;
+use crate::film::srgb::{Codes8, code8};
 use crate::film::{Film, Region};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch};
 use crate::plan::effects::{Clear, Detailed, DetailedMirrors, Effects, Everything, Local, Mirrors, Specialised};
@@ -320,14 +320,21 @@ impl Pixel {
             return Self { shown, highest: shown };
         }
         let ends = ends(sum, rest, roundings);
-        let highest = ends.map(|[_, high]| high);
-        match pruning {
-            Pruning::Weight(_) => Self { shown, highest },
+        let shown = match pruning {
+            Pruning::Weight(_) => shown,
             Pruning::Proved { max_codes } => {
-                let shown = std::array::from_fn(|c| narrow(sum[c] + raised(sum[c], ends[c], max_codes)));
-                Self { shown, highest }
+                std::array::from_fn(|c| narrow(sum[c] + raised(sum[c], ends[c], max_codes)))
             }
-        }
+        };
+        // Whatever lies some codes below, by rounding, counts as if it lay as many above.
+        let codes = Codes8::get();
+        let highest = std::array::from_fn(|c| {
+            let [low, high] = ends[c];
+            let code = codes.code(shown[c]);
+            let below = code - codes.code(low).min(code);
+            if codes.code(high) - code < below { codes.least(code.saturating_add(below)).max(high) } else { high }
+        });
+        Self { shown, highest }
     }
 }
 
@@ -371,7 +378,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
             tracer.follow_from(rays, hits, sum);
             continue;
         }
-        (active, sample) = (tracer.finish(sum), 0);
+        (active, sample) = (tracer.finish(active, sum), 0);
         if active == 0 {
             return;
         }

@@ -27,6 +27,9 @@ const FINER: f64 = 0.75;
 /// Rounds until a pixel is given up: 0.75^80 is 1e-10.
 const ROUNDS: u32 = 80;
 
+/// w U below which rays are left out of pixels that rounding keeps from being proved.
+const STRAIGHT: f64 = 1e-9;
+
 /// What proving a packet of pixels needs to know.
 #[derive(Debug)]
 pub(super) struct Certificate<L: Lanes> {
@@ -46,6 +49,8 @@ pub(super) struct Certificate<L: Lanes> {
     open: u32,
     /// Rounds so far.
     rounds: u32,
+    /// Whether rays are left out for good instead of being put aside.
+    straight: bool,
     /// Columns and rows of the pixels.
     corners: [[u32; MAX_LANES]; 2],
     /// The sample at hand.
@@ -74,6 +79,7 @@ impl<L: Lanes> Certificate<L> {
             rays: zero,
             open: 0,
             rounds: 0,
+            straight: false,
             corners: [[0; MAX_LANES]; 2],
             sample: 0,
         }
@@ -102,6 +108,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         self.certificate.corners = *corners;
         self.certificate.open = u32::MAX;
         self.certificate.rounds = 0;
+        self.certificate.straight = false;
         self.certificate.aside.clear();
         self.certificate.waiting.clear();
         self.media.clear();
@@ -162,17 +169,12 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     #[inline(always)]
     pub(super) fn put_aside(&mut self, rays: &Followed<L>, lanes: u32) {
         match self.pruning {
-            Pruning::Weight(_) => {
-                self.leave_out(lanes, rays.weight, rays.depth);
-                if O::WATCHING {
-                    self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Weight);
-                }
-            }
-            Pruning::Proved { .. } => {
+            Pruning::Proved { .. } if !self.certificate.straight => {
                 let come = if E::DETAILS { self.cones.end } else { L::lit(self.s, 0.0) };
                 let rays = Followed { active: lanes, ..*rays };
                 self.certificate.aside.push(Aside { rays, come, sample: self.certificate.sample });
             }
+            _ => self.give_up(rays, lanes),
         }
     }
 
@@ -228,19 +230,38 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         self.followed = L::lit(self.s, 0.0);
     }
 
+    /// The lanes that are not proved to be the same.
+    fn unproved(&self, among: u32, sum: &V3<L>) -> u32 {
+        let (codes, rest, roundings) = (Codes8::get(), self.certificate.rest, self.roundings());
+        let differs = |lane: &usize| {
+            let ends = ends(sum.lane(*lane), rest.lane(*lane), roundings.lane(*lane));
+            ends.iter().any(|[low, high]| codes.code(*low) != codes.code(*high))
+        };
+        lanes_of(among).filter(differs).fold(0, |lanes, lane| lanes | 1 << lane)
+    }
+
     /// Leaves out what is still aside. If lanes are not proved because of lights that were not asked for, it begins again with
     /// these lanes, which it returns, and will ask every light.
     #[inline(always)]
-    pub(crate) fn finish(&mut self, sum: &mut V3<L>) -> u32 {
+    pub(crate) fn finish(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
         let s = self.s;
         let mut left = std::mem::take(&mut self.certificate.aside);
         for aside in left.drain(..) {
             self.give_up(&aside.rays, aside.rays.active);
         }
         self.certificate.aside = left;
-        let certificate = &mut self.certificate;
         let zero = L::lit(s, 0.0);
-        let again = certificate.open & certificate.dark.gt(zero).bits();
+        let again = match self.pruning {
+            Pruning::Weight(_) => 0,
+            // What more rays cannot prove, since rounding alone may change a code, is traced in the order of recursion
+            // without end: with the same roundings.
+            Pruning::Proved { max_codes: 0 } if !self.certificate.straight => {
+                self.certificate.straight = true;
+                self.min_weight = self.share * L::lit(s, STRAIGHT);
+                self.unproved(active, sum)
+            }
+            Pruning::Proved { .. } => self.certificate.open & self.certificate.dark.gt(zero).bits(),
+        };
         if again == 0 {
             return 0;
         }
@@ -297,18 +318,16 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         let roundings = self.roundings();
         let mut open = 0;
         for lane in lanes_of(lacking) {
-            let ends = ends(sum.lane(lane), rest.lane(lane), roundings.lane(lane));
-            let (mut proved, mut hopeless) = (true, false);
-            for [low, high] in ends {
+            let (sum, rest, rounding) = (sum.lane(lane), rest.lane(lane), roundings.lane(lane));
+            let ends = ends(sum, rest, rounding);
+            let further = (0..3).any(|c| {
+                let [low, high] = ends[c];
                 let codes = Codes8::get();
-                let apart = codes.code(high) - codes.code(low);
-                proved &= apart <= max_codes + raise(low, max_codes);
-            }
-            for c in 0..3 {
-                let (rest, sum) = (rest.lane(lane)[c].to_f64(), sum.lane(lane)[c].to_f64());
-                hopeless |= rest > 0.0 && rest < 0.5 * roundings.lane(lane).to_f64() * sum;
-            }
-            if !proved && !hopeless {
+                let proved = codes.code(high) - codes.code(low) <= max_codes + raise(low, max_codes);
+                // Where rounding alone may change a code, more rays do not tell.
+                !proved && rest[c].to_f64() > 0.5 * rounding.to_f64() * sum[c].to_f64()
+            });
+            if further {
                 open |= 1 << lane;
             }
         }

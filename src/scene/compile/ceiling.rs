@@ -23,6 +23,10 @@ use crate::shading::pattern::Pattern;
 /// Chains whose ceilings are listed one by one.
 const LEVELS: u32 = 4_096;
 
+/// What a material may send on so that pictures are held against recursion without end:
+/// [`ENDLESS`](crate::scene::world::ENDLESS) rays are as good as that then.
+const MOST_SENT: f64 = 0.99;
+
 /// What one material adds and sends on at most.
 struct Surface {
     pointer: Option<String>,
@@ -80,12 +84,11 @@ fn endless(
             let (adds, sends) = (surface.adds[c], surface.sends[c]);
             let least = match () {
                 () if adds == 0.0 && sends <= 1.0 => 0.0,
-                () if sends < 1.0 => adds / (1.0 - sends),
+                () if sends <= MOST_SENT => adds / (1.0 - sends),
                 () => {
-                    let why =
-                        "a material sends on all light that it gets, or more, and adds some: recursion without end \
-                               has no bound"
-                            .to_owned();
+                    let why = "a material sends on nearly all light that it gets, or more, and adds some: recursion \
+                               without end has no bound, or none that would be of use"
+                        .to_owned();
                     return Err((why, named(surface)));
                 }
             };
