@@ -97,7 +97,7 @@ fn note(error: &ErrorBounds, replay: &Replay) -> String {
 /// Milliseconds that a region takes from its last ray to the end of its file, generously.
 fn file_ms(region: Region, format: FileFormat) -> f64 {
     let nanoseconds = match format {
-        FileFormat::Png8 => 16.0,
+        FileFormat::Png8 => 25.0,
         _ => 100.0,
     };
     0.5 + region.pixels() as f64 * nanoseconds * 1e-6

@@ -39,7 +39,7 @@ pub(crate) fn render_in_pieces<T: Send>(
         match whole.take() {
             None if piece == region => {
                 let finished = finish(&picture);
-                return Piece::Last(Ok((picture, finished)));
+                Piece::Last(Ok((picture, finished)))
             }
             before => {
                 let mut joined = before.unwrap_or_else(|| empty(scene, region));

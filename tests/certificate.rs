@@ -127,6 +127,9 @@ fn hold(picture: &Picture, deep: &Picture, roundings: f64, tally: &mut Tally) {
             // The deep picture's own roundings are not part of the proof.
             let off = |deep: f64| code8(deep as f32).abs_diff(code8(shown[c]));
             let codes = off(deep).min(off(deep * (1.0 + roundings))).min(off(deep * (1.0 - roundings)));
+            if codes > proof.max_codes {
+                println!("{deep:e} {shown:?} {highest:e} {proof:?}");
+            }
             tally.codes += u64::from(codes > proof.max_codes);
             tally.slack += highest - f64::from(shown[c]);
             tally.error += (deep - f64::from(shown[c])).max(0.0);

@@ -479,7 +479,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         let at = |x: u32, y: u32| ((y - around.y) * around.width + (x - around.x)) as usize;
         let mut pixels: Vec<Pixel> = region.iter().map(|[x, y]| base[at(x, y)]).collect();
         let codes: Vec<[u8; 3]> = base.par_iter().map(|p| p.shown.map(code8)).collect();
-        let uneven: Vec<[u32; 2]> = region.iter().filter(|&[x, y]| is_uneven(&codes, around, x, y)).collect();
+        let uneven: Vec<[u32; 2]> =
+            region.iter().filter(|&[x, y]| is_uneven(code_in(&codes, around), around, x, y)).collect();
         self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
         let (refined, more) = self.list(&uneven, REFINED_SAMPLES)?;
         for (&[x, y], pixel) in uneven.iter().zip(refined) {
@@ -537,19 +538,23 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     fn uneven_in(&self, around: Region, x: u32, y: u32) -> bool {
         let Ok((base, _)) = self.grid(around) else { return false };
         let codes: Vec<[u8; 3]> = base.iter().map(|p| p.shown.map(code8)).collect();
-        is_uneven(&codes, around, x, y)
+        is_uneven(code_in(&codes, around), around, x, y)
     }
 }
 
-/// Whether a pixel differs from one of its eight neighbours within `around`.
-pub(crate) fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {
-    let at = |x: u32, y: u32| codes[((y - around.y) * around.width + (x - around.x)) as usize];
-    let here = at(x, y);
+/// Whether a pixel differs from one of its eight neighbours within `around`, by their codes.
+pub(crate) fn is_uneven(codes: impl Fn(u32, u32) -> [u8; 3], around: Region, x: u32, y: u32) -> bool {
+    let here = codes(x, y);
     let columns = x.saturating_sub(1).max(around.x)..=(x + 1).min(around.x + around.width - 1);
     columns
         .flat_map(|x| {
             let rows = y.saturating_sub(1).max(around.y)..=(y + 1).min(around.y + around.height - 1);
             rows.map(move |y| (x, y))
         })
-        .any(|(x, y)| at(x, y).iter().zip(here).any(|(a, b)| a.abs_diff(b) >= CONTRAST))
+        .any(|(x, y)| codes(x, y).iter().zip(here).any(|(a, b)| a.abs_diff(b) >= CONTRAST))
+}
+
+/// The code of a pixel of a picture that is kept row by row.
+pub(crate) fn code_in(codes: &[[u8; 3]], around: Region) -> impl Fn(u32, u32) -> [u8; 3] {
+    move |x, y| codes[((y - around.y) * around.width + (x - around.x)) as usize]
 }

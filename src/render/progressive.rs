@@ -12,6 +12,7 @@ use super::{
 use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};
 use crate::scene::world::Pruning;
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -95,10 +96,12 @@ impl Canvas {
     fn filled(&self) -> Vec<Pixel> {
         let Region { x, y, .. } = self.region;
         let square = |at: u32, from: u32| from + (at - from) / STRIDE * STRIDE;
-        let filled = self.region.iter().enumerate().map(|(i, at)| {
+        let width = self.region.width as usize;
+        let filled = (0..self.pixels.len()).into_par_iter().map(|i| {
             if self.samples[i] > 0 {
                 return self.pixels[i];
             }
+            let at = [x + (i % width) as u32, y + (i / width) as u32];
             let first = self.index([square(at[0], x), square(at[1], y)]);
             Pixel { shown: self.pixels[first].shown, highest: [f32::INFINITY; 3] }
         });
@@ -151,45 +154,51 @@ impl<R: Kernel> Renderer<'_, R> {
         Ok(Picture { progress: Some(progress), ..picture })
     }
 
-    /// Samples that the stages after one are likely to take.
+    /// Samples that the stages after one are likely to take, from a few of the pixels.
     fn later(&self, number: u32, canvas: &Canvas) -> u64 {
-        let share = canvas.region.pixels() as f64 / canvas.samples.iter().filter(|s| **s > 0).count().max(1) as f64;
-        let traced = |stage: Stage| {
-            let there = stage.pixels.iter().filter(|at| canvas.samples[canvas.index(**at)] > 0).count();
-            there as u64 * u64::from(stage.samples)
-        };
-        let samples: u64 =
-            (number + 1..4).filter(|later| *later >= 2).map(|later| traced(self.stage(later, canvas))).sum();
-        (samples as f64 * share) as u64
+        let few = Region::whole(canvas.region.width, canvas.region.height).iter().step_by(61);
+        let few: Vec<[u32; 2]> = few.map(|[x, y]| [canvas.region.x + x, canvas.region.y + y]).collect();
+        let few: Vec<[u32; 2]> = few.into_iter().filter(|at| canvas.samples[canvas.index(*at)] > 0).collect();
+        let share = canvas.region.pixels() as f64 / few.len().max(1) as f64;
+        let poor = few.iter().filter(|at| number < 2 && self.is_poor(**at, canvas)).count();
+        let uneven = few.iter().filter(|at| number < 3 && self.is_uneven(**at, canvas)).count();
+        let samples = poor as f64 * f64::from(self.scene.samples) + uneven as f64 * f64::from(REFINED_SAMPLES);
+        (samples * share) as u64
+    }
+
+    /// Whether a pixel has not yet had all that its base samples can give.
+    fn is_poor(&self, at: [u32; 2], canvas: &Canvas) -> bool {
+        let index = canvas.index(at);
+        let (codes, Pixel { shown, highest }) = (Codes8::get(), canvas.pixels[index]);
+        let apart = (0..3).any(|c| codes.code(highest[c]).saturating_sub(codes.code(shown[c])) > 1);
+        apart || canvas.samples[index] < self.scene.samples
+    }
+
+    fn is_uneven(&self, [x, y]: [u32; 2], canvas: &Canvas) -> bool {
+        refines(self.scene)
+            && is_uneven(|x, y| canvas.pixels[canvas.index([x, y])].shown.map(code8), canvas.region, x, y)
     }
 
     fn stage(&self, number: u32, canvas: &Canvas) -> Stage {
         let region = canvas.region;
         let (samples, proved) = (self.scene.samples, Pruning::Proved { max_codes: 1 });
-        let first = |[x, y]: [u32; 2]| (x - region.x).is_multiple_of(STRIDE) && (y - region.y).is_multiple_of(STRIDE);
-        // Tile by tile, so that packets keep together.
-        let blocks = || region.tiles(16).flat_map(|tile| tile.tiles(super::BLOCK)).flat_map(Region::iter);
         let (few, light) = (samples.min(FEW), Pruning::Weight(LIGHT));
-        match number {
-            0 => Stage { pixels: region.iter().filter(|at| first(*at)).collect(), samples: few, pruning: light },
-            1 => Stage { pixels: blocks().filter(|at| !first(*at)).collect(), samples: few, pruning: light },
-            2 => {
-                let codes = Codes8::get();
-                let poor = |at: [u32; 2]| {
-                    let index = canvas.index(at);
-                    let Pixel { shown, highest } = canvas.pixels[index];
-                    let apart = (0..3).any(|c| codes.code(highest[c]).saturating_sub(codes.code(shown[c])) > 1);
-                    apart || canvas.samples[index] < samples
-                };
-                Stage { pixels: blocks().filter(|at| poor(*at)).collect(), samples, pruning: proved }
-            }
-            _ => {
-                let codes: Vec<[u8; 3]> = canvas.pixels.iter().map(|pixel| pixel.shown.map(code8)).collect();
-                let uneven = |at: [u32; 2]| refines(self.scene) && is_uneven(&codes, region, at[0], at[1]);
-                let pixels = blocks().filter(|at| uneven(*at)).collect();
-                Stage { pixels, samples: REFINED_SAMPLES, pruning: proved }
-            }
-        }
+        let first = |[x, y]: [u32; 2]| (x - region.x).is_multiple_of(STRIDE) && (y - region.y).is_multiple_of(STRIDE);
+        let (samples, pruning) =
+            [(few, light), (few, light), (samples, proved), (REFINED_SAMPLES, proved)][number as usize];
+        let wanted = |at: [u32; 2]| match number {
+            0 => first(at),
+            1 => !first(at),
+            2 => self.is_poor(at, canvas),
+            _ => self.is_uneven(at, canvas),
+        };
+        // Tile by tile, so that packets keep together.
+        let tiles: Vec<Region> = region.tiles(16).collect();
+        let of_tile = |tile: &Region| -> Vec<[u32; 2]> {
+            tile.tiles(super::BLOCK).flat_map(Region::iter).filter(|at| wanted(*at)).collect()
+        };
+        let pixels = tiles.par_iter().flat_map_iter(of_tile).collect();
+        Stage { pixels, samples, pruning }
     }
 
     /// Does a stage as far as it goes; returns how many of its pixels are done, and their rays.

@@ -231,13 +231,17 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     }
 
     /// The lanes that are not proved to be the same.
+    #[inline(always)]
     fn unproved(&self, among: u32, sum: &V3<L>) -> u32 {
         let (codes, rest, roundings) = (Codes8::get(), self.certificate.rest, self.roundings());
-        let differs = |lane: &usize| {
-            let ends = ends(sum.lane(*lane), rest.lane(*lane), roundings.lane(*lane));
-            ends.iter().any(|[low, high]| codes.code(*low) != codes.code(*high))
-        };
-        lanes_of(among).filter(differs).fold(0, |lanes, lane| lanes | 1 << lane)
+        let mut unproved = 0;
+        for lane in lanes_of(among) {
+            let ends = ends(sum.lane(lane), rest.lane(lane), roundings.lane(lane));
+            if ends.iter().any(|[low, high]| codes.code(*low) != codes.code(*high)) {
+                unproved |= 1 << lane;
+            }
+        }
+        unproved
     }
 
     /// Leaves out what is still aside. If lanes are not proved because of lights that were not asked for, it begins again with

@@ -197,10 +197,10 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         }
 
         let mut primary = self.camera.primary(s, x, y);
-        if E::SAMPLED {
-            if let Some(lens) = self.camera.lens() {
-                primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
-            }
+        if E::SAMPLED
+            && let Some(lens) = self.camera.lens()
+        {
+            primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
         }
         self.make_choices(hits);
         let seen = primary.seen.bits() & active;
