@@ -3,10 +3,13 @@
 mod blobs;
 mod cli;
 mod commands;
+mod data;
 mod failure;
 mod folder;
 mod identity;
 mod input;
+mod jobs;
+mod memory;
 mod picture;
 mod pieces;
 mod rays;

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod access;
+mod jobs;
 mod lifecycle;
 mod refusals;
 mod renders;
