@@ -3,6 +3,7 @@
 mod blobs;
 mod cli;
 mod commands;
+mod config;
 mod data;
 mod failure;
 mod folder;
@@ -25,7 +26,8 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match commands::run(cli::Cli::parse().command) {
+    let run = || commands::run(cli::Cli::parse_from(config::with_file(std::env::args_os().collect())?).command);
+    match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.tell(),
     }

@@ -1,8 +1,8 @@
 //! `POST /v1/render` and `POST /v1/render/tile`: a scene in, a picture out.
 
-use super::access::Cost;
 use super::asked::{self, Asked};
 use super::body::Held;
+use super::cost::Cost;
 use super::jobs::{Prefer, render_later};
 use super::negotiate;
 use super::openapi::bodies::{Bytes, Picture, Scene as AnyScene};
@@ -11,6 +11,7 @@ use super::parameters::{Parameters, outside};
 use super::problem::{Kind, Problem};
 use super::queue::{Done, Job, seat_of};
 use super::scenes::Found;
+use super::warnings;
 use super::{App, Service};
 use crate::picture::{self, Finished};
 use crate::ready::Ready;
@@ -74,13 +75,14 @@ async fn answer(
             let Found { ready, loading, kept } = find(&service, job, body.as_ref(), format, &overrides)?;
             let region = region_of(&service, &ready, region)?;
             picture::make(job.started, &ready, loading, region, file_format, &job.workers, &job.control)
-                .map(|finished| (finished, kept))
+                .map(|finished| (finished, kept, warnings::header(&ready.scene.warnings)))
                 .map_err(|_| gone())
         }
     };
-    let Done { value: (Finished { file, report }, kept), queue_ms } = service.queue.run(seat, render).await?;
-    let cost = Extension(Cost { rays: report.cost.rays.total() });
-    let headers = picture_headers(file_format, &report, queue_ms, kept);
+    let Done { value: (Finished { file, report }, kept, warnings), queue_ms } = service.queue.run(seat, render).await?;
+    let cost = Extension(Cost::of(&report, queue_ms, file_format));
+    let mut headers = picture_headers(file_format, &report, queue_ms, kept);
+    headers.extend(warnings);
     Ok((cost, headers, Held::new(file, &service.memory).into_body()).into_response())
 }
 

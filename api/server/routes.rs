@@ -3,7 +3,7 @@
 use super::openapi::Shared;
 use super::problem::{Kind, Problem};
 use super::tenant::Scope;
-use super::{App, access, envelope, jobs, meta, picture, questions, rays, tradeoff};
+use super::{App, access, docs, envelope, jobs, meta, picture, problem_pages, questions, rays, tradeoff};
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -69,7 +69,10 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(meta::limits))
         .routes(routes!(meta::schema))
         .routes(routes!(meta::openapi))
-        .routes(routes!(meta::problem_page));
+        .routes(routes!(docs::page))
+        .routes(routes!(docs::viewer))
+        .routes(routes!(problem_pages::list))
+        .routes(routes!(problem_pages::page));
     render.merge(jobs).merge(read).merge(about)
 }
 

@@ -50,6 +50,11 @@ impl Scenes {
         Self { budget, textures, kept: Mutex::new(Kept { scenes: LruCache::unbounded(), bytes: 0 }) }
     }
 
+    /// Bytes of the scenes that are kept.
+    pub(super) fn bytes(&self) -> u64 {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner).bytes
+    }
+
     /// The scene, from before or else read, checked and compiled on the pool.
     pub(super) fn find(
         &self,

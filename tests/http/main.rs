@@ -3,8 +3,11 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod access;
+mod contract;
+mod flood;
 mod jobs;
 mod lifecycle;
+mod operations;
 mod refusals;
 mod renders;
 mod scene_cache;
