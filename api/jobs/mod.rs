@@ -298,6 +298,7 @@ impl Jobs {
         if let Err(error) = self.store.remove(&ids) {
             tracing::error!(%error, "records cannot be removed");
         }
+        ids.iter().for_each(|id| self.remove_files(id));
         let mut registry = locked(&self.registry);
         for record in records {
             if registry.jobs.remove(&record.id).is_none() {
@@ -308,8 +309,6 @@ impl Jobs {
             }
             registry.release_scene(&record.order, &self.scenes);
         }
-        drop(registry);
-        ids.iter().for_each(|id| self.remove_files(id));
     }
 
     fn remove_files(&self, id: &str) {

@@ -33,6 +33,11 @@ impl Order {
         self.looks.push(region);
     }
 
+    /// Whether somebody looks at tiles that are not begun.
+    pub(super) fn is_looked_at(&self) -> bool {
+        self.looks.iter().any(|look| self.left.iter().any(|number| meet(self.regions[*number], *look)))
+    }
+
     /// The next tile, which is begun then.
     pub(super) fn next(&mut self) -> Option<(usize, Region)> {
         let number = self.looked_at().or_else(|| self.left.pop())?;

@@ -138,7 +138,8 @@ fn passes(job: &Job, ready: &Ready, workers: &Workers) -> Result<(), Cancelled> 
         return Ok(());
     }
     for (pass, level) in PASSES.into_iter().enumerate() {
-        if level < UNWATCHED && !job.is_watched() {
+        let is_looked_at = || locked(&job.order).as_ref().is_some_and(Order::is_looked_at);
+        if is_looked_at() || (level < UNWATCHED && !job.is_watched()) {
             break;
         }
         let Some(window) = Window::level(scene.width, scene.height, level as i32) else { continue };
@@ -152,7 +153,8 @@ fn passes(job: &Job, ready: &Ready, workers: &Workers) -> Result<(), Cancelled> 
             if let Some(canvas) = &mut *locked(&job.canvas) {
                 canvas.fill(&picture.film, level);
             }
-            if parts.peek().is_some() { Piece::More } else { Piece::Last(Ok(())) }
+            // Who looks at a tile wants it more than another pass.
+            if parts.peek().is_some() && !is_looked_at() { Piece::More } else { Piece::Last(Ok(())) }
         })??;
         let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
         job.events.publish("preview", json!({ "pass": pass + 1, "scale": 1 << level, "revision": revision }));

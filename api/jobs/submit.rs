@@ -14,7 +14,7 @@ use uuid::Uuid;
 /// Pixels of a tile for each thread: as many as keep it busy.
 const PIXELS_A_THREAD: f64 = 8_192.0;
 /// Milliseconds that a tile should take at most.
-const TILE_MS: f64 = 100.0;
+const TILE_MS: f64 = 50.0;
 /// Edges of tiles.
 const EDGES: [u32; 5] = [512, 256, 128, 64, 32];
 

@@ -34,7 +34,7 @@ pub(in crate::server) async fn render_later(
             accept(&service, &tenant, wanted, claim).await?
         }
     };
-    until_final(&job, prefer.wait.unwrap_or(Duration::ZERO)).await;
+    until_final(&service, &job, prefer.wait.unwrap_or(Duration::ZERO)).await;
     if job.record().state == State::Succeeded {
         return picture_of(&service, &job).await;
     }

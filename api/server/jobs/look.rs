@@ -10,7 +10,7 @@ use super::super::queue::{Job as Work, seat_of};
 use super::super::tenant::Tenant;
 use super::super::{App, Service};
 use super::change::blocking;
-use super::{Prefer, find, no_picture};
+use super::{Prefer, find, no_picture, patiently};
 use crate::jobs::Job;
 use crate::jobs::record::State as JobState;
 use crate::pieces::render_in_pieces;
@@ -115,7 +115,7 @@ pub(in crate::server) async fn job_preview(
         let mut bell = job.events.bell();
         let news = async { while !is_new(&job) && !job.record().state.is_final() && bell.changed().await.is_ok() {} };
         // Either way the newest is shown.
-        let _ = tokio::time::timeout(patience, news).await;
+        patiently(&service, patience, news).await;
     }
     let succeeded = job.record().state == JobState::Succeeded;
     let (png, revision) = if succeeded {
@@ -175,7 +175,7 @@ pub(in crate::server) async fn job_tile(
             }
         }
     };
-    let film = tokio::time::timeout(PART_PATIENCE, finished).await.ok().flatten();
+    let film = patiently(&service, PART_PATIENCE, finished).await.flatten();
     drop(watcher);
     let png = match film {
         Some(film) => to_png(&service, &tenant, film).await?,

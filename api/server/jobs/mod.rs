@@ -45,8 +45,18 @@ fn is_older(id: &str, age: Duration) -> bool {
     made.is_some_and(|(seconds, _)| now.as_secs().saturating_sub(seconds) >= age.as_secs().max(1))
 }
 
+/// Waits for something, until the time is over or the service is about to end; none then.
+async fn patiently<T>(service: &Service, patience: Duration, wait: impl Future<Output = T>) -> Option<T> {
+    let mut draining = service.drain.watch();
+    tokio::select! {
+        done = wait => Some(done),
+        () = tokio::time::sleep(patience) => None,
+        _ = draining.wait_for(|draining| *draining) => None,
+    }
+}
+
 /// Waits until a job is final or the time is over.
-async fn until_final(job: &Arc<Job>, patience: Duration) {
+async fn until_final(service: &Service, job: &Arc<Job>, patience: Duration) {
     let mut bell = job.events.bell();
     let ended = async {
         while !job.record().state.is_final() {
@@ -56,7 +66,7 @@ async fn until_final(job: &Arc<Job>, patience: Duration) {
         }
     };
     // Either way the caller looks at the state.
-    let _ = tokio::time::timeout(patience, ended).await;
+    patiently(service, patience, ended).await;
 }
 
 /// A job without a picture, when one is asked for.

@@ -99,7 +99,7 @@ pub(in crate::server) async fn submit_job(State(service): State<App>, request: R
     let job = accept(&service, &tenant, wanted, claim).await?;
     let prefer = Prefer { respond_async: false, ..Prefer::of(&parts.headers) };
     if let Some(wait) = prefer.wait {
-        until_final(&job, wait).await;
+        until_final(&service, &job, wait).await;
     }
     Ok(accepted(&service, &job, false, prefer))
 }

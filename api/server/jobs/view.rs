@@ -37,7 +37,7 @@ pub(in crate::server) async fn job(
     let job = find(&service, &tenant, &id)?;
     let prefer = Prefer { respond_async: false, ..Prefer::of(&headers) };
     if let Some(wait) = prefer.wait {
-        until_final(&job, wait).await;
+        until_final(&service, &job, wait).await;
     }
     let view = shown(&service, &job);
     Ok(if prefer.wait.is_some() { (prefer.applied(), view).into_response() } else { view.into_response() })
