@@ -3,6 +3,7 @@
 use super::asked::{self, Asked};
 use super::body::Held;
 use super::cost::Cost;
+use super::jobs::{Prefer, render_later};
 use super::negotiate;
 use super::openapi::bodies::{Bytes, Picture, Scene as AnyScene};
 use super::openapi::queries;
@@ -36,6 +37,10 @@ use strahl::scene::{Format, Overrides, Scene};
     responses((status = 200, response = Picture)),
 )]
 pub(super) async fn whole(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+    let prefer = Prefer::of(request.headers());
+    if prefer != Prefer::default() {
+        return render_later(service, request, prefer).await;
+    }
     answer(service, request, |_| None).await
 }
 
@@ -89,7 +94,7 @@ pub(super) fn find(
     format: Format,
     overrides: &Overrides,
 ) -> Result<Found, Problem> {
-    let found = service.scenes.find(job, bytes, format, overrides);
+    let found = service.scenes.find(&job.workers, bytes, format, overrides);
     if job.control.cancelled.load(Ordering::Relaxed) {
         return Err(gone());
     }

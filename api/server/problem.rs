@@ -1,5 +1,6 @@
 //! Errors as RFC 9457 problem details. Handlers return a [`Problem`]; the envelope writes it, with the request's id.
 
+use crate::jobs::record::Failure;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value, json};
@@ -30,6 +31,12 @@ pub(super) enum Kind {
     RateLimited,
     NotFound,
     MethodNotAllowed,
+    Gone,
+    Conflict,
+    JobNotFinished,
+    JobFailed,
+    IdempotencyKeyReused,
+    PreconditionFailed,
     BodyTimeout,
     Saturated,
     Draining,
@@ -39,7 +46,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub(super) const ALL: [Self; 24] = [
+    pub(super) const ALL: [Self; 30] = [
         Self::InvalidJson,
         Self::InvalidNff,
         Self::InvalidRequest,
@@ -59,6 +66,12 @@ impl Kind {
         Self::RateLimited,
         Self::NotFound,
         Self::MethodNotAllowed,
+        Self::Gone,
+        Self::Conflict,
+        Self::JobNotFinished,
+        Self::JobFailed,
+        Self::IdempotencyKeyReused,
+        Self::PreconditionFailed,
         Self::BodyTimeout,
         Self::Saturated,
         Self::Draining,
@@ -182,6 +195,37 @@ impl Kind {
                 "Wrong method",
                 "The Allow header lists the methods there are.",
             ),
+            Self::Gone => ("gone", StatusCode::GONE, "It is there no more", "Submit the job again."),
+            Self::Conflict => (
+                "conflict",
+                StatusCode::CONFLICT,
+                "It is not in a state for that",
+                "`detail` says which state it is in. Jobs that have ended stay as they are.",
+            ),
+            Self::JobNotFinished => (
+                "job-not-finished",
+                StatusCode::CONFLICT,
+                "The job is not done yet",
+                "Try again after the seconds in the Retry-After header, or follow the job's events.",
+            ),
+            Self::JobFailed => (
+                "job-failed",
+                StatusCode::CONFLICT,
+                "The job has no picture",
+                "`detail` says why; so does `problem` of the job.",
+            ),
+            Self::IdempotencyKeyReused => (
+                "idempotency-key-reused",
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "The idempotency key belongs to another request",
+                "Use a new Idempotency-Key for each new job, and the same one only to send the same request again.",
+            ),
+            Self::PreconditionFailed => (
+                "precondition-failed",
+                StatusCode::PRECONDITION_FAILED,
+                "It has been changed meanwhile",
+                "Get the job, look at it, and send the change again with its new ETag.",
+            ),
             Self::BodyTimeout => (
                 "body-timeout",
                 StatusCode::REQUEST_TIMEOUT,
@@ -216,6 +260,15 @@ impl Kind {
     }
 }
 
+impl Kind {
+    /// A problem as a part of another document, of which the slug is known.
+    pub(super) fn document(slug: &str, detail: &str) -> Value {
+        let kind = Self::ALL.into_iter().find(|kind| kind.page().0 == slug).unwrap_or(Self::Internal);
+        let (slug, status, title, _) = kind.page();
+        json!({ "type": format!("/problems/{slug}"), "title": title, "status": status.as_u16(), "detail": detail })
+    }
+}
+
 /// An error on its way to a client.
 #[derive(Debug, Clone)]
 pub(super) struct Problem {
@@ -247,6 +300,11 @@ impl Problem {
     pub(super) fn retry_after(mut self, seconds: u32) -> Self {
         self.retry_after = Some(seconds);
         self
+    }
+
+    /// Its slug and sentence: what a job remembers of it.
+    pub(super) fn into_failure(self) -> Failure {
+        Failure { slug: self.kind.page().0.into(), detail: self.detail }
     }
 
     /// Problems of a scene. Text that cannot even be read as its format is the request's fault, not the scene's.

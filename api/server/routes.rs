@@ -3,7 +3,7 @@
 use super::openapi::Shared;
 use super::problem::{Kind, Problem};
 use super::tenant::Scope;
-use super::{App, access, docs, envelope, meta, picture, problem_pages, questions, rays, tradeoff};
+use super::{App, access, docs, envelope, jobs, meta, picture, problem_pages, questions, rays, tradeoff};
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -48,7 +48,21 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(tradeoff::tradeoff))
         .routes(routes!(questions::validate))
         .route_layer(from_fn(needs(Scope::Render)));
-    let read = OpenApiRouter::new().routes(routes!(access::mint)).route_layer(from_fn(needs(Scope::Read)));
+    let jobs = OpenApiRouter::new()
+        .routes(routes!(jobs::submit_job))
+        .routes(routes!(jobs::change_job, jobs::forget_job))
+        .routes(routes!(jobs::cancel_job))
+        .route_layer(from_fn(needs(Scope::Jobs)));
+    let read = OpenApiRouter::new()
+        .routes(routes!(access::mint))
+        .routes(routes!(jobs::jobs))
+        .routes(routes!(jobs::job))
+        .routes(routes!(jobs::job_image))
+        .routes(routes!(jobs::job_preview))
+        .routes(routes!(jobs::job_tile))
+        .routes(routes!(jobs::look_at_job))
+        .routes(routes!(jobs::job_events))
+        .route_layer(from_fn(needs(Scope::Read)));
     let about = OpenApiRouter::new()
         .routes(routes!(meta::livez))
         .routes(routes!(meta::readyz))
@@ -59,7 +73,7 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(docs::viewer))
         .routes(routes!(problem_pages::list))
         .routes(routes!(problem_pages::page));
-    render.merge(read).merge(about)
+    render.merge(jobs).merge(read).merge(about)
 }
 
 /// Lets those through whose key allows such a thing.

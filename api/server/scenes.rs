@@ -4,10 +4,10 @@
 //! A scene is known by a hash of its bytes and of all that is put over them. Problems are not kept: they are found again.
 //! Nor are scenes with pictures from files, which may have changed by the next time; pictures in the scene are part of it.
 
-use super::queue::Job;
 use crate::folder::Folder;
 use crate::picture::milliseconds;
 use crate::ready::{Loading, Ready};
+use crate::workers::Workers;
 use lru::LruCache;
 use sha2::{Digest, Sha256};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -58,14 +58,14 @@ impl Scenes {
     /// The scene, from before or else read, checked and compiled on the pool.
     pub(super) fn find(
         &self,
-        job: &Job,
+        workers: &Workers,
         bytes: &[u8],
         format: Format,
         overrides: &Overrides,
     ) -> Result<Found, Problems> {
         let files = self.files();
         let build = || {
-            let built = job.workers.work(|| load_with(bytes, format, overrides, files).map(Ready::from));
+            let built = workers.work(|| load_with(bytes, format, overrides, files).map(Ready::from));
             // The caller looks whether it was cancelled.
             built.unwrap_or_else(|Cancelled| Err(Problems(Vec::new())))
         };
