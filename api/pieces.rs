@@ -64,16 +64,20 @@ fn empty(scene: &Scene, region: Region) -> Picture {
 
 fn join(whole: &mut Picture, piece: &Picture) {
     let (outer, inner) = (whole.film.region, piece.film.region);
-    paste(outer, &mut whole.highest, inner, &piece.highest);
-    paste(outer, &mut whole.film.pixels, inner, &piece.film.pixels);
+    paste_pixels(outer, &mut whole.highest, inner, &piece.highest);
+    paste(&mut whole.film, &piece.film);
     whole.rays = whole.rays + piece.rays;
     whole.refined.pixels += piece.refined.pixels;
     whole.refined.rays = whole.refined.rays + piece.refined.rays;
     whole.trace_ms += piece.trace_ms;
 }
 
-/// Puts the pixels of a region where they belong in a larger one.
-pub(crate) fn paste(outer: Region, whole: &mut [[f32; 3]], inner: Region, piece: &[[f32; 3]]) {
+/// Puts a piece of a film where it belongs.
+pub(crate) fn paste(whole: &mut Film, piece: &Film) {
+    paste_pixels(whole.region, &mut whole.pixels, piece.region, &piece.pixels);
+}
+
+fn paste_pixels(outer: Region, whole: &mut [[f32; 3]], inner: Region, piece: &[[f32; 3]]) {
     let (left, top) = ((inner.x - outer.x) as usize, (inner.y - outer.y) as usize);
     let rows = whole.chunks_mut(outer.width as usize).skip(top);
     for (row, part) in rows.zip(piece.chunks(inner.width as usize)) {
