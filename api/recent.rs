@@ -1,7 +1,5 @@
 //! Values by key within a number of bytes; the one asked for longest ago goes first.
 
-#![allow(dead_code, reason = "the caches, which use it, come next")]
-
 use lru::LruCache;
 use std::borrow::Borrow;
 use std::hash::Hash;
@@ -80,6 +78,7 @@ impl<K: Hash + Eq, V: Clone> Recent<K, V> {
     }
 
     /// Bytes that are kept.
+    #[cfg(test)]
     pub(crate) fn bytes(&self) -> u64 {
         self.lock().bytes
     }

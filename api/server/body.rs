@@ -26,15 +26,16 @@ pub(super) fn units(bytes: u64) -> usize {
 /// Bytes together with their share of the memory budget.
 #[derive(Debug)]
 pub(super) struct Held {
-    bytes: Vec<u8>,
-    memory: Option<OwnedSemaphorePermit>,
+    bytes: Bytes,
+    _memory: Option<OwnedSemaphorePermit>,
 }
 
 impl Held {
     /// Bytes that are there already: the share is taken if there is one, since refusing would not free them sooner.
-    pub(super) fn new(bytes: Vec<u8>, budget: &Arc<Semaphore>) -> Self {
+    pub(super) fn new(bytes: impl Into<Bytes>, budget: &Arc<Semaphore>) -> Self {
+        let bytes = bytes.into();
         let wanted = u32::try_from(units(bytes.len() as u64)).unwrap_or(u32::MAX);
-        Self { memory: Arc::clone(budget).try_acquire_many_owned(wanted).ok(), bytes }
+        Self { _memory: Arc::clone(budget).try_acquire_many_owned(wanted).ok(), bytes }
     }
 
     /// An answer's body; the share is given back when the last byte has gone out.
@@ -112,18 +113,18 @@ fn announced(headers: &HeaderMap) -> u64 {
 }
 
 async fn collect(service: &Service, mut body: Body) -> Result<Held, Problem> {
-    let mut held = Held { bytes: Vec::new(), memory: None };
+    let (mut bytes, mut memory) = (Vec::new(), None);
     while let Some(frame) = body.frame().await {
         let frame = frame.map_err(|error| Problem::new(Kind::InvalidJson, format!("the body broke off: {error}")))?;
         let Ok(data) = frame.into_data() else { continue };
-        let length = (held.bytes.len() + data.len()) as u64;
+        let length = (bytes.len() + data.len()) as u64;
         if length > service.limits.max_body_bytes {
             return Err(too_large(service));
         }
-        grow(service, &mut held.memory, units(length))?;
-        held.bytes.extend_from_slice(&data);
+        grow(service, &mut memory, units(length))?;
+        bytes.extend_from_slice(&data);
     }
-    Ok(held)
+    Ok(Held { bytes: bytes.into(), _memory: memory })
 }
 
 /// Memory is taken as bytes arrive, not as they are announced: announcing costs a client nothing.

@@ -2,6 +2,7 @@
 
 use super::problem::{Kind, Problem};
 use crate::cli::ServeArgs;
+use crate::identity::MAX_ZOOM;
 use serde_json::{Value, json};
 use std::time::Duration;
 use strahl::film::Region;
@@ -28,6 +29,10 @@ pub(super) struct Limits {
     max_pixels: u64,
     max_samples_total: u64,
     scene_cache_bytes: u64,
+    picture_cache_bytes: u64,
+    known_scene_bytes: u64,
+    disk_cache_bytes: Option<u64>,
+    tile_queue: u32,
 }
 
 impl Limits {
@@ -44,6 +49,10 @@ impl Limits {
             max_pixels: args.max_pixels,
             max_samples_total: args.max_samples_total,
             scene_cache_bytes: args.scene_cache_bytes,
+            picture_cache_bytes: args.picture_cache_bytes,
+            known_scene_bytes: args.known_scene_bytes,
+            disk_cache_bytes: args.cache.as_ref().map(|_| args.disk_cache_bytes),
+            tile_queue: args.tile_queue,
         }
     }
 
@@ -67,6 +76,11 @@ impl Limits {
             return Err(Problem::limit(Kind::CostLimit, "max_samples_total", self.max_samples_total, detail));
         }
         Ok(())
+    }
+
+    /// Pixels that one answer about a scene may have.
+    pub(super) fn max_area(&self, scene: &Scene) -> u64 {
+        self.max_pixels.min(self.max_samples_total / u64::from(scene.samples))
     }
 
     /// Seconds that one trade-off may ask for: some of the time of any request is left for waiting and for writing it down.
@@ -106,7 +120,12 @@ impl Limits {
                 "max_rays": MAX_RAYS,
                 "max_tradeoff_seconds": self.tradeoff_seconds(),
                 "scene_cache_bytes": self.scene_cache_bytes,
+                "picture_cache_bytes": self.picture_cache_bytes,
+                "known_scene_bytes": self.known_scene_bytes,
+                "disk_cache_bytes": self.disk_cache_bytes,
+                "max_zoom": MAX_ZOOM,
                 "queue": self.queue,
+                "tile_queue": self.tile_queue,
                 "header_timeout_s": self.header_timeout.as_secs_f64(),
                 "body_timeout_s": self.body_timeout.as_secs_f64(),
                 "write_timeout_s": self.write_timeout.as_secs_f64(),

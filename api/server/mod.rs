@@ -3,38 +3,52 @@
 mod accept;
 mod asked;
 mod body;
+mod conditions;
 mod drain;
 mod envelope;
+mod excerpt;
+mod flights;
+mod images;
+mod known;
 mod limits;
 mod meta;
 mod negotiate;
 mod openapi;
 mod parameters;
 mod picture;
+mod pictures;
 mod problem;
 mod questions;
 mod queue;
 mod rays;
 mod routes;
 mod scenes;
+mod show;
 mod stall;
 mod tenant;
+mod texts;
+mod tiles;
 mod tradeoff;
 
+use crate::blobs::Blobs;
 use crate::cli::ServeArgs;
 use crate::commands::start_pool;
 use crate::failure::Failure;
 use crate::folder::Folder;
+use crate::recent::Recent;
 pub(crate) use openapi::openapi_text;
 
 use drain::{Drain, StopSignals};
 use limits::Limits;
 pub(crate) use negotiate::QUALITY;
+use pictures::Pictures;
 use queue::Queue;
 use scenes::Scenes;
 use std::io;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
+use texts::Texts;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tracing_subscriber::filter::Targets;
@@ -46,8 +60,14 @@ use tracing_subscriber::util::SubscriberInitExt;
 struct Service {
     /// The one way to the renderer.
     queue: Queue,
+    /// The way for tiles, of which a viewer asks for many at once.
+    tiles: Queue,
     /// Scenes that need not be built again.
     scenes: Scenes,
+    /// Pictures that need not be made again.
+    pictures: Pictures,
+    /// Under which address clients see the service, if it was told.
+    public_url: Option<String>,
     /// What a request may ask for.
     limits: Limits,
     /// How much memory bodies and answers may take together, in units of [`body::UNIT`] bytes.
@@ -59,6 +79,8 @@ struct Service {
 /// How handlers get it.
 type App = Arc<Service>;
 
+/// What a tile may wait. OpenSeadragon gives up after 30 seconds, and never asks again.
+const TILE_PATIENCE: Duration = Duration::from_secs(25);
 /// Threads that only wait for sockets: the pool needs the processors.
 const TALKERS: usize = 2;
 /// What a render that ignores its cancellation gets before the process ends without it.
@@ -76,9 +98,22 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
     let textures = args.textures.as_deref().map(|path| {
         Folder::open(path).map_err(|error| Failure::Usage(format!("--textures {}: {error}", path.display())))
     });
+    let blobs = |part: &str, budget: u64| {
+        let folder = args.cache.as_ref().map(|folder| folder.join(part));
+        let open = |folder: PathBuf| {
+            Blobs::open(&folder, budget)
+                .map_err(|error| Failure::Usage(format!("--cache {}: {error}", folder.display())))
+        };
+        folder.map(open).transpose()
+    };
+    let texts = blobs("scenes", args.known_scene_bytes)?
+        .map_or_else(|| Texts::Memory(Recent::new(args.known_scene_bytes)), Texts::Folder);
     let service = Arc::new(Service {
-        queue: Queue::new(pool, args.queue, args.timeout),
-        scenes: Scenes::new(args.scene_cache_bytes, textures.transpose()?),
+        queue: Queue::new(Arc::clone(&pool), args.queue, args.timeout),
+        tiles: Queue::new(pool, args.tile_queue, TILE_PATIENCE.min(args.timeout)),
+        scenes: Scenes::new(args.scene_cache_bytes, textures.transpose()?, texts),
+        pictures: Pictures::new(args.picture_cache_bytes, blobs("pictures", args.disk_cache_bytes)?),
+        public_url: args.public_url.clone(),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
         limits,
         drain: Drain::default(),

@@ -2,6 +2,7 @@
 
 use super::negotiate;
 use super::problem::{Kind, Problem};
+use crate::identity::MAX_ZOOM;
 use axum::extract::Query;
 use axum::http::{HeaderMap, Uri};
 use serde_json::{Value, json};
@@ -27,6 +28,17 @@ impl Parameters {
         Ok(Self { given, known: Vec::new(), errors: Vec::new() })
     }
 
+    /// Whether a parameter is given.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.given.iter().any(|(given, _)| given == name)
+    }
+
+    /// `zoom`: as how many times its size, 2^zoom, a scene is opened.
+    pub(super) fn zoom(&mut self) -> u32 {
+        let expected = format!("a whole number from 0 to {MAX_ZOOM}");
+        self.take_as("zoom", &expected, |text| text.parse().ok().filter(|zoom| *zoom <= MAX_ZOOM)).unwrap_or(0)
+    }
+
     /// The value of a parameter, as `read` understands it.
     fn take_as<T>(&mut self, name: &'static str, expected: &str, read: impl FnOnce(&str) -> Option<T>) -> Option<T> {
         self.known.push(name);
@@ -50,7 +62,7 @@ impl Parameters {
     }
 
     fn require(&mut self, name: &'static str) -> u32 {
-        if !self.given.iter().any(|(given, _)| given == name) {
+        if !self.has(name) {
             self.wrong(name, "missing-key", "it is required: a whole number of pixels".into());
         }
         // With an error noted, `finish` fails, and nobody sees the 0.

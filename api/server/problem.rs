@@ -20,6 +20,8 @@ pub(super) enum Kind {
     TooLarge,
     CostLimit,
     NotFound,
+    PreconditionFailed,
+    BadIiifRequest,
     MethodNotAllowed,
     BodyTimeout,
     Saturated,
@@ -30,7 +32,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub(super) const ALL: [Self; 16] = [
+    pub(super) const ALL: [Self; 18] = [
         Self::InvalidJson,
         Self::InvalidNff,
         Self::InvalidParameter,
@@ -41,6 +43,8 @@ impl Kind {
         Self::TooLarge,
         Self::CostLimit,
         Self::NotFound,
+        Self::PreconditionFailed,
+        Self::BadIiifRequest,
         Self::MethodNotAllowed,
         Self::BodyTimeout,
         Self::Saturated,
@@ -110,6 +114,20 @@ impl Kind {
             Self::NotFound => {
                 ("not-found", StatusCode::NOT_FOUND, "There is nothing here", "Renders are at POST /v1/render.")
             }
+            Self::PreconditionFailed => (
+                "precondition-failed",
+                StatusCode::PRECONDITION_FAILED,
+                "The picture is another one",
+                "If-Match and If-None-Match are compared with the picture's ETag. Who has the picture already is told so \
+                 with 304 by GET and QUERY only.",
+            ),
+            Self::BadIiifRequest => (
+                "bad-iiif-request",
+                StatusCode::BAD_REQUEST,
+                "This is no IIIF request",
+                "/iiif/3/{id}/{region}/{size}/{rotation}/{quality}.{format}, as in the IIIF Image API 3.0; info.json says \
+                 what there is.",
+            ),
             Self::MethodNotAllowed => (
                 "method-not-allowed",
                 StatusCode::METHOD_NOT_ALLOWED,

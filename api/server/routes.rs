@@ -3,7 +3,7 @@
 use super::openapi::Shared;
 use super::problem::{Kind, Problem};
 use super::tenant::Tenant;
-use super::{App, envelope, meta, picture, questions, rays, tradeoff};
+use super::{App, envelope, images, known, meta, picture, questions, rays, tiles, tradeoff};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::middleware::{from_fn_with_state, map_request};
@@ -36,21 +36,36 @@ pub(super) fn routes(service: App) -> Router {
 /// Every path, with its place in the contract.
 pub(super) fn documented() -> OpenApiRouter<App> {
     let work = OpenApiRouter::with_openapi(Shared::openapi())
-        .routes(routes!(picture::whole))
         .routes(routes!(picture::tile))
         .routes(routes!(rays::rays))
         .routes(routes!(questions::tree))
         .routes(routes!(questions::explanation))
         .routes(routes!(tradeoff::tradeoff))
         .routes(routes!(questions::validate));
+    let (schemas, paths, whole) = routes!(picture::whole);
+    // The router knows no QUERY yet, so it comes with all other methods.
+    let whole = OpenApiRouter::new().routes((schemas, paths, whole.fallback(picture::query)));
+    let known = OpenApiRouter::new()
+        .routes(routes!(known::add))
+        .routes(routes!(known::get, known::remove))
+        .routes(routes!(images::image))
+        .routes(routes!(tiles::iiif))
+        .routes(routes!(tiles::iiif_info))
+        .routes(routes!(tiles::iiif_image))
+        .routes(routes!(tiles::dzi))
+        .routes(routes!(tiles::dzi_tile))
+        .routes(routes!(tiles::xyz))
+        .routes(routes!(tiles::xyz_tile));
     let about = OpenApiRouter::new()
         .routes(routes!(meta::livez))
         .routes(routes!(meta::readyz))
         .routes(routes!(meta::limits))
+        .routes(routes!(meta::version))
+        .routes(routes!(meta::formats))
         .routes(routes!(meta::schema))
         .routes(routes!(meta::openapi))
         .routes(routes!(meta::problem_page));
-    work.merge(about)
+    work.merge(whole).merge(known).merge(about)
 }
 
 /// A handler panicked (jobs are caught in the queue). The panic itself has been written to standard error.
