@@ -19,4 +19,6 @@ EXPOSE 8080
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=4s --start-period=2s CMD ["/strahl", "healthcheck"]
 ENTRYPOINT ["/strahl"]
-CMD ["serve", "--listen", "0.0.0.0:8080"]
+# The container's network keeps strangers out as long as its port is published to loopback only. To open it, give keys:
+# docker run -v ./keys.toml:/keys.toml:ro -p 8080:8080 strahl serve --listen 0.0.0.0:8080 --keys /keys.toml
+CMD ["serve", "--listen", "0.0.0.0:8080", "--insecure-no-auth"]

@@ -1,5 +1,6 @@
 //! The command line: every command, every flag, and their help.
 
+use crate::server::{Origins, Scope};
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::net::SocketAddr;
@@ -49,6 +50,9 @@ pub(crate) enum Command {
     Schema,
     /// Print the service's contract as OpenAPI 3.1.
     Openapi,
+    /// Make keys for the service.
+    #[command(subcommand)]
+    Key(KeyCommand),
     /// Serve renders over HTTP.
     Serve(ServeArgs),
     /// Ask a running service whether it is alive; exit code 0 if it is.
@@ -319,12 +323,48 @@ pub(crate) enum ReportFormat {
     Json,
 }
 
+/// `strahl key`.
+#[derive(Debug, Subcommand)]
+pub(crate) enum KeyCommand {
+    /// Make an API key, which is shown once, and the lines about it for the key file.
+    New(NewKeyArgs),
+    /// Make a secret that signs capability URLs, for the key file. The first one signs, all of them are accepted.
+    Signer {
+        /// Add it to this key file instead of printing it.
+        #[arg(long, value_name = "FILE")]
+        file: Option<PathBuf>,
+    },
+}
+
+/// `strahl key new`.
+#[derive(Debug, Args)]
+pub(crate) struct NewKeyArgs {
+    /// Whose key it is: letters, digits and -.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) tenant: String,
+    /// What it allows.
+    #[arg(long, value_name = "SCOPES", value_delimiter = ',', default_value = "render,jobs,read")]
+    pub(crate) scopes: Vec<Scope>,
+    /// Add the lines to this key file instead of printing them.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) file: Option<PathBuf>,
+}
+
 /// `strahl serve`.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ServeArgs {
-    /// Address and port to listen on; port 0 takes a free one. There is no authentication: expose it with care.
+    /// Address and port to listen on; port 0 takes a free one. Beyond loopback it needs --keys or --insecure-no-auth.
     #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
     pub(crate) listen: SocketAddr,
+    /// File of API keys, as `strahl key new` makes them; it is read again when it changes. Without it nobody needs a key.
+    #[arg(long, env = "STRAHL_KEYS", value_name = "FILE")]
+    pub(crate) keys: Option<PathBuf>,
+    /// Let everybody who can reach the service use it, also from other machines.
+    #[arg(long, env = "STRAHL_INSECURE_NO_AUTH", conflicts_with = "keys")]
+    pub(crate) insecure_no_auth: bool,
+    /// Web pages that may use the service from a browser: * for all, none, or origins between commas.
+    #[arg(long, env = "STRAHL_CORS_ORIGIN", value_name = "ORIGINS", default_value = "*", value_parser = Origins::read)]
+    pub(crate) cors_origin: Origins,
     /// Threads to render with [default: all the machine, or its container, gives].
     #[arg(long, env = "STRAHL_THREADS", value_parser = threads())]
     pub(crate) threads: Option<u64>,

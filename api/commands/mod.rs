@@ -4,6 +4,7 @@ mod explain;
 mod healthcheck;
 mod import;
 mod interrupt;
+mod key;
 mod openapi;
 mod output;
 mod progress;
@@ -34,6 +35,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Validate(args) => validate::run(&args),
         Command::Schema => schema::run(),
         Command::Openapi => openapi::run(),
+        Command::Key(command) => key::run(&command),
         Command::Serve(args) => crate::server::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),
     }

@@ -2,7 +2,7 @@
 
 use super::drain::StopSignals;
 use super::stall::Impatient;
-use super::{App, routes};
+use super::{App, access, routes};
 use crate::cli::ServeArgs;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -13,6 +13,7 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{sleep, timeout};
+use tower::util::MapRequest;
 
 /// Bytes of a request's line and headers.
 const MAX_HEADER_BYTES: usize = 64 << 10;
@@ -27,7 +28,7 @@ pub(super) async fn serve(listener: TcpListener, signals: StopSignals, service: 
         Ok(address) => tracing::info!("listening on http://{address}"),
         Err(error) => tracing::warn!(%error, "listening, but not on a known address"),
     }
-    let app = TowerToHyperService::new(routes::routes(Arc::clone(&service)));
+    let app = TowerToHyperService::new(MapRequest::new(routes::routes(Arc::clone(&service)), access::strip));
     let places = Arc::new(Semaphore::new(args.max_connections as usize));
     let connections = GracefulShutdown::new();
     let mut http = http1::Builder::new();

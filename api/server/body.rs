@@ -68,6 +68,14 @@ pub(super) fn scene_format(headers: &HeaderMap) -> Result<Format, Problem> {
     }
 }
 
+/// Refuses bodies that do not say they are JSON.
+pub(super) fn json_only(headers: &HeaderMap) -> Result<(), Problem> {
+    match scene_format(headers)? {
+        Format::Json => Ok(()),
+        Format::Nff => Err(Problem::new(Kind::UnsupportedMediaType, "this takes application/json only")),
+    }
+}
+
 fn text(headers: &HeaderMap, name: HeaderName) -> &str {
     headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default()
 }

@@ -15,16 +15,20 @@ use std::time::Instant;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
+/// Headers of a response that stay when a problem takes its place.
+const KEPT: [HeaderName; 3] =
+    [header::ALLOW, HeaderName::from_static("ratelimit"), HeaderName::from_static("ratelimit-policy")];
+
 /// Wraps a handler.
 pub(super) async fn envelope(State(service): State<App>, request: Request, next: Next) -> Response {
     let id = request_id(request.headers());
     let visit = Visit::begin(&service, &request, &id);
     let mut response = next.run(request).await;
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
-        let allow = response.headers_mut().remove(header::ALLOW);
+        let found = std::mem::take(response.headers_mut());
         response = problem.answer(&id);
-        if let Some(allow) = allow {
-            response.headers_mut().insert(header::ALLOW, allow);
+        for (name, value) in KEPT.iter().filter_map(|name| Some((name, found.get(name)?))) {
+            response.headers_mut().insert(name, value.clone());
         }
     }
     let status = response.status();

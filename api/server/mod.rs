@@ -1,6 +1,7 @@
 //! `strahl serve`: the service. Tokio's threads talk, the pool's threads render.
 
 mod accept;
+mod access;
 mod asked;
 mod body;
 mod conditions;
@@ -38,6 +39,8 @@ use crate::folder::Folder;
 use crate::recent::Recent;
 pub(crate) use openapi::openapi_text;
 
+use access::Access;
+pub(crate) use access::{Origins, new_key, new_signer};
 use drain::{Drain, StopSignals};
 use limits::Limits;
 pub(crate) use negotiate::QUALITY;
@@ -48,6 +51,7 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
+pub(crate) use tenant::Scope;
 use texts::Texts;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
@@ -62,6 +66,8 @@ struct Service {
     queue: Queue,
     /// The way for tiles, of which a viewer asks for many at once.
     tiles: Queue,
+    /// Who may do what.
+    access: Access,
     /// Scenes that need not be built again.
     scenes: Scenes,
     /// Pictures that need not be made again.
@@ -93,6 +99,11 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
     let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(false);
     tracing_subscriber::registry().with(lines).with(filter).init();
 
+    check_exposure(args)?;
+    let access = Access::open(args.keys.as_deref(), args.cors_origin.clone()).map_err(|error| {
+        let file = args.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
+        Failure::Usage(format!("{file}{error}"))
+    })?;
     let pool = start_pool(args.threads)?;
     let limits = Limits::new(args);
     let textures = args.textures.as_deref().map(|path| {
@@ -111,6 +122,7 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
     let service = Arc::new(Service {
         queue: Queue::new(Arc::clone(&pool), args.queue, args.timeout),
         tiles: Queue::new(pool, args.tile_queue, TILE_PATIENCE.min(args.timeout)),
+        access,
         scenes: Scenes::new(args.scene_cache_bytes, textures.transpose()?, texts),
         pictures: Pictures::new(args.picture_cache_bytes, blobs("pictures", args.disk_cache_bytes)?),
         public_url: args.public_url.clone(),
@@ -130,9 +142,24 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         // Before the address is announced: whoever reads it may send a signal at once.
         let signals = StopSignals::watch()
             .map_err(|error| Failure::Input(format!("the signals to stop cannot be watched for: {error}")))?;
+        let reload = tokio::spawn(access::watch(Arc::clone(&service)));
         accept::serve(listener, signals, service, args).await;
+        reload.abort();
         Ok(())
     });
     runtime.shutdown_timeout(LAST_WAIT);
     served
+}
+
+/// Refuses to listen where others can reach it, and let everybody do everything.
+fn check_exposure(args: &ServeArgs) -> Result<(), Failure> {
+    if args.keys.is_some() || args.insecure_no_auth || args.listen.ip().is_loopback() {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "--listen {} can be reached from other machines, and without keys everybody may render there.\n\n\
+         Give --keys FILE (`strahl key new --tenant NAME --file FILE` makes one), or --insecure-no-auth if something \
+         else keeps strangers out.",
+        args.listen
+    )))
 }

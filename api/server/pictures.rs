@@ -35,6 +35,8 @@ pub(super) struct Shown {
     pub(super) made: Arc<Made>,
     /// `Server-Timing`.
     pub(super) timing: Arc<str>,
+    /// Rays that it took.
+    pub(super) rays: u64,
 }
 
 /// What is written before the file of a kept picture.

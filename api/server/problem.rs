@@ -12,6 +12,7 @@ use strahl::scene::problem::Code;
 pub(super) enum Kind {
     InvalidJson,
     InvalidNff,
+    InvalidRequest,
     InvalidParameter,
     InvalidScene,
     InvalidRays,
@@ -19,6 +20,9 @@ pub(super) enum Kind {
     NotAcceptable,
     TooLarge,
     CostLimit,
+    Unauthorized,
+    Forbidden,
+    RateLimited,
     NotFound,
     PreconditionFailed,
     BadIiifRequest,
@@ -32,9 +36,10 @@ pub(super) enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub(super) const ALL: [Self; 18] = [
+    pub(super) const ALL: [Self; 22] = [
         Self::InvalidJson,
         Self::InvalidNff,
+        Self::InvalidRequest,
         Self::InvalidParameter,
         Self::InvalidScene,
         Self::InvalidRays,
@@ -42,6 +47,9 @@ impl Kind {
         Self::NotAcceptable,
         Self::TooLarge,
         Self::CostLimit,
+        Self::Unauthorized,
+        Self::Forbidden,
+        Self::RateLimited,
         Self::NotFound,
         Self::PreconditionFailed,
         Self::BadIiifRequest,
@@ -67,6 +75,12 @@ impl Kind {
                 StatusCode::BAD_REQUEST,
                 "The body is not Neutral File Format",
                 "`errors` says which line is wrong. A scene in JSON needs Content-Type: application/json.",
+            ),
+            Self::InvalidRequest => (
+                "invalid-request",
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "The request's JSON is not what is expected",
+                "`detail` says what is wrong. What each request takes is described at /openapi.json.",
             ),
             Self::InvalidParameter => (
                 "invalid-parameter",
@@ -110,6 +124,25 @@ impl Kind {
                 StatusCode::PAYLOAD_TOO_LARGE,
                 "The picture is too much work for one answer",
                 "`limit` names the limit. Ask for tiles (POST /v1/render/tile), a smaller picture or fewer samples.",
+            ),
+            Self::Unauthorized => (
+                "unauthorized",
+                StatusCode::UNAUTHORIZED,
+                "A key is needed",
+                "Send Authorization: Bearer and a key that the operator of this service has made with `strahl key new`.",
+            ),
+            Self::Forbidden => (
+                "forbidden",
+                StatusCode::FORBIDDEN,
+                "This is not allowed",
+                "`detail` says what the key lacks, or what the capability is for.",
+            ),
+            Self::RateLimited => (
+                "rate-limited",
+                StatusCode::TOO_MANY_REQUESTS,
+                "Too much in too short a time",
+                "Try again after the seconds in the Retry-After header. A request costs a unit, and so does each million \
+                 rays traced for it; the RateLimit header says how many units are left.",
             ),
             Self::NotFound => {
                 ("not-found", StatusCode::NOT_FOUND, "There is nothing here", "Renders are at POST /v1/render.")
@@ -229,6 +262,9 @@ impl Problem {
         let mut response = (status, Value::Object(body).to_string()).into_response();
         let headers = response.headers_mut();
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+        if self.kind == Kind::Unauthorized {
+            headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer realm=\"strahl\""));
+        }
         if let Some(seconds) = self.retry_after {
             headers.insert(header::RETRY_AFTER, seconds.into());
         }

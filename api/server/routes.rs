@@ -2,19 +2,22 @@
 
 use super::openapi::Shared;
 use super::problem::{Kind, Problem};
-use super::tenant::Tenant;
-use super::{App, envelope, images, known, meta, picture, questions, rays, tiles, tradeoff};
+use super::tenant::Scope;
+use super::{App, access, envelope, images, known, meta, picture, questions, rays, tiles, tradeoff};
 use axum::Router;
-use axum::extract::DefaultBodyLimit;
-use axum::middleware::{from_fn_with_state, map_request};
+use axum::extract::{DefaultBodyLimit, Request};
+use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use std::any::Any;
+use std::pin::Pin;
 use std::sync::Arc;
 use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
+
+type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// The service as a router.
 pub(super) fn routes(service: App) -> Router {
@@ -24,9 +27,10 @@ pub(super) fn routes(service: App) -> Router {
         .method_not_allowed_fallback(meta::method_not_allowed)
         .layer(
             ServiceBuilder::new()
+                .layer(from_fn_with_state(Arc::clone(&service), access::cors))
                 .layer(from_fn_with_state(Arc::clone(&service), envelope::envelope))
                 .layer(CatchPanicLayer::custom(panicked))
-                .layer(map_request(async |request| Tenant::identify(request)))
+                .layer(from_fn_with_state(Arc::clone(&service), access::identify))
                 // Bodies are read by `body::read`, which has limits of its own.
                 .layer(DefaultBodyLimit::disable()),
         )
@@ -35,19 +39,23 @@ pub(super) fn routes(service: App) -> Router {
 
 /// Every path, with its place in the contract.
 pub(super) fn documented() -> OpenApiRouter<App> {
-    let work = OpenApiRouter::with_openapi(Shared::openapi())
+    let render = OpenApiRouter::with_openapi(Shared::openapi())
         .routes(routes!(picture::tile))
         .routes(routes!(rays::rays))
         .routes(routes!(questions::tree))
         .routes(routes!(questions::explanation))
         .routes(routes!(tradeoff::tradeoff))
-        .routes(routes!(questions::validate));
-    let (schemas, paths, whole) = routes!(picture::whole);
-    // The router knows no QUERY yet, so it comes with all other methods.
-    let whole = OpenApiRouter::new().routes((schemas, paths, whole.fallback(picture::query)));
-    let known = OpenApiRouter::new()
+        .routes(routes!(questions::validate))
         .routes(routes!(known::add))
-        .routes(routes!(known::get, known::remove))
+        .routes(routes!(known::remove))
+        .route_layer(from_fn(needs(Scope::Render)));
+    let (schemas, paths, whole) = routes!(picture::whole);
+    // The router knows no QUERY yet, so it comes with all other methods, which `route_layer` would leave open.
+    let whole = whole.fallback(picture::query).layer(from_fn(needs(Scope::Render)));
+    let whole = OpenApiRouter::new().routes((schemas, paths, whole));
+    let read = OpenApiRouter::new()
+        .routes(routes!(access::mint))
+        .routes(routes!(known::get))
         .routes(routes!(images::image))
         .routes(routes!(tiles::iiif))
         .routes(routes!(tiles::iiif_info))
@@ -55,7 +63,8 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(tiles::dzi))
         .routes(routes!(tiles::dzi_tile))
         .routes(routes!(tiles::xyz))
-        .routes(routes!(tiles::xyz_tile));
+        .routes(routes!(tiles::xyz_tile))
+        .route_layer(from_fn(needs(Scope::Read)));
     let about = OpenApiRouter::new()
         .routes(routes!(meta::livez))
         .routes(routes!(meta::readyz))
@@ -65,7 +74,12 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(meta::schema))
         .routes(routes!(meta::openapi))
         .routes(routes!(meta::problem_page));
-    work.merge(whole).merge(known).merge(about)
+    render.merge(whole).merge(read).merge(about)
+}
+
+/// Lets those through whose key allows such a thing.
+fn needs(scope: Scope) -> impl Fn(Request, Next) -> BoxFuture<Result<Response, Problem>> + Clone {
+    move |request, next| Box::pin(access::require(scope, request, next))
 }
 
 /// A handler panicked (jobs are caught in the queue). The panic itself has been written to standard error.

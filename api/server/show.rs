@@ -1,5 +1,6 @@
 //! The way from a request to a picture file: it is at hand, or on its way, or a job makes it.
 
+use super::access::Cost;
 use super::body::Held;
 use super::conditions::{Verdict, weigh};
 use super::excerpt::Excerpt;
@@ -69,7 +70,7 @@ pub(super) fn image_of(ready: &Ready) -> Option<ImageId> {
 
 /// A picture that is at hand, with the timing of that.
 pub(super) fn at_hand(made: Arc<Made>) -> Shown {
-    Shown { made, timing: timing(None, 0.0, true).into() }
+    Shown { made, timing: timing(None, 0.0, true).into(), rays: 0 }
 }
 
 /// Makes a picture, or waits for whoever makes it.
@@ -88,7 +89,8 @@ pub(super) async fn make(
             let job_side = Arc::clone(&service);
             let job = move |job: &Job| render(&job_side, job, &source, &excerpt);
             let Done { value: (made, report, kept), queue_ms } = queue_of(&service, lane).run(seat, job).await?;
-            Ok(Shown { made, timing: timing(report.as_ref(), queue_ms, kept).into() })
+            let rays = report.as_ref().map_or(0, |report| report.cost.rays.total());
+            Ok(Shown { made, timing: timing(report.as_ref(), queue_ms, kept).into(), rays })
         }
     };
     service.pictures.share(name, work).await
@@ -185,13 +187,14 @@ pub(super) fn deliver(
     shown: &Shown,
     excerpt: &Excerpt,
 ) -> Result<Response, Problem> {
-    let Shown { made, timing } = shown;
+    let Shown { made, timing, rays } = shown;
     let etag = made.image.as_ref().map(|image| tag(image, excerpt));
     if let Some(answer) = settled(manner, etag.as_deref()) {
         return answer;
     }
     let (ending, media_type) = negotiate::description(excerpt.format);
     let mut response = Held::new(made.file.clone(), &service.memory).into_body().into_response();
+    response.extensions_mut().insert(Cost { rays: *rays });
     let headers = response.headers_mut();
     put(headers, header::CONTENT_TYPE, media_type);
     put(headers, header::CONTENT_LENGTH, &made.file.len().to_string());

@@ -3,9 +3,9 @@
 //! A middleware puts an `Arc<Tenant>` into each request's extensions; [`Tenant::of`] takes it out. Without keys everybody
 //! is the tenant "anonymous" and may do everything.
 
-#![allow(dead_code, reason = "the scheduler and the keys, which use the rest, come next")]
+#![allow(dead_code, reason = "the scheduler, which uses the rest, comes next")]
 
-use axum::extract::Request;
+use super::access::Allowance;
 use axum::http::Extensions;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -55,7 +55,7 @@ impl Default for Quotas {
 }
 
 /// Who asks.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Tenant {
     /// What it is called: letters, digits, `-` and `_`.
     pub(crate) name: String,
@@ -65,26 +65,24 @@ pub(crate) struct Tenant {
     pub(crate) scopes: Vec<Scope>,
     /// How much it may have at one time.
     pub(crate) quotas: Quotas,
+    /// How much it may ask for in a minute; without one, as much as it likes.
+    pub(crate) allowance: Option<Arc<Allowance>>,
 }
 
 impl Tenant {
     /// Everybody, where there are no keys.
     pub(crate) fn anonymous() -> Self {
-        Self { name: "anonymous".into(), weight: 1, scopes: Scope::ALL.to_vec(), quotas: Quotas::default() }
+        Self::named("anonymous", &Scope::ALL)
+    }
+
+    fn named(name: &str, scopes: &[Scope]) -> Self {
+        let (name, scopes) = (name.to_owned(), scopes.to_vec());
+        Self { name, weight: 1, scopes, quotas: Quotas::default(), allowance: None }
     }
 
     /// Whose request this is. Where no middleware has said so, nobody's: a tenant that may do nothing.
     pub(crate) fn of(extensions: &Extensions) -> Arc<Self> {
-        extensions.get::<Arc<Self>>().map_or_else(
-            || Arc::new(Self { name: "nobody".into(), weight: 1, scopes: Vec::new(), quotas: Quotas::default() }),
-            Arc::clone,
-        )
-    }
-
-    /// Puts the tenant into a request, for [`Tenant::of`].
-    pub(crate) fn identify(mut request: Request) -> Request {
-        request.extensions_mut().insert(Arc::new(Self::anonymous()));
-        request
+        extensions.get::<Arc<Self>>().map_or_else(|| Arc::new(Self::named("nobody", &[])), Arc::clone)
     }
 
     /// Whether there are no keys, so that everybody sees the same.

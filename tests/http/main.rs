@@ -2,11 +2,14 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+mod access;
 mod lifecycle;
+mod pictures;
 mod refusals;
 mod renders;
 mod scene_cache;
 mod service;
+mod tiles;
 mod tradeoff;
 
 /// A ball on a floor: quick.

@@ -90,7 +90,7 @@ fn warnings_and_problems_are_said_again() {
 }
 
 /// A wall with a picture from a file.
-const WALL: &str = r#"{
+pub(super) const WALL: &str = r#"{
   "version": 1,
   "image": { "width": 8, "height": 8 },
   "camera": { "orthographic": { "eye": [0, 0, 5], "look_at": [0, 0, 0], "height": 2 } },

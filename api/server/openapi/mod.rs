@@ -46,7 +46,7 @@ fn document() -> Value {
 
 /// What no handler mentions by itself.
 #[derive(Debug, OpenApi)]
-#[openapi(components(schemas(bodies::ProblemDocument)))]
+#[openapi(components(schemas(bodies::ProblemDocument), responses(bodies::Picture)))]
 pub(super) struct Shared;
 
 /// What operations are grouped by.

@@ -2,6 +2,7 @@
 
 use super::iiif_parse::{Asked, understand};
 use super::{everywhere, open, show};
+use crate::server::access::Capability;
 use crate::server::openapi::bodies::Picture;
 use crate::server::problem::Problem;
 use crate::server::show::put;
@@ -60,5 +61,7 @@ pub(super) fn address(service: &Service, parts: &Parts, id: &str) -> String {
         let host = parts.headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
         format!("http://{host}")
     });
-    format!("{base}/iiif/3/{id}")
+    // With a capability in its path a client has to keep it there.
+    let before = parts.extensions.get::<Capability>().map_or_else(String::new, Capability::prefix);
+    format!("{base}{before}/iiif/3/{id}")
 }

@@ -211,7 +211,8 @@ mod tests {
     fn what_fits_a_level_is_a_crop_of_it() {
         assert_eq!(shown("full/max/0/default.png"), (Grid::Level(0), None));
         assert_eq!(shown("full/500,/0/default.png"), (Grid::Level(1), None));
-        assert_eq!(shown("full/,38/0/default.png").0, Grid::Part(rectangle(0, 0, 1_000, 600), [63, 38]));
+        assert_eq!(shown("full/,38/0/default.png"), (Grid::Level(4), None));
+        assert_eq!(shown("full/,39/0/default.png").0, Grid::Part(rectangle(0, 0, 1_000, 600), [65, 39]));
         assert_eq!(shown("full/63,38/0/default.png"), (Grid::Level(4), None));
         // As OpenSeadragon asks for tiles: the last ones are as wide as the level, rounded up.
         assert_eq!(shown("512,512,488,88/244,44/0/default.png"), (Grid::Level(1), Some(rectangle(256, 256, 244, 44))));

@@ -1,0 +1,48 @@
+//! `strahl key`: makes keys and secrets for the key file of `strahl serve --keys`.
+
+use super::output;
+use crate::cli::{KeyCommand, NewKeyArgs};
+use crate::failure::Failure;
+use crate::server::{new_key, new_signer};
+use std::fs::OpenOptions;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Makes one.
+pub(super) fn run(command: &KeyCommand) -> Result<(), Failure> {
+    match command {
+        KeyCommand::New(NewKeyArgs { tenant, scopes, file }) => {
+            let (key, lines) = new_key(tenant, scopes).map_err(|error| Failure::Usage(error.to_string()))?;
+            match file {
+                Some(file) => {
+                    append(file, &lines)?;
+                    output::print(format!("{key}\n").as_bytes())
+                }
+                None => {
+                    let about = "# The key, which is shown only now, is:";
+                    output::print(format!("{about}\n# {key}\n# For the key file:\n\n{lines}").as_bytes())
+                }
+            }
+        }
+        KeyCommand::Signer { file } => {
+            let lines = new_signer().map_err(|error| Failure::Input(error.to_string()))?;
+            match file {
+                Some(file) => append(file, &lines),
+                None => output::print(lines.as_bytes()),
+            }
+        }
+    }
+}
+
+/// Adds lines to a key file, which is made if need be, for its owner alone.
+fn append(file: &Path, lines: &str) -> Result<(), Failure> {
+    let mut options = OpenOptions::new();
+    options.append(true).create(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let written = options.open(file).and_then(|mut file| {
+        let gap = if file.metadata()?.len() > 0 { "\n" } else { "" };
+        file.write_all(format!("{gap}{lines}").as_bytes())
+    });
+    written.map_err(|error: io::Error| Failure::writing(&file.display().to_string(), &error))
+}

@@ -1,0 +1,133 @@
+//! How much a tenant may ask for in a minute, in units of cost: one for each request, and one for each million rays
+//! that were traced for it.
+//!
+//! A bucket of as many units as a minute has fills up steadily. A request is let in when it holds one unit, and what its
+//! picture has cost is taken out afterwards, when it is known. That may leave a debt, which later requests wait for; how
+//! large it gets is bounded by the queue.
+
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+/// Rays that one unit stands for.
+const RAYS: u64 = 1_000_000;
+
+/// What an answer has cost; handlers put it into their response's extensions.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::server) struct Cost {
+    /// Rays of all kinds, as `Render-Rays` counts them.
+    pub(in crate::server) rays: u64,
+}
+
+impl Cost {
+    fn units(self) -> f64 {
+        (self.rays / RAYS) as f64
+    }
+}
+
+/// A tenant's bucket.
+#[derive(Debug)]
+pub(crate) struct Allowance {
+    per_minute: u32,
+    bucket: Mutex<Bucket>,
+}
+
+#[derive(Debug)]
+struct Bucket {
+    units: f64,
+    at: Instant,
+}
+
+/// What is left, for the `RateLimit` headers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::server) struct Left {
+    /// Units in a minute.
+    pub(in crate::server) per_minute: u32,
+    /// Units there are now.
+    pub(in crate::server) units: u32,
+    /// Seconds until the bucket is full.
+    pub(in crate::server) full_in: u32,
+}
+
+impl Allowance {
+    /// A full bucket.
+    pub(in crate::server) fn new(per_minute: u32) -> Self {
+        Self { per_minute, bucket: Mutex::new(Bucket { units: f64::from(per_minute), at: Instant::now() }) }
+    }
+
+    /// Units in a minute.
+    pub(in crate::server) fn per_minute(&self) -> u32 {
+        self.per_minute
+    }
+
+    /// Takes one unit; or says in how many seconds there will be one.
+    pub(in crate::server) fn enter(&self, now: Instant) -> Result<(), u32> {
+        self.with(now, |bucket, per_second| {
+            if bucket.units >= 1.0 {
+                bucket.units -= 1.0;
+                Ok(())
+            } else {
+                Err(whole((1.0 - bucket.units) / per_second).max(1))
+            }
+        })
+    }
+
+    /// Takes what an answer has cost.
+    pub(in crate::server) fn charge(&self, cost: Cost, now: Instant) {
+        self.with(now, |bucket, _| bucket.units -= cost.units());
+    }
+
+    /// What is left.
+    pub(in crate::server) fn left(&self, now: Instant) -> Left {
+        self.with(now, |bucket, per_second| Left {
+            per_minute: self.per_minute,
+            units: bucket.units.max(0.0) as u32,
+            full_in: whole((f64::from(self.per_minute) - bucket.units) / per_second),
+        })
+    }
+
+    fn with<T>(&self, now: Instant, act: impl FnOnce(&mut Bucket, f64) -> T) -> T {
+        // A panic between two lines of this file leaves at worst a unit too many.
+        let mut bucket = self.bucket.lock().unwrap_or_else(PoisonError::into_inner);
+        let most = f64::from(self.per_minute);
+        let per_second = most / 60.0;
+        bucket.units = (bucket.units + now.saturating_duration_since(bucket.at).as_secs_f64() * per_second).min(most);
+        bucket.at = now;
+        act(&mut bucket, per_second)
+    }
+}
+
+/// Seconds, rounded up.
+fn whole(seconds: f64) -> u32 {
+    seconds.ceil() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn a_minute_has_its_units_and_debts_are_waited_for() {
+        let allowance = Allowance::new(60);
+        let start = Instant::now();
+        for _ in 0..60 {
+            assert_eq!(allowance.enter(start), Ok(()));
+        }
+        assert_eq!(allowance.enter(start), Err(1));
+        let later = start + Duration::from_secs(2);
+        assert_eq!(allowance.enter(later), Ok(()));
+        allowance.charge(Cost { rays: 30_000_000 }, later);
+        assert_eq!(allowance.enter(later), Err(30));
+        assert_eq!(allowance.left(later), Left { per_minute: 60, units: 0, full_in: 89 });
+        let much_later = later + Duration::from_secs(3_600);
+        assert_eq!(allowance.left(much_later), Left { per_minute: 60, units: 60, full_in: 0 });
+    }
+
+    #[test]
+    fn small_pictures_cost_no_more_than_their_request() {
+        let allowance = Allowance::new(10);
+        let now = Instant::now();
+        allowance.charge(Cost { rays: 999_999 }, now);
+        assert_eq!(allowance.left(now).units, 10);
+    }
+}

@@ -1,0 +1,53 @@
+//! Who may do what: keys, capability URLs, quotas, and which pages may ask.
+
+mod allowance;
+mod capability;
+mod cors;
+mod gate;
+mod keys;
+mod mint;
+mod reload;
+
+pub(super) use allowance::{Allowance, Cost};
+pub(super) use capability::{Capability, strip};
+pub(crate) use cors::Origins;
+pub(super) use cors::cors;
+pub(super) use gate::{identify, require};
+pub(crate) use keys::{new_key, new_signer};
+pub(super) use mint::*;
+pub(super) use reload::watch;
+
+use super::tenant::Tenant;
+use capability::Signers;
+use keys::Keys;
+use reload::KeyFile;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+/// What decides about a request's tenant.
+#[derive(Debug)]
+pub(super) struct Access {
+    /// The key file; without one everybody is anonymous.
+    keys: Option<KeyFile>,
+    anonymous: Arc<Tenant>,
+    /// Signs capabilities where the key file names no secrets; they end with the process.
+    own: Signers,
+    pub(super) origins: Origins,
+}
+
+impl Access {
+    /// Reads the key file, if there is one.
+    pub(super) fn open(path: Option<&Path>, origins: Origins) -> io::Result<Self> {
+        Ok(Self {
+            keys: path.map(KeyFile::open).transpose()?,
+            anonymous: Arc::new(Tenant::anonymous()),
+            own: Signers::random()?,
+            origins,
+        })
+    }
+
+    fn keys(&self) -> Option<Arc<Keys>> {
+        self.keys.as_ref().map(KeyFile::keys)
+    }
+}
