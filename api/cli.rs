@@ -53,8 +53,11 @@ pub(crate) enum Command {
     /// Make keys for the service.
     #[command(subcommand)]
     Key(KeyCommand),
+    /// Check or show the configuration of the service.
+    #[command(subcommand)]
+    Config(ConfigCommand),
     /// Serve renders over HTTP.
-    Serve(ServeArgs),
+    Serve(Box<ServeArgs>),
     /// Ask a running service whether it is alive; exit code 0 if it is.
     Healthcheck(HealthcheckArgs),
 }
@@ -350,12 +353,44 @@ pub(crate) struct NewKeyArgs {
     pub(crate) file: Option<PathBuf>,
 }
 
+/// Names of log formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LogFormat {
+    /// For people.
+    Text,
+    /// For programs: one object in each line.
+    Json,
+}
+
+/// `strahl config`.
+#[derive(Debug, Subcommand)]
+pub(crate) enum ConfigCommand {
+    /// Check a configuration file.
+    Check {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Print what a service with these flags would use, and where each value comes from.
+    Print(Box<ServeArgs>),
+}
+
 /// `strahl serve`.
 #[derive(Debug, Clone, Args)]
+#[command(args_override_self = true)]
 pub(crate) struct ServeArgs {
     /// Address and port to listen on; port 0 takes a free one. Beyond loopback it needs --keys or --insecure-no-auth.
     #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
     pub(crate) listen: SocketAddr,
+    /// Configuration file: TOML with the names of these flags (max_pixels = 1000000); flags and environment go before it.
+    #[arg(long, env = "STRAHL_CONFIG", value_name = "FILE.toml")]
+    pub(crate) config: Option<PathBuf>,
+    /// Address and port for operators, without keys: /livez, /readyz, /metrics. 127.0.0.1:9090 is usual; without it there is
+    /// none, and /livez and /readyz are answered beside everything else.
+    #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
+    pub(crate) admin_listen: Option<SocketAddr>,
+    /// How the log is written.
+    #[arg(long, env = "STRAHL_LOG_FORMAT", value_name = "FORMAT", default_value = "text")]
+    pub(crate) log_format: LogFormat,
     /// File of API keys, as `strahl key new` makes them; it is read again when it changes. Without it nobody needs a key.
     #[arg(long, env = "STRAHL_KEYS", value_name = "FILE")]
     pub(crate) keys: Option<PathBuf>,

@@ -3,6 +3,7 @@
 mod blobs;
 mod cli;
 mod commands;
+mod config;
 mod failure;
 mod folder;
 mod identity;
@@ -22,7 +23,8 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match commands::run(cli::Cli::parse().command) {
+    let run = || commands::run(cli::Cli::parse_from(config::with_file(std::env::args_os().collect())?).command);
+    match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.tell(),
     }

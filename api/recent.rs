@@ -78,7 +78,6 @@ impl<K: Hash + Eq, V: Clone> Recent<K, V> {
     }
 
     /// Bytes that are kept.
-    #[cfg(test)]
     pub(crate) fn bytes(&self) -> u64 {
         self.lock().bytes
     }

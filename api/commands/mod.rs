@@ -1,5 +1,6 @@
 //! One file for each command.
 
+mod config;
 mod explain;
 mod healthcheck;
 mod import;
@@ -35,6 +36,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Validate(args) => validate::run(&args),
         Command::Schema => schema::run(),
         Command::Openapi => openapi::run(),
+        Command::Config(command) => config::run(&command),
         Command::Key(command) => key::run(&command),
         Command::Serve(args) => crate::server::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),

@@ -1,9 +1,11 @@
-//! The accept loop: a bounded number of connections, each with a deadline for its headers, until the service drains.
+//! The accept loops: a bounded number of connections, each with a deadline for its headers, until the service drains.
 
 use super::drain::StopSignals;
+use super::explained::Explained;
 use super::stall::Impatient;
-use super::{App, access, routes};
+use super::{App, access, admin, routes};
 use crate::cli::ServeArgs;
+use axum::Router;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
@@ -21,15 +23,50 @@ const MAX_HEADER_BYTES: usize = 64 << 10;
 const MAX_HEADERS: usize = 100;
 /// What the last answers get to reach their clients, once they are made.
 const FLUSH: Duration = Duration::from_secs(2);
+/// Connections of operators.
+const ADMIN_CONNECTIONS: u32 = 64;
+
+/// Where the service listens.
+#[derive(Debug)]
+pub(super) struct Listeners {
+    /// For clients.
+    pub(super) clients: TcpListener,
+    /// For operators, if they have one of their own.
+    pub(super) admin: Option<TcpListener>,
+}
 
 /// Serves until a signal comes and the running requests have finished or run out of time.
-pub(super) async fn serve(listener: TcpListener, signals: StopSignals, service: App, args: &ServeArgs) {
-    match listener.local_addr() {
-        Ok(address) => tracing::info!("listening on http://{address}"),
-        Err(error) => tracing::warn!(%error, "listening, but not on a known address"),
+pub(super) async fn serve(listeners: Listeners, signals: StopSignals, service: App, args: &ServeArgs) {
+    let Listeners { clients, admin } = listeners;
+    // Operators are answered until the very end.
+    let admin = admin.map(|listener| {
+        announce(&listener, "admin listening");
+        let (service, args) = (Arc::clone(&service), args.clone());
+        tokio::spawn(async move {
+            let routes = admin::routes(service);
+            connections(listener, routes, ADMIN_CONNECTIONS, &args, std::future::pending()).await;
+        })
+    });
+    announce(&clients, "listening");
+    let end = drained(&service, signals, args.drain_timeout);
+    connections(clients, routes::routes(Arc::clone(&service)), args.max_connections, args, end).await;
+    if let Some(admin) = admin {
+        admin.abort();
     }
-    let app = TowerToHyperService::new(MapRequest::new(routes::routes(Arc::clone(&service)), access::strip));
-    let places = Arc::new(Semaphore::new(args.max_connections as usize));
+    tracing::info!("stopped");
+}
+
+fn announce(listener: &TcpListener, what: &str) {
+    match listener.local_addr() {
+        Ok(address) => tracing::info!("{what} on http://{address}"),
+        Err(error) => tracing::warn!(%error, "{what}, but not on a known address"),
+    }
+}
+
+/// Accepts connections until the end, then gives those that are open some time to finish.
+async fn connections(listener: TcpListener, app: Router, most: u32, args: &ServeArgs, end: impl Future<Output = ()>) {
+    let app = TowerToHyperService::new(MapRequest::new(app, access::strip));
+    let places = Arc::new(Semaphore::new(most as usize));
     let connections = GracefulShutdown::new();
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new())
@@ -37,13 +74,13 @@ pub(super) async fn serve(listener: TcpListener, signals: StopSignals, service: 
         .max_buf_size(MAX_HEADER_BYTES)
         .max_headers(MAX_HEADERS);
 
-    let mut drained = std::pin::pin!(drained(&service, signals, args.drain_timeout));
+    let mut end = std::pin::pin!(end);
     loop {
         let (stream, place) = tokio::select! {
             next = next_connection(&listener, &places) => next,
-            () = &mut drained => break,
+            () = &mut end => break,
         };
-        let stream = TokioIo::new(Impatient::new(stream, args.write_timeout));
+        let stream = TokioIo::new(Explained::new(Impatient::new(stream, args.write_timeout)));
         let connection = connections.watch(http.serve_connection(stream, app.clone()));
         tokio::spawn(async move {
             if let Err(error) = connection.await {
@@ -56,7 +93,6 @@ pub(super) async fn serve(listener: TcpListener, signals: StopSignals, service: 
     if timeout(FLUSH, connections.shutdown()).await.is_err() {
         tracing::warn!("connections were cut off");
     }
-    tracing::info!("stopped");
 }
 
 /// Waits for the signal, then for the requests. Connections are still accepted meanwhile, so that probes learn why.

@@ -1,10 +1,13 @@
-//! Request bodies: which format, how large, how slow, and how much memory they take together with the answers.
+//! Request bodies: which format, how large, how slow, and how much memory they take together with the answers. They may
+//! come compressed (`Content-Encoding: gzip`); limits are on what comes out.
 
 use super::Service;
 use super::problem::{Kind, Problem};
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, header};
+use flate2::write::GzDecoder;
 use http_body_util::BodyExt;
+use std::io::{self, Write};
 use std::sync::Arc;
 use std::time::Duration;
 use strahl::scene::Format;
@@ -14,6 +17,9 @@ use tokio::time::timeout;
 /// Bytes that one permit of the memory budget stands for. Semaphores count up to 2^61 on 64-bit machines, but acquire
 /// at most 2^32 permits at a time.
 pub(super) const UNIT: u64 = 4_096;
+
+/// Compressed bytes that are unpacked at a time.
+const PIECE: usize = 4_096;
 
 /// How long the body of a refused request is listened to.
 const DISCARD: Duration = Duration::from_secs(2);
@@ -26,16 +32,39 @@ pub(super) fn units(bytes: u64) -> usize {
 /// Bytes together with their share of the memory budget.
 #[derive(Debug)]
 pub(super) struct Held {
-    bytes: Bytes,
-    _memory: Option<OwnedSemaphorePermit>,
+    bytes: Vec<u8>,
+    memory: Option<OwnedSemaphorePermit>,
 }
 
 impl Held {
     /// Bytes that are there already: the share is taken if there is one, since refusing would not free them sooner.
-    pub(super) fn new(bytes: impl Into<Bytes>, budget: &Arc<Semaphore>) -> Self {
-        let bytes = bytes.into();
+    pub(super) fn new(bytes: Vec<u8>, budget: &Arc<Semaphore>) -> Self {
         let wanted = u32::try_from(units(bytes.len() as u64)).unwrap_or(u32::MAX);
-        Self { _memory: Arc::clone(budget).try_acquire_many_owned(wanted).ok(), bytes }
+        Self { memory: Arc::clone(budget).try_acquire_many_owned(wanted).ok(), bytes }
+    }
+
+    /// Takes in more of a request's body, within the limits.
+    fn append(&mut self, service: &Service, more: &[u8]) -> Result<(), Problem> {
+        let length = (self.bytes.len() + more.len()) as u64;
+        if length > service.limits.max_body_bytes {
+            return Err(too_large(service));
+        }
+        grow(service, &mut self.memory, units(length))?;
+        self.bytes.extend_from_slice(more);
+        Ok(())
+    }
+
+    /// The body of an answer that others may get, too: each holds its share until its last byte has gone out.
+    pub(super) fn shared(bytes: Bytes, budget: &Arc<Semaphore>) -> Body {
+        struct Shared(Bytes, #[expect(dead_code, reason = "held until it is dropped")] Option<OwnedSemaphorePermit>);
+        impl AsRef<[u8]> for Shared {
+            fn as_ref(&self) -> &[u8] {
+                &self.0
+            }
+        }
+        let wanted = u32::try_from(units(bytes.len() as u64)).unwrap_or(u32::MAX);
+        let memory = Arc::clone(budget).try_acquire_many_owned(wanted).ok();
+        Body::from(Bytes::from_owner(Shared(bytes, memory)))
     }
 
     /// An answer's body; the share is given back when the last byte has gone out.
@@ -60,11 +89,21 @@ pub(super) fn scene_format(headers: &HeaderMap) -> Result<Format, Problem> {
         "" => return Err(unsupported("there is no Content-Type".into())),
         _ => return Err(unsupported(format!("Content-Type {kind} is no scene format"))),
     };
-    let encoding = text(headers, header::CONTENT_ENCODING);
-    if encoding.is_empty() || encoding.eq_ignore_ascii_case("identity") {
-        Ok(format)
-    } else {
-        Err(unsupported(format!("Content-Encoding {encoding} is not supported")))
+    encoding(headers).map(|_| format)
+}
+
+/// How a body is encoded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Encoding {
+    Identity,
+    Gzip,
+}
+
+fn encoding(headers: &HeaderMap) -> Result<Encoding, Problem> {
+    match text(headers, header::CONTENT_ENCODING).to_ascii_lowercase().as_str() {
+        "" | "identity" => Ok(Encoding::Identity),
+        "gzip" | "x-gzip" => Ok(Encoding::Gzip),
+        other => Err(unsupported(format!("Content-Encoding {other} is not supported, gzip is"))),
     }
 }
 
@@ -90,7 +129,8 @@ pub(super) async fn read(service: &Service, headers: &HeaderMap, body: Body) -> 
     if announced(headers) > service.limits.max_body_bytes {
         return Err(too_large(service));
     }
-    timeout(service.limits.body_timeout, collect(service, body)).await.unwrap_or_else(|_| {
+    let body = collect(service, encoding(headers)?, body);
+    timeout(service.limits.body_timeout, body).await.unwrap_or_else(|_| {
         let seconds = service.limits.body_timeout.as_secs_f64();
         Err(Problem::new(Kind::BodyTimeout, format!("the body was not complete after {seconds} s (body_timeout)")))
     })
@@ -120,19 +160,31 @@ fn announced(headers: &HeaderMap) -> u64 {
     text(headers, header::CONTENT_LENGTH).parse().unwrap_or(0)
 }
 
-async fn collect(service: &Service, mut body: Body) -> Result<Held, Problem> {
-    let (mut bytes, mut memory) = (Vec::new(), None);
+async fn collect(service: &Service, encoding: Encoding, mut body: Body) -> Result<Held, Problem> {
+    let mut held = Held { bytes: Vec::new(), memory: None };
+    let mut unpacked = (encoding == Encoding::Gzip).then(|| GzDecoder::new(Vec::new()));
     while let Some(frame) = body.frame().await {
         let frame = frame.map_err(|error| Problem::new(Kind::InvalidJson, format!("the body broke off: {error}")))?;
         let Ok(data) = frame.into_data() else { continue };
-        let length = (bytes.len() + data.len()) as u64;
-        if length > service.limits.max_body_bytes {
-            return Err(too_large(service));
+        match &mut unpacked {
+            None => held.append(service, &data)?,
+            // A little at a time: a small piece may hold a thousand times as much.
+            Some(decoder) => {
+                for piece in data.chunks(PIECE) {
+                    decoder.write_all(piece).map_err(|error| no_gzip(&error))?;
+                    held.append(service, &std::mem::take(decoder.get_mut()))?;
+                }
+            }
         }
-        grow(service, &mut memory, units(length))?;
-        bytes.extend_from_slice(&data);
     }
-    Ok(Held { bytes: bytes.into(), _memory: memory })
+    if let Some(decoder) = unpacked {
+        held.append(service, &decoder.finish().map_err(|error| no_gzip(&error))?)?;
+    }
+    Ok(held)
+}
+
+fn no_gzip(error: &io::Error) -> Problem {
+    Problem::new(Kind::InvalidEncoding, format!("the body is not a gzip file, or not all of one: {error}"))
 }
 
 /// Memory is taken as bytes arrive, not as they are announced: announcing costs a client nothing.
@@ -174,6 +226,8 @@ mod tests {
         assert!(scene_format(&HeaderMap::new()).is_err());
         let mut encoded = with(header::CONTENT_TYPE, "application/json");
         encoded.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+        assert_eq!(scene_format(&encoded).ok(), Some(Format::Json));
+        encoded.insert(header::CONTENT_ENCODING, HeaderValue::from_static("br"));
         assert!(scene_format(&encoded).is_err());
     }
 }

@@ -1,16 +1,16 @@
 //! What every answer has, whatever it is about: a request id, safe headers, problems as JSON, one line in the log.
 
+use super::App;
 use super::drain::Counted;
 use super::problem::Problem;
-use super::{App, Service};
-use axum::extract::{Request, State};
+use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::Response;
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
-use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, LazyLock};
 use std::time::Instant;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -25,6 +25,9 @@ pub(super) async fn envelope(State(service): State<App>, request: Request, next:
     let visit = Visit::begin(&service, &request, &id);
     let mut response = next.run(request).await;
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
+        if let Some(reason) = problem.shed() {
+            service.metrics.shed(reason);
+        }
         let found = std::mem::take(response.headers_mut());
         response = problem.answer(&id);
         for (name, value) in KEPT.iter().filter_map(|name| Some((name, found.get(name)?))) {
@@ -38,19 +41,20 @@ pub(super) async fn envelope(State(service): State<App>, request: Request, next:
     }
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     // Ray trees as SVG repeat names from the scene; nothing in an answer may ever run. Reports contain their pictures.
-    headers.insert(
-        header::CONTENT_SECURITY_POLICY,
-        HeaderValue::from_static("default-src 'none'; img-src data:; style-src 'unsafe-inline'; sandbox"),
-    );
+    // Only pages that are part of the program say something else.
+    headers
+        .entry(header::CONTENT_SECURITY_POLICY)
+        .or_insert(HeaderValue::from_static("default-src 'none'; img-src data:; style-src 'unsafe-inline'; sandbox"));
+    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
     if status.is_client_error() || status.is_server_error() {
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     }
-    visit.end(status);
+    visit.end(&response);
     response
 }
 
 /// The client's id if it is harmless, else a new one: 32 random bits of this process and a counter.
-fn request_id(headers: &HeaderMap) -> String {
+pub(super) fn request_id(headers: &HeaderMap) -> String {
     static PROCESS: LazyLock<u64> = LazyLock::new(|| RandomState::new().build_hasher().finish() & 0xffff_ffff);
     static COUNT: AtomicU64 = AtomicU64::new(1);
     let harmless = |id: &&str| {
@@ -62,10 +66,24 @@ fn request_id(headers: &HeaderMap) -> String {
     }
 }
 
+/// The trace id of a `traceparent` header, 32 digits that are not all zero.
+fn trace_id(headers: &HeaderMap) -> Option<String> {
+    let mut parts = headers.get("traceparent")?.to_str().ok()?.split('-');
+    let (version, id) = (parts.next()?, parts.next()?);
+    let hexadecimal = |text: &str| text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
+    let sound = version.len() == 2 && hexadecimal(version) && version != "ff" && id.len() == 32 && hexadecimal(id);
+    (sound && id.bytes().any(|b| b != b'0')).then(|| id.to_owned())
+}
+
 /// One request, from its headers to its answer or to its client going away; it ends with a line in the log.
 #[derive(Debug)]
 struct Visit {
+    service: App,
     id: String,
+    /// The trace it is part of, as its client says (W3C trace context).
+    trace: Option<String>,
+    /// The path's pattern.
+    route: String,
     method: Method,
     path: String,
     started: Instant,
@@ -74,8 +92,12 @@ struct Visit {
 }
 
 impl Visit {
-    fn begin(service: &Service, request: &Request, id: &str) -> Self {
+    fn begin(service: &App, request: &Request, id: &str) -> Self {
+        let matched = request.extensions().get::<MatchedPath>();
         Self {
+            service: Arc::clone(service),
+            trace: trace_id(request.headers()),
+            route: matched.map_or("unmatched", MatchedPath::as_str).to_owned(),
             id: id.to_owned(),
             method: request.method().clone(),
             path: request.uri().path().to_owned(),
@@ -85,22 +107,27 @@ impl Visit {
         }
     }
 
-    fn end(mut self, status: StatusCode) {
-        self.status = Some(status);
+    fn end(mut self, response: &Response) {
+        self.status = Some(response.status());
+        self.service.metrics.answered(&self.route, &self.method, response, self.started.elapsed());
     }
 }
 
 impl Drop for Visit {
     fn drop(&mut self) {
-        let Self { id, method, path, started, status, .. } = self;
+        let Self { id, trace, method, path, started, status, .. } = self;
+        let trace = trace.as_deref();
         let ms = started.elapsed().as_millis();
         match status.map(|status| status.as_u16()) {
             // Probes come every few seconds and say nothing new.
             Some(status) if matches!(path.as_str(), "/livez" | "/readyz") => {
                 tracing::debug!(request = %id, %method, %path, status, ms, "answered");
             }
-            Some(status) => tracing::info!(request = %id, %method, %path, status, ms, "answered"),
-            None => tracing::info!(request = %id, %method, %path, ms, "the client went away"),
+            Some(status) => tracing::info!(request = %id, trace, %method, %path, status, ms, "answered"),
+            None => {
+                self.service.metrics.left(&self.route, started.elapsed());
+                tracing::info!(request = %id, trace, %method, %path, ms, "the client went away");
+            }
         }
     }
 }
@@ -108,6 +135,25 @@ impl Drop for Visit {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn traces_are_recognised() {
+        let of = |text| {
+            trace_id(&HeaderMap::from_iter([(HeaderName::from_static("traceparent"), HeaderValue::from_static(text))]))
+        };
+        let id = "4bf92f3577b34da6a3ce929d0e0e4736";
+        assert_eq!(of("00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01").as_deref(), Some(id));
+        for wrong in [
+            "",
+            "00",
+            "00-abc-def-01",
+            "ff-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01",
+            "00-00000000000000000000000000000000-00f067aa0ba902b7-01",
+            "00-4BF92F3577B34DA6A3CE929D0E0E4736-00f067aa0ba902b7-01",
+        ] {
+            assert_eq!(of(wrong), None, "{wrong}");
+        }
+    }
 
     #[test]
     fn only_harmless_ids_are_taken_over() {

@@ -1,4 +1,4 @@
-//! About the service itself: is it alive, is it ready, its limits, the scene's schema, what its problems mean.
+//! About the service itself: is it alive, is it ready, its limits, the scene's schema, its contract.
 
 use super::App;
 use super::negotiate::{AVAILABLE, QUALITY};
@@ -6,8 +6,7 @@ use super::openapi::bodies::Readiness;
 use super::openapi::openapi_text;
 use super::problem::{Kind, Problem};
 use axum::Json;
-use axum::extract::rejection::PathRejection;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::{StatusCode, Uri, header};
 use axum::response::IntoResponse;
 use serde_json::{Value, json};
@@ -99,22 +98,6 @@ pub(super) async fn schema() -> impl IntoResponse {
 )]
 pub(super) async fn openapi() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/json")], openapi_text())
-}
-
-/// What a kind of problem means, and what to do about it.
-#[utoipa::path(
-    get, path = "/problems/{slug}", operation_id = "problem", tag = "service", security(()),
-    params(("slug" = String, Path, description = "The last part of a problem's `type`.")),
-    responses((status = 200, description = "The page", body = String)),
-)]
-pub(super) async fn problem_page(slug: Result<Path<String>, PathRejection>) -> Result<String, Problem> {
-    let slug = slug.map_or_else(|_| String::new(), |Path(slug)| slug);
-    Kind::ALL
-        .iter()
-        .map(|kind| kind.page())
-        .find(|(known, ..)| *known == slug)
-        .map(|(_, status, title, advice)| format!("{title} ({})\n\n{advice}\n", status.as_u16()))
-        .ok_or_else(|| Problem::new(Kind::NotFound, "there is no problem of that name"))
 }
 
 /// Any other path.

@@ -2,23 +2,29 @@
 
 mod accept;
 mod access;
+mod admin;
 mod asked;
 mod body;
 mod conditions;
+mod cost;
+mod docs;
 mod drain;
 mod envelope;
 mod excerpt;
+mod explained;
 mod flights;
 mod images;
 mod known;
 mod limits;
 mod meta;
+mod metrics;
 mod negotiate;
 mod openapi;
 mod parameters;
 mod picture;
 mod pictures;
 mod problem;
+mod problem_pages;
 mod questions;
 mod queue;
 mod rays;
@@ -30,24 +36,28 @@ mod tenant;
 mod texts;
 mod tiles;
 mod tradeoff;
+mod warnings;
 
 use crate::blobs::Blobs;
-use crate::cli::ServeArgs;
+use crate::cli::{LogFormat, ServeArgs};
 use crate::commands::start_pool;
 use crate::failure::Failure;
 use crate::folder::Folder;
 use crate::recent::Recent;
 pub(crate) use openapi::openapi_text;
 
+use accept::Listeners;
 use access::Access;
 pub(crate) use access::{Origins, new_key, new_signer};
 use drain::{Drain, StopSignals};
 use limits::Limits;
+use metrics::Metrics;
 pub(crate) use negotiate::QUALITY;
 use pictures::Pictures;
 use queue::Queue;
 use scenes::Scenes;
 use std::io;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -78,6 +88,8 @@ struct Service {
     limits: Limits,
     /// How much memory bodies and answers may take together, in units of [`body::UNIT`] bytes.
     memory: Arc<Semaphore>,
+    /// What has been counted.
+    metrics: Metrics,
     /// Whether the service is about to end.
     drain: Drain,
 }
@@ -94,11 +106,7 @@ const LAST_WAIT: Duration = Duration::from_secs(1);
 
 /// Serves until SIGTERM or Ctrl-C.
 pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
-    let wanted = std::env::var("STRAHL_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
-    let filter = wanted.unwrap_or_else(|| Targets::new().with_default(tracing::Level::INFO));
-    let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(false);
-    tracing_subscriber::registry().with(lines).with(filter).init();
-
+    log(args.log_format);
     check_exposure(args)?;
     let access = Access::open(args.keys.as_deref(), args.cors_origin.clone()).map_err(|error| {
         let file = args.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
@@ -128,6 +136,7 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         public_url: args.public_url.clone(),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
         limits,
+        metrics: Metrics::default(),
         drain: Drain::default(),
     });
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -136,14 +145,18 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         .build()
         .map_err(|error| Failure::Input(format!("the service cannot start: {error}")))?;
     let served = runtime.block_on(async {
-        let listener = TcpListener::bind(args.listen)
-            .await
-            .map_err(|error| Failure::Input(format!("cannot listen on {}: {error}", args.listen)))?;
+        let listeners = Listeners {
+            clients: listen(args.listen).await?,
+            admin: match args.admin_listen {
+                Some(address) => Some(listen(address).await?),
+                None => None,
+            },
+        };
         // Before the address is announced: whoever reads it may send a signal at once.
         let signals = StopSignals::watch()
             .map_err(|error| Failure::Input(format!("the signals to stop cannot be watched for: {error}")))?;
         let reload = tokio::spawn(access::watch(Arc::clone(&service)));
-        accept::serve(listener, signals, service, args).await;
+        accept::serve(listeners, signals, service, args).await;
         reload.abort();
         Ok(())
     });
@@ -162,4 +175,20 @@ fn check_exposure(args: &ServeArgs) -> Result<(), Failure> {
          else keeps strangers out.",
         args.listen
     )))
+}
+
+async fn listen(address: SocketAddr) -> Result<TcpListener, Failure> {
+    TcpListener::bind(address).await.map_err(|error| Failure::Input(format!("cannot listen on {address}: {error}")))
+}
+
+/// From now on the log goes to standard error; `STRAHL_LOG` says what of it, by default what is at least `info`.
+fn log(format: LogFormat) {
+    let wanted = std::env::var("STRAHL_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
+    let filter = wanted.unwrap_or_else(|| Targets::new().with_default(tracing::Level::INFO));
+    let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(false);
+    let log = tracing_subscriber::registry().with(filter);
+    match format {
+        LogFormat::Text => log.with(lines).init(),
+        LogFormat::Json => log.with(lines.json().flatten_event(true).with_current_span(false)).init(),
+    }
 }

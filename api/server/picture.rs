@@ -11,6 +11,7 @@ use super::problem::{Kind, Problem};
 use super::queue::Job;
 use super::scenes::{Found, Key, key};
 use super::show::{self, Freshness, Manner, Source};
+use super::warnings;
 use super::{App, Service};
 use crate::report::Report;
 use crate::turns::Lane;
@@ -20,7 +21,7 @@ use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use strahl::film::Region;
-use strahl::scene::{Format, Overrides};
+use strahl::scene::{Format, Overrides, Scene};
 
 /// Bytes of a scene that are hashed between two requests.
 const HASHED_AT_ONCE: usize = 64 << 10;
@@ -152,14 +153,20 @@ pub(super) fn gone() -> Problem {
 }
 
 /// What an answer says about a picture, whoever asks for it and when.
-pub(super) fn picture_headers(report: &Report) -> Vec<(String, String)> {
+pub(super) fn picture_headers(report: &Report, scene: &Scene) -> Vec<(String, String)> {
     let rays = report.cost.rays;
     let rays = format!(
         "camera={}, shadow={}, reflected={}, transmitted={}",
         rays.camera, rays.shadow, rays.reflected, rays.transmitted
     );
     let on: Vec<_> = report.plan.explanation.names_on().collect();
-    vec![("render-rays".to_owned(), rays), ("render-plan".to_owned(), on.join(", "))]
+    let mut headers = vec![("render-rays".to_owned(), rays), ("render-plan".to_owned(), on.join(", "))];
+    if let Some((name, value)) = warnings::header(&scene.warnings)
+        && let Ok(value) = value.to_str()
+    {
+        headers.push((name.to_string(), value.to_owned()));
+    }
+    headers
 }
 
 /// `Server-Timing`: what this answer took, if its picture had to be made.

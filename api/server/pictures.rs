@@ -2,6 +2,7 @@
 //!
 //! A picture's name says what it shows and how ([`excerpt`](super::excerpt)), so what is kept never becomes wrong.
 
+use super::cost::Cost;
 use super::flights::Flights;
 use super::problem::Problem;
 use crate::blobs::Blobs;
@@ -35,8 +36,8 @@ pub(super) struct Shown {
     pub(super) made: Arc<Made>,
     /// `Server-Timing`.
     pub(super) timing: Arc<str>,
-    /// Rays that it took.
-    pub(super) rays: u64,
+    /// What it cost, for whoever had it made.
+    pub(super) cost: Option<Cost>,
 }
 
 /// What is written before the file of a kept picture.

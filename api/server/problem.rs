@@ -5,6 +5,7 @@ use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use strahl::scene;
+use strahl::scene::limits::PROBLEMS;
 use strahl::scene::problem::Code;
 
 /// What can go wrong. Each kind has a page at `/problems/{slug}`.
@@ -20,6 +21,10 @@ pub(super) enum Kind {
     NotAcceptable,
     TooLarge,
     CostLimit,
+    InvalidEncoding,
+    MalformedRequest,
+    UriTooLong,
+    HeadersTooLarge,
     Unauthorized,
     Forbidden,
     RateLimited,
@@ -36,7 +41,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub(super) const ALL: [Self; 22] = [
+    pub(super) const ALL: [Self; 26] = [
         Self::InvalidJson,
         Self::InvalidNff,
         Self::InvalidRequest,
@@ -47,6 +52,10 @@ impl Kind {
         Self::NotAcceptable,
         Self::TooLarge,
         Self::CostLimit,
+        Self::InvalidEncoding,
+        Self::MalformedRequest,
+        Self::UriTooLong,
+        Self::HeadersTooLarge,
         Self::Unauthorized,
         Self::Forbidden,
         Self::RateLimited,
@@ -124,6 +133,30 @@ impl Kind {
                 StatusCode::PAYLOAD_TOO_LARGE,
                 "The picture is too much work for one answer",
                 "`limit` names the limit. Ask for tiles (POST /v1/render/tile), a smaller picture or fewer samples.",
+            ),
+            Self::InvalidEncoding => (
+                "invalid-encoding",
+                StatusCode::BAD_REQUEST,
+                "The body cannot be decompressed",
+                "A body with Content-Encoding: gzip has to be a complete gzip file.",
+            ),
+            Self::MalformedRequest => (
+                "malformed-request",
+                StatusCode::BAD_REQUEST,
+                "This is not HTTP",
+                "The service speaks HTTP/1.1 without TLS.",
+            ),
+            Self::UriTooLong => (
+                "uri-too-long",
+                StatusCode::URI_TOO_LONG,
+                "The URI is too long",
+                "Scenes go into the body, not into the URI.",
+            ),
+            Self::HeadersTooLarge => (
+                "headers-too-large",
+                StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE,
+                "The headers are too large",
+                "Send fewer headers, or smaller ones: 100 of them, and 64 KiB with the request's line, are the most.",
             ),
             Self::Unauthorized => (
                 "unauthorized",
@@ -242,15 +275,35 @@ impl Problem {
             _ => Kind::InvalidScene,
         };
         let first = problems.0.first().map_or_else(String::new, ToString::to_string);
-        let detail = match problems.0.len() {
+        let found = problems.0.len();
+        // No more are looked for, so nobody knows how many there would be.
+        let cut = found as u64 >= PROBLEMS.max;
+        let detail = match found {
             0 | 1 => first,
+            n if cut => {
+                format!("{n} problems, and perhaps more, which are not looked for (problems); the first: {first}")
+            }
             n => format!("{n} problems; the first: {first}"),
         };
-        Self::new(kind, detail).with("errors", problems.0.iter().map(error_entry).collect())
+        let problem =
+            if cut { Self::limit(kind, PROBLEMS.name, PROBLEMS.max, detail) } else { Self::new(kind, detail) };
+        problem.with("errors", problems.0.iter().map(error_entry).collect())
     }
 
-    /// The request's id completes the answer.
-    pub(super) fn answer(self, request_id: &str) -> Response {
+    /// Its status.
+    pub(super) fn status(&self) -> StatusCode {
+        let (_, status, _, _) = self.kind.page();
+        status
+    }
+
+    /// Why a request was refused that would have been welcome at another time.
+    pub(super) fn shed(&self) -> Option<&'static str> {
+        let (slug, _, _, _) = self.kind.page();
+        matches!(self.kind, Kind::Saturated | Kind::Draining | Kind::RateLimited).then_some(slug)
+    }
+
+    /// The document; the request's id completes it.
+    pub(super) fn document(self, request_id: &str) -> String {
         let (slug, status, title, _) = self.kind.page();
         let mut body = Map::new();
         body.insert("type".into(), format!("/problems/{slug}").into());
@@ -259,13 +312,19 @@ impl Problem {
         body.insert("detail".into(), self.detail.into());
         body.insert("instance".into(), request_id.into());
         body.extend(self.members);
-        let mut response = (status, Value::Object(body).to_string()).into_response();
+        Value::Object(body).to_string()
+    }
+
+    /// The answer; the request's id completes it.
+    pub(super) fn answer(self, request_id: &str) -> Response {
+        let (kind, status, retry_after) = (self.kind, self.status(), self.retry_after);
+        let mut response = (status, self.document(request_id)).into_response();
         let headers = response.headers_mut();
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
-        if self.kind == Kind::Unauthorized {
+        if kind == Kind::Unauthorized {
             headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer realm=\"strahl\""));
         }
-        if let Some(seconds) = self.retry_after {
+        if let Some(seconds) = retry_after {
             headers.insert(header::RETRY_AFTER, seconds.into());
         }
         response
@@ -275,8 +334,7 @@ impl Problem {
 impl IntoResponse for Problem {
     /// Only carries the problem to the envelope, which knows the request's id.
     fn into_response(self) -> Response {
-        let (_, status, _, _) = self.kind.page();
-        let mut response = status.into_response();
+        let mut response = self.status().into_response();
         response.extensions_mut().insert(self);
         response
     }

@@ -3,7 +3,9 @@
 use super::openapi::Shared;
 use super::problem::{Kind, Problem};
 use super::tenant::Scope;
-use super::{App, access, envelope, images, known, meta, picture, questions, rays, tiles, tradeoff};
+use super::{
+    App, access, docs, envelope, images, known, meta, picture, problem_pages, questions, rays, tiles, tradeoff,
+};
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -73,7 +75,10 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(meta::formats))
         .routes(routes!(meta::schema))
         .routes(routes!(meta::openapi))
-        .routes(routes!(meta::problem_page));
+        .routes(routes!(docs::page))
+        .routes(routes!(docs::viewer))
+        .routes(routes!(problem_pages::list))
+        .routes(routes!(problem_pages::page));
     render.merge(whole).merge(read).merge(about)
 }
 

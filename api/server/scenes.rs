@@ -52,6 +52,11 @@ impl Scenes {
         Self { textures, kept: Recent::new(budget), names: Recent::new(NAMES), texts }
     }
 
+    /// Bytes of the scenes that are kept.
+    pub(super) fn bytes(&self) -> u64 {
+        self.kept.bytes()
+    }
+
     /// The scene, from before or else read, checked and compiled on the pool.
     pub(super) fn find(
         &self,

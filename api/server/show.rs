@@ -1,8 +1,8 @@
 //! The way from a request to a picture file: it is at hand, or on its way, or a job makes it.
 
-use super::access::Cost;
 use super::body::Held;
 use super::conditions::{Verdict, weigh};
+use super::cost::Cost;
 use super::excerpt::Excerpt;
 use super::negotiate;
 use super::picture::{find, gone, picture_headers, timing};
@@ -70,7 +70,7 @@ pub(super) fn image_of(ready: &Ready) -> Option<ImageId> {
 
 /// A picture that is at hand, with the timing of that.
 pub(super) fn at_hand(made: Arc<Made>) -> Shown {
-    Shown { made, timing: timing(None, 0.0, true).into(), rays: 0 }
+    Shown { made, timing: timing(None, 0.0, true).into(), cost: None }
 }
 
 /// Makes a picture, or waits for whoever makes it.
@@ -83,17 +83,23 @@ pub(super) async fn make(
 ) -> Result<Shown, Problem> {
     let seat = seat_of(tenant, lane);
     let name = source.flight(&excerpt);
+    let mut is_mine = false;
     let work = || {
+        is_mine = true;
         let service = Arc::clone(service);
         async move {
             let job_side = Arc::clone(&service);
             let job = move |job: &Job| render(&job_side, job, &source, &excerpt);
             let Done { value: (made, report, kept), queue_ms } = queue_of(&service, lane).run(seat, job).await?;
-            let rays = report.as_ref().map_or(0, |report| report.cost.rays.total());
-            Ok(Shown { made, timing: timing(report.as_ref(), queue_ms, kept).into(), rays })
+            let cost = report.as_ref().map(|report| Cost::of(report, queue_ms, excerpt.format));
+            Ok(Shown { made, timing: timing(report.as_ref(), queue_ms, kept).into(), cost })
         }
     };
-    service.pictures.share(name, work).await
+    let mut shown = service.pictures.share(name, work).await?;
+    if !is_mine {
+        shown.cost = None;
+    }
+    Ok(shown)
 }
 
 /// Builds a scene without a picture.
@@ -128,7 +134,7 @@ fn render(
     service.limits.check(&ready.scene, shot.region)?;
     let finished = picture::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
     let Finished { file, report } = finished.map_err(|_| gone())?;
-    let made = Made::new(file, picture_headers(&report), image.map(|image| image.to_string()));
+    let made = Made::new(file, picture_headers(&report, &ready.scene), image.map(|image| image.to_string()));
     let made = Arc::new(made);
     if let Some(name) = name {
         service.pictures.put(&name, &made);
@@ -187,14 +193,16 @@ pub(super) fn deliver(
     shown: &Shown,
     excerpt: &Excerpt,
 ) -> Result<Response, Problem> {
-    let Shown { made, timing, rays } = shown;
+    let Shown { made, timing, cost } = shown;
     let etag = made.image.as_ref().map(|image| tag(image, excerpt));
     if let Some(answer) = settled(manner, etag.as_deref()) {
         return answer;
     }
     let (ending, media_type) = negotiate::description(excerpt.format);
-    let mut response = Held::new(made.file.clone(), &service.memory).into_body().into_response();
-    response.extensions_mut().insert(Cost { rays: *rays });
+    let mut response = Held::shared(made.file.clone(), &service.memory).into_response();
+    if let Some(cost) = cost {
+        response.extensions_mut().insert(*cost);
+    }
     let headers = response.headers_mut();
     put(headers, header::CONTENT_TYPE, media_type);
     put(headers, header::CONTENT_LENGTH, &made.file.len().to_string());

@@ -3,7 +3,10 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod access;
+mod contract;
+mod flood;
 mod lifecycle;
+mod operations;
 mod pictures;
 mod refusals;
 mod renders;

@@ -13,6 +13,7 @@ pub(crate) struct Service {
     child: Child,
     pub(crate) address: SocketAddr,
     log: Arc<Mutex<String>>,
+    first: String,
 }
 
 impl Service {
@@ -26,8 +27,12 @@ impl Service {
             .expect("the binary starts");
         let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines().map_while(Result::ok);
         let first = lines.find(|line| line.contains("listening on http://")).expect("it says where it listens");
-        let address =
-            first.rsplit("http://").next().and_then(|address| address.trim().parse().ok()).expect("an address");
+        // Operators' listener is announced before that for clients.
+        let mut last = first.clone();
+        if first.contains("admin") {
+            last = lines.find(|line| line.contains("listening on http://")).expect("it says where it listens");
+        }
+        let address = address_in(&last).expect("an address");
         let log = Arc::new(Mutex::new(String::new()));
         let sink = Arc::clone(&log);
         thread::spawn(move || {
@@ -35,7 +40,16 @@ impl Service {
                 sink.lock().unwrap().push_str(&(line + "\n"));
             }
         });
-        Self { child, address, log }
+        Self { child, address, log, first }
+    }
+
+    pub(crate) fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// The first line about a listener.
+    pub(crate) fn said_first(&self) -> &str {
+        &self.first
     }
 
     pub(crate) fn log(&self) -> String {
@@ -108,6 +122,11 @@ impl Service {
             thread::sleep(Duration::from_millis(2));
         }
     }
+}
+
+/// The address in a line about a listener, which may be JSON.
+pub(crate) fn address_in(line: &str) -> Option<SocketAddr> {
+    line.rsplit("http://").next()?.split('"').next()?.trim().parse().ok()
 }
 
 impl Drop for Service {

@@ -5,24 +5,12 @@
 //! picture has cost is taken out afterwards, when it is known. That may leave a debt, which later requests wait for; how
 //! large it gets is bounded by the queue.
 
+use crate::server::cost::Cost;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// Rays that one unit stands for.
 const RAYS: u64 = 1_000_000;
-
-/// What an answer has cost; handlers put it into their response's extensions.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::server) struct Cost {
-    /// Rays of all kinds, as `Render-Rays` counts them.
-    pub(in crate::server) rays: u64,
-}
-
-impl Cost {
-    fn units(self) -> f64 {
-        (self.rays / RAYS) as f64
-    }
-}
 
 /// A tenant's bucket.
 #[derive(Debug)]
@@ -73,7 +61,7 @@ impl Allowance {
 
     /// Takes what an answer has cost.
     pub(in crate::server) fn charge(&self, cost: Cost, now: Instant) {
-        self.with(now, |bucket, _| bucket.units -= cost.units());
+        self.with(now, |bucket, _| bucket.units -= (cost.rays / RAYS) as f64);
     }
 
     /// What is left.
@@ -116,7 +104,7 @@ mod tests {
         assert_eq!(allowance.enter(start), Err(1));
         let later = start + Duration::from_secs(2);
         assert_eq!(allowance.enter(later), Ok(()));
-        allowance.charge(Cost { rays: 30_000_000 }, later);
+        allowance.charge(Cost { rays: 30_000_000, ..Cost::default() }, later);
         assert_eq!(allowance.enter(later), Err(30));
         assert_eq!(allowance.left(later), Left { per_minute: 60, units: 0, full_in: 89 });
         let much_later = later + Duration::from_secs(3_600);
@@ -127,7 +115,7 @@ mod tests {
     fn small_pictures_cost_no_more_than_their_request() {
         let allowance = Allowance::new(10);
         let now = Instant::now();
-        allowance.charge(Cost { rays: 999_999 }, now);
+        allowance.charge(Cost { rays: 999_999, ..Cost::default() }, now);
         assert_eq!(allowance.left(now).units, 10);
     }
 }

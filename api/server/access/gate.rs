@@ -1,8 +1,9 @@
 //! The gate before the handlers: first who asks, then whether they may, and whether they have not asked too often.
 
 use super::allowance::Left;
-use super::{Access, Capability, Cost};
+use super::{Access, Capability};
 use crate::server::App;
+use crate::server::cost::Cost;
 use crate::server::problem::{Kind, Problem};
 use crate::server::tenant::{Scope, Tenant};
 use axum::extract::{Request, State};

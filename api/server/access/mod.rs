@@ -8,7 +8,7 @@ mod keys;
 mod mint;
 mod reload;
 
-pub(super) use allowance::{Allowance, Cost};
+pub(super) use allowance::Allowance;
 pub(super) use capability::{Capability, strip};
 pub(crate) use cors::Origins;
 pub(super) use cors::cors;

@@ -33,7 +33,7 @@ pub(in crate::server) struct Bytes(Vec<u8>);
         ("Content-Location" = Option<String>, description = "Where this picture stays, as long as its scene is known."),
         ("Repr-Digest" = String, description = "SHA-256 of the picture's file (RFC 9530)."),
         ("Render-Plan" = String, description = "Effects that were simulated."),
-        ("Render-Warnings" = Option<u32>, description = "How many warnings the scene has; `POST /v1/scenes/validate` lists them."),
+        ("Render-Warnings" = Option<String>, description = "Up to five warnings about the scene; `POST /v1/scenes/validate` has all."),
     )
 )]
 pub(in crate::server) enum Picture {
@@ -92,9 +92,7 @@ pub(in crate::server) struct ProblemDocument {
     instance: String,
     /// Everything that is wrong, one by one, as far as the limit `problems` goes.
     errors: Option<Vec<ErrorEntry>>,
-    /// How many errors there are beyond those in `errors`.
-    omitted_errors: Option<u64>,
-    /// The limit that was exceeded; `/v1/limits` has all of them.
+    /// The limit that was met; `/v1/limits` has all of them. With the limit `problems` there may be more errors.
     limit: Option<LimitEntry>,
     /// Formats there are, with 406.
     available: Option<Vec<String>>,

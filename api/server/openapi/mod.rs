@@ -7,6 +7,7 @@
 pub(super) mod bodies;
 pub(super) mod queries;
 
+use super::problem::Kind;
 use super::routes;
 use serde_json::{Map, Value, json};
 use std::sync::OnceLock;
@@ -39,6 +40,8 @@ fn document() -> Value {
     document["components"]["securitySchemes"] = json!({
         "key": { "type": "http", "scheme": "bearer", "description": "A key as `strahl key new` prints it." }
     });
+    add_examples(&mut document);
+    add_slugs(&mut document);
     add_scene(&mut document["components"]["schemas"]);
     add_problems(&mut document);
     document
@@ -88,6 +91,39 @@ fn rename_references(value: &mut Value) {
     }
 }
 
+/// A scene to begin with, wherever one is asked for.
+fn add_examples(document: &mut Value) {
+    let json = json!({ "a ball": { "value": {
+        "version": 1,
+        "image": { "width": 48, "height": 32 },
+        "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0.5, 0] } },
+        "objects": [{ "sphere": { "center": [0, 1, 0], "radius": 1 } }],
+    } } });
+    let nff = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nl 3 3 3\n\
+               f 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
+    for operation in operations(document) {
+        let Some(content) = operation.get_mut("requestBody").and_then(|body| body.get_mut("content")) else { continue };
+        if content["application/json"]["schema"]["$ref"] == "#/components/schemas/Scene" {
+            content["application/json"]["examples"] = json.clone();
+        }
+        if content["text/x-nff"].is_object() {
+            content["text/x-nff"]["examples"] = json!({ "a ball": { "value": nff } });
+        }
+    }
+}
+
+/// The names that problems have.
+fn add_slugs(document: &mut Value) {
+    let slugs: Vec<_> = Kind::ALL.iter().map(|kind| kind.page().0).collect();
+    document["paths"]["/problems/{slug}"]["get"]["parameters"][0]["schema"]["enum"] = json!(slugs);
+}
+
+fn operations(document: &mut Value) -> impl Iterator<Item = &mut Map<String, Value>> {
+    let paths = document["paths"].as_object_mut().into_iter().flat_map(Map::values_mut);
+    let items = paths.filter_map(Value::as_object_mut).flat_map(Map::values_mut);
+    items.filter_map(Value::as_object_mut)
+}
+
 /// Any operation may be answered by a problem.
 fn add_problems(document: &mut Value) {
     document["components"]["responses"]["Problem"] = json!({
@@ -101,8 +137,7 @@ fn add_problems(document: &mut Value) {
         "content": { "application/problem+json": { "schema": { "$ref": "#/components/schemas/ProblemDocument" } } },
     });
     let problem = json!({ "$ref": "#/components/responses/Problem" });
-    let paths = document["paths"].as_object_mut().into_iter().flat_map(Map::values_mut);
-    for operation in paths.filter_map(Value::as_object_mut).flat_map(Map::values_mut) {
+    for operation in operations(document) {
         for status in ["4XX", "5XX"] {
             operation["responses"][status] = problem.clone();
         }

@@ -1,0 +1,71 @@
+//! `strahl config`: checks a configuration file, or shows what a service with such flags would use.
+
+use super::output;
+use crate::cli::{Cli, ConfigCommand};
+use crate::config::{flags_of, is_entry, serve_command};
+use crate::failure::Failure;
+use clap::CommandFactory;
+use clap::parser::ValueSource;
+use std::ffi::OsString;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Does it.
+pub(super) fn run(command: &ConfigCommand) -> Result<(), Failure> {
+    match command {
+        ConfigCommand::Check { file } => check(file),
+        ConfigCommand::Print(_) => print(),
+    }
+}
+
+/// Reads the file as `strahl serve` would.
+fn check(file: &Path) -> Result<(), Failure> {
+    let flags = flags_of(file, |_| false)?;
+    let all = ["strahl", "serve"].into_iter().map(OsString::from).chain(flags);
+    Cli::command().try_get_matches_from(all).map_err(|error| {
+        let text = error.render().to_string();
+        let text = text.strip_prefix("error: ").unwrap_or(&text);
+        Failure::Usage(format!("{}: {}", file.display(), text.lines().next().unwrap_or_default()))
+    })?;
+    output::print(format!("{}: ok\n", file.display()).as_bytes())
+}
+
+/// Every setting as TOML, each with where it comes from. The file's entries are among the arguments by now.
+fn print() -> Result<(), Failure> {
+    let given: Vec<_> = std::env::args_os().collect();
+    let of = |args: Vec<OsString>| Cli::command().get_matches_from(args);
+    let (plain, all) = (of(given.clone()), of(crate::config::with_file(given)?));
+    let inner = |matches: &clap::ArgMatches| {
+        matches.subcommand_matches("config").and_then(|config| config.subcommand_matches("print")).cloned()
+    };
+    let (Some(plain), Some(all)) = (inner(&plain), inner(&all)) else { return Ok(()) };
+    let mut text = String::new();
+    for arg in serve_command().get_arguments().filter(|arg| is_entry(arg.get_id().as_str())) {
+        let id = arg.get_id().as_str();
+        let from = match (plain.value_source(id), all.value_source(id)) {
+            (Some(ValueSource::CommandLine), _) => "flag",
+            (Some(ValueSource::EnvVariable), _) => "environment",
+            (_, Some(ValueSource::CommandLine)) => "file",
+            (_, Some(_)) => "default",
+            // Writing to a String cannot fail, here and below.
+            (_, None) => {
+                let _ = writeln!(text, "# {id} is not set");
+                continue;
+            }
+        };
+        let value = if arg.get_action().takes_values() {
+            let raw = all.get_raw(id).into_iter().flatten().map(|raw| raw.to_string_lossy().into_owned());
+            literal(&raw.collect::<Vec<_>>().join(","))
+        } else {
+            all.get_flag(id).to_string()
+        };
+        let _ = writeln!(text, "{id} = {value}  # {from}");
+    }
+    output::print(text.as_bytes())
+}
+
+/// A value as TOML, whose strings may be those of JSON.
+fn literal(text: &str) -> String {
+    let is_number = text.parse::<f64>().is_ok_and(f64::is_finite);
+    if is_number { text.to_owned() } else { serde_json::Value::from(text).to_string() }
+}

@@ -1,0 +1,94 @@
+//! The configuration file of `strahl serve`: TOML, with the names of the flags. Flags come before the environment, that
+//! before the file, and the file before defaults.
+//!
+//! Its entries become flags in front of those that were given, except where a flag or the environment says something
+//! already. So every value is checked in one place, by the same rules, wherever it comes from.
+
+use crate::cli::Cli;
+use crate::failure::Failure;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Command, CommandFactory};
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use strahl::scene::problem::did_you_mean;
+use toml::{Table, Value};
+
+/// The arguments, with the entries of the file they name, if any, put in.
+pub(crate) fn with_file(given: Vec<OsString>) -> Result<Vec<OsString>, Failure> {
+    // Mistakes in the arguments are told by whoever reads them next.
+    let Ok(matches) = Cli::command().try_get_matches_from(&given) else { return Ok(given) };
+    let Some((at, serve)) = serve_matches(&matches) else { return Ok(given) };
+    let Some(path) = serve.get_one::<PathBuf>("config") else { return Ok(given) };
+    let entries = flags_of(path, |id| {
+        matches!(serve.value_source(id), Some(ValueSource::CommandLine | ValueSource::EnvVariable))
+    })?;
+    let mut all = given;
+    all.splice(at..at, entries);
+    Ok(all)
+}
+
+/// Where in the arguments the flags of the service begin, and what they say.
+fn serve_matches(matches: &ArgMatches) -> Option<(usize, &ArgMatches)> {
+    match matches.subcommand()? {
+        ("serve", serve) => Some((2, serve)),
+        ("config", config) => config.subcommand_matches("print").map(|print| (3, print)),
+        _ => None,
+    }
+}
+
+/// The entries of a file as flags, without those that are decided elsewhere.
+pub(crate) fn flags_of(path: &Path, decided: impl Fn(&str) -> bool) -> Result<Vec<OsString>, Failure> {
+    let name = path.display();
+    let text =
+        std::fs::read_to_string(path).map_err(|error| Failure::Input(format!("{name} cannot be read: {error}")))?;
+    let entries: Table = toml::from_str(&text).map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
+    let serve = serve_command();
+    let known: Vec<&str> = serve.get_arguments().map(|arg| arg.get_id().as_str()).filter(|id| is_entry(id)).collect();
+    let mut flags = Vec::new();
+    for (key, value) in entries {
+        if !known.contains(&key.as_str()) {
+            let suggestion = did_you_mean(&key, known.iter().copied());
+            return Err(Failure::Usage(format!("{name}: there is no setting \"{key}\"{suggestion}")));
+        }
+        if decided(&key) {
+            continue;
+        }
+        let flag = format!("--{}", key.replace('_', "-"));
+        match value {
+            Value::Boolean(true) if is_switch(&serve, &key) => flags.push(flag.into()),
+            Value::Boolean(false) if is_switch(&serve, &key) => {}
+            value => flags.push(format!("{flag}={}", text_of(&name.to_string(), &key, &value)?).into()),
+        }
+    }
+    Ok(flags)
+}
+
+/// `strahl serve` as clap knows it.
+pub(crate) fn serve_command() -> Command {
+    Cli::command().find_subcommand("serve").cloned().unwrap_or_default()
+}
+
+/// Whether an argument may stand in a file.
+pub(crate) fn is_entry(id: &str) -> bool {
+    !matches!(id, "config" | "help" | "version")
+}
+
+fn is_switch(serve: &Command, key: &str) -> bool {
+    serve.get_arguments().any(|arg| arg.get_id() == key && !arg.get_action().takes_values())
+}
+
+fn text_of(name: &str, key: &str, value: &Value) -> Result<String, Failure> {
+    match value {
+        Value::String(text) => Ok(text.clone()),
+        Value::Integer(number) => Ok(number.to_string()),
+        Value::Float(number) => Ok(number.to_string()),
+        Value::Boolean(flag) => Ok(flag.to_string()),
+        Value::Array(values) => {
+            let texts: Result<Vec<_>, _> = values.iter().map(|value| text_of(name, key, value)).collect();
+            Ok(texts?.join(","))
+        }
+        Value::Datetime(_) | Value::Table(_) => {
+            Err(Failure::Usage(format!("{name}: {key} must be a number, a text, true or false")))
+        }
+    }
+}
