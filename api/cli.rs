@@ -444,6 +444,30 @@ pub(crate) struct ServeArgs {
     /// Folder of pictures that scenes may name as textures; without it they have to contain them.
     #[arg(long, env = "STRAHL_TEXTURES", value_name = "DIR")]
     pub(crate) textures: Option<PathBuf>,
+    /// Folder in which jobs outlive the service; without it they are in a temporary one, and end with it.
+    #[arg(long, env = "STRAHL_DATA", value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
+    /// Jobs that wait or run; further ones are answered with 503.
+    #[arg(long, env = "STRAHL_JOBS", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) jobs: u32,
+    /// Pixels of a job's picture.
+    #[arg(long, env = "STRAHL_JOB_MAX_PIXELS", value_name = "PIXELS", default_value_t = 100_000_000)]
+    pub(crate) job_max_pixels: u64,
+    /// Samples of a job's picture: its pixels times the samples for each.
+    #[arg(long, env = "STRAHL_JOB_MAX_SAMPLES_TOTAL", value_name = "SAMPLES", default_value_t = 20_000_000_000)]
+    pub(crate) job_max_samples_total: u64,
+    /// Bytes that jobs under way may take together [default: half of what the machine, or its container, has].
+    #[arg(long, env = "STRAHL_JOB_MEMORY_BYTES", value_name = "BYTES")]
+    pub(crate) job_memory_bytes: Option<u64>,
+    /// Seconds that a job may run.
+    #[arg(long, env = "STRAHL_JOB_TIMEOUT", value_name = "SECONDS", default_value = "3600", value_parser = seconds)]
+    pub(crate) job_timeout: Duration,
+    /// Seconds that a job's picture is kept.
+    #[arg(long, env = "STRAHL_KEEP_PICTURES", value_name = "SECONDS", default_value = "604800", value_parser = long_seconds)]
+    pub(crate) keep_pictures: Duration,
+    /// Seconds that a job is remembered after its end, or after its picture is gone.
+    #[arg(long, env = "STRAHL_KEEP_RECORDS", value_name = "SECONDS", default_value = "86400", value_parser = long_seconds)]
+    pub(crate) keep_records: Duration,
     /// Seconds until a request that is not answered is given up.
     #[arg(long, env = "STRAHL_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     pub(crate) timeout: Duration,
@@ -517,6 +541,11 @@ fn seconds(text: &str) -> Result<Duration, &'static str> {
     } else {
         Err("expected a number of seconds above 0, at most 86400")
     }
+}
+
+fn long_seconds(text: &str) -> Result<Duration, &'static str> {
+    let seconds = text.parse().ok().filter(|seconds| (1..=31_536_000).contains(seconds));
+    seconds.map(Duration::from_secs).ok_or("expected a whole number of seconds from 1 to 31536000, a year")
 }
 
 #[cfg(test)]

@@ -176,7 +176,7 @@ mod tests {
         let text = include_bytes!("../scenes/whitted/whitted.json");
         let overrides = strahl::scene::Overrides { width: Some(333), height: Some(190), ..Default::default() };
         let scene = strahl::scene::load(text, strahl::scene::Format::Json, &overrides).unwrap().scene;
-        let seat = Seat { lane: Lane::Renders, tenant: "somebody".into(), weight: 1, priority: 50 };
+        let seat = Seat::new(Lane::Renders, "somebody", 1);
         let workers = Pool::start(Some(2)).unwrap().join(seat, Arc::default());
         let control = Control::default();
         let region = Region { x: 3, y: 5, width: 320, height: 181 };

@@ -2,13 +2,13 @@
 //!
 //! Three lanes have equal shares of the time: tiles that somebody looks at, renders that somebody waits for, and jobs. So
 //! what is interactive has at least half of it when both want it, and all of it when no job does. Within a lane tenants
-//! share by weight, within a tenant the higher priority goes first, which grows with the time since somebody joined.
+//! share by weight, within a tenant the higher priority goes first, which for jobs grows with the time since they were accepted.
 //! Shares are kept as the milliseconds that each has had, divided by its weight (virtual time, as in weighted fair
 //! queueing): who has had least is next. Who has been away starts where the others are, so nobody saves up turns.
 
 use std::collections::HashMap;
 use std::fmt;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 use strahl::render::Cancelled;
@@ -16,6 +16,8 @@ use tokio::sync::oneshot;
 
 /// Pause between two looks at the flag that cancels, for those who wait on a thread.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(10);
+/// Priority where nobody says which.
+pub(crate) const PRIORITY: u8 = 50;
 /// Seconds of waiting that are worth a point of priority.
 const SECONDS_A_POINT: f64 = 6.0;
 /// Tenants whose use is remembered after they have gone.
@@ -41,8 +43,22 @@ pub(crate) struct Seat {
     pub(crate) tenant: Arc<str>,
     /// The tenant's share beside others, at least 1.
     pub(crate) weight: u32,
-    /// 0 to 100; compared with others of the same tenant only.
-    pub(crate) priority: u8,
+    /// 0 to 100; compared with others of the same tenant only. It may change meanwhile.
+    pub(crate) priority: Arc<AtomicU8>,
+    /// Since when it waits for its end: jobs that are older than others grow in priority.
+    pub(crate) waiting_since: Instant,
+}
+
+impl Seat {
+    /// A seat from now on, of the usual priority.
+    pub(crate) fn new(lane: Lane, tenant: &str, weight: u32) -> Self {
+        let priority = Arc::new(AtomicU8::new(PRIORITY));
+        Self { lane, tenant: tenant.into(), weight, priority, waiting_since: Instant::now() }
+    }
+
+    fn priority(&self) -> u8 {
+        self.priority.load(Ordering::Relaxed)
+    }
 }
 
 /// The order.
@@ -54,7 +70,6 @@ pub(crate) struct Turns(Arc<Mutex<State>>);
 pub(crate) struct Member {
     turns: Turns,
     seat: Seat,
-    joined: Instant,
     number: u64,
 }
 
@@ -100,7 +115,6 @@ impl Share {
 struct Waiter {
     id: u64,
     seat: Seat,
-    joined: Instant,
     number: u64,
     /// Hands the turn over. If nobody takes it any more, it is dropped, and the next one has it.
     wake: Box<dyn FnOnce(Turn) + Send>,
@@ -121,7 +135,7 @@ impl Turns {
         lanes[lane].join(*lanes_now);
         tenants[lane].entry(Arc::clone(&seat.tenant)).or_default().join(tenants_now[lane]);
         let number = state.number();
-        Member { turns: self.clone(), seat, joined: Instant::now(), number }
+        Member { turns: self.clone(), seat, number }
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -178,14 +192,14 @@ impl State {
 impl Waiter {
     /// Greater goes first; both are of the same tenant and lane.
     fn rank(&self, other: &Self) -> std::cmp::Ordering {
-        let aged = |waiter: &Self| aged(waiter.seat.priority, waiter.joined);
+        let aged = |waiter: &Self| aged(waiter.seat.priority(), waiter.seat.waiting_since);
         let by_age = match self.seat.lane {
             Lane::Tiles => self.number.cmp(&other.number),
             Lane::Renders | Lane::Jobs => other.number.cmp(&self.number),
         };
         match self.seat.lane {
             Lane::Jobs => aged(self).total_cmp(&aged(other)).then(by_age),
-            Lane::Tiles | Lane::Renders => self.seat.priority.cmp(&other.seat.priority).then(by_age),
+            Lane::Tiles | Lane::Renders => self.seat.priority().cmp(&other.seat.priority()).then(by_age),
         }
     }
 }
@@ -231,13 +245,7 @@ impl Member {
     fn line_up(&self, before: Option<Turn>, wake: impl FnOnce(Turn) + Send + 'static) -> Place {
         let mut state = self.turns.state();
         let id = state.number();
-        state.waiting.push(Waiter {
-            id,
-            seat: self.seat.clone(),
-            joined: self.joined,
-            number: self.number,
-            wake: Box::new(wake),
-        });
+        state.waiting.push(Waiter { id, seat: self.seat.clone(), number: self.number, wake: Box::new(wake) });
         // Its end must come after its owner stands in line again, or the next one would be chosen without it.
         drop(state);
         drop(before);
@@ -293,7 +301,7 @@ mod tests {
     static GOING_ON: AtomicBool = AtomicBool::new(false);
 
     fn seat(lane: Lane, tenant: &str) -> Seat {
-        Seat { lane, tenant: tenant.into(), weight: 1, priority: 50 }
+        Seat::new(lane, tenant, 1)
     }
 
     /// Lets all take turns of a millisecond while one thread holds the first, and says who had which.
@@ -359,7 +367,7 @@ mod tests {
     #[test]
     fn priorities_come_before_age_and_tiles_are_newest_first() {
         let turns = Turns::default();
-        let important = Seat { priority: 90, ..seat(Lane::Jobs, "a") };
+        let important = Seat { priority: Arc::new(AtomicU8::new(90)), ..seat(Lane::Jobs, "a") };
         let members = vec![
             (turns.join(seat(Lane::Jobs, "a")), "first"),
             (turns.join(seat(Lane::Jobs, "a")), "second"),

@@ -48,7 +48,7 @@ impl Pool {
 impl Workers {
     /// For one who shares the pool with nobody.
     pub(crate) fn alone(pool: Arc<Pool>, control: Arc<Control>) -> Self {
-        let seat = Seat { lane: Lane::Renders, tenant: "".into(), weight: 1, priority: 50 };
+        let seat = Seat::new(Lane::Renders, "", 1);
         Self { alone: true, ..pool.join(seat, control) }
     }
 

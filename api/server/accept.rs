@@ -100,8 +100,13 @@ async fn drained(service: &App, mut signals: StopSignals, patience: Duration) {
     let signal = signals.next().await;
     service.drain.begin();
     tracing::info!(signal, "draining: no new work is taken");
+    service.jobs.close();
+    let done = async {
+        service.drain.idle().await;
+        service.jobs.idle().await;
+    };
     tokio::select! {
-        () = service.drain.idle() => {}
+        () = done => {}
         () = sleep(patience) => tracing::warn!("requests did not finish in time and are given up"),
         signal = signals.next() => tracing::warn!(signal, "a second signal: requests are given up"),
     }

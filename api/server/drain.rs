@@ -28,6 +28,11 @@ impl Drain {
         *self.draining.borrow()
     }
 
+    /// Becomes true when it begins.
+    pub(super) fn watch(&self) -> watch::Receiver<bool> {
+        self.draining.subscribe()
+    }
+
     /// Counts a request; dropping it counts it off.
     pub(super) fn request(&self) -> Counted {
         self.requests.send_modify(|requests| *requests += 1);

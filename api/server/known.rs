@@ -68,7 +68,7 @@ fn remember(
     {
         return Ok((false, describe(&ready, job, zoom)?));
     }
-    let built = service.scenes.build(job, bytes, format, overrides, read);
+    let built = service.scenes.build(&job.workers, bytes, format, overrides, read);
     if job.control.cancelled.load(Ordering::Relaxed) {
         return Err(gone());
     }

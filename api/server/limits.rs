@@ -3,6 +3,8 @@
 use super::problem::{Kind, Problem};
 use crate::cli::ServeArgs;
 use crate::identity::MAX_ZOOM;
+use crate::jobs::JobLimits;
+use crate::memory;
 use serde_json::{Value, json};
 use std::time::Duration;
 use strahl::film::Region;
@@ -33,6 +35,15 @@ pub(super) struct Limits {
     known_scene_bytes: u64,
     disk_cache_bytes: Option<u64>,
     tile_queue: u32,
+    job_max_pixels: u64,
+    job_max_samples_total: u64,
+    /// Bytes that open jobs may take together.
+    pub(super) job_memory_bytes: u64,
+    jobs: u32,
+    job_timeout: Duration,
+    keep_pictures: Duration,
+    keep_records: Duration,
+    is_durable: bool,
 }
 
 impl Limits {
@@ -53,6 +64,14 @@ impl Limits {
             known_scene_bytes: args.known_scene_bytes,
             disk_cache_bytes: args.cache.as_ref().map(|_| args.disk_cache_bytes),
             tile_queue: args.tile_queue,
+            job_max_pixels: args.job_max_pixels,
+            job_max_samples_total: args.job_max_samples_total,
+            job_memory_bytes: args.job_memory_bytes.unwrap_or_else(|| memory::available() / 2),
+            jobs: args.jobs,
+            job_timeout: args.job_timeout,
+            keep_pictures: args.keep_pictures,
+            keep_records: args.keep_records,
+            is_durable: args.data.is_some(),
         }
     }
 
@@ -81,6 +100,32 @@ impl Limits {
     /// Pixels that one answer about a scene may have.
     pub(super) fn max_area(&self, scene: &Scene) -> u64 {
         self.max_pixels.min(self.max_samples_total / u64::from(scene.samples))
+    }
+
+    /// Refuses a picture that is too much work for a job.
+    pub(super) fn check_job(&self, scene: &Scene) -> Result<(), Problem> {
+        let pixels = u64::from(scene.width) * u64::from(scene.height);
+        for (what, count, name, max) in [
+            ("pixels", pixels, "job_max_pixels", self.job_max_pixels),
+            ("samples", pixels * u64::from(scene.samples), "job_max_samples_total", self.job_max_samples_total),
+        ] {
+            if count > max {
+                let detail = format!("the picture has {count} {what}; that of a job has at most {max} ({name})");
+                return Err(Problem::limit(Kind::CostLimit, name, max, detail));
+            }
+        }
+        Ok(())
+    }
+
+    /// Limits that jobs know themselves.
+    pub(super) fn of_jobs(&self) -> JobLimits {
+        JobLimits {
+            jobs: self.jobs as usize,
+            memory_bytes: self.job_memory_bytes,
+            timeout: self.job_timeout,
+            keep_pictures: self.keep_pictures,
+            keep_records: self.keep_records,
+        }
     }
 
     /// Seconds that one trade-off may ask for: some of the time of any request is left for waiting and for writing it down.
@@ -130,6 +175,16 @@ impl Limits {
                 "body_timeout_s": self.body_timeout.as_secs_f64(),
                 "write_timeout_s": self.write_timeout.as_secs_f64(),
                 "timeout_s": self.timeout.as_secs_f64(),
+            },
+            "jobs": {
+                "durable": self.is_durable,
+                "jobs": self.jobs,
+                "job_max_pixels": self.job_max_pixels,
+                "job_max_samples_total": self.job_max_samples_total,
+                "job_memory_bytes": self.job_memory_bytes,
+                "job_timeout_s": self.job_timeout.as_secs_f64(),
+                "keep_pictures_s": self.keep_pictures.as_secs_f64(),
+                "keep_records_s": self.keep_records.as_secs_f64(),
             },
             "scene": by_name,
         })

@@ -37,7 +37,8 @@ pub(super) async fn readyz(State(service): State<App>) -> impl IntoResponse {
     } else {
         (StatusCode::OK, "ready")
     };
-    let body = json!({ "status": word, "running": service.queue.running(), "waiting": service.queue.waiting() });
+    let (waiting, running) = service.jobs.counts();
+    let body = json!({ "status": word, "running": service.queue.running(), "waiting": service.queue.waiting(), "jobs": { "waiting": waiting, "running": running } });
     (status, no_store(), Json(body))
 }
 

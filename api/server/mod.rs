@@ -14,6 +14,7 @@ mod excerpt;
 mod explained;
 mod flights;
 mod images;
+mod jobs;
 mod known;
 mod limits;
 mod meta;
@@ -41,10 +42,15 @@ mod warnings;
 use crate::blobs::Blobs;
 use crate::cli::{LogFormat, ServeArgs};
 use crate::commands::start_pool;
+use crate::data::DataFolder;
 use crate::failure::Failure;
 use crate::folder::Folder;
+use crate::jobs::Jobs;
 use crate::recent::Recent;
+use crate::workers::{Pool, Workers};
 pub(crate) use openapi::openapi_text;
+use problem::Problem;
+use strahl::scene::Overrides;
 
 use accept::Listeners;
 use access::Access;
@@ -79,11 +85,15 @@ struct Service {
     /// Who may do what.
     access: Access,
     /// Scenes that need not be built again.
-    scenes: Scenes,
+    scenes: Arc<Scenes>,
     /// Pictures that need not be made again.
     pictures: Pictures,
     /// Under which address clients see the service, if it was told.
     public_url: Option<String>,
+    /// Renders that nobody has to wait for.
+    jobs: Arc<Jobs>,
+    /// Open event streams.
+    streams: jobs::Streams,
     /// What a request may ask for.
     limits: Limits,
     /// How much memory bodies and answers may take together, in units of [`body::UNIT`] bytes.
@@ -127,13 +137,18 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
     };
     let texts = blobs("scenes", args.known_scene_bytes)?
         .map_or_else(|| Texts::Memory(Recent::new(args.known_scene_bytes)), Texts::Folder);
+    let scenes = Arc::new(Scenes::new(args.scene_cache_bytes, textures.transpose()?, texts));
+    let data = DataFolder::open(args.data.as_deref()).map_err(|error| Failure::Usage(error.to_string()))?;
+    let jobs = open_jobs(&data, &limits, &pool, &scenes)?;
     let service = Arc::new(Service {
         queue: Queue::new(Arc::clone(&pool), args.queue, args.timeout),
         tiles: Queue::new(pool, args.tile_queue, TILE_PATIENCE.min(args.timeout)),
         access,
-        scenes: Scenes::new(args.scene_cache_bytes, textures.transpose()?, texts),
         pictures: Pictures::new(args.picture_cache_bytes, blobs("pictures", args.disk_cache_bytes)?),
         public_url: args.public_url.clone(),
+        scenes,
+        jobs,
+        streams: jobs::Streams::default(),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
         limits,
         metrics: Metrics::default(),
@@ -156,12 +171,38 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         let signals = StopSignals::watch()
             .map_err(|error| Failure::Input(format!("the signals to stop cannot be watched for: {error}")))?;
         let reload = tokio::spawn(access::watch(Arc::clone(&service)));
+        let ticking = tokio::spawn(tick(Arc::clone(&service.jobs)));
         accept::serve(listeners, signals, service, args).await;
         reload.abort();
+        ticking.abort();
         Ok(())
     });
     runtime.shutdown_timeout(LAST_WAIT);
     served
+}
+
+/// The jobs in the folder, whose scenes are built as those of requests are.
+fn open_jobs(data: &DataFolder, limits: &Limits, pool: &Arc<Pool>, scenes: &Arc<Scenes>) -> Result<Arc<Jobs>, Failure> {
+    let scenes = Arc::clone(scenes);
+    let build = move |workers: &Workers, text: &[u8], format, overrides: &Overrides| {
+        let found = scenes.find(workers, text, format, overrides);
+        found.map(|found| found.ready).map_err(|problems| Problem::scene(&problems).into_failure())
+    };
+    Jobs::open(data.path(), data.is_durable(), limits.of_jobs(), Arc::clone(pool), Box::new(build)).map_err(|error| {
+        let folder = data.path().display();
+        Failure::Input(format!("jobs cannot be kept in {folder}: {error}\n\nAnother process may be using the folder."))
+    })
+}
+
+/// What jobs need once in a while.
+async fn tick(jobs: Arc<Jobs>) {
+    let mut seconds = tokio::time::interval(Duration::from_secs(1));
+    loop {
+        seconds.tick().await;
+        let jobs = Arc::clone(&jobs);
+        // Files may be removed, which takes its time.
+        let _ = tokio::task::spawn_blocking(move || jobs.tick()).await;
+    }
 }
 
 /// Refuses to listen where others can reach it, and let everybody do everything.

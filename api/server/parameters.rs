@@ -5,7 +5,7 @@ use super::problem::{Kind, Problem};
 use crate::identity::MAX_ZOOM;
 use axum::extract::Query;
 use axum::http::{HeaderMap, Uri};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::str::FromStr;
 use strahl::film::{FileFormat, Region};
 use strahl::scene::limits::{self, Limit};
@@ -37,6 +37,29 @@ impl Parameters {
     pub(super) fn zoom(&mut self) -> u32 {
         let expected = format!("a whole number from 0 to {MAX_ZOOM}");
         self.take_as("zoom", &expected, |text| text.parse().ok().filter(|zoom| *zoom <= MAX_ZOOM)).unwrap_or(0)
+    }
+
+    /// Parameters that are keys of a JSON object, with numbers, words and truth values.
+    pub(super) fn given(object: Map<String, Value>) -> Self {
+        let text = |value: Value| if let Value::String(text) = value { text } else { value.to_string() };
+        let given = object.into_iter().map(|(name, value)| (name, text(value))).collect();
+        Self { given, known: Vec::new(), errors: Vec::new() }
+    }
+
+    /// Any text.
+    pub(super) fn text(&mut self, name: &'static str) -> Option<String> {
+        self.take(name, "text")
+    }
+
+    /// Any whole number.
+    pub(super) fn number(&mut self, name: &'static str) -> Option<u64> {
+        self.take(name, "a whole number")
+    }
+
+    /// A whole number from 1 to `most`.
+    pub(super) fn count(&mut self, name: &'static str, most: usize) -> Option<usize> {
+        let expected = format!("a whole number from 1 to {most}");
+        self.take_as(name, &expected, |text| text.parse().ok().filter(|n| (1..=most).contains(n)))
     }
 
     /// The value of a parameter, as `read` understands it.

@@ -4,6 +4,7 @@ use super::asked::{self, Asked};
 use super::body::Held;
 use super::conditions;
 use super::excerpt::Excerpt;
+use super::jobs::{Prefer, render_later};
 use super::openapi::bodies::{Bytes, Picture, Scene as AnyScene};
 use super::openapi::queries;
 use super::parameters::Parameters;
@@ -37,6 +38,10 @@ const HASHED_AT_ONCE: usize = 64 << 10;
     responses((status = 200, response = Picture)),
 )]
 pub(super) async fn whole(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+    let prefer = Prefer::of(request.headers());
+    if prefer != Prefer::default() {
+        return render_later(service, request, prefer).await;
+    }
     answer(service, request, |_| None).await
 }
 
@@ -139,7 +144,7 @@ pub(super) fn find(
     format: Format,
     overrides: &Overrides,
 ) -> Result<Found, Problem> {
-    let found = service.scenes.find(job, bytes, format, overrides);
+    let found = service.scenes.find(&job.workers, bytes, format, overrides);
     if job.control.cancelled.load(Ordering::Relaxed) {
         return Err(gone());
     }

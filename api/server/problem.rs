@@ -1,5 +1,6 @@
 //! Errors as RFC 9457 problem details. Handlers return a [`Problem`]; the envelope writes it, with the request's id.
 
+use crate::jobs::record::Failure;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value, json};
@@ -29,9 +30,14 @@ pub(super) enum Kind {
     Forbidden,
     RateLimited,
     NotFound,
-    PreconditionFailed,
     BadIiifRequest,
     MethodNotAllowed,
+    Gone,
+    Conflict,
+    JobNotFinished,
+    JobFailed,
+    IdempotencyKeyReused,
+    PreconditionFailed,
     BodyTimeout,
     Saturated,
     Draining,
@@ -41,7 +47,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub(super) const ALL: [Self; 26] = [
+    pub(super) const ALL: [Self; 31] = [
         Self::InvalidJson,
         Self::InvalidNff,
         Self::InvalidRequest,
@@ -60,9 +66,14 @@ impl Kind {
         Self::Forbidden,
         Self::RateLimited,
         Self::NotFound,
-        Self::PreconditionFailed,
         Self::BadIiifRequest,
         Self::MethodNotAllowed,
+        Self::Gone,
+        Self::Conflict,
+        Self::JobNotFinished,
+        Self::JobFailed,
+        Self::IdempotencyKeyReused,
+        Self::PreconditionFailed,
         Self::BodyTimeout,
         Self::Saturated,
         Self::Draining,
@@ -180,13 +191,6 @@ impl Kind {
             Self::NotFound => {
                 ("not-found", StatusCode::NOT_FOUND, "There is nothing here", "Renders are at POST /v1/render.")
             }
-            Self::PreconditionFailed => (
-                "precondition-failed",
-                StatusCode::PRECONDITION_FAILED,
-                "The picture is another one",
-                "If-Match and If-None-Match are compared with the picture's ETag. Who has the picture already is told so \
-                 with 304 by GET and QUERY only.",
-            ),
             Self::BadIiifRequest => (
                 "bad-iiif-request",
                 StatusCode::BAD_REQUEST,
@@ -199,6 +203,38 @@ impl Kind {
                 StatusCode::METHOD_NOT_ALLOWED,
                 "Wrong method",
                 "The Allow header lists the methods there are.",
+            ),
+            Self::Gone => ("gone", StatusCode::GONE, "It is there no more", "Submit the job again."),
+            Self::Conflict => (
+                "conflict",
+                StatusCode::CONFLICT,
+                "It is not in a state for that",
+                "`detail` says which state it is in. Jobs that have ended stay as they are.",
+            ),
+            Self::JobNotFinished => (
+                "job-not-finished",
+                StatusCode::CONFLICT,
+                "The job is not done yet",
+                "Try again after the seconds in the Retry-After header, or follow the job's events.",
+            ),
+            Self::JobFailed => (
+                "job-failed",
+                StatusCode::CONFLICT,
+                "The job has no picture",
+                "`detail` says why; so does `problem` of the job.",
+            ),
+            Self::IdempotencyKeyReused => (
+                "idempotency-key-reused",
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "The idempotency key belongs to another request",
+                "Use a new Idempotency-Key for each new job, and the same one only to send the same request again.",
+            ),
+            Self::PreconditionFailed => (
+                "precondition-failed",
+                StatusCode::PRECONDITION_FAILED,
+                "It is not what If-Match or If-None-Match asks for",
+                "A job has been changed meanwhile: get it, look at it, and send the change again with its new ETag. A \
+                 picture that a client has already is said to be so, with 304, to GET and QUERY only.",
             ),
             Self::BodyTimeout => (
                 "body-timeout",
@@ -234,6 +270,15 @@ impl Kind {
     }
 }
 
+impl Kind {
+    /// A problem as a part of another document, of which the slug is known.
+    pub(super) fn document(slug: &str, detail: &str) -> Value {
+        let kind = Self::ALL.into_iter().find(|kind| kind.page().0 == slug).unwrap_or(Self::Internal);
+        let (slug, status, title, _) = kind.page();
+        json!({ "type": format!("/problems/{slug}"), "title": title, "status": status.as_u16(), "detail": detail })
+    }
+}
+
 /// An error on its way to a client.
 #[derive(Debug, Clone)]
 pub(super) struct Problem {
@@ -265,6 +310,11 @@ impl Problem {
     pub(super) fn retry_after(mut self, seconds: u32) -> Self {
         self.retry_after = Some(seconds);
         self
+    }
+
+    /// Its slug and sentence: what a job remembers of it.
+    pub(super) fn into_failure(self) -> Failure {
+        Failure { slug: self.kind.page().0.into(), detail: self.detail }
     }
 
     /// Problems of a scene. Text that cannot even be read as its format is the request's fault, not the scene's.

@@ -46,7 +46,7 @@ pub(super) struct Job {
 
 /// A tenant's seat for what it waits for.
 pub(super) fn seat_of(tenant: &Tenant, lane: Lane) -> Seat {
-    Seat { lane, tenant: tenant.name.as_str().into(), weight: tenant.weight, priority: 50 }
+    Seat::new(lane, &tenant.name, tenant.weight)
 }
 
 /// What a job has made.

@@ -47,7 +47,7 @@ fn answer_all(service: &Service, job: &Job, bytes: &[u8], overrides: &Overrides)
         return Err(Problem::limit(Kind::TooLarge, "max_rays", MAX_RAYS as u64, detail));
     }
     let rays = read_all(&rays.texts)?;
-    let found = service.scenes.find(job, text.get().as_bytes(), Format::Json, overrides);
+    let found = service.scenes.find(&job.workers, text.get().as_bytes(), Format::Json, overrides);
     let found = found.map_err(|problems| Problem::scene(&inside(bytes, text, problems)))?;
     let answers = job.workers.work(|| follow(job, &found.ready.scene, &rays)).ok().flatten().ok_or_else(gone)?;
     to_json(&json!({ "answers": answers }))

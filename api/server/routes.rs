@@ -4,7 +4,7 @@ use super::openapi::Shared;
 use super::problem::{Kind, Problem};
 use super::tenant::Scope;
 use super::{
-    App, access, docs, envelope, images, known, meta, picture, problem_pages, questions, rays, tiles, tradeoff,
+    App, access, docs, envelope, images, jobs, known, meta, picture, problem_pages, questions, rays, tiles, tradeoff,
 };
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
@@ -51,6 +51,11 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(known::add))
         .routes(routes!(known::remove))
         .route_layer(from_fn(needs(Scope::Render)));
+    let jobs = OpenApiRouter::new()
+        .routes(routes!(jobs::submit_job))
+        .routes(routes!(jobs::change_job, jobs::forget_job))
+        .routes(routes!(jobs::cancel_job))
+        .route_layer(from_fn(needs(Scope::Jobs)));
     let (schemas, paths, whole) = routes!(picture::whole);
     // The router knows no QUERY yet, so it comes with all other methods, which `route_layer` would leave open.
     let whole = whole.fallback(picture::query).layer(from_fn(needs(Scope::Render)));
@@ -66,6 +71,13 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(tiles::dzi_tile))
         .routes(routes!(tiles::xyz))
         .routes(routes!(tiles::xyz_tile))
+        .routes(routes!(jobs::jobs))
+        .routes(routes!(jobs::job))
+        .routes(routes!(jobs::job_image))
+        .routes(routes!(jobs::job_preview))
+        .routes(routes!(jobs::job_tile))
+        .routes(routes!(jobs::look_at_job))
+        .routes(routes!(jobs::job_events))
         .route_layer(from_fn(needs(Scope::Read)));
     let about = OpenApiRouter::new()
         .routes(routes!(meta::livez))
@@ -79,7 +91,7 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(docs::viewer))
         .routes(routes!(problem_pages::list))
         .routes(routes!(problem_pages::page));
-    render.merge(whole).merge(read).merge(about)
+    render.merge(whole).merge(jobs).merge(read).merge(about)
 }
 
 /// Lets those through whose key allows such a thing.

@@ -11,6 +11,7 @@ use crate::folder::Folder;
 use crate::picture::milliseconds;
 use crate::ready::{Loading, Ready};
 use crate::recent::Recent;
+use crate::workers::Workers;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::Instant;
@@ -60,7 +61,7 @@ impl Scenes {
     /// The scene, from before or else read, checked and compiled on the pool.
     pub(super) fn find(
         &self,
-        job: &Job,
+        workers: &Workers,
         bytes: &[u8],
         format: Format,
         overrides: &Overrides,
@@ -71,7 +72,7 @@ impl Scenes {
         if let Some(ready) = self.kept.get(&key) {
             return Ok(Found { ready, loading: Loading { parse, ..Loading::default() }, kept: true });
         }
-        let ready = self.build(job, bytes, format, overrides, Ready::from)?;
+        let ready = self.build(workers, bytes, format, overrides, Ready::from)?;
         let loading = Loading { parse: parse + ready.loading.parse, ..ready.loading };
         Ok(Found { ready: self.keep(key, ready), loading, kept: false })
     }
@@ -82,7 +83,7 @@ impl Scenes {
             return Ok(Found { ready, loading: Loading::default(), kept: true });
         }
         let text = self.texts.get(id).ok_or_else(|| unknown(id))?;
-        let found = self.find(job, &text, Format::Json, &Overrides::default());
+        let found = self.find(&job.workers, &text, Format::Json, &Overrides::default());
         found.map_err(|problems| {
             // Canonical texts have been scenes; only the renderer's limits may have changed since.
             Problem::scene(&problems)
@@ -92,14 +93,14 @@ impl Scenes {
     /// Reads, checks and compiles a scene; `read` makes of it what is wanted. A job that was cancelled gets no problems.
     pub(super) fn build<T: Send>(
         &self,
-        job: &Job,
+        workers: &Workers,
         bytes: &[u8],
         format: Format,
         overrides: &Overrides,
         read: impl FnOnce(Loaded) -> T + Send,
     ) -> Result<T, Problems> {
         let files = self.files();
-        let built = job.workers.work(|| load_with(bytes, format, overrides, files).map(read));
+        let built = workers.work(|| load_with(bytes, format, overrides, files).map(read));
         // The caller looks whether it was cancelled.
         built.unwrap_or_else(|Cancelled| Err(Problems(Vec::new())))
     }

@@ -1,6 +1,6 @@
 //! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
 
-use super::compile::{CompileOptions, check, compile_from};
+use super::compile::{CompileOptions, check, compile_from, settings_are_sound};
 use super::description::{Description, Precision};
 use super::import::nff::{self, NffOptions};
 use super::limits::PROBLEMS;
@@ -82,13 +82,15 @@ fn load_json(text: &[u8], overrides: &Overrides, files: &dyn Files) -> Result<Lo
     let start = Instant::now();
     match read_json(text) {
         Ok(mut description) => {
+            // A mistake is one even where something else is put over it; all are told together.
+            let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
             let mut loaded =
-                compiled(description, &Overrides { two_sided: false, spd_counts: false, ..*overrides }, files, start)
+                compiled(description, &Overrides { two_sided: false, spd_counts: false, ..overrides }, files, start)
                     .map_err(|Problems(mut problems)| {
-                    overrides.locate(text, &mut problems);
-                    Problems(problems)
-                })?;
+                        overrides.locate(text, &mut problems);
+                        Problems(problems)
+                    })?;
             overrides.locate(text, &mut loaded.scene.warnings);
             Ok(loaded)
         }
@@ -187,6 +189,15 @@ mod tests {
 
     fn mended() -> Mended {
         *read_json(SCENE.as_bytes()).unwrap_err().mended.unwrap()
+    }
+
+    #[test]
+    fn mistakes_count_even_where_they_are_overridden() {
+        let camera = r#"{ "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } }"#;
+        let text = format!(r#"{{ "version": 1, "camera": {camera}, "objects": [], "render": {{ "samples": 0 }} }}"#);
+        let overrides = Overrides { samples: Some(4), ..Overrides::default() };
+        let Problems(problems) = load(text.as_bytes(), Format::Json, &overrides).unwrap_err();
+        assert_eq!((problems[0].pointer.as_str(), problems[0].line), ("/render/samples", Some(1)));
     }
 
     #[test]

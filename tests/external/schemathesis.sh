@@ -4,7 +4,8 @@
 # It needs Python 3 with venv; what else it needs goes to target/external.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-tools=target/external/schemathesis
+tools=$PWD/target/external/schemathesis
+config=$PWD/tests/external/schemathesis.toml
 if [ ! -x "$tools/bin/st" ]; then
     python3 -m venv "$tools"
     "$tools/bin/pip" install --quiet schemathesis==4.32.5
@@ -22,6 +23,8 @@ for _ in $(seq 100); do
     [ -n "$url" ] && break
     sleep 0.1
 done
-"$tools/bin/st" --config-file tests/external/schemathesis.toml run "$url/openapi.json" --checks all \
+# What it remembers goes to the folder it runs in.
+cd "$tools"
+"$tools/bin/st" --config-file "$config" run "$url/openapi.json" --checks all \
     --phases examples,coverage,fuzzing,stateful --max-examples "${1:-50}" --seed 1 --generation-deterministic \
     --request-timeout 10 --max-response-time 8

@@ -11,10 +11,10 @@ fn strahl(args: &[&str]) -> std::process::Output {
 }
 
 /// A key file of its own for each test.
-struct KeyFile(PathBuf);
+pub(crate) struct KeyFile(PathBuf);
 
 impl KeyFile {
-    fn new(test: &str, text: &str) -> Self {
+    pub(crate) fn new(test: &str, text: &str) -> Self {
         let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{test}.toml"));
         std::fs::write(&file, text).unwrap();
         Self(file)
@@ -25,13 +25,13 @@ impl KeyFile {
     }
 
     /// A new key, as an operator makes it.
-    fn key(&self, tenant: &str, scopes: &str) -> String {
+    pub(crate) fn key(&self, tenant: &str, scopes: &str) -> String {
         let made = strahl(&["key", "new", "--tenant", tenant, "--scopes", scopes, "--file", self.path()]);
         assert!(made.status.success(), "{made:?}");
         format!("Bearer {}", String::from_utf8(made.stdout).unwrap().trim())
     }
 
-    fn serve(&self) -> Service {
+    pub(crate) fn serve(&self) -> Service {
         Service::start(&["--keys", self.path()])
     }
 }

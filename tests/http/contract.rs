@@ -101,3 +101,12 @@ fn a_scene_with_too_many_problems_says_that_there_may_be_more() {
     assert_eq!(problem["limit"]["name"], "problems");
     assert!(problem["detail"].as_str().unwrap().contains("perhaps more"), "{problem}");
 }
+
+#[test]
+fn mistakes_in_a_scene_count_even_where_the_query_overrides_them() {
+    let service = Service::start(&[]);
+    let scene = BALL.replace("\"version\": 1,", "\"version\": 1, \"render\": { \"samples\": 0 },");
+    let problem = service.post_json("/v1/render?samples=1", &scene).problem(422, "invalid-scene");
+    assert_eq!(problem["errors"][0]["pointer"], "#/render/samples");
+    assert_eq!(problem["errors"][0]["line"], 2);
+}

@@ -5,6 +5,7 @@
 mod access;
 mod contract;
 mod flood;
+mod jobs;
 mod lifecycle;
 mod operations;
 mod pictures;

@@ -165,4 +165,66 @@ pub(in crate::server) struct Readiness {
     running: u64,
     /// Requests that wait.
     waiting: u64,
+    /// Jobs: `waiting` and `running`.
+    jobs: Value,
+}
+
+/// A job to be done.
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct JobRequest {
+    /// What to render.
+    scene: Scene,
+    /// Settings over the scene's, by the names of the query parameters of `POST /v1/render`.
+    settings: Option<Value>,
+    /// How the picture is written: `format`, `bits`, `quality`.
+    output: Option<Value>,
+    /// Among the tenant's jobs, 50 if it is not given.
+    #[schema(minimum = 0, maximum = 100)]
+    priority: Option<u8>,
+    /// What its owner calls it.
+    #[schema(max_items = 16)]
+    labels: Option<Vec<String>>,
+}
+
+/// A job.
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct JobView {
+    /// A UUID of version 7.
+    id: String,
+    /// `queued`, `running`, `succeeded`, `failed`, `canceled` or `expired`.
+    state: String,
+    /// `fraction`, `tiles_done`, `tiles_total` and `rays`.
+    progress: Value,
+    /// Its place among the tenant's waiting jobs, from 1.
+    position: Option<u64>,
+    /// Milliseconds until it should be done.
+    eta_ms: Option<f64>,
+    /// Milliseconds it should take on a machine that does nothing else.
+    estimate_ms: f64,
+    /// 0 to 100.
+    priority: u8,
+    /// What its owner calls it.
+    labels: Vec<String>,
+    /// Pixels across.
+    width: u32,
+    /// Pixels down.
+    height: u32,
+    /// Edge of a tile in pixels; 0 if the picture is one tile.
+    tile: u32,
+    /// Name of the picture, if it has one.
+    image_id: Option<String>,
+    /// When it was accepted (RFC 3339).
+    created_at: String,
+    /// When it was first begun.
+    started_at: Option<String>,
+    /// When it ended.
+    finished_at: Option<String>,
+    /// Until when it is kept.
+    expires_at: Option<String>,
+    /// Paths of what there is to see.
+    links: Value,
+    /// What it took: milliseconds of waiting, building, rendering and encoding, rays, tiles that were there before a restart.
+    stats: Value,
+    /// Why it failed.
+    problem: Option<Value>,
 }

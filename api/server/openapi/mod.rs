@@ -30,7 +30,7 @@ fn document() -> Value {
             Errors are problem documents (RFC 9457), each kind with a page at `/problems/{slug}`. Every answer has \
             `X-Request-Id`. `/v1/render` also takes the method QUERY (RFC 10008), which OpenAPI 3.1 cannot describe: \
             the same body and parameters, safe to repeat, with conditional requests.",
-        "license": { "name": "MIT OR Apache-2.0", "url": "https://spdx.org/licenses/MIT.html" },
+        "license": { "name": "MIT OR Apache-2.0", "identifier": "MIT OR Apache-2.0" },
     });
     document["servers"] = json!([{ "url": "/", "description": "This service" }]);
     document["tags"] =

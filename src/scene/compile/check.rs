@@ -180,6 +180,14 @@ pub(super) fn check(description: &Description) -> Result<(), Problems> {
     if findings.problems.is_empty() { Ok(()) } else { Err(Problems(findings.problems)) }
 }
 
+/// Whether the settings that may be overridden are in range as they are written.
+pub(super) fn settings_are_sound(description: &Description) -> bool {
+    let mut findings = Findings::default();
+    check_image(&mut findings, description);
+    check_render(&mut findings, description);
+    findings.problems.is_empty()
+}
+
 fn check_image(findings: &mut Findings, description: &Description) {
     let image = Path::ROOT.key("image");
     let side = limits::IMAGE_SIDE;

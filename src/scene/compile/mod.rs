@@ -126,6 +126,11 @@ pub fn check(description: &Description) -> Result<(), Problems> {
     check::check(description)
 }
 
+/// Whether the settings that may be overridden are in range as they are written.
+pub(in crate::scene) fn settings_are_sound(description: &Description) -> bool {
+    check::settings_are_sound(description)
+}
+
 /// Checks a description completely and builds the scene.
 pub fn compile(description: &Description) -> Result<Scene, Problems> {
     compile_with(description, CompileOptions::default())

@@ -1,0 +1,103 @@
+//! Which tile comes next: those that somebody looks at, the latest look first, then from the centre of the picture outwards.
+
+use strahl::film::Region;
+
+/// Looks that are remembered.
+const LOOKS: usize = 64;
+
+/// The tiles that are not begun.
+#[derive(Debug)]
+pub(super) struct Order {
+    /// By number.
+    regions: Vec<Region>,
+    /// Numbers, the one farthest from the centre first.
+    left: Vec<usize>,
+    /// What somebody looks at, the latest last.
+    looks: Vec<Region>,
+}
+
+impl Order {
+    /// All tiles of a picture but those that `is_done` says are.
+    pub(super) fn new(regions: Vec<Region>, picture: Region, is_done: impl Fn(usize) -> bool) -> Self {
+        let mut left: Vec<usize> = (0..regions.len()).filter(|number| !is_done(*number)).collect();
+        left.sort_by_key(|number| std::cmp::Reverse((distance(regions[*number], picture), *number)));
+        Self { regions, left, looks: Vec::new() }
+    }
+
+    /// Somebody looks at a region.
+    pub(super) fn look(&mut self, region: Region) {
+        self.looks.retain(|look| *look != region);
+        if self.looks.len() == LOOKS {
+            self.looks.remove(0);
+        }
+        self.looks.push(region);
+    }
+
+    /// Whether somebody looks at tiles that are not begun.
+    pub(super) fn is_looked_at(&self) -> bool {
+        self.looks.iter().any(|look| self.left.iter().any(|number| meet(self.regions[*number], *look)))
+    }
+
+    /// The next tile, which is begun then.
+    pub(super) fn next(&mut self) -> Option<(usize, Region)> {
+        let number = self.looked_at().or_else(|| self.left.pop())?;
+        Some((number, self.regions[number]))
+    }
+
+    fn looked_at(&mut self) -> Option<usize> {
+        while let Some(look) = self.looks.last().copied() {
+            let seen = |number: &usize| meet(self.regions[*number], look);
+            let nearest = (0..self.left.len())
+                .filter(|at| seen(&self.left[*at]))
+                .min_by_key(|at| distance(self.regions[self.left[*at]], look));
+            match nearest {
+                Some(at) => return Some(self.left.remove(at)),
+                None => self.looks.pop(),
+            };
+        }
+        None
+    }
+}
+
+/// Whether two regions have pixels in common.
+pub(super) fn meet(a: Region, b: Region) -> bool {
+    let overlap = |a: u32, a_length: u32, b: u32, b_length: u32| a < b + b_length && b < a + a_length;
+    overlap(a.x, a.width, b.x, b.width) && overlap(a.y, a.height, b.y, b.height)
+}
+
+/// How far apart the centres are, squared, in quarters of pixels.
+fn distance(a: Region, b: Region) -> u64 {
+    let apart = |a: u32, a_length: u32, b: u32, b_length: u32| {
+        (u64::from(2 * a + a_length)).abs_diff(u64::from(2 * b + b_length)).pow(2)
+    };
+    apart(a.x, a.width, b.x, b.width) + apart(a.y, a.height, b.y, b.height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn order(done: &[usize]) -> Order {
+        let picture = Region::whole(50, 50);
+        Order::new(picture.tiles(10).collect(), picture, |number| done.contains(&number))
+    }
+
+    #[test]
+    fn from_the_centre_outwards_and_none_twice() {
+        let mut order = order(&[7]);
+        let all: Vec<usize> = std::iter::from_fn(|| order.next()).map(|(number, _)| number).collect();
+        assert_eq!((all[0], all.len()), (12, 24));
+        assert!([11, 13, 17].iter().all(|near| all[1..4].contains(near)), "{all:?}");
+        assert!([0, 4, 20, 24].iter().all(|corner| all[20..].contains(corner)), "{all:?}");
+    }
+
+    #[test]
+    fn who_looks_is_served_first_the_latest_before_all() {
+        let mut order = order(&[]);
+        order.look(Region { x: 0, y: 0, width: 15, height: 5 });
+        order.look(Region { x: 45, y: 45, width: 5, height: 5 });
+        let first: Vec<usize> = (0..4).filter_map(|_| order.next()).map(|(number, _)| number).collect();
+        assert_eq!(first[0], 24);
+        assert!(first[1..3].contains(&0) && first[1..3].contains(&1) && first[3] == 12, "{first:?}");
+    }
+}

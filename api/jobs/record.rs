@@ -1,0 +1,227 @@
+//! What is known of a job, and outlives the process.
+
+use serde::{Deserialize, Serialize};
+use std::time::{SystemTime, UNIX_EPOCH};
+use strahl::film::FileFormat;
+use strahl::scene::description::Precision;
+use strahl::scene::{Format, Overrides};
+
+/// A job.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Record {
+    /// A UUID of version 7: later jobs have greater ones.
+    pub(crate) id: String,
+    /// Whose it is.
+    pub(crate) tenant: String,
+    /// That tenant's share beside others.
+    pub(crate) weight: u32,
+    /// Where it stands.
+    pub(crate) state: State,
+    /// 0 to 100.
+    pub(crate) priority: u8,
+    /// What its owner calls it.
+    pub(crate) labels: Vec<String>,
+    /// What it renders.
+    pub(crate) order: Order,
+    /// Name of the picture, if it has one.
+    pub(crate) image_id: Option<String>,
+    /// Pixels across.
+    pub(crate) width: u32,
+    /// Pixels down.
+    pub(crate) height: u32,
+    /// Edge of a tile in pixels; the picture is one tile if it is 0.
+    pub(crate) edge: u32,
+    /// Milliseconds it should take on the whole pool.
+    pub(crate) estimate_ms: f64,
+    /// Bytes of its built scene.
+    pub(crate) scene_bytes: u64,
+    /// What makes a second submission the same as this one.
+    pub(crate) idempotency: Option<Idempotency>,
+    /// Milliseconds since 1970 when it was accepted.
+    pub(crate) created: u64,
+    /// When it was first begun.
+    pub(crate) started: Option<u64>,
+    /// When it reached its final state.
+    pub(crate) finished: Option<u64>,
+    /// What it took.
+    pub(crate) stats: Stats,
+    /// Why it failed.
+    pub(crate) failure: Option<Failure>,
+    /// How many processes have worked on it.
+    pub(crate) lives: u64,
+    /// Number of its last event, once it is final.
+    pub(crate) last_event: Option<u64>,
+    /// Grows with each change that its owner makes.
+    pub(crate) version: u64,
+}
+
+/// Where a job stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum State {
+    /// It waits.
+    Queued,
+    /// It is being rendered.
+    Running,
+    /// There is a picture.
+    Succeeded,
+    /// There is none, for a reason.
+    Failed,
+    /// Its owner wants it no more.
+    Canceled,
+    /// There was a picture.
+    Expired,
+}
+
+impl State {
+    /// All of them by name.
+    pub(crate) const ALL: [(&str, Self); 6] = [
+        ("queued", Self::Queued),
+        ("running", Self::Running),
+        ("succeeded", Self::Succeeded),
+        ("failed", Self::Failed),
+        ("canceled", Self::Canceled),
+        ("expired", Self::Expired),
+    ];
+
+    /// Whether nothing more happens.
+    pub(crate) fn is_final(self) -> bool {
+        !matches!(self, Self::Queued | Self::Running)
+    }
+
+    /// Its name in JSON and events.
+    pub(crate) fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, state)| *state == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// A scene, settings over it, and how the picture is written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Order {
+    /// Name of the file with the scene's text: its SHA-256.
+    pub(crate) scene: String,
+    /// Whether that text is Neutral File Format.
+    pub(crate) is_nff: bool,
+    /// Settings over the scene's.
+    pub(crate) settings: Settings,
+    /// How the picture is written.
+    pub(crate) output: Output,
+}
+
+impl Order {
+    /// The format of the scene's text.
+    pub(crate) fn scene_format(&self) -> Format {
+        if self.is_nff { Format::Nff } else { Format::Json }
+    }
+}
+
+/// [`Overrides`] that can be written down.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct Settings {
+    pub(crate) width: Option<u32>,
+    pub(crate) height: Option<u32>,
+    pub(crate) max_depth: Option<u32>,
+    pub(crate) min_weight: Option<f64>,
+    pub(crate) samples: Option<u32>,
+    pub(crate) antialias: Option<bool>,
+    pub(crate) precision: Option<Precision>,
+    pub(crate) two_sided: bool,
+    pub(crate) spd_counts: bool,
+}
+
+impl From<Overrides> for Settings {
+    fn from(from: Overrides) -> Self {
+        let Overrides { width, height, max_depth, min_weight, samples, antialias, precision, two_sided, spd_counts } =
+            from;
+        Self { width, height, max_depth, min_weight, samples, antialias, precision, two_sided, spd_counts }
+    }
+}
+
+impl From<Settings> for Overrides {
+    fn from(from: Settings) -> Self {
+        let Settings { width, height, max_depth, min_weight, samples, antialias, precision, two_sided, spd_counts } =
+            from;
+        Self { width, height, max_depth, min_weight, samples, antialias, precision, two_sided, spd_counts }
+    }
+}
+
+/// [`FileFormat`] that can be written down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Output {
+    Png8,
+    Png16,
+    Jpeg(u8),
+    WebP,
+    Exr,
+    Pfm,
+}
+
+impl From<FileFormat> for Output {
+    fn from(from: FileFormat) -> Self {
+        match from {
+            FileFormat::Png8 => Self::Png8,
+            FileFormat::Png16 => Self::Png16,
+            FileFormat::Jpeg(quality) => Self::Jpeg(quality),
+            FileFormat::WebP => Self::WebP,
+            FileFormat::Exr => Self::Exr,
+            FileFormat::Pfm => Self::Pfm,
+        }
+    }
+}
+
+impl From<Output> for FileFormat {
+    fn from(from: Output) -> Self {
+        match from {
+            Output::Png8 => Self::Png8,
+            Output::Png16 => Self::Png16,
+            Output::Jpeg(quality) => Self::Jpeg(quality),
+            Output::WebP => Self::WebP,
+            Output::Exr => Self::Exr,
+            Output::Pfm => Self::Pfm,
+        }
+    }
+}
+
+/// A client's name for a submission, and a hash of what was submitted.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Idempotency {
+    /// The `Idempotency-Key`.
+    pub(crate) key: String,
+    /// SHA-256 of the request, in hexadecimal digits.
+    pub(crate) request: String,
+}
+
+/// What a job took, in all processes that worked on it.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct Stats {
+    /// Milliseconds until it was first begun.
+    pub(crate) queue_ms: f64,
+    /// Milliseconds spent reading and building the scene, the last time.
+    pub(crate) bvh_ms: f64,
+    /// Milliseconds of tracing, as far as it is known which process did it: the last one's.
+    pub(crate) render_ms: f64,
+    /// Milliseconds of encoding the picture.
+    pub(crate) encode_ms: f64,
+    /// Rays of all tiles, those of a former process included.
+    pub(crate) rays: u64,
+    /// Tiles that a former process had finished, and that were not rendered again.
+    pub(crate) tiles_recovered: u64,
+    /// Bytes of the picture file.
+    pub(crate) picture_bytes: u64,
+}
+
+/// Why a job failed, in the words of a problem document.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Failure {
+    /// The kind of problem: its page is `/problems/{slug}`.
+    pub(crate) slug: String,
+    /// What happened and what to do.
+    pub(crate) detail: String,
+}
+
+/// Milliseconds since 1970.
+pub(crate) fn now() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
+}

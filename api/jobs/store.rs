@@ -1,0 +1,64 @@
+//! Records on disk: an embedded database that is whole after any kill. One process has it at a time.
+//!
+//! redb rather than SQLite: a key and a value are all that is asked of it, it is Rust alone, so that the static binary
+//! needs no C, and it takes seconds to build.
+
+use super::record::Record;
+use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
+use std::io;
+use std::path::Path;
+
+/// Records as JSON by id.
+const JOBS: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("jobs");
+
+/// The database.
+#[derive(Debug)]
+pub(super) struct Store(Database);
+
+impl Store {
+    /// Opens it, or makes it.
+    pub(super) fn open(path: &Path) -> io::Result<Self> {
+        let database = Database::create(path).map_err(io::Error::other)?;
+        let store = Self(database);
+        store.change(|_| Ok(()))?;
+        Ok(store)
+    }
+
+    /// Writes a record; it is on disk afterwards.
+    pub(super) fn put(&self, record: &Record) -> io::Result<()> {
+        let json = serde_json::to_vec(record)?;
+        self.change(|table| table.insert(record.id.as_str(), json.as_slice()).map(drop))
+    }
+
+    /// Forgets records.
+    pub(super) fn remove(&self, ids: &[String]) -> io::Result<()> {
+        self.change(|table| ids.iter().try_for_each(|id| table.remove(id.as_str()).map(drop)))
+    }
+
+    fn change(
+        &self,
+        change: impl FnOnce(&mut redb::Table<'_, &'static str, &'static [u8]>) -> Result<(), redb::StorageError>,
+    ) -> io::Result<()> {
+        let transaction = self.0.begin_write().map_err(io::Error::other)?;
+        {
+            let mut table = transaction.open_table(JOBS).map_err(io::Error::other)?;
+            change(&mut table).map_err(io::Error::other)?;
+        }
+        transaction.commit().map_err(io::Error::other)
+    }
+
+    /// All records that can be read, the oldest first.
+    pub(super) fn all(&self) -> io::Result<Vec<Record>> {
+        let transaction = self.0.begin_read().map_err(io::Error::other)?;
+        let table = transaction.open_table(JOBS).map_err(io::Error::other)?;
+        let mut records = Vec::new();
+        for entry in table.iter().map_err(io::Error::other)? {
+            let (id, json) = entry.map_err(io::Error::other)?;
+            match serde_json::from_slice(json.value()) {
+                Ok(record) => records.push(record),
+                Err(error) => tracing::warn!(job = id.value(), %error, "a job's record cannot be read"),
+            }
+        }
+        Ok(records)
+    }
+}

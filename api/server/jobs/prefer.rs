@@ -1,0 +1,62 @@
+//! The `Prefer` header (RFC 7240): `respond-async` and `wait=N`.
+
+use axum::http::{HeaderMap, HeaderName};
+use std::time::Duration;
+
+/// The header's name.
+const PREFER: HeaderName = HeaderName::from_static("prefer");
+/// Longest wait, whatever is asked for.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// What a client prefers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(in crate::server) struct Prefer {
+    /// A job rather than a picture.
+    pub(in crate::server) respond_async: bool,
+    /// An answer after so long at the latest.
+    pub(in crate::server) wait: Option<Duration>,
+}
+
+impl Prefer {
+    /// What the headers say; preferences that are not understood are ignored, as the standard has it.
+    pub(in crate::server) fn of(headers: &HeaderMap) -> Self {
+        let mut prefer = Self::default();
+        let values = headers.get_all(PREFER).iter().filter_map(|value| value.to_str().ok());
+        for preference in values.flat_map(|value| value.split([',', ';'])).map(str::trim) {
+            match preference.split_once('=').map(|(name, value)| (name.trim(), value.trim().trim_matches('"'))) {
+                None => prefer.respond_async |= preference.eq_ignore_ascii_case("respond-async"),
+                Some((name, seconds)) if name.eq_ignore_ascii_case("wait") => {
+                    let wait = seconds.parse().ok().map(Duration::from_secs);
+                    prefer.wait = prefer.wait.or(wait).map(|wait| wait.min(LONGEST));
+                }
+                Some(_) => {}
+            }
+        }
+        prefer
+    }
+
+    /// What an answer says it has honoured.
+    pub(in crate::server) fn applied(self) -> [(HeaderName, String); 1] {
+        let wait = self.wait.map(|wait| format!("wait={}", wait.as_secs()));
+        let respond_async = self.respond_async.then(|| "respond-async".to_owned());
+        let applied: Vec<_> = respond_async.into_iter().chain(wait).collect();
+        [(HeaderName::from_static("preference-applied"), applied.join(", "))]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn preferences_are_read_and_others_ignored() {
+        let of = |value: &'static str| {
+            Prefer::of(&HeaderMap::from_iter([(PREFER, axum::http::HeaderValue::from_static(value))]))
+        };
+        let seconds = |n| Some(Duration::from_secs(n));
+        assert_eq!(of("respond-async, wait=10"), Prefer { respond_async: true, wait: seconds(10) });
+        assert_eq!(of("Wait=5; Respond-Async"), Prefer { respond_async: true, wait: seconds(5) });
+        assert_eq!(of("wait=100000"), Prefer { respond_async: false, wait: seconds(60) });
+        assert_eq!(of("return=minimal, wait=soon"), Prefer::default());
+    }
+}
