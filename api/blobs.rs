@@ -3,8 +3,6 @@
 //! Names are those of what the bytes are made from, so a name never gets other bytes, and nothing has to be invalidated.
 //! Each file begins with the SHA-256 of the rest: what a failing disk or a power cut has spoilt is as good as not there.
 
-#![allow(dead_code, reason = "the caches, which use it, come next")]
-
 use crate::recent::Recent;
 use sha2::{Digest, Sha256};
 use std::fs::{self, File};
@@ -105,12 +103,18 @@ impl Blobs {
         known
     }
 
+    /// Whether a name is there; looking counts as asking for it.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.index.get(name).is_some()
+    }
+
     /// All names, in no order.
     pub(crate) fn names(&self) -> Vec<String> {
         self.index.keys()
     }
 
     /// Bytes of all files.
+    #[cfg(test)]
     pub(crate) fn bytes(&self) -> u64 {
         self.index.bytes()
     }

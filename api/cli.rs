@@ -451,6 +451,25 @@ pub(crate) struct ServeArgs {
     /// keeps none.
     #[arg(long, env = "STRAHL_SCENE_CACHE_BYTES", value_name = "BYTES", default_value_t = 512 << 20)]
     pub(crate) scene_cache_bytes: u64,
+    /// Bytes of finished pictures that are kept in memory; 0 keeps none.
+    #[arg(long, env = "STRAHL_PICTURE_CACHE_BYTES", value_name = "BYTES", default_value_t = 256 << 20)]
+    pub(crate) picture_cache_bytes: u64,
+    /// Bytes of scenes that are remembered by POST /v1/scenes.
+    #[arg(long, env = "STRAHL_KNOWN_SCENE_BYTES", value_name = "BYTES", default_value_t = 256 << 20)]
+    pub(crate) known_scene_bytes: u64,
+    /// Folder in which finished pictures and known scenes outlast the process; without it they are kept in memory only.
+    #[arg(long, env = "STRAHL_CACHE", value_name = "DIR")]
+    pub(crate) cache: Option<PathBuf>,
+    /// Bytes of finished pictures in that folder.
+    #[arg(long, env = "STRAHL_DISK_CACHE_BYTES", value_name = "BYTES", default_value_t = 10 << 30)]
+    pub(crate) disk_cache_bytes: u64,
+    /// Tiles that may wait for the renderer, up to 25 seconds each; further ones are answered with 503.
+    #[arg(long, env = "STRAHL_TILE_QUEUE", default_value_t = 512, value_parser = clap::value_parser!(u32).range(..=100_000))]
+    pub(crate) tile_queue: u32,
+    /// Address under which clients see the service, such as https://render.example.org; for the addresses in IIIF answers
+    /// [default: http:// and what the request's Host says].
+    #[arg(long, env = "STRAHL_PUBLIC_URL", value_name = "URL", value_parser = public_url)]
+    pub(crate) public_url: Option<String>,
     /// Folder of pictures that scenes may name as textures; without it they have to contain them.
     #[arg(long, env = "STRAHL_TEXTURES", value_name = "DIR")]
     pub(crate) textures: Option<PathBuf>,
@@ -513,6 +532,14 @@ pub(crate) fn precision(text: &str) -> Result<Precision, &'static str> {
         "single" => Ok(Precision::Single),
         "double" => Ok(Precision::Double),
         _ => Err("expected single or double"),
+    }
+}
+
+fn public_url(text: &str) -> Result<String, &'static str> {
+    let host = text.strip_prefix("https://").or_else(|| text.strip_prefix("http://"));
+    match host.is_some_and(|host| !host.is_empty() && text.bytes().all(|byte| byte.is_ascii_graphic())) {
+        true => Ok(text.trim_end_matches('/').to_owned()),
+        false => Err("expected an address that begins with http:// or https://"),
     }
 }
 

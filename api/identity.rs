@@ -4,15 +4,15 @@
 //! - The **canonical text** of a scene is its description as JSON: defaults filled in, keys in the order of the alphabet,
 //!   without white space and `$schema`. What the scene says counts, not how it was written, nor in which format.
 //! - Its **scene id** is a hash of that text.
-//! - An **image id** is a hash of the scene id, the zoom and the renderer. It changes with everything that may change a
-//!   pixel, and with nothing else: pictures depend on neither threads nor machines.
-
-#![allow(dead_code, reason = "the caches, which use it, come next")]
+//! - An **image id** names the scene, the renderer and the zoom. It changes with everything that may change a pixel, and
+//!   with nothing else: pictures depend on neither threads nor machines. It can be read, so nobody has to remember it.
 
 use data_encoding::BASE32_NOPAD;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use std::fmt;
 use std::io::{self, Write};
+use std::sync::LazyLock;
 use strahl::render::RENDER_EPOCH;
 use strahl::scene::Description;
 use strahl::scene::description::{Accuracy, RenderSettings};
@@ -20,8 +20,8 @@ use strahl::scene::description::{Accuracy, RenderSettings};
 /// Largest zoom: a scene may be opened as 2^16 times its size.
 pub(crate) const MAX_ZOOM: u32 = 16;
 
-/// Bytes of a hash that become an id: 160 bits, 32 letters.
-const ID_BYTES: usize = 20;
+/// Letters of a hash that name a scene: 160 bits.
+const SCENE_LETTERS: usize = 32;
 
 /// Whether the same settings give the same picture on any machine. Those that a clock decides do not.
 pub(crate) fn is_reproducible(settings: &RenderSettings) -> bool {
@@ -33,7 +33,7 @@ pub(crate) fn scene_id(description: &mut Description) -> String {
     let mut hash = Hash(Sha256::new());
     // A hash takes any amount of bytes, and a description is made of what JSON can say.
     let _ = write_canonical(description, &mut hash);
-    id("s_", hash.0)
+    format!("s_{}", letters(&hash.0.finalize()[..SCENE_LETTERS * 5 / 8]))
 }
 
 /// The canonical text of a scene.
@@ -44,21 +44,55 @@ pub(crate) fn canonical(description: &mut Description) -> Vec<u8> {
     text
 }
 
-/// Name of the picture of a scene, opened as 2^zoom times its size, as this renderer makes it: `i_` and 32 letters.
-pub(crate) fn image_id(scene_id: &str, zoom: u32) -> String {
-    let renderer = concat!("strahl ", env!("CARGO_PKG_VERSION"));
-    id("i_", Sha256::new().chain_update(format!("{renderer} {RENDER_EPOCH} {scene_id} {zoom}")))
+/// Name of the picture of a scene, opened as 2^zoom times its size, as this renderer makes it:
+/// `i_<scene>_<renderer>_<zoom>`, all of `a-z2-7`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct ImageId {
+    /// The scene's id.
+    pub(crate) scene: String,
+    /// 0 to [`MAX_ZOOM`].
+    pub(crate) zoom: u32,
 }
 
-/// Whether a text looks like a scene id (`s`) or an image id (`i`).
-pub(crate) fn is_id(text: &str, letter: char) -> bool {
-    text.strip_prefix(letter).and_then(|rest| rest.strip_prefix('_')).is_some_and(|rest| {
-        rest.len() == ID_BYTES * 8 / 5 && rest.bytes().all(|b| matches!(b, b'a'..=b'z' | b'2'..=b'7'))
-    })
+impl ImageId {
+    /// The id that a text is, if it is one of this renderer's.
+    pub(crate) fn read(text: &str) -> Option<Self> {
+        let (scene, rest) = text.strip_prefix("i_")?.split_at_checked(SCENE_LETTERS)?;
+        let zoom = match rest.strip_prefix('_')?.strip_prefix(renderer())?.strip_prefix('_')?.as_bytes() {
+            [letter @ b'a'..=b'z'] => u32::from(letter - b'a'),
+            _ => return None,
+        };
+        let id = Self { scene: format!("s_{scene}"), zoom };
+        (zoom <= MAX_ZOOM && is_scene_id(&id.scene)).then_some(id)
+    }
 }
 
-fn id(kind: &str, hash: Sha256) -> String {
-    format!("{kind}{}", BASE32_NOPAD.encode(&hash.finalize()[..ID_BYTES]).to_ascii_lowercase())
+impl fmt::Display for ImageId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let scene = self.scene.strip_prefix("s_").unwrap_or(&self.scene);
+        // Zooms go to 16, letters to 25.
+        write!(f, "i_{scene}_{}_{}", renderer(), char::from(b'a' + self.zoom.min(25) as u8))
+    }
+}
+
+/// Whether a text looks like a scene id.
+pub(crate) fn is_scene_id(text: &str) -> bool {
+    let letters =
+        |rest: &str| rest.len() == SCENE_LETTERS && rest.bytes().all(|b| matches!(b, b'a'..=b'z' | b'2'..=b'7'));
+    text.strip_prefix("s_").is_some_and(letters)
+}
+
+/// Six letters that stand for this version of the renderer.
+fn renderer() -> &'static str {
+    static RENDERER: LazyLock<String> = LazyLock::new(|| {
+        let hash = Sha256::digest(format!("strahl {} {RENDER_EPOCH}", env!("CARGO_PKG_VERSION")));
+        letters(&hash[..4])[..6].to_owned()
+    });
+    &RENDERER
+}
+
+fn letters(bytes: &[u8]) -> String {
+    BASE32_NOPAD.encode(bytes).to_ascii_lowercase()
 }
 
 /// Objects and definitions, which may be large, go out as they are; the rest goes through a map, which sorts its keys.
@@ -144,7 +178,7 @@ mod tests {
     #[test]
     fn what_a_scene_says_counts_not_how_it_is_written() {
         let id = id_of(SCENE);
-        assert!(is_id(&id, 's') && !is_id(&id, 'i') && !is_id("s_short", 's'), "{id}");
+        assert!(is_scene_id(&id) && !is_scene_id("s_short"), "{id}");
         for (other, why) in [
             (SCENE.replace(['\n', ' '], ""), "white space"),
             (SCENE.replace(r#""version": 1,"#, r#""version": 1, "$schema": "somewhere","#), "where the schema lies"),
@@ -197,10 +231,18 @@ mod tests {
     }
 
     #[test]
-    fn zoomed_pictures_have_names_of_their_own() {
-        let id = image_id("s_a", 0);
-        assert!(is_id(&id, 'i'), "{id}");
-        assert_ne!(id, image_id("s_a", 1));
-        assert_ne!(id, image_id("s_b", 0));
+    fn image_ids_are_read_as_they_are_written() {
+        let of = |zoom| ImageId { scene: id_of(SCENE), zoom };
+        for zoom in [0, 1, MAX_ZOOM] {
+            let text = of(zoom).to_string();
+            assert!(text.bytes().all(|b| matches!(b, b'a'..=b'z' | b'2'..=b'7' | b'_')), "{text}");
+            assert_eq!(ImageId::read(&text), Some(of(zoom)));
+        }
+        let text = of(0).to_string();
+        let other_renderer = text.replace(renderer(), "aaaaaa");
+        for wrong in ["", "i_", "i_ä", &text[..40], &format!("{text}a"), &other_renderer, &of(MAX_ZOOM + 1).to_string()]
+        {
+            assert_eq!(ImageId::read(wrong), None, "{wrong}");
+        }
     }
 }

@@ -6,8 +6,10 @@ use crate::report::{Cost, ErrorBounds, Phases, Proved, Replay, Report};
 use crate::workers::Workers;
 use serde_json::json;
 use std::time::{Duration, Instant};
-use strahl::film::{Codes, FileFormat, Region};
+use strahl::camera::Window;
+use strahl::film::{Codes, FileFormat, Look, Region};
 use strahl::render::{Cancelled, Control, Picture, Progress, Stop, render_until};
+use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Time};
 
 /// A picture file and what it cost.
@@ -19,27 +21,47 @@ pub(crate) struct Finished {
     pub(crate) report: Report,
 }
 
-/// Renders a region, which must fit the picture, and encodes it. `started` is when work on the scene's bytes began,
+/// What is made of a scene.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shot {
+    /// How large the picture is, and what it shows.
+    pub(crate) window: Window,
+    /// The part of it that is rendered; it must fit the window.
+    pub(crate) region: Region,
+    /// What is done to its codes, for formats of 8 bits.
+    pub(crate) look: Look,
+    /// The format of the file.
+    pub(crate) format: FileFormat,
+}
+
+impl Shot {
+    /// A part of the scene's own picture.
+    pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
+        Self { window: Window::whole(scene.width, scene.height), region, look: Look::default(), format }
+    }
+}
+
+/// Renders a picture and encodes it. `started` is when work on the scene's bytes began,
 /// `loading` what that took.
 pub(crate) fn make(
     started: Instant,
     ready: &Ready,
     loading: Loading,
-    region: Region,
-    format: FileFormat,
+    shot: &Shot,
     workers: &Workers,
     control: &Control,
 ) -> Result<Finished, Cancelled> {
     let scene = &ready.scene;
+    let &Shot { window, region, look, format } = shot;
     // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
     let finish = |picture: &Picture| {
         let coding = Instant::now();
-        let codes = Codes::new(&picture.film, format);
+        let codes = Codes::new(&picture.film, format).seen(look);
         (codes, Proved::about(picture, scene), milliseconds(coding))
     };
     let until = |stop: Stop| {
         workers.work(|| {
-            let picture = render_until(scene, region, control, stop)?;
+            let picture = render_until(scene, &window, region, control, stop)?;
             let finished = finish(&picture);
             Ok((picture, finished))
         })?
@@ -49,7 +71,7 @@ pub(crate) fn make(
             until(Stop::At(started + Duration::from_secs_f64((ms - file_ms(region, format)).max(0.0) / 1e3)))
         }
         Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
-        Accuracy::Fixed(_) | Accuracy::Proved(_) => render_in_pieces(scene, region, workers, control, finish),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) => render_in_pieces(scene, &window, region, workers, control, finish),
     }?;
     // A picture that a clock has stopped is made again by its rays.
     let render = match picture.progress {
@@ -60,7 +82,7 @@ pub(crate) fn make(
     };
     let replay = Replay {
         version: env!("CARGO_PKG_VERSION"),
-        image: [scene.width, scene.height],
+        image: [window.width, window.height],
         region,
         render,
         two_sided: ready.two_sided,

@@ -5,8 +5,9 @@
 
 use crate::workers::{Piece, Workers};
 use std::time::{Duration, Instant};
+use strahl::camera::Window;
 use strahl::film::{Film, Region};
-use strahl::render::{Cancelled, Control, Picture, RayCounts, Refined, render};
+use strahl::render::{Cancelled, Control, Picture, RayCounts, Refined, render_window};
 use strahl::scene::Scene;
 
 /// How long a piece should take.
@@ -18,9 +19,10 @@ const STEP: u32 = 32;
 /// Pieces are this many times as large as the one before at most: its pixels may have been cheap ones.
 const GROWTH: f64 = 8.0;
 
-/// Renders a region, which must fit the picture; `finish` is done in the turn of the last piece.
+/// Renders a region of what a window shows, which must fit it; `finish` is done in the turn of the last piece.
 pub(crate) fn render_in_pieces<T: Send>(
     scene: &Scene,
+    window: &Window,
     region: Region,
     workers: &Workers,
     control: &Control,
@@ -31,7 +33,7 @@ pub(crate) fn render_in_pieces<T: Send>(
     workers.work_on(|| {
         let piece = cut.next();
         let started = Instant::now();
-        let picture = match render(scene, piece, control) {
+        let picture = match render_window(scene, window, piece, control) {
             Ok(picture) => picture,
             Err(cancelled) => return Piece::Last(Err(cancelled)),
         };
@@ -42,7 +44,7 @@ pub(crate) fn render_in_pieces<T: Send>(
                 Piece::Last(Ok((picture, finished)))
             }
             before => {
-                let mut joined = before.unwrap_or_else(|| empty(scene, region));
+                let mut joined = before.unwrap_or_else(|| empty(window, region));
                 join(&mut joined, &picture);
                 if !cut.is_done() {
                     whole = Some(joined);
@@ -55,9 +57,9 @@ pub(crate) fn render_in_pieces<T: Send>(
     })?
 }
 
-fn empty(scene: &Scene, region: Region) -> Picture {
+fn empty(window: &Window, region: Region) -> Picture {
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
-    let film = Film { region, full_width: scene.width, full_height: scene.height, pixels };
+    let film = Film { region, full_width: window.width, full_height: window.height, pixels };
     let highest = film.pixels.clone();
     Picture { film, highest, rays: RayCounts::default(), refined: Refined::default(), progress: None, trace_ms: 0.0 }
 }
@@ -184,9 +186,10 @@ mod tests {
         let workers = Pool::start(Some(2)).unwrap().join(seat, Arc::default());
         let control = Control::default();
         let region = Region { x: 3, y: 5, width: 320, height: 181 };
-        let (cut, pixels) =
-            render_in_pieces(&scene, region, &workers, &control, |picture| picture.film.pixels.len()).unwrap();
+        let window = Window::whole(scene.width, scene.height);
+        let count = |picture: &Picture| picture.film.pixels.len();
+        let (cut, pixels) = render_in_pieces(&scene, &window, region, &workers, &control, count).unwrap();
         assert_eq!(pixels, cut.film.pixels.len());
-        assert!(cut.film == workers.work(|| render(&scene, region, &control)).unwrap().unwrap().film);
+        assert!(cut.film == workers.work(|| strahl::render::render(&scene, region, &control)).unwrap().unwrap().film);
     }
 }

@@ -1,5 +1,6 @@
 //! A scene ready to be rendered, and what every answer about it says.
 
+use crate::identity::{is_reproducible, scene_id};
 use crate::report::Cost;
 use crate::workers::Workers;
 use serde::Serialize;
@@ -19,6 +20,10 @@ pub(crate) struct Ready {
     pub(crate) plan: Plan,
     /// The settings, after overrides.
     pub(crate) render: RenderSettings,
+    /// The scene's name ([`identity`](crate::identity)).
+    pub(crate) scene_id: String,
+    /// Whether the same name always means the same picture.
+    pub(crate) reproducible: bool,
     /// Whether an NFF file was read as two-sided.
     pub(crate) two_sided: bool,
     /// Whether an NFF file was read by the SPD's counting rules.
@@ -41,10 +46,13 @@ pub(crate) struct Loading {
 impl From<Loaded> for Ready {
     fn from(Loaded { mut description, scene, two_sided, spd_counts, parse_ms, plan_ms }: Loaded) -> Self {
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
+        // The plan takes the description apart.
+        let scene_id = scene_id(&mut description);
         let plan = Plan::new(&mut description, &scene);
+        let reproducible = is_reproducible(&description.render) && !scene.from_files && !spd_counts;
         // What the scene calls for decides the number it does not name.
         let render = RenderSettings { samples: Some(scene.samples), ..description.render.resolved() };
-        Self { plan, render, scene, two_sided, spd_counts, loading }
+        Self { plan, render, scene, scene_id, reproducible, two_sided, spd_counts, loading }
     }
 }
 

@@ -1,7 +1,5 @@
 //! Values by key within a number of bytes; the one asked for longest ago goes first.
 
-#![allow(dead_code, reason = "the caches, which use it, come next")]
-
 use lru::LruCache;
 use std::borrow::Borrow;
 use std::hash::Hash;

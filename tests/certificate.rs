@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::ops::AddAssign;
 use strahl::accuracy::Proof;
+use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::film::srgb::code8;
 use strahl::render::{Control, Picture, Stop, render, render_until};
@@ -280,7 +281,7 @@ fn a_number_of_rays_makes_the_same_picture_on_any_number_of_threads() {
     let whole = Region::whole(120, 90);
     let run = |threads: usize, stop: Stop| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| render_until(&scene, whole, &Control::default(), stop)).unwrap()
+        pool.install(|| render_until(&scene, &Window::whole(120, 90), whole, &Control::default(), stop)).unwrap()
     };
     let all = run(1, Stop::Rays(1 << 53));
     assert!(all.progress.unwrap().finished);

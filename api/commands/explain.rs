@@ -4,7 +4,7 @@ use super::{interrupt, output, progress, region_of, start_workers};
 use crate::cli::{ExplainArgs, ExplainFormat};
 use crate::failure::Failure;
 use crate::input::Source;
-use crate::picture;
+use crate::picture::{self, Shot};
 use crate::ready::{Analyzed, Ready, planned};
 use crate::report::{Cost, Report};
 use std::fmt::Write;
@@ -34,7 +34,8 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
         };
     }
 
-    let make = || picture::make(started, &ready, ready.loading, region, FileFormat::Png8, &workers, &control);
+    let shot = Shot::of(&ready.scene, region, FileFormat::Png8);
+    let make = || picture::make(started, &ready, ready.loading, &shot, &workers, &control);
     let mut report = progress::while_showing(&control, make)?.report;
     plan.measure(&pilot, &report.cost.rays, &report.cost.refined, report.cost.phases_ms.trace);
     report.plan = plan;

@@ -4,7 +4,7 @@ use super::{interrupt, output, progress, region_of, start_workers};
 use crate::cli::{PictureFormat, RenderArgs};
 use crate::failure::Failure;
 use crate::input::Source;
-use crate::picture::{self, Finished};
+use crate::picture::{self, Finished, Shot};
 use crate::ready::Ready;
 use crate::report::Report;
 use crate::server::QUALITY;
@@ -40,7 +40,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     warn(&source.name, &ready.scene.warnings);
     let region = region_of(&ready.scene, args.picture.region)?;
-    let make = || picture::make(started, &ready, ready.loading, region, format, &workers, &control);
+    let shot = Shot::of(&ready.scene, region, format);
+    let make = || picture::make(started, &ready, ready.loading, &shot, &workers, &control);
     let Finished { file, report } = progress::while_showing(&control, make)?;
 
     output::write(&args.output, &file)?;

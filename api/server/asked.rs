@@ -6,8 +6,8 @@ use super::parameters::Parameters;
 use super::problem::{Kind, Problem};
 use super::tenant::Tenant;
 use axum::extract::Request;
-use axum::http::HeaderMap;
 use axum::http::request::Parts;
+use axum::http::{HeaderMap, Method};
 use std::sync::Arc;
 use strahl::scene::{Format, Overrides};
 
@@ -22,6 +22,10 @@ pub(super) struct Asked<P> {
     pub(super) further: P,
     /// Who asks.
     pub(super) tenant: Arc<Tenant>,
+    /// The request's method.
+    pub(super) method: Method,
+    /// Its headers.
+    pub(super) headers: HeaderMap,
     /// The scene.
     pub(super) body: Held,
 }
@@ -37,7 +41,8 @@ pub(super) async fn read<P>(
         Ok((format, overrides, further)) => {
             let body = body::read(service, &parts.headers, body).await?;
             let tenant = Tenant::of(&parts.extensions);
-            Ok(Asked { format, overrides, further, tenant, body })
+            let Parts { method, headers, .. } = parts;
+            Ok(Asked { format, overrides, further, tenant, method, headers, body })
         }
         Err(problem) => {
             body::discard(service, &parts.headers, body).await;

@@ -54,6 +54,19 @@ impl Held {
         Ok(())
     }
 
+    /// The body of an answer that others may get, too: each holds its share until its last byte has gone out.
+    pub(super) fn shared(bytes: Bytes, budget: &Arc<Semaphore>) -> Body {
+        struct Shared(Bytes, #[expect(dead_code, reason = "held until it is dropped")] Option<OwnedSemaphorePermit>);
+        impl AsRef<[u8]> for Shared {
+            fn as_ref(&self) -> &[u8] {
+                &self.0
+            }
+        }
+        let wanted = u32::try_from(units(bytes.len() as u64)).unwrap_or(u32::MAX);
+        let memory = Arc::clone(budget).try_acquire_many_owned(wanted).ok();
+        Body::from(Bytes::from_owner(Shared(bytes, memory)))
+    }
+
     /// An answer's body; the share is given back when the last byte has gone out.
     pub(super) fn into_body(self) -> Body {
         Body::from(Bytes::from_owner(self))

@@ -2,6 +2,7 @@
 
 use super::problem::{Kind, Problem};
 use crate::cli::ServeArgs;
+use crate::identity::MAX_ZOOM;
 use crate::jobs::JobLimits;
 use crate::memory;
 use serde_json::{Value, json};
@@ -30,6 +31,10 @@ pub(super) struct Limits {
     max_pixels: u64,
     max_samples_total: u64,
     scene_cache_bytes: u64,
+    picture_cache_bytes: u64,
+    known_scene_bytes: u64,
+    disk_cache_bytes: Option<u64>,
+    tile_queue: u32,
     job_max_pixels: u64,
     job_max_samples_total: u64,
     /// Bytes that open jobs may take together.
@@ -55,6 +60,10 @@ impl Limits {
             max_pixels: args.max_pixels,
             max_samples_total: args.max_samples_total,
             scene_cache_bytes: args.scene_cache_bytes,
+            picture_cache_bytes: args.picture_cache_bytes,
+            known_scene_bytes: args.known_scene_bytes,
+            disk_cache_bytes: args.cache.as_ref().map(|_| args.disk_cache_bytes),
+            tile_queue: args.tile_queue,
             job_max_pixels: args.job_max_pixels,
             job_max_samples_total: args.job_max_samples_total,
             job_memory_bytes: args.job_memory_bytes.unwrap_or_else(|| memory::available() / 2),
@@ -86,6 +95,11 @@ impl Limits {
             return Err(Problem::limit(Kind::CostLimit, "max_samples_total", self.max_samples_total, detail));
         }
         Ok(())
+    }
+
+    /// Pixels that one answer about a scene may have.
+    pub(super) fn max_area(&self, scene: &Scene) -> u64 {
+        self.max_pixels.min(self.max_samples_total / u64::from(scene.samples))
     }
 
     /// Refuses a picture that is too much work for a job.
@@ -151,7 +165,12 @@ impl Limits {
                 "max_rays": MAX_RAYS,
                 "max_tradeoff_seconds": self.tradeoff_seconds(),
                 "scene_cache_bytes": self.scene_cache_bytes,
+                "picture_cache_bytes": self.picture_cache_bytes,
+                "known_scene_bytes": self.known_scene_bytes,
+                "disk_cache_bytes": self.disk_cache_bytes,
+                "max_zoom": MAX_ZOOM,
                 "queue": self.queue,
+                "tile_queue": self.tile_queue,
                 "header_timeout_s": self.header_timeout.as_secs_f64(),
                 "body_timeout_s": self.body_timeout.as_secs_f64(),
                 "write_timeout_s": self.write_timeout.as_secs_f64(),

@@ -1,6 +1,7 @@
 //! About the service itself: is it alive, is it ready, its limits, the scene's schema, its contract.
 
 use super::App;
+use super::negotiate::{AVAILABLE, QUALITY};
 use super::openapi::bodies::Readiness;
 use super::openapi::openapi_text;
 use super::problem::{Kind, Problem};
@@ -9,6 +10,8 @@ use axum::extract::State;
 use axum::http::{StatusCode, Uri, header};
 use axum::response::IntoResponse;
 use serde_json::{Value, json};
+use strahl::film::FileFormat;
+use strahl::render::RENDER_EPOCH;
 use strahl::scene::schema::schema_text;
 
 /// Whether the process answers.
@@ -46,6 +49,38 @@ pub(super) async fn readyz(State(service): State<App>) -> impl IntoResponse {
 )]
 pub(super) async fn limits(State(service): State<App>) -> Json<Value> {
     Json(service.limits.to_json())
+}
+
+/// The version of the service, and of what its pictures depend on.
+#[utoipa::path(
+    get, path = "/v1/version", operation_id = "version", tag = "service", security(()),
+    responses((status = 200, description = "Name and numbers", body = Value)),
+)]
+pub(super) async fn version() -> Json<Value> {
+    Json(json!({ "name": "strahl", "version": env!("CARGO_PKG_VERSION"), "render_epoch": RENDER_EPOCH }))
+}
+
+/// The formats that pictures may have.
+#[utoipa::path(
+    get, path = "/v1/formats", operation_id = "formats", tag = "service", security(()),
+    responses((status = 200, description = "Names, media types and parameters", body = Value)),
+)]
+pub(super) async fn formats() -> Json<Value> {
+    let parameters = |format: FileFormat| match format {
+        FileFormat::Png8 | FileFormat::Png16 => json!({ "bits": { "enum": [8, 16], "default": 8 } }),
+        FileFormat::Jpeg(_) => json!({ "quality": { "minimum": 1, "maximum": 100, "default": QUALITY } }),
+        FileFormat::WebP | FileFormat::Exr | FileFormat::Pfm => json!({}),
+    };
+    let entry = |(name, media_type, format): &(&str, &str, FileFormat)| {
+        json!({
+            "name": name,
+            "media_type": media_type,
+            "lossless": !matches!(format, FileFormat::Jpeg(_)),
+            "linear": matches!(format, FileFormat::Exr | FileFormat::Pfm),
+            "parameters": parameters(*format),
+        })
+    };
+    Json(json!({ "formats": AVAILABLE.iter().map(entry).collect::<Vec<_>>() }))
 }
 
 /// The JSON Schema of scenes.

@@ -5,12 +5,17 @@ mod access;
 mod admin;
 mod asked;
 mod body;
+mod conditions;
 mod cost;
 mod docs;
 mod drain;
 mod envelope;
+mod excerpt;
 mod explained;
+mod flights;
+mod images;
 mod jobs;
+mod known;
 mod limits;
 mod meta;
 mod metrics;
@@ -18,6 +23,7 @@ mod negotiate;
 mod openapi;
 mod parameters;
 mod picture;
+mod pictures;
 mod problem;
 mod problem_pages;
 mod questions;
@@ -25,17 +31,22 @@ mod queue;
 mod rays;
 mod routes;
 mod scenes;
+mod show;
 mod stall;
 mod tenant;
+mod texts;
+mod tiles;
 mod tradeoff;
 mod warnings;
 
+use crate::blobs::Blobs;
 use crate::cli::{LogFormat, ServeArgs};
 use crate::commands::start_pool;
 use crate::data::DataFolder;
 use crate::failure::Failure;
 use crate::folder::Folder;
 use crate::jobs::Jobs;
+use crate::recent::Recent;
 use crate::workers::{Pool, Workers};
 pub(crate) use openapi::openapi_text;
 use problem::Problem;
@@ -48,13 +59,16 @@ use drain::{Drain, StopSignals};
 use limits::Limits;
 use metrics::Metrics;
 pub(crate) use negotiate::QUALITY;
+use pictures::Pictures;
 use queue::Queue;
 use scenes::Scenes;
 use std::io;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 pub(crate) use tenant::Scope;
+use texts::Texts;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tracing_subscriber::filter::Targets;
@@ -66,10 +80,16 @@ use tracing_subscriber::util::SubscriberInitExt;
 struct Service {
     /// The one way to the renderer.
     queue: Queue,
+    /// The way for tiles, of which a viewer asks for many at once.
+    tiles: Queue,
     /// Who may do what.
     access: Access,
     /// Scenes that need not be built again.
     scenes: Arc<Scenes>,
+    /// Pictures that need not be made again.
+    pictures: Pictures,
+    /// Under which address clients see the service, if it was told.
+    public_url: Option<String>,
     /// Renders that nobody has to wait for.
     jobs: Arc<Jobs>,
     /// Open event streams.
@@ -87,6 +107,8 @@ struct Service {
 /// How handlers get it.
 type App = Arc<Service>;
 
+/// What a tile may wait. OpenSeadragon gives up after 30 seconds, and never asks again.
+const TILE_PATIENCE: Duration = Duration::from_secs(25);
 /// Threads that only wait for sockets: the pool needs the processors.
 const TALKERS: usize = 2;
 /// What a render that ignores its cancellation gets before the process ends without it.
@@ -105,12 +127,25 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
     let textures = args.textures.as_deref().map(|path| {
         Folder::open(path).map_err(|error| Failure::Usage(format!("--textures {}: {error}", path.display())))
     });
-    let scenes = Arc::new(Scenes::new(args.scene_cache_bytes, textures.transpose()?));
+    let blobs = |part: &str, budget: u64| {
+        let folder = args.cache.as_ref().map(|folder| folder.join(part));
+        let open = |folder: PathBuf| {
+            Blobs::open(&folder, budget)
+                .map_err(|error| Failure::Usage(format!("--cache {}: {error}", folder.display())))
+        };
+        folder.map(open).transpose()
+    };
+    let texts = blobs("scenes", args.known_scene_bytes)?
+        .map_or_else(|| Texts::Memory(Recent::new(args.known_scene_bytes)), Texts::Folder);
+    let scenes = Arc::new(Scenes::new(args.scene_cache_bytes, textures.transpose()?, texts));
     let data = DataFolder::open(args.data.as_deref()).map_err(|error| Failure::Usage(error.to_string()))?;
     let jobs = open_jobs(&data, &limits, &pool, &scenes)?;
     let service = Arc::new(Service {
-        queue: Queue::new(pool, args.queue, args.timeout),
+        queue: Queue::new(Arc::clone(&pool), args.queue, args.timeout),
+        tiles: Queue::new(pool, args.tile_queue, TILE_PATIENCE.min(args.timeout)),
         access,
+        pictures: Pictures::new(args.picture_cache_bytes, blobs("pictures", args.disk_cache_bytes)?),
+        public_url: args.public_url.clone(),
         scenes,
         jobs,
         streams: jobs::Streams::default(),

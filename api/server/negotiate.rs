@@ -34,6 +34,15 @@ pub(super) fn description(format: FileFormat) -> (&'static str, &'static str) {
     }
 }
 
+/// What the address of a picture has to say of its format beside the ending: a query or nothing.
+pub(super) fn details(format: FileFormat) -> String {
+    match format {
+        FileFormat::Png16 => "?bits=16".into(),
+        FileFormat::Jpeg(quality) if quality != QUALITY => format!("?quality={quality}"),
+        _ => String::new(),
+    }
+}
+
 /// The picture format that the client likes best.
 pub(super) fn by_accept(headers: &HeaderMap) -> Result<FileFormat, Problem> {
     best(headers, &AVAILABLE.map(|(_, media_type, format)| (media_type, format)))

@@ -2,6 +2,7 @@
 
 use super::negotiate;
 use super::problem::{Kind, Problem};
+use crate::identity::MAX_ZOOM;
 use axum::extract::Query;
 use axum::http::{HeaderMap, Uri};
 use serde_json::{Map, Value, json};
@@ -25,6 +26,17 @@ impl Parameters {
         let Query(given) = Query::try_from_uri(uri)
             .map_err(|error| Problem::new(Kind::InvalidParameter, format!("the query cannot be read: {error}")))?;
         Ok(Self { given, known: Vec::new(), errors: Vec::new() })
+    }
+
+    /// Whether a parameter is given.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.given.iter().any(|(given, _)| given == name)
+    }
+
+    /// `zoom`: as how many times its size, 2^zoom, a scene is opened.
+    pub(super) fn zoom(&mut self) -> u32 {
+        let expected = format!("a whole number from 0 to {MAX_ZOOM}");
+        self.take_as("zoom", &expected, |text| text.parse().ok().filter(|zoom| *zoom <= MAX_ZOOM)).unwrap_or(0)
     }
 
     /// Parameters that are keys of a JSON object, with numbers, words and truth values.
@@ -73,7 +85,7 @@ impl Parameters {
     }
 
     fn require(&mut self, name: &'static str) -> u32 {
-        if !self.given.iter().any(|(given, _)| given == name) {
+        if !self.has(name) {
             self.wrong(name, "missing-key", "it is required: a whole number of pixels".into());
         }
         // With an error noted, `finish` fails, and nobody sees the 0.

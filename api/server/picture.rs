@@ -1,30 +1,31 @@
-//! `POST /v1/render` and `POST /v1/render/tile`: a scene in, a picture out.
+//! `POST` and `QUERY /v1/render`, `POST /v1/render/tile`: a scene in, a picture out.
 
 use super::asked::{self, Asked};
 use super::body::Held;
-use super::cost::Cost;
+use super::conditions;
+use super::excerpt::Excerpt;
 use super::jobs::{Prefer, render_later};
-use super::negotiate;
 use super::openapi::bodies::{Bytes, Picture, Scene as AnyScene};
 use super::openapi::queries;
-use super::parameters::{Parameters, outside};
+use super::parameters::Parameters;
 use super::problem::{Kind, Problem};
-use super::queue::{Done, Job, seat_of};
-use super::scenes::Found;
+use super::queue::Job;
+use super::scenes::{Found, Key, key};
+use super::show::{self, Freshness, Manner, Source};
 use super::warnings;
 use super::{App, Service};
-use crate::picture::{self, Finished};
-use crate::ready::Ready;
 use crate::report::Report;
 use crate::turns::Lane;
-use axum::Extension;
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use strahl::film::{FileFormat, Region};
+use strahl::film::Region;
 use strahl::scene::{Format, Overrides, Scene};
+
+/// Bytes of a scene that are hashed between two requests.
+const HASHED_AT_ONCE: usize = 64 << 10;
 
 /// A scene in, a picture out.
 #[utoipa::path(
@@ -64,26 +65,75 @@ async fn answer(
     region: impl FnOnce(&mut Parameters) -> Option<Region>,
 ) -> Result<Response, Problem> {
     let further = |parameters: &mut Parameters, headers: &HeaderMap| {
-        Ok((region(parameters), parameters.picture_format(headers)?))
+        let negotiated = !parameters.has("format");
+        Ok((region(parameters), parameters.picture_format(headers)?, negotiated))
     };
-    let Asked { format, overrides, further: (region, file_format), tenant, body } =
+    let Asked { format, overrides, further: (region, file_format, negotiated), tenant, method, headers, body } =
         asked::read(&service, request, further).await?;
-    let seat = seat_of(&tenant, if region.is_some() { Lane::Tiles } else { Lane::Renders });
-    let render = {
-        let service = Arc::clone(&service);
-        move |job: &Job| {
-            let Found { ready, loading, kept } = find(&service, job, body.as_ref(), format, &overrides)?;
-            let region = region_of(&service, &ready, region)?;
-            picture::make(job.started, &ready, loading, region, file_format, &job.workers, &job.control)
-                .map(|finished| (finished, kept, warnings::header(&ready.scene.warnings)))
-                .map_err(|_| gone())
+    let excerpt = Excerpt::plain(region, file_format);
+    let lane = if region.is_some() { Lane::Tiles } else { Lane::Renders };
+    let body = Arc::new(body);
+    let key = hash(&body, format, overrides).await?;
+    let source = Source::Sent { key, body, format, overrides };
+    let manner = Manner { method: &method, headers: &headers, tenant: &tenant, freshness: Freshness::Once, negotiated };
+
+    // A client that has the picture already need not wait until it is traced, only until its scene is known.
+    let mut known = service.scenes.recall(&key);
+    if known.is_none() && conditions::has_any(&headers) {
+        known = Some(show::build(&service, &tenant, lane, source.clone()).await?);
+    }
+    if let Some(ready) = known
+        && let Some(image) = show::image_of(&ready)
+    {
+        // What does not fit the picture is refused before its tag is compared.
+        excerpt.shot(&ready.scene, image.zoom)?;
+        if let Some(answer) = show::settled(&manner, Some(&show::tag(&image, &excerpt))) {
+            return answer;
         }
+        if let Some(made) = service.pictures.get(&excerpt.name(&image)).await {
+            return show::deliver(&service, &manner, &show::at_hand(made), &excerpt);
+        }
+    }
+    let shown = show::make(&service, &tenant, lane, source, excerpt).await?;
+    show::deliver(&service, &manner, &shown, &excerpt)
+}
+
+/// The name of a scene as it was sent. Long texts are hashed where nobody else has to wait for it.
+async fn hash(body: &Arc<Held>, format: Format, overrides: Overrides) -> Result<Key, Problem> {
+    let work = {
+        let body = Arc::clone(body);
+        move || key((*body).as_ref(), format, &overrides)
     };
-    let Done { value: (Finished { file, report }, kept, warnings), queue_ms } = service.queue.run(seat, render).await?;
-    let cost = Extension(Cost::of(&report, queue_ms, file_format));
-    let mut headers = picture_headers(file_format, &report, queue_ms, kept);
-    headers.extend(warnings);
-    Ok((cost, headers, Held::new(file, &service.memory).into_body()).into_response())
+    if (**body).as_ref().len() < HASHED_AT_ONCE {
+        return Ok(work());
+    }
+    let hashed = tokio::task::spawn_blocking(work).await;
+    hashed.map_err(|_| Problem::new(Kind::Internal, "the scene cannot be hashed"))
+}
+
+/// `QUERY /v1/render` (RFC 10008): as `POST`, but safe, so that a client that has the picture is told so. Other methods are
+/// refused.
+pub(super) async fn query(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+    if *request.method() == Method::OPTIONS {
+        return Ok((StatusCode::NO_CONTENT, allowed()).into_response());
+    }
+    if *request.method() != Method::QUERY {
+        let detail = "/v1/render takes POST and QUERY";
+        let mut response = Problem::new(Kind::MethodNotAllowed, detail).into_response();
+        response.headers_mut().extend(allowed());
+        return Ok(response);
+    }
+    answer(service, request, |_| None).await
+}
+
+fn allowed() -> HeaderMap {
+    HeaderMap::from_iter([
+        (header::ALLOW, HeaderValue::from_static("OPTIONS, POST, QUERY")),
+        (
+            HeaderName::from_static("accept-query"),
+            HeaderValue::from_static("application/json, text/x-nff, application/gzip"),
+        ),
+    ])
 }
 
 /// The scene that a request is about, as part of its job.
@@ -107,26 +157,8 @@ pub(super) fn gone() -> Problem {
     Problem::new(Kind::RenderDeadline, "the request was given up")
 }
 
-fn region_of(service: &Service, ready: &Ready, region: Option<Region>) -> Result<Region, Problem> {
-    let Scene { width, height, .. } = ready.scene;
-    let region = region.unwrap_or_else(|| Region::whole(width, height));
-    if !region.fits(width, height) {
-        let Region { x, y, width: w, height: h } = region;
-        return Err(outside(&format!("the region x={x}, y={y}, w={w}, h={h}"), width, height));
-    }
-    service.limits.check(&ready.scene, region)?;
-    Ok(region)
-}
-
-fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64, kept: bool) -> HeaderMap {
-    let (name, media_type) = negotiate::description(format);
-    let phases = report.cost.phases_ms.list();
-    // What no phase accounts for was spent waiting for a turn on the pool.
-    let waited = report.cost.wall_ms - phases.iter().map(|(_, ms)| ms).sum::<f64>();
-    let durations = [("queue", queue_ms + waited.max(0.0))].into_iter().chain(phases);
-    let scene = format!("scene;desc={}", if kept { "hit" } else { "miss" });
-    let timing: Vec<String> =
-        [scene].into_iter().chain(durations.map(|(phase, ms)| format!("{phase};dur={ms:.3}"))).collect();
+/// What an answer says about a picture, whoever asks for it and when.
+pub(super) fn picture_headers(report: &Report, scene: &Scene) -> Vec<(String, String)> {
     let rays = report.cost.rays;
     let rays = format!(
         "camera={}, shadow={}, reflected={}, transmitted={}",
@@ -134,20 +166,28 @@ fn picture_headers(format: FileFormat, report: &Report, queue_ms: f64, kept: boo
     );
     let proved = report.error.proved.header();
     let on: Vec<_> = report.plan.explanation.names_on().collect();
-    let mut headers = HeaderMap::new();
-    for (header, value) in [
-        (header::CONTENT_TYPE, media_type.to_owned()),
-        (header::CONTENT_DISPOSITION, format!("inline; filename=\"picture.{name}\"")),
-        (header::VARY, "Accept".to_owned()),
-        (HeaderName::from_static("server-timing"), timing.join(", ")),
-        (HeaderName::from_static("render-error"), proved),
-        (HeaderName::from_static("render-rays"), rays),
-        (HeaderName::from_static("render-plan"), on.join(", ")),
-    ] {
-        // Names of effects and numbers are ASCII, so this does not fail.
-        if let Ok(value) = HeaderValue::from_str(&value) {
-            headers.insert(header, value);
-        }
+    let mut headers = vec![
+        ("render-error".to_owned(), proved),
+        ("render-rays".to_owned(), rays),
+        ("render-plan".to_owned(), on.join(", ")),
+    ];
+    if let Some((name, value)) = warnings::header(&scene.warnings)
+        && let Ok(value) = value.to_str()
+    {
+        headers.push((name.to_string(), value.to_owned()));
     }
     headers
+}
+
+/// `Server-Timing`: what this answer took, if its picture had to be made.
+pub(super) fn timing(report: Option<&Report>, queue_ms: f64, kept: bool) -> String {
+    let scene = format!("scene;desc={}", if kept { "hit" } else { "miss" });
+    let Some(report) = report else { return scene + ", picture;desc=hit" };
+    let phases = report.cost.phases_ms.list();
+    // What no phase accounts for was spent waiting for a turn on the pool.
+    let waited = report.cost.wall_ms - phases.iter().map(|(_, ms)| ms).sum::<f64>();
+    let durations = [("queue", queue_ms + waited.max(0.0))].into_iter().chain(phases);
+    let timing: Vec<String> =
+        [scene].into_iter().chain(durations.map(|(phase, ms)| format!("{phase};dur={ms:.3}"))).collect();
+    timing.join(", ")
 }

@@ -30,6 +30,7 @@ pub(super) enum Kind {
     Forbidden,
     RateLimited,
     NotFound,
+    BadIiifRequest,
     MethodNotAllowed,
     Gone,
     Conflict,
@@ -46,7 +47,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub(super) const ALL: [Self; 30] = [
+    pub(super) const ALL: [Self; 31] = [
         Self::InvalidJson,
         Self::InvalidNff,
         Self::InvalidRequest,
@@ -65,6 +66,7 @@ impl Kind {
         Self::Forbidden,
         Self::RateLimited,
         Self::NotFound,
+        Self::BadIiifRequest,
         Self::MethodNotAllowed,
         Self::Gone,
         Self::Conflict,
@@ -189,6 +191,13 @@ impl Kind {
             Self::NotFound => {
                 ("not-found", StatusCode::NOT_FOUND, "There is nothing here", "Renders are at POST /v1/render.")
             }
+            Self::BadIiifRequest => (
+                "bad-iiif-request",
+                StatusCode::BAD_REQUEST,
+                "This is no IIIF request",
+                "/iiif/3/{id}/{region}/{size}/{rotation}/{quality}.{format}, as in the IIIF Image API 3.0; info.json says \
+                 what there is.",
+            ),
             Self::MethodNotAllowed => (
                 "method-not-allowed",
                 StatusCode::METHOD_NOT_ALLOWED,
@@ -223,8 +232,9 @@ impl Kind {
             Self::PreconditionFailed => (
                 "precondition-failed",
                 StatusCode::PRECONDITION_FAILED,
-                "It has been changed meanwhile",
-                "Get the job, look at it, and send the change again with its new ETag.",
+                "It is not what If-Match or If-None-Match asks for",
+                "A job has been changed meanwhile: get it, look at it, and send the change again with its new ETag. A \
+                 picture that a client has already is said to be so, with 304, to GET and QUERY only.",
             ),
             Self::BodyTimeout => (
                 "body-timeout",

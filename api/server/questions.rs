@@ -10,7 +10,7 @@ use super::problem::{Kind, Problem};
 use super::queue::{Job, seat_of};
 use super::scenes::Found;
 use super::{App, Service};
-use crate::picture;
+use crate::picture::{self, Shot};
 use crate::ready::{Analyzed, Ready, planned};
 use crate::turns::Lane;
 use axum::extract::{Request, State};
@@ -46,8 +46,8 @@ pub(super) async fn explanation(State(service): State<App>, request: Request) ->
         if !analyze {
             return to_json(&plan);
         }
-        let format = FileFormat::Png8;
-        let made = picture::make(job.started, &ready, loading, region, format, &job.workers, &job.control);
+        let shot = Shot::of(&ready.scene, region, FileFormat::Png8);
+        let made = picture::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
         let cost = made.map_err(|_| gone())?.report.cost;
         plan.measure(&pilot, &cost.rays, &cost.refined, cost.phases_ms.trace);
         to_json(&Analyzed { plan: &plan, actual: &cost })
@@ -150,7 +150,7 @@ pub(super) async fn ask<P: Send + 'static>(
     further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
     answer: impl FnOnce(&Service, &Job, &[u8], Format, &Overrides, P) -> Result<Answer, Problem> + Send + 'static,
 ) -> Result<Response, Problem> {
-    let Asked { format, overrides, further, tenant, body } = asked::read(&service, request, further).await?;
+    let Asked { format, overrides, further, tenant, body, .. } = asked::read(&service, request, further).await?;
     let work = {
         let service = Arc::clone(&service);
         move |job: &Job| answer(&service, job, body.as_ref(), format, &overrides, further)

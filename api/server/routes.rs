@@ -3,7 +3,9 @@
 use super::openapi::Shared;
 use super::problem::{Kind, Problem};
 use super::tenant::Scope;
-use super::{App, access, docs, envelope, jobs, meta, picture, problem_pages, questions, rays, tradeoff};
+use super::{
+    App, access, docs, envelope, images, jobs, known, meta, picture, problem_pages, questions, rays, tiles, tradeoff,
+};
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -40,21 +42,35 @@ pub(super) fn routes(service: App) -> Router {
 /// Every path, with its place in the contract.
 pub(super) fn documented() -> OpenApiRouter<App> {
     let render = OpenApiRouter::with_openapi(Shared::openapi())
-        .routes(routes!(picture::whole))
         .routes(routes!(picture::tile))
         .routes(routes!(rays::rays))
         .routes(routes!(questions::tree))
         .routes(routes!(questions::explanation))
         .routes(routes!(tradeoff::tradeoff))
         .routes(routes!(questions::validate))
+        .routes(routes!(known::add))
+        .routes(routes!(known::remove))
         .route_layer(from_fn(needs(Scope::Render)));
     let jobs = OpenApiRouter::new()
         .routes(routes!(jobs::submit_job))
         .routes(routes!(jobs::change_job, jobs::forget_job))
         .routes(routes!(jobs::cancel_job))
         .route_layer(from_fn(needs(Scope::Jobs)));
+    let (schemas, paths, whole) = routes!(picture::whole);
+    // The router knows no QUERY yet, so it comes with all other methods, which `route_layer` would leave open.
+    let whole = whole.fallback(picture::query).layer(from_fn(needs(Scope::Render)));
+    let whole = OpenApiRouter::new().routes((schemas, paths, whole));
     let read = OpenApiRouter::new()
         .routes(routes!(access::mint))
+        .routes(routes!(known::get))
+        .routes(routes!(images::image))
+        .routes(routes!(tiles::iiif))
+        .routes(routes!(tiles::iiif_info))
+        .routes(routes!(tiles::iiif_image))
+        .routes(routes!(tiles::dzi))
+        .routes(routes!(tiles::dzi_tile))
+        .routes(routes!(tiles::xyz))
+        .routes(routes!(tiles::xyz_tile))
         .routes(routes!(jobs::jobs))
         .routes(routes!(jobs::job))
         .routes(routes!(jobs::job_image))
@@ -67,13 +83,15 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(meta::livez))
         .routes(routes!(meta::readyz))
         .routes(routes!(meta::limits))
+        .routes(routes!(meta::version))
+        .routes(routes!(meta::formats))
         .routes(routes!(meta::schema))
         .routes(routes!(meta::openapi))
         .routes(routes!(docs::page))
         .routes(routes!(docs::viewer))
         .routes(routes!(problem_pages::list))
         .routes(routes!(problem_pages::page));
-    render.merge(jobs).merge(read).merge(about)
+    render.merge(whole).merge(jobs).merge(read).merge(about)
 }
 
 /// Lets those through whose key allows such a thing.

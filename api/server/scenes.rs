@@ -4,34 +4,37 @@
 //! A scene is known by a hash of its bytes and of all that is put over them. Problems are not kept: they are found again.
 //! Nor are scenes with pictures from files, which may have changed by the next time; pictures in the scene are part of it.
 
+use super::problem::{Kind, Problem};
+use super::queue::Job;
+use super::texts::Texts;
 use crate::folder::Folder;
 use crate::picture::milliseconds;
 use crate::ready::{Loading, Ready};
+use crate::recent::Recent;
 use crate::workers::Workers;
-use lru::LruCache;
 use sha2::{Digest, Sha256};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 use strahl::render::Cancelled;
-use strahl::scene::{Files, Format, NoFiles, Overrides, Problems, load_with};
+use strahl::scene::{Files, Format, Loaded, NoFiles, Overrides, Problems, load_with};
+
+/// Scenes that are remembered by id only to find them by what they were sent as.
+const NAMES: u64 = 10_000;
 
 /// The scenes, the one that was asked for longest ago first to go.
 #[derive(Debug)]
 pub(super) struct Scenes {
-    /// Bytes they may take together; 0 keeps none.
-    budget: u64,
     /// Where the pictures are that they name, if they may.
     textures: Option<Folder>,
-    kept: Mutex<Kept>,
+    kept: Recent<Key, Arc<Ready>>,
+    /// What a scene of a name was last sent as.
+    names: Recent<String, Key>,
+    /// Scenes that can be built again.
+    pub(super) texts: Texts,
 }
 
-#[derive(Debug)]
-struct Kept {
-    scenes: LruCache<Key, Arc<Ready>>,
-    bytes: u64,
-}
-
-type Key = [u8; 32];
+/// A hash of a scene as it was sent, and of all that is put over it.
+pub(super) type Key = [u8; 32];
 
 /// A scene that a request is about.
 #[derive(Debug)]
@@ -46,13 +49,13 @@ pub(super) struct Found {
 
 impl Scenes {
     /// No scenes yet, and later as many as fit.
-    pub(super) fn new(budget: u64, textures: Option<Folder>) -> Self {
-        Self { budget, textures, kept: Mutex::new(Kept { scenes: LruCache::unbounded(), bytes: 0 }) }
+    pub(super) fn new(budget: u64, textures: Option<Folder>, texts: Texts) -> Self {
+        Self { textures, kept: Recent::new(budget), names: Recent::new(NAMES), texts }
     }
 
     /// Bytes of the scenes that are kept.
     pub(super) fn bytes(&self) -> u64 {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner).bytes
+        self.kept.bytes()
     }
 
     /// The scene, from before or else read, checked and compiled on the pool.
@@ -63,109 +66,94 @@ impl Scenes {
         format: Format,
         overrides: &Overrides,
     ) -> Result<Found, Problems> {
-        let files = self.files();
-        let build = || {
-            let built = workers.work(|| load_with(bytes, format, overrides, files).map(Ready::from));
-            // The caller looks whether it was cancelled.
-            built.unwrap_or_else(|Cancelled| Err(Problems(Vec::new())))
-        };
-        if self.budget == 0 {
-            let ready = build()?;
-            return Ok(Found { loading: ready.loading, ready: Arc::new(ready), kept: false });
-        }
         let hashing = Instant::now();
         let key = key(bytes, format, overrides);
-        let hashed = Loading { parse: milliseconds(hashing), ..Loading::default() };
-        if let Some(ready) = self.look_up(&key) {
-            return Ok(Found { ready, loading: hashed, kept: true });
+        let parse = milliseconds(hashing);
+        if let Some(ready) = self.kept.get(&key) {
+            return Ok(Found { ready, loading: Loading { parse, ..Loading::default() }, kept: true });
         }
-        let ready = Arc::new(build()?);
+        let ready = self.build(workers, bytes, format, overrides, Ready::from)?;
+        let loading = Loading { parse: parse + ready.loading.parse, ..ready.loading };
+        Ok(Found { ready: self.keep(key, ready), loading, kept: false })
+    }
+
+    /// The scene of a name, built or to be built from its text.
+    pub(super) fn find_known(&self, job: &Job, id: &str) -> Result<Found, Problem> {
+        if let Some(ready) = self.recall_known(id) {
+            return Ok(Found { ready, loading: Loading::default(), kept: true });
+        }
+        let text = self.texts.get(id).ok_or_else(|| unknown(id))?;
+        let found = self.find(&job.workers, &text, Format::Json, &Overrides::default());
+        found.map_err(|problems| {
+            // Canonical texts have been scenes; only the renderer's limits may have changed since.
+            Problem::scene(&problems)
+        })
+    }
+
+    /// Reads, checks and compiles a scene; `read` makes of it what is wanted. A job that was cancelled gets no problems.
+    pub(super) fn build<T: Send>(
+        &self,
+        workers: &Workers,
+        bytes: &[u8],
+        format: Format,
+        overrides: &Overrides,
+        read: impl FnOnce(Loaded) -> T + Send,
+    ) -> Result<T, Problems> {
+        let files = self.files();
+        let built = workers.work(|| load_with(bytes, format, overrides, files).map(read));
+        // The caller looks whether it was cancelled.
+        built.unwrap_or_else(|Cancelled| Err(Problems(Vec::new())))
+    }
+
+    /// The scene that was sent like this, if it is still built.
+    pub(super) fn recall(&self, key: &Key) -> Option<Arc<Ready>> {
+        self.kept.get(key)
+    }
+
+    /// The scene of a name, if it is still built.
+    pub(super) fn recall_known(&self, id: &str) -> Option<Arc<Ready>> {
+        self.kept.get(&self.names.get(id)?)
+    }
+
+    /// Keeps a built scene, unless its pictures are files.
+    pub(super) fn keep(&self, key: Key, ready: Ready) -> Arc<Ready> {
+        let ready = Arc::new(ready);
         if !ready.scene.from_files {
-            self.keep(key, &ready);
+            self.kept.put(key, Arc::clone(&ready), ready.scene.bytes() as u64);
+            if ready.reproducible {
+                self.names.put(ready.scene_id.clone(), key, 1);
+            }
         }
-        let loading = Loading { parse: hashed.parse + ready.loading.parse, ..ready.loading };
-        Ok(Found { ready, loading, kept: false })
+        ready
+    }
+
+    /// Forgets the scene of a name; whether it was known.
+    pub(super) fn forget(&self, id: &str) -> bool {
+        let built = self.names.get(id).is_some_and(|key| self.kept.remove(&key));
+        self.names.remove(id);
+        self.texts.remove(id) || built
     }
 
     /// The pictures that scenes may name.
     pub(super) fn files(&self) -> &dyn Files {
         self.textures.as_ref().map_or(&NoFiles, |folder| folder)
     }
-
-    fn look_up(&self, key: &Key) -> Option<Arc<Ready>> {
-        // A panic between two lines of this file leaves at worst a count that is too high.
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.scenes.get(key).map(Arc::clone)
-    }
-
-    fn keep(&self, key: Key, ready: &Arc<Ready>) {
-        let bytes = size(ready);
-        if bytes > self.budget {
-            return;
-        }
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.bytes += bytes;
-        // Two requests may have built the same scene at the same time.
-        let same = kept.scenes.put(key, Arc::clone(ready));
-        kept.bytes -= same.as_ref().map_or(0, |same| size(same));
-        let mut gone = Vec::new();
-        while kept.bytes > self.budget
-            && let Some((_, oldest)) = kept.scenes.pop_lru()
-        {
-            kept.bytes -= size(&oldest);
-            gone.push(oldest);
-        }
-        // Giving back the memory of a large scene takes its time, and others wait for the lock.
-        drop(kept);
-        drop((same, gone));
-    }
 }
 
-fn size(ready: &Ready) -> u64 {
-    ready.scene.bytes() as u64
+/// No scene has this name, any more or ever.
+pub(super) fn unknown(id: &str) -> Problem {
+    let detail = format!("the scene {id} is not known here, or no longer: send it to POST /v1/scenes");
+    Problem::new(Kind::NotFound, detail)
 }
 
 /// The overrides go in as they print for debugging, which no field can be missing from.
-fn key(bytes: &[u8], format: Format, overrides: &Overrides) -> Key {
+pub(super) fn key(bytes: &[u8], format: Format, overrides: &Overrides) -> Key {
     Sha256::new().chain_update(format!("{format:?} {overrides:?}\n")).chain_update(bytes).finalize().into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use strahl::scene::load;
-
-    fn ready(objects: usize) -> Arc<Ready> {
-        let sphere = r#"{ "sphere": { "center": [0, 0, 0], "radius": 1 } }"#;
-        let scene = format!(
-            r#"{{ "version": 1, "camera": {{ "pinhole": {{ "eye": [0, 0, 5], "look_at": [0, 0, 0] }} }}, "objects": [{}] }}"#,
-            vec![sphere; objects].join(",")
-        );
-        Arc::new(load(scene.as_bytes(), Format::Json, &Overrides::default()).unwrap().into())
-    }
-
-    #[test]
-    fn the_scene_asked_for_longest_ago_goes_first() {
-        let scene = ready(100);
-        let scenes = Scenes::new(2 * size(&scene), None);
-        let [a, b, c] = [[1; 32], [2; 32], [3; 32]];
-        scenes.keep(a, &scene);
-        scenes.keep(b, &scene);
-        assert!(scenes.look_up(&a).is_some());
-        scenes.keep(c, &scene);
-        assert_eq!([a, b, c].map(|key| scenes.look_up(&key).is_some()), [true, false, true]);
-        scenes.keep(c, &scene);
-        assert_eq!(scenes.kept.lock().unwrap().bytes, 2 * size(&scene), "a scene built twice counts once");
-    }
-
-    #[test]
-    fn a_scene_larger_than_the_budget_throws_nothing_out() {
-        let small = ready(1);
-        let scenes = Scenes::new(2 * size(&small), None);
-        scenes.keep([1; 32], &small);
-        scenes.keep([2; 32], &ready(1_000));
-        assert!(scenes.look_up(&[1; 32]).is_some() && scenes.look_up(&[2; 32]).is_none());
-    }
 
     #[test]
     fn everything_that_changes_a_scene_changes_its_key() {

@@ -85,6 +85,11 @@ impl Tenant {
         extensions.get::<Arc<Self>>().map_or_else(|| Arc::new(Self::named("nobody", &[])), Arc::clone)
     }
 
+    /// Whether there are no keys, so that everybody sees the same.
+    pub(crate) fn is_anonymous(&self) -> bool {
+        self.name == "anonymous"
+    }
+
     /// Whether its key allows this.
     pub(crate) fn may(&self, scope: Scope) -> bool {
         self.scopes.contains(&scope)

@@ -148,13 +148,23 @@ pub fn render_window(scene: &Scene, window: &Window, region: Region, control: &C
     render_seen(scene, window, region, control, Cut::default())
 }
 
-/// Renders as much of a region as a time or a number of rays allows, in an order that makes the best of it; it must fit
-/// ([`Region::fits`]). Every pixel of the picture shows something.
-pub fn render_until(scene: &Scene, region: Region, control: &Control, stop: Stop) -> Result<Picture, Cancelled> {
+/// Renders as much of a region of what a window shows as a time or a number of rays allows, in an order that makes the best of it; it must fit
+/// the window. Every pixel of the picture shows something.
+pub fn render_until(
+    scene: &Scene,
+    window: &Window,
+    region: Region,
+    control: &Control,
+    stop: Stop,
+) -> Result<Picture, Cancelled> {
     let start = Instant::now();
     let picture = match &scene.world {
-        Precise::Single(world) => Renderer::new(scene, world, control, Cut::default()).progressive(region, stop)?,
-        Precise::Double(world) => Renderer::new(scene, world, control, Cut::default()).progressive(region, stop)?,
+        Precise::Single(world) => {
+            Renderer::new(scene, world, control, Cut::default()).through(window).progressive(region, stop)?
+        }
+        Precise::Double(world) => {
+            Renderer::new(scene, world, control, Cut::default()).through(window).progressive(region, stop)?
+        }
     };
     Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
 }

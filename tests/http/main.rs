@@ -8,10 +8,12 @@ mod flood;
 mod jobs;
 mod lifecycle;
 mod operations;
+mod pictures;
 mod refusals;
 mod renders;
 mod scene_cache;
 mod service;
+mod tiles;
 mod tradeoff;
 
 /// A ball on a floor: quick.

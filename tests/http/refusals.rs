@@ -60,7 +60,7 @@ fn every_mistake_has_its_problem() {
             answer.text()
         );
     }
-    assert_eq!(service.get("/v1/render").header("allow"), "POST");
+    assert_eq!(service.get("/v1/render").header("allow"), "OPTIONS, POST, QUERY");
 }
 
 #[test]
@@ -177,8 +177,8 @@ fn endless_headers_are_refused() {
 #[test]
 fn a_full_queue_says_when_to_come_back() {
     let service = Service::start(&["--queue", "1"]);
-    // Two jobs run (one renders while the other would encode), one waits.
-    let busy: Vec<_> = (0..3).map(|_| service.begin("/v1/render", SLOW)).collect();
+    // Two jobs run (one renders while the other would encode), one waits. The same picture would be rendered once.
+    let busy: Vec<_> = (0..3).map(|i| service.begin(&format!("/v1/render?max_depth={}", 900 + i), SLOW)).collect();
     service.wait_for(2, 1);
     let started = Instant::now();
     let answer = service.post_json("/v1/render", BALL);

@@ -70,7 +70,6 @@ pub(in crate::server) struct Capability {
 
 impl Capability {
     /// What links in the answer begin with, so that they can be followed with the same capability.
-    #[allow(dead_code, reason = "for what describes itself with links, as IIIF does")]
     pub(in crate::server) fn prefix(&self) -> String {
         format!("{PREFIX}{}", self.text)
     }

@@ -21,7 +21,7 @@ pub(in crate::server) async fn render_later(
 ) -> Result<Response, Problem> {
     let headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
-    let Asked { format, overrides, further: output, tenant, body } =
+    let Asked { format, overrides, further: output, tenant, body, .. } =
         asked::read(&service, request, |parameters, headers| parameters.picture_format(headers)).await?;
     // The query is part of what is submitted.
     let whole = [query.as_bytes(), b"\n", body.as_ref()].concat();

@@ -21,6 +21,7 @@ use axum::http::{HeaderName, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use std::time::Duration;
+use strahl::camera::Window;
 use strahl::film::{FileFormat, Film, Region, encode};
 
 /// How long a look at an unfinished part waits for it: viewers give up after 30 seconds.
@@ -229,7 +230,8 @@ async fn again(service: &App, tenant: &Arc<Tenant>, job: &Arc<Job>, region: Regi
             let overrides = order.settings.into();
             let ready = super::super::picture::find(&service, work, &scene, order.scene_format(), &overrides)?.ready;
             let png = |picture: &strahl::render::Picture| encode(&picture.film, FileFormat::Png8);
-            let made = render_in_pieces(&ready.scene, region, &work.workers, &work.control, png);
+            let window = Window::whole(ready.scene.width, ready.scene.height);
+            let made = render_in_pieces(&ready.scene, &window, region, &work.workers, &work.control, png);
             made.map(|(_, png)| png).map_err(|_| super::super::picture::gone())
         }
     };

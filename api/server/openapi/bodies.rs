@@ -29,6 +29,9 @@ pub(in crate::server) struct Bytes(Vec<u8>);
     headers(
         ("Server-Timing" = String, description = "Milliseconds of queue, parse, plan, bvh, trace and encoding."),
         ("Render-Rays" = String, description = "Rays traced, by kind."),
+        ("ETag" = Option<String>, description = "The picture's name, known before it is rendered; pictures that a clock or files decide on have none."),
+        ("Content-Location" = Option<String>, description = "Where this picture stays, as long as its scene is known."),
+        ("Repr-Digest" = String, description = "SHA-256 of the picture's file (RFC 9530)."),
         ("Render-Plan" = String, description = "Effects that were simulated."),
         ("Render-Warnings" = Option<String>, description = "Up to five warnings about the scene; `POST /v1/scenes/validate` has all."),
     )
@@ -36,10 +39,40 @@ pub(in crate::server) struct Bytes(Vec<u8>);
 pub(in crate::server) enum Picture {
     /// sRGB, 8 or 16 bits.
     Png(#[content("image/png")] Bytes),
+    /// sRGB, lossy.
+    Jpeg(#[content("image/jpeg")] Bytes),
+    /// sRGB, lossless.
+    WebP(#[content("image/webp")] Bytes),
     /// Linear 32-bit floats.
     Exr(#[content("image/x-exr")] Bytes),
     /// Linear 32-bit floats.
     Pfm(#[content("image/x-portable-floatmap")] Bytes),
+}
+
+/// XML.
+#[derive(Debug, ToSchema)]
+#[schema(value_type = String)]
+pub(in crate::server) struct Xml(String);
+
+/// A scene that is remembered.
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct KnownScene {
+    /// Its name: a hash of its canonical text.
+    scene_id: String,
+    /// The name of its picture, opened as 2^zoom times its size.
+    image_id: String,
+    /// As how many times its size it was opened.
+    zoom: u32,
+    /// Pixels across.
+    width: u32,
+    /// Pixels down.
+    height: u32,
+    /// What the author should know.
+    warnings: Vec<Value>,
+    /// Rays and milliseconds that its own picture should take.
+    estimate: Value,
+    /// Addresses of the scene, its picture, and its tiles by each convention.
+    links: Value,
 }
 
 /// A problem (RFC 9457).

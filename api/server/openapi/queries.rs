@@ -45,6 +45,36 @@ pub(in crate::server) struct Output {
     quality: Option<u8>,
 }
 
+/// How a picture of a known format is written.
+#[derive(Debug, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub(in crate::server) struct Details {
+    /// Bits for each channel of a PNG; other formats refuse it.
+    #[param(inline)]
+    bits: Option<Bits>,
+    /// Quality of a JPEG, 90 if it is not given; other formats refuse it.
+    #[param(minimum = 1, maximum = 100)]
+    quality: Option<u8>,
+}
+
+/// How large a scene is opened.
+#[derive(Debug, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub(in crate::server) struct Zoom {
+    /// As 2^zoom times its size.
+    #[param(minimum = 0, maximum = 16)]
+    zoom: Option<u32>,
+}
+
+/// How tiles are written.
+#[derive(Debug, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub(in crate::server) struct Tiles {
+    /// Format of the tiles that the description names.
+    #[param(inline)]
+    format: Option<TileFormat>,
+}
+
 /// A region of the picture, which has to lie inside it.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
@@ -109,6 +139,14 @@ enum PictureFormat {
     Webp,
     Exr,
     Pfm,
+}
+
+#[derive(Debug, utoipa::ToSchema)]
+#[schema(rename_all = "lowercase")]
+enum TileFormat {
+    Png,
+    Jpg,
+    Webp,
 }
 
 #[derive(Debug, utoipa::ToSchema)]

@@ -1,0 +1,78 @@
+//! Conditional requests (RFC 9110 section 13): whether a client has already what it asks for.
+
+use axum::http::{HeaderMap, HeaderName, Method, header};
+
+/// What the conditions of a request come to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Verdict {
+    /// Answer as ever.
+    Proceed,
+    /// 304: the client has it.
+    NotModified,
+    /// 412: it is not what the client goes by.
+    Failed,
+}
+
+/// Whether a request has conditions.
+pub(super) fn has_any(headers: &HeaderMap) -> bool {
+    headers.contains_key(header::IF_MATCH) || headers.contains_key(header::IF_NONE_MATCH)
+}
+
+/// Weighs a request's conditions against an entity tag, with its quotes; without one only `*` can match.
+pub(super) fn weigh(method: &Method, headers: &HeaderMap, etag: Option<&str>) -> Verdict {
+    if headers.contains_key(header::IF_MATCH) && !names(headers, header::IF_MATCH, etag, false) {
+        return Verdict::Failed;
+    }
+    if !names(headers, header::IF_NONE_MATCH, etag, true) {
+        return Verdict::Proceed;
+    }
+    // Safe methods are told that nothing has changed; QUERY is one (RFC 10008).
+    if method.is_safe() { Verdict::NotModified } else { Verdict::Failed }
+}
+
+/// Whether one of the tags in a header is this one; a weak tag is the same only where weakness does not matter.
+fn names(headers: &HeaderMap, name: HeaderName, etag: Option<&str>, weakly: bool) -> bool {
+    let values = headers.get_all(name).into_iter().filter_map(|value| value.to_str().ok());
+    // No tag of ours has a comma in its quotes that could be taken for the next: regions are `x-y-w-h` there.
+    values.flat_map(|value| value.split(',')).map(str::trim).any(|tag| {
+        let tag = if weakly { tag.strip_prefix("W/").unwrap_or(tag) } else { tag };
+        tag == "*" || Some(tag) == etag
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::http::HeaderValue;
+
+    fn verdict(method: &Method, name: HeaderName, value: &'static str) -> Verdict {
+        weigh(method, &HeaderMap::from_iter([(name, HeaderValue::from_static(value))]), Some("\"a\""))
+    }
+
+    #[test]
+    fn safe_methods_are_not_modified_and_others_fail() {
+        for (value, same) in
+            [("\"a\"", true), ("W/\"a\"", true), ("\"b\", \"a\"", true), ("*", true), ("\"b\"", false), ("a", false)]
+        {
+            let expected = |verdict| if same { verdict } else { Verdict::Proceed };
+            for method in [Method::GET, Method::HEAD, Method::QUERY] {
+                assert_eq!(verdict(&method, header::IF_NONE_MATCH, value), expected(Verdict::NotModified), "{value}");
+            }
+            assert_eq!(verdict(&Method::POST, header::IF_NONE_MATCH, value), expected(Verdict::Failed), "{value}");
+        }
+    }
+
+    #[test]
+    fn if_match_wants_exactly_this_one() {
+        for (value, expected) in [
+            ("\"a\"", Verdict::Proceed),
+            ("*", Verdict::Proceed),
+            ("W/\"a\"", Verdict::Failed),
+            ("\"b\"", Verdict::Failed),
+        ] {
+            assert_eq!(verdict(&Method::POST, header::IF_MATCH, value), expected, "{value}");
+        }
+        let headers = HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::from_static("\"a\""))]);
+        assert_eq!(weigh(&Method::GET, &headers, None), Verdict::Proceed);
+    }
+}

@@ -1,0 +1,83 @@
+//! `GET /v1/images/{image}`: the picture that an id stands for, for ever.
+
+use super::App;
+use super::excerpt::Excerpt;
+use super::negotiate;
+use super::openapi::bodies::Picture;
+use super::openapi::queries;
+use super::parameters::Parameters;
+use super::problem::{Kind, Problem};
+use super::show::{self, Freshness, Manner, Source};
+use super::tenant::Tenant;
+use crate::identity::ImageId;
+use crate::turns::Lane;
+use axum::extract::{Path, Request, State};
+use axum::response::Response;
+use strahl::film::FileFormat;
+
+/// The picture of an image id, in the format of its ending. It is rendered again if need be, as long as its scene is known.
+#[utoipa::path(
+    get, path = "/v1/images/{image}", operation_id = "image", tag = "pictures",
+    params(
+        ("image" = String, Path, description = "The image's id and an ending: `.png`, `.jpg`, `.webp`, `.exr` or `.pfm`."),
+        queries::Details,
+    ),
+    responses((status = 200, response = Picture), (status = 304, description = "The client has it")),
+)]
+pub(super) async fn image(
+    State(service): State<App>,
+    Path(file): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let (image, format) = file_name(&file)?;
+    let mut parameters = Parameters::of(request.uri())?;
+    let excerpt = Excerpt::plain(None, parameters.format_with_details(format));
+    parameters.finish()?;
+    let tenant = Tenant::of(request.extensions());
+    let manner = Manner {
+        method: request.method(),
+        headers: request.headers(),
+        tenant: &tenant,
+        freshness: Freshness::Immutable,
+        negotiated: false,
+    };
+    answer(&service, &manner, Lane::Renders, image, excerpt).await
+}
+
+/// The answer that an excerpt of a known image makes.
+pub(super) async fn answer(
+    service: &App,
+    manner: &Manner<'_>,
+    lane: Lane,
+    image: ImageId,
+    excerpt: Excerpt,
+) -> Result<Response, Problem> {
+    if let Some(answer) = show::settled(manner, Some(&show::tag(&image, &excerpt))) {
+        return answer;
+    }
+    let shown = match service.pictures.get(&excerpt.name(&image)).await {
+        Some(made) => show::at_hand(made),
+        None => show::make(service, manner.tenant, lane, Source::Known(image), excerpt).await?,
+    };
+    show::deliver(service, manner, &shown, &excerpt)
+}
+
+/// The image and the format that a file's name says.
+fn file_name(file: &str) -> Result<(ImageId, FileFormat), Problem> {
+    let (id, ending) = file.rsplit_once('.').unwrap_or((file, ""));
+    let format = negotiate::by_name(ending).ok_or_else(|| {
+        let endings: Vec<_> = negotiate::AVAILABLE.iter().map(|(name, ..)| format!(".{name}")).collect();
+        Problem::new(Kind::NotFound, format!("{file} has none of the endings {}", endings.join(", ")))
+    })?;
+    Ok((image_id(id)?, format))
+}
+
+/// The image that a path names.
+pub(super) fn image_id(text: &str) -> Result<ImageId, Problem> {
+    ImageId::read(text).ok_or_else(|| {
+        let detail = format!(
+            "{text} is no image of this version of the renderer: POST /v1/render and POST /v1/scenes say a scene's image_id"
+        );
+        Problem::new(Kind::NotFound, detail)
+    })
+}

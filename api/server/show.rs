@@ -1,0 +1,250 @@
+//! The way from a request to a picture file: it is at hand, or on its way, or a job makes it.
+
+use super::body::Held;
+use super::conditions::{Verdict, weigh};
+use super::cost::Cost;
+use super::excerpt::Excerpt;
+use super::negotiate;
+use super::picture::{find, gone, picture_headers, timing};
+use super::pictures::{Made, Shown};
+use super::problem::{Kind, Problem};
+use super::queue::{Done, Job, Queue, seat_of};
+use super::scenes::{Found, Key};
+use super::tenant::Tenant;
+use super::{App, Service};
+use crate::identity::ImageId;
+use crate::picture::{self, Finished};
+use crate::ready::Ready;
+use crate::report::Report;
+use crate::turns::Lane;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use std::fmt::Write;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use strahl::scene::{Format, Overrides};
+
+/// Which scene a picture is of.
+#[derive(Debug, Clone)]
+pub(super) enum Source {
+    /// One that was sent.
+    Sent { key: Key, body: Arc<Held>, format: Format, overrides: Overrides },
+    /// One that is known.
+    Known(ImageId),
+}
+
+impl Source {
+    /// The scene and its zoom, as part of a job.
+    fn find(&self, service: &Service, job: &Job) -> Result<(Found, u32), Problem> {
+        match self {
+            Self::Sent { body, format, overrides, .. } => {
+                find(service, job, (**body).as_ref(), *format, overrides).map(|found| (found, 0))
+            }
+            Self::Known(image) => {
+                let found = service.scenes.find_known(job, &image.scene);
+                if job.control.cancelled.load(Ordering::Relaxed) { Err(gone()) } else { Ok((found?, image.zoom)) }
+            }
+        }
+    }
+
+    /// What work on the same picture has in common.
+    fn flight(&self, excerpt: &Excerpt) -> String {
+        match self {
+            Self::Sent { key, .. } => {
+                let mut name = String::new();
+                for byte in key {
+                    // Writing to a String cannot fail.
+                    let _ = write!(name, "{byte:02x}");
+                }
+                name + &excerpt.suffix()
+            }
+            Self::Known(image) => excerpt.name(image),
+        }
+    }
+}
+
+/// The image that a scene's own picture is, if it has a name.
+pub(super) fn image_of(ready: &Ready) -> Option<ImageId> {
+    ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom: 0 })
+}
+
+/// A picture that is at hand, with the timing of that.
+pub(super) fn at_hand(made: Arc<Made>) -> Shown {
+    Shown { made, timing: timing(None, 0.0, true).into(), cost: None }
+}
+
+/// Makes a picture, or waits for whoever makes it.
+pub(super) async fn make(
+    service: &App,
+    tenant: &Tenant,
+    lane: Lane,
+    source: Source,
+    excerpt: Excerpt,
+) -> Result<Shown, Problem> {
+    let seat = seat_of(tenant, lane);
+    let name = source.flight(&excerpt);
+    let mut is_mine = false;
+    let work = || {
+        is_mine = true;
+        let service = Arc::clone(service);
+        async move {
+            let job_side = Arc::clone(&service);
+            let job = move |job: &Job| render(&job_side, job, &source, &excerpt);
+            let Done { value: (made, report, kept), queue_ms } = queue_of(&service, lane).run(seat, job).await?;
+            let cost = report.as_ref().map(|report| Cost::of(report, queue_ms, excerpt.format));
+            Ok(Shown { made, timing: timing(report.as_ref(), queue_ms, kept).into(), cost })
+        }
+    };
+    let mut shown = service.pictures.share(name, work).await?;
+    if !is_mine {
+        shown.cost = None;
+    }
+    Ok(shown)
+}
+
+/// Builds a scene without a picture.
+pub(super) async fn build(service: &App, tenant: &Tenant, lane: Lane, source: Source) -> Result<Arc<Ready>, Problem> {
+    let job = {
+        let service = Arc::clone(service);
+        move |job: &Job| source.find(&service, job).map(|(found, _)| found.ready)
+    };
+    queue_of(service, lane).run(seat_of(tenant, lane), job).await.map(|done| done.value)
+}
+
+/// Tiles wait in a queue of their own: a viewer asks for many at once, and does not ask twice.
+pub(super) fn queue_of(service: &Service, lane: Lane) -> &Queue {
+    if lane == Lane::Tiles { &service.tiles } else { &service.queue }
+}
+
+/// A picture, what it took unless it was there, and whether its scene was there.
+fn render(
+    service: &Service,
+    job: &Job,
+    source: &Source,
+    excerpt: &Excerpt,
+) -> Result<(Arc<Made>, Option<Report>, bool), Problem> {
+    let (Found { ready, loading, kept }, zoom) = source.find(service, job)?;
+    let image = ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom });
+    let name = image.as_ref().map(|image| excerpt.name(image));
+    // The same scene may have been sent in other words.
+    if let Some(made) = name.as_deref().and_then(|name| service.pictures.at_hand(name)) {
+        return Ok((made, None, kept));
+    }
+    let shot = excerpt.shot(&ready.scene, zoom)?;
+    service.limits.check(&ready.scene, shot.region)?;
+    let finished = picture::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
+    let Finished { file, report } = finished.map_err(|_| gone())?;
+    let made = Made::new(file, picture_headers(&report, &ready.scene), image.map(|image| image.to_string()));
+    let made = Arc::new(made);
+    if let Some(name) = name {
+        service.pictures.put(&name, &made);
+    }
+    Ok((made, Some(report), kept))
+}
+
+/// How long others may keep an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Freshness {
+    /// It is what this address stands for, for ever.
+    Immutable,
+    /// It answers this request; to be asked about before it is used again.
+    Once,
+}
+
+/// The parts of an answer that depend on how it was asked for.
+#[derive(Debug)]
+pub(super) struct Manner<'a> {
+    /// The request's method and headers.
+    pub(super) method: &'a Method,
+    pub(super) headers: &'a HeaderMap,
+    /// Who asks: what one tenant may see, shared caches may not keep.
+    pub(super) tenant: &'a Tenant,
+    pub(super) freshness: Freshness,
+    /// Whether `Accept` decided on the format.
+    pub(super) negotiated: bool,
+}
+
+/// The entity tag of a picture: its whole name.
+pub(super) fn tag(image: &impl std::fmt::Display, excerpt: &Excerpt) -> String {
+    format!("\"{image}{}\"", excerpt.suffix())
+}
+
+/// The answer to a request whose conditions say so, before anything is made.
+pub(super) fn settled(manner: &Manner<'_>, etag: Option<&str>) -> Option<Result<Response, Problem>> {
+    match weigh(manner.method, manner.headers, etag) {
+        Verdict::Proceed => None,
+        Verdict::Failed => {
+            let detail = "the picture is not the one that If-Match or If-None-Match asks for";
+            Some(Err(Problem::new(Kind::PreconditionFailed, detail)))
+        }
+        Verdict::NotModified => {
+            let mut response = StatusCode::NOT_MODIFIED.into_response();
+            put(response.headers_mut(), header::ETAG, etag.unwrap_or_default());
+            caching(response.headers_mut(), manner);
+            Some(Ok(response))
+        }
+    }
+}
+
+/// The answer that a picture makes, if the request's conditions allow it.
+pub(super) fn deliver(
+    service: &Service,
+    manner: &Manner<'_>,
+    shown: &Shown,
+    excerpt: &Excerpt,
+) -> Result<Response, Problem> {
+    let Shown { made, timing, cost } = shown;
+    let etag = made.image.as_ref().map(|image| tag(image, excerpt));
+    if let Some(answer) = settled(manner, etag.as_deref()) {
+        return answer;
+    }
+    let (ending, media_type) = negotiate::description(excerpt.format);
+    let mut response = Held::shared(made.file.clone(), &service.memory).into_response();
+    if let Some(cost) = cost {
+        response.extensions_mut().insert(*cost);
+    }
+    let headers = response.headers_mut();
+    put(headers, header::CONTENT_TYPE, media_type);
+    put(headers, header::CONTENT_LENGTH, &made.file.len().to_string());
+    let name = made.image.as_deref().unwrap_or("picture");
+    put(headers, header::CONTENT_DISPOSITION, &format!("inline; filename=\"{name}.{ending}\""));
+    put(headers, HeaderName::from_static("repr-digest"), &made.digest);
+    put(headers, HeaderName::from_static("server-timing"), timing);
+    for (name, value) in &made.headers {
+        if let Ok(name) = HeaderName::try_from(name) {
+            put(headers, name, value);
+        }
+    }
+    if let (Some(etag), Some(image)) = (&etag, &made.image) {
+        put(headers, header::ETAG, etag);
+        if manner.freshness == Freshness::Once && excerpt.is_whole() {
+            let details = negotiate::details(excerpt.format);
+            put(headers, header::CONTENT_LOCATION, &format!("/v1/images/{image}.{ending}{details}"));
+        }
+    }
+    caching(headers, manner);
+    if etag.is_none() {
+        put(headers, header::CACHE_CONTROL, "no-store");
+    }
+    Ok(response)
+}
+
+fn caching(headers: &mut HeaderMap, manner: &Manner<'_>) {
+    let everybody = manner.tenant.is_anonymous();
+    let value = match manner.freshness {
+        Freshness::Immutable if everybody => "public, max-age=31536000, immutable",
+        Freshness::Immutable => "private, max-age=31536000, immutable",
+        Freshness::Once => "no-cache",
+    };
+    put(headers, header::CACHE_CONTROL, value);
+    if manner.negotiated {
+        put(headers, header::VARY, "Accept");
+    }
+}
+
+/// Sets a header. What goes in is ASCII: ids, numbers, names of effects.
+pub(super) fn put(headers: &mut HeaderMap, name: HeaderName, value: &str) {
+    if let Ok(value) = HeaderValue::from_str(value) {
+        headers.insert(name, value);
+    }
+}
