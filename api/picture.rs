@@ -32,12 +32,14 @@ pub(crate) struct Shot {
     pub(crate) look: Look,
     /// The format of the file.
     pub(crate) format: FileFormat,
+    /// Whether the file says what is proved about it and what makes it again, if its format has a place for that.
+    pub(crate) note: bool,
 }
 
 impl Shot {
     /// A part of the scene's own picture.
     pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
-        Self { window: Window::whole(scene.width, scene.height), region, look: Look::default(), format }
+        Self { window: Window::whole(scene.width, scene.height), region, look: Look::default(), format, note: false }
     }
 }
 
@@ -52,7 +54,7 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Finished, Cancelled> {
     let scene = &ready.scene;
-    let &Shot { window, region, look, format } = shot;
+    let &Shot { window, region, look, format, note } = shot;
     // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
     let finish = |picture: &Picture| {
         let coding = Instant::now();
@@ -90,7 +92,7 @@ pub(crate) fn make(
     };
     let error = ErrorBounds { proved, estimated: None, measured: None };
     let writing = Instant::now();
-    let file = codes.file_with(&picture.film, format, Some(&note(&error, &replay)));
+    let file = codes.file_with(&picture.film, format, note.then(|| self::note(&error, &replay)).as_deref());
     let phases = Phases {
         parse: loading.parse,
         plan: loading.plan,

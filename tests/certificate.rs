@@ -118,19 +118,16 @@ impl AddAssign for Tally {
 /// Holds a picture against one whose rays were followed further.
 fn hold(picture: &Picture, deep: &Picture, roundings: f64, tally: &mut Tally) {
     let proof = Proof::of(picture);
-    let pixels = picture.film.pixels.iter().zip(&picture.highest).zip(&deep.film.pixels);
-    for ((shown, highest), deep) in pixels {
+    let deeper = deep.film.pixels.iter().zip(&deep.highest);
+    for ((shown, highest), (deep, deepest)) in picture.film.pixels.iter().zip(&picture.highest).zip(deeper) {
         for c in 0..3 {
             tally.channels += 1;
             // The deep picture lacks something, too, and all sums are rounded.
-            let (deep, highest) = (f64::from(deep[c]), f64::from(highest[c]));
+            let (deep, deepest) = (f64::from(deep[c]), f64::from(deepest[c]) * (1.0 + roundings));
+            let highest = f64::from(highest[c]);
             tally.violations += u64::from(deep > highest * (1.0 + roundings));
-            // The deep picture's own roundings are not part of the proof.
-            let off = |deep: f64| code8(deep as f32).abs_diff(code8(shown[c]));
-            let codes = off(deep).min(off(deep * (1.0 + roundings))).min(off(deep * (1.0 - roundings)));
-            if codes > proof.max_codes {
-                println!("{deep:e} {shown:?} {highest:e} {proof:?}");
-            }
+            let nearest = f64::from(shown[c]).clamp(deep * (1.0 - roundings), deepest);
+            let codes = code8(nearest as f32).abs_diff(code8(shown[c]));
             tally.codes += u64::from(codes > proof.max_codes);
             tally.slack += highest - f64::from(shown[c]);
             tally.error += (deep - f64::from(shown[c])).max(0.0);

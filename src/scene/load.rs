@@ -198,7 +198,9 @@ mod tests {
     #[test]
     fn mistakes_count_even_where_they_are_overridden() {
         let camera = r#"{ "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } }"#;
-        let text = format!(r#"{{ "version": 1, "camera": {camera}, "objects": [], "render": {{ "samples": 0 }} }}"#);
+        let ball = r#"{ "sphere": { "center": [0, 0, 0], "radius": 1 } }"#;
+        let text =
+            format!(r#"{{ "version": 1, "camera": {camera}, "objects": [{ball}], "render": {{ "samples": 0 }} }}"#);
         let overrides = Overrides { samples: Some(4), ..Overrides::default() };
         let Problems(problems) = load(text.as_bytes(), Format::Json, &overrides).unwrap_err();
         assert_eq!((problems[0].pointer.as_str(), problems[0].line), ("/render/samples", Some(1)));
