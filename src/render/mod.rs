@@ -5,7 +5,7 @@ mod progressive;
 use crate::camera::{Camera, Window};
 use crate::film::srgb::{Codes8, code8};
 use crate::film::{Film, Region};
-use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch};
+use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, dispatch, lanes_of};
 use crate::plan::effects::{Clear, Detailed, DetailedMirrors, Effects, Everything, Local, Mirrors, Specialised};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
@@ -304,12 +304,17 @@ fn trace_with<L: Lanes, E: Effects>(
             }
             channels
         };
-        let (sum, rest) = (lanes(sum), lanes(tracer.rest()));
-        let mut roundings = [L::Real::default(); MAX_LANES];
-        tracer.roundings().store(&mut roundings);
-        for lane in 0..packet.len() {
-            let (sum, rest) = (sum.map(|channel| channel[lane]), rest.map(|channel| channel[lane]));
-            out.pixels.push(Pixel::new(sum, rest, roundings[lane], job.pruning));
+        let [red, green, blue] = lanes(sum);
+        let first = out.pixels.len();
+        out.pixels.extend((0..packet.len()).map(|lane| Pixel::exact([red[lane], green[lane], blue[lane]])));
+        let rest = tracer.rest();
+        let lacking = rest.x.max(rest.y).max(rest.z).gt(L::lit(s, 0.0)).bits() & active;
+        if lacking != 0 {
+            let roundings = tracer.roundings();
+            for lane in lanes_of(lacking) {
+                let sum = [red[lane], green[lane], blue[lane]];
+                out.pixels[first + lane] = Pixel::new(sum, rest.lane(lane), roundings.lane(lane), job.pruning);
+            }
         }
     }
     out.rays = out.rays + tracer.counts;
@@ -323,12 +328,17 @@ struct Pixel {
 }
 
 impl Pixel {
+    /// A pixel that lacks nothing.
+    #[inline(always)]
+    fn exact<R: Real>(sum: [R; 3]) -> Self {
+        let shown = sum.map(narrow);
+        Self { shown, highest: shown }
+    }
+
+    /// A pixel that may lack `rest`.
     #[inline(always)]
     fn new<R: Real>(sum: [R; 3], rest: [R; 3], roundings: R, pruning: Pruning) -> Self {
         let shown = sum.map(narrow);
-        if rest == [R::default(); 3] {
-            return Self { shown, highest: shown };
-        }
         let ends = ends(sum, rest, roundings);
         let shown = match pruning {
             Pruning::Weight(_) => shown,
