@@ -2,7 +2,7 @@
 
 use super::canvas::Canvas;
 use super::events::Events;
-use super::order::{Order, meet};
+use super::order::{LOOKS, Order, meet};
 use super::record::{Failure, Record, State};
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -24,7 +24,10 @@ pub(crate) struct Job {
     pub(super) priority: Arc<AtomicU8>,
     /// The picture so far, while it is being rendered.
     pub(super) canvas: Mutex<Option<Canvas>>,
+    /// Which tile is next, while it is being rendered.
     pub(super) order: Mutex<Option<Order>>,
+    /// Looks at it before it was begun.
+    pub(super) early_looks: Mutex<Vec<Region>>,
     /// Tiles by number, and whether they are finished.
     pub(super) tiles: Vec<(Region, AtomicBool)>,
     pub(super) done: AtomicUsize,
@@ -76,6 +79,7 @@ impl Job {
             priority: Arc::new(AtomicU8::new(record.priority)),
             canvas: Mutex::default(),
             order: Mutex::default(),
+            early_looks: Mutex::default(),
             tiles: regions.into_iter().map(|region| (region, AtomicBool::new(false))).collect(),
             done: AtomicUsize::new(0),
             rays: AtomicU64::new(record.stats.rays),
@@ -105,8 +109,14 @@ impl Job {
 
     /// Somebody looks at a region: its tiles are next.
     pub(crate) fn look(&self, region: Region) {
-        if let Some(order) = &mut *locked(&self.order) {
-            order.look(region);
+        match &mut *locked(&self.order) {
+            Some(order) => order.look(region),
+            None => {
+                let mut early = locked(&self.early_looks);
+                if early.len() < LOOKS {
+                    early.push(region);
+                }
+            }
         }
     }
 

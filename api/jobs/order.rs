@@ -3,7 +3,7 @@
 use strahl::film::Region;
 
 /// Looks that are remembered.
-const LOOKS: usize = 64;
+pub(super) const LOOKS: usize = 64;
 
 /// The tiles that are not begun.
 #[derive(Debug)]

@@ -125,7 +125,11 @@ fn recover(job: &Job, path: &std::path::Path) -> io::Result<Tiles> {
     job.record().stats.tiles_recovered = recovered as u64;
     let regions = job.tiles.iter().map(|(region, _)| *region).collect();
     let is_done = |number: usize| job.tiles[number].1.load(Ordering::Relaxed);
-    *locked(&job.order) = Some(Order::new(regions, Region::whole(width, height), is_done));
+    let mut order = Order::new(regions, Region::whole(width, height), is_done);
+    let mut current = locked(&job.order);
+    locked(&job.early_looks).drain(..).for_each(|look| order.look(look));
+    *current = Some(order);
+    drop(current);
     *locked(&job.canvas) = Some(canvas);
     Ok(file)
 }

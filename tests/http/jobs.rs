@@ -9,6 +9,13 @@ use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
+/// A ball between two mirrors, lit: slow, and no two tiles are the same.
+fn mirrors() -> String {
+    let ball = r#"{ "sphere": { "center": [0.05, 0.02, -0.6], "radius": 0.1 } }"#;
+    let light = r#""lights": [{ "point": { "position": [0.3, 0.5, -0.1] } }], "objects": ["#;
+    SLOW.replace(r#""objects": ["#, &format!("{light} {ball},"))
+}
+
 /// Some seconds of work in a few dozen tiles.
 const LONG: &str = r#""settings": { "width": 384, "height": 384, "samples": 1 }"#;
 /// More work than any test waits for, within the limits of jobs.
@@ -88,7 +95,7 @@ fn a_job_becomes_the_picture_that_a_request_gets() {
 #[test]
 fn the_tiles_of_a_job_are_its_picture_and_looking_brings_them_forward() {
     let service = Service::start(&[]);
-    let id = submit(&service, SLOW, LONG);
+    let id = submit(&service, &mirrors(), LONG);
     let corner = service.get(&format!("/v1/jobs/{id}/tile?x=352&y=352&w=32&h=32"));
     let tile = corner.picture().to_rgb8();
     let then = job(&service, &id);
@@ -110,7 +117,7 @@ fn killed_in_mid_render_it_goes_on_where_it_was_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let data = ["--data", folder.path().to_str().unwrap()];
     let service = Service::start(&data);
-    let id = submit(&service, SLOW, LONG);
+    let id = submit(&service, &mirrors(), LONG);
     let waiting = submit(&service, BALL, "");
     assert_eq!(service.get("/v1/limits").json()["jobs"]["durable"], true);
     let before = until(&service, &id, |job| job["progress"]["tiles_done"].as_u64() >= Some(4));
@@ -125,7 +132,7 @@ fn killed_in_mid_render_it_goes_on_where_it_was_to_the_same_bytes() {
     );
     succeeded(&service, &waiting);
     let picture = service.get(&format!("/v1/jobs/{id}/image"));
-    let alone = service.post_json("/v1/render?width=384&height=384&samples=1", SLOW);
+    let alone = service.post_json("/v1/render?width=384&height=384&samples=1", &mirrors());
     assert_eq!(picture.body, alone.body, "the same bytes as without a kill");
     drop(service);
     let service = Service::start(&data);
@@ -335,8 +342,8 @@ fn a_page_follows_a_job_by_its_events_and_comes_back_where_it_was() {
 #[test]
 fn previews_come_coarse_to_fine_and_wait_for_who_asks() {
     let service = Service::start(&[]);
-    let busy = submit(&service, SLOW, LONG);
-    let id = submit(&service, SLOW, LONG);
+    let busy = submit(&service, &mirrors(), LONG);
+    let id = submit(&service, &mirrors(), LONG);
     let events = Events::of(&service, &id, &[]);
     service.get(&format!("/v1/jobs/{id}/preview"));
     let first = service.get(&format!("/v1/jobs/{id}/preview?wait=20"));
