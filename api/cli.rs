@@ -7,7 +7,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::description::Precision;
+use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays, Time};
 use strahl::scene::limits::{self, Limit};
 use strahl::scene::{Format, Overrides};
 
@@ -108,6 +108,10 @@ pub(crate) struct SettingsArgs {
     /// Weight below which a ray is not followed, 0 to 1 [default: as the scene says].
     #[arg(long, value_name = "WEIGHT", value_parser = weight)]
     min_weight: Option<f64>,
+    /// What ends the recursion: fixed, proved:CODES, time:MS or rays:COUNT [default: as the scene says, else
+    /// proved:1].
+    #[arg(long, value_name = "MODE", value_parser = accuracy)]
+    accuracy: Option<Accuracy>,
     /// Rays for each pixel [default: as the scene says].
     #[arg(long, value_parser = up_to(limits::SAMPLES))]
     samples: Option<u32>,
@@ -136,6 +140,30 @@ pub(crate) fn weight(text: &str) -> Result<f64, String> {
     if (0.0..=1.0).contains(&weight) { Ok(weight) } else { Err("expected a number from 0 to 1".into()) }
 }
 
+/// An accuracy mode with its parameters: `proved:1`.
+pub(crate) fn accuracy(text: &str) -> Result<Accuracy, String> {
+    let (mode, parameters) = text.split_once(':').unwrap_or((text, ""));
+    let number = |text: &str| text.parse::<f64>().ok();
+    let accuracy = match mode {
+        "fixed" if parameters.is_empty() => Some(Accuracy::Fixed(Fixed {})),
+        "proved" => match parameters {
+            "" => Some(1),
+            codes => codes.parse().ok().filter(|codes| *codes <= 2),
+        }
+        .map(|max_codes| Accuracy::Proved(Proved { max_codes })),
+        "time" => number(parameters).filter(|ms| (1.0..=3.6e6).contains(ms)).map(|ms| Accuracy::Time(Time { ms })),
+        "rays" => {
+            let count = parameters.parse().ok().filter(|count| (1..=1 << 53).contains(count));
+            count.map(|count| Accuracy::Rays(Rays { count }))
+        }
+        _ => None,
+    };
+    accuracy.ok_or_else(|| ACCURACY.to_owned())
+}
+
+/// What an accuracy may be.
+pub(crate) const ACCURACY: &str = "expected fixed, proved:0 to proved:2, time:MILLISECONDS or rays:COUNT";
+
 impl SettingsArgs {
     /// The settings as the renderer takes them.
     pub(crate) fn overrides(&self) -> Overrides {
@@ -144,6 +172,7 @@ impl SettingsArgs {
             height: self.height,
             max_depth: self.max_depth,
             min_weight: self.min_weight,
+            accuracy: self.accuracy,
             samples: self.samples,
             antialias: self.antialias,
             precision: self.precision,

@@ -25,9 +25,7 @@ const SCENE_LETTERS: usize = 32;
 
 /// Whether the same settings give the same picture on any machine. Those that a clock decides do not.
 pub(crate) fn is_reproducible(settings: &RenderSettings) -> bool {
-    match settings.accuracy {
-        Accuracy::Fixed(_) => true,
-    }
+    !matches!(settings.accuracy(), Accuracy::Time(_))
 }
 
 /// Name of a scene: `s_` and 32 letters of `a-z2-7`. The description is the same afterwards, but for `$schema`.
@@ -100,6 +98,7 @@ fn letters(bytes: &[u8]) -> String {
 /// Objects and definitions, which may be large, go out as they are; the rest goes through a map, which sorts its keys.
 fn write_canonical(description: &mut Description, to: &mut impl Write) -> io::Result<()> {
     description.schema = None;
+    description.render = description.render.resolved();
     let objects = std::mem::take(&mut description.objects);
     let definitions = std::mem::take(&mut description.definitions);
     let written = serde_json::to_value(&*description).map_err(io::Error::from).and_then(|rest| {
@@ -184,7 +183,10 @@ mod tests {
             (SCENE.replace(['\n', ' '], ""), "white space"),
             (SCENE.replace(r#""version": 1,"#, r#""version": 1, "$schema": "somewhere","#), "where the schema lies"),
             (
-                SCENE.replace(r#""version": 1,"#, r#""render": { "max_depth": 10 }, "version": 1,"#),
+                SCENE.replace(
+                    r#""version": 1,"#,
+                    r#""render": { "accuracy": { "proved": { "max_codes": 1 } } }, "version": 1,"#,
+                ),
                 "a default written down",
             ),
             (

@@ -2,13 +2,15 @@
 
 use crate::pieces::render_in_pieces;
 use crate::ready::{Loading, Ready};
-use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
+use crate::report::{Cost, ErrorBounds, Phases, Proved, Replay, Report};
 use crate::workers::Workers;
-use std::time::Instant;
+use serde_json::json;
+use std::time::{Duration, Instant};
 use strahl::camera::Window;
-use strahl::film::{Codes, FileFormat, Film, Look, Region};
-use strahl::render::{Cancelled, Control};
+use strahl::film::{Codes, FileFormat, Look, Region};
+use strahl::render::{Cancelled, Control, Picture, Progress, Stop, render_until};
 use strahl::scene::Scene;
+use strahl::scene::description::{Accuracy, Rays, RenderSettings, Time};
 
 /// A picture file and what it cost.
 #[derive(Debug)]
@@ -30,12 +32,14 @@ pub(crate) struct Shot {
     pub(crate) look: Look,
     /// The format of the file.
     pub(crate) format: FileFormat,
+    /// Whether the file says what is proved about it and what makes it again, if its format has a place for that.
+    pub(crate) note: bool,
 }
 
 impl Shot {
     /// A part of the scene's own picture.
     pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
-        Self { window: Window::whole(scene.width, scene.height), region, look: Look::default(), format }
+        Self { window: Window::whole(scene.width, scene.height), region, look: Look::default(), format, note: false }
     }
 }
 
@@ -50,15 +54,45 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Finished, Cancelled> {
     let scene = &ready.scene;
-    let &Shot { window, region, look, format } = shot;
+    let &Shot { window, region, look, format, note } = shot;
     // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
-    let code = |film: &Film| {
+    let finish = |picture: &Picture| {
         let coding = Instant::now();
-        (Codes::new(film, format).seen(look), milliseconds(coding))
+        let codes = Codes::new(&picture.film, format).seen(look);
+        (codes, Proved::about(picture, scene), milliseconds(coding))
     };
-    let (picture, (codes, coding_ms)) = render_in_pieces(scene, &window, region, workers, control, code)?;
+    let until = |stop: Stop| {
+        workers.work(|| {
+            let picture = render_until(scene, &window, region, control, stop)?;
+            let finished = finish(&picture);
+            Ok((picture, finished))
+        })?
+    };
+    let (picture, (codes, proved, coding_ms)) = match ready.render.accuracy() {
+        Accuracy::Time(Time { ms }) => {
+            until(Stop::At(started + Duration::from_secs_f64((ms - file_ms(region, format)).max(0.0) / 1e3)))
+        }
+        Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) => render_in_pieces(scene, &window, region, workers, control, finish),
+    }?;
+    // A picture that a clock has stopped is made again by its rays.
+    let render = match picture.progress {
+        Some(Progress { count, .. }) => {
+            RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render }
+        }
+        None => ready.render,
+    };
+    let replay = Replay {
+        version: env!("CARGO_PKG_VERSION"),
+        image: [window.width, window.height],
+        region,
+        render,
+        two_sided: ready.two_sided,
+        spd_counts: ready.spd_counts,
+    };
+    let error = ErrorBounds { proved, estimated: None, measured: None };
     let writing = Instant::now();
-    let file = codes.file(&picture.film, format);
+    let file = codes.file_with(&picture.film, format, note.then(|| self::note(&error, &replay)).as_deref());
     let phases = Phases {
         parse: loading.parse,
         plan: loading.plan,
@@ -73,16 +107,24 @@ pub(crate) fn make(
         camera_hits: picture.rays.camera_hits,
         refined: picture.refined,
         threads: workers.threads(),
+        progress: picture.progress,
     };
-    let replay = Replay {
-        version: env!("CARGO_PKG_VERSION"),
-        image: [window.width, window.height],
-        region,
-        render: ready.render,
-        two_sided: ready.two_sided,
-        spd_counts: ready.spd_counts,
+    Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error, replay } })
+}
+
+/// What the file says about its picture: of the cost report all that depends on neither the machine nor the moment, since
+/// the same request gives the same bytes everywhere.
+fn note(error: &ErrorBounds, replay: &Replay) -> String {
+    json!({ "error": error, "replay": replay }).to_string()
+}
+
+/// Milliseconds that a region takes from its last ray to the end of its file, generously.
+fn file_ms(region: Region, format: FileFormat) -> f64 {
+    let nanoseconds = match format {
+        FileFormat::Png8 => 25.0,
+        _ => 100.0,
     };
-    Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error: ErrorBounds::default(), replay } })
+    0.5 + region.pixels() as f64 * nanoseconds * 1e-6
 }
 
 /// Milliseconds since an instant.

@@ -26,7 +26,7 @@ pub(crate) fn render_in_pieces<T: Send>(
     region: Region,
     workers: &Workers,
     control: &Control,
-    finish: impl Fn(&Film) -> T + Sync,
+    finish: impl Fn(&Picture) -> T + Sync,
 ) -> Result<(Picture, T), Cancelled> {
     let mut cut = if workers.is_alone() { Cut::whole(region) } else { Cut::new(region) };
     let mut whole: Option<Picture> = None;
@@ -40,8 +40,8 @@ pub(crate) fn render_in_pieces<T: Send>(
         cut.took(piece, started.elapsed());
         match whole.take() {
             None if piece == region => {
-                let finished = finish(&picture.film);
-                return Piece::Last(Ok((picture, finished)));
+                let finished = finish(&picture);
+                Piece::Last(Ok((picture, finished)))
             }
             before => {
                 let mut joined = before.unwrap_or_else(|| empty(window, region));
@@ -50,7 +50,7 @@ pub(crate) fn render_in_pieces<T: Send>(
                     whole = Some(joined);
                     return Piece::More;
                 }
-                let finished = finish(&joined.film);
+                let finished = finish(&joined);
                 Piece::Last(Ok((joined, finished)))
             }
         }
@@ -60,10 +60,13 @@ pub(crate) fn render_in_pieces<T: Send>(
 fn empty(window: &Window, region: Region) -> Picture {
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
     let film = Film { region, full_width: window.width, full_height: window.height, pixels };
-    Picture { film, rays: RayCounts::default(), refined: Refined::default(), trace_ms: 0.0 }
+    let highest = film.pixels.clone();
+    Picture { film, highest, rays: RayCounts::default(), refined: Refined::default(), progress: None, trace_ms: 0.0 }
 }
 
 fn join(whole: &mut Picture, piece: &Picture) {
+    let (outer, inner) = (whole.film.region, piece.film.region);
+    paste_pixels(outer, &mut whole.highest, inner, &piece.highest);
     paste(&mut whole.film, &piece.film);
     whole.rays = whole.rays + piece.rays;
     whole.refined.pixels += piece.refined.pixels;
@@ -73,10 +76,13 @@ fn join(whole: &mut Picture, piece: &Picture) {
 
 /// Puts a piece of a film where it belongs.
 pub(crate) fn paste(whole: &mut Film, piece: &Film) {
-    let (outer, inner) = (whole.region, piece.region);
+    paste_pixels(whole.region, &mut whole.pixels, piece.region, &piece.pixels);
+}
+
+fn paste_pixels(outer: Region, whole: &mut [[f32; 3]], inner: Region, piece: &[[f32; 3]]) {
     let (left, top) = ((inner.x - outer.x) as usize, (inner.y - outer.y) as usize);
-    let rows = whole.pixels.chunks_mut(outer.width as usize).skip(top);
-    for (row, part) in rows.zip(piece.pixels.chunks(inner.width as usize)) {
+    let rows = whole.chunks_mut(outer.width as usize).skip(top);
+    for (row, part) in rows.zip(piece.chunks(inner.width as usize)) {
         row[left..left + part.len()].copy_from_slice(part);
     }
 }
@@ -181,8 +187,8 @@ mod tests {
         let control = Control::default();
         let region = Region { x: 3, y: 5, width: 320, height: 181 };
         let window = Window::whole(scene.width, scene.height);
-        let (cut, pixels) =
-            render_in_pieces(&scene, &window, region, &workers, &control, |film| film.pixels.len()).unwrap();
+        let count = |picture: &Picture| picture.film.pixels.len();
+        let (cut, pixels) = render_in_pieces(&scene, &window, region, &workers, &control, count).unwrap();
         assert_eq!(pixels, cut.film.pixels.len());
         assert!(cut.film == workers.work(|| strahl::render::render(&scene, region, &control)).unwrap().unwrap().film);
     }

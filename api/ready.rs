@@ -51,7 +51,7 @@ impl From<Loaded> for Ready {
         let plan = Plan::new(&mut description, &scene);
         let reproducible = is_reproducible(&description.render) && !scene.from_files && !spd_counts;
         // What the scene calls for decides the number it does not name.
-        let render = RenderSettings { samples: Some(scene.samples), ..description.render };
+        let render = RenderSettings { samples: Some(scene.samples), ..description.render.resolved() };
         Self { plan, render, scene, scene_id, reproducible, two_sided, spd_counts, loading }
     }
 }

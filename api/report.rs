@@ -1,9 +1,13 @@
 //! What a picture cost: the same JSON on `--stats`, and behind the headers of an answer.
 
 use serde::Serialize;
+use std::fmt::Write;
+use strahl::accuracy::Proof;
 use strahl::film::Region;
 use strahl::plan::Plan;
-use strahl::render::{RayCounts, Refined};
+use strahl::render::{Picture, Progress, RayCounts, Refined};
+use strahl::scene::Scene;
+use strahl::scene::ceiling::Reach;
 use strahl::scene::description::RenderSettings;
 
 /// The cost report.
@@ -34,6 +38,9 @@ pub(crate) struct Cost {
     pub(crate) refined: Refined,
     /// Threads of the pool.
     pub(crate) threads: usize,
+    /// How far a picture came that had to stop: in the modes time and rays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) progress: Option<Progress>,
 }
 
 /// Milliseconds by phase, in order.
@@ -58,15 +65,62 @@ impl Phases {
     }
 }
 
-/// Bounds by how they are known, kept apart. None is computed yet: all are null, which means unknown, not exact.
-#[derive(Debug, Default, Serialize)]
+/// Bounds by how they are known, kept apart. Null means unknown, not exact.
+#[derive(Debug, Serialize)]
 pub(crate) struct ErrorBounds {
     /// True for certain.
-    pub(crate) proved: Option<f64>,
+    pub(crate) proved: Proved,
     /// Likely.
     pub(crate) estimated: Option<f64>,
     /// Found against a reference picture.
     pub(crate) measured: Option<f64>,
+}
+
+/// What ending the recursion may have changed.
+#[derive(Debug, Serialize)]
+pub(crate) struct Proved {
+    /// How much. None where nothing bounds it.
+    #[serde(flatten)]
+    pub(crate) proof: Option<Proof>,
+    /// Against what: the same samples.
+    pub(crate) reference: &'static str,
+    /// How bright a ray can be that was left out, why, and how long the chains of rays of the reference are.
+    #[serde(flatten)]
+    pub(crate) reach: Reach,
+    /// What it says nothing about.
+    pub(crate) not_covered: &'static [&'static str],
+}
+
+impl Proved {
+    /// As a structured field (RFC 9651): `proved=1, identical=0.982, depth=10`, with `depth` where the reference has one;
+    /// `proved=?0` where there is no bound.
+    pub(crate) fn header(&self) -> String {
+        let mut field = match &self.proof {
+            // Rounded down, so that 1 means all.
+            Some(Proof { max_codes, identical_fraction, .. }) => {
+                format!("proved={max_codes}, identical={:.3}", (identical_fraction * 1e3).floor() / 1e3)
+            }
+            None => "proved=?0".to_owned(),
+        };
+        if let Some(depth) = self.reach.max_depth {
+            let _ = write!(field, ", depth={depth}");
+        }
+        field
+    }
+
+    /// What is proved about a picture.
+    pub(crate) fn about(picture: &Picture, scene: &Scene) -> Self {
+        let reach = scene.ceiling().reach.clone();
+        Self {
+            proof: Some(Proof::of(picture)).filter(|proof| proof.max_linear.is_some()),
+            reference: match reach.max_depth {
+                None => "the same samples, recursion without end",
+                Some(_) => "the same samples, recursion to max_depth",
+            },
+            reach,
+            not_covered: &["aliasing between samples", "light that the model leaves out, such as caustics"],
+        }
+    }
 }
 
 /// What renders the same pixels again, on any machine and any number of threads.

@@ -10,12 +10,12 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use strahl::accuracy::page::Thumbnails;
 use strahl::accuracy::sweep::{Difference, Point, REFERENCE_SAMPLES, Settings, Times, points};
 use strahl::accuracy::tradeoff::{Circumstances, Finer, Front, HOW_TIMES_ARE_MEASURED, Reference, Tradeoff};
-use strahl::accuracy::{Codes8, Errors, advice};
+use strahl::accuracy::{Codes8, Errors, Proof, advice};
 use strahl::film::Region;
 use strahl::lanes::instructions;
 use strahl::render::{Cancelled, Control, Cut, Picture, render};
 use strahl::scene::compile::{CompileOptions, compile_from};
-use strahl::scene::description::{Camera, Precision};
+use strahl::scene::description::{Accuracy, Camera, Fixed, Precision, Proved};
 use strahl::scene::{Files, Loaded, Problems, Scene};
 
 /// Pixels of the small picture.
@@ -95,6 +95,10 @@ pub(crate) fn measure(
             times[i].push(picture.trace_ms);
             if round == 0 {
                 point.rays = Some(picture.rays);
+                // The same bounds for all points: recursion without end, which the references come near to.
+                let endless = stage.single.ceiling().reach.max_depth.is_none();
+                let proof = endless.then(|| stage.workers.work(|| Proof::of(&picture))).transpose()?;
+                point.proved_codes = proof.filter(|p| p.max_linear.is_some()).map(|p| p.max_codes);
                 let codes = Codes8::from(&picture.film);
                 point.measured = references.errors(&stage, point.settings, &codes);
                 thumbnails[i] = Some(references.thumbnails(point.settings, &codes));
@@ -148,15 +152,21 @@ impl<'a> Stage<'a> {
         let render = description.render;
         let Scene { samples, antialias, .. } = scene;
         let asked = Settings {
-            max_depth: render.max_depth,
-            min_weight: render.min_weight,
+            max_depth: render.fixed_depth(),
+            min_weight: render.fixed_weight(),
+            max_codes: match render.accuracy() {
+                Accuracy::Fixed(_) => None,
+                Accuracy::Proved(Proved { max_codes }) => Some(max_codes),
+                Accuracy::Time(_) | Accuracy::Rays(_) => Some(1),
+            },
             samples,
             antialias,
             precision: render.precision,
         };
         // What a scene calls for is decided when it is built: one ray deep it would be nothing.
-        let shallow = render.max_depth < 2;
-        description.render.max_depth = render.max_depth.max(2);
+        let shallow = render.max_depth == Some(1);
+        description.render.max_depth = Some(render.fixed_depth().max(2));
+        description.render.accuracy = Some(Accuracy::Fixed(Fixed {}));
         let mut build = |precision| {
             if control.cancelled.load(Ordering::Relaxed) {
                 return Err(Stopped::Cancelled);
@@ -194,12 +204,15 @@ impl<'a> Stage<'a> {
     fn shoot(&mut self, settings: Settings, end: f64) -> Result<Option<Picture>, Cancelled> {
         self.control.done.store(milliseconds(self.started) as u64, Ordering::Relaxed);
         let left = self.left(end);
-        let Settings { max_depth, min_weight, samples, antialias, precision } = settings;
+        let Settings { max_depth, min_weight, max_codes, samples, antialias, precision } = settings;
         let scene = match precision {
             Precision::Single => &mut self.single,
             Precision::Double => &mut self.double,
         };
-        scene.set_recursion(max_depth, min_weight);
+        match max_codes {
+            Some(codes) => scene.set_proved(codes),
+            None => scene.set_recursion(max_depth, min_weight),
+        }
         (scene.samples, scene.antialias) = (samples, antialias);
         let (scene, whole) = (&*scene, Region::whole(scene.width, scene.height));
         let deadline = Instant::now() + Duration::from_secs_f64(left.max(0.0));
@@ -341,7 +354,7 @@ fn positions(points: &[Point]) -> Vec<(u32, bool)> {
 }
 
 fn reference((max_depth, min_weight): (u32, f64), (samples, antialias): (u32, bool)) -> Settings {
-    Settings { max_depth, min_weight, samples, antialias, precision: Precision::Double }
+    Settings { max_depth, min_weight, max_codes: None, samples, antialias, precision: Precision::Double }
 }
 
 /// Pictures in double precision, their recursion followed as far as possible, for each way that samples lie.
@@ -384,7 +397,7 @@ impl References {
     /// Errors of a picture; no truncation of one that follows rays further than its reference.
     fn errors(&self, stage: &Stage<'_>, settings: Settings, picture: &Codes8) -> Errors {
         let (depth, weight) = self.recursion;
-        let comparable = settings.max_depth <= depth && settings.min_weight >= weight;
+        let comparable = settings.max_codes.is_some() || settings.max_depth <= depth && settings.min_weight >= weight;
         Errors {
             truncation: self.same(settings).filter(|_| comparable).and_then(|same| stage.compare(same, picture)),
             sampling: self.place(settings.positions()).and_then(|i| self.sampling[i]),

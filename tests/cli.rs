@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -117,7 +117,13 @@ fn stats_say_what_the_picture_cost() {
     }
     assert!(stats["cost"]["wall_ms"].is_number() && stats["cost"]["camera_hits"].is_u64(), "{stats}");
     assert!(stats["error"].as_object().is_some_and(|error| error.len() == 3), "{stats}");
-    assert!(stats["replay"]["render"]["max_depth"].is_u64(), "{stats}");
+    let proved = &stats["error"]["proved"];
+    assert!(proved["max_codes"].as_u64() <= Some(1) && proved["identical_fraction"].is_number(), "{stats}");
+    assert!(
+        proved["reference"].is_string() && proved["ceiling"].is_array() && proved["not_covered"].is_array(),
+        "{stats}"
+    );
+    assert_eq!(stats["replay"]["render"]["accuracy"], json!({ "proved": { "max_codes": 1 } }), "{stats}");
 }
 
 #[test]
@@ -129,7 +135,12 @@ fn a_tradeoff_is_a_page_and_numbers() {
     assert!(points.len() >= 24, "{}", points.len());
     for point in points {
         assert!(point["time"]["median_ms"].as_f64() >= point["time"]["min_ms"].as_f64(), "{point}");
-        assert!(point["rays"]["camera"].as_u64() >= Some(1200) && point["proved_codes"].is_null(), "{point}");
+        assert!(point["rays"]["camera"].as_u64() >= Some(1200), "{point}");
+        // In double precision nothing but the end of the recursion makes a difference.
+        let (proved, measured) = (&point["proved_codes"], &point["measured"]["truncation"]["codes"]["error"]["max"]);
+        if point["settings"]["precision"] == "double" {
+            assert!(proved.is_u64() && measured.as_f64() <= proved.as_f64(), "{point}");
+        }
         for source in ["truncation", "sampling", "total"] {
             let error = &point["measured"][source];
             for measure in ["/codes/error/max", "/codes/error/p999", "/codes/identical", "/flip/p99", "/ciede2000/mean"]
@@ -226,7 +237,7 @@ fn plans_have_estimates_and_with_analyze_what_was_traced() {
     let plan = json(&[]);
     assert_eq!(plan["precision"], "single", "{plan}");
     assert!(plan["kernel"].is_string() && plan["kernel_hash"].is_string() && plan["warnings"].is_array(), "{plan}");
-    assert_eq!(plan["depth"]["requested"], 10, "{plan}");
+    assert!(plan["depth"]["requested"].is_null(), "{plan}");
     assert!(plan["estimate"]["rays"].as_u64() >= Some(40 * 30), "{plan}");
     assert!(plan["explain_ms"].as_f64() > Some(0.0), "{plan}");
     let effects = plan["effects"].as_array().unwrap();
@@ -297,7 +308,7 @@ fn mistakes_have_an_exit_code_and_a_sentence() {
     fails(&folder, &["render", "nothing.json", "-o", "a.png"], "", 1, "nothing.json cannot be read");
     fails(&folder, &["render", "-", "-o", "a.png"], "{", 1, "standard input");
     fails(&folder, &["render", "ball.json", "-o", "nowhere/a.png"], "", 1, "no folder nowhere");
-    fails(&folder, &["render", "ball.json", "-o", "a.jpg"], "", 2, "a.jpg names no format");
+    fails(&folder, &["render", "ball.json", "-o", "a.gif"], "", 2, "a.gif names no format");
     fails(&folder, &["render", "ball.json", "-o", "-"], "", 2, "--format");
     fails(&folder, &["render", "ball.json", "-o", "a.exr", "--bits", "16"], "", 2, "--bits is for PNG");
     fails(&folder, &["render", "ball.json", "-o", "a.png", "--spd-counts"], "", 2, "NFF");

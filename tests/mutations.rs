@@ -19,6 +19,7 @@ const SMALL: Overrides = Overrides {
     height: Some(4),
     max_depth: Some(4),
     min_weight: None,
+    accuracy: None,
     samples: Some(1),
     antialias: Some(false),
     precision: None,

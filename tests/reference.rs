@@ -24,7 +24,7 @@ const SINGLE_FRACTAL_EDGES: f64 = 0.11;
 const DEEPEST: u32 = 60;
 
 fn differences(name: &str, precision: Precision, tolerance: f64) -> (usize, usize, f64) {
-    let max_depth = load_scene(name, 8, Overrides::default()).description.render.max_depth.min(DEEPEST);
+    let max_depth = load_scene(name, 8, Overrides::default()).description.render.fixed_depth().min(DEEPEST);
     let overrides = Overrides {
         max_depth: Some(max_depth),
         precision: Some(precision),

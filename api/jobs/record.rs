@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::time::{SystemTime, UNIX_EPOCH};
 use strahl::film::FileFormat;
-use strahl::scene::description::Precision;
+use strahl::scene::description::{Accuracy, Precision};
 use strahl::scene::{Format, Overrides};
 
 /// A job.
@@ -122,6 +122,7 @@ pub(crate) struct Settings {
     pub(crate) height: Option<u32>,
     pub(crate) max_depth: Option<u32>,
     pub(crate) min_weight: Option<f64>,
+    pub(crate) accuracy: Option<Accuracy>,
     pub(crate) samples: Option<u32>,
     pub(crate) antialias: Option<bool>,
     pub(crate) precision: Option<Precision>,
@@ -131,17 +132,37 @@ pub(crate) struct Settings {
 
 impl From<Overrides> for Settings {
     fn from(from: Overrides) -> Self {
-        let Overrides { width, height, max_depth, min_weight, samples, antialias, precision, two_sided, spd_counts } =
-            from;
-        Self { width, height, max_depth, min_weight, samples, antialias, precision, two_sided, spd_counts }
+        let Overrides {
+            width,
+            height,
+            max_depth,
+            min_weight,
+            accuracy,
+            samples,
+            antialias,
+            precision,
+            two_sided,
+            spd_counts,
+        } = from;
+        Self { width, height, max_depth, min_weight, accuracy, samples, antialias, precision, two_sided, spd_counts }
     }
 }
 
 impl From<Settings> for Overrides {
     fn from(from: Settings) -> Self {
-        let Settings { width, height, max_depth, min_weight, samples, antialias, precision, two_sided, spd_counts } =
-            from;
-        Self { width, height, max_depth, min_weight, samples, antialias, precision, two_sided, spd_counts }
+        let Settings {
+            width,
+            height,
+            max_depth,
+            min_weight,
+            accuracy,
+            samples,
+            antialias,
+            precision,
+            two_sided,
+            spd_counts,
+        } = from;
+        Self { width, height, max_depth, min_weight, accuracy, samples, antialias, precision, two_sided, spd_counts }
     }
 }
 

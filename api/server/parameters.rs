@@ -108,6 +108,7 @@ impl Parameters {
             height: self.take_up_to("height", limits::IMAGE_SIDE),
             max_depth: self.take_up_to("max_depth", limits::MAX_DEPTH),
             min_weight: self.take_as("min_weight", "a number from 0 to 1", |text| crate::cli::weight(text).ok()),
+            accuracy: self.take_as("accuracy", crate::cli::ACCURACY, |text| crate::cli::accuracy(text).ok()),
             samples: self.take_up_to("samples", limits::SAMPLES),
             antialias: self.take("antialias", "true or false"),
             precision: self.take_as("precision", "single or double", |text| crate::cli::precision(text).ok()),

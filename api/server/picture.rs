@@ -164,8 +164,13 @@ pub(super) fn picture_headers(report: &Report, scene: &Scene) -> Vec<(String, St
         "camera={}, shadow={}, reflected={}, transmitted={}",
         rays.camera, rays.shadow, rays.reflected, rays.transmitted
     );
+    let proved = report.error.proved.header();
     let on: Vec<_> = report.plan.explanation.names_on().collect();
-    let mut headers = vec![("render-rays".to_owned(), rays), ("render-plan".to_owned(), on.join(", "))];
+    let mut headers = vec![
+        ("render-error".to_owned(), proved),
+        ("render-rays".to_owned(), rays),
+        ("render-plan".to_owned(), on.join(", ")),
+    ];
     if let Some((name, value)) = warnings::header(&scene.warnings)
         && let Ok(value) = value.to_str()
     {

@@ -39,6 +39,15 @@ impl<R: Real> Placement<R> {
         DMat3::from_cols(x, y, z)
     }
 
+    /// Bound on how much the map lengthens any vector: the square root of the largest row sum of |M^T M|, which is exact
+    /// for rotations with scale.
+    pub fn largest_stretch(&self) -> f64 {
+        let m = self.matrix();
+        let gram = m.transpose() * m;
+        let row = |i: usize| gram.row(i).abs().element_sum();
+        row(0).max(row(1)).max(row(2)).sqrt()
+    }
+
     /// The image of a box of errors: absolute values throughout.
     #[inline(always)]
     pub(super) fn spread<L: Lanes<Real = R>>(&self, s: L::Simd, e: V3<L>) -> V3<L> {

@@ -239,8 +239,14 @@ mod tests {
 
     /// Points whose truncation error is so many codes, everywhere, and whose time is so many milliseconds.
     fn measured(codes: impl Fn(&Settings) -> u8, time: impl Fn(&Settings) -> f64) -> Vec<Point> {
-        let asked =
-            Settings { max_depth: 10, min_weight: 1e-3, samples: 1, antialias: true, precision: Precision::Single };
+        let asked = Settings {
+            max_depth: 10,
+            min_weight: 1e-3,
+            max_codes: None,
+            samples: 1,
+            antialias: true,
+            precision: Precision::Single,
+        };
         let reference = Codes8 { width: 1, pixels: vec![[100; 3]] };
         let mut points = points(asked);
         for point in &mut points {

@@ -7,6 +7,7 @@ mod flip;
 pub mod page;
 pub mod pareto;
 pub mod plot;
+mod proof;
 mod spread;
 pub mod sweep;
 pub mod tradeoff;
@@ -16,6 +17,7 @@ pub use advice::advice;
 pub use ciede2000::ciede2000;
 pub use codes::{Codes, codes};
 pub use flip::{PIXELS_PER_DEGREE, flip};
+pub use proof::Proof;
 pub use spread::Spread;
 pub use sweep::Errors;
 

@@ -21,10 +21,10 @@ pub const STYLE: &str = "\
 .plot{font:11px system-ui,sans-serif;fill:#222}.plot .paper{fill:#fff}.plot .frame,.plot .grid{fill:none;stroke:#999}\
 .plot .grid{stroke:#e4e4e4}.plot .front{fill:none;stroke:#888;stroke-dasharray:5 3}.plot .reach{stroke:#888;opacity:.55}\
 .plot .proved{fill:#7a3fb5;opacity:.25;stroke:#7a3fb5}.plot .knee{fill:none;stroke:#c00;stroke-width:1.5}\
-.plot .depth{fill:#0b62c4;stroke:#0b62c4}.plot .weight{fill:#c05a00;stroke:#c05a00}.plot .samples{fill:#1a7f37;stroke:#1a7f37}\
+.plot .depth{fill:#0b62c4;stroke:#0b62c4}.plot .weight{fill:#c05a00;stroke:#c05a00}.plot .samples{fill:#1a7f37;stroke:#1a7f37}.plot .certain{fill:#7a3fb5;stroke:#7a3fb5}\
 .plot .asked{fill:#111;stroke:#111}.plot .double{fill-opacity:0;stroke-width:1.5}.plot .soft{fill:#666}\
 @media(prefers-color-scheme:dark){.plot{fill:#ddd}.plot .paper{fill:#1b1d21}.plot .frame{stroke:#777}.plot .grid{stroke:#33363c}\
-.plot .front,.plot .reach{stroke:#999}.plot .depth{fill:#6db3ff;stroke:#6db3ff}.plot .weight{fill:#ffab5e;stroke:#ffab5e}\
+.plot .front,.plot .reach{stroke:#999}.plot .depth{fill:#6db3ff;stroke:#6db3ff}.plot .certain{fill:#c79bff;stroke:#c79bff}.plot .weight{fill:#ffab5e;stroke:#ffab5e}\
 .plot .samples{fill:#63d387;stroke:#63d387}.plot .asked{fill:#fff;stroke:#fff}.plot .double{fill-opacity:0}.plot .soft{fill:#aaa}\
 .plot .knee{stroke:#ff7070}.plot .proved{fill:#c79bff;stroke:#c79bff}}";
 
@@ -110,6 +110,7 @@ fn series(point: &Point) -> &'static str {
     match point.sweeps.first() {
         Some(Sweep::Depth) => "depth",
         Some(Sweep::Weight) => "weight",
+        Some(Sweep::Proved) => "certain",
         Some(Sweep::Samples | Sweep::Antialias) => "samples",
         Some(Sweep::AsAsked) | None => "asked",
     }
@@ -246,6 +247,7 @@ fn legend(svg: &mut String, proved: bool) {
     let marks = [
         ("depth", "depth"),
         ("weight", "min_weight"),
+        ("certain", "max_codes"),
         ("samples", "samples"),
         ("asked", "as asked"),
         ("depth double", "double"),

@@ -13,6 +13,9 @@ pub struct Settings {
     pub max_depth: u32,
     /// Weight below which a ray is not followed.
     pub min_weight: f64,
+    /// In the place of both: follow each pixel's rays until it is proved to be at most so many codes off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_codes: Option<u8>,
     /// Rays for each pixel.
     pub samples: u32,
     /// Whether pixels that differ from a neighbour get 16 samples.
@@ -31,6 +34,8 @@ pub enum Sweep {
     Depth,
     /// `min_weight`, at a depth of at least 100.
     Weight,
+    /// `max_codes`.
+    Proved,
     /// `samples`.
     Samples,
     /// `antialias`.
@@ -127,11 +132,12 @@ const SAMPLES: [u32; 4] = [1, 4, 16, REFERENCE_SAMPLES];
 ///
 /// Recursion is swept with one sample in the middle of each pixel, since its error is that of the same samples.
 pub fn points(asked: Settings) -> Vec<Point> {
-    let base = Settings { samples: 1, antialias: false, precision: Precision::Single, ..asked };
+    let base = Settings { max_codes: None, samples: 1, antialias: false, precision: Precision::Single, ..asked };
     let deep = Settings { max_depth: asked.max_depth.max(100), ..base };
     let double = |settings| Settings { precision: Precision::Double, ..settings };
     let depth = |max_depth| Settings { max_depth, ..base };
     let weight = |min_weight| Settings { min_weight, ..deep };
+    let proved = |codes| Settings { max_codes: Some(codes), ..deep };
     let samples = |samples| Settings { samples, ..base };
     let smooth = |samples| Settings { samples, antialias: true, ..base };
     let all = [(Sweep::AsAsked, asked)]
@@ -140,6 +146,8 @@ pub fn points(asked: Settings) -> Vec<Point> {
         .chain(DOUBLE_DEPTHS.map(|n| (Sweep::Depth, double(depth(n)))))
         .chain(WEIGHTS.map(|w| (Sweep::Weight, weight(w))))
         .chain(DOUBLE_WEIGHTS.map(|w| (Sweep::Weight, double(weight(w)))))
+        .chain([2, 1, 0].map(|codes| (Sweep::Proved, proved(codes))))
+        .chain([1, 0].map(|codes| (Sweep::Proved, double(proved(codes)))))
         .chain(SAMPLES.map(|n| (Sweep::Samples, samples(n))))
         .chain([1, 16].map(|n| (Sweep::Samples, double(samples(n)))))
         .chain([1, 4].map(|n| (Sweep::Antialias, smooth(n))))
@@ -184,6 +192,7 @@ impl Settings {
             Sweep::AsAsked => "as asked".to_owned(),
             Sweep::Depth => format!("depth {}", self.max_depth),
             Sweep::Weight => format!("weight {}", brief(self.min_weight)),
+            Sweep::Proved => format!("proved {}", self.max_codes.unwrap_or_default()),
             Sweep::Samples | Sweep::Antialias => plural(self.samples),
         };
         if sweep == Sweep::Antialias {
@@ -198,10 +207,14 @@ impl Settings {
 
 impl fmt::Display for Settings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { max_depth, min_weight, samples, antialias, precision } = *self;
+        let Self { max_depth, min_weight, max_codes, samples, antialias, precision } = *self;
         let antialias = if antialias { ", antialiased" } else { "" };
         let precision = if precision == Precision::Double { "double" } else { "single" };
-        write!(f, "depth {max_depth}, weight {}, {}{antialias}, {precision}", brief(min_weight), plural(samples))
+        match max_codes {
+            Some(codes) => write!(f, "proved to {codes} codes, ")?,
+            None => write!(f, "depth {max_depth}, weight {}, ", brief(min_weight))?,
+        }
+        write!(f, "{}{antialias}, {precision}", plural(samples))
     }
 }
 
@@ -236,7 +249,14 @@ mod tests {
         for max_depth in [1, 5, 10, 100, 3000] {
             for min_weight in [0.0, 1e-3, 0.5] {
                 for (samples, antialias) in [(1, true), (1, false), (64, true), (7, false)] {
-                    let asked = Settings { max_depth, min_weight, samples, antialias, precision: Precision::Single };
+                    let asked = Settings {
+                        max_depth,
+                        min_weight,
+                        max_codes: None,
+                        samples,
+                        antialias,
+                        precision: Precision::Single,
+                    };
                     let points = points(asked);
                     assert!(points.len() >= 24, "{asked}: {}", points.len());
                     assert!(points.iter().any(|p| p.settings == asked && p.sweeps.contains(&Sweep::AsAsked)));

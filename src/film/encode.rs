@@ -2,6 +2,9 @@
 
 use super::{Film, Look, compact, exr, pfm, png};
 
+/// Keyword of the text in a PNG.
+pub const NOTE: &str = "strahl";
+
 /// Picture formats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FileFormat {
@@ -46,9 +49,15 @@ impl Codes {
 
     /// The other half, on one thread: the file. `film` and `format` are those that the codes are from.
     pub fn file(&self, film: &Film, format: FileFormat) -> Vec<u8> {
+        self.file_with(film, format, None)
+    }
+
+    /// [`Self::file`], with a text about the picture if the format has a place for it, which is PNG: an iTXt chunk of the
+    /// keyword [`NOTE`].
+    pub fn file_with(&self, film: &Film, format: FileFormat, note: Option<&str>) -> Vec<u8> {
         match format {
-            FileFormat::Png8 => png::file(self.size, &self.codes, ::png::BitDepth::Eight),
-            FileFormat::Png16 => png::file(self.size, &self.codes, ::png::BitDepth::Sixteen),
+            FileFormat::Png8 => png::file(self.size, &self.codes, ::png::BitDepth::Eight, note),
+            FileFormat::Png16 => png::file(self.size, &self.codes, ::png::BitDepth::Sixteen, note),
             FileFormat::Jpeg(quality) => compact::jpeg(self.size, &self.codes, quality),
             FileFormat::WebP => compact::webp(self.size, &self.codes),
             FileFormat::Exr => exr::encode(film),
@@ -59,7 +68,7 @@ impl Codes {
 
 /// The PNG of 8-bit codes, three for each pixel, rows from the top.
 pub fn png_of(width: u32, height: u32, codes: &[u8]) -> Vec<u8> {
-    png::file([width, height], codes, ::png::BitDepth::Eight)
+    png::file([width, height], codes, ::png::BitDepth::Eight, None)
 }
 
 /// Encodes a film. This cannot fail: a film's size is within the formats' limits.

@@ -9,7 +9,7 @@ mod png;
 pub mod srgb;
 pub mod srgb16;
 
-pub use encode::{Codes, FileFormat, encode};
+pub use encode::{Codes, FileFormat, NOTE, encode};
 pub use look::{Look, Tone};
 
 /// A rectangle of pixels.

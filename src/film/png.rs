@@ -1,6 +1,7 @@
 //! PNG (ISO/IEC 15948): RGB of 8 or 16 bits, marked as sRGB.
 
 use super::Film;
+use super::encode::NOTE;
 use super::srgb::Codes8;
 use super::srgb16::Codes16;
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
@@ -35,16 +36,24 @@ fn strips<const BYTES: usize>(film: &Film, convert: impl Fn(&[f32], &mut [u8]) +
 }
 
 /// The file of the codes of a picture of some width and height.
-pub(super) fn file(size: [u32; 2], codes: &[u8], depth: BitDepth) -> Vec<u8> {
-    write(size, codes, depth)
+pub(super) fn file(size: [u32; 2], codes: &[u8], depth: BitDepth, note: Option<&str>) -> Vec<u8> {
+    write(size, codes, depth, note)
         .expect("memory takes any amount of bytes, and a picture has as many codes as its size and depth say")
 }
 
-fn write([width, height]: [u32; 2], codes: &[u8], depth: BitDepth) -> Result<Vec<u8>, EncodingError> {
+fn write(
+    [width, height]: [u32; 2],
+    codes: &[u8],
+    depth: BitDepth,
+    note: Option<&str>,
+) -> Result<Vec<u8>, EncodingError> {
     let mut file = Vec::new();
     let mut encoder = Encoder::new(&mut file, width, height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(depth);
+    if let Some(note) = note {
+        encoder.add_itxt_chunk(NOTE.to_owned(), note.to_owned())?;
+    }
     // Without it a viewer may assume another colour space.
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     // The balanced default takes 6 to 12 times as long, for 12 to 30 % less. Choosing a filter for each row takes 1.3

@@ -63,6 +63,22 @@ impl Codes8 {
         self.look_up(place(linear))
     }
 
+    /// The smallest value that has a code.
+    pub fn least(&self, code: u8) -> f32 {
+        if code == 0 {
+            return 0.0;
+        }
+        let (mut low, mut high) = (FLOOR.to_bits(), CEILING.to_bits());
+        if self.code(FLOOR) >= code {
+            return FLOOR;
+        }
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            if self.code(f32::from_bits(middle)) >= code { high = middle } else { low = middle }
+        }
+        f32::from_bits(high)
+    }
+
     /// The codes of as many values. Their places are found for a block at a time, which the compiler does for several at
     /// once, and only the table is read one by one: half the time of one by one altogether.
     pub fn codes(&self, linear: &[f32], codes: &mut [u8]) {

@@ -20,8 +20,8 @@ use serde::Serialize;
 /// How long chains of rays get.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Depth {
-    /// `render.max_depth`.
-    pub requested: u32,
+    /// `render.max_depth`, if the scene names one.
+    pub requested: Option<u32>,
     /// A depth at which no chain is cut off: that of any larger `max_depth`. None if there may be none.
     pub proved_sufficient: Option<u32>,
     /// Why, in a sentence.

@@ -9,7 +9,7 @@ use super::ray_times::{KINDS, RayTimes, by_kind};
 use crate::film::Region;
 use crate::film::srgb::code8;
 use crate::lanes::MAX_LANES;
-use crate::render::{BLOCK, Cancelled, Control, Probe, REFINED_SAMPLES, RayCounts, is_uneven, probe, refines};
+use crate::render::{BLOCK, Cancelled, Control, Probe, REFINED_SAMPLES, RayCounts, code_in, is_uneven, probe, refines};
 use crate::scene::Scene;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -170,7 +170,7 @@ impl Block {
             };
             for [x, y] in at.iter().copied().filter(known) {
                 traced.inner += 1;
-                if is_uneven(&codes, block, x, y) {
+                if is_uneven(code_in(&codes, block), block, x, y) {
                     traced.uneven.push([x, y]);
                 }
             }

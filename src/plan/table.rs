@@ -36,7 +36,8 @@ impl Plan {
         let depth = &self.depth;
         let proved =
             depth.proved_sufficient.map_or_else(|| "no bound proved".into(), |n| format!("{n} suffices, proved"));
-        line(table, "depth", &format!("{} requested, {proved}: {}", depth.requested, depth.why));
+        let requested = depth.requested.map_or_else(|| "none requested".to_owned(), |n| format!("{n} requested"));
+        line(table, "depth", &format!("{requested}, {proved}: {}", depth.why));
         if let Some(est) = &self.estimate {
             let [low, high] = est.rays_ci.map(grouped);
             let text =

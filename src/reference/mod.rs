@@ -22,7 +22,7 @@ mod world;
 mod tests;
 
 use crate::math::Rgb;
-use crate::scene::description::{self, Description, Diffuse, Fog, Light, Object, RenderSettings};
+use crate::scene::description::{self, Accuracy, Description, Diffuse, Fog, Light, Object, RenderSettings};
 use camera::Camera;
 use ray::Ray;
 use world::World;
@@ -39,7 +39,13 @@ pub struct Reference {
     background: Rgb,
     fog: Option<Fog>,
     settings: RenderSettings,
+    max_depth: u32,
+    min_weight: f64,
 }
+
+/// Depth and weight at which it ends recursion that is to have no end: both change no code of a picture.
+const DEEP: u32 = 60;
+const LIGHT: f64 = 1e-6;
 
 /// The first thing a ray meets.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,6 +95,11 @@ impl Reference {
 
     /// Prepares a valid description that it [knows](Self::knows).
     pub fn new(description: &Description) -> Self {
+        let render = &description.render;
+        let (max_depth, min_weight) = match render.accuracy() {
+            Accuracy::Fixed(_) => (render.fixed_depth(), render.fixed_weight()),
+            _ => (render.max_depth.unwrap_or(DEEP), LIGHT),
+        };
         Self {
             camera: Camera::new(description),
             width: description.image.width,
@@ -99,6 +110,8 @@ impl Reference {
             background: description.background.0,
             fog: description.fog,
             settings: description.render,
+            max_depth,
+            min_weight,
         }
     }
 

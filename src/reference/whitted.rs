@@ -86,7 +86,7 @@ fn followed(
     coefficient: Rgb,
 ) -> Rgb {
     let weight = (parent.weight * coefficient).max_element();
-    if parent.depth >= reference.settings.max_depth || weight <= 0.0 || weight < reference.settings.min_weight {
+    if parent.depth >= reference.max_depth || weight <= 0.0 || weight < reference.min_weight {
         return Rgb::ZERO;
     }
     radiance(
@@ -160,7 +160,7 @@ fn local_radiance(reference: &Reference, path: &Path, vertex: &Vertex<'_>) -> Rg
         let facet = (!hit.smooth).then_some(*ng);
         let unshadowed = phong::phong(&hit.body.material, hit.object_point, facet, *ns, -d, &incident);
         // Light that could add less than a quarter of the smallest weight, as a share of itself or of 1, is left out.
-        let least = 0.25 * reference.settings.min_weight * incident.radiance.max_element().min(1.0);
+        let least = 0.25 * reference.min_weight * incident.radiance.max_element().min(1.0);
         if unshadowed != Rgb::ZERO && (path.weight * unshadowed).max_element() >= least {
             sum += unshadowed * visibility(reference, path, vertex, &incident);
         }

@@ -1,7 +1,7 @@
 //! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
 
 use super::compile::{CompileOptions, check, compile_from, settings_are_sound};
-use super::description::{Description, Precision};
+use super::description::{Accuracy, Description, Precision};
 use super::import::nff::{self, NffOptions};
 use super::limits::PROBLEMS;
 use super::locate::locate;
@@ -30,6 +30,8 @@ pub struct Overrides {
     pub max_depth: Option<u32>,
     /// Weight below which a ray is not followed.
     pub min_weight: Option<f64>,
+    /// What ends the recursion.
+    pub accuracy: Option<Accuracy>,
     /// Rays for each pixel.
     pub samples: Option<u32>,
     /// Whether uneven pixels get more samples.
@@ -140,8 +142,9 @@ impl Overrides {
         let Description { image, render, .. } = description;
         image.width = self.width.unwrap_or(image.width);
         image.height = self.height.unwrap_or(image.height);
-        render.max_depth = self.max_depth.unwrap_or(render.max_depth);
-        render.min_weight = self.min_weight.unwrap_or(render.min_weight);
+        render.max_depth = self.max_depth.or(render.max_depth);
+        render.min_weight = self.min_weight.or(render.min_weight);
+        render.accuracy = self.accuracy.or(render.accuracy);
         render.samples = self.samples.or(render.samples);
         render.antialias = self.antialias.unwrap_or(render.antialias);
         render.precision = self.precision.unwrap_or(render.precision);
@@ -154,6 +157,7 @@ impl Overrides {
             ("/image/height", self.height.is_some()),
             ("/render/max_depth", self.max_depth.is_some()),
             ("/render/min_weight", self.min_weight.is_some()),
+            ("/render/accuracy", self.accuracy.is_some()),
             ("/render/samples", self.samples.is_some()),
             ("/render/antialias", self.antialias.is_some()),
             ("/render/precision", self.precision.is_some()),
@@ -194,7 +198,9 @@ mod tests {
     #[test]
     fn mistakes_count_even_where_they_are_overridden() {
         let camera = r#"{ "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } }"#;
-        let text = format!(r#"{{ "version": 1, "camera": {camera}, "objects": [], "render": {{ "samples": 0 }} }}"#);
+        let ball = r#"{ "sphere": { "center": [0, 0, 0], "radius": 1 } }"#;
+        let text =
+            format!(r#"{{ "version": 1, "camera": {camera}, "objects": [{ball}], "render": {{ "samples": 0 }} }}"#);
         let overrides = Overrides { samples: Some(4), ..Overrides::default() };
         let Problems(problems) = load(text.as_bytes(), Format::Json, &overrides).unwrap_err();
         assert_eq!((problems[0].pointer.as_str(), problems[0].line), ("/render/samples", Some(1)));

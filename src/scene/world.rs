@@ -4,6 +4,8 @@ use crate::accel::{Blockers, Geometry, Owner};
 use crate::camera::Camera;
 use crate::lanes::Real;
 use crate::scene::called::Called;
+use crate::scene::ceiling::{Ceiling, Reach};
+use crate::scene::description::{Accuracy, Proved, RenderSettings};
 use crate::shading::environment::Environment;
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;
@@ -34,7 +36,9 @@ pub struct World<R> {
     /// The camera.
     pub camera: Camera<R>,
     /// What ends the recursion, and what counts.
-    pub rules: Rules<R>,
+    pub rules: Rules,
+    /// How bright anything can be.
+    pub ceiling: Ceiling,
     /// Whether any body transmits light.
     pub transmits: bool,
     /// Whether all camera rays start in the same media.
@@ -47,18 +51,60 @@ pub struct World<R> {
     pub spectrum: Option<Box<Spectrum<R>>>,
 }
 
+/// What ends chains of rays before they have their full length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pruning {
+    /// A ray whose weight is below this in every channel is not followed.
+    Weight(f64),
+    /// Rays are followed until the pixel is proved to be at most so many 8-bit codes off.
+    Proved {
+        /// 0 to 2.
+        max_codes: u8,
+    },
+}
+
+/// Longest chain that stands for recursion without end: light that keeps 0.99 of itself on each ray has then been below
+/// every code for long.
+pub const ENDLESS: u32 = 1_000;
+
+impl Pruning {
+    /// What an accuracy asks for.
+    pub fn of(accuracy: Accuracy, min_weight: f64) -> Self {
+        match accuracy {
+            Accuracy::Fixed(_) => Self::Weight(min_weight),
+            Accuracy::Proved(Proved { max_codes }) => Self::Proved { max_codes },
+            Accuracy::Time(_) | Accuracy::Rays(_) => Self::Proved { max_codes: 1 },
+        }
+    }
+}
+
 /// The rules of the recursion.
 #[derive(Debug, Clone, Copy)]
-pub struct Rules<R> {
+pub struct Rules {
     /// Longest chain of rays; the primary ray counts 1.
     pub max_depth: u32,
-    /// A ray whose weight is below this in every channel is not followed.
-    pub min_weight: R,
+    /// What else ends it.
+    pub pruning: Pruning,
     /// What shadow rays meet; `None` for no shadows.
     pub shadows: Option<Blockers>,
     /// Trace what the Standard Procedural Databases count, needed or not: a reflected ray from every transmitting
     /// surface, and a shadow ray wherever the geometric normal faces the light (SPD Readme, "Testing Procedures").
     pub spd_counts: bool,
+}
+
+impl Rules {
+    /// Sets what depends on how bright the scene can be.
+    pub(crate) fn finish(&mut self, render: &RenderSettings, reach: &Reach) {
+        if self.pruning == Pruning::Weight(render.fixed_weight()) {
+            return;
+        }
+        if reach.ceiling == Some([0.0; 3]) {
+            // Where nothing shines no ray matters; whoever looks at its rays wants to see some.
+            self.pruning = Pruning::Weight(render.fixed_weight());
+        } else if reach.max_depth.is_none() && render.max_depth.is_none() {
+            self.max_depth = ENDLESS;
+        }
+    }
 }
 
 impl<R: Real> World<R> {

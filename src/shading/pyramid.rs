@@ -57,6 +57,12 @@ impl Pyramid {
         texels.iter().all(|texel| *texel == texels[0]).then(|| texels[0].map(f64::from))
     }
 
+    /// The largest of each channel over all texels.
+    pub fn brightest(&self) -> [f64; 3] {
+        let most = |most: [f32; 3], texel: &[f32; 3]| std::array::from_fn(|c| most[c].max(texel[c]));
+        self.levels[0].texels.iter().fold([0.0; 3], most).map(f64::from)
+    }
+
     /// The mean of all texels.
     pub fn mean(&self) -> [f64; 3] {
         self.levels[self.levels.len() - 1].texels[0].map(f64::from)

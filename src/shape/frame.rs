@@ -26,6 +26,13 @@ impl<R: Real> Frame<R> {
         Self { origin: narrow(origin), u: narrow(u), v: narrow(v), w: narrow(axis) }
     }
 
+    /// A point's distance from the axis, and its height along it.
+    pub fn cylindrical(&self, p: DVec3) -> [f64; 2] {
+        let [origin, u, v, w] = [self.origin, self.u, self.v, self.w].map(|a| DVec3::from_array(a.map(Real::to_f64)));
+        let p = p - origin;
+        [u.dot(p).hypot(v.dot(p)), w.dot(p)]
+    }
+
     /// A point in the frame's coordinates.
     #[inline(always)]
     pub fn point_in<L: Lanes<Real = R>>(&self, s: L::Simd, p: V3<L>) -> V3<L> {

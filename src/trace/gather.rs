@@ -25,7 +25,11 @@ pub(super) fn gather<L: Lanes, O: Observer<L>, E: Effects>(
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let kd = coefficients.diffuse;
     let diffuse = kd.x.max(kd.y).max(kd.z).gt(zero).bits() & hits.found;
-    if diffuse == 0 || rays.depth >= tracer.world.rules.max_depth {
+    if diffuse == 0 {
+        return;
+    }
+    if rays.depth >= tracer.world.rules.max_depth {
+        tracer.leave_out(diffuse, rays.weight.times(kd), rays.depth + 1);
         return;
     }
     let [a, b]: [L; 2] = tracer.sampler.square(s, rays.path, Choice::Gather);

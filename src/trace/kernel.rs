@@ -5,6 +5,7 @@
 //! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
 
 use super::attenuation::along;
+use super::certificate::Certificate;
 use super::cones::{Cones, around};
 use super::enclosing::media_at;
 use super::gather::gather;
@@ -23,7 +24,7 @@ use crate::plan::effects::{Effects, Everything};
 use crate::ray::Rays;
 use crate::render::RayCounts;
 use crate::scene::limits::RAYS_PER_SAMPLE;
-use crate::scene::world::World;
+use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, Medium, OUTSIDE};
 use serde::Serialize;
 use std::marker::PhantomData;
@@ -100,12 +101,18 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     pub(super) media: Media<L::Real>,
     /// Rays waiting to be followed.
     pub(super) stack: Vec<Followed<L>>,
-    /// Smallest weight followed, times the sample's own.
+    /// What ends chains of rays, but for their length.
+    pub(super) pruning: Pruning,
+    /// The smallest weight followed, times the sample's own, or w U where something is to be proved.
     pub(super) min_weight: L,
+    /// The weight of a sample.
+    pub(super) share: L,
+    /// What is left out.
+    pub(super) certificate: Certificate<L>,
     /// What was traced so far.
     pub counts: RayCounts,
     /// Rays of each sample so far: whole numbers that every format holds.
-    followed: L,
+    pub(super) followed: L,
     cancelled: &'a AtomicBool,
     packets: u32,
     /// The choices of the sample at hand, for kernels that make any.
@@ -127,6 +134,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         camera: &'a Camera<L::Real>,
         eye_media: &[Medium<L::Real>],
         cancelled: &'a AtomicBool,
+        pruning: Pruning,
         observer: O,
     ) -> Self {
         Self {
@@ -136,7 +144,10 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             observer,
             media: Media::default(),
             stack: Vec::new(),
+            pruning,
             min_weight: L::lit(s, 0.0),
+            share: L::lit(s, 1.0),
+            certificate: Certificate::new(s),
             counts: RayCounts::default(),
             followed: L::lit(s, 0.0),
             cancelled,
@@ -165,31 +176,33 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         self.observer
     }
 
-    /// Adds `weight` times the radiance of the samples at (x, y), in pixels from the upper left corner, to `sum`. Once
-    /// cancelled it returns early, and the sum is of no use. What rays hit is written into `hits`, which is dear to make.
+    /// The camera rays of the samples at (x, y), in pixels from the upper left corner, to be followed with `weight`. What
+    /// lies outside of the picture's circle is added to `sum`.
     #[inline(always)]
-    pub fn sample(&mut self, x: L, y: L, active: u32, weight: L::Real, hits: &mut Hits<L>, sum: &mut V3<L>) {
+    pub fn sample(
+        &mut self,
+        x: L,
+        y: L,
+        active: u32,
+        weight: L::Real,
+        hits: &mut Hits<L>,
+        sum: &mut V3<L>,
+    ) -> Followed<L> {
         let s = self.s;
         let weight = L::splat(s, weight);
-        self.min_weight = weight * L::splat(s, self.world.rules.min_weight);
-        self.followed = L::lit(s, 0.0);
-        self.media.clear();
+        self.share = weight;
         self.stack.clear();
         if E::DETAILS {
             self.cones.restart(s, weight);
         }
 
         let mut primary = self.camera.primary(s, x, y);
-        if E::SAMPLED {
-            if let Some(lens) = self.camera.lens() {
-                primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
-            }
-            if let Some(spectrum) = &self.world.spectrum {
-                self.waves = Waves::choose(s, spectrum, &self.sampler);
-            }
+        if E::SAMPLED
+            && let Some(lens) = self.camera.lens()
+        {
+            primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
         }
-        let moves = E::SAMPLED && self.world.called.motion;
-        let time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
+        self.make_choices(hits);
         let seen = primary.seen.bits() & active;
         let weight = V3 { x: weight, y: weight, z: weight };
         let first = Followed {
@@ -198,7 +211,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_min: L::lit(s, 0.0),
             weight,
             active: seen,
-            media: self.media_at_eye(&primary.origin, seen, time),
+            media: self.media_at_eye(&primary.origin, seen, hits.time),
             depth: 1,
             kind: RayKind::Camera,
             path: 0,
@@ -213,7 +226,26 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
-        hits.time = time;
+        first
+    }
+
+    /// What is chosen once for a sample, beside the place on the lens.
+    #[inline(always)]
+    pub(super) fn make_choices(&mut self, hits: &mut Hits<L>) {
+        let s = self.s;
+        if E::SAMPLED
+            && let Some(spectrum) = &self.world.spectrum
+        {
+            self.waves = Waves::choose(s, spectrum, &self.sampler);
+        }
+        let moves = E::SAMPLED && self.world.called.motion;
+        hits.time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
+    }
+
+    /// Follows rays, and those that come from them. Once cancelled it returns early, and the sum is of no use. What rays hit
+    /// is written into `hits`, which is dear to make.
+    #[inline(always)]
+    pub(crate) fn follow_from(&mut self, first: Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         let mut rays = first;
         loop {
             self.packets = self.packets.wrapping_add(1);
@@ -223,12 +255,19 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             if rays.active != 0 {
                 self.follow(&rays, hits, sum);
             }
-            let Some(next) = self.stack.pop() else { return };
+            let Some(next) = self.pop() else { return };
             rays = next;
-            if E::DETAILS {
-                self.cones.pop();
-            }
         }
+    }
+
+    /// The rays on top of the stack.
+    #[inline(always)]
+    pub(super) fn pop(&mut self) -> Option<Followed<L>> {
+        let next = self.stack.pop();
+        if E::DETAILS && next.is_some() {
+            self.cones.pop();
+        }
+        next
     }
 
     #[inline(always)]
@@ -346,19 +385,25 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         let max = L::lit(self.s, MAX_WEIGHT);
         let w = rays.weight;
         rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
-        let wanted = rays.active;
         if !self.world.rules.spd_counts {
-            rays.active &= self.heavy_enough(rays.weight);
+            let matter = self.matter(&rays);
+            let light = rays.active & !matter;
+            if light != 0 {
+                self.put_aside(&rays, light);
+            }
+            rays.active = matter;
         }
-        let light = wanted & !rays.active;
         let active = L::mask(self.s, rays.active);
         self.followed = L::select(active, self.followed + L::lit(self.s, 1.0), self.followed);
         let beyond = (active & self.followed.ge(L::lit(self.s, RAYS_PER_SAMPLE.max as f64))).bits();
-        rays.active &= !beyond;
-        self.counts.dropped += u64::from(beyond.count_ones());
-        if O::WATCHING && rays.active != wanted {
-            let why = if light != 0 { NotFollowed::Weight } else { NotFollowed::Budget };
-            self.observer.not_followed(rays.parent, rays.kind, rays.weight, why);
+        let beyond = beyond | self.endless(&rays);
+        if beyond != 0 {
+            self.counts.dropped += u64::from(beyond.count_ones());
+            self.leave_out(beyond, rays.weight, rays.depth);
+            if O::WATCHING {
+                self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Budget);
+            }
+            rays.active &= !beyond;
         }
         if rays.active != 0 {
             let count = u64::from(rays.active.count_ones());
@@ -373,14 +418,6 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 self.cones.push();
             }
         }
-    }
-
-    /// Lanes whose weight is above 0 and not below the smallest weight in some channel.
-    #[inline(always)]
-    fn heavy_enough(&self, weight: V3<L>) -> u32 {
-        let zero = L::lit(self.s, 0.0);
-        let heaviest = weight.x.max(weight.y).max(weight.z);
-        (heaviest.ge(self.min_weight) & heaviest.gt(zero)).bits()
     }
 }
 

@@ -9,6 +9,7 @@ use crate::accel::transmittance;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::plan::effects::Effects;
 use crate::ray::{Rays, leave};
+use crate::scene::world::Pruning;
 use crate::shading::light::{Light, Place};
 use crate::shading::material::Coefficients;
 use crate::shading::phong::{highlight_cosine, power};
@@ -77,9 +78,13 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
             continue;
         }
         let radiance = phong(s, rays, hits, coefficients, light, arrival.to_light, cosine, arrival.strength, lit);
-        let heavy = matters(tracer, rays.weight.times(radiance), light, arrival.strength) | L::mask(s, spd);
-        tracer.counts.shadow_skipped += u64::from((lit & !heavy).bits().count_ones());
-        let lit = lit & heavy;
+        let added = rays.weight.times(radiance);
+        let little = little(tracer, lit, added, light, arrival.strength) & !L::mask(s, spd);
+        if little.any() {
+            tracer.counts.shadow_skipped += u64::from(little.bits().count_ones());
+            tracer.lack(little, added);
+        }
+        let lit = lit & !little;
         let cast = lit | (facing & L::mask(s, spd));
         if !cast.any() {
             continue;
@@ -106,20 +111,25 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     }
 }
 
-/// Whether light that nothing blocks adds enough to the pixel for a shadow ray: a quarter of the smallest weight followed,
-/// as a share of that light, or of 1 if it is brighter.
+/// The lanes of `lit` whose light adds too little to the pixel for a shadow ray, even if nothing blocks it: less than a
+/// quarter of the smallest weight followed, as a share of that light, or of 1 if it is brighter; or what the proof of a
+/// pixel can do without.
 #[inline(always)]
-fn matters<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &Tracer<'_, L, O, E>,
+fn little<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &mut Tracer<'_, L, O, E>,
+    lit: L::Mask,
     added: V3<L>,
     light: &Light<L::Real>,
     strength: L,
 ) -> L::Mask {
+    if let Pruning::Proved { .. } = tracer.pruning {
+        return tracer.stays_dark(lit, added);
+    }
     let s = tracer.s;
     let color = V3::<L>::splat(s, light.color);
     let brightness = color.x.max(color.y).max(color.z) * strength;
     let least = tracer.min_weight * L::lit(s, SHADOW_SHARE) * brightness.min(L::lit(s, 1.0));
-    added.x.max(added.y).max(added.z).ge(least)
+    lit & !added.x.max(added.y).max(added.z).ge(least)
 }
 
 /// (k_d (N.L) + k_s (R.V)^m) I for one light.

@@ -50,6 +50,8 @@ pub trait Observer<L: Lanes> {
     fn shadow(&mut self, ray: u32, light: usize, origin: V3<L>, to_light: V3<L>, passed: V3<L>, radiance: V3<L>);
     /// Snell's law at the surface a ray hits.
     fn refracts(&mut self, ray: u32, snell: Snell);
+    /// All of the pixel so far does not count: it is traced again.
+    fn again(&mut self);
     /// A ray that would have had this weight is not followed.
     fn not_followed(&mut self, ray: u32, kind: RayKind, weight: V3<L>, why: NotFollowed);
 }
@@ -70,6 +72,8 @@ impl<L: Lanes> Observer<L> for () {
     fn shadow(&mut self, _: u32, _: usize, _: V3<L>, _: V3<L>, _: V3<L>, _: V3<L>) {}
     #[inline(always)]
     fn refracts(&mut self, _: u32, _: Snell) {}
+    #[inline(always)]
+    fn again(&mut self) {}
     #[inline(always)]
     fn not_followed(&mut self, _: u32, _: RayKind, _: V3<L>, _: NotFollowed) {}
 }

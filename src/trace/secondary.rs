@@ -6,7 +6,7 @@ use super::interface::{Interface, interface};
 use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
 use super::sampling::{Choice, child};
-use crate::lanes::{Lanes, Mask, V3, lanes_of};
+use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::math;
 use crate::plan::effects::Effects;
 use crate::ray::leave;
@@ -40,6 +40,13 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
         return;
     }
     if rays.depth >= tracer.world.rules.max_depth {
+        // No more than this goes on, whatever the angle: grazing light is mirrored completely by conductors.
+        let mut most = r_s + r_t;
+        if by_angle {
+            let one = V3::splat(s, [L::Real::from_f64(1.0); 3]);
+            most = V3 { x: most.x.max(one.x), y: most.y.max(one.y), z: most.z.max(one.z) };
+        }
+        tracer.leave_out(mirror | clear, rays.weight.times(most), rays.depth + 1);
         if O::WATCHING {
             if by_angle {
                 let crossing = if clear != 0 { Some(cross(tracer, rays, hits, hits.ns, clear)) } else { None };

@@ -1,5 +1,6 @@
 //! The ray tree of a pixel: every ray as data, recorded by the kernel itself.
 
+use super::certificate::{self, ends};
 use super::hits::Hits;
 use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
@@ -9,7 +10,7 @@ use crate::render::{Cancelled, Control, add_samples, eye_media, samples_of};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
-use crate::scene::world::World;
+use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, MediumList};
 use serde::Serialize;
 use std::sync::atomic::Ordering;
@@ -23,8 +24,13 @@ pub struct Tree {
     pub precision: &'static str,
     /// Samples of the pixel; each has a camera ray.
     pub samples: u32,
-    /// The pixel's linear value: the contributions, added in the order of `rays` in this precision, to the last bit.
+    /// The pixel's linear value: the contributions, added in the order of `rays` in this precision, to the last bit, and then
+    /// `raised`.
     pub value: [f64; 3],
+    /// What the proved mode adds so that the pixel lies in the middle of what it may be; 0 for most pixels.
+    pub raised: [f64; 3],
+    /// R: at most so much the contributions lack, for rays that were not followed and lights that were not asked for.
+    pub lacking: [f64; 3],
     /// Whether there were more rays than the limit `tree_rays`; then the contributions do not add up.
     pub truncated: bool,
     /// The rays, each after its parent.
@@ -165,15 +171,31 @@ where
 {
     let samples = samples_of(scene, x, y, control);
     let recorder = Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false };
-    let mut tracer =
-        Tracer::<L, _>::new((), world, &world.camera, &eye_media::<L>((), world), &control.cancelled, recorder);
+    let mut tracer = Tracer::<L, _>::new(
+        (),
+        world,
+        &world.camera,
+        &eye_media::<L>((), world),
+        &control.cancelled,
+        world.rules.pruning,
+        recorder,
+    );
     let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
     add_samples(&mut tracer, &[[x, y]], 1, samples, &mut Hits::none(()), &mut sum);
+    let (rest, roundings, sum) = (tracer.rest().lane(0), tracer.roundings().lane(0), sum.lane(0));
     let Recorder { rays, truncated, .. } = tracer.into_observer();
     if control.cancelled.load(Ordering::Relaxed) {
         return Err(Cancelled);
     }
-    Ok(Tree { pixel: [x, y], precision, samples, value: sum.lane(0).map(Real::to_f64), truncated, rays })
+    let mut raised = [L::Real::default(); 3];
+    if let Pruning::Proved { max_codes } = world.rules.pruning {
+        let ends = ends(sum, rest, roundings);
+        raised = std::array::from_fn(|c| certificate::raised(sum[c], ends[c], max_codes));
+    }
+    let value = std::array::from_fn(|c| (sum[c] + raised[c]).to_f64());
+    let wide = |v: [L::Real; 3]| v.map(Real::to_f64);
+    let (raised, lacking) = (wide(raised), wide(rest));
+    Ok(Tree { pixel: [x, y], precision, samples, value, raised, lacking, truncated, rays })
 }
 
 /// Writes down what the kernel tells.
@@ -310,6 +332,11 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
                 reflectance: snell.reflectance,
             });
         }
+    }
+
+    fn again(&mut self) {
+        self.rays.clear();
+        self.truncated = false;
     }
 
     fn not_followed(&mut self, ray: u32, kind: RayKind, weight: V3<L>, why: NotFollowed) {

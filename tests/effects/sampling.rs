@@ -68,7 +68,7 @@ fn window(samples: u32) -> Value {
                 { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "matt" } },
                 { "quad": { "vertices": [[-50, 1, -50], [0, 1, -50], [0, 1, 50], [-50, 1, 50]], "material": "black" } }
             ],
-            "render": { "antialias": false, "samples": samples }
+            "render": { "antialias": false, "samples": samples, "accuracy": { "fixed": {} } }
         }),
     )
 }

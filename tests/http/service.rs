@@ -110,6 +110,19 @@ impl Service {
         stream
     }
 
+    /// Waits until so many jobs run or wait.
+    pub(crate) fn wait_for_all(&self, jobs: u64) {
+        let started = Instant::now();
+        loop {
+            let ready = self.get("/readyz").json();
+            if ready["running"].as_u64().zip(ready["waiting"].as_u64()).is_some_and(|(a, b)| a + b == jobs) {
+                return;
+            }
+            assert!(started.elapsed() < Duration::from_secs(20), "{jobs} jobs never come: {ready}");
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+
     /// Waits until so many jobs run and wait.
     pub(crate) fn wait_for(&self, running: u64, waiting: u64) -> Duration {
         let started = Instant::now();

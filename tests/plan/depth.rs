@@ -92,7 +92,7 @@ fn simple_scenes_have_the_depth_that_geometry_gives_them() {
     ] {
         let depth = depth_of(&scene(objects));
         assert_eq!(depth.proved_sufficient, expected, "{what}: {depth:?}");
-        assert_eq!(depth.requested, 30);
+        assert_eq!(depth.requested, Some(30));
         assert!(!depth.why.is_empty());
     }
 }

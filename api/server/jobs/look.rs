@@ -229,7 +229,7 @@ async fn again(service: &App, tenant: &Arc<Tenant>, job: &Arc<Job>, region: Regi
         move |work: &Work| {
             let overrides = order.settings.into();
             let ready = super::super::picture::find(&service, work, &scene, order.scene_format(), &overrides)?.ready;
-            let png = |film: &Film| encode(film, FileFormat::Png8);
+            let png = |picture: &strahl::render::Picture| encode(&picture.film, FileFormat::Png8);
             let window = Window::whole(ready.scene.width, ready.scene.height);
             let made = render_in_pieces(&ready.scene, &window, region, &work.workers, &work.control, png);
             made.map(|(_, png)| png).map_err(|_| super::super::picture::gone())

@@ -88,7 +88,7 @@ pub(in crate::plan) fn color_bleeding(description: &Description) -> Effect {
     let because = vec!["/render/color_bleeding".into()];
     match (description.render.color_bleeding, description.render.max_depth) {
         (false, _) => effect(name, State::Off, "not asked for: interreflection is the ambient light", Vec::new()),
-        (true, 1) => effect(name, State::Removed, "max_depth is 1: only camera rays are followed", because),
+        (true, Some(1)) => effect(name, State::Removed, "max_depth is 1: only camera rays are followed", because),
         _ => effect(
             name,
             State::On,

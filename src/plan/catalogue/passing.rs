@@ -2,13 +2,13 @@
 
 use crate::plan::explain::{Effect, State, by_material, effect, found};
 use crate::plan::use_of::Uses;
-use crate::scene::description::{Description, Fresnel, Material};
+use crate::scene::description::{Accuracy, Description, Fresnel, Material};
 
 /// Why nothing beyond the camera rays is followed, if so.
 pub(in crate::plan) fn cut_off(description: &Description) -> Option<&'static str> {
-    if description.render.max_depth <= 1 {
+    if description.render.max_depth == Some(1) {
         Some("max_depth is 1: only camera rays are followed")
-    } else if description.render.min_weight >= 1.0 {
+    } else if matches!(description.render.accuracy(), Accuracy::Fixed(_)) && description.render.fixed_weight() >= 1.0 {
         Some("min_weight is 1: no ray is heavy enough to be followed")
     } else {
         None

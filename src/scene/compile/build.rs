@@ -2,6 +2,7 @@
 
 use super::bodies::{shape, volume};
 use super::called::called;
+use super::ceiling::ceiling;
 use super::lights::light;
 use super::paint::paint;
 use super::shared_eye::is_shared;
@@ -12,10 +13,11 @@ use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::scene::called::Called;
+use crate::scene::ceiling::Ceiling;
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
 use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
-use crate::scene::world::{Rules, World};
+use crate::scene::world::{Pruning, Rules, World};
 use crate::shading::environment::Environment;
 use crate::shading::fog::{Fog, Height};
 use crate::shading::light::Light;
@@ -59,7 +61,7 @@ pub(super) fn build<R: Real>(
     };
     let bodies = builder.geometries.iter().flat_map(|geometry| &geometry.items).filter(|item| !item.is_placed());
     let reflects = bodies.map(|item| &builder.materials[item.material as usize]).any(Material::reflects);
-    let world = World {
+    let mut world = World {
         geometries: builder.geometries,
         root,
         size: R::from_f64(size),
@@ -76,8 +78,8 @@ pub(super) fn build<R: Real>(
         fog,
         camera,
         rules: Rules {
-            max_depth: render.max_depth,
-            min_weight: R::from_f64(render.min_weight),
+            max_depth: render.fixed_depth(),
+            pruning: Pruning::of(render.accuracy(), render.fixed_weight()),
             shadows: match render.shadows {
                 Shadows::Transmissive if transmits => Some(Blockers::Transmissive),
                 // Where no body transmits light, the first one on the way decides.
@@ -86,7 +88,10 @@ pub(super) fn build<R: Real>(
             },
             spd_counts: options.spd_counts,
         },
+        ceiling: Ceiling::endless([0.0; 3], String::new(), Vec::new()),
     };
+    world.ceiling = ceiling(description, &world);
+    world.rules.finish(render, &world.ceiling.reach);
     (world, Built { sources: builder.sources, expanded })
 }
 

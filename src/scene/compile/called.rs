@@ -25,7 +25,7 @@ pub(super) fn called<R: Real>(
         let filled = item.closed && !item.hollow && item.lets_light_through();
         filled && shows(of(item).absorption)
     });
-    let follows = description.render.max_depth > 1;
+    let follows = description.render.max_depth != Some(1);
     let zero = R::from_f64(0.0);
     Called {
         absorption,

@@ -5,7 +5,8 @@ use super::path::Path;
 use crate::camera::Basis;
 use crate::scene::color::{Color, Diffuse};
 use crate::scene::description::{
-    Area, Bump, Camera, Description, Environment, Falloff, ImageMap, Light, Mapping, Material, Relief, Vec3,
+    Accuracy, Area, Bump, Camera, Description, Environment, Falloff, ImageMap, Light, Mapping, Material, Proved, Rays,
+    Relief, Time, Vec3,
 };
 use crate::scene::limits::{self, Limit};
 use crate::scene::problem::{Code, Problem, Problems};
@@ -370,15 +371,37 @@ fn check_render(findings: &mut Findings, description: &Description) {
     let at = root.key("render");
     let render = &description.render;
     for (key, value, limit) in
-        [("max_depth", render.max_depth, limits::MAX_DEPTH), ("samples", render.samples.unwrap_or(1), limits::SAMPLES)]
+        [("max_depth", render.max_depth, limits::MAX_DEPTH), ("samples", render.samples, limits::SAMPLES)]
     {
-        if value == 0 {
+        if value == Some(0) {
             findings.add(at.key(key), Code::OutOfRange, "must be at least 1, is 0");
-        } else if u64::from(value) > limit.max {
+        } else if let Some(value) = value
+            && u64::from(value) > limit.max
+        {
             let detail = format!("{value} is over the limit of {} ({})", limit.max, limit.name);
             findings.add(at.key(key), Code::Limit, detail);
         }
     }
-    let weight = render.min_weight;
-    findings.number(at.key("min_weight"), weight, "between 0 and 1", (0.0..=1.0).contains(&weight));
+    if let Some(weight) = render.min_weight {
+        findings.number(at.key("min_weight"), weight, "between 0 and 1", (0.0..=1.0).contains(&weight));
+    }
+    check_accuracy(findings, &at.key("accuracy"), render.accuracy());
+}
+
+fn check_accuracy(findings: &mut Findings, at: &Path<'_>, accuracy: Accuracy) {
+    match accuracy {
+        Accuracy::Fixed(_) => {}
+        Accuracy::Proved(Proved { max_codes }) => {
+            let at = at.key("proved");
+            findings.number(at.key("max_codes"), f64::from(max_codes), "0, 1 or 2", max_codes <= 2);
+        }
+        Accuracy::Time(Time { ms }) => {
+            let at = at.key("time");
+            findings.number(at.key("ms"), ms, "between 1 and 3600000", (1.0..=3.6e6).contains(&ms));
+        }
+        Accuracy::Rays(Rays { count }) => {
+            let at = at.key("rays");
+            findings.number(at.key("count"), count as f64, "between 1 and 2^53", (1..=1 << 53).contains(&count));
+        }
+    }
 }

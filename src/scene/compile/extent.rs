@@ -64,14 +64,6 @@ pub(super) fn of_instance<R: Real>(instance: &Instance<R>, geometry: &Geometry<R
     Some(Extent {
         bounds: Bounds::around(bounds.corners().map(|p| map.transform_point3(p))).grown(slack),
         center: map.transform_point3(center),
-        radius: radius * largest_stretch(map.matrix3) + slack,
+        radius: radius * instance.to_world.largest_stretch() + slack,
     })
-}
-
-/// Bound on how much a map lengthens any vector: the square root of the largest row sum of |M^T M|, which is exact for
-/// rotations with scale.
-fn largest_stretch(m: DMat3) -> f64 {
-    let gram = m.transpose() * m;
-    let row = |i: usize| gram.row(i).abs().element_sum();
-    row(0).max(row(1)).max(row(2)).sqrt()
 }

@@ -3,6 +3,7 @@
 pub(crate) mod bodies;
 pub(crate) mod build;
 mod called;
+mod ceiling;
 mod check;
 mod check_objects;
 mod contact;
@@ -17,6 +18,7 @@ mod warn;
 
 pub(crate) use transform::affine;
 
+use super::ceiling::Ceiling;
 use super::description::{Description, Precision};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::Problems;
@@ -79,6 +81,14 @@ struct Source {
 }
 
 impl Scene {
+    /// How bright anything in it can be.
+    pub fn ceiling(&self) -> &Ceiling {
+        match &self.world {
+            Precise::Single(world) => &world.ceiling,
+            Precise::Double(world) => &world.ceiling,
+        }
+    }
+
     /// Bytes of memory it takes; almost exact.
     pub fn bytes(&self) -> usize {
         fn of_world<R>(world: &World<R>) -> usize {

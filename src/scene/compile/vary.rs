@@ -4,19 +4,28 @@ use super::{Precise, Scene};
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::scene::description;
-use crate::scene::world::World;
+use crate::scene::world::{ENDLESS, Pruning, World};
 
 impl Scene {
     /// Sets what ends the recursion. What the scene calls for stays as it was built, so it must have been built with a
     /// `max_depth` of at least 2 if it is to have one.
     pub fn set_recursion(&mut self, max_depth: u32, min_weight: f64) {
-        fn set<R: Real>(world: &mut World<R>, max_depth: u32, min_weight: f64) {
-            world.rules.max_depth = max_depth;
-            world.rules.min_weight = R::from_f64(min_weight);
+        self.set_rules(max_depth, Pruning::Weight(min_weight));
+    }
+
+    /// Follows each pixel's rays until it is proved to be at most so many codes off.
+    pub fn set_proved(&mut self, max_codes: u8) {
+        let depth = self.ceiling().reach.max_depth.unwrap_or(ENDLESS);
+        self.set_rules(depth, Pruning::Proved { max_codes });
+    }
+
+    fn set_rules(&mut self, max_depth: u32, pruning: Pruning) {
+        fn set<R: Real>(world: &mut World<R>, max_depth: u32, pruning: Pruning) {
+            (world.rules.max_depth, world.rules.pruning) = (max_depth, pruning);
         }
         match &mut self.world {
-            Precise::Single(world) => set(world, max_depth, min_weight),
-            Precise::Double(world) => set(world, max_depth, min_weight),
+            Precise::Single(world) => set(world, max_depth, pruning),
+            Precise::Double(world) => set(world, max_depth, pruning),
         }
     }
 

@@ -40,9 +40,6 @@ pub(super) struct Part {
     pub(super) kind: String,
 }
 
-/// Keys of the scene format that this version does not have yet, by schema.
-const LATER: &[(&str, &[&str])] = &[("Accuracy", &["proved", "time", "rays"])];
-
 /// All problems of shape and range, at most [`PROBLEMS`].
 pub(super) fn diagnose(scene: &Value) -> Vec<Finding> {
     let root = schema();
@@ -183,10 +180,6 @@ impl<'s> Walk<'s> {
                 }
                 let pointer = push_token(&self.path, key);
                 let mend = self.replace_part();
-                if is_later(name, key) {
-                    let detail = format!("the {noun} \"{key}\" is not available in this version; {}", kinds_are());
-                    return self.add(pointer, Code::Unsupported, detail, mend);
-                }
                 let near = near_name(key, kinds.iter().map(|(kind, _)| *kind));
                 let kinds_are = match near.as_str() {
                     "" => format!("; {}", kinds_are()),
@@ -276,7 +269,7 @@ impl<'s> Walk<'s> {
                     Some(i) => near_name(key, [missing.remove(i)]),
                     None => near_name(key, names().filter(|name| !object.contains_key(*name))),
                 };
-                self.unknown_key(node, key, near, names(), complete);
+                self.unknown_key(key, near, names(), complete);
             }
             if self.full() {
                 return;
@@ -290,14 +283,7 @@ impl<'s> Walk<'s> {
         }
     }
 
-    fn unknown_key<'k>(
-        &mut self,
-        node: Node<'s>,
-        key: &str,
-        near: String,
-        names: impl Iterator<Item = &'k str>,
-        complete: bool,
-    ) {
+    fn unknown_key<'k>(&mut self, key: &str, near: String, names: impl Iterator<Item = &'k str>, complete: bool) {
         // An object that lacks a key stays unreadable without this one; the scene itself gets what it lacks.
         let mend = if complete || self.path.is_empty() {
             Mend::Remove { object: self.path.clone(), key: key.to_owned() }
@@ -308,10 +294,6 @@ impl<'s> Walk<'s> {
             return self.add(self.path.clone(), Code::UnknownKey, format!("unknown key of {} bytes", key.len()), mend);
         }
         let pointer = push_token(&self.path, key);
-        if is_later(node.name, key) {
-            let detail = format!("\"{key}\" is not available in this version; remove it");
-            return self.add(pointer, Code::Unsupported, detail, mend);
-        }
         let names = list(names.map(quoted), "and");
         let hint = match (near.is_empty(), names.is_empty()) {
             (false, _) => near,
@@ -358,10 +340,6 @@ const KEY_BYTES: usize = 64;
 
 fn near_name<'a>(given: &str, names: impl IntoIterator<Item = &'a str>) -> String {
     if given.len() > KEY_BYTES { String::new() } else { did_you_mean(given, names) }
-}
-
-fn is_later(name: &str, key: &str) -> bool {
-    LATER.iter().any(|(schema, keys)| *schema == name && keys.contains(&key))
 }
 
 fn fits_u32(value: u64) -> bool {

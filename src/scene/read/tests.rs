@@ -124,12 +124,12 @@ fn broken_rest() {
                  {\"linear\": {...}} [WrongType]",
         ),
         (
-            "\"render\": {\"accuracy\": {\"proved\": {\"max_codes\": 1}}, \"shadows\": \"soft\", \"antialias\": \"true\"}",
-            "line 7, column 25: /render/accuracy/proved: the accuracy mode \"proved\" is not available in this version; the \
-                 only kind is \"fixed\" [Unsupported]\n\
-                 line 7, column 65: /render/shadows: no such shadow mode \"soft\"; write \"opaque\", \"transmissive\" or \
+            "\"render\": {\"accuracy\": {\"guessed\": {\"max_codes\": 1}}, \"shadows\": \"soft\", \"antialias\": \"true\"}",
+            "line 7, column 25: /render/accuracy/guessed: no such kind of accuracy mode \"guessed\"; kinds are \"fixed\", \
+                 \"proved\", \"time\" and \"rays\" [UnknownKey]\n\
+                 line 7, column 66: /render/shadows: no such shadow mode \"soft\"; write \"opaque\", \"transmissive\" or \
                  \"none\" [WrongType]\n\
-                 line 7, column 86: /render/antialias: must be true or false, is \"true\"; write it without quotes [WrongType]",
+                 line 7, column 87: /render/antialias: must be true or false, is \"true\"; write it without quotes [WrongType]",
         ),
     ] {
         let ball = r#"{"sphere": {"center": [0, 0, 0], "radius": 1}}"#;

@@ -154,5 +154,11 @@ fn second(place: Place, what: &str, first: Place) -> Problem {
 
 /// SPD Readme, "Testing Procedures": five rays deep, none left out however little it adds, one through each corner.
 fn counting() -> RenderSettings {
-    RenderSettings { max_depth: 5, min_weight: 0.0, samples: Some(1), antialias: false, ..RenderSettings::default() }
+    RenderSettings {
+        max_depth: Some(5),
+        min_weight: Some(0.0),
+        samples: Some(1),
+        antialias: false,
+        ..RenderSettings::default()
+    }
 }

@@ -100,7 +100,10 @@ fn counting_rays_takes_the_conditions_of_the_spd() {
     assert_eq!((found.image.width, found.image.height), (513, 513));
     assert!((tan_half(&found) - 513.0 / 511.0).abs() < 1e-12);
     let render = found.render;
-    assert_eq!((render.max_depth, render.min_weight, render.samples, render.antialias), (5, 0.0, Some(1), false));
+    assert_eq!(
+        (render.max_depth, render.min_weight, render.samples, render.antialias),
+        (Some(5), Some(0.0), Some(1), false)
+    );
 }
 
 #[test]

@@ -1,28 +1,32 @@
 //! One picture: tiles on the current rayon pool, with progress and cancellation.
 
+mod progressive;
+
 use crate::camera::{Camera, Window};
-use crate::film::srgb::code8;
+use crate::film::srgb::{Codes8, code8};
 use crate::film::{Film, Region};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch};
 use crate::plan::effects::{Clear, Detailed, DetailedMirrors, Effects, Everything, Local, Mirrors, Specialised};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
-use crate::scene::world::World;
+use crate::scene::world::{Pruning, World};
 use crate::shading::media::Medium;
+use crate::trace::certificate::{ends, raised};
 use crate::trace::enclosing::media_at;
 use crate::trace::hits::Hits;
 use crate::trace::kernel::Tracer;
 use crate::trace::observer::Observer;
-use crate::trace::sampling::Sampler;
 use fearless_simd::{Level, f32x16, f64x8};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
+pub use progressive::{Progress, Stop};
+
 /// Part of the names under which pictures are cached: to be raised with every change that may change a pixel of any
 /// picture, which golden pictures notice.
-pub const RENDER_EPOCH: u32 = 1;
+pub const RENDER_EPOCH: u32 = 2;
 
 /// Shared between a render and whoever watches it.
 #[derive(Debug, Default)]
@@ -85,10 +89,15 @@ impl std::ops::Add for RayCounts {
 pub struct Picture {
     /// The pixels.
     pub film: Film,
+    /// What each pixel is at most, however far the recursion goes: as long as that of recursion to
+    /// [`Reach::max_depth`](crate::scene::ceiling::Reach::max_depth), and of the same samples.
+    pub highest: Vec<[f32; 3]>,
     /// What was traced.
     pub rays: RayCounts,
     /// What antialiasing added.
     pub refined: Refined,
+    /// How far a picture came that had to stop at some point.
+    pub progress: Option<Progress>,
     /// Milliseconds of wall time spent tracing.
     pub trace_ms: f64,
 }
@@ -139,6 +148,27 @@ pub fn render_window(scene: &Scene, window: &Window, region: Region, control: &C
     render_seen(scene, window, region, control, Cut::default())
 }
 
+/// Renders as much of a region of what a window shows as a time or a number of rays allows, in an order that makes the best of it; it must fit
+/// the window. Every pixel of the picture shows something.
+pub fn render_until(
+    scene: &Scene,
+    window: &Window,
+    region: Region,
+    control: &Control,
+    stop: Stop,
+) -> Result<Picture, Cancelled> {
+    let start = Instant::now();
+    let picture = match &scene.world {
+        Precise::Single(world) => {
+            Renderer::new(scene, world, control, Cut::default()).through(window).progressive(region, stop)?
+        }
+        Precise::Double(world) => {
+            Renderer::new(scene, world, control, Cut::default()).through(window).progressive(region, stop)?
+        }
+    };
+    Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
+}
+
 fn render_seen(
     scene: &Scene,
     window: &Window,
@@ -147,11 +177,11 @@ fn render_seen(
     cut: Cut,
 ) -> Result<Picture, Cancelled> {
     let start = Instant::now();
-    let (film, rays, refined) = match &scene.world {
+    let picture = match &scene.world {
         Precise::Single(world) => Renderer::new(scene, world, control, cut).through(window).picture(region)?,
         Precise::Double(world) => Renderer::new(scene, world, control, cut).through(window).picture(region)?,
     };
-    Ok(Picture { film, rays, refined, trace_ms: start.elapsed().as_secs_f64() * 1e3 })
+    Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
 }
 
 /// Samples of one pixel of the scene's picture: `samples`, or more where antialiasing refines it.
@@ -177,7 +207,7 @@ pub(crate) fn probe<'a>(scene: &'a Scene, control: &'a Control) -> Probe<'a> {
         Box::new(move |at| {
             let mut traced = Traced::default();
             R::trace(cut.level, &job, at, scene.samples, &mut traced);
-            (traced.pixels, traced.rays)
+            (traced.pixels.iter().map(|pixel| pixel.shown).collect(), traced.rays)
         })
     }
     match &scene.world {
@@ -220,11 +250,12 @@ struct Job<'a, R> {
     eye: Vec<Medium<R>>,
     cancelled: &'a AtomicBool,
     kernel: Specialised,
+    pruning: Pruning,
 }
 
 #[derive(Default)]
 struct Traced {
-    pixels: Vec<[f32; 3]>,
+    pixels: Vec<Pixel>,
     rays: RayCounts,
 }
 
@@ -260,21 +291,61 @@ fn trace_with<L: Lanes, E: Effects>(
     samples: u32,
     out: &mut Traced,
 ) {
-    let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.camera, &job.eye, job.cancelled, ());
+    let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.camera, &job.eye, job.cancelled, job.pruning, ());
     let mut hits = Hits::none(s);
     for packet in at.chunks(L::COUNT) {
         let active = ((1u64 << packet.len()) - 1) as u32;
         let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         add_samples(&mut tracer, packet, active, samples, &mut hits, &mut sum);
-        let mut channels = [[L::Real::default(); MAX_LANES]; 3];
-        for (channel, lanes) in channels.iter_mut().zip([sum.x, sum.y, sum.z]) {
-            lanes.store(channel);
+        let lanes = |v: V3<L>| {
+            let mut channels = [[L::Real::default(); MAX_LANES]; 3];
+            for (channel, lanes) in channels.iter_mut().zip([v.x, v.y, v.z]) {
+                lanes.store(channel);
+            }
+            channels
+        };
+        let (sum, rest) = (lanes(sum), lanes(tracer.rest()));
+        let mut roundings = [L::Real::default(); MAX_LANES];
+        tracer.roundings().store(&mut roundings);
+        for lane in 0..packet.len() {
+            let (sum, rest) = (sum.map(|channel| channel[lane]), rest.map(|channel| channel[lane]));
+            out.pixels.push(Pixel::new(sum, rest, roundings[lane], job.pruning));
         }
-        let [red, green, blue] = &channels;
-        let pixel = |lane: usize| [narrow(red[lane]), narrow(green[lane]), narrow(blue[lane])];
-        out.pixels.extend((0..packet.len()).map(pixel));
     }
     out.rays = out.rays + tracer.counts;
+}
+
+/// A pixel as it is shown, and what it is at most: see [`certificate`](crate::trace::certificate).
+#[derive(Debug, Clone, Copy, Default)]
+struct Pixel {
+    shown: [f32; 3],
+    highest: [f32; 3],
+}
+
+impl Pixel {
+    #[inline(always)]
+    fn new<R: Real>(sum: [R; 3], rest: [R; 3], roundings: R, pruning: Pruning) -> Self {
+        let shown = sum.map(narrow);
+        if rest == [R::default(); 3] {
+            return Self { shown, highest: shown };
+        }
+        let ends = ends(sum, rest, roundings);
+        let shown = match pruning {
+            Pruning::Weight(_) => shown,
+            Pruning::Proved { max_codes } => {
+                std::array::from_fn(|c| narrow(sum[c] + raised(sum[c], ends[c], max_codes)))
+            }
+        };
+        // Whatever lies some codes below, by rounding, counts as if it lay as many above.
+        let codes = Codes8::get();
+        let highest = std::array::from_fn(|c| {
+            let [low, high] = ends[c];
+            let code = codes.code(shown[c]);
+            let below = code - codes.code(low).min(code);
+            if codes.code(high) - code < below { codes.least(code.saturating_add(below)).max(high) } else { high }
+        });
+        Self { shown, highest }
+    }
 }
 
 /// A channel of the film.
@@ -299,17 +370,28 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
     for (lane, pixel) in pixels.iter().enumerate() {
         (corners[0][lane], corners[1][lane]) = (pixel[0], pixel[1]);
     }
-    for i in 0..samples {
-        if tracer.is_cancelled() {
+    tracer.begin(&corners, samples);
+    let (mut active, mut sample) = (active, 0);
+    // One call of `follow_from` for the first rays of each sample and those put aside: it holds all of the kernel.
+    while !tracer.is_cancelled() {
+        let rays = if sample < samples {
+            let offset = sample_offset(sample, samples);
+            let coordinate =
+                |axis: usize| L::from_fn(s, |lane| L::Real::from_f64(f64::from(corners[axis][lane]) + offset[axis]));
+            tracer.choose(sample);
+            sample += 1;
+            Some(tracer.sample(coordinate(0), coordinate(1), active, weight, hits, sum))
+        } else {
+            tracer.prove(active, hits, sum)
+        };
+        if let Some(rays) = rays {
+            tracer.follow_from(rays, hits, sum);
+            continue;
+        }
+        (active, sample) = (tracer.finish(active, sum), 0);
+        if active == 0 {
             return;
         }
-        let offset = sample_offset(i, samples);
-        let coordinate =
-            |axis: usize| L::from_fn(s, |lane| L::Real::from_f64(f64::from(corners[axis][lane]) + offset[axis]));
-        if E::SAMPLED {
-            tracer.sampler = Sampler::new(&corners, i);
-        }
-        tracer.sample(coordinate(0), coordinate(1), active, weight, hits, sum);
     }
 }
 
@@ -325,7 +407,7 @@ pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Med
 /// A tile and where its pixels go, row by row.
 struct Tile<'a> {
     region: Region,
-    rows: Vec<&'a mut [[f32; 3]]>,
+    rows: Vec<&'a mut [Pixel]>,
 }
 
 /// Edge of the block of pixels that share a packet, so that its rays stay together: 4 x 4 are 16 lanes.
@@ -344,7 +426,7 @@ impl Tile<'_> {
     }
 
     /// Puts pixels in the order of [`Self::blocks`] where they belong.
-    fn put(&mut self, mut pixels: &[[f32; 3]]) {
+    fn put(&mut self, mut pixels: &[Pixel]) {
         for block in self.region.tiles(BLOCK) {
             let (left, top) = ((block.x - self.region.x) as usize, (block.y - self.region.y) as usize);
             for row in &mut self.rows[top..top + block.height as usize] {
@@ -357,7 +439,7 @@ impl Tile<'_> {
 }
 
 /// Cuts the pixels of a region into tiles.
-fn split(region: Region, edge: u32, pixels: &mut [[f32; 3]]) -> Vec<Tile<'_>> {
+fn split(region: Region, edge: u32, pixels: &mut [Pixel]) -> Vec<Tile<'_>> {
     let mut tiles: Vec<Tile<'_>> = region.tiles(edge).map(|region| Tile { region, rows: Vec::new() }).collect();
     let across = region.width.div_ceil(edge) as usize;
     for (y, row) in pixels.chunks_mut(region.width as usize).enumerate() {
@@ -381,8 +463,8 @@ struct Renderer<'a, R> {
 impl<'a, R: Kernel> Renderer<'a, R> {
     fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
         let kernel = if cut.specialised { Specialised::of(world) } else { Specialised::Everything };
-        let (camera, eye) = (world.camera, R::eye_media(world));
-        let job = Job { world, camera, eye, cancelled: &control.cancelled, kernel };
+        let (camera, eye, pruning) = (world.camera, R::eye_media(world), world.rules.pruning);
+        let job = Job { world, camera, eye, cancelled: &control.cancelled, kernel, pruning };
         Self { scene, control, cut, size: [scene.width, scene.height], job }
     }
 
@@ -393,33 +475,41 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         self
     }
 
-    fn picture(&self, region: Region) -> Result<(Film, RayCounts, Refined), Cancelled> {
+    fn picture(&self, region: Region) -> Result<Picture, Cancelled> {
         let [full_width, full_height] = self.size;
         if !refines(self.scene) {
             self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
             let (pixels, rays) = self.grid(region)?;
-            return Ok((Film { region, full_width, full_height, pixels }, rays, Refined::default()));
+            return Ok(self.picture_of(region, &pixels, rays, Refined::default()));
         }
         // Antialiasing compares with neighbours, also across the region's edge, so that a tile is a crop of the whole.
         let around = region.with_border(full_width, full_height);
         self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
         let (base, rays) = self.grid(around)?;
         let at = |x: u32, y: u32| ((y - around.y) * around.width + (x - around.x)) as usize;
-        let mut pixels: Vec<[f32; 3]> = region.iter().map(|[x, y]| base[at(x, y)]).collect();
-        let codes: Vec<[u8; 3]> = base.par_iter().map(|p| p.map(code8)).collect();
-        let uneven: Vec<[u32; 2]> = region.iter().filter(|&[x, y]| is_uneven(&codes, around, x, y)).collect();
+        let mut pixels: Vec<Pixel> = region.iter().map(|[x, y]| base[at(x, y)]).collect();
+        let codes: Vec<[u8; 3]> = base.par_iter().map(|p| p.shown.map(code8)).collect();
+        let uneven: Vec<[u32; 2]> =
+            region.iter().filter(|&[x, y]| is_uneven(code_in(&codes, around), around, x, y)).collect();
         self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
         let (refined, more) = self.list(&uneven, REFINED_SAMPLES)?;
         for (&[x, y], pixel) in uneven.iter().zip(refined) {
             pixels[((y - region.y) * region.width + (x - region.x)) as usize] = pixel;
         }
         let more = Refined { pixels: uneven.len() as u64, rays: more };
-        Ok((Film { region, full_width, full_height, pixels }, rays + more.rays, more))
+        Ok(self.picture_of(region, &pixels, rays + more.rays, more))
+    }
+
+    fn picture_of(&self, region: Region, pixels: &[Pixel], rays: RayCounts, refined: Refined) -> Picture {
+        let [full_width, full_height] = self.size;
+        let film = Film { region, full_width, full_height, pixels: pixels.par_iter().map(|p| p.shown).collect() };
+        let highest = pixels.par_iter().map(|p| p.highest).collect();
+        Picture { film, highest, rays, refined, progress: None, trace_ms: 0.0 }
     }
 
     /// The base samples of a region, row by row.
-    fn grid(&self, region: Region) -> Result<(Vec<[f32; 3]>, RayCounts), Cancelled> {
-        let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
+    fn grid(&self, region: Region) -> Result<(Vec<Pixel>, RayCounts), Cancelled> {
+        let mut pixels = vec![Pixel::default(); region.pixels() as usize];
         let rays = split(region, self.cut.tile, &mut pixels)
             .into_par_iter()
             // Tiles differ in cost: each may go to another thread until the last.
@@ -434,7 +524,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 
     /// Pixels anywhere, in the order given.
-    fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<(Vec<[f32; 3]>, RayCounts), Cancelled> {
+    fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<(Vec<Pixel>, RayCounts), Cancelled> {
         let traced: Result<Vec<Traced>, Cancelled> =
             at.par_chunks(16 * MAX_LANES).with_max_len(1).map(|part| self.trace(part, samples)).collect();
         let mut all = Traced::default();
@@ -457,20 +547,24 @@ impl<'a, R: Kernel> Renderer<'a, R> {
 
     fn uneven_in(&self, around: Region, x: u32, y: u32) -> bool {
         let Ok((base, _)) = self.grid(around) else { return false };
-        let codes: Vec<[u8; 3]> = base.iter().map(|p| p.map(code8)).collect();
-        is_uneven(&codes, around, x, y)
+        let codes: Vec<[u8; 3]> = base.iter().map(|p| p.shown.map(code8)).collect();
+        is_uneven(code_in(&codes, around), around, x, y)
     }
 }
 
-/// Whether a pixel differs from one of its eight neighbours within `around`.
-pub(crate) fn is_uneven(codes: &[[u8; 3]], around: Region, x: u32, y: u32) -> bool {
-    let at = |x: u32, y: u32| codes[((y - around.y) * around.width + (x - around.x)) as usize];
-    let here = at(x, y);
+/// Whether a pixel differs from one of its eight neighbours within `around`, by their codes.
+pub(crate) fn is_uneven(codes: impl Fn(u32, u32) -> [u8; 3], around: Region, x: u32, y: u32) -> bool {
+    let here = codes(x, y);
     let columns = x.saturating_sub(1).max(around.x)..=(x + 1).min(around.x + around.width - 1);
     columns
         .flat_map(|x| {
             let rows = y.saturating_sub(1).max(around.y)..=(y + 1).min(around.y + around.height - 1);
             rows.map(move |y| (x, y))
         })
-        .any(|(x, y)| at(x, y).iter().zip(here).any(|(a, b)| a.abs_diff(b) >= CONTRAST))
+        .any(|(x, y)| codes(x, y).iter().zip(here).any(|(a, b)| a.abs_diff(b) >= CONTRAST))
+}
+
+/// The code of a pixel of a picture that is kept row by row.
+pub(crate) fn code_in(codes: &[[u8; 3]], around: Region) -> impl Fn(u32, u32) -> [u8; 3] {
+    move |x, y| codes[((y - around.y) * around.width + (x - around.x)) as usize]
 }

@@ -1,0 +1,143 @@
+//! How near surfaces come to a point: a lower bound, for lights that grow without end towards themselves.
+
+use super::geometry::{Geometry, Instance, Item, Shape};
+use crate::lanes::Real;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// For each material a distance from `point` below which none of its surfaces comes; infinite where there are none.
+pub fn nearness<R: Real>(geometries: &[Geometry<R>], root: usize, point: [f64; 3], materials: usize) -> Vec<f64> {
+    let mut nearest = vec![f64::INFINITY; materials];
+    visit(geometries, root, DVec3::from_array(point), 1.0, &mut nearest);
+    nearest
+}
+
+/// `scale` bounds the length of what has length 1 in the geometry from below.
+fn visit<R: Real>(geometries: &[Geometry<R>], geometry: usize, point: DVec3, scale: f64, nearest: &mut [f64]) {
+    for item in &geometries[geometry].items {
+        if let Shape::Instance(instance) = &item.shape {
+            let inside = instance.geometry as usize;
+            if instance.motion.is_some() {
+                // Where it passes is not looked at.
+                forget(geometries, inside, nearest);
+            } else {
+                let scale = scale / instance.to_local.largest_stretch();
+                visit(geometries, inside, into(instance, point), scale, nearest);
+            }
+            continue;
+        }
+        let known = &mut nearest[item.material as usize];
+        *known = known.min(scale * distance(item, point));
+    }
+}
+
+fn forget<R: Real>(geometries: &[Geometry<R>], geometry: usize, nearest: &mut [f64]) {
+    for item in &geometries[geometry].items {
+        match &item.shape {
+            Shape::Instance(instance) => forget(geometries, instance.geometry as usize, nearest),
+            _ => nearest[item.material as usize] = 0.0,
+        }
+    }
+}
+
+fn into<R: Real>(instance: &Instance<R>, p: DVec3) -> DVec3 {
+    let map = &instance.to_local;
+    let [x, y, z] = map.columns.map(wide);
+    x * p.x + y * p.y + z * p.z + wide(map.translation)
+}
+
+/// A lower bound on the distance of a surface that is not placed, from a point in its coordinates.
+fn distance<R: Real>(item: &Item<R>, p: DVec3) -> f64 {
+    match &item.shape {
+        Shape::Sphere(sphere) => (p.distance(wide(sphere.center)) - sphere.radius.to_f64()).abs(),
+        Shape::Plane(plane) => wide(plane.normal).dot(p - wide(plane.point)).abs(),
+        Shape::Disc(disc) => {
+            let (center, normal) = (wide(disc.plane.point), wide(disc.plane.normal));
+            let height = normal.dot(p - center);
+            let beside = (p - center - normal * height).length() - disc.radius.to_f64();
+            height.hypot(beside.max(0.0))
+        }
+        Shape::Cuboid(cuboid) => {
+            let (min, max) = (wide(cuboid.min), wide(cuboid.max));
+            let outside = (min - p).max(p - max);
+            if outside.max_element() > 0.0 { outside.max(DVec3::ZERO).length() } else { -outside.max_element() }
+        }
+        Shape::Torus(torus) => {
+            let [across, height] = torus.frame.cylindrical(p);
+            ((across - torus.major_radius.to_f64()).hypot(height) - torus.minor_radius.to_f64()).abs()
+        }
+        Shape::Frustum(frustum) => {
+            // From the hull of its two circles; inside of it nothing is known.
+            let [across, height] = frustum.frame.cylindrical(p);
+            let widest = frustum.base_radius.to_f64().max(frustum.top_radius.to_f64());
+            let beyond = (-height).max(height - frustum.height.to_f64()).max(0.0);
+            (across - widest).max(0.0).hypot(beyond)
+        }
+        Shape::Mesh(mesh) => {
+            let face = |face: usize| to_triangle(p, mesh.corners(face).map(wide));
+            (0..mesh.faces.len()).into_par_iter().map(face).reduce(|| f64::INFINITY, f64::min)
+        }
+        Shape::Instance(_) => 0.0,
+    }
+}
+
+/// Distance to the closest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
+fn to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return ap.length();
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return bp.length();
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return (ap - ab * (d1 / (d1 - d3))).length();
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return cp.length();
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return (ap - ac * (d2 / (d2 - d6))).length();
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return (bp - (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)))).length();
+    }
+    let denominator = 1.0 / (va + vb + vc);
+    (ap - ab * (vb * denominator) - ac * (vc * denominator)).length()
+}
+
+fn wide<R: Real>(v: [R; 3]) -> DVec3 {
+    DVec3::from_array(v.map(Real::to_f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_closest_point_of_a_triangle_is_found_in_all_seven_regions() {
+        let corners = [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.5), DVec3::new(0.3, 1.5, -0.4)];
+        for i in 0..400 {
+            let spread = |k: u32| f64::from((i * 2_654_435_761u32.wrapping_mul(k)) >> 8) / 2f64.powi(24) * 6.0 - 3.0;
+            let p = DVec3::new(spread(1), spread(7), spread(13));
+            let mut least = f64::INFINITY;
+            for a in 0..=200 {
+                for b in 0..=(200 - a) {
+                    let (u, v) = (f64::from(a) / 200.0, f64::from(b) / 200.0);
+                    least = least
+                        .min(p.distance(corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v));
+                }
+            }
+            let found = to_triangle(p, corners);
+            assert!(found <= least + 1e-12 && found >= least - 0.02, "{p}: {found} {least}");
+        }
+    }
+}
