@@ -112,7 +112,7 @@ impl Proved {
     pub(crate) fn about(picture: &Picture, scene: &Scene) -> Self {
         let reach = scene.ceiling().reach.clone();
         Self {
-            proof: Some(Proof::of(picture)).filter(|proof| proof.max_linear.is_some()),
+            proof: Some(Proof::of(picture)).filter(|proof| proof.max_linear.is_some() && reach.ceiling.is_some()),
             reference: match reach.max_depth {
                 None => "the same samples, recursion without end",
                 Some(_) => "the same samples, recursion to max_depth",

@@ -314,3 +314,19 @@ fn what_has_no_bound_says_why() {
     let overrides = Overrides { accuracy: Some(Accuracy::Rays(Rays { count: 1 })), ..Overrides::default() };
     assert!(loaded(text, overrides).scene.ceiling().reach.why.contains("inverse-square"));
 }
+
+/// Where nothing bounds a light, rays are followed all the same, also those that are black in some channel.
+#[test]
+fn without_a_bound_mirrors_of_one_color_still_mirror() {
+    let text = br#"{ "version": 1, "image": { "width": 24, "height": 24 }, "background": [0.5, 0.5, 0.5],
+        "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+        "lights": [ { "point": { "position": [0, 1, 0], "falloff": "inverse_square" } } ],
+        "materials": { "red": { "diffuse": 0, "reflection": [0.5, 0, 0] } },
+        "objects": [ { "sphere": { "center": [0, 0, 0], "radius": 1, "material": "red" } } ] }"#;
+    let one = |overrides: Overrides| Overrides { antialias: Some(false), ..overrides };
+    let scene = loaded(text, one(proved(1))).scene;
+    assert_eq!(scene.ceiling().reach.ceiling, None);
+    let middle = shoot(&scene).film.pixels[12 * 24 + 12];
+    assert_eq!(middle, shoot(&loaded(text, one(fixed(10, 0.0))).scene).film.pixels[12 * 24 + 12]);
+    assert!(middle[0] > 0.2, "{middle:?}");
+}

@@ -5,8 +5,8 @@ use serde::Serialize;
 /// An upper bound on the radiance of any ray, for each channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ceiling {
-    /// By the rays that a chain may still have, the ray itself included; the last entry is for as many and more. Infinite
-    /// where nothing bounds it.
+    /// By the rays that a chain may still have, the ray itself included; the last entry is for as many and more.
+    /// [`NO_BOUND`] where nothing bounds it.
     levels: Vec<[f64; 3]>,
     /// What it is about.
     pub reach: Reach,
@@ -28,6 +28,9 @@ pub struct Reach {
 /// Factor on ceilings, for the roundings of the kernel: those of a highlight's power above all.
 const SLACK: f64 = 1.002;
 
+/// What stands for infinity: a weight of 0 times it is 0, not NaN.
+const NO_BOUND: f64 = 1e28;
+
 impl Ceiling {
     /// The same for all rays.
     pub fn endless(radiance: [f64; 3], why: String, because: Vec<String>) -> Self {
@@ -39,6 +42,7 @@ impl Ceiling {
     pub fn by_depth(levels: Vec<[f64; 3]>, max_depth: u32, why: String, because: Vec<String>) -> Self {
         let levels: Vec<[f64; 3]> = levels.into_iter().map(|level| level.map(|c| c * SLACK)).collect();
         let ceiling = levels.last().copied().filter(|level| level.iter().all(|c| c.is_finite()));
+        let levels = levels.into_iter().map(|level| level.map(|c| c.min(NO_BOUND))).collect();
         Self { levels, reach: Reach { max_depth: Some(max_depth), ceiling, why, because } }
     }
 
