@@ -164,10 +164,10 @@ pub(super) fn picture_headers(report: &Report, scene: &Scene) -> Vec<(String, St
         "camera={}, shadow={}, reflected={}, transmitted={}",
         rays.camera, rays.shadow, rays.reflected, rays.transmitted
     );
-    let proved = report.error.proved.header();
+    let error = report.error.header();
     let on: Vec<_> = report.plan.explanation.names_on().collect();
     let mut headers = vec![
-        ("render-error".to_owned(), proved),
+        ("render-error".to_owned(), error),
         ("render-rays".to_owned(), rays),
         ("render-plan".to_owned(), on.join(", ")),
     ];
