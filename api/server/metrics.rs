@@ -44,7 +44,7 @@ pub(super) struct Metrics {
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
 struct RequestLabels {
     route: String,
-    method: String,
+    method: &'static str,
     status: u16,
 }
 
@@ -176,11 +176,9 @@ fn is_render(route: &str) -> bool {
 }
 
 /// Methods come from clients, who could make up any number of them.
-fn known(method: &Method) -> String {
-    match method.as_str() {
-        name @ ("GET" | "HEAD" | "POST" | "QUERY" | "PUT" | "PATCH" | "DELETE" | "OPTIONS") => name.to_owned(),
-        _ => "other".to_owned(),
-    }
+fn known(method: &Method) -> &'static str {
+    const KNOWN: [&str; 8] = ["GET", "HEAD", "POST", "QUERY", "PUT", "PATCH", "DELETE", "OPTIONS"];
+    KNOWN.into_iter().find(|name| *name == method.as_str()).unwrap_or("other")
 }
 
 fn outcome(status: StatusCode) -> &'static str {

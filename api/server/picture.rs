@@ -87,10 +87,11 @@ async fn answer(
     {
         // What does not fit the picture is refused before its tag is compared.
         excerpt.shot(&ready.scene, image.zoom)?;
-        if let Some(answer) = show::settled(&manner, Some(&show::tag(&image, &excerpt))) {
+        let name = excerpt.name(&image);
+        if let Some(answer) = show::settled(&manner, Some(&show::tag(&name))) {
             return answer;
         }
-        if let Some(made) = service.pictures.get(&excerpt.name(&image)).await {
+        if let Some(made) = service.pictures.get(&name).await {
             return show::deliver(&service, &manner, &show::at_hand(made), &excerpt);
         }
     }
@@ -158,7 +159,7 @@ pub(super) fn gone() -> Problem {
 }
 
 /// What an answer says about a picture, whoever asks for it and when.
-pub(super) fn picture_headers(report: &Report, scene: &Scene) -> Vec<(String, String)> {
+pub(super) fn picture_headers(report: &Report, scene: &Scene) -> HeaderMap {
     let rays = report.cost.rays;
     let rays = format!(
         "camera={}, shadow={}, reflected={}, transmitted={}",
@@ -166,15 +167,9 @@ pub(super) fn picture_headers(report: &Report, scene: &Scene) -> Vec<(String, St
     );
     let proved = report.error.proved.header();
     let on: Vec<_> = report.plan.explanation.names_on().collect();
-    let mut headers = vec![
-        ("render-error".to_owned(), proved),
-        ("render-rays".to_owned(), rays),
-        ("render-plan".to_owned(), on.join(", ")),
-    ];
-    if let Some((name, value)) = warnings::header(&scene.warnings)
-        && let Ok(value) = value.to_str()
-    {
-        headers.push((name.to_string(), value.to_owned()));
+    let mut headers = HeaderMap::from_iter(warnings::header(&scene.warnings));
+    for (name, value) in [("render-error", proved), ("render-rays", rays), ("render-plan", on.join(", "))] {
+        show::put(&mut headers, HeaderName::from_static(name), &value);
     }
     headers
 }

@@ -5,9 +5,11 @@
 use super::cost::Cost;
 use super::flights::Flights;
 use super::problem::Problem;
+use super::show::put;
 use crate::blobs::Blobs;
 use crate::recent::Recent;
 use axum::body::Bytes;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use data_encoding::BASE64;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -21,10 +23,8 @@ const OVERHEAD: u64 = 1_024;
 pub(super) struct Made {
     /// The file.
     pub(super) file: Bytes,
-    /// Its SHA-256, as `Repr-Digest` has it (RFC 9530).
-    pub(super) digest: String,
-    /// Headers about what making it took, and how exact it is.
-    pub(super) headers: Vec<(String, String)>,
+    /// What every answer with it says: length, digest, what making it took, how exact it is.
+    pub(super) headers: HeaderMap,
     /// The image it is of, if it has a name.
     pub(super) image: Option<String>,
 }
@@ -49,14 +49,18 @@ struct About {
 
 impl Made {
     /// A new file of an image.
-    pub(super) fn new(file: Vec<u8>, headers: Vec<(String, String)>, image: Option<String>) -> Self {
+    pub(super) fn new(file: Vec<u8>, mut headers: HeaderMap, image: Option<String>) -> Self {
+        headers.insert(header::CONTENT_LENGTH, file.len().into());
+        // RFC 9530.
         let digest = format!("sha-256=:{}:", BASE64.encode(&Sha256::digest(&file)));
-        Self { file: file.into(), digest, headers, image }
+        put(&mut headers, HeaderName::from_static("repr-digest"), &digest);
+        Self { file: file.into(), headers, image }
     }
 
     /// A line of JSON, and the file.
     fn to_blob(&self) -> Vec<u8> {
-        let about = About { image: self.image.clone(), headers: self.headers.clone() };
+        let text = |(name, value): (&HeaderName, &HeaderValue)| Some((name.to_string(), value.to_str().ok()?.to_owned()));
+        let about = About { image: self.image.clone(), headers: self.headers.iter().filter_map(text).collect() };
         let mut blob = serde_json::to_vec(&about).unwrap_or_default();
         blob.push(b'\n');
         blob.extend_from_slice(&self.file);
@@ -66,7 +70,8 @@ impl Made {
     fn from_blob(blob: &[u8]) -> Option<Self> {
         let end = blob.iter().position(|&byte| byte == b'\n')?;
         let About { image, headers } = serde_json::from_slice(&blob[..end]).ok()?;
-        Some(Self::new(blob[end + 1..].to_vec(), headers, image))
+        let header = |(name, value): (String, String)| Some((name.parse().ok()?, HeaderValue::from_str(&value).ok()?));
+        Some(Self::new(blob[end + 1..].to_vec(), headers.into_iter().filter_map(header).collect(), image))
     }
 }
 
