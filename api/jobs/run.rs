@@ -82,6 +82,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     job.record().stats.bvh_ms = bvh_ms;
     job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
 
+    jobs.make_room();
     let folder = jobs.folder_of(&job.record().id);
     std::fs::create_dir_all(&folder).map_err(|error| disk(&error))?;
     let file = recover(job, &folder.join("tiles")).map_err(|error| disk(&error))?;

@@ -24,6 +24,7 @@ mod openapi;
 mod parameters;
 mod picture;
 mod pictures;
+mod places;
 mod problem;
 mod problem_pages;
 mod questions;
@@ -53,13 +54,14 @@ use problem::Problem;
 use strahl::scene::Overrides;
 
 use accept::Listeners;
-use access::Access;
+use access::{Access, Client};
 pub(crate) use access::{Origins, new_key, new_signer};
 use drain::{Drain, StopSignals};
 use limits::Limits;
 use metrics::Metrics;
 pub(crate) use negotiate::QUALITY;
 use pictures::Pictures;
+use places::Places;
 use queue::Queue;
 use scenes::Scenes;
 use std::io;
@@ -92,8 +94,10 @@ struct Service {
     public_url: Option<String>,
     /// Renders that nobody has to wait for.
     jobs: Arc<Jobs>,
-    /// Open event streams.
-    streams: jobs::Streams,
+    /// Open event streams of tenants.
+    streams: Places<String>,
+    /// Tiles that are being answered.
+    tile_clients: Places<Client>,
     /// What a request may ask for.
     limits: Limits,
     /// How much memory bodies and answers may take together, in units of [`body::UNIT`] bytes.
@@ -148,7 +152,8 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         public_url: args.public_url.clone(),
         scenes,
         jobs,
-        streams: jobs::Streams::default(),
+        streams: Places::default(),
+        tile_clients: Places::default(),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
         limits,
         metrics: Metrics::default(),

@@ -59,7 +59,8 @@ impl Made {
 
     /// A line of JSON, and the file.
     fn to_blob(&self) -> Vec<u8> {
-        let text = |(name, value): (&HeaderName, &HeaderValue)| Some((name.to_string(), value.to_str().ok()?.to_owned()));
+        let text =
+            |(name, value): (&HeaderName, &HeaderValue)| Some((name.to_string(), value.to_str().ok()?.to_owned()));
         let about = About { image: self.image.clone(), headers: self.headers.iter().filter_map(text).collect() };
         let mut blob = serde_json::to_vec(&about).unwrap_or_default();
         blob.push(b'\n');

@@ -1,6 +1,5 @@
 //! Jobs: accepted, watched, stopped, found again, and finished whatever happens to the process.
 
-use super::access::KeyFile;
 use super::service::{Answer, Service, request};
 use super::{BALL, SLOW};
 use image::GenericImageView;
@@ -379,28 +378,6 @@ fn many_jobs_do_not_hold_up_a_request() {
     let list = service.get("/v1/jobs?state=queued&limit=200").json();
     let last = &list["jobs"][0];
     assert!(last["position"].as_u64() > Some(35) && last["eta_ms"].as_f64() > Some(1_000.0), "{last}");
-}
-
-#[test]
-fn many_jobs_of_one_tenant_do_not_hold_up_anothers() {
-    let file = KeyFile::new("fairness", "");
-    let (many, one) = (file.key("many", "jobs,read"), file.key("one", "jobs,read"));
-    let service = file.serve();
-    let submit = |key: &str, rest: &str| {
-        let answer = with(&service, "POST", "/v1/jobs", &[("Authorization", key)], &body(SLOW, rest));
-        assert_eq!(answer.status, 202, "{}", answer.text());
-        answer.header("location").to_owned()
-    };
-    let theirs: Vec<String> = (0..30).map(|_| submit(&many, ENDLESS)).collect();
-    let mine = submit(&one, r#""settings": { "width": 64, "height": 64, "samples": 1 }"#);
-    let asked = Instant::now();
-    let done = with(&service, "GET", &mine, &[("Authorization", &one), ("Prefer", "wait=30")], "").json();
-    assert_eq!(done["state"], "succeeded", "{done}");
-    assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
-    let first = with(&service, "GET", &theirs[0], &[("Authorization", &many)], "").json();
-    assert_eq!(first["state"], "running", "{first}");
-    let hidden = with(&service, "GET", &theirs[0], &[("Authorization", &one)], "");
-    assert_eq!(hidden.status, 404, "others' jobs are nobody's business");
 }
 
 /// A job's events over a socket of their own.
