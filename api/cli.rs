@@ -522,12 +522,20 @@ pub(crate) struct ServeArgs {
     pub(crate) drain_timeout: Duration,
 }
 
-/// `strahl healthcheck`.
+/// `strahl healthcheck`. It goes by what the service itself goes by, so that both say the same in one environment.
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Ask on the listener for operators if there is one: on that for clients, a crowd of them may take all connections.")]
 pub(crate) struct HealthcheckArgs {
-    /// What to ask.
-    #[arg(long, env = "STRAHL_HEALTHCHECK_URL", default_value = "http://127.0.0.1:8080/livez")]
-    pub(crate) url: String,
+    /// What to ask [default: /livez on the listener for operators, or else on that for clients].
+    #[arg(long, env = "STRAHL_HEALTHCHECK_URL")]
+    pub(crate) url: Option<String>,
+    /// Where the service listens for operators.
+    #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
+    pub(crate) admin_listen: Option<SocketAddr>,
+    /// Where the service listens for clients.
+    #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    pub(crate) listen: SocketAddr,
 }
 
 fn threads() -> RangedU64ValueParser {

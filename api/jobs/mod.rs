@@ -20,6 +20,7 @@ pub(crate) use job::{Job, Watcher};
 pub(crate) use submit::{Claim, Known, Refused, Submission};
 
 use crate::blobs::Blobs;
+use crate::picture::milliseconds;
 use crate::ready::Ready;
 use crate::workers::{Pool, Workers};
 use job::{Stopped, locked};
@@ -28,7 +29,7 @@ use registry::{Registry, estimate, rank, remaining};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
@@ -39,6 +40,17 @@ use tokio::sync::watch;
 /// How a scene is read and built.
 pub(crate) type Build =
     dyn Fn(&Workers, &[u8], Format, &Overrides) -> Result<Arc<Ready>, Failure> + Send + Sync + 'static;
+
+/// Told of each job that has ended, and in which state.
+pub(crate) type Ended = dyn Fn(&Record, State) + Send + Sync + 'static;
+
+/// What others do for jobs.
+pub(crate) struct Hooks {
+    /// Builds their scenes.
+    pub(crate) build: Box<Build>,
+    /// Counts them.
+    pub(crate) ended: Box<Ended>,
+}
 
 /// Limits on jobs.
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +72,7 @@ pub(crate) struct JobLimits {
 /// All jobs.
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
-    build: Box<Build>,
+    hooks: Hooks,
     store: Store,
     scenes: Blobs,
     folder: PathBuf,
@@ -71,6 +83,8 @@ pub(crate) struct Jobs {
     registry: Mutex<Registry>,
     /// How many are open.
     open: watch::Sender<usize>,
+    /// Milliseconds of work on jobs that came to nothing.
+    canceled: AtomicU64,
 }
 
 impl std::fmt::Debug for Jobs {
@@ -86,7 +100,7 @@ impl Jobs {
         is_durable: bool,
         limits: JobLimits,
         pool: Arc<Pool>,
-        build: Box<Build>,
+        hooks: Hooks,
     ) -> io::Result<Arc<Self>> {
         fs::create_dir_all(folder)?;
         let store = Store::open(&folder.join("jobs.redb"))?;
@@ -103,7 +117,7 @@ impl Jobs {
         }
         let jobs = Arc::new(Self {
             pool,
-            build,
+            hooks,
             store,
             scenes,
             folder: folder.to_owned(),
@@ -111,6 +125,7 @@ impl Jobs {
             limits,
             registry: Mutex::new(registry),
             open: watch::Sender::new(0),
+            canceled: AtomicU64::new(0),
         });
         // What another version wrote is not for this one to remove.
         if !others {
@@ -169,6 +184,21 @@ impl Jobs {
     pub(crate) fn counts(&self) -> (usize, usize) {
         let registry = locked(&self.registry);
         (registry.queued.len(), registry.open.len())
+    }
+
+    /// The states of all jobs that are known.
+    pub(crate) fn by_state(&self) -> Vec<State> {
+        locked(&self.registry).jobs.values().map(|job| job.record().state).collect()
+    }
+
+    /// Time spent on jobs that were canceled or have failed.
+    pub(crate) fn canceled(&self) -> Duration {
+        Duration::from_millis(self.canceled.load(Ordering::Relaxed))
+    }
+
+    /// Bytes of scenes and of finished pictures on disk.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.scenes.bytes() + locked(&self.registry).kept()
     }
 
     /// Stops a job; whether it was not final yet.
@@ -281,6 +311,10 @@ impl Jobs {
         } else {
             locked(&self.registry).release_scene(&on_disk.order, &self.scenes);
         }
+        if let (false, Some((begun, _))) = (state == State::Succeeded, *locked(&job.begun)) {
+            self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
+        }
+        (self.hooks.ended)(&on_disk, state);
         tracing::info!(job = id, state = state.name(), "a job has ended");
         job.events.publish(state.name(), data);
     }

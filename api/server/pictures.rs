@@ -6,6 +6,7 @@ use super::cost::Cost;
 use super::flights::Flights;
 use super::problem::Problem;
 use super::show::put;
+use super::tally::Tally;
 use crate::blobs::Blobs;
 use crate::recent::Recent;
 use axum::body::Bytes;
@@ -81,6 +82,8 @@ impl Made {
 pub(super) struct Pictures {
     memory: Recent<String, Arc<Made>>,
     disk: Option<Arc<Blobs>>,
+    /// How often a picture was in memory, and how often in the folder.
+    tallies: [Tally; 2],
     /// Those that are being made.
     pub(super) flights: Flights<Shown>,
 }
@@ -88,17 +91,22 @@ pub(super) struct Pictures {
 impl Pictures {
     /// No pictures in memory yet, and those of the folder.
     pub(super) fn new(budget: u64, disk: Option<Blobs>) -> Self {
-        Self { memory: Recent::new(budget), disk: disk.map(Arc::new), flights: Flights::default() }
+        Self {
+            memory: Recent::new(budget),
+            disk: disk.map(Arc::new),
+            tallies: Default::default(),
+            flights: Flights::default(),
+        }
     }
 
     /// A picture that is in memory.
     pub(super) fn at_hand(&self, name: &str) -> Option<Arc<Made>> {
-        self.memory.get(name)
+        self.memory.get(name).inspect(|_| self.tallies[0].hit())
     }
 
     /// A picture, from memory or from the folder.
     pub(super) async fn get(&self, name: &str) -> Option<Arc<Made>> {
-        if let Some(made) = self.memory.get(name) {
+        if let Some(made) = self.at_hand(name) {
             return Some(made);
         }
         let (disk, name) = (Arc::clone(self.disk.as_ref()?), name.to_owned());
@@ -107,6 +115,7 @@ impl Pictures {
             tokio::task::spawn_blocking(move || disk.get(&name).and_then(|blob| Made::from_blob(&blob)))
         };
         let made = Arc::new(read.await.ok().flatten()?);
+        self.tallies[1].hit();
         self.remember(name, &made);
         Some(made)
     }
@@ -114,11 +123,18 @@ impl Pictures {
     /// Keeps a picture. Writing it into the folder takes place on this thread.
     pub(super) fn put(&self, name: &str, made: &Arc<Made>) {
         self.remember(name.to_owned(), made);
-        if let Some(disk) = &self.disk
-            && let Err(error) = disk.put(name, &made.to_blob())
-        {
+        let Some(disk) = &self.disk else { return };
+        self.tallies[1].miss();
+        if let Err(error) = disk.put(name, &made.to_blob()) {
             tracing::warn!(name, %error, "a picture cannot be kept in the folder");
         }
+    }
+
+    /// What is kept where: a name, the bytes there, and how often they were of use.
+    pub(super) fn tallies(&self) -> impl Iterator<Item = (&'static str, u64, &Tally)> {
+        let [memory, disk] = &self.tallies;
+        let folder = self.disk.as_ref().map(|blobs| ("picture_folder", blobs.bytes(), disk));
+        [("pictures", self.memory.bytes(), memory)].into_iter().chain(folder)
     }
 
     /// The picture of a name, made by `work` unless it is there or on its way.
@@ -142,6 +158,7 @@ impl Pictures {
     }
 
     fn remember(&self, name: String, made: &Arc<Made>) {
+        self.tallies[0].miss();
         let bytes = made.file.len() as u64 + OVERHEAD;
         self.memory.put(name, Arc::clone(made), bytes);
     }
