@@ -34,6 +34,8 @@ pub(crate) struct Job {
     pub(super) rays: AtomicU64,
     /// Changes of the preview.
     pub(super) revision: AtomicU64,
+    /// Bytes of its files, once it has succeeded.
+    pub(super) kept: AtomicU64,
     watchers: AtomicUsize,
     /// When this process began it, and how many tiles were done then.
     pub(super) begun: Mutex<Option<(Instant, usize)>>,
@@ -84,6 +86,7 @@ impl Job {
             done: AtomicUsize::new(0),
             rays: AtomicU64::new(record.stats.rays),
             revision: AtomicU64::new(0),
+            kept: AtomicU64::new(0),
             watchers: AtomicUsize::new(0),
             begun: Mutex::default(),
             since: Instant::now().checked_sub(age).unwrap_or_else(Instant::now),

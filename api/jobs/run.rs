@@ -75,13 +75,14 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let workers = Arc::clone(&jobs.pool).join(seat, Arc::clone(&job.control));
     let text = jobs.scenes.get(&order.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
     let building = Instant::now();
-    let ready = (jobs.build)(&workers, &text, order.scene_format(), &order.settings.into());
+    let ready = (jobs.hooks.build)(&workers, &text, order.scene_format(), &order.settings.into());
     drop(text);
     let ready = ready.map_err(|failure| stopped_or(job, Stopped::Failed(failure)))?;
     let bvh_ms = milliseconds(building);
     job.record().stats.bvh_ms = bvh_ms;
     job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
 
+    jobs.make_room();
     let folder = jobs.folder_of(&job.record().id);
     std::fs::create_dir_all(&folder).map_err(|error| disk(&error))?;
     let file = recover(job, &folder.join("tiles")).map_err(|error| disk(&error))?;

@@ -52,10 +52,11 @@ pub(super) async fn answer(
     image: ImageId,
     excerpt: Excerpt,
 ) -> Result<Response, Problem> {
-    if let Some(answer) = show::settled(manner, Some(&show::tag(&image, &excerpt))) {
+    let name = excerpt.name(&image);
+    if let Some(answer) = show::settled(manner, Some(&show::tag(&name))) {
         return answer;
     }
-    let shown = match service.pictures.get(&excerpt.name(&image)).await {
+    let shown = match service.pictures.get(&name).await {
         Some(made) => show::at_hand(made),
         None => show::make(service, manner.tenant, lane, Source::Known(image), excerpt).await?,
     };

@@ -16,6 +16,7 @@ mod flights;
 mod images;
 mod jobs;
 mod known;
+mod levels;
 mod limits;
 mod meta;
 mod metrics;
@@ -24,6 +25,7 @@ mod openapi;
 mod parameters;
 mod picture;
 mod pictures;
+mod places;
 mod problem;
 mod problem_pages;
 mod questions;
@@ -33,6 +35,7 @@ mod routes;
 mod scenes;
 mod show;
 mod stall;
+mod tally;
 mod tenant;
 mod texts;
 mod tiles;
@@ -45,7 +48,8 @@ use crate::commands::start_pool;
 use crate::data::DataFolder;
 use crate::failure::Failure;
 use crate::folder::Folder;
-use crate::jobs::Jobs;
+use crate::jobs::record::Record;
+use crate::jobs::{Hooks, Jobs};
 use crate::recent::Recent;
 use crate::workers::{Pool, Workers};
 pub(crate) use openapi::openapi_text;
@@ -53,13 +57,14 @@ use problem::Problem;
 use strahl::scene::Overrides;
 
 use accept::Listeners;
-use access::Access;
+use access::{Access, Client};
 pub(crate) use access::{Origins, new_key, new_signer};
 use drain::{Drain, StopSignals};
 use limits::Limits;
 use metrics::Metrics;
 pub(crate) use negotiate::QUALITY;
 use pictures::Pictures;
+use places::Places;
 use queue::Queue;
 use scenes::Scenes;
 use std::io;
@@ -78,7 +83,9 @@ use tracing_subscriber::util::SubscriberInitExt;
 /// Everything the handlers share.
 #[derive(Debug)]
 struct Service {
-    /// The one way to the renderer.
+    /// The threads that render.
+    pool: Arc<Pool>,
+    /// The one way to them.
     queue: Queue,
     /// The way for tiles, of which a viewer asks for many at once.
     tiles: Queue,
@@ -92,14 +99,16 @@ struct Service {
     public_url: Option<String>,
     /// Renders that nobody has to wait for.
     jobs: Arc<Jobs>,
-    /// Open event streams.
-    streams: jobs::Streams,
+    /// Open event streams of tenants.
+    streams: Places<String>,
+    /// Tiles that are being answered.
+    tile_clients: Places<Client>,
     /// What a request may ask for.
     limits: Limits,
     /// How much memory bodies and answers may take together, in units of [`body::UNIT`] bytes.
     memory: Arc<Semaphore>,
     /// What has been counted.
-    metrics: Metrics,
+    metrics: Arc<Metrics>,
     /// Whether the service is about to end.
     drain: Drain,
 }
@@ -139,19 +148,22 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         .map_or_else(|| Texts::Memory(Recent::new(args.known_scene_bytes)), Texts::Folder);
     let scenes = Arc::new(Scenes::new(args.scene_cache_bytes, textures.transpose()?, texts));
     let data = DataFolder::open(args.data.as_deref()).map_err(|error| Failure::Usage(error.to_string()))?;
-    let jobs = open_jobs(&data, &limits, &pool, &scenes)?;
+    let metrics = Arc::new(Metrics::default());
+    let jobs = open_jobs(&data, &limits, &pool, &scenes, &metrics)?;
     let service = Arc::new(Service {
         queue: Queue::new(Arc::clone(&pool), args.queue, args.timeout),
-        tiles: Queue::new(pool, args.tile_queue, TILE_PATIENCE.min(args.timeout)),
+        tiles: Queue::new(Arc::clone(&pool), args.tile_queue, TILE_PATIENCE.min(args.timeout)),
+        pool,
         access,
         pictures: Pictures::new(args.picture_cache_bytes, blobs("pictures", args.disk_cache_bytes)?),
         public_url: args.public_url.clone(),
         scenes,
         jobs,
-        streams: jobs::Streams::default(),
+        streams: Places::default(),
+        tile_clients: Places::default(),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
         limits,
-        metrics: Metrics::default(),
+        metrics,
         drain: Drain::default(),
     });
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -182,13 +194,21 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
 }
 
 /// The jobs in the folder, whose scenes are built as those of requests are.
-fn open_jobs(data: &DataFolder, limits: &Limits, pool: &Arc<Pool>, scenes: &Arc<Scenes>) -> Result<Arc<Jobs>, Failure> {
-    let scenes = Arc::clone(scenes);
+fn open_jobs(
+    data: &DataFolder,
+    limits: &Limits,
+    pool: &Arc<Pool>,
+    scenes: &Arc<Scenes>,
+    metrics: &Arc<Metrics>,
+) -> Result<Arc<Jobs>, Failure> {
+    let (scenes, metrics) = (Arc::clone(scenes), Arc::clone(metrics));
     let build = move |workers: &Workers, text: &[u8], format, overrides: &Overrides| {
         let found = scenes.find(workers, text, format, overrides);
         found.map(|found| found.ready).map_err(|problems| Problem::scene(&problems).into_failure())
     };
-    Jobs::open(data.path(), data.is_durable(), limits.of_jobs(), Arc::clone(pool), Box::new(build)).map_err(|error| {
+    let ended = move |record: &Record, state| metrics.job_ended(record, state);
+    let hooks = Hooks { build: Box::new(build), ended: Box::new(ended) };
+    Jobs::open(data.path(), data.is_durable(), limits.of_jobs(), Arc::clone(pool), hooks).map_err(|error| {
         let folder = data.path().display();
         Failure::Input(format!("jobs cannot be kept in {folder}: {error}\n\nAnother process may be using the folder."))
     })

@@ -1,5 +1,6 @@
 //! `POST` and `QUERY /v1/render`, `POST /v1/render/tile`: a scene in, a picture out.
 
+use super::access::Client;
 use super::asked::{self, Asked};
 use super::body::Held;
 use super::conditions;
@@ -13,7 +14,7 @@ use super::queue::Job;
 use super::scenes::{Found, Key, key};
 use super::show::{self, Freshness, Manner, Source};
 use super::warnings;
-use super::{App, Service};
+use super::{App, Service, tiles};
 use crate::report::Report;
 use crate::turns::Lane;
 use axum::extract::{Request, State};
@@ -68,10 +69,12 @@ async fn answer(
         let negotiated = !parameters.has("format");
         Ok((region(parameters), parameters.picture_format(headers)?, negotiated))
     };
+    let client = Client::of(request.extensions());
     let Asked { format, overrides, further: (region, file_format, negotiated), tenant, method, headers, body } =
         asked::read(&service, request, further).await?;
     let excerpt = Excerpt::plain(region, file_format);
     let lane = if region.is_some() { Lane::Tiles } else { Lane::Renders };
+    let _place = region.map(|_| tiles::place(&service, client)).transpose()?;
     let body = Arc::new(body);
     let key = hash(&body, format, overrides).await?;
     let source = Source::Sent { key, body, format, overrides };
@@ -87,10 +90,11 @@ async fn answer(
     {
         // What does not fit the picture is refused before its tag is compared.
         excerpt.shot(&ready.scene, image.zoom)?;
-        if let Some(answer) = show::settled(&manner, Some(&show::tag(&image, &excerpt))) {
+        let name = excerpt.name(&image);
+        if let Some(answer) = show::settled(&manner, Some(&show::tag(&name))) {
             return answer;
         }
-        if let Some(made) = service.pictures.get(&excerpt.name(&image)).await {
+        if let Some(made) = service.pictures.get(&name).await {
             return show::deliver(&service, &manner, &show::at_hand(made), &excerpt);
         }
     }
@@ -158,7 +162,7 @@ pub(super) fn gone() -> Problem {
 }
 
 /// What an answer says about a picture, whoever asks for it and when.
-pub(super) fn picture_headers(report: &Report, scene: &Scene) -> Vec<(String, String)> {
+pub(super) fn picture_headers(report: &Report, scene: &Scene) -> HeaderMap {
     let rays = report.cost.rays;
     let rays = format!(
         "camera={}, shadow={}, reflected={}, transmitted={}",
@@ -166,15 +170,9 @@ pub(super) fn picture_headers(report: &Report, scene: &Scene) -> Vec<(String, St
     );
     let error = report.error.header();
     let on: Vec<_> = report.plan.explanation.names_on().collect();
-    let mut headers = vec![
-        ("render-error".to_owned(), error),
-        ("render-rays".to_owned(), rays),
-        ("render-plan".to_owned(), on.join(", ")),
-    ];
-    if let Some((name, value)) = warnings::header(&scene.warnings)
-        && let Ok(value) = value.to_str()
-    {
-        headers.push((name.to_string(), value.to_owned()));
+    let mut headers = HeaderMap::from_iter(warnings::header(&scene.warnings));
+    for (name, value) in [("render-error", error), ("render-rays", rays), ("render-plan", on.join(", "))] {
+        show::put(&mut headers, HeaderName::from_static(name), &value);
     }
     headers
 }

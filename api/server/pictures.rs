@@ -5,9 +5,12 @@
 use super::cost::Cost;
 use super::flights::Flights;
 use super::problem::Problem;
+use super::show::put;
+use super::tally::Tally;
 use crate::blobs::Blobs;
 use crate::recent::Recent;
 use axum::body::Bytes;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use data_encoding::BASE64;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -21,10 +24,8 @@ const OVERHEAD: u64 = 1_024;
 pub(super) struct Made {
     /// The file.
     pub(super) file: Bytes,
-    /// Its SHA-256, as `Repr-Digest` has it (RFC 9530).
-    pub(super) digest: String,
-    /// Headers about what making it took, and how exact it is.
-    pub(super) headers: Vec<(String, String)>,
+    /// What every answer with it says: length, digest, what making it took, how exact it is.
+    pub(super) headers: HeaderMap,
     /// The image it is of, if it has a name.
     pub(super) image: Option<String>,
 }
@@ -49,14 +50,19 @@ struct About {
 
 impl Made {
     /// A new file of an image.
-    pub(super) fn new(file: Vec<u8>, headers: Vec<(String, String)>, image: Option<String>) -> Self {
+    pub(super) fn new(file: Vec<u8>, mut headers: HeaderMap, image: Option<String>) -> Self {
+        headers.insert(header::CONTENT_LENGTH, file.len().into());
+        // RFC 9530.
         let digest = format!("sha-256=:{}:", BASE64.encode(&Sha256::digest(&file)));
-        Self { file: file.into(), digest, headers, image }
+        put(&mut headers, HeaderName::from_static("repr-digest"), &digest);
+        Self { file: file.into(), headers, image }
     }
 
     /// A line of JSON, and the file.
     fn to_blob(&self) -> Vec<u8> {
-        let about = About { image: self.image.clone(), headers: self.headers.clone() };
+        let text =
+            |(name, value): (&HeaderName, &HeaderValue)| Some((name.to_string(), value.to_str().ok()?.to_owned()));
+        let about = About { image: self.image.clone(), headers: self.headers.iter().filter_map(text).collect() };
         let mut blob = serde_json::to_vec(&about).unwrap_or_default();
         blob.push(b'\n');
         blob.extend_from_slice(&self.file);
@@ -66,7 +72,8 @@ impl Made {
     fn from_blob(blob: &[u8]) -> Option<Self> {
         let end = blob.iter().position(|&byte| byte == b'\n')?;
         let About { image, headers } = serde_json::from_slice(&blob[..end]).ok()?;
-        Some(Self::new(blob[end + 1..].to_vec(), headers, image))
+        let header = |(name, value): (String, String)| Some((name.parse().ok()?, HeaderValue::from_str(&value).ok()?));
+        Some(Self::new(blob[end + 1..].to_vec(), headers.into_iter().filter_map(header).collect(), image))
     }
 }
 
@@ -75,6 +82,8 @@ impl Made {
 pub(super) struct Pictures {
     memory: Recent<String, Arc<Made>>,
     disk: Option<Arc<Blobs>>,
+    /// How often a picture was in memory, and how often in the folder.
+    tallies: [Tally; 2],
     /// Those that are being made.
     pub(super) flights: Flights<Shown>,
 }
@@ -82,17 +91,22 @@ pub(super) struct Pictures {
 impl Pictures {
     /// No pictures in memory yet, and those of the folder.
     pub(super) fn new(budget: u64, disk: Option<Blobs>) -> Self {
-        Self { memory: Recent::new(budget), disk: disk.map(Arc::new), flights: Flights::default() }
+        Self {
+            memory: Recent::new(budget),
+            disk: disk.map(Arc::new),
+            tallies: Default::default(),
+            flights: Flights::default(),
+        }
     }
 
     /// A picture that is in memory.
     pub(super) fn at_hand(&self, name: &str) -> Option<Arc<Made>> {
-        self.memory.get(name)
+        self.memory.get(name).inspect(|_| self.tallies[0].hit())
     }
 
     /// A picture, from memory or from the folder.
     pub(super) async fn get(&self, name: &str) -> Option<Arc<Made>> {
-        if let Some(made) = self.memory.get(name) {
+        if let Some(made) = self.at_hand(name) {
             return Some(made);
         }
         let (disk, name) = (Arc::clone(self.disk.as_ref()?), name.to_owned());
@@ -101,6 +115,7 @@ impl Pictures {
             tokio::task::spawn_blocking(move || disk.get(&name).and_then(|blob| Made::from_blob(&blob)))
         };
         let made = Arc::new(read.await.ok().flatten()?);
+        self.tallies[1].hit();
         self.remember(name, &made);
         Some(made)
     }
@@ -108,11 +123,18 @@ impl Pictures {
     /// Keeps a picture. Writing it into the folder takes place on this thread.
     pub(super) fn put(&self, name: &str, made: &Arc<Made>) {
         self.remember(name.to_owned(), made);
-        if let Some(disk) = &self.disk
-            && let Err(error) = disk.put(name, &made.to_blob())
-        {
+        let Some(disk) = &self.disk else { return };
+        self.tallies[1].miss();
+        if let Err(error) = disk.put(name, &made.to_blob()) {
             tracing::warn!(name, %error, "a picture cannot be kept in the folder");
         }
+    }
+
+    /// What is kept where: a name, the bytes there, and how often they were of use.
+    pub(super) fn tallies(&self) -> impl Iterator<Item = (&'static str, u64, &Tally)> {
+        let [memory, disk] = &self.tallies;
+        let folder = self.disk.as_ref().map(|blobs| ("picture_folder", blobs.bytes(), disk));
+        [("pictures", self.memory.bytes(), memory)].into_iter().chain(folder)
     }
 
     /// The picture of a name, made by `work` unless it is there or on its way.
@@ -136,6 +158,7 @@ impl Pictures {
     }
 
     fn remember(&self, name: String, made: &Arc<Made>) {
+        self.tallies[0].miss();
         let bytes = made.file.len() as u64 + OVERHEAD;
         self.memory.put(name, Arc::clone(made), bytes);
     }

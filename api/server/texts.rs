@@ -43,6 +43,14 @@ impl Texts {
         }
     }
 
+    /// Bytes of all texts.
+    pub(super) fn bytes(&self) -> u64 {
+        match self {
+            Self::Memory(texts) => texts.bytes(),
+            Self::Folder(blobs) => blobs.bytes(),
+        }
+    }
+
     /// Forgets a text; whether there was one.
     pub(super) fn remove(&self, id: &str) -> bool {
         match self {
