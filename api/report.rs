@@ -5,6 +5,7 @@ use std::fmt::Write;
 use strahl::accuracy::Proof;
 use strahl::film::Region;
 use strahl::plan::Plan;
+use strahl::plan::estimate::Estimate;
 use strahl::render::{Picture, Progress, RayCounts, Refined, Sampling};
 use strahl::scene::Scene;
 use strahl::scene::ceiling::Reach;
@@ -43,6 +44,9 @@ pub(crate) struct Cost {
     /// How far a picture came that had to stop: in the modes time and rays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) progress: Option<Progress>,
+    /// What tracing was expected to take, from a few of the pixels before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) predicted: Option<Estimate>,
 }
 
 /// Milliseconds by phase, in order.

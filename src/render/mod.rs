@@ -247,7 +247,7 @@ pub fn samples_of(scene: &Scene, x: u32, y: u32, control: &Control) -> u32 {
 }
 
 /// Traces the base samples of some pixels: what [`pilot`](crate::plan::pilot) asks a scene.
-pub(crate) type Probe<'a> = Box<dyn Fn(&[[u32; 2]]) -> (Vec<[f32; 3]>, RayCounts) + 'a>;
+pub(crate) type Probe<'a> = Box<dyn Fn(&[[u32; 2]]) -> (Vec<[f32; 3]>, RayCounts) + Sync + 'a>;
 
 /// The probe of a scene. Once cancelled, it answers early and wrongly.
 pub(crate) fn probe<'a>(scene: &'a Scene, control: &'a Control) -> Probe<'a> {
