@@ -3,6 +3,7 @@
 use crate::identity::{is_reproducible, scene_id};
 use crate::report::Cost;
 use crate::workers::Workers;
+use schemars::JsonSchema;
 use serde::Serialize;
 use strahl::film::Region;
 use strahl::plan::Plan;
@@ -69,7 +70,7 @@ pub(crate) fn planned(
 }
 
 /// A plan, and what carrying it out has cost.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Analyzed<'a> {
     /// The plan, with the rays and milliseconds of each effect.
     #[serde(flatten)]

@@ -1,5 +1,6 @@
 //! What a picture cost: the same JSON on `--stats`, and behind the headers of an answer.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
 use strahl::accuracy::Proof;
@@ -11,7 +12,8 @@ use strahl::scene::ceiling::Reach;
 use strahl::scene::description::RenderSettings;
 
 /// The cost report.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "CostReport")]
 pub(crate) struct Report {
     /// The effects, each on or off, and why, and how deep rays go.
     pub(crate) plan: Plan,
@@ -24,7 +26,8 @@ pub(crate) struct Report {
 }
 
 /// Time and rays.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "PictureCost")]
 pub(crate) struct Cost {
     /// Milliseconds from the scene's bytes to the picture's.
     pub(crate) wall_ms: f64,
@@ -44,7 +47,8 @@ pub(crate) struct Cost {
 }
 
 /// Milliseconds by phase, in order.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "PhaseTimes")]
 pub(crate) struct Phases {
     /// Reading the scene.
     pub(crate) parse: f64,
@@ -66,7 +70,7 @@ impl Phases {
 }
 
 /// Bounds by how they are known, kept apart. Null means unknown, not exact.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ErrorBounds {
     /// True for certain.
     pub(crate) proved: Proved,
@@ -77,7 +81,8 @@ pub(crate) struct ErrorBounds {
 }
 
 /// What ending the recursion may have changed.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "ProvedError")]
 pub(crate) struct Proved {
     /// How much. None where nothing bounds it.
     #[serde(flatten)]
@@ -124,7 +129,7 @@ impl Proved {
 }
 
 /// What renders the same pixels again, on any machine and any number of threads.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Replay {
     /// Version of the renderer.
     pub(crate) version: &'static str,

@@ -10,11 +10,12 @@ use super::{Plan, milliseconds};
 use crate::film::Region;
 use crate::render::{Cancelled, Control, RayCounts, Refined};
 use crate::scene::Scene;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
 
 /// What an effect is expected to take.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Estimated {
     /// Its own rays.
     pub rays: u64,
@@ -25,7 +26,7 @@ pub struct Estimated {
 }
 
 /// What an effect took.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Actual {
     /// Its own rays, counted.
     pub rays: u64,
@@ -34,7 +35,7 @@ pub struct Actual {
 }
 
 /// What a whole picture is expected to take.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Estimate {
     /// Pixels of the picture or its region.
     pub pixels: u64,

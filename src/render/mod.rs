@@ -18,7 +18,8 @@ use crate::trace::kernel::Tracer;
 use crate::trace::observer::Observer;
 use fearless_simd::{Level, f32x16, f64x8};
 use rayon::prelude::*;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -40,7 +41,7 @@ pub struct Control {
 }
 
 /// Rays by kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct RayCounts {
     pub camera: u64,
@@ -103,7 +104,7 @@ pub struct Picture {
 }
 
 /// What antialiasing added to the base samples of all pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Refined {
     /// Pixels that got more samples.
     pub pixels: u64,
