@@ -44,7 +44,7 @@ pub(crate) fn render_in_pieces<T: Send>(
                 Piece::Last(Ok((picture, finished)))
             }
             before => {
-                let mut joined = before.unwrap_or_else(|| empty(window, region));
+                let mut joined = before.unwrap_or_else(|| empty([window.width, window.height], region));
                 join(&mut joined, &picture);
                 if !cut.is_done() {
                     whole = Some(joined);
@@ -57,26 +57,23 @@ pub(crate) fn render_in_pieces<T: Send>(
     })?
 }
 
-fn empty(window: &Window, region: Region) -> Picture {
+/// A black region of a picture of some width and height, for which no ray was traced.
+pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Picture {
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
-    let film = Film { region, full_width: window.width, full_height: window.height, pixels };
+    let film = Film { region, full_width, full_height, pixels };
     let highest = film.pixels.clone();
     Picture { film, highest, rays: RayCounts::default(), refined: Refined::default(), progress: None, trace_ms: 0.0 }
 }
 
-fn join(whole: &mut Picture, piece: &Picture) {
+/// Puts a piece where it belongs, and adds up what they took.
+pub(crate) fn join(whole: &mut Picture, piece: &Picture) {
     let (outer, inner) = (whole.film.region, piece.film.region);
     paste_pixels(outer, &mut whole.highest, inner, &piece.highest);
-    paste(&mut whole.film, &piece.film);
+    paste_pixels(outer, &mut whole.film.pixels, inner, &piece.film.pixels);
     whole.rays = whole.rays + piece.rays;
     whole.refined.pixels += piece.refined.pixels;
     whole.refined.rays = whole.refined.rays + piece.refined.rays;
     whole.trace_ms += piece.trace_ms;
-}
-
-/// Puts a piece of a film where it belongs.
-pub(crate) fn paste(whole: &mut Film, piece: &Film) {
-    paste_pixels(whole.region, &mut whole.pixels, piece.region, &piece.pixels);
 }
 
 fn paste_pixels(outer: Region, whole: &mut [[f32; 3]], inner: Region, piece: &[[f32; 3]]) {

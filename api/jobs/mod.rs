@@ -1,37 +1,41 @@
 //! Jobs: pictures that nobody has to wait for. Accepted jobs survive any end of the process, finished tiles included.
 //!
 //! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash, shared by all jobs that render them) and
-//! `jobs/ID/`: `tiles` while the job is rendered, `picture` and `preview` afterwards.
+//! `jobs/ID/`: `tiles` while the job is rendered, `picture` (with its cost report) and `preview` afterwards.
 
 mod canvas;
 mod events;
 mod job;
 mod order;
 pub(crate) mod record;
+mod report;
 mod run;
 mod store;
 mod submit;
 mod tiles;
 
+pub(crate) use canvas::PREVIEW_SIDE;
 pub(crate) use events::Event;
-pub(crate) use job::{Job, Watcher};
+pub(crate) use job::{Job, Stopped, Watcher};
 pub(crate) use submit::{Claim, Known, Refused, Submission};
 
 use crate::blobs::Blobs;
+use crate::made::{About, Made};
 use crate::ready::Ready;
 use crate::turns::aged;
 use crate::workers::{Pool, Workers};
-use job::{Stopped, locked};
+use job::locked;
 use record::{Failure, Order, Record, State, now};
 use std::collections::{BTreeMap, HashMap};
-use std::fs;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 use store::Store;
+use strahl::film::FileFormat;
 use strahl::scene::{Format, Overrides};
 use tokio::sync::watch;
 
@@ -42,9 +46,25 @@ const MOST_OPEN: usize = 4;
 /// Open jobs of all tenants.
 const ALL_OPEN: usize = 64;
 
-/// How a scene is read and built.
-pub(crate) type Build =
-    dyn Fn(&Workers, &[u8], Format, &Overrides) -> Result<Arc<Ready>, Failure> + Send + Sync + 'static;
+/// The finished picture's file in the folder of a job.
+const PICTURE: &str = "picture";
+/// The small picture's.
+const PREVIEW: &str = "preview";
+
+/// What jobs ask of the service around them.
+pub(crate) trait Host: Send + Sync {
+    /// Reads and builds a scene.
+    fn build(
+        &self,
+        workers: &Workers,
+        text: &[u8],
+        format: Format,
+        settings: &Overrides,
+    ) -> Result<Arc<Ready>, Failure>;
+
+    /// Work on a tenant's job has ended in this process, after so many rays; `stopped` if there is no picture.
+    fn worked(&self, tenant: &str, stopped: Option<&Stopped>, rays: u64);
+}
 
 /// Limits on jobs.
 #[derive(Debug, Clone, Copy)]
@@ -64,7 +84,7 @@ pub(crate) struct JobLimits {
 /// All jobs.
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
-    build: Box<Build>,
+    host: Box<dyn Host>,
     store: Store,
     scenes: Blobs,
     folder: PathBuf,
@@ -105,7 +125,7 @@ impl Jobs {
         is_durable: bool,
         limits: JobLimits,
         pool: Arc<Pool>,
-        build: Box<Build>,
+        host: Box<dyn Host>,
     ) -> io::Result<Arc<Self>> {
         fs::create_dir_all(folder)?;
         let store = Store::open(&folder.join("jobs.redb"))?;
@@ -119,9 +139,10 @@ impl Jobs {
             }
             registry.add(&Arc::new(Job::new(record)));
         }
+        remove_strays(&folder.join("jobs"), |id| registry.jobs.contains_key(id))?;
         let jobs = Arc::new(Self {
             pool,
-            build,
+            host,
             store,
             scenes,
             folder: folder.to_owned(),
@@ -134,29 +155,43 @@ impl Jobs {
         Ok(jobs)
     }
 
-    /// A tenant's job.
-    pub(crate) fn find(&self, tenant: &str, id: &str) -> Option<Arc<Job>> {
-        locked(&self.registry).jobs.get(id).filter(|job| job.record().tenant == tenant).map(Arc::clone)
+    /// A job.
+    pub(crate) fn find(&self, id: &str) -> Option<Arc<Job>> {
+        locked(&self.registry).jobs.get(id).map(Arc::clone)
     }
 
-    /// A tenant's jobs after an id, the newest first, as far as `wanted` says so.
-    pub(crate) fn list(
-        &self,
-        tenant: &str,
-        before: Option<&str>,
-        limit: usize,
-        wanted: impl Fn(&Record) -> bool,
-    ) -> Vec<Arc<Job>> {
+    /// The scene of some job that goes by this name, and the settings over it.
+    pub(crate) fn order_of(&self, scene_id: &str) -> Option<Order> {
+        let registry = locked(&self.registry);
+        let same = |job: &Arc<Job>| {
+            let record = job.record();
+            (record.scene_id.as_deref() == Some(scene_id)).then(|| record.order.clone())
+        };
+        registry.jobs.values().find_map(same)
+    }
+
+    /// The picture of some job that is the whole of this image in this format.
+    pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<Made> {
+        let registry = locked(&self.registry);
+        let same = |job: &Arc<Job>| {
+            let record = job.record();
+            let same = record.image_id.as_deref() == Some(image_id) && record.order.output == format;
+            (same && record.state == State::Succeeded).then(|| record.id.clone())
+        };
+        let ids: Vec<String> = registry.jobs.values().filter_map(same).collect();
+        drop(registry);
+        // One that has just been forgotten is as good as none.
+        ids.iter().find_map(|id| self.picture(id).ok())
+    }
+
+    /// Jobs after an id, the newest first, as far as `wanted` says so.
+    pub(crate) fn list(&self, before: Option<&str>, limit: usize, wanted: impl Fn(&Record) -> bool) -> Vec<Arc<Job>> {
         let registry = locked(&self.registry);
         let older = registry.jobs.range::<str, _>((
             std::ops::Bound::Unbounded,
             before.map_or(std::ops::Bound::Unbounded, std::ops::Bound::Excluded),
         ));
-        let mine = |job: &&Arc<Job>| {
-            let record = job.record();
-            record.tenant == tenant && wanted(&record)
-        };
-        older.rev().map(|(_, job)| job).filter(mine).take(limit).map(Arc::clone).collect()
+        older.rev().map(|(_, job)| job).filter(|job| wanted(&job.record())).take(limit).map(Arc::clone).collect()
     }
 
     /// Place of a job among the waiting ones of its tenant, from 1, and milliseconds until it should be done.
@@ -223,8 +258,13 @@ impl Jobs {
     }
 
     /// The picture of a job that has succeeded.
-    pub(crate) fn picture(&self, id: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.folder_of(id).join("picture"))
+    pub(crate) fn picture(&self, id: &str) -> io::Result<Made> {
+        Made::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
+    }
+
+    /// What is said about it.
+    pub(crate) fn about(&self, id: &str) -> io::Result<About> {
+        About::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
     }
 
     /// The text of a scene that a job needs.
@@ -232,9 +272,9 @@ impl Jobs {
         self.scenes.get(name)
     }
 
-    /// Its last preview, a PNG.
+    /// Its last preview, a PNG; jobs whose picture was there already have none.
     pub(crate) fn last_preview(&self, id: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.folder_of(id).join("preview"))
+        fs::read(self.folder_of(id).join(PREVIEW))
     }
 
     /// What happens once a second: jobs that run too long are stopped, what is too old goes.
@@ -458,15 +498,27 @@ impl Registry {
     }
 }
 
+/// Removes folders of jobs that there is no record of: a kill came between the two.
+fn remove_strays(folder: &Path, is_known: impl Fn(&str) -> bool) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if !is_known(&entry.file_name().to_string_lossy()) {
+            fs::remove_dir_all(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
 /// Greater goes first among the jobs of a tenant.
 fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
     let record = job.record();
     (aged(record.priority, job.since), std::cmp::Reverse(record.id.clone()))
 }
 
-/// Bytes that an open job takes: its scene, its pixels as floats and as codes, and its file.
+/// Bytes that an open job takes: its scene, its pixels as floats, and so what they are at most, codes, and its file.
 pub(crate) fn memory_of(record: &Record) -> u64 {
-    record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 24
+    record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 36
 }
 
 fn estimate(job: &Arc<Job>) -> f64 {

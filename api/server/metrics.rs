@@ -152,7 +152,13 @@ impl Metrics {
         self.encode_seconds.get_or_create(&FormatLabels { format: cost.format }).observe(cost.encode.as_secs_f64());
     }
 
-    /// A render has ended: `ok`, `refused`, `failed`, `deadline` or `canceled`.
+    /// Work on a job has ended in this process.
+    pub(super) fn worked(&self, outcome: &'static str, rays: u64) {
+        self.ended("jobs", outcome);
+        self.rays.inc_by(rays);
+    }
+
+    /// A render has ended: `ok`, `refused`, `failed`, `deadline`, `canceled` or `suspended`.
     pub(super) fn ended(&self, lane: &'static str, outcome: &'static str) {
         self.renders.get_or_create(&OutcomeLabels { lane, outcome }).inc();
     }

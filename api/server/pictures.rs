@@ -6,28 +6,9 @@ use super::cost::Cost;
 use super::flights::Flights;
 use super::problem::Problem;
 use crate::blobs::Blobs;
+use crate::made::Made;
 use crate::recent::Recent;
-use axum::body::Bytes;
-use data_encoding::BASE64;
-use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::sync::Arc;
-
-/// What a kept picture takes beside its file, about.
-const OVERHEAD: u64 = 1_024;
-
-/// A picture file and what is said about it, whoever asks for it.
-#[derive(Debug)]
-pub(super) struct Made {
-    /// The file.
-    pub(super) file: Bytes,
-    /// Its SHA-256, as `Repr-Digest` has it (RFC 9530).
-    pub(super) digest: String,
-    /// Headers about what making it took, and how exact it is.
-    pub(super) headers: Vec<(String, String)>,
-    /// The image it is of, if it has a name.
-    pub(super) image: Option<String>,
-}
 
 /// A picture and what it took this time.
 #[derive(Debug, Clone)]
@@ -40,41 +21,11 @@ pub(super) struct Shown {
     pub(super) cost: Option<Cost>,
 }
 
-/// What is written before the file of a kept picture.
-#[derive(Debug, Serialize, Deserialize)]
-struct About {
-    image: Option<String>,
-    headers: Vec<(String, String)>,
-}
-
-impl Made {
-    /// A new file of an image.
-    pub(super) fn new(file: Vec<u8>, headers: Vec<(String, String)>, image: Option<String>) -> Self {
-        let digest = format!("sha-256=:{}:", BASE64.encode(&Sha256::digest(&file)));
-        Self { file: file.into(), digest, headers, image }
-    }
-
-    /// A line of JSON, and the file.
-    fn to_blob(&self) -> Vec<u8> {
-        let about = About { image: self.image.clone(), headers: self.headers.clone() };
-        let mut blob = serde_json::to_vec(&about).unwrap_or_default();
-        blob.push(b'\n');
-        blob.extend_from_slice(&self.file);
-        blob
-    }
-
-    fn from_blob(blob: &[u8]) -> Option<Self> {
-        let end = blob.iter().position(|&byte| byte == b'\n')?;
-        let About { image, headers } = serde_json::from_slice(&blob[..end]).ok()?;
-        Some(Self::new(blob[end + 1..].to_vec(), headers, image))
-    }
-}
-
 /// The pictures.
 #[derive(Debug)]
 pub(super) struct Pictures {
     memory: Recent<String, Arc<Made>>,
-    disk: Option<Arc<Blobs>>,
+    disk: Option<Blobs>,
     /// Those that are being made.
     pub(super) flights: Flights<Shown>,
 }
@@ -82,7 +33,7 @@ pub(super) struct Pictures {
 impl Pictures {
     /// No pictures in memory yet, and those of the folder.
     pub(super) fn new(budget: u64, disk: Option<Blobs>) -> Self {
-        Self { memory: Recent::new(budget), disk: disk.map(Arc::new), flights: Flights::default() }
+        Self { memory: Recent::new(budget), disk, flights: Flights::default() }
     }
 
     /// A picture that is in memory.
@@ -90,24 +41,20 @@ impl Pictures {
         self.memory.get(name)
     }
 
-    /// A picture, from memory or from the folder.
-    pub(super) async fn get(&self, name: &str) -> Option<Arc<Made>> {
+    /// A picture, from memory or from the folder, on this thread.
+    pub(super) fn get(&self, name: &str) -> Option<Arc<Made>> {
         if let Some(made) = self.memory.get(name) {
             return Some(made);
         }
-        let (disk, name) = (Arc::clone(self.disk.as_ref()?), name.to_owned());
-        let read = {
-            let name = name.clone();
-            tokio::task::spawn_blocking(move || disk.get(&name).and_then(|blob| Made::from_blob(&blob)))
-        };
-        let made = Arc::new(read.await.ok().flatten()?);
+        let blob = self.disk.as_ref()?.get(name)?;
+        let made = Arc::new(Made::read(&mut &blob[..]).ok()?);
         self.remember(name, &made);
         Some(made)
     }
 
     /// Keeps a picture. Writing it into the folder takes place on this thread.
     pub(super) fn put(&self, name: &str, made: &Arc<Made>) {
-        self.remember(name.to_owned(), made);
+        self.remember(name, made);
         if let Some(disk) = &self.disk
             && let Err(error) = disk.put(name, &made.to_blob())
         {
@@ -135,8 +82,8 @@ impl Pictures {
         }
     }
 
-    fn remember(&self, name: String, made: &Arc<Made>) {
-        let bytes = made.file.len() as u64 + OVERHEAD;
-        self.memory.put(name, Arc::clone(made), bytes);
+    /// Keeps a picture in memory.
+    pub(super) fn remember(&self, name: &str, made: &Arc<Made>) {
+        self.memory.put(name.to_owned(), Arc::clone(made), made.bytes());
     }
 }

@@ -5,13 +5,16 @@
 mod access;
 mod contract;
 mod flood;
+mod job_pictures;
 mod jobs;
 mod lifecycle;
 mod operations;
+mod owners;
 mod pictures;
 mod refusals;
 mod renders;
 mod scene_cache;
+mod schemas;
 mod service;
 mod tiles;
 mod tradeoff;

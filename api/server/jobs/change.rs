@@ -1,7 +1,7 @@
 //! Changing a job: its priority, and whether it goes on.
 
 use super::super::App;
-use super::super::openapi::bodies::JobView;
+use super::super::openapi::jobs::JobView;
 use super::super::problem::{Kind, Problem};
 use super::super::tenant::Tenant;
 use super::view::etag;
@@ -13,14 +13,18 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use std::sync::Arc;
+use utoipa::ToSchema;
 
 /// Bytes of a change.
 const CHANGE_BYTES: usize = 4_096;
 
 /// What may be changed.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-struct Change {
+#[schema(as = JobChange)]
+pub(in crate::server) struct Change {
+    /// 0 to 100.
+    #[schema(minimum = 0, maximum = 100)]
     priority: Option<u8>,
 }
 
@@ -31,7 +35,7 @@ struct Change {
         ("id" = String, Path, description = "The job's id."),
         ("If-Match" = Option<String>, Header, description = "The job's ETag: refused if somebody has changed it since."),
     ),
-    request_body(description = "`{\"priority\": 0 to 100}`", content((Value = "application/merge-patch+json"), (Value = "application/json"))),
+    request_body(description = "What is to be changed", content((Change = "application/merge-patch+json"), (Change = "application/json"))),
     responses((status = 200, description = "The job", body = JobView)),
 )]
 pub(in crate::server) async fn change_job(
@@ -65,7 +69,7 @@ pub(in crate::server) async fn change_job(
             Problem::new(Kind::Internal, "the change cannot be kept")
         })?;
     }
-    Ok(shown(&service, &job))
+    Ok(shown(&service, &job).await)
 }
 
 /// Stops a job.
@@ -85,7 +89,7 @@ pub(in crate::server) async fn cancel_job(
         blocking(move || service.jobs.cancel(&job)).await?
     };
     if canceled {
-        Ok((StatusCode::ACCEPTED, shown(&service, &job)).into_response())
+        Ok((StatusCode::ACCEPTED, shown(&service, &job).await).into_response())
     } else {
         Err(Problem::new(Kind::Conflict, format!("job {id} is {} already", job.record().state.name())))
     }

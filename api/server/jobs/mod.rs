@@ -18,16 +18,21 @@ pub(super) use view::*;
 
 use super::Service;
 use super::problem::{Kind, Problem};
-use super::tenant::Tenant;
+use super::tenant::{Scope, Tenant};
 use crate::jobs::Job;
-use crate::jobs::record::State;
+use crate::jobs::record::{Record, State};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use uuid::Uuid;
 
-/// The job of a path, if it is the tenant's.
+/// Whether a tenant may see a job: its own, and operators all.
+fn may_see(tenant: &Tenant, record: &Record) -> bool {
+    record.tenant == tenant.name || tenant.may(Scope::Admin)
+}
+
+/// The job of a path, if the tenant may see it.
 fn find(service: &Service, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
-    service.jobs.find(&tenant.name, id).ok_or_else(|| {
+    service.jobs.find(id).filter(|job| may_see(tenant, &job.record())).ok_or_else(|| {
         let limits = service.jobs.limits;
         let kept = limits.keep_records.min(limits.keep_pictures + limits.keep_records);
         if is_older(id, kept) {

@@ -2,16 +2,20 @@
 //! (`#[utoipa::path]`), and [`routes`](super::routes) registers code and description in one step.
 //!
 //! A new handler needs `#[utoipa::path(...)]` above it and `.routes(routes!(handler))` in `routes.rs`; then
-//! `strahl openapi > api/openapi.json`. What all operations share is added here: problems, keys, and the scene's own JSON Schema as a component.
+//! `strahl openapi > api/openapi.json`. What all operations share is added here: problems, keys, and the schemas that types have
+//! themselves ([`generated`]).
 
+pub(super) mod about;
 pub(super) mod bodies;
+pub(super) mod generated;
+pub(super) mod jobs;
+pub(super) mod pictures;
 pub(super) mod queries;
 
 use super::problem::Kind;
 use super::routes;
 use serde_json::{Map, Value, json};
 use std::sync::OnceLock;
-use strahl::scene::schema::schema;
 use utoipa::OpenApi;
 
 /// The document as the text of `api/openapi.json`.
@@ -42,7 +46,7 @@ fn document() -> Value {
     });
     add_examples(&mut document);
     add_slugs(&mut document);
-    add_scene(&mut document["components"]["schemas"]);
+    add_generated(&mut document);
     add_problems(&mut document);
     document
 }
@@ -61,18 +65,16 @@ const TAGS: [(&str, &str); 5] = [
     ("service", "About the service itself"),
 ];
 
-/// The scene's schema and its definitions become components.
-fn add_scene(components: &mut Value) {
-    let mut scene = schema().clone();
-    if let Some(Value::Object(definitions)) = scene.as_object_mut().and_then(|scene| scene.remove("$defs")) {
-        for (name, definition) in definitions {
-            components[name] = definition;
-        }
+/// What schemars makes of types becomes components.
+fn add_generated(document: &mut Value) {
+    let parameters = generated::parameters(document);
+    let components = &mut document["components"]["schemas"];
+    for (name, definition) in generated::definitions() {
+        components[name] = definition;
     }
-    for key in ["$schema", "$id"] {
-        scene.as_object_mut().and_then(|scene| scene.remove(key));
+    for (name, object) in parameters {
+        components[name] = object;
     }
-    components["Scene"] = scene;
     rename_references(components);
 }
 

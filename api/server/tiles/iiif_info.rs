@@ -4,6 +4,7 @@ use super::iiif::address;
 use super::{Opened, everywhere, last_level, open};
 use crate::server::App;
 use crate::server::excerpt::TILE;
+use crate::server::openapi::pictures::ImageInfo;
 use crate::server::problem::Problem;
 use crate::server::show::put;
 use crate::server::tenant::Tenant;
@@ -21,7 +22,7 @@ const CONTEXT: &str = "http://iiif.io/api/image/3/context.json";
 #[utoipa::path(
     get, path = "/iiif/3/{image}/info.json", operation_id = "iiifInfo", tag = "tiles",
     params(("image" = String, Path, description = "The image's id.")),
-    responses((status = 200, description = "The description", body = Value)),
+    responses((status = 200, description = "The description", body = ImageInfo)),
 )]
 pub(in crate::server) async fn iiif_info(
     State(service): State<App>,

@@ -8,6 +8,7 @@ use crate::identity::MAX_ZOOM;
 use crate::server::App;
 use crate::server::excerpt::{Grid, TILE, size_of};
 use crate::server::openapi::bodies::Picture;
+use crate::server::openapi::pictures::TileJson;
 use crate::server::problem::{Kind, Problem};
 use crate::server::tenant::Tenant;
 use axum::Json;
@@ -21,7 +22,7 @@ use strahl::film::Region;
 #[utoipa::path(
     get, path = "/xyz/{image}", operation_id = "xyz", tag = "tiles",
     params(("image" = String, Path, description = "The image's id and `.json`.")),
-    responses((status = 200, description = "The description", body = Object)),
+    responses((status = 200, description = "The description", body = TileJson)),
 )]
 pub(in crate::server) async fn xyz(
     State(service): State<App>,
