@@ -61,25 +61,26 @@ pub(crate) fn render_in_pieces<T: Send>(
 pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Picture {
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
     let film = Film { region, full_width, full_height, pixels };
-    let highest = film.pixels.clone();
-    Picture { film, highest, rays: RayCounts::default(), refined: Refined::default(), progress: None, trace_ms: 0.0 }
+    let (lacking, rays, refined) = (Vec::new(), RayCounts::default(), Refined::default());
+    Picture { film, lacking, rays, refined, progress: None, trace_ms: 0.0 }
 }
 
 /// Puts a piece where it belongs, and adds up what they took.
 pub(crate) fn join(whole: &mut Picture, piece: &Picture) {
-    let (outer, inner) = (whole.film.region, piece.film.region);
-    paste_pixels(outer, &mut whole.highest, inner, &piece.highest);
-    paste_pixels(outer, &mut whole.film.pixels, inner, &piece.film.pixels);
+    paste(&mut whole.film, &piece.film);
+    whole.lacking.extend_from_slice(&piece.lacking);
     whole.rays = whole.rays + piece.rays;
     whole.refined.pixels += piece.refined.pixels;
     whole.refined.rays = whole.refined.rays + piece.refined.rays;
     whole.trace_ms += piece.trace_ms;
 }
 
-fn paste_pixels(outer: Region, whole: &mut [[f32; 3]], inner: Region, piece: &[[f32; 3]]) {
+/// Puts a piece of a film where it belongs.
+fn paste(whole: &mut Film, piece: &Film) {
+    let (outer, inner) = (whole.region, piece.region);
     let (left, top) = ((inner.x - outer.x) as usize, (inner.y - outer.y) as usize);
-    let rows = whole.chunks_mut(outer.width as usize).skip(top);
-    for (row, part) in rows.zip(piece.chunks(inner.width as usize)) {
+    let rows = whole.pixels.chunks_mut(outer.width as usize).skip(top);
+    for (row, part) in rows.zip(piece.pixels.chunks(inner.width as usize)) {
         row[left..left + part.len()].copy_from_slice(part);
     }
 }

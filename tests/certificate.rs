@@ -118,8 +118,9 @@ impl AddAssign for Tally {
 /// Holds a picture against one whose rays were followed further.
 fn hold(picture: &Picture, deep: &Picture, roundings: f64, tally: &mut Tally) {
     let proof = Proof::of(picture);
-    let deeper = deep.film.pixels.iter().zip(&deep.highest);
-    for ((shown, highest), (deep, deepest)) in picture.film.pixels.iter().zip(&picture.highest).zip(deeper) {
+    let (highest, deepest) = (picture.highest(), deep.highest());
+    let deeper = deep.film.pixels.iter().zip(&deepest);
+    for ((shown, highest), (deep, deepest)) in picture.film.pixels.iter().zip(&highest).zip(deeper) {
         for c in 0..3 {
             tally.channels += 1;
             // The deep picture lacks something, too, and all sums are rounded.
@@ -286,7 +287,7 @@ fn a_number_of_rays_makes_the_same_picture_on_any_number_of_threads() {
         let pictures = [1, 2, 3].map(|threads| run(threads, Stop::Rays(part)));
         for picture in &pictures {
             assert_eq!(picture.film, pictures[0].film, "{part} rays");
-            assert_eq!((picture.rays, picture.highest == pictures[0].highest), (pictures[0].rays, true));
+            assert_eq!((picture.rays, picture.highest() == pictures[0].highest()), (pictures[0].rays, true));
         }
         let count = pictures[0].progress.unwrap().count;
         assert!(count >= part, "{count} {part}");

@@ -112,8 +112,7 @@ mod tests {
         canvas.fill(&part(Region::whole(138, 13), 0.25), 3);
         assert!(canvas.preview.pixels.iter().all(|pixel| *pixel == [0.25; 3]));
         let tile = Region { x: 64, y: 64, width: 32, height: 32 };
-        let white = vec![[1.0; 3]; tile.pixels() as usize];
-        canvas.finish(&Picture { film: part(tile, 1.0), highest: white, ..empty([1_100, 100], tile) });
+        canvas.finish(&Picture { film: part(tile, 1.0), ..empty([1_100, 100], tile) });
         canvas.fill(&part(Region::whole(275, 25), 0.5), 2);
         let at = |canvas: &Canvas, x: usize, y: usize| canvas.preview.pixels[y * 550 + x];
         assert_eq!([at(&canvas, 32, 32), at(&canvas, 47, 47), at(&canvas, 48, 47)], [[1.0; 3], [1.0; 3], [0.5; 3]]);

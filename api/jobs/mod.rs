@@ -516,9 +516,9 @@ fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
     (aged(record.priority, job.since), std::cmp::Reverse(record.id.clone()))
 }
 
-/// Bytes that an open job takes: its scene, its pixels as floats, and so what they are at most, codes, and its file.
+/// Bytes that an open job takes: its scene, its pixels as floats and as codes, what they lack at most, and its file.
 pub(crate) fn memory_of(record: &Record) -> u64 {
-    record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 36
+    record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 44
 }
 
 fn estimate(job: &Arc<Job>) -> f64 {

@@ -1,7 +1,7 @@
 //! The finished tiles of a job on disk, so that none is rendered twice: one file, to which each is added when it is done.
 //!
-//! A tile is its number, what it took as JSON, its pixels as linear floats, each with what it is at most, and a hash of all
-//! that. What a kill has left half-written at the end is cut off.
+//! A tile is its number, what it took as JSON, its pixels as linear floats, those that lack light with what they are at most,
+//! and a hash of all that. What a kill has left half-written at the end is cut off.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -9,16 +9,18 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, Read, Write};
 use std::path::Path;
 use strahl::film::{Film, Region};
-use strahl::render::{Picture, RayCounts, Refined};
+use strahl::render::{Lacking, Picture, RayCounts, Refined};
 
 /// Bytes of the hash.
 const DIGEST: usize = 16;
-/// Bytes before the rest: number of the tile, and bytes of the JSON.
-const HEAD: usize = 8;
+/// Bytes before the rest: number of the tile, bytes of the JSON, number of pixels that lack light.
+const HEAD: usize = 12;
 /// Most bytes of the JSON.
 const MOST: usize = 4_096;
-/// Bytes of a pixel and of what it is at most.
-const PIXEL: usize = 24;
+/// Bytes of a pixel.
+const PIXEL: usize = 12;
+/// Bytes of one that lacks light: where it is, and what it is at most.
+const LACKING: usize = 20;
 
 /// A finished tile.
 #[derive(Debug)]
@@ -65,14 +67,18 @@ impl Tiles {
 
     /// Adds a tile; it outlives the process from then on.
     pub(super) fn add(&mut self, Tile { number, picture }: &Tile) -> io::Result<()> {
-        let &Picture { ref film, ref highest, rays, refined, trace_ms, .. } = picture;
+        let &Picture { ref film, ref lacking, rays, refined, trace_ms, .. } = picture;
         let took = serde_json::to_vec(&Took { rays, camera_hits: rays.camera_hits, refined, trace_ms })?;
-        let mut bytes = Vec::with_capacity(HEAD + took.len() + film.pixels.len() * PIXEL + DIGEST);
+        let mut bytes =
+            Vec::with_capacity(HEAD + took.len() + film.pixels.len() * PIXEL + lacking.len() * LACKING + DIGEST);
         bytes.extend(number.to_le_bytes());
         bytes.extend((took.len() as u32).to_le_bytes());
+        bytes.extend((lacking.len() as u32).to_le_bytes());
         bytes.extend(took);
-        for channel in film.pixels.as_flattened().iter().chain(highest.as_flattened()) {
-            bytes.extend(channel.to_le_bytes());
+        bytes.extend(film.pixels.as_flattened().iter().flat_map(|channel| channel.to_le_bytes()));
+        for Lacking { at, highest } in lacking {
+            bytes.extend(at.iter().flat_map(|coordinate| coordinate.to_le_bytes()));
+            bytes.extend(highest.iter().flat_map(|channel| channel.to_le_bytes()));
         }
         let digest = Sha256::digest(&bytes);
         bytes.extend(&digest[..DIGEST]);
@@ -90,11 +96,14 @@ fn read(
     if !fill(from, &mut bytes)? {
         return Ok(None);
     }
-    let word = |at: usize| bytes[at..at + 4].try_into().map_or(0, u32::from_le_bytes);
-    let (number, took) = (word(0), word(4) as usize);
-    let Some(region) = region(number).filter(|_| took <= MOST) else { return Ok(None) };
+    let [number, took, lacking] = words(&bytes)[..] else { return Ok(None) };
+    let (took, lacking) = (took as usize, lacking as usize);
+    let Some(region) = region(number) else { return Ok(None) };
     let count = region.pixels() as usize;
-    bytes.resize(HEAD + took + count * PIXEL + DIGEST, 0);
+    if took > MOST || lacking > count {
+        return Ok(None);
+    }
+    bytes.resize(HEAD + took + count * PIXEL + lacking * LACKING + DIGEST, 0);
     if !fill(from, &mut bytes[HEAD..])? {
         return Ok(None);
     }
@@ -102,17 +111,23 @@ fn read(
     if Sha256::digest(contents)[..DIGEST] != *digest {
         return Ok(None);
     }
-    let (took, floats) = contents[HEAD..].split_at(took);
+    let (took, pixels) = contents[HEAD..].split_at(took);
+    let (pixels, lacking) = pixels.split_at(count * PIXEL);
     // Another version of the program may have written it.
     let Ok(Took { rays, camera_hits, refined, trace_ms }) = serde_json::from_slice(took) else { return Ok(None) };
-    let floats: Vec<f32> =
-        floats.chunks_exact(4).map(|bytes| bytes.try_into().map_or(0.0, f32::from_le_bytes)).collect();
-    let mut colors: Vec<[f32; 3]> = floats.chunks_exact(3).map(|color| std::array::from_fn(|c| color[c])).collect();
-    let highest = colors.split_off(count);
-    let film = Film { region, full_width, full_height, pixels: colors };
+    let color = |words: &[u32]| std::array::from_fn(|c| f32::from_bits(words[c]));
+    let pixels = words(pixels).chunks_exact(3).map(color).collect();
+    let film = Film { region, full_width, full_height, pixels };
+    let lack = |words: &[u32]| Lacking { at: [words[0], words[1]], highest: color(&words[2..]) };
+    let lacking = words(lacking).chunks_exact(5).map(lack).collect();
     let rays = RayCounts { camera_hits, ..rays };
-    let picture = Picture { film, highest, rays, refined, progress: None, trace_ms };
+    let picture = Picture { film, lacking, rays, refined, progress: None, trace_ms };
     Ok(Some((Tile { number, picture }, bytes.len())))
+}
+
+/// Numbers of 32 bits.
+fn words(bytes: &[u8]) -> Vec<u32> {
+    bytes.chunks_exact(4).map(|bytes| bytes.try_into().map_or(0, u32::from_le_bytes)).collect()
 }
 
 /// Whether there was enough to fill it.
@@ -139,8 +154,8 @@ mod tests {
         let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], ..black.film };
         let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, ..RayCounts::default() };
         let refined = Refined { pixels: 3, rays: RayCounts { shadow: 9, ..RayCounts::default() } };
-        let highest = vec![[0.2, 1e-29, f32::MAX]; 6];
-        Tile { number, picture: Picture { film, highest, rays, refined, progress: None, trace_ms: 0.1 } }
+        let lacking = vec![Lacking { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }; number as usize];
+        Tile { number, picture: Picture { film, lacking, rays, refined, progress: None, trace_ms: 0.1 } }
     }
 
     fn open(path: &Path) -> (Tiles, Vec<Tile>) {

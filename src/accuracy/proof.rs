@@ -1,8 +1,8 @@
 //! What is proved about a picture: how far recursion without end could be from it.
 
-use crate::film::Region;
+use crate::film::Film;
 use crate::film::srgb::Codes8;
-use crate::render::Picture;
+use crate::render::{Lacking, Picture};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -20,63 +20,44 @@ pub struct Proof {
     pub worst_pixel: Option<[u32; 2]>,
 }
 
-/// One row's part of it.
+/// A part of it.
 #[derive(Clone, Copy, Default)]
-struct Row {
+struct Part {
     codes: u8,
-    identical: u64,
+    /// Pixels that are not proved to be the same.
+    open: u64,
     linear: [f32; 3],
     worst: Option<(u8, f32, [u32; 2])>,
 }
 
 impl Proof {
-    /// The proof of a picture; each pixel says itself what it may be at most.
+    /// The proof of a picture; each pixel that may lack light says itself what it may be at most.
     pub fn of(picture: &Picture) -> Self {
-        let Region { x, y, width, .. } = picture.film.region;
-        let width = width as usize;
-        let rows = picture.film.pixels.par_chunks(width).zip(picture.highest.par_chunks(width)).enumerate();
-        let all = rows
-            .map(|(row, (shown, highest))| {
-                let mut all = Row::default();
-                for (column, (shown, highest)) in shown.iter().zip(highest).enumerate() {
-                    all.add([x + column as u32, y + row as u32], *shown, *highest);
-                }
-                all
-            })
-            .reduce(Row::default, Row::and);
+        let Film { region, pixels, .. } = &picture.film;
+        let add = |part: Part, lacking: &Lacking| part.add(pixels[region.index(lacking.at)], lacking);
+        let all = picture.lacking.par_iter().fold(Part::default, add).reduce(Part::default, Part::and);
         Self {
             max_codes: all.codes,
-            identical_fraction: all.identical as f64 / picture.film.pixels.len() as f64,
+            identical_fraction: 1.0 - all.open as f64 / pixels.len() as f64,
             max_linear: all.linear.iter().all(|c| c.is_finite()).then_some(all.linear),
             worst_pixel: all.worst.map(|(.., at)| at),
         }
     }
 }
 
-impl Row {
-    fn add(&mut self, at: [u32; 2], shown: [f32; 3], highest: [f32; 3]) {
-        if shown == highest {
-            self.identical += 1;
-            return;
-        }
-        let table = Codes8::get();
-        let mut codes = 0;
-        let mut most: f32 = 0.0;
-        for c in 0..3 {
-            codes = codes.max(table.code(highest[c]).saturating_sub(table.code(shown[c])));
-            let linear = (highest[c] - shown[c]).max(0.0);
-            self.linear[c] = self.linear[c].max(linear);
-            most = most.max(linear);
-        }
-        self.identical += u64::from(codes == 0);
-        self.codes = self.codes.max(codes);
-        self.worst = worse(self.worst, Some((codes, most, at)));
+impl Part {
+    fn add(self, shown: [f32; 3], lacking: &Lacking) -> Self {
+        let (table, highest) = (Codes8::get(), lacking.highest);
+        let codes = (0..3).map(|c| table.code(highest[c]).saturating_sub(table.code(shown[c]))).fold(0, u8::max);
+        let linear: [f32; 3] = std::array::from_fn(|c| (highest[c] - shown[c]).max(0.0));
+        let most = linear.into_iter().fold(0.0, f32::max);
+        self.and(Self { codes, open: u64::from(codes > 0), linear, worst: Some((codes, most, lacking.at)) })
     }
 
     fn and(self, other: Self) -> Self {
         Self {
             codes: self.codes.max(other.codes),
-            identical: self.identical + other.identical,
+            open: self.open + other.open,
             linear: std::array::from_fn(|c| self.linear[c].max(other.linear[c])),
             worst: worse(self.worst, other.worst),
         }

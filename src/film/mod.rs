@@ -40,6 +40,16 @@ impl Region {
 }
 
 impl Region {
+    /// Whether a pixel, given by column and row, is one of the region's.
+    pub fn contains(&self, [x, y]: [u32; 2]) -> bool {
+        (self.x..self.x + self.width).contains(&x) && (self.y..self.y + self.height).contains(&y)
+    }
+
+    /// The place of a pixel of the region, row by row.
+    pub fn index(&self, [x, y]: [u32; 2]) -> usize {
+        (y - self.y) as usize * self.width as usize + (x - self.x) as usize
+    }
+
     /// Number of pixels.
     pub fn pixels(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)

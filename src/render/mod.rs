@@ -3,9 +3,9 @@
 mod progressive;
 
 use crate::camera::{Camera, Window};
-use crate::film::srgb::{Codes8, code8};
+use crate::film::srgb::Codes8;
 use crate::film::{Film, Region};
-use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, dispatch, lanes_of};
+use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch, lanes_of};
 use crate::plan::effects::{Clear, Detailed, DetailedMirrors, Effects, Everything, Local, Mirrors, Specialised};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
@@ -90,9 +90,9 @@ impl std::ops::Add for RayCounts {
 pub struct Picture {
     /// The pixels.
     pub film: Film,
-    /// What each pixel is at most, however far the recursion goes: as long as that of recursion to
-    /// [`Reach::max_depth`](crate::scene::ceiling::Reach::max_depth), and of the same samples.
-    pub highest: Vec<[f32; 3]>,
+    /// The pixels that may lack light, in no particular order. All others are those of the same samples with recursion
+    /// without end, or to [`Reach::max_depth`](crate::scene::ceiling::Reach::max_depth).
+    pub lacking: Vec<Lacking>,
     /// What was traced.
     pub rays: RayCounts,
     /// What antialiasing added.
@@ -101,6 +101,26 @@ pub struct Picture {
     pub progress: Option<Progress>,
     /// Milliseconds of wall time spent tracing.
     pub trace_ms: f64,
+}
+
+impl Picture {
+    /// What each pixel is at most, however far the recursion goes, row by row.
+    pub fn highest(&self) -> Vec<[f32; 3]> {
+        let mut highest = self.film.pixels.clone();
+        for lacking in &self.lacking {
+            highest[self.film.region.index(lacking.at)] = lacking.highest;
+        }
+        highest
+    }
+}
+
+/// A pixel of which something was left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lacking {
+    /// Its column and row in the whole picture.
+    pub at: [u32; 2],
+    /// What it is at most: see [`certificate`](crate::trace::certificate).
+    pub highest: [f32; 3],
 }
 
 /// What antialiasing added to the base samples of all pixels.
@@ -208,7 +228,7 @@ pub(crate) fn probe<'a>(scene: &'a Scene, control: &'a Control) -> Probe<'a> {
         Box::new(move |at| {
             let mut traced = Traced::default();
             R::trace(cut.level, &job, at, scene.samples, &mut traced);
-            (traced.pixels.iter().map(|pixel| pixel.shown).collect(), traced.rays)
+            (traced.pixels, traced.rays)
         })
     }
     match &scene.world {
@@ -254,9 +274,13 @@ struct Job<'a, R> {
     pruning: Pruning,
 }
 
+/// What became of some pixels.
 #[derive(Default)]
 struct Traced {
-    pixels: Vec<Pixel>,
+    /// In the order asked for.
+    pixels: Vec<[f32; 3]>,
+    /// Those that may lack light.
+    lacking: Vec<Lacking>,
     rays: RayCounts,
 }
 
@@ -307,56 +331,33 @@ fn trace_with<L: Lanes, E: Effects>(
         };
         let [red, green, blue] = lanes(sum);
         let first = out.pixels.len();
-        out.pixels.extend((0..packet.len()).map(|lane| Pixel::exact([red[lane], green[lane], blue[lane]])));
-        let rest = tracer.rest();
-        let lacking = rest.x.max(rest.y).max(rest.z).gt(L::lit(s, 0.0)).bits() & active;
-        if lacking != 0 {
-            let roundings = tracer.roundings();
-            for lane in lanes_of(lacking) {
-                let sum = [red[lane], green[lane], blue[lane]];
-                out.pixels[first + lane] = Pixel::new(sum, rest.lane(lane), roundings.lane(lane), job.pruning);
-            }
+        out.pixels.extend((0..packet.len()).map(|lane| [red[lane], green[lane], blue[lane]].map(narrow)));
+        for lane in lanes_of(tracer.lacking() & active) {
+            let sum = [red[lane], green[lane], blue[lane]];
+            let ends = ends(sum, tracer.rest().lane(lane), tracer.roundings().lane(lane));
+            let (shown, highest) = show(sum, ends, job.pruning);
+            out.pixels[first + lane] = shown;
+            out.lacking.push(Lacking { at: packet[lane], highest });
         }
     }
     out.rays = out.rays + tracer.counts;
 }
 
-/// A pixel as it is shown, and what it is at most: see [`certificate`](crate::trace::certificate).
-#[derive(Debug, Clone, Copy, Default)]
-struct Pixel {
-    shown: [f32; 3],
-    highest: [f32; 3],
-}
-
-impl Pixel {
-    /// A pixel that lacks nothing.
-    #[inline(always)]
-    fn exact<R: Real>(sum: [R; 3]) -> Self {
-        let shown = sum.map(narrow);
-        Self { shown, highest: shown }
-    }
-
-    /// A pixel that may lack `rest`.
-    #[inline(always)]
-    fn new<R: Real>(sum: [R; 3], rest: [R; 3], roundings: R, pruning: Pruning) -> Self {
-        let shown = sum.map(narrow);
-        let ends = ends(sum, rest, roundings);
-        let shown = match pruning {
-            Pruning::Weight(_) => shown,
-            Pruning::Proved { max_codes } => {
-                std::array::from_fn(|c| narrow(sum[c] + raised(sum[c], ends[c], max_codes)))
-            }
-        };
-        // Whatever lies some codes below, by rounding, counts as if it lay as many above.
-        let codes = Codes8::get();
-        let highest = std::array::from_fn(|c| {
-            let [low, high] = ends[c];
-            let code = codes.code(shown[c]);
-            let below = code - codes.code(low).min(code);
-            if codes.code(high) - code < below { codes.least(code.saturating_add(below)).max(high) } else { high }
-        });
-        Self { shown, highest }
-    }
+/// What is shown of a pixel that lies between two ends, and what it is at most, seen from there.
+fn show<R: Real>(sum: [R; 3], ends: [[f32; 2]; 3], pruning: Pruning) -> ([f32; 3], [f32; 3]) {
+    let shown = match pruning {
+        Pruning::Weight(_) => sum.map(narrow),
+        Pruning::Proved { max_codes } => std::array::from_fn(|c| narrow(sum[c] + raised(sum[c], ends[c], max_codes))),
+    };
+    // Whatever lies some codes below, by rounding, counts as if it lay as many above.
+    let codes = Codes8::get();
+    let highest = std::array::from_fn(|c| {
+        let [low, high] = ends[c];
+        let code = codes.code(shown[c]);
+        let below = code - codes.code(low).min(code);
+        if codes.code(high) - code < below { codes.least(code.saturating_add(below)).max(high) } else { high }
+    });
+    (shown, highest)
 }
 
 /// A channel of the film.
@@ -377,32 +378,31 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
 ) {
     let s = tracer.simd();
     let weight = L::Real::from_f64(1.0 / f64::from(samples));
-    let mut corners = [[0; MAX_LANES]; 2];
-    for (lane, pixel) in pixels.iter().enumerate() {
-        (corners[0][lane], corners[1][lane]) = (pixel[0], pixel[1]);
-    }
-    tracer.begin(&corners, samples);
+    tracer.begin(pixels, samples);
     let (mut active, mut sample) = (active, 0);
     // One call of `follow_from` for the first rays of each sample and those put aside: it holds all of the kernel.
     while !tracer.is_cancelled() {
-        let rays = if sample < samples {
+        let rays;
+        if sample < samples {
             let offset = sample_offset(sample, samples);
-            let coordinate =
-                |axis: usize| L::from_fn(s, |lane| L::Real::from_f64(f64::from(corners[axis][lane]) + offset[axis]));
+            let coordinate = |axis: usize| {
+                L::from_fn(s, |lane| L::Real::from_f64(f64::from(tracer.corners(axis)[lane]) + offset[axis]))
+            };
+            let (x, y) = (coordinate(0), coordinate(1));
             tracer.choose(sample);
+            rays = tracer.sample(x, y, active, weight, hits, sum);
             sample += 1;
-            Some(tracer.sample(coordinate(0), coordinate(1), active, weight, hits, sum))
+        } else if tracer.prove(active, hits, sum) {
+            let Some(next) = tracer.pop() else { continue };
+            rays = next;
         } else {
-            tracer.prove(active, hits, sum)
-        };
-        if let Some(rays) = rays {
-            tracer.follow_from(rays, hits, sum);
+            (active, sample) = (tracer.finish(active, sum), 0);
+            if active == 0 {
+                return;
+            }
             continue;
         }
-        (active, sample) = (tracer.finish(active, sum), 0);
-        if active == 0 {
-            return;
-        }
+        tracer.follow_from(rays, hits, sum);
     }
 }
 
@@ -418,7 +418,7 @@ pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Med
 /// A tile and where its pixels go, row by row.
 struct Tile<'a> {
     region: Region,
-    rows: Vec<&'a mut [Pixel]>,
+    rows: Vec<&'a mut [[f32; 3]]>,
 }
 
 /// Edge of the block of pixels that share a packet, so that its rays stay together: 4 x 4 are 16 lanes.
@@ -437,7 +437,7 @@ impl Tile<'_> {
     }
 
     /// Puts pixels in the order of [`Self::blocks`] where they belong.
-    fn put(&mut self, mut pixels: &[Pixel]) {
+    fn put(&mut self, mut pixels: &[[f32; 3]]) {
         for block in self.region.tiles(BLOCK) {
             let (left, top) = ((block.x - self.region.x) as usize, (block.y - self.region.y) as usize);
             for row in &mut self.rows[top..top + block.height as usize] {
@@ -450,7 +450,7 @@ impl Tile<'_> {
 }
 
 /// Cuts the pixels of a region into tiles.
-fn split(region: Region, edge: u32, pixels: &mut [Pixel]) -> Vec<Tile<'_>> {
+fn split(region: Region, edge: u32, pixels: &mut [[f32; 3]]) -> Vec<Tile<'_>> {
     let mut tiles: Vec<Tile<'_>> = region.tiles(edge).map(|region| Tile { region, rows: Vec::new() }).collect();
     let across = region.width.div_ceil(edge) as usize;
     for (y, row) in pixels.chunks_mut(region.width as usize).enumerate() {
@@ -490,64 +490,63 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         let [full_width, full_height] = self.size;
         if !refines(self.scene) {
             self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
-            let (pixels, rays) = self.grid(region)?;
-            return Ok(self.picture_of(region, &pixels, rays, Refined::default()));
+            return Ok(self.picture_of(region, self.grid(region)?, Refined::default()));
         }
         // Antialiasing compares with neighbours, also across the region's edge, so that a tile is a crop of the whole.
         let around = region.with_border(full_width, full_height);
         self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
-        let (base, rays) = self.grid(around)?;
-        let at = |x: u32, y: u32| ((y - around.y) * around.width + (x - around.x)) as usize;
-        let mut pixels: Vec<Pixel> = region.iter().map(|[x, y]| base[at(x, y)]).collect();
-        let codes: Vec<[u8; 3]> = base.par_iter().map(|p| p.shown.map(code8)).collect();
+        let mut traced = self.grid(around)?;
+        let codes = codes_of(&traced.pixels);
         let uneven: Vec<[u32; 2]> =
             region.iter().filter(|&[x, y]| is_uneven(code_in(&codes, around), around, x, y)).collect();
         self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
-        let (refined, more) = self.list(&uneven, REFINED_SAMPLES)?;
-        for (&[x, y], pixel) in uneven.iter().zip(refined) {
-            pixels[((y - region.y) * region.width + (x - region.x)) as usize] = pixel;
+        let refined = self.list(&uneven, REFINED_SAMPLES)?;
+        if around != region {
+            traced.pixels = region.iter().map(|at| traced.pixels[around.index(at)]).collect();
         }
-        let more = Refined { pixels: uneven.len() as u64, rays: more };
-        Ok(self.picture_of(region, &pixels, rays + more.rays, more))
+        for (&at, pixel) in uneven.iter().zip(refined.pixels) {
+            traced.pixels[region.index(at)] = pixel;
+        }
+        // `uneven` is in the order of rows.
+        let is_refined = |[x, y]: [u32; 2]| uneven.binary_search_by_key(&[y, x], |[x, y]| [*y, *x]).is_ok();
+        traced.lacking.retain(|lacking| region.contains(lacking.at) && !is_refined(lacking.at));
+        traced.lacking.extend(refined.lacking);
+        traced.rays = traced.rays + refined.rays;
+        Ok(self.picture_of(region, traced, Refined { pixels: uneven.len() as u64, rays: refined.rays }))
     }
 
-    fn picture_of(&self, region: Region, pixels: &[Pixel], rays: RayCounts, refined: Refined) -> Picture {
+    fn picture_of(&self, region: Region, traced: Traced, refined: Refined) -> Picture {
         let [full_width, full_height] = self.size;
-        let film = Film { region, full_width, full_height, pixels: pixels.par_iter().map(|p| p.shown).collect() };
-        let highest = pixels.par_iter().map(|p| p.highest).collect();
-        Picture { film, highest, rays, refined, progress: None, trace_ms: 0.0 }
+        let Traced { pixels, lacking, rays } = traced;
+        let film = Film { region, full_width, full_height, pixels };
+        Picture { film, lacking, rays, refined, progress: None, trace_ms: 0.0 }
     }
 
     /// The base samples of a region, row by row.
-    fn grid(&self, region: Region) -> Result<(Vec<Pixel>, RayCounts), Cancelled> {
-        let mut pixels = vec![Pixel::default(); region.pixels() as usize];
-        let rays = split(region, self.cut.tile, &mut pixels)
+    fn grid(&self, region: Region) -> Result<Traced, Cancelled> {
+        let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
+        let parts: Result<Vec<Traced>, Cancelled> = split(region, self.cut.tile, &mut pixels)
             .into_par_iter()
             // Tiles differ in cost: each may go to another thread until the last.
             .with_max_len(1)
             .map(|mut tile| {
-                let traced = self.trace(&tile.blocks(), self.scene.samples)?;
-                tile.put(&traced.pixels);
-                Ok(traced.rays)
+                let mut traced = self.trace(&tile.blocks(), self.scene.samples)?;
+                tile.put(&std::mem::take(&mut traced.pixels));
+                Ok(traced)
             })
-            .try_reduce(RayCounts::default, |a, b| Ok(a + b))?;
-        Ok((pixels, rays))
+            .collect();
+        Ok(Traced { pixels, ..joined(parts?) })
     }
 
     /// Pixels anywhere, in the order given.
-    fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<(Vec<Pixel>, RayCounts), Cancelled> {
-        let traced: Result<Vec<Traced>, Cancelled> =
+    fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
+        let parts: Result<Vec<Traced>, Cancelled> =
             at.par_chunks(16 * MAX_LANES).with_max_len(1).map(|part| self.trace(part, samples)).collect();
-        let mut all = Traced::default();
-        for part in traced? {
-            all.pixels.extend(part.pixels);
-            all.rays = all.rays + part.rays;
-        }
-        Ok((all.pixels, all.rays))
+        Ok(joined(parts?))
     }
 
     fn trace(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
-        let mut traced = Traced { pixels: Vec::with_capacity(at.len()), rays: RayCounts::default() };
+        let mut traced = Traced { pixels: Vec::with_capacity(at.len()), ..Traced::default() };
         R::trace(self.cut.level, &self.job, at, samples, &mut traced);
         if self.control.cancelled.load(Ordering::Relaxed) {
             return Err(Cancelled);
@@ -557,10 +556,32 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 
     fn uneven_in(&self, around: Region, x: u32, y: u32) -> bool {
-        let Ok((base, _)) = self.grid(around) else { return false };
-        let codes: Vec<[u8; 3]> = base.iter().map(|p| p.shown.map(code8)).collect();
+        let Ok(base) = self.grid(around) else { return false };
+        let codes = codes_of(&base.pixels);
         is_uneven(code_in(&codes, around), around, x, y)
     }
+}
+
+/// The parts one after the other.
+fn joined(parts: Vec<Traced>) -> Traced {
+    let mut all = Traced::default();
+    all.pixels.reserve(parts.iter().map(|part| part.pixels.len()).sum());
+    all.lacking.reserve(parts.iter().map(|part| part.lacking.len()).sum());
+    for part in parts {
+        all.pixels.extend(part.pixels);
+        all.lacking.extend(part.lacking);
+        all.rays = all.rays + part.rays;
+    }
+    all
+}
+
+/// The 8-bit codes of pixels.
+fn codes_of(pixels: &[[f32; 3]]) -> Vec<[u8; 3]> {
+    let mut codes = vec![[0; 3]; pixels.len()];
+    pixels.par_chunks(1 << 12).zip(codes.par_chunks_mut(1 << 12)).for_each(|(pixels, codes)| {
+        Codes8::get().codes(pixels.as_flattened(), codes.as_flattened_mut());
+    });
+    codes
 }
 
 /// Whether a pixel differs from one of its eight neighbours within `around`, by their codes.
@@ -577,5 +598,5 @@ pub(crate) fn is_uneven(codes: impl Fn(u32, u32) -> [u8; 3], around: Region, x: 
 
 /// The code of a pixel of a picture that is kept row by row.
 pub(crate) fn code_in(codes: &[[u8; 3]], around: Region) -> impl Fn(u32, u32) -> [u8; 3] {
-    move |x, y| codes[((y - around.y) * around.width + (x - around.x)) as usize]
+    move |x, y| codes[around.index([x, y])]
 }

@@ -7,7 +7,7 @@
 //! any machine and any number of threads.
 
 use super::{
-    Cancelled, Job, Kernel, Picture, Pixel, REFINED_SAMPLES, RayCounts, Refined, Renderer, Traced, is_uneven, refines,
+    Cancelled, Job, Kernel, Lacking, Picture, REFINED_SAMPLES, RayCounts, Refined, Renderer, Traced, is_uneven, refines,
 };
 use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};
@@ -67,7 +67,9 @@ struct Stage {
 /// What all stages add to.
 struct Canvas {
     region: Region,
-    pixels: Vec<Pixel>,
+    shown: Vec<[f32; 3]>,
+    /// What each pixel is at most.
+    highest: Vec<[f32; 3]>,
     /// Samples of each pixel so far.
     samples: Vec<u32>,
     rays: RayCounts,
@@ -75,11 +77,6 @@ struct Canvas {
 }
 
 impl Canvas {
-    fn index(&self, [x, y]: [u32; 2]) -> usize {
-        let Region { x: left, y: top, width, .. } = self.region;
-        (y - top) as usize * width as usize + (x - left) as usize
-    }
-
     /// Samples that the picture is made of.
     fn traced_samples(&self) -> u64 {
         self.samples.iter().map(|samples| u64::from(*samples)).sum()
@@ -88,26 +85,36 @@ impl Canvas {
     fn paint(&mut self, at: &[[u32; 2]], samples: u32, traced: &Traced) {
         self.rays = self.rays + traced.rays;
         for (&at, pixel) in at.iter().zip(&traced.pixels) {
-            let index = self.index(at);
-            self.pixels[index] = *pixel;
-            self.samples[index] = samples;
+            let index = self.region.index(at);
+            (self.shown[index], self.highest[index], self.samples[index]) = (*pixel, *pixel, samples);
+        }
+        for lacking in &traced.lacking {
+            self.highest[self.region.index(lacking.at)] = lacking.highest;
         }
     }
 
-    /// The pixels, those that were not traced as the one of the first stage in their square, and with no upper end.
-    fn filled(&self) -> Vec<Pixel> {
-        let Region { x, y, .. } = self.region;
+    /// The picture so far. Pixels that were not traced look like the one of the first stage in their square, and have no
+    /// upper end.
+    fn filled(self) -> Traced {
+        let Self { region, shown, highest, samples, rays, .. } = self;
         let square = |at: u32, from: u32| from + (at - from) / STRIDE * STRIDE;
-        let width = self.region.width as usize;
-        let filled = (0..self.pixels.len()).into_par_iter().map(|i| {
-            if self.samples[i] > 0 {
-                return self.pixels[i];
+        let of = |at: [u32; 2]| {
+            let index = region.index(at);
+            if samples[index] > 0 {
+                return (shown[index], highest[index]);
             }
-            let at = [x + (i % width) as u32, y + (i / width) as u32];
-            let first = self.index([square(at[0], x), square(at[1], y)]);
-            Pixel { shown: self.pixels[first].shown, highest: [f32::INFINITY; 3] }
-        });
-        filled.collect()
+            let first = region.index([square(at[0], region.x), square(at[1], region.y)]);
+            (shown[first], [f32::INFINITY; 3])
+        };
+        let mut filled = Traced { rays, ..Traced::default() };
+        for at in region.iter() {
+            let (shown, highest) = of(at);
+            filled.pixels.push(shown);
+            if highest != shown {
+                filled.lacking.push(Lacking { at, highest });
+            }
+        }
+        filled
     }
 }
 
@@ -116,7 +123,8 @@ impl<R: Kernel> Renderer<'_, R> {
         let count = region.pixels() as usize;
         let mut canvas = Canvas {
             region,
-            pixels: vec![Pixel::default(); count],
+            shown: vec![[0.0; 3]; count],
+            highest: vec![[0.0; 3]; count],
             samples: vec![0; count],
             rays: RayCounts::default(),
             refined: Refined::default(),
@@ -152,7 +160,8 @@ impl<R: Kernel> Renderer<'_, R> {
             waiting_pixels: left.map_or(0, |(_, waiting, _)| waiting),
             ms_to_target,
         };
-        let picture = self.picture_of(region, &canvas.filled(), canvas.rays, canvas.refined);
+        let refined = canvas.refined;
+        let picture = self.picture_of(region, canvas.filled(), refined);
         Ok(Picture { progress: Some(progress), ..picture })
     }
 
@@ -160,7 +169,7 @@ impl<R: Kernel> Renderer<'_, R> {
     fn later(&self, number: u32, canvas: &Canvas) -> u64 {
         let few = Region::whole(canvas.region.width, canvas.region.height).iter().step_by(61);
         let few: Vec<[u32; 2]> = few.map(|[x, y]| [canvas.region.x + x, canvas.region.y + y]).collect();
-        let few: Vec<[u32; 2]> = few.into_iter().filter(|at| canvas.samples[canvas.index(*at)] > 0).collect();
+        let few: Vec<[u32; 2]> = few.into_iter().filter(|at| canvas.samples[canvas.region.index(*at)] > 0).collect();
         let share = canvas.region.pixels() as f64 / few.len().max(1) as f64;
         let poor = few.iter().filter(|at| number < 2 && self.is_poor(**at, canvas)).count();
         let uneven = few.iter().filter(|at| number < 3 && self.is_uneven(**at, canvas)).count();
@@ -170,15 +179,15 @@ impl<R: Kernel> Renderer<'_, R> {
 
     /// Whether a pixel has not yet had all that its base samples can give.
     fn is_poor(&self, at: [u32; 2], canvas: &Canvas) -> bool {
-        let index = canvas.index(at);
-        let (codes, Pixel { shown, highest }) = (Codes8::get(), canvas.pixels[index]);
+        let index = canvas.region.index(at);
+        let (codes, shown, highest) = (Codes8::get(), canvas.shown[index], canvas.highest[index]);
         let apart = (0..3).any(|c| codes.code(highest[c]).saturating_sub(codes.code(shown[c])) > 1);
         apart || canvas.samples[index] < self.scene.samples
     }
 
     fn is_uneven(&self, [x, y]: [u32; 2], canvas: &Canvas) -> bool {
         refines(self.scene)
-            && is_uneven(|x, y| canvas.pixels[canvas.index([x, y])].shown.map(code8), canvas.region, x, y)
+            && is_uneven(|x, y| canvas.shown[canvas.region.index([x, y])].map(code8), canvas.region, x, y)
     }
 
     fn stage(&self, number: u32, canvas: &Canvas) -> Stage {

@@ -89,7 +89,7 @@ impl<L: Lanes> Certificate<L> {
 impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     /// Begins with a packet of pixels of so many samples each.
     #[inline(always)]
-    pub(crate) fn begin(&mut self, corners: &[[u32; MAX_LANES]; 2], samples: u32) {
+    pub(crate) fn begin(&mut self, pixels: &[[u32; 2]], samples: u32) {
         let s = self.s;
         let zero = L::lit(s, 0.0);
         let share = 1.0 / f64::from(samples);
@@ -105,7 +105,9 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         self.certificate.dark = zero;
         self.certificate.dark_limit = L::lit(s, dark);
         self.certificate.rays = zero;
-        self.certificate.corners = *corners;
+        for (lane, [x, y]) in pixels.iter().enumerate() {
+            (self.certificate.corners[0][lane], self.certificate.corners[1][lane]) = (*x, *y);
+        }
         self.certificate.open = u32::MAX;
         self.certificate.rounds = 0;
         self.certificate.straight = false;
@@ -113,6 +115,12 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         self.certificate.waiting.clear();
         self.media.clear();
         self.followed = zero;
+    }
+
+    /// Columns or rows of the pixels at hand.
+    #[inline(always)]
+    pub(crate) fn corners(&self, axis: usize) -> &[u32; MAX_LANES] {
+        &self.certificate.corners[axis]
     }
 
     /// Begins with a sample.
@@ -129,6 +137,13 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     #[inline(always)]
     pub(crate) fn rest(&self) -> V3<L> {
         self.certificate.rest
+    }
+
+    /// The lanes of which something was left out.
+    #[inline(always)]
+    pub(crate) fn lacking(&self) -> u32 {
+        let rest = self.certificate.rest;
+        rest.x.max(rest.y).max(rest.z).gt(L::lit(self.s, 0.0)).bits()
     }
 
     /// The most that rays of a depth bring which have a weight.
@@ -187,11 +202,11 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         little
     }
 
-    /// The next rays to follow for the pixels of `active` that are not proved, of those put aside; none if all are proved, or
-    /// cannot be.
+    /// Stacks the next rays to follow for the pixels of `active` that are not proved, of those put aside. Returns whether
+    /// there are any; not if all pixels are proved, or cannot be.
     #[inline(always)]
-    pub(crate) fn prove(&mut self, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> Option<Followed<L>> {
-        let Pruning::Proved { max_codes } = self.pruning else { return None };
+    pub(crate) fn prove(&mut self, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
+        let Pruning::Proved { max_codes } = self.pruning else { return false };
         loop {
             while let Some(Aside { mut rays, come, sample }) = self.certificate.waiting.pop() {
                 let open = self.certificate.open;
@@ -203,8 +218,8 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
                         self.cones.end = come;
                     }
                     self.push(rays);
-                    if let Some(next) = self.pop() {
-                        return Some(next);
+                    if !self.stack.is_empty() {
+                        return true;
                     }
                 }
             }
@@ -213,7 +228,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
             self.certificate.open = open;
             let certificate = &mut self.certificate;
             if open == 0 || certificate.aside.is_empty() || certificate.rounds == ROUNDS {
-                return None;
+                return false;
             }
             certificate.rounds += 1;
             self.min_weight = self.min_weight * L::lit(self.s, FINER);
@@ -248,6 +263,10 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     /// these lanes, which it returns, and will ask every light.
     #[inline(always)]
     pub(crate) fn finish(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
+        let proves = matches!(self.pruning, Pruning::Proved { .. });
+        if !proves || (self.certificate.aside.is_empty() && self.lacking() & active == 0) {
+            return 0;
+        }
         let s = self.s;
         let mut left = std::mem::take(&mut self.certificate.aside);
         for aside in left.drain(..) {
@@ -256,7 +275,6 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         self.certificate.aside = left;
         let zero = L::lit(s, 0.0);
         let again = match self.pruning {
-            Pruning::Weight(_) => 0,
             // What more rays cannot prove, since rounding alone may change a code, is traced in the order of recursion
             // without end: with the same roundings.
             Pruning::Proved { max_codes: 0 } if !self.certificate.straight => {
@@ -264,7 +282,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
                 self.min_weight = self.share * L::lit(s, STRAIGHT);
                 self.unproved(active, sum)
             }
-            Pruning::Proved { .. } => self.certificate.open & self.certificate.dark.gt(zero).bits(),
+            _ => self.certificate.open & self.certificate.dark.gt(zero).bits(),
         };
         if again == 0 {
             return 0;

@@ -246,8 +246,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     /// Follows rays, and those that come from them. Once cancelled it returns early, and the sum is of no use. What rays hit
     /// is written into `hits`, which is dear to make.
     #[inline(always)]
-    pub(crate) fn follow_from(&mut self, first: Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
-        let mut rays = first;
+    pub(crate) fn follow_from(&mut self, mut rays: Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         loop {
             self.packets = self.packets.wrapping_add(1);
             if self.packets.is_multiple_of(PACKETS_BETWEEN_CHECKS) && self.cancelled.load(Ordering::Relaxed) {
@@ -263,7 +262,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
 
     /// The rays on top of the stack.
     #[inline(always)]
-    pub(super) fn pop(&mut self) -> Option<Followed<L>> {
+    pub(crate) fn pop(&mut self) -> Option<Followed<L>> {
         let next = self.stack.pop();
         if E::DETAILS && next.is_some() {
             self.cones.pop();
