@@ -9,6 +9,7 @@ pub(super) mod about;
 pub(super) mod bodies;
 pub(super) mod generated;
 pub(super) mod jobs;
+mod links;
 pub(super) mod pictures;
 pub(super) mod queries;
 
@@ -47,6 +48,7 @@ fn document() -> Value {
     add_examples(&mut document);
     add_slugs(&mut document);
     add_generated(&mut document);
+    add_links(&mut document);
     add_problems(&mut document);
     document
 }
@@ -124,6 +126,19 @@ fn operations(document: &mut Value) -> impl Iterator<Item = &mut Map<String, Val
     let paths = document["paths"].as_object_mut().into_iter().flat_map(Map::values_mut);
     let items = paths.filter_map(Value::as_object_mut).flat_map(Map::values_mut);
     items.filter_map(Value::as_object_mut)
+}
+
+/// Where ids in an answer lead.
+fn add_links(document: &mut Value) {
+    for operation in operations(document) {
+        let name = operation["operationId"].as_str().unwrap_or_default().to_owned();
+        for (status, response) in operation["responses"].as_object_mut().into_iter().flatten() {
+            let links = links::of(&name, status);
+            if !links.is_empty() {
+                response["links"] = links.into();
+            }
+        }
+    }
 }
 
 /// Any operation may be answered by a problem.
