@@ -26,7 +26,6 @@ mod parameters;
 mod picture;
 mod pictures;
 mod problem;
-mod problem_pages;
 mod questions;
 mod queue;
 mod rays;

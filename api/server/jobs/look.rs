@@ -12,13 +12,12 @@ use super::super::show::{self, Freshness, Manner, Source};
 use super::super::tenant::Tenant;
 use super::super::{App, Service};
 use super::change::blocking;
-use super::{Prefer, find, no_picture, patiently};
+use super::{Named, Prefer, no_picture, patiently};
 use crate::jobs::Job;
 use crate::jobs::PREVIEW_SIDE;
 use crate::jobs::record::State as JobState;
 use crate::turns::Lane;
-use axum::Extension;
-use axum::extract::{Path, Request, State};
+use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
@@ -40,11 +39,9 @@ const PART_PIXELS: u64 = 4 << 20;
 )]
 pub(in crate::server) async fn job_image(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, tenant }: Named,
     request: Request,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     picture_of(&service, &tenant, request.method(), request.headers(), &job).await
 }
 
@@ -93,11 +90,9 @@ pub(super) async fn picture_of(
 )]
 pub(in crate::server) async fn job_preview(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, tenant }: Named,
     request: Request,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let mut parameters = Parameters::of(request.uri())?;
     parameters.text("rev");
     let (after, wait) = (parameters.number("after"), parameters.count("wait", PREVIEW_PATIENCE));
@@ -123,7 +118,7 @@ pub(in crate::server) async fn job_preview(
     }
     let succeeded = job.record().state == JobState::Succeeded;
     let (png, revision) = if succeeded {
-        let (jobs, id) = (Arc::clone(&service.jobs), id.clone());
+        let (jobs, id) = (Arc::clone(&service.jobs), job.record().id.clone());
         let png = match blocking(move || jobs.last_preview(&id)).await? {
             Ok(png) => png,
             Err(_) => again(&service, &tenant, &job, small(&job)).await?,
@@ -170,11 +165,9 @@ fn tag(revision: u64, is_last: bool) -> String {
 )]
 pub(in crate::server) async fn job_tile(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, tenant }: Named,
     request: Request,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let region = region_of(&job, &request)?;
     let mut bell = job.events.bell();
     let watcher = job.watch();
@@ -208,13 +201,7 @@ pub(in crate::server) async fn job_tile(
     params(("id" = String, Path, description = "The job's id."), queries::Region),
     responses((status = 204, description = "It is next")),
 )]
-pub(in crate::server) async fn look_at_job(
-    State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
-    request: Request,
-) -> Result<StatusCode, Problem> {
-    let job = find(&service, &tenant, &id)?;
+pub(in crate::server) async fn look_at_job(Named { job, .. }: Named, request: Request) -> Result<StatusCode, Problem> {
     job.look(region_of(&job, &request)?);
     Ok(StatusCode::NO_CONTENT)
 }

@@ -8,10 +8,11 @@ use super::super::problem::{Kind, Problem};
 use super::super::tenant::Tenant;
 use super::super::{App, Service};
 use super::change::blocking;
-use super::{Prefer, find, may_see, until_final};
+use super::named::may_see;
+use super::{Named, Prefer, until_final};
 use crate::jobs::Job;
 use crate::jobs::record::{Record, State as JobState};
-use axum::extract::{Path, Request, State};
+use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
@@ -33,11 +34,9 @@ const PAGE: [usize; 2] = [50, 200];
 )]
 pub(in crate::server) async fn job(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, .. }: Named,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let prefer = Prefer { respond_async: false, ..Prefer::of(&headers) };
     if let Some(wait) = prefer.wait {
         until_final(&service, &job, wait).await;
