@@ -95,20 +95,24 @@ fn rename_references(value: &mut Value) {
     }
 }
 
-/// A scene to begin with, wherever one is asked for.
+/// Something to begin with, wherever a scene is asked for.
 fn add_examples(document: &mut Value) {
-    let json = json!({ "a ball": { "value": {
+    let scene = json!({
         "version": 1,
         "image": { "width": 48, "height": 32 },
         "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0.5, 0] } },
         "objects": [{ "sphere": { "center": [0, 1, 0], "radius": 1 } }],
-    } } });
+    });
+    let job = json!({ "scene": scene, "settings": { "width": 64 }, "output": { "format": "webp" }, "priority": 60 });
+    let rays = json!({ "scene": scene, "rays": [{ "origin": [0, 1, 5], "direction": [0, 0, -1] }] });
     let nff = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nl 3 3 3\n\
                f 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
     for operation in operations(document) {
         let Some(content) = operation.get_mut("requestBody").and_then(|body| body.get_mut("content")) else { continue };
-        if content["application/json"]["schema"]["$ref"] == "#/components/schemas/Scene" {
-            content["application/json"]["examples"] = json.clone();
+        for (name, example) in [("Scene", &scene), ("JobRequest", &job), ("Questions", &rays)] {
+            if content["application/json"]["schema"]["$ref"] == format!("#/components/schemas/{name}") {
+                content["application/json"]["examples"] = json!({ "a ball": { "value": example } });
+            }
         }
         if content["text/x-nff"].is_object() {
             content["text/x-nff"]["examples"] = json!({ "a ball": { "value": nff } });
