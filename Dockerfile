@@ -17,6 +17,8 @@ COPY --from=build /usr/local/bin/strahl /strahl
 USER 65532:65532
 EXPOSE 8080
 STOPSIGNAL SIGTERM
+# Inside the container only: it answers the health check however many clients there are. 0.0.0.0:9090 lets Prometheus in.
+ENV STRAHL_ADMIN_LISTEN=127.0.0.1:9090
 HEALTHCHECK --interval=10s --timeout=4s --start-period=2s CMD ["/strahl", "healthcheck"]
 ENTRYPOINT ["/strahl"]
 # The container's network keeps strangers out as long as its port is published to loopback only. To open it, give keys:

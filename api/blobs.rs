@@ -114,7 +114,6 @@ impl Blobs {
     }
 
     /// Bytes of all files.
-    #[cfg(test)]
     pub(crate) fn bytes(&self) -> u64 {
         self.index.bytes()
     }

@@ -4,6 +4,7 @@
 use crate::report::Report;
 use crate::warnings;
 use axum::body::Bytes;
+use axum::http::{HeaderMap, HeaderValue, header};
 use data_encoding::BASE64;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
@@ -16,8 +17,8 @@ use strahl::scene::Scene;
 pub(crate) struct Made {
     /// The file.
     pub(crate) file: Bytes,
-    /// Its SHA-256, as `Repr-Digest` has it (RFC 9530).
-    pub(crate) digest: String,
+    /// What every answer with it says: length, digest, what making it took, how exact it is.
+    pub(crate) headers: HeaderMap,
     /// The rest.
     pub(crate) about: About,
 }
@@ -57,8 +58,13 @@ impl About {
 impl Made {
     /// A new file.
     pub(crate) fn new(file: Vec<u8>, about: About) -> Self {
+        // RFC 9530.
         let digest = format!("sha-256=:{}:", BASE64.encode(&Sha256::digest(&file)));
-        Self { file: file.into(), digest, about }
+        let header = |(name, value): (&str, &str)| Some((name.parse().ok()?, HeaderValue::from_str(value).ok()?));
+        let named = about.headers.iter().map(|(name, value)| (name.as_str(), value.as_str()));
+        let mut headers: HeaderMap = named.chain([("repr-digest", digest.as_str())]).filter_map(header).collect();
+        headers.insert(header::CONTENT_LENGTH, file.len().into());
+        Self { file: file.into(), headers, about }
     }
 
     /// Bytes that it takes, about.

@@ -34,6 +34,17 @@ pub(crate) enum Lane {
     Jobs,
 }
 
+impl Lane {
+    /// Its name for those who look at numbers.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Tiles => "tiles",
+            Self::Renders => "renders",
+            Self::Jobs => "jobs",
+        }
+    }
+}
+
 /// Who wants turns.
 #[derive(Debug, Clone)]
 pub(crate) struct Seat {
@@ -94,6 +105,8 @@ struct State {
     /// What those had had who were served last: of all lanes, and of the tenants of each.
     lanes_now: f64,
     tenants_now: [f64; 3],
+    /// Milliseconds that the turns of each lane have taken.
+    spent: [f64; 3],
 }
 
 /// What somebody has had.
@@ -136,6 +149,16 @@ impl Turns {
         tenants[lane].entry(Arc::clone(&seat.tenant)).or_default().join(tenants_now[lane]);
         let number = state.number();
         Member { turns: self.clone(), seat, number }
+    }
+
+    /// Whether somebody has the turn.
+    pub(crate) fn is_taken(&self) -> bool {
+        self.state().taken
+    }
+
+    /// Seconds that the turns of a lane have taken.
+    pub(crate) fn spent(&self, lane: Lane) -> f64 {
+        self.state().spent[lane as usize] / 1e3
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -182,6 +205,7 @@ impl State {
 
     fn charge(&mut self, turn: &Turn) {
         let milliseconds = turn.began.elapsed().as_secs_f64() * 1e3;
+        self.spent[turn.lane as usize] += milliseconds;
         self.lanes[turn.lane as usize].had += milliseconds;
         if let Some(share) = self.tenants[turn.lane as usize].get_mut(&turn.tenant) {
             share.had += milliseconds / f64::from(turn.weight.max(1));

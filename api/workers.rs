@@ -43,6 +43,16 @@ impl Pool {
     pub(crate) fn threads(&self) -> usize {
         self.threads.current_num_threads()
     }
+
+    /// Whether they have work.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.turns.is_taken()
+    }
+
+    /// Seconds that they have spent on a kind of work.
+    pub(crate) fn spent(&self, lane: Lane) -> f64 {
+        self.turns.spent(lane)
+    }
 }
 
 impl Workers {

@@ -70,6 +70,10 @@ pub(crate) struct ServeArgs {
     /// Tiles that may wait for the renderer, up to 25 seconds each; further ones are answered with 503.
     #[arg(long, env = "STRAHL_TILE_QUEUE", default_value_t = 512, value_parser = clap::value_parser!(u32).range(..=100_000))]
     pub(crate) tile_queue: u32,
+    /// Tiles that one client may ask for at one time, a client being a tenant's address; further ones are answered with 429.
+    /// Behind a proxy that many share it should be larger.
+    #[arg(long, env = "STRAHL_CLIENT_TILES", value_name = "TILES", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) client_tiles: u32,
     /// Address under which clients see the service, such as https://render.example.org; for the addresses in IIIF answers
     /// [default: http:// and what the request's Host says].
     #[arg(long, env = "STRAHL_PUBLIC_URL", value_name = "URL", value_parser = public_url)]
@@ -80,6 +84,10 @@ pub(crate) struct ServeArgs {
     /// Folder in which jobs outlive the service; without it they are in a temporary one, and end with it.
     #[arg(long, env = "STRAHL_DATA", value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
+    /// Bytes that scenes and pictures of jobs may take in that folder: where there is no room, the oldest pictures go first.
+    /// The scene of a job, and what it writes, may take half of it.
+    #[arg(long, env = "STRAHL_DATA_BYTES", value_name = "BYTES", default_value_t = 10 << 30)]
+    pub(crate) data_bytes: u64,
     /// Jobs that wait or run; further ones are answered with 503.
     #[arg(long, env = "STRAHL_JOBS", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) jobs: u32,
@@ -139,10 +147,18 @@ pub(crate) enum ConfigCommand {
     Print(Box<ServeArgs>),
 }
 
-/// `strahl healthcheck`.
+/// `strahl healthcheck`. It goes by what the service itself goes by, so that both say the same in one environment.
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Ask on the listener for operators if there is one: on that for clients, a crowd of them may take all connections.")]
 pub(crate) struct HealthcheckArgs {
-    /// What to ask.
-    #[arg(long, env = "STRAHL_HEALTHCHECK_URL", default_value = "http://127.0.0.1:8080/livez")]
-    pub(crate) url: String,
+    /// What to ask [default: /livez on the listener for operators, or else on that for clients].
+    #[arg(long, env = "STRAHL_HEALTHCHECK_URL")]
+    pub(crate) url: Option<String>,
+    /// Where the service listens for operators.
+    #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
+    pub(crate) admin_listen: Option<SocketAddr>,
+    /// Where the service listens for clients.
+    #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    pub(crate) listen: SocketAddr,
 }

@@ -4,21 +4,33 @@
 use crate::cli::HealthcheckArgs;
 use crate::failure::Failure;
 use std::io::{self, Read, Write};
-use std::net::{TcpStream, ToSocketAddrs};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Fails if the service does.
 pub(super) fn run(args: &HealthcheckArgs) -> Result<(), Failure> {
-    let (authority, path) = split(&args.url)?;
-    let status =
-        get(&authority, path).map_err(|error| Failure::Input(format!("{} does not answer: {error}", args.url)))?;
+    let url = args.url.clone().unwrap_or_else(|| {
+        let listener = args.admin_listen.unwrap_or(args.listen);
+        format!("http://{}/livez", reachable(listener))
+    });
+    let (authority, path) = split(&url)?;
+    let status = get(&authority, path).map_err(|error| Failure::Input(format!("{url} does not answer: {error}")))?;
     if status.starts_with("HTTP/1.1 200") {
         Ok(())
     } else {
-        Err(Failure::Input(format!("{} answers \"{}\"", args.url, status.trim_end())))
+        Err(Failure::Input(format!("{url} answers \"{}\"", status.trim_end())))
     }
+}
+
+/// Who listens on all addresses is asked on this machine's own.
+fn reachable(mut listener: SocketAddr) -> SocketAddr {
+    if listener.ip().is_unspecified() {
+        let own: IpAddr = if listener.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() };
+        listener.set_ip(own);
+    }
+    listener
 }
 
 /// Host with port, and path.
@@ -48,6 +60,13 @@ fn get(authority: &str, path: &str) -> io::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn all_addresses_are_asked_on_loopback() {
+        for (listener, asked) in [("0.0.0.0:1", "127.0.0.1:1"), ("[::]:2", "[::1]:2"), ("10.0.0.1:3", "10.0.0.1:3")] {
+            assert_eq!(reachable(listener.parse().unwrap()).to_string(), asked);
+        }
+    }
 
     #[test]
     fn urls_are_split() {

@@ -36,6 +36,8 @@ pub(crate) struct Job {
     pub(super) spent: AtomicU64,
     /// Changes of the preview.
     pub(super) revision: AtomicU64,
+    /// Bytes of its files, once it has succeeded.
+    pub(super) kept: AtomicU64,
     watchers: AtomicUsize,
     /// When this process began it, and how many tiles were done then.
     pub(super) begun: Mutex<Option<(Instant, usize)>>,
@@ -45,7 +47,7 @@ pub(crate) struct Job {
 
 /// Why a job does not go on.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Stopped {
+pub(super) enum Stopped {
     /// Its owner said so.
     Canceled,
     /// The service ends; another process goes on.
@@ -87,6 +89,7 @@ impl Job {
             rays: AtomicU64::new(record.stats.rays),
             spent: AtomicU64::new(0),
             revision: AtomicU64::new(0),
+            kept: AtomicU64::new(0),
             watchers: AtomicUsize::new(0),
             begun: Mutex::default(),
             since: Instant::now().checked_sub(age).unwrap_or_else(Instant::now),

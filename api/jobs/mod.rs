@@ -6,8 +6,10 @@
 mod canvas;
 mod events;
 mod job;
+mod keep;
 mod order;
 pub(crate) mod record;
+mod registry;
 mod report;
 mod run;
 mod store;
@@ -16,21 +18,21 @@ mod tiles;
 
 pub(crate) use canvas::PREVIEW_SIDE;
 pub(crate) use events::Event;
-pub(crate) use job::{Job, Stopped, Watcher};
+pub(crate) use job::{Job, Watcher};
 pub(crate) use submit::{Claim, Known, Refused, Submission};
 
 use crate::blobs::Blobs;
 use crate::made::{About, Made};
+use crate::picture::milliseconds;
 use crate::ready::Ready;
-use crate::turns::aged;
 use crate::workers::{Pool, Workers};
-use job::locked;
+use job::{Stopped, locked};
 use record::{Failure, Order, Record, State, now};
-use std::collections::{BTreeMap, HashMap};
+use registry::{Registry, estimate, rank, remaining};
 use std::fs::{self, File};
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
@@ -38,13 +40,6 @@ use store::Store;
 use strahl::film::FileFormat;
 use strahl::scene::{Format, Overrides};
 use tokio::sync::watch;
-
-/// Jobs of one tenant that are open at one time: one renders while another encodes its picture.
-const OPEN: usize = 2;
-/// Likewise, counting those that were opened for their higher priority.
-const MOST_OPEN: usize = 4;
-/// Open jobs of all tenants.
-const ALL_OPEN: usize = 64;
 
 /// The finished picture's file in the folder of a job.
 const PICTURE: &str = "picture";
@@ -62,8 +57,11 @@ pub(crate) trait Host: Send + Sync {
         settings: &Overrides,
     ) -> Result<Arc<Ready>, Failure>;
 
-    /// Work on a tenant's job has ended in this process, after so many rays; `stopped` if there is no picture.
-    fn worked(&self, tenant: &str, stopped: Option<&Stopped>, rays: u64);
+    /// This process works on a tenant's job no more, after so many rays.
+    fn spent(&self, tenant: &str, rays: u64);
+
+    /// A job has ended, in this state.
+    fn ended(&self, record: &Record, state: State);
 }
 
 /// Limits on jobs.
@@ -73,6 +71,8 @@ pub(crate) struct JobLimits {
     pub(crate) jobs: usize,
     /// Bytes that open jobs may take together.
     pub(crate) memory_bytes: u64,
+    /// Bytes that the files of all jobs may take.
+    pub(crate) data_bytes: u64,
     /// How long a job may run in one process.
     pub(crate) timeout: Duration,
     /// How long pictures are kept.
@@ -95,27 +95,14 @@ pub(crate) struct Jobs {
     registry: Mutex<Registry>,
     /// How many are open.
     open: watch::Sender<usize>,
+    /// Milliseconds of work on jobs that came to nothing.
+    canceled: AtomicU64,
 }
 
 impl std::fmt::Debug for Jobs {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Jobs").field("folder", &self.folder).field("limits", &self.limits).finish_non_exhaustive()
     }
-}
-
-#[derive(Debug, Default)]
-struct Registry {
-    jobs: BTreeMap<String, Arc<Job>>,
-    queued: Vec<Arc<Job>>,
-    open: Vec<Arc<Job>>,
-    /// Jobs by tenant and idempotency key; none while the job is being accepted.
-    keys: HashMap<(String, String), Option<String>>,
-    /// How many jobs need each scene.
-    scenes: HashMap<String, usize>,
-    /// Whether no more jobs are opened.
-    closing: bool,
-    /// How many times as long as estimated jobs take: a moving average.
-    slowness: Option<f64>,
 }
 
 impl Jobs {
@@ -131,7 +118,8 @@ impl Jobs {
         let store = Store::open(&folder.join("jobs.redb"))?;
         let scenes = Blobs::open(&folder.join("scenes"), u64::MAX)?;
         let mut registry = Registry::default();
-        for mut record in store.all()? {
+        let (records, others) = store.all()?;
+        for mut record in records {
             if !record.state.is_final() {
                 record.state = State::Queued;
                 record.lives += 1;
@@ -139,7 +127,6 @@ impl Jobs {
             }
             registry.add(&Arc::new(Job::new(record)));
         }
-        remove_strays(&folder.join("jobs"), |id| registry.jobs.contains_key(id))?;
         let jobs = Arc::new(Self {
             pool,
             host,
@@ -150,7 +137,14 @@ impl Jobs {
             limits,
             registry: Mutex::new(registry),
             open: watch::Sender::new(0),
+            canceled: AtomicU64::new(0),
         });
+        // What another version wrote is not for this one to remove.
+        if !others {
+            jobs.remove_strangers();
+        }
+        let is_done = |job: &&Arc<Job>| job.record().state == State::Succeeded;
+        locked(&jobs.registry).jobs.values().filter(is_done).for_each(|job| jobs.weigh(job));
         jobs.open_next();
         Ok(jobs)
     }
@@ -165,7 +159,8 @@ impl Jobs {
         let registry = locked(&self.registry);
         let same = |job: &Arc<Job>| {
             let record = job.record();
-            (record.scene_id.as_deref() == Some(scene_id)).then(|| record.order.clone())
+            let same = record.scene_id.as_deref() == Some(scene_id) && record.state.needs_scene();
+            same.then(|| record.order.clone())
         };
         registry.jobs.values().find_map(same)
     }
@@ -218,6 +213,21 @@ impl Jobs {
         (registry.queued.len(), registry.open.len())
     }
 
+    /// The states of all jobs that are known.
+    pub(crate) fn by_state(&self) -> Vec<State> {
+        locked(&self.registry).jobs.values().map(|job| job.record().state).collect()
+    }
+
+    /// Time spent on jobs that were canceled or have failed.
+    pub(crate) fn canceled(&self) -> Duration {
+        Duration::from_millis(self.canceled.load(Ordering::Relaxed))
+    }
+
+    /// Bytes of scenes and of finished pictures on disk.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.scenes.bytes() + locked(&self.registry).kept()
+    }
+
     /// Stops a job; whether it was not final yet.
     pub(crate) fn cancel(&self, job: &Arc<Job>) -> bool {
         let was_queued = {
@@ -253,8 +263,8 @@ impl Jobs {
                 thread::sleep(Duration::from_millis(2));
             }
         }
-        let record = job.record().clone();
-        self.forget_all(&[record]);
+        let id = job.record().id.clone();
+        self.forget_all(&[id]);
     }
 
     /// The picture of a job that has succeeded.
@@ -277,44 +287,6 @@ impl Jobs {
         fs::read(self.folder_of(id).join(PREVIEW))
     }
 
-    /// What happens once a second: jobs that run too long are stopped, what is too old goes.
-    pub(crate) fn tick(&self) {
-        let now = now();
-        let (mut expired, mut forgotten) = (Vec::new(), Vec::new());
-        {
-            let registry = locked(&self.registry);
-            for job in &registry.open {
-                let begun = *locked(&job.begun);
-                if begun.is_some_and(|(begun, _)| begun.elapsed() > self.limits.timeout) {
-                    let seconds = self.limits.timeout.as_secs_f64();
-                    let detail = format!("the job was not done after {seconds} s (job_timeout)");
-                    job.stop(Stopped::Failed(Failure { slug: "render-deadline".into(), detail }));
-                }
-            }
-            for job in registry.jobs.values() {
-                let record = job.record();
-                let Some(finished) = record.finished else { continue };
-                let is_over = |kept: Duration| now.saturating_sub(finished) >= kept.as_millis() as u64;
-                let Self { limits: JobLimits { keep_pictures, keep_records, .. }, .. } = self;
-                match record.state {
-                    State::Succeeded if is_over(*keep_pictures) => expired.push(Arc::clone(job)),
-                    State::Expired if is_over(*keep_pictures + *keep_records) => forgotten.push(record.clone()),
-                    State::Failed | State::Canceled if is_over(*keep_records) => forgotten.push(record.clone()),
-                    _ => {}
-                }
-            }
-        }
-        for job in expired {
-            job.record().state = State::Expired;
-            let id = job.record().id.clone();
-            self.remove_files(&id);
-            if let Err(error) = self.save(&job) {
-                tracing::error!(job = id, %error, "a record cannot be written");
-            }
-        }
-        self.forget_all(&forgotten);
-    }
-
     /// Opens no more jobs. Those that are open are suspended if another process can go on with them.
     pub(crate) fn close(&self) {
         let mut registry = locked(&self.registry);
@@ -328,35 +300,6 @@ impl Jobs {
     pub(crate) async fn idle(&self) {
         // It fails only without a sender, and `self` is one.
         let _ = self.open.subscribe().wait_for(|open| *open == 0).await;
-    }
-
-    fn forget_all(&self, records: &[Record]) {
-        if records.is_empty() {
-            return;
-        }
-        let ids: Vec<String> = records.iter().map(|record| record.id.clone()).collect();
-        if let Err(error) = self.store.remove(&ids) {
-            tracing::error!(%error, "records cannot be removed");
-        }
-        ids.iter().for_each(|id| self.remove_files(id));
-        let mut registry = locked(&self.registry);
-        for record in records {
-            if registry.jobs.remove(&record.id).is_none() {
-                continue;
-            }
-            if let Some(same) = &record.idempotency {
-                registry.keys.remove(&(record.tenant.clone(), same.key.clone()));
-            }
-            registry.release_scene(&record.order, &self.scenes);
-        }
-    }
-
-    fn remove_files(&self, id: &str) {
-        if let Err(error) = fs::remove_dir_all(self.folder_of(id))
-            && error.kind() != io::ErrorKind::NotFound
-        {
-            tracing::warn!(job = id, %error, "a job's files cannot be removed");
-        }
     }
 
     fn folder_of(&self, id: &str) -> PathBuf {
@@ -395,6 +338,15 @@ impl Jobs {
         }
         let _ = fs::remove_file(self.folder_of(&id).join("tiles"));
         job.record().state = state;
+        if state == State::Succeeded {
+            self.weigh(job);
+        } else {
+            locked(&self.registry).release_scene(&on_disk.order, &self.scenes);
+        }
+        if let (false, Some((begun, _))) = (state == State::Succeeded, *locked(&job.begun)) {
+            self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
+        }
+        self.host.ended(&on_disk, state);
         tracing::info!(job = id, state = state.name(), "a job has ended");
         job.events.publish(state.name(), data);
     }
@@ -402,7 +354,7 @@ impl Jobs {
     /// Opens the jobs that are next, as far as there is room.
     fn open_next(self: &Arc<Self>) {
         let mut registry = locked(&self.registry);
-        while let Some(at) = registry.next_to_open(self.limits.memory_bytes) {
+        while let Some(at) = registry.next_to_open(&self.limits) {
             let job = registry.queued.swap_remove(at);
             registry.open.push(Arc::clone(&job));
             self.open.send_replace(registry.open.len());
@@ -446,86 +398,4 @@ impl Jobs {
         drop(registry);
         self.open_next();
     }
-}
-
-impl Registry {
-    /// Takes a job in, from disk or new.
-    fn add(&mut self, job: &Arc<Job>) {
-        let record = job.record();
-        *self.scenes.entry(record.order.scene.clone()).or_default() += 1;
-        if let Some(same) = &record.idempotency {
-            self.keys.insert((record.tenant.clone(), same.key.clone()), Some(record.id.clone()));
-        }
-        if !record.state.is_final() {
-            self.queued.push(Arc::clone(job));
-        }
-        self.jobs.insert(record.id.clone(), Arc::clone(job));
-    }
-
-    fn release_scene(&mut self, order: &Order, scenes: &Blobs) {
-        let Some(count) = self.scenes.get_mut(&order.scene) else { return };
-        *count -= 1;
-        if *count == 0 {
-            self.scenes.remove(&order.scene);
-            scenes.remove(&order.scene);
-        }
-    }
-
-    /// Which of the waiting jobs is opened next; none if none can be.
-    fn next_to_open(&self, memory: u64) -> Option<usize> {
-        if self.closing || self.open.len() >= ALL_OPEN {
-            return None;
-        }
-        let mut open: HashMap<String, (usize, u8)> = HashMap::new();
-        for job in &self.open {
-            let record = job.record();
-            let (count, priority) = open.entry(record.tenant.clone()).or_default();
-            *count += 1;
-            *priority = record.priority.max(*priority);
-        }
-        let taken: u64 = self.open.iter().map(|job| memory_of(&job.record())).sum();
-        let may_open = |(_, job): &(usize, &Arc<Job>)| {
-            let record = job.record();
-            let (count, priority) = open.get(&record.tenant).copied().unwrap_or_default();
-            let has_place = count < OPEN || (count < MOST_OPEN && record.priority > priority);
-            has_place && (self.open.is_empty() || taken + memory_of(&record) <= memory)
-        };
-        let few = |job: &Arc<Job>| open.get(&job.record().tenant).map_or(0, |(count, _)| *count);
-        let first = |(_, a): &(usize, &Arc<Job>), (_, b): &(usize, &Arc<Job>)| {
-            few(b).cmp(&few(a)).then_with(|| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal))
-        };
-        self.queued.iter().enumerate().filter(may_open).max_by(first).map(|(at, _)| at)
-    }
-}
-
-/// Removes folders of jobs that there is no record of: a kill came between the two.
-fn remove_strays(folder: &Path, is_known: impl Fn(&str) -> bool) -> io::Result<()> {
-    fs::create_dir_all(folder)?;
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        if !is_known(&entry.file_name().to_string_lossy()) {
-            fs::remove_dir_all(entry.path())?;
-        }
-    }
-    Ok(())
-}
-
-/// Greater goes first among the jobs of a tenant.
-fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
-    let record = job.record();
-    (aged(record.priority, job.since), std::cmp::Reverse(record.id.clone()))
-}
-
-/// Bytes that an open job takes: its scene, its pixels as floats and as codes, what they lack at most, and its file.
-pub(crate) fn memory_of(record: &Record) -> u64 {
-    record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 44
-}
-
-fn estimate(job: &Arc<Job>) -> f64 {
-    job.record().estimate_ms
-}
-
-fn remaining(job: &Arc<Job>) -> f64 {
-    let progress = job.progress();
-    estimate(job) * (progress.total - progress.done) as f64 / progress.total.max(1) as f64
 }

@@ -92,6 +92,11 @@ impl State {
         !matches!(self, Self::Queued | Self::Running)
     }
 
+    /// Whether it may still be rendered, or a part of it again.
+    pub(crate) fn needs_scene(self) -> bool {
+        matches!(self, Self::Queued | Self::Running | Self::Succeeded)
+    }
+
     /// Its name in JSON and events.
     pub(crate) fn name(self) -> &'static str {
         Self::ALL.iter().find(|(_, state)| *state == self).map_or("", |(name, _)| name)

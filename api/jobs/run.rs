@@ -52,7 +52,7 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
     *locked(&job.canvas) = None;
     *locked(&job.order) = None;
     let tenant = job.record().tenant.clone();
-    jobs.host.worked(&tenant, end.as_ref(), job.spent.load(Ordering::Relaxed));
+    jobs.host.spent(&tenant, job.spent.load(Ordering::Relaxed));
     match end {
         // What is on disk suffices to go on.
         Some(Stopped::Suspended) => {}
@@ -88,6 +88,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     job.record().stats.bvh_ms = bvh_ms;
     job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
 
+    jobs.make_room();
     let folder = jobs.folder_of(&job.record().id);
     std::fs::create_dir_all(&folder).map_err(|error| disk(&error))?;
     let rendering = Instant::now();

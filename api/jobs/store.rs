@@ -47,18 +47,21 @@ impl Store {
         transaction.commit().map_err(io::Error::other)
     }
 
-    /// All records that can be read, the oldest first.
-    pub(super) fn all(&self) -> io::Result<Vec<Record>> {
+    /// All records that can be read, the oldest first, and whether there are others.
+    pub(super) fn all(&self) -> io::Result<(Vec<Record>, bool)> {
         let transaction = self.0.begin_read().map_err(io::Error::other)?;
         let table = transaction.open_table(JOBS).map_err(io::Error::other)?;
-        let mut records = Vec::new();
+        let (mut records, mut others) = (Vec::new(), false);
         for entry in table.iter().map_err(io::Error::other)? {
             let (id, json) = entry.map_err(io::Error::other)?;
             match serde_json::from_slice(json.value()) {
                 Ok(record) => records.push(record),
-                Err(error) => tracing::warn!(job = id.value(), %error, "a job's record cannot be read"),
+                Err(error) => {
+                    tracing::warn!(job = id.value(), %error, "a job's record cannot be read");
+                    others = true;
+                }
             }
         }
-        Ok(records)
+        Ok((records, others))
     }
 }

@@ -1,8 +1,10 @@
 //! Taking a job in: what is known already, what there is no room for, and what becomes a record.
 
 use super::job::{Job, locked};
+use super::keep::disk_of;
 use super::record::{Idempotency, Order, Record, State, Stats, now};
-use super::{Jobs, PICTURE, memory_of};
+use super::registry::{Registry, estimate, memory_of, remaining};
+use super::{Jobs, PICTURE};
 use crate::made::Made;
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
@@ -61,6 +63,10 @@ pub(crate) enum Refused {
     TenantFull(u32),
     /// Open jobs never have so much memory: bytes it would take.
     TooLarge(u64),
+    /// Neither its scene nor its files ever have so much room on disk: bytes they would take.
+    TooLargeForDisk(u64),
+    /// The scenes of other jobs take all the room there is for them; seconds until a tenth of the jobs should be done.
+    NoRoom(u32),
     /// It cannot be written down.
     Disk(io::Error),
 }
@@ -128,6 +134,14 @@ impl Jobs {
         if needs > self.limits.memory_bytes {
             return Err(Refused::TooLarge(needs));
         }
+        let text = submission.scene.len() as u64;
+        let written = text.max(disk_of(&record));
+        if written > self.limits.data_bytes / 2 {
+            return Err(Refused::TooLargeForDisk(written));
+        }
+        if !self.scenes.has(&scene) && !self.make_room_for_scene(text) {
+            return Err(Refused::NoRoom(locked(&self.registry).seconds_for_a_tenth()));
+        }
         {
             let mut registry = locked(&self.registry);
             let of_tenant = |job: &&Arc<Job>| job.record().tenant == submission.tenant;
@@ -154,6 +168,10 @@ impl Jobs {
         registry.release_scene(&order, &self.scenes);
         drop(registry);
         kept.map_err(Refused::Disk)?;
+        if made.is_some() {
+            self.weigh(&job);
+            self.make_room();
+        }
         self.open_next();
         Ok(job)
     }
@@ -207,10 +225,10 @@ impl Jobs {
     }
 }
 
-impl super::Registry {
+impl Registry {
     /// Seconds until a tenth of all jobs, but at least one, should be done: 1 to 120.
     fn seconds_for_a_tenth(&self) -> u32 {
-        let all: f64 = self.queued.iter().map(super::estimate).chain(self.open.iter().map(super::remaining)).sum();
+        let all: f64 = self.queued.iter().map(estimate).chain(self.open.iter().map(remaining)).sum();
         let share = (0.1_f64).max(1.0 / (self.queued.len() + self.open.len()).max(1) as f64);
         let seconds = all * self.slowness.unwrap_or(1.0) * share / 1e3;
         (seconds.ceil() as u32).clamp(1, 120)

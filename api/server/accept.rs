@@ -10,6 +10,7 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
@@ -65,7 +66,6 @@ fn announce(listener: &TcpListener, what: &str) {
 
 /// Accepts connections until the end, then gives those that are open some time to finish.
 async fn connections(listener: TcpListener, app: Router, most: u32, args: &ServeArgs, end: impl Future<Output = ()>) {
-    let app = TowerToHyperService::new(MapRequest::new(app, access::strip));
     let places = Arc::new(Semaphore::new(most as usize));
     let connections = GracefulShutdown::new();
     let mut http = http1::Builder::new();
@@ -76,12 +76,13 @@ async fn connections(listener: TcpListener, app: Router, most: u32, args: &Serve
 
     let mut end = std::pin::pin!(end);
     loop {
-        let (stream, place) = tokio::select! {
+        let (stream, peer, place) = tokio::select! {
             next = next_connection(&listener, &places) => next,
             () = &mut end => break,
         };
         let stream = TokioIo::new(Explained::new(Impatient::new(stream, args.write_timeout)));
-        let connection = connections.watch(http.serve_connection(stream, app.clone()));
+        let app = MapRequest::new(app.clone(), move |request| access::arrived(peer.ip(), access::strip(request)));
+        let connection = connections.watch(http.serve_connection(stream, TowerToHyperService::new(app)));
         tokio::spawn(async move {
             if let Err(error) = connection.await {
                 tracing::debug!(%error, "connection ended early");
@@ -112,15 +113,18 @@ async fn drained(service: &App, mut signals: StopSignals, patience: Duration) {
     }
 }
 
-async fn next_connection(listener: &TcpListener, places: &Arc<Semaphore>) -> (TcpStream, Option<OwnedSemaphorePermit>) {
+async fn next_connection(
+    listener: &TcpListener,
+    places: &Arc<Semaphore>,
+) -> (TcpStream, SocketAddr, Option<OwnedSemaphorePermit>) {
     // The semaphore is never closed.
     let place = Arc::clone(places).acquire_owned().await.ok();
     loop {
         match listener.accept().await {
-            Ok((stream, _)) => {
+            Ok((stream, peer)) => {
                 // Answers are written in one go; waiting to fill a packet only delays their end.
                 let _ = stream.set_nodelay(true);
-                return (stream, place);
+                return (stream, peer, place);
             }
             Err(error) => {
                 // Out of file descriptors, mostly: trying again at once would only burn a processor.

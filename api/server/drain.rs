@@ -35,7 +35,11 @@ impl Drain {
 
     /// Counts a request; dropping it counts it off.
     pub(super) fn request(&self) -> Counted {
-        self.requests.send_modify(|requests| *requests += 1);
+        // Nobody has to hear of more requests, nor of fewer, unless there are none.
+        self.requests.send_if_modified(|requests| {
+            *requests += 1;
+            false
+        });
         Counted(self.requests.clone())
     }
 
@@ -52,7 +56,10 @@ pub(super) struct Counted(watch::Sender<usize>);
 
 impl Drop for Counted {
     fn drop(&mut self) {
-        self.0.send_modify(|requests| *requests -= 1);
+        self.0.send_if_modified(|requests| {
+            *requests -= 1;
+            *requests == 0
+        });
     }
 }
 

@@ -125,7 +125,7 @@ impl Drop for Visit {
             }
             Some(status) => tracing::info!(request = %id, trace, %method, %path, status, ms, "answered"),
             None => {
-                self.service.metrics.left(&self.route, started.elapsed());
+                self.service.metrics.left(&self.route);
                 tracing::info!(request = %id, trace, %method, %path, ms, "the client went away");
             }
         }

@@ -2,9 +2,8 @@
 
 use super::parameters::outside;
 use super::problem::{Kind, Problem};
-use crate::identity::ImageId;
 use crate::picture::Shot;
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 use strahl::camera::Window;
 use strahl::film::{FileFormat, Look, Region, Tone};
 use strahl::scene::Scene;
@@ -92,8 +91,8 @@ impl Excerpt {
         name
     }
 
-    /// The whole name.
-    pub(super) fn name(&self, image: &ImageId) -> String {
+    /// The whole name, from the image's id.
+    pub(super) fn name(&self, image: &impl Display) -> String {
         format!("{image}{}", self.suffix())
     }
 

@@ -1,11 +1,12 @@
-//! What jobs ask of the service: scenes that are built once for all, and somebody who charges for rays and counts them.
+//! What jobs ask of the service: scenes that are built once for all, and somebody who charges for rays and counts
+//! jobs.
 
 use super::access::Access;
 use super::metrics::Metrics;
 use super::problem::Problem;
 use super::scenes::Scenes;
-use crate::jobs::record::Failure;
-use crate::jobs::{Host, Stopped};
+use crate::jobs::Host;
+use crate::jobs::record::{Failure, Record, State};
 use crate::ready::Ready;
 use crate::workers::Workers;
 use std::sync::Arc;
@@ -31,15 +32,11 @@ impl Host for JobHost {
         found.map(|found| found.ready).map_err(|problems| Problem::scene(&problems).into_failure())
     }
 
-    fn worked(&self, tenant: &str, stopped: Option<&Stopped>, rays: u64) {
+    fn spent(&self, tenant: &str, rays: u64) {
         self.access.charge(tenant, rays);
-        let outcome = match stopped {
-            None => "ok",
-            Some(Stopped::Canceled) => "canceled",
-            Some(Stopped::Suspended) => "suspended",
-            Some(Stopped::Failed(failure)) if failure.slug == "render-deadline" => "deadline",
-            Some(Stopped::Failed(_)) => "failed",
-        };
-        self.metrics.worked(outcome, rays);
+    }
+
+    fn ended(&self, record: &Record, state: State) {
+        self.metrics.job_ended(record, state);
     }
 }

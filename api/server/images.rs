@@ -52,7 +52,8 @@ pub(super) async fn answer(
     image: ImageId,
     excerpt: Excerpt,
 ) -> Result<Response, Problem> {
-    if let Some(answer) = show::settled(manner, Some(&show::tag(&image, &excerpt))) {
+    let name = excerpt.name(&image);
+    if let Some(answer) = show::settled(manner, Some(&show::tag(&name))) {
         return answer;
     }
     let shown = match show::kept(service, &image, &excerpt).await {

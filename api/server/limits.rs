@@ -1,6 +1,7 @@
 //! What one request may ask of the service. What a scene may say is in `strahl::scene::limits`.
 
 use super::problem::{Kind, Problem};
+use super::tenant::Tenant;
 use crate::cli::ServeArgs;
 use crate::identity::MAX_ZOOM;
 use crate::jobs::JobLimits;
@@ -35,10 +36,14 @@ pub(super) struct Limits {
     known_scene_bytes: u64,
     disk_cache_bytes: Option<u64>,
     tile_queue: u32,
+    /// Tiles of one client at one time.
+    pub(super) client_tiles: u32,
     job_max_pixels: u64,
     job_max_samples_total: u64,
     /// Bytes that open jobs may take together.
     pub(super) job_memory_bytes: u64,
+    /// Bytes of all files of jobs.
+    pub(super) data_bytes: u64,
     jobs: u32,
     job_timeout: Duration,
     keep_pictures: Duration,
@@ -64,9 +69,11 @@ impl Limits {
             known_scene_bytes: args.known_scene_bytes,
             disk_cache_bytes: args.cache.as_ref().map(|_| args.disk_cache_bytes),
             tile_queue: args.tile_queue,
+            client_tiles: args.client_tiles,
             job_max_pixels: args.job_max_pixels,
             job_max_samples_total: args.job_max_samples_total,
             job_memory_bytes: args.job_memory_bytes.unwrap_or_else(|| memory::available() / 2),
+            data_bytes: args.data_bytes,
             jobs: args.jobs,
             job_timeout: args.job_timeout,
             keep_pictures: args.keep_pictures,
@@ -122,6 +129,7 @@ impl Limits {
         JobLimits {
             jobs: self.jobs as usize,
             memory_bytes: self.job_memory_bytes,
+            data_bytes: self.data_bytes,
             timeout: self.job_timeout,
             keep_pictures: self.keep_pictures,
             keep_records: self.keep_records,
@@ -133,8 +141,8 @@ impl Limits {
         (self.timeout.as_secs_f64() * 2.0 / 3.0).min(MAX_TRADEOFF_SECONDS)
     }
 
-    /// `GET /v1/limits`.
-    pub(super) fn to_json(&self) -> Value {
+    /// `GET /v1/limits`, for whoever asks.
+    pub(super) fn to_json(&self, tenant: &Tenant) -> Value {
         let scene_limits = [
             scene::SCENE_BYTES,
             scene::JSON_DEPTH,
@@ -171,6 +179,7 @@ impl Limits {
                 "max_zoom": MAX_ZOOM,
                 "queue": self.queue,
                 "tile_queue": self.tile_queue,
+                "client_tiles": self.client_tiles,
                 "header_timeout_s": self.header_timeout.as_secs_f64(),
                 "body_timeout_s": self.body_timeout.as_secs_f64(),
                 "write_timeout_s": self.write_timeout.as_secs_f64(),
@@ -182,9 +191,15 @@ impl Limits {
                 "job_max_pixels": self.job_max_pixels,
                 "job_max_samples_total": self.job_max_samples_total,
                 "job_memory_bytes": self.job_memory_bytes,
+                "data_bytes": self.data_bytes,
                 "job_timeout_s": self.job_timeout.as_secs_f64(),
                 "keep_pictures_s": self.keep_pictures.as_secs_f64(),
                 "keep_records_s": self.keep_records.as_secs_f64(),
+            },
+            "tenant": {
+                "jobs": tenant.quotas.jobs,
+                "streams": tenant.quotas.streams,
+                "units_per_minute": tenant.allowance.as_ref().map(|allowance| allowance.per_minute()),
             },
             "scene": by_name,
         })

@@ -5,9 +5,10 @@ use super::negotiate::{AVAILABLE, QUALITY};
 use super::openapi::about::{AllLimits, Formats, Readiness, Version};
 use super::openapi::openapi_text;
 use super::problem::{Kind, Problem};
+use super::tenant::Tenant;
 use axum::Json;
 use axum::extract::State;
-use axum::http::{StatusCode, Uri, header};
+use axum::http::{Extensions, StatusCode, Uri, header};
 use axum::response::IntoResponse;
 use serde_json::{Value, json};
 use strahl::film::FileFormat;
@@ -42,13 +43,13 @@ pub(super) async fn readyz(State(service): State<App>) -> impl IntoResponse {
     (status, no_store(), Json(body))
 }
 
-/// What a request and a scene may ask for.
+/// What a request and a scene may ask for, and what whoever asks may have at one time.
 #[utoipa::path(
     get, path = "/v1/limits", operation_id = "limits", tag = "service", security(()),
     responses((status = 200, description = "All limits by name", body = AllLimits)),
 )]
-pub(super) async fn limits(State(service): State<App>) -> Json<Value> {
-    Json(service.limits.to_json())
+pub(super) async fn limits(State(service): State<App>, extensions: Extensions) -> Json<Value> {
+    Json(service.limits.to_json(&Tenant::of(&extensions)))
 }
 
 /// The version of the service, and of what its pictures depend on.

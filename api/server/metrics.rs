@@ -1,50 +1,49 @@
 //! Numbers for Prometheus, at `/metrics` of the admin listener.
 //!
-//! The envelope counts every request, by the status of its response, and by the [`Cost`] that is in it if something
-//! was rendered. Tenants are no labels: there may be thousands.
+//! The envelope counts every request, by the status of its response, and by the [`Cost`] that is in it if something was
+//! rendered; jobs tell when they end. What others keep is looked up when it is asked for (`levels.rs`). Tenants are no labels:
+//! there may be thousands.
 
 use super::Service;
 use super::cost::Cost;
+use super::levels::{LaneLabels, Levels};
+use super::negotiate;
+use crate::jobs::record::{Record, State};
+use crate::turns::Lane;
 use axum::http::{Method, StatusCode};
 use axum::response::Response;
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::encoding::text::encode;
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
-use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::Histogram;
 use prometheus_client::metrics::info::Info;
 use prometheus_client::registry::Registry;
-use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
-/// Upper ends of the buckets, in seconds: from a cached picture to the longest render.
-const SECONDS: [f64; 14] = [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0];
-
-type Seconds = Counter<f64, AtomicU64>;
+/// Upper ends of the buckets, in seconds: from a cached picture to a long job.
+const SECONDS: [f64; 16] =
+    [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 300.0, 3_600.0];
 
 /// All numbers.
 #[derive(Debug)]
 pub(super) struct Metrics {
     registry: Registry,
+    levels: Levels,
     requests: Family<RequestLabels, Counter>,
     request_seconds: Family<RouteLabels, Histogram>,
     renders: Family<OutcomeLabels, Counter>,
-    render_seconds: Histogram,
-    queue_seconds: Histogram,
+    render_seconds: Family<LaneLabels, Histogram>,
+    queue_seconds: Family<LaneLabels, Histogram>,
     encode_seconds: Family<FormatLabels, Histogram>,
-    rays: Counter,
+    rays: Family<LaneLabels, Counter>,
     shed: Family<ReasonLabels, Counter>,
-    canceled_seconds: Seconds,
-    running: Gauge,
-    waiting: Gauge,
-    scene_cache_bytes: Gauge,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
 struct RequestLabels {
     route: String,
-    method: String,
+    method: &'static str,
     status: u16,
 }
 
@@ -77,18 +76,15 @@ impl Default for Metrics {
     fn default() -> Self {
         let mut metrics = Self {
             registry: Registry::with_prefix("strahl"),
+            levels: Levels::default(),
             requests: Family::default(),
             request_seconds: Family::new_with_constructor(histogram),
             renders: Family::default(),
-            render_seconds: histogram(),
-            queue_seconds: histogram(),
+            render_seconds: Family::new_with_constructor(histogram),
+            queue_seconds: Family::new_with_constructor(histogram),
             encode_seconds: Family::new_with_constructor(histogram),
-            rays: Counter::default(),
+            rays: Family::default(),
             shed: Family::default(),
-            canceled_seconds: Seconds::default(),
-            running: Gauge::default(),
-            waiting: Gauge::default(),
-            scene_cache_bytes: Gauge::default(),
         };
         metrics.register();
         metrics
@@ -103,17 +99,13 @@ impl Metrics {
         to.register("http_requests", "Requests answered", self.requests.clone());
         let help = "Seconds from a request's headers to its answer's";
         to.register("http_request_duration_seconds", help, self.request_seconds.clone());
-        to.register("renders", "Renders asked for, by how they ended", self.renders.clone());
+        to.register("renders", "Renders and jobs, by how they ended", self.renders.clone());
         to.register("render_seconds", "Seconds that renders took, without waiting", self.render_seconds.clone());
         to.register("queue_seconds", "Seconds that renders waited", self.queue_seconds.clone());
         to.register("encode_seconds", "Seconds that writing pictures took", self.encode_seconds.clone());
-        to.register("rays", "Rays traced for answers", self.rays.clone());
+        to.register("rays", "Rays traced for pictures", self.rays.clone());
         to.register("shed", "Requests refused for lack of room or allowance", self.shed.clone());
-        let help = "Seconds that renders ran whose clients went away";
-        to.register("canceled_work_seconds", help, self.canceled_seconds.clone());
-        to.register("renders_running", "Renders under way", self.running.clone());
-        to.register("queue_depth", "Renders that wait", self.waiting.clone());
-        to.register("scene_cache_bytes", "Bytes of scenes that are kept", self.scene_cache_bytes.clone());
+        self.levels.register(to);
     }
 
     /// A request has been answered.
@@ -123,10 +115,11 @@ impl Metrics {
         self.requests.get_or_create(&labels).inc();
         let labels = RouteLabels { route: route.to_owned() };
         self.request_seconds.get_or_create(&labels).observe(took.as_secs_f64());
+        let Some(lane) = lane_of(route) else { return };
         if let Some(cost) = response.extensions().get::<Cost>() {
-            self.rendered("interactive", cost);
-        } else if is_render(route) && !status.is_success() {
-            self.ended("interactive", outcome(status));
+            self.rendered(lane, cost);
+        } else if !status.is_success() && !status.is_redirection() {
+            self.ended(lane, outcome(status));
         }
     }
 
@@ -136,39 +129,52 @@ impl Metrics {
     }
 
     /// A client went away before its answer.
-    pub(super) fn left(&self, route: &str, took: Duration) {
-        if is_render(route) {
-            self.ended("interactive", "canceled");
-            self.canceled_seconds.inc_by(took.as_secs_f64());
+    pub(super) fn left(&self, route: &str) {
+        if let Some(lane) = lane_of(route) {
+            self.ended(lane, "canceled");
+        }
+    }
+
+    /// A job has ended.
+    pub(super) fn job_ended(&self, record: &Record, state: State) {
+        let stats = &record.stats;
+        match state {
+            State::Succeeded => {
+                let duration = |ms: f64| Duration::try_from_secs_f64(ms / 1e3).unwrap_or_default();
+                let cost = Cost {
+                    rays: stats.rays,
+                    queue: duration(stats.queue_ms),
+                    render: duration(stats.bvh_ms + stats.render_ms + stats.encode_ms),
+                    encode: duration(stats.encode_ms),
+                    format: negotiate::description(record.order.output).0,
+                };
+                self.rendered(Lane::Jobs, &cost);
+            }
+            State::Canceled => self.ended(Lane::Jobs, "canceled"),
+            _ if record.failure.as_ref().is_some_and(|failure| failure.slug == "render-deadline") => {
+                self.ended(Lane::Jobs, "deadline");
+            }
+            _ => self.ended(Lane::Jobs, "failed"),
         }
     }
 
     /// A picture was made.
-    pub(super) fn rendered(&self, lane: &'static str, cost: &Cost) {
+    fn rendered(&self, lane: Lane, cost: &Cost) {
         self.ended(lane, "ok");
-        self.rays.inc_by(cost.rays);
-        self.render_seconds.observe(cost.render.as_secs_f64());
-        self.queue_seconds.observe(cost.queue.as_secs_f64());
+        self.rays.get_or_create(&lane.into()).inc_by(cost.rays);
+        self.render_seconds.get_or_create(&lane.into()).observe(cost.render.as_secs_f64());
+        self.queue_seconds.get_or_create(&lane.into()).observe(cost.queue.as_secs_f64());
         self.encode_seconds.get_or_create(&FormatLabels { format: cost.format }).observe(cost.encode.as_secs_f64());
     }
 
-    /// Work on a job has ended in this process.
-    pub(super) fn worked(&self, outcome: &'static str, rays: u64) {
-        self.ended("jobs", outcome);
-        self.rays.inc_by(rays);
-    }
-
-    /// A render has ended: `ok`, `refused`, `failed`, `deadline`, `canceled` or `suspended`.
-    pub(super) fn ended(&self, lane: &'static str, outcome: &'static str) {
-        self.renders.get_or_create(&OutcomeLabels { lane, outcome }).inc();
+    /// A render has ended: `ok`, `refused`, `failed`, `deadline` or `canceled`.
+    fn ended(&self, lane: Lane, outcome: &'static str) {
+        self.renders.get_or_create(&OutcomeLabels { lane: lane.name(), outcome }).inc();
     }
 
     /// Everything as OpenMetrics text.
     pub(super) fn text(&self, service: &Service) -> String {
-        let count = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
-        self.running.set(count(service.queue.running()));
-        self.waiting.set(count(service.queue.waiting()));
-        self.scene_cache_bytes.set(i64::try_from(service.scenes.bytes()).unwrap_or(i64::MAX));
+        self.levels.read(service);
         let mut text = String::new();
         // Writing to a String cannot fail.
         let _ = encode(&mut text, &self.registry);
@@ -177,16 +183,21 @@ impl Metrics {
 }
 
 /// Paths whose answers are pictures made for them.
-fn is_render(route: &str) -> bool {
-    route.starts_with("/v1/render")
+fn lane_of(route: &str) -> Option<Lane> {
+    match route {
+        "/v1/render" | "/v1/images/{image}" => Some(Lane::Renders),
+        "/v1/render/tile"
+        | "/iiif/3/{image}/{region}/{size}/{rotation}/{file}"
+        | "/dzi/{folder}/{level}/{tile}"
+        | "/xyz/{image}/{z}/{x}/{y}" => Some(Lane::Tiles),
+        _ => None,
+    }
 }
 
 /// Methods come from clients, who could make up any number of them.
-fn known(method: &Method) -> String {
-    match method.as_str() {
-        name @ ("GET" | "HEAD" | "POST" | "QUERY" | "PUT" | "PATCH" | "DELETE" | "OPTIONS") => name.to_owned(),
-        _ => "other".to_owned(),
-    }
+fn known(method: &Method) -> &'static str {
+    const KNOWN: [&str; 8] = ["GET", "HEAD", "POST", "QUERY", "PUT", "PATCH", "DELETE", "OPTIONS"];
+    KNOWN.into_iter().find(|name| *name == method.as_str()).unwrap_or("other")
 }
 
 fn outcome(status: StatusCode) -> &'static str {

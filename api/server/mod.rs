@@ -17,6 +17,7 @@ mod host;
 mod images;
 mod jobs;
 mod known;
+mod levels;
 mod limits;
 mod meta;
 mod metrics;
@@ -25,6 +26,7 @@ mod openapi;
 mod parameters;
 mod picture;
 mod pictures;
+mod places;
 mod problem;
 mod questions;
 mod queue;
@@ -33,6 +35,7 @@ mod routes;
 mod scenes;
 mod show;
 mod stall;
+mod tally;
 mod tenant;
 mod texts;
 mod tiles;
@@ -50,7 +53,7 @@ use crate::workers::Pool;
 pub(crate) use openapi::openapi_text;
 
 use accept::Listeners;
-use access::Access;
+use access::{Access, Client};
 pub(crate) use access::{Origins, new_key, new_signer};
 use drain::{Drain, StopSignals};
 use host::JobHost;
@@ -58,6 +61,7 @@ use limits::Limits;
 use metrics::Metrics;
 pub(crate) use negotiate::QUALITY;
 use pictures::Pictures;
+use places::Places;
 use queue::Queue;
 use scenes::Scenes;
 use std::io;
@@ -76,7 +80,9 @@ use tracing_subscriber::util::SubscriberInitExt;
 /// Everything the handlers share.
 #[derive(Debug)]
 struct Service {
-    /// The one way to the renderer.
+    /// The threads that render.
+    pool: Arc<Pool>,
+    /// The one way to them.
     queue: Queue,
     /// The way for tiles, of which a viewer asks for many at once.
     tiles: Queue,
@@ -90,8 +96,10 @@ struct Service {
     public_url: Option<String>,
     /// Renders that nobody has to wait for.
     jobs: Arc<Jobs>,
-    /// Open event streams.
-    streams: jobs::Streams,
+    /// Open event streams of tenants.
+    streams: Places<String>,
+    /// Tiles that are being answered.
+    tile_clients: Places<Client>,
     /// What a request may ask for.
     limits: Limits,
     /// How much memory bodies and answers may take together, in units of [`body::UNIT`] bytes.
@@ -142,13 +150,15 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
     let jobs = open_jobs(&data, &limits, &pool, host)?;
     let service = Arc::new(Service {
         queue: Queue::new(Arc::clone(&pool), args.queue, args.timeout),
-        tiles: Queue::new(pool, args.tile_queue, TILE_PATIENCE.min(args.timeout)),
+        tiles: Queue::new(Arc::clone(&pool), args.tile_queue, TILE_PATIENCE.min(args.timeout)),
+        pool,
         access,
         pictures: Pictures::new(args.picture_cache_bytes, blobs("pictures", args.disk_cache_bytes)?),
         public_url: args.public_url.clone(),
         scenes,
         jobs,
-        streams: jobs::Streams::default(),
+        streams: Places::default(),
+        tile_clients: Places::default(),
         memory: Arc::new(Semaphore::new(body::units(limits.memory_bytes))),
         limits,
         metrics,

@@ -1,5 +1,6 @@
 //! `POST` and `QUERY /v1/render`, `POST /v1/render/tile`: a scene in, a picture out.
 
+use super::access::Client;
 use super::asked::{self, Asked};
 use super::body::Held;
 use super::conditions;
@@ -13,7 +14,7 @@ use super::problem::{Kind, Problem};
 use super::queue::Job;
 use super::scenes::{Found, Key, key};
 use super::show::{self, Freshness, Manner, Source};
-use super::{App, Service};
+use super::{App, Service, tiles};
 use crate::report::Report;
 use crate::turns::Lane;
 use axum::extract::{Request, State};
@@ -68,10 +69,12 @@ async fn answer(
         let negotiated = !parameters.has("format");
         Ok((region(parameters), parameters.picture_format(headers)?, negotiated))
     };
+    let client = Client::of(request.extensions());
     let Asked { format, overrides, further: (region, file_format, negotiated), tenant, method, headers, body } =
         asked::read(&service, request, further).await?;
     let excerpt = Excerpt::plain(region, file_format);
     let lane = if region.is_some() { Lane::Tiles } else { Lane::Renders };
+    let _place = region.map(|_| tiles::place(&service, client)).transpose()?;
     let body = Arc::new(body);
     let key = hash(&body, format, overrides).await?;
     let source = Source::Sent { key, body, format, overrides };
@@ -87,7 +90,8 @@ async fn answer(
     {
         // What does not fit the picture is refused before its tag is compared.
         excerpt.shot(&ready.scene, image.zoom)?;
-        if let Some(answer) = show::settled(&manner, Some(&show::tag(&image, &excerpt))) {
+        let name = excerpt.name(&image);
+        if let Some(answer) = show::settled(&manner, Some(&show::tag(&name))) {
             return answer;
         }
         if let Some(made) = show::kept(&service, &image, &excerpt).await {

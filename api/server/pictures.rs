@@ -5,6 +5,7 @@
 use super::cost::Cost;
 use super::flights::Flights;
 use super::problem::Problem;
+use super::tally::Tally;
 use crate::blobs::Blobs;
 use crate::made::Made;
 use crate::recent::Recent;
@@ -26,6 +27,8 @@ pub(super) struct Shown {
 pub(super) struct Pictures {
     memory: Recent<String, Arc<Made>>,
     disk: Option<Blobs>,
+    /// How often a picture was in memory, and how often in the folder.
+    tallies: [Tally; 2],
     /// Those that are being made.
     pub(super) flights: Flights<Shown>,
 }
@@ -33,21 +36,22 @@ pub(super) struct Pictures {
 impl Pictures {
     /// No pictures in memory yet, and those of the folder.
     pub(super) fn new(budget: u64, disk: Option<Blobs>) -> Self {
-        Self { memory: Recent::new(budget), disk, flights: Flights::default() }
+        Self { memory: Recent::new(budget), disk, tallies: Default::default(), flights: Flights::default() }
     }
 
     /// A picture that is in memory.
     pub(super) fn at_hand(&self, name: &str) -> Option<Arc<Made>> {
-        self.memory.get(name)
+        self.memory.get(name).inspect(|_| self.tallies[0].hit())
     }
 
     /// A picture, from memory or from the folder, on this thread.
     pub(super) fn get(&self, name: &str) -> Option<Arc<Made>> {
-        if let Some(made) = self.memory.get(name) {
+        if let Some(made) = self.at_hand(name) {
             return Some(made);
         }
         let blob = self.disk.as_ref()?.get(name)?;
         let made = Arc::new(Made::read(&mut &blob[..]).ok()?);
+        self.tallies[1].hit();
         self.remember(name, &made);
         Some(made)
     }
@@ -55,11 +59,18 @@ impl Pictures {
     /// Keeps a picture. Writing it into the folder takes place on this thread.
     pub(super) fn put(&self, name: &str, made: &Arc<Made>) {
         self.remember(name, made);
-        if let Some(disk) = &self.disk
-            && let Err(error) = disk.put(name, &made.to_blob())
-        {
+        let Some(disk) = &self.disk else { return };
+        self.tallies[1].miss();
+        if let Err(error) = disk.put(name, &made.to_blob()) {
             tracing::warn!(name, %error, "a picture cannot be kept in the folder");
         }
+    }
+
+    /// What is kept where: a name, the bytes there, and how often they were of use.
+    pub(super) fn tallies(&self) -> impl Iterator<Item = (&'static str, u64, &Tally)> {
+        let [memory, disk] = &self.tallies;
+        let folder = self.disk.as_ref().map(|blobs| ("picture_folder", blobs.bytes(), disk));
+        [("pictures", self.memory.bytes(), memory)].into_iter().chain(folder)
     }
 
     /// The picture of a name, made by `work` unless it is there or on its way.
@@ -84,6 +95,7 @@ impl Pictures {
 
     /// Keeps a picture in memory.
     pub(super) fn remember(&self, name: &str, made: &Arc<Made>) {
+        self.tallies[0].miss();
         self.memory.put(name.to_owned(), Arc::clone(made), made.bytes());
     }
 }

@@ -28,6 +28,8 @@ pub(super) struct Queue {
     places: Arc<Semaphore>,
     /// Jobs that have had a turn.
     running: Arc<AtomicUsize>,
+    /// Microseconds of work that nobody got.
+    canceled: Arc<AtomicU64>,
     size: usize,
     patience: Duration,
     pace: Pace,
@@ -66,6 +68,7 @@ impl Queue {
             pool,
             places: Arc::new(Semaphore::new(size)),
             running: Arc::default(),
+            canceled: Arc::default(),
             size,
             patience,
             pace: Pace::default(),
@@ -90,9 +93,13 @@ impl Queue {
 
         let held = Held::new(place, &self.running);
         let job_side = Job { workers, control, started: Instant::now() };
+        let canceled = Arc::clone(&self.canceled);
         let work = tokio::task::spawn_blocking(move || {
             let value = job(&job_side);
             let took = job_side.started.elapsed();
+            if job_side.control.cancelled.load(Ordering::Relaxed) {
+                canceled.fetch_add(microseconds(took), Ordering::Relaxed);
+            }
             drop((job_side, held));
             (value, took)
         });
@@ -123,6 +130,11 @@ impl Queue {
     /// Jobs that wait.
     pub(super) fn waiting(&self) -> usize {
         (self.size - self.places.available_permits()).saturating_sub(self.running())
+    }
+
+    /// Time spent on jobs that were cancelled.
+    pub(super) fn canceled(&self) -> Duration {
+        Duration::from_micros(self.canceled.load(Ordering::Relaxed))
     }
 
     /// When a place should be free.
@@ -177,7 +189,7 @@ struct Pace(AtomicU64);
 
 impl Pace {
     fn record(&self, took: Duration) {
-        let took = u64::try_from(took.as_micros()).unwrap_or(u64::MAX / 8);
+        let took = microseconds(took);
         // Two jobs that end at once may lose one of the two; an average can bear that.
         let average = self.0.load(Ordering::Relaxed);
         self.0.store((average * 7 + took) / 8, Ordering::Relaxed);
@@ -188,6 +200,10 @@ impl Pace {
         let micros = self.0.load(Ordering::Relaxed).saturating_mul(jobs as u64);
         u32::try_from(micros.div_ceil(1_000_000)).unwrap_or(u32::MAX).clamp(1, 120)
     }
+}
+
+fn microseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_micros()).unwrap_or(u64::MAX / 8)
 }
 
 /// The text of a panic, for the log only.

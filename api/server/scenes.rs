@@ -6,6 +6,7 @@
 
 use super::problem::{Kind, Problem};
 use super::queue::Job;
+use super::tally::Tally;
 use super::texts::Texts;
 use crate::folder::Folder;
 use crate::picture::milliseconds;
@@ -31,6 +32,8 @@ pub(super) struct Scenes {
     names: Recent<String, Key>,
     /// Scenes that can be built again.
     pub(super) texts: Texts,
+    /// How often a scene was built already.
+    pub(super) tally: Tally,
 }
 
 /// A hash of a scene as it was sent, and of all that is put over it.
@@ -50,7 +53,7 @@ pub(super) struct Found {
 impl Scenes {
     /// No scenes yet, and later as many as fit.
     pub(super) fn new(budget: u64, textures: Option<Folder>, texts: Texts) -> Self {
-        Self { textures, kept: Recent::new(budget), names: Recent::new(NAMES), texts }
+        Self { textures, kept: Recent::new(budget), names: Recent::new(NAMES), texts, tally: Tally::default() }
     }
 
     /// Bytes of the scenes that are kept.
@@ -69,9 +72,10 @@ impl Scenes {
         let hashing = Instant::now();
         let key = key(bytes, format, overrides);
         let parse = milliseconds(hashing);
-        if let Some(ready) = self.kept.get(&key) {
+        if let Some(ready) = self.recall(&key) {
             return Ok(Found { ready, loading: Loading { parse, ..Loading::default() }, kept: true });
         }
+        self.tally.miss();
         let ready = self.build(workers, bytes, format, overrides, Ready::from)?;
         let loading = Loading { parse: parse + ready.loading.parse, ..ready.loading };
         Ok(Found { ready: self.keep(key, ready), loading, kept: false })
@@ -107,12 +111,12 @@ impl Scenes {
 
     /// The scene that was sent like this, if it is still built.
     pub(super) fn recall(&self, key: &Key) -> Option<Arc<Ready>> {
-        self.kept.get(key)
+        self.kept.get(key).inspect(|_| self.tally.hit())
     }
 
     /// The scene of a name, if it is still built.
     pub(super) fn recall_known(&self, id: &str) -> Option<Arc<Ready>> {
-        self.kept.get(&self.names.get(id)?)
+        self.recall(&self.names.get(id)?)
     }
 
     /// Keeps a built scene, unless its pictures are files.

@@ -198,8 +198,8 @@ pub(super) struct Manner<'a> {
 }
 
 /// The entity tag of a picture: its whole name.
-pub(super) fn tag(image: &impl std::fmt::Display, excerpt: &Excerpt) -> String {
-    format!("\"{image}{}\"", excerpt.suffix())
+pub(super) fn tag(name: &str) -> String {
+    format!("\"{name}\"")
 }
 
 /// The answer to a request whose conditions say so, before anything is made.
@@ -227,27 +227,21 @@ pub(super) fn deliver(
     excerpt: &Excerpt,
 ) -> Result<Response, Problem> {
     let Shown { made, timing, cost } = shown;
-    let etag = made.about.image.as_ref().map(|image| tag(image, excerpt));
+    let etag = made.about.image.as_ref().map(|image| tag(&excerpt.name(image)));
     if let Some(answer) = settled(manner, etag.as_deref()) {
         return answer;
     }
     let (ending, media_type) = negotiate::description(excerpt.format);
-    let mut response = Held::shared(made.file.clone(), &service.memory).into_response();
+    let mut response = Response::new(Held::shared(made.file.clone(), &service.memory));
     if let Some(cost) = cost {
         response.extensions_mut().insert(*cost);
     }
     let headers = response.headers_mut();
-    put(headers, header::CONTENT_TYPE, media_type);
-    put(headers, header::CONTENT_LENGTH, &made.file.len().to_string());
+    headers.clone_from(&made.headers);
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     let name = made.about.image.as_deref().unwrap_or("picture");
     put(headers, header::CONTENT_DISPOSITION, &format!("inline; filename=\"{name}.{ending}\""));
-    put(headers, HeaderName::from_static("repr-digest"), &made.digest);
     put(headers, HeaderName::from_static("server-timing"), timing);
-    for (name, value) in &made.about.headers {
-        if let Ok(name) = HeaderName::try_from(name) {
-            put(headers, name, value);
-        }
-    }
     if let (Some(etag), Some(image)) = (&etag, &made.about.image) {
         put(headers, header::ETAG, etag);
         if manner.freshness == Freshness::Once && excerpt.is_whole() {
@@ -256,7 +250,7 @@ pub(super) fn deliver(
     }
     caching(headers, manner);
     if etag.is_none() {
-        put(headers, header::CACHE_CONTROL, "no-store");
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     }
     Ok(response)
 }
@@ -268,9 +262,9 @@ fn caching(headers: &mut HeaderMap, manner: &Manner<'_>) {
         Freshness::Immutable => "private, max-age=31536000, immutable",
         Freshness::Once => "no-cache",
     };
-    put(headers, header::CACHE_CONTROL, value);
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(value));
     if manner.negotiated {
-        put(headers, header::VARY, "Accept");
+        headers.insert(header::VARY, HeaderValue::from_static("Accept"));
     }
 }
 

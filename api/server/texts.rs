@@ -46,6 +46,14 @@ impl Texts {
         }
     }
 
+    /// Bytes of all texts.
+    pub(super) fn bytes(&self) -> u64 {
+        match self {
+            Self::Memory(texts) => texts.bytes(),
+            Self::Folder(blobs) => blobs.bytes(),
+        }
+    }
+
     /// Remembers that a tenant wants a scene to be there; whether that is new.
     pub(super) fn claim(&self, id: &str, tenant: &str) -> io::Result<bool> {
         let name = claim_name(id, tenant);

@@ -31,8 +31,8 @@ impl KeyFile {
         format!("Bearer {}", String::from_utf8(made.stdout).unwrap().trim())
     }
 
-    pub(crate) fn serve(&self) -> Service {
-        Service::start(&["--keys", self.path()])
+    pub(crate) fn serve(&self, flags: &[&str]) -> Service {
+        Service::start(&[&["--keys", self.path()], flags].concat())
     }
 }
 
@@ -51,7 +51,7 @@ fn post(service: &Service, path: &str, key: &str, body: &str) -> Answer {
 fn keys_open_what_their_scopes_say() {
     let file = KeyFile::new("scopes", "");
     let (render, read) = (file.key("acme", "render"), file.key("acme", "read"));
-    let service = file.serve();
+    let service = file.serve(&[]);
     post(&service, "/v1/render", &render, BALL).picture();
     let refused = post(&service, "/v1/render", &read, BALL);
     assert!(refused.problem(403, "forbidden")["detail"].as_str().unwrap().contains("scope render"));
@@ -70,7 +70,7 @@ fn keys_open_what_their_scopes_say() {
 fn keys_come_and_go_without_a_restart() {
     let file = KeyFile::new("reload", "");
     let first = file.key("acme", "render");
-    let service = file.serve();
+    let service = file.serve(&[]);
     let second = file.key("acme", "render");
     service.wait_for_log("the keys were read again");
     post(&service, "/v1/render", &second, BALL).picture();
@@ -102,7 +102,7 @@ fn strangers_are_kept_out_unless_told_otherwise() {
 fn a_tenant_that_asks_too_often_is_told_when_to_come_back() {
     let file = KeyFile::new("rate", "[tenants.small]\nunits_per_minute = 3\n");
     let (small, large) = (file.key("small", "render"), file.key("large", "render"));
-    let service = file.serve();
+    let service = file.serve(&[]);
     for left in ["r=2", "r=1", "r=0"] {
         let answer = post(&service, "/v1/scenes/validate", &small, BALL);
         assert_eq!((answer.status, answer.header("ratelimit-policy")), (200, "\"tenant\";q=3;w=60"));
@@ -121,7 +121,7 @@ fn a_tenant_that_asks_too_often_is_told_when_to_come_back() {
 fn a_picture_costs_units_by_its_rays() {
     let file = KeyFile::new("cost", "[tenants.acme]\nunits_per_minute = 600\n");
     let key = file.key("acme", "render");
-    let service = file.serve();
+    let service = file.serve(&[]);
     let answer = post(&service, "/v1/render?width=1500&height=1000&antialias=false", &key, BALL);
     assert_eq!(answer.status, 200);
     let rays = answer.header("render-rays").split(", ").filter_map(|kind| kind.split_once('=')?.1.parse::<u64>().ok());
@@ -137,7 +137,7 @@ fn a_picture_costs_units_by_its_rays() {
 fn a_capability_is_for_one_thing_and_for_looking() {
     let file = KeyFile::new("capability", "");
     let key = file.key("acme", "read");
-    let service = file.serve();
+    let service = file.serve(&[]);
     let id = "i_aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa";
     let minted = post(&service, "/v1/capabilities", &key, &format!("{{\"image_id\": \"{id}\", \"ttl\": 60}}"));
     assert_eq!(minted.status, 201, "{}", minted.text());

@@ -1,12 +1,12 @@
 //! Jobs: accepted, watched, stopped, found again, and finished whatever happens to the process.
 
-use super::access::KeyFile;
 use super::service::{Answer, Service, request};
 use super::{BALL, SLOW};
 use image::GenericImageView;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// A ball between two mirrors, lit: slow, and no two tiles are the same.
@@ -294,6 +294,71 @@ fn pictures_and_records_expire() {
     assert_eq!((left("jobs"), left("scenes")), (0, 0), "nothing of it is left on disk");
 }
 
+/// Bytes of all files in a folder and below it.
+fn bytes_in(folder: &Path) -> u64 {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    entries
+        .map(|entry| if entry.path().is_dir() { bytes_in(&entry.path()) } else { entry.metadata().unwrap().len() })
+        .sum()
+}
+
+#[test]
+fn where_there_is_no_room_on_disk_the_oldest_pictures_go_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().to_str().unwrap();
+    let used = || ["jobs", "scenes"].map(|part| bytes_in(&folder.path().join(part))).into_iter().sum::<u64>();
+    let service = Service::start(&["--data", data, "--data-bytes", "2000000"]);
+    assert_eq!(service.get("/v1/limits").json()["jobs"]["data_bytes"], 2_000_000);
+    // A third of a megabyte each.
+    let floats = r#""settings": { "width": 200, "height": 150 }, "output": { "format": "pfm" }"#;
+    let ids: Vec<String> = (0..6)
+        .map(|_| {
+            let id = submit(&service, BALL, floats);
+            succeeded(&service, &id);
+            assert!(used() <= 2_000_000, "{} bytes", used());
+            id
+        })
+        .collect();
+    let states = |service: &Service| ids.iter().map(|id| job(service, id)["state"].clone()).collect::<Vec<_>>();
+    let first = states(&service);
+    assert_eq!((&first[0], &first[4], &first[5]), (&"expired".into(), &"succeeded".into(), &"succeeded".into()));
+    service.get(&format!("/v1/jobs/{}/image", ids[0])).problem(410, "gone");
+    let newest = service.get(&format!("/v1/jobs/{}/image", ids[5]));
+    assert_eq!((newest.status, newest.body.len() > 200 * 150 * 12), (200, true));
+    drop(service);
+
+    let service = Service::start(&["--data", data, "--data-bytes", "500000"]);
+    until(&service, &ids[4], |job| job["state"] == "expired");
+    assert_eq!(states(&service)[5], "succeeded", "what fits stays");
+    assert!(used() <= 500_000, "{} bytes", used());
+}
+
+#[test]
+fn what_cannot_fit_on_disk_is_refused() {
+    let service = Service::start(&["--data-bytes", "2000000"]);
+    let send = |scene: &str, settings: &str| service.post_json("/v1/jobs", &body(scene, settings));
+    let padded = |space: usize| SLOW.replacen('{', &format!("{{{}", " ".repeat(space)), 1);
+    let small = r#""settings": { "width": 64, "height": 64 }"#;
+    for refused in
+        [send(SLOW, r#""settings": { "width": 400, "height": 300, "samples": 1 }"#), send(&padded(1_100_000), small)]
+    {
+        let problem = refused.problem(413, "cost-limit");
+        assert_eq!(problem["limit"]["name"], "data_bytes", "{problem}");
+        assert_eq!(refused.header("retry-after"), "");
+    }
+    let first = submit(&service, &padded(600_000), small);
+    let refused = send(&padded(700_000), small);
+    assert!(text(&refused.problem(503, "saturated")["detail"]).contains("data_bytes"), "{}", refused.text());
+    assert!(refused.header("retry-after").parse::<u32>().is_ok_and(|seconds| seconds > 0), "{refused:?}");
+    // The same scene again takes no more room, and one that is no longer needed none.
+    submit(&service, &padded(600_000), small);
+    for job in service.get("/v1/jobs").json()["jobs"].as_array().unwrap() {
+        service.send("DELETE", &format!("/v1/jobs/{}", text(&job["id"])), &[], b"");
+    }
+    service.get(&format!("/v1/jobs/{first}")).problem(404, "not-found");
+    submit(&service, &padded(700_000), small);
+}
+
 #[test]
 fn sigterm_with_a_job_and_a_watcher_ends_in_time_and_the_job_goes_on_later() {
     let folder = tempfile::tempdir().unwrap();
@@ -380,28 +445,6 @@ fn many_jobs_do_not_hold_up_a_request() {
     let list = service.get("/v1/jobs?state=queued&limit=200").json();
     let last = &list["jobs"][0];
     assert!(last["position"].as_u64() > Some(35) && last["eta_ms"].as_f64() > Some(1_000.0), "{last}");
-}
-
-#[test]
-fn many_jobs_of_one_tenant_do_not_hold_up_anothers() {
-    let file = KeyFile::new("fairness", "");
-    let (many, one) = (file.key("many", "jobs,read"), file.key("one", "jobs,read"));
-    let service = file.serve();
-    let submit = |key: &str, rest: &str| {
-        let answer = with(&service, "POST", "/v1/jobs", &[("Authorization", key)], &body(SLOW, rest));
-        assert_eq!(answer.status, 202, "{}", answer.text());
-        answer.header("location").to_owned()
-    };
-    let theirs: Vec<String> = (0..30).map(|_| submit(&many, ENDLESS)).collect();
-    let mine = submit(&one, r#""settings": { "width": 64, "height": 64, "samples": 1 }"#);
-    let asked = Instant::now();
-    let done = with(&service, "GET", &mine, &[("Authorization", &one), ("Prefer", "wait=30")], "").json();
-    assert_eq!(done["state"], "succeeded", "{done}");
-    assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
-    let first = with(&service, "GET", &theirs[0], &[("Authorization", &many)], "").json();
-    assert_eq!(first["state"], "running", "{first}");
-    let hidden = with(&service, "GET", &theirs[0], &[("Authorization", &one)], "");
-    assert_eq!(hidden.status, 404, "others' jobs are nobody's business");
 }
 
 /// A job's events over a socket of their own.

@@ -4,6 +4,7 @@
 
 mod access;
 mod contract;
+mod fairness;
 mod flood;
 mod job_pictures;
 mod jobs;

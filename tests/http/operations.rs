@@ -1,5 +1,6 @@
 //! What operators rely on: a listener of their own, numbers, logs, configuration.
 
+use super::jobs::submit;
 use super::service::{Answer, Service, address_in};
 use super::{BALL, SLOW};
 use std::io::Write;
@@ -71,23 +72,139 @@ fn numbers_follow_what_happens() {
         "strahl_http_requests_total{route=\"/v1/render\",method=\"POST\",status=\"200\"} 1",
         "strahl_http_requests_total{route=\"/v1/render\",method=\"POST\",status=\"422\"} 1",
         "strahl_http_requests_total{route=\"unmatched\",method=\"GET\",status=\"404\"} 1",
-        "strahl_renders_total{lane=\"interactive\",outcome=\"ok\"} 1",
+        "strahl_renders_total{lane=\"renders\",outcome=\"ok\"} 1",
+        "strahl_renders_total{lane=\"renders\",outcome=\"refused\"} 2",
         "strahl_shed_total{reason=\"saturated\"} 1",
-        "strahl_renders_running ",
-        "strahl_render_seconds_count 1",
+        "strahl_render_seconds_count{lane=\"renders\"} 1",
+        "strahl_queue_seconds_count{lane=\"renders\"} 1",
         "strahl_encode_seconds_count{format=\"png\"} 1",
         "strahl_build_info{version=",
         "# EOF",
     ] {
         assert!(text.contains(line), "{line} in\n{text}");
     }
-    let rays = text.lines().find_map(|line| line.strip_prefix("strahl_rays_total ")?.parse::<u64>().ok());
-    assert!(rays.is_some_and(|rays| rays >= 48 * 32), "{rays:?}");
+    let rays = number(&text, "strahl_rays_total{lane=\"renders\"}");
+    assert!(rays >= f64::from(48 * 32), "{rays}");
+    assert!(number(&text, "strahl_renders_running{lane=\"renders\"}") >= 1.0, "{text}");
     drop(busy);
     service.wait_for(0, 0);
+    metrics_with(admin, &["strahl_renders_total{lane=\"renders\",outcome=\"canceled\"} 2"]);
+    let wasted = number(&get(admin, "/metrics").text(), "strahl_canceled_work_seconds_total{lane=\"renders\"}");
+    assert!(wasted > 0.0, "{wasted}");
+}
+
+/// The value of a series.
+fn number(text: &str, series: &str) -> f64 {
+    let value = text.lines().find_map(|line| line.strip_prefix(series)?.strip_prefix(' ')?.parse().ok());
+    value.unwrap_or_else(|| panic!("{series} in\n{text}"))
+}
+
+/// The numbers, as soon as these lines are among them.
+fn metrics_with(admin: SocketAddr, lines: &[&str]) -> String {
     let started = Instant::now();
-    while !get(admin, "/metrics").text().contains("strahl_renders_total{lane=\"interactive\",outcome=\"canceled\"} 2") {
-        assert!(started.elapsed() < Duration::from_secs(5), "{}", get(admin, "/metrics").text());
+    loop {
+        let text = get(admin, "/metrics").text();
+        let Some(missing) = lines.iter().find(|line| !text.lines().any(|found| found == **line)) else { return text };
+        assert!(started.elapsed() < Duration::from_secs(20), "{missing} in\n{text}");
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn numbers_say_what_waits_what_runs_and_what_is_kept() {
+    let (service, admin) = with_admin(&[]);
+    for _ in 0..3 {
+        service.post_json("/v1/render", BALL).picture();
+    }
+    submit(&service, BALL, "");
+    let text = metrics_with(
+        admin,
+        &[
+            "strahl_jobs{state=\"succeeded\"} 1",
+            "strahl_renders_total{lane=\"jobs\",outcome=\"ok\"} 1",
+            "strahl_render_seconds_count{lane=\"jobs\"} 1",
+            "strahl_encode_seconds_count{format=\"png\"} 2",
+            "strahl_cache_misses_total{cache=\"pictures\"} 1",
+            "strahl_cache_hits_total{cache=\"pictures\"} 2",
+            "strahl_cache_misses_total{cache=\"scenes\"} 1",
+            "strahl_threads_busy 0",
+            "strahl_sse_streams 0",
+        ],
+    );
+    for kept in ["strahl_cache_bytes{cache=\"pictures\"}", "strahl_cache_bytes{cache=\"scenes\"}", "strahl_data_bytes"]
+    {
+        assert!(number(&text, kept) > 100.0, "{kept} in\n{text}");
+    }
+    assert_eq!(number(&text, "strahl_cache_bytes{cache=\"known_scenes\"}"), 0.0);
+    for spent in ["strahl_pool_seconds_total{lane=\"renders\"}", "strahl_pool_seconds_total{lane=\"jobs\"}"] {
+        assert!(number(&text, spent) > 0.0, "{spent} in\n{text}");
+    }
+
+    let endless = r#""settings": { "width": 1024, "height": 1024 }"#;
+    let jobs: Vec<String> = (0..5).map(|_| submit(&service, SLOW, endless)).collect();
+    let mut watching = service.connect();
+    write!(watching, "GET /v1/jobs/{}/events HTTP/1.1\r\nHost: strahl\r\n\r\n", jobs[0]).unwrap();
+    let tiles: Vec<_> =
+        (0..3).map(|x| service.begin(&format!("/v1/render/tile?x={x}&y=0&w=1024&h=1024"), SLOW)).collect();
+    let text = metrics_with(
+        admin,
+        &[
+            "strahl_jobs{state=\"running\"} 2",
+            "strahl_jobs{state=\"queued\"} 3",
+            "strahl_queue_depth{lane=\"jobs\"} 3",
+            "strahl_renders_running{lane=\"jobs\"} 2",
+            "strahl_sse_streams 1",
+        ],
+    );
+    // The newest goes first, so how many have begun depends on how they came.
+    let of_tiles = || {
+        let text = get(admin, "/metrics").text();
+        ["strahl_renders_running{lane=\"tiles\"}", "strahl_queue_depth{lane=\"tiles\"}"]
+            .map(|series| number(&text, series))
+    };
+    let started = Instant::now();
+    while !matches!(of_tiles(), [running, waiting] if running >= 1.0 && running + waiting == 3.0) {
+        assert!(started.elapsed() < Duration::from_secs(20), "of three tiles run and wait {:?}", of_tiles());
+    }
+    assert!(number(&text, "strahl_threads") > 0.0, "{text}");
+    metrics_with(admin, &[&format!("strahl_threads_busy {}", number(&text, "strahl_threads"))]);
+    drop((tiles, watching));
+    for id in &jobs {
+        assert_eq!(service.send("POST", &format!("/v1/jobs/{id}/cancel"), &[], b"").status, 202);
+    }
+    let text = metrics_with(
+        admin,
+        &[
+            "strahl_jobs{state=\"canceled\"} 5",
+            "strahl_renders_total{lane=\"jobs\",outcome=\"canceled\"} 5",
+            "strahl_renders_total{lane=\"tiles\",outcome=\"canceled\"} 3",
+            "strahl_renders_running{lane=\"tiles\"} 0",
+            "strahl_threads_busy 0",
+            "strahl_sse_streams 0",
+        ],
+    );
+    for wasted in ["tiles", "jobs"] {
+        assert!(number(&text, &format!("strahl_canceled_work_seconds_total{{lane=\"{wasted}\"}}")) > 0.0, "{text}");
+    }
+    assert!(!text.contains("tenant") && !text.contains("anonymous"), "{text}");
+}
+
+#[test]
+fn the_health_check_is_answered_however_many_clients_there_are() {
+    let (service, admin) = with_admin(&["--max-connections", "4", "--header-timeout", "60"]);
+    let check = |variable: &str, address: SocketAddr| {
+        let strahl =
+            Command::new(env!("CARGO_BIN_EXE_strahl")).arg("healthcheck").env(variable, address.to_string()).output();
+        strahl.expect("the binary starts").status.success()
+    };
+    assert!(check("STRAHL_LISTEN", service.address));
+    let crowd: Vec<_> = (0..40).map(|_| service.connect()).collect();
+    assert!(!check("STRAHL_LISTEN", service.address), "the crowd has not taken all connections");
+    assert!(check("STRAHL_ADMIN_LISTEN", admin), "operators are kept waiting, too");
+    drop(crowd);
+    let started = Instant::now();
+    while !check("STRAHL_LISTEN", service.address) {
+        assert!(started.elapsed() < Duration::from_secs(20), "the crowd has gone, and its connections have not");
     }
 }
 

@@ -40,7 +40,7 @@ fn a_tenants_jobs_are_its_own_and_operators_see_all() {
     let file = KeyFile::new("job_owners", "");
     let (mine, other, admin) =
         (file.key("acme", "jobs,read"), file.key("other", "jobs,read"), file.key("ops", "read,admin"));
-    let service = file.serve();
+    let service = file.serve(&[]);
     let place = keyed(&service, &mine, "POST", "/v1/jobs", &body(BALL, "")).header("location").to_owned();
     for (method, path) in [
         ("GET", place.clone()),

@@ -141,7 +141,7 @@ fn a_job_that_fails_says_why_as_the_contract_promises() {
 fn problems_and_capabilities_are_what_the_contract_promises() {
     let file = KeyFile::new("schemas", "");
     let key = file.key("acme", "read,render");
-    let service = file.serve();
+    let service = file.serve(&[]);
     let contract = Contract::of(&service);
     let minted = keyed(&service, &key, "POST", "/v1/capabilities", r#"{"job_id": "a"}"#).json();
     contract.check("mintCapability", "201", "application/json", &minted);

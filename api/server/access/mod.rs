@@ -6,6 +6,7 @@ mod cors;
 mod gate;
 mod keys;
 mod mint;
+mod peer;
 mod reload;
 
 pub(super) use allowance::Allowance;
@@ -15,6 +16,7 @@ pub(super) use cors::cors;
 pub(super) use gate::{identify, require};
 pub(crate) use keys::{new_key, new_signer};
 pub(super) use mint::*;
+pub(super) use peer::{Client, arrived};
 pub(super) use reload::watch;
 
 use super::tenant::Tenant;

@@ -2,8 +2,8 @@
 
 use super::super::App;
 use super::super::parameters::Parameters;
+use super::super::places::Place;
 use super::super::problem::{Kind, Problem};
-use super::super::tenant::Tenant;
 use super::Named;
 use crate::jobs::record::State as JobState;
 use crate::jobs::{Event, Job, Watcher};
@@ -13,9 +13,9 @@ use axum::response::sse::{self, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use serde_json::{Value, json};
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -50,7 +50,7 @@ pub(in crate::server) async fn job_events(
     if seen.is_some() && job.record().last_event == seen {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    let place = service.streams.enter(&tenant).ok_or_else(|| {
+    let place = service.streams.enter(tenant.name.clone(), tenant.quotas.streams).ok_or_else(|| {
         let detail = format!("you have {} event streams open (streams of your tenant)", tenant.quotas.streams);
         Problem::new(Kind::RateLimited, detail).retry_after(5)
     })?;
@@ -80,7 +80,7 @@ struct Watching {
     next: VecDeque<Event>,
     ended: bool,
     _watcher: Watcher,
-    _place: Place,
+    _place: Place<String>,
 }
 
 impl Watching {
@@ -173,38 +173,4 @@ fn written(job: &Job, event: Event) -> sse::Event {
         data.remove("failure");
     }
     sse::Event::default().id(seq.to_string()).event(name).data(data.to_string())
-}
-
-/// How many streams each tenant has open.
-#[derive(Debug, Clone, Default)]
-pub(in crate::server) struct Streams(Arc<Mutex<HashMap<String, u32>>>);
-
-impl Streams {
-    fn enter(&self, tenant: &Tenant) -> Option<Place> {
-        let mut open = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let count = open.entry(tenant.name.clone()).or_default();
-        (*count < tenant.quotas.streams).then(|| {
-            *count += 1;
-            Place { streams: self.clone(), tenant: tenant.name.clone() }
-        })
-    }
-}
-
-/// An open stream.
-#[derive(Debug)]
-struct Place {
-    streams: Streams,
-    tenant: String,
-}
-
-impl Drop for Place {
-    fn drop(&mut self) {
-        let mut open = self.streams.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(count) = open.get_mut(&self.tenant) {
-            *count -= 1;
-            if *count == 0 {
-                open.remove(&self.tenant);
-            }
-        }
-    }
 }

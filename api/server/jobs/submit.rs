@@ -240,6 +240,18 @@ fn refusal(limits: &Limits, refused: &Refused) -> Problem {
             let detail = format!("it would take {bytes} bytes of memory; jobs have at most {most} (job_memory_bytes)");
             Problem::limit(Kind::CostLimit, "job_memory_bytes", most, detail)
         }
+        Refused::TooLargeForDisk(bytes) => {
+            let most = limits.data_bytes;
+            let detail = format!(
+                "its scene or its picture with all tiles would take {bytes} bytes on disk; half of {most} is there for \
+                 either (data_bytes)"
+            );
+            Problem::limit(Kind::CostLimit, "data_bytes", most, detail)
+        }
+        Refused::NoRoom(seconds) => {
+            let detail = "the scenes of other jobs take all the room there is for them (data_bytes)";
+            Problem::new(Kind::Saturated, detail).retry_after(*seconds)
+        }
         Refused::Disk(error) => {
             tracing::error!(%error, "a job cannot be written down");
             Problem::new(Kind::Internal, "the job cannot be written down")

@@ -1,7 +1,8 @@
 //! Deep Zoom Images, as OpenSeadragon opens them: `/dzi/{id}.dzi`, `/dzi/{id}_files/{level}/{column}_{row}.png`.
 
-use super::{described, id_of, last_level, no_tile, open, show, tile, tile_name, tile_of};
+use super::{described, id_of, last_level, no_tile, open, place, show, tile, tile_name, tile_of};
 use crate::server::App;
+use crate::server::access::Client;
 use crate::server::excerpt::{Grid, TILE};
 use crate::server::openapi::bodies::{Picture, Xml};
 use crate::server::openapi::queries;
@@ -57,6 +58,7 @@ pub(in crate::server) async fn dzi_tile(
     let level: u32 = level.parse().map_err(|_| missing())?;
     let (column, row, format) = tile_name(&file, '_').ok_or_else(missing)?;
     let tenant = Tenant::of(&parts.extensions);
+    let _place = place(&service, Client::of(&parts.extensions))?;
     let opened = open(&service, &tenant, id).await?;
     let down = last_level(opened.size, 1).checked_sub(level).ok_or_else(missing)?;
     let region = tile_of(opened.size, down, column, row).ok_or_else(missing)?;

@@ -1,8 +1,8 @@
 //! IIIF Image API 3.0, level 2: images, and the way from an image's address to its description.
 
 use super::iiif_parse::{Asked, understand};
-use super::{everywhere, open, show};
-use crate::server::access::Capability;
+use super::{everywhere, open, place, show};
+use crate::server::access::{Capability, Client};
 use crate::server::openapi::bodies::Picture;
 use crate::server::problem::Problem;
 use crate::server::show::put;
@@ -44,6 +44,7 @@ pub(in crate::server) async fn iiif_image(
     parts: Parts,
 ) -> Result<Response, Problem> {
     let tenant = Tenant::of(&parts.extensions);
+    let _place = place(&service, Client::of(&parts.extensions))?;
     let opened = open(&service, &tenant, &id).await?;
     let max_area = service.limits.max_area(&opened.ready.scene);
     let asked = Asked { region: &region, size: &size, rotation: &rotation, file: &file };

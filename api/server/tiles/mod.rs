@@ -14,14 +14,16 @@ pub(super) use iiif::{__path_iiif, __path_iiif_image, iiif, iiif_image};
 pub(super) use iiif_info::{__path_iiif_info, iiif_info};
 pub(super) use xyz::{__path_xyz, __path_xyz_tile, xyz, xyz_tile};
 
-use super::App;
+use super::access::Client;
 use super::excerpt::{Excerpt, Grid, TILE, size_of};
 use super::images;
 use super::negotiate;
+use super::places::Place;
 use super::problem::{Kind, Problem};
 use super::scenes::unknown;
 use super::show::{self, Freshness, Manner, Source};
 use super::tenant::Tenant;
+use super::{App, Service};
 use crate::identity::ImageId;
 use crate::ready::Ready;
 use crate::turns::Lane;
@@ -50,6 +52,15 @@ async fn open(service: &App, tenant: &Tenant, id: &str) -> Result<Opened, Proble
     };
     let size = size_of(&ready.scene, image.zoom).ok_or_else(|| unknown(&image.scene))?;
     Ok(Opened { image, ready, size })
+}
+
+/// A place for one more tile of a client, who has it until the tile is made.
+pub(super) fn place(service: &Service, client: Client) -> Result<Place<Client>, Problem> {
+    let most = service.limits.client_tiles;
+    service.tile_clients.enter(client, most).ok_or_else(|| {
+        let detail = format!("you are waiting for {most} tiles already (client_tiles)");
+        Problem::new(Kind::RateLimited, detail).retry_after(service.tiles.retry_after())
+    })
 }
 
 /// The answer that a part of an image makes.

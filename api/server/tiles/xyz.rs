@@ -3,9 +3,10 @@
 //! Zoom 0 is a single tile; deeper zooms than the image's own size show more detail. Viewers of maps expect whole tiles, so
 //! those along the edges go on where the image ends: its rays do.
 
-use super::{described, id_of, last_level, no_tile, open, show, tile, tile_format};
+use super::{described, id_of, last_level, no_tile, open, place, show, tile, tile_format};
 use crate::identity::MAX_ZOOM;
 use crate::server::App;
+use crate::server::access::Client;
 use crate::server::excerpt::{Grid, TILE, size_of};
 use crate::server::openapi::bodies::Picture;
 use crate::server::openapi::pictures::TileJson;
@@ -73,6 +74,7 @@ pub(in crate::server) async fn xyz_tile(
     let number = |text: &str| text.parse::<u32>().map_err(|_| missing());
     let (zoom, column, row) = (number(&z)?, number(&x)?, number(y)?);
     let tenant = Tenant::of(&parts.extensions);
+    let _place = place(&service, Client::of(&parts.extensions))?;
     let opened = open(&service, &tenant, &id).await?;
     // Levels count down from the image itself, zooms up to it and beyond.
     let level = i64::from(last_level(opened.size, TILE)) - i64::from(zoom);

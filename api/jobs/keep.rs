@@ -1,0 +1,155 @@
+//! What is kept, and for how long: pictures and records that are too old go, and where there is no room the oldest pictures
+//! go first.
+//!
+//! Of the bytes there are, texts of scenes may take one half, and what open jobs may write the other. So there is room for
+//! every job that was accepted, once pictures that are done have gone.
+
+use super::job::{Job, Stopped, locked};
+use super::record::{Failure, Record, State, now};
+use super::registry::Registry;
+use super::{JobLimits, Jobs};
+use std::fs;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+impl Jobs {
+    /// What happens once a second: jobs that run too long are stopped, what is too old or too much goes.
+    pub(crate) fn tick(&self) {
+        let now = now();
+        let (mut expired, mut forgotten) = (Vec::new(), Vec::new());
+        {
+            let registry = locked(&self.registry);
+            for job in &registry.open {
+                let begun = *locked(&job.begun);
+                if begun.is_some_and(|(begun, _)| begun.elapsed() > self.limits.timeout) {
+                    let seconds = self.limits.timeout.as_secs_f64();
+                    let detail = format!("the job was not done after {seconds} s (job_timeout)");
+                    job.stop(Stopped::Failed(Failure { slug: "render-deadline".into(), detail }));
+                }
+            }
+            for job in registry.jobs.values() {
+                let record = job.record();
+                let Some(finished) = record.finished else { continue };
+                let is_over = |kept: Duration| now.saturating_sub(finished) >= kept.as_millis() as u64;
+                let Self { limits: JobLimits { keep_pictures, keep_records, .. }, .. } = self;
+                match record.state {
+                    State::Succeeded if is_over(*keep_pictures) => expired.push(Arc::clone(job)),
+                    State::Expired if is_over(*keep_pictures + *keep_records) => forgotten.push(record.id.clone()),
+                    State::Failed | State::Canceled if is_over(*keep_records) => forgotten.push(record.id.clone()),
+                    _ => {}
+                }
+            }
+        }
+        expired.iter().for_each(|job| self.expire(job));
+        self.forget_all(&forgotten);
+        self.make_room();
+    }
+
+    /// Lets the oldest pictures go until there is room for what open jobs may write.
+    pub(super) fn make_room(&self) {
+        self.expire_until(|registry| {
+            let written: u64 = registry.open.iter().map(|job| disk_of(&job.record())).sum();
+            self.scenes.bytes() + registry.kept() + written <= self.limits.data_bytes
+        });
+    }
+
+    /// Lets the oldest pictures go until there is room for another scene; whether there is.
+    pub(super) fn make_room_for_scene(&self, bytes: u64) -> bool {
+        self.expire_until(|_| self.scenes.bytes() + bytes <= self.limits.data_bytes / 2)
+    }
+
+    /// Lets pictures go, the oldest first, until it is enough; whether it is.
+    fn expire_until(&self, is_enough: impl Fn(&Registry) -> bool) -> bool {
+        let mut oldest: Vec<(Option<u64>, Arc<Job>)> = {
+            let registry = locked(&self.registry);
+            if is_enough(&registry) {
+                return true;
+            }
+            let finished = |job: &Arc<Job>| {
+                let record = job.record();
+                (record.state == State::Succeeded).then(|| (record.finished, Arc::clone(job)))
+            };
+            registry.jobs.values().filter_map(finished).collect()
+        };
+        oldest.sort_by_key(|(finished, _)| *finished);
+        oldest.iter().any(|(_, job)| {
+            tracing::info!(job = job.record().id, "a picture goes to make room (data_bytes)");
+            self.expire(job);
+            is_enough(&locked(&self.registry))
+        })
+    }
+
+    /// Lets go of a picture and of the scene that it could be rendered from again.
+    fn expire(&self, job: &Job) {
+        let record = {
+            let mut record = job.record();
+            if record.state != State::Succeeded {
+                return;
+            }
+            record.state = State::Expired;
+            record.clone()
+        };
+        self.remove_files(&record.id);
+        job.kept.store(0, Ordering::Relaxed);
+        locked(&self.registry).release_scene(&record.order, &self.scenes);
+        if let Err(error) = self.store.put(&record) {
+            tracing::error!(job = record.id, %error, "a record cannot be written");
+        }
+    }
+
+    /// Forgets jobs that have ended.
+    pub(super) fn forget_all(&self, ids: &[String]) {
+        if ids.is_empty() {
+            return;
+        }
+        if let Err(error) = self.store.remove(ids) {
+            tracing::error!(%error, "records cannot be removed");
+        }
+        ids.iter().for_each(|id| self.remove_files(id));
+        let mut registry = locked(&self.registry);
+        for id in ids {
+            let Some(job) = registry.jobs.remove(id) else { continue };
+            let record = job.record();
+            if let Some(same) = &record.idempotency {
+                registry.keys.remove(&(record.tenant.clone(), same.key.clone()));
+            }
+            if record.state.needs_scene() {
+                registry.release_scene(&record.order, &self.scenes);
+            }
+        }
+    }
+
+    /// Removes what a former process has left of jobs that it was just forgetting.
+    pub(super) fn remove_strangers(&self) {
+        let registry = locked(&self.registry);
+        let folders = fs::read_dir(self.folder.join("jobs")).into_iter().flatten().flatten();
+        let names: Vec<String> = folders.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+        names.iter().filter(|id| !registry.jobs.contains_key(*id)).for_each(|id| self.remove_files(id));
+        for name in self.scenes.names().iter().filter(|name| !registry.scenes.contains_key(*name)) {
+            self.scenes.remove(name);
+        }
+    }
+
+    pub(super) fn remove_files(&self, id: &str) {
+        if let Err(error) = fs::remove_dir_all(self.folder_of(id))
+            && error.kind() != io::ErrorKind::NotFound
+        {
+            tracing::warn!(job = id, %error, "a job's files cannot be removed");
+        }
+    }
+
+    /// Notes how many bytes the files of a job take.
+    pub(super) fn weigh(&self, job: &Job) {
+        let files = fs::read_dir(self.folder_of(&job.record().id)).into_iter().flatten().flatten();
+        let bytes = files.filter_map(|file| Some(file.metadata().ok()?.len())).sum();
+        job.kept.store(bytes, Ordering::Relaxed);
+    }
+}
+
+/// Bytes that a job may write at most while it is open: its tiles with what they lack at most, its picture in
+/// the largest format with its cost report, and its preview.
+pub(crate) fn disk_of(record: &Record) -> u64 {
+    (64 << 10) + u64::from(record.width) * u64::from(record.height) * 46
+}

@@ -1,0 +1,75 @@
+//! How many of something each has at one time: event streams of a tenant, tiles of a client. None has more than its share,
+//! so that one who asks for everything leaves room for the others.
+
+use std::collections::HashMap;
+use std::fmt::Debug;
+use std::hash::Hash;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Who has how many.
+#[derive(Debug)]
+pub(super) struct Places<K>(Arc<Mutex<HashMap<K, u32>>>);
+
+/// One of them, given back when dropped.
+#[derive(Debug)]
+pub(super) struct Place<K: Hash + Eq> {
+    places: Arc<Mutex<HashMap<K, u32>>>,
+    who: K,
+}
+
+impl<K> Default for Places<K> {
+    fn default() -> Self {
+        Self(Arc::default())
+    }
+}
+
+impl<K: Hash + Eq + Clone> Places<K> {
+    /// One more for somebody who may have at most so many; none if that is reached.
+    pub(super) fn enter(&self, who: K, most: u32) -> Option<Place<K>> {
+        let mut taken = locked(&self.0);
+        let count = taken.get(&who).copied().unwrap_or(0);
+        (count < most).then(|| {
+            taken.insert(who.clone(), count + 1);
+            Place { places: Arc::clone(&self.0), who }
+        })
+    }
+
+    /// How many all have together.
+    pub(super) fn taken(&self) -> u64 {
+        locked(&self.0).values().copied().map(u64::from).sum()
+    }
+}
+
+impl<K: Hash + Eq> Drop for Place<K> {
+    fn drop(&mut self) {
+        let mut taken = locked(&self.places);
+        if let Some(count) = taken.get_mut(&self.who) {
+            *count -= 1;
+            if *count == 0 {
+                taken.remove(&self.who);
+            }
+        }
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // Each change of a count is whole.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_has_its_share_and_gives_it_back() {
+        let places = Places::default();
+        let held: Vec<_> = (0..2).map(|_| places.enter("a", 2).unwrap()).collect();
+        assert!(places.enter("a", 2).is_none());
+        assert!(places.enter("b", 2).is_some(), "others have their own");
+        assert_eq!(places.taken(), 2);
+        drop(held);
+        assert!(places.enter("a", 1).is_some());
+        assert!(locked(&places.0).is_empty(), "nothing is left of those who have none");
+    }
+}
