@@ -44,7 +44,7 @@ impl About {
         );
         let on: Vec<_> = report.plan.explanation.names_on().collect();
         let mut headers = vec![
-            ("render-error".to_owned(), report.error.proved.header()),
+            ("render-error".to_owned(), report.error.header()),
             ("render-rays".to_owned(), rays),
             ("render-plan".to_owned(), on.join(", ")),
         ];

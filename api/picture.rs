@@ -2,12 +2,13 @@
 
 use crate::pieces::render_in_pieces;
 use crate::ready::{Loading, Ready};
-use crate::report::{Cost, ErrorBounds, Phases, Proved, Replay, Report};
+use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::workers::Workers;
 use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{Codes, FileFormat, Look, Region};
+use strahl::plan::pilot::Effort;
 use strahl::render::{Cancelled, Control, Picture, Progress, Stop, render_until};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Time};
@@ -34,12 +35,15 @@ pub(crate) struct Shot {
     pub(crate) format: FileFormat,
     /// Whether the file says what is proved about it and what makes it again, if its format has a place for that.
     pub(crate) note: bool,
+    /// Whether the report says what was expected before.
+    pub(crate) predict: bool,
 }
 
 impl Shot {
     /// A part of the scene's own picture.
     pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
-        Self { window: Window::whole(scene.width, scene.height), region, look: Look::default(), format, note: false }
+        let window = Window::whole(scene.width, scene.height);
+        Self { window, region, look: Look::default(), format, note: false, predict: false }
     }
 }
 
@@ -54,12 +58,16 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Finished, Cancelled> {
     let scene = &ready.scene;
-    let &Shot { window, region, look, format, note } = shot;
+    let &Shot { window, region, look, format, note, predict } = shot;
+    let mut plan = ready.plan.clone();
+    if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
+        workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
+    }
     // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
     let finish = |picture: &Picture| {
         let coding = Instant::now();
         let codes = Codes::new(&picture.film, format).seen(look);
-        (codes, Proved::about(picture, scene), milliseconds(coding))
+        (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
     };
     let until = |stop: Stop| {
         workers.work(|| {
@@ -68,12 +76,14 @@ pub(crate) fn make(
             Ok((picture, finished))
         })?
     };
-    let (picture, (codes, proved, coding_ms)) = match ready.render.accuracy() {
+    let (picture, (codes, error, coding_ms)) = match ready.render.accuracy() {
         Accuracy::Time(Time { ms }) => {
             until(Stop::At(started + Duration::from_secs_f64((ms - file_ms(region, format)).max(0.0) / 1e3)))
         }
         Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
-        Accuracy::Fixed(_) | Accuracy::Proved(_) => render_in_pieces(scene, &window, region, workers, control, finish),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
+            render_in_pieces(scene, &window, region, workers, control, finish)
+        }
     }?;
     // A picture that a clock has stopped is made again by its rays.
     let render = match picture.progress {
@@ -90,7 +100,6 @@ pub(crate) fn make(
         two_sided: ready.two_sided,
         spd_counts: ready.spd_counts,
     };
-    let error = ErrorBounds { proved, estimated: None, measured: None };
     let writing = Instant::now();
     let file = codes.file_with(&picture.film, format, note.then(|| self::note(&error, &replay)).as_deref());
     let phases = Phases {
@@ -105,11 +114,13 @@ pub(crate) fn make(
         phases_ms: phases,
         rays: picture.rays,
         camera_hits: picture.rays.camera_hits,
+        deepest: picture.rays.deepest,
         refined: picture.refined,
         threads: workers.threads(),
         progress: picture.progress,
+        predicted: plan.estimate,
     };
-    Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error, replay } })
+    Ok(Finished { file, report: Report { plan, cost, error, replay } })
 }
 
 /// What the file says about its picture: of the cost report all that depends on neither the machine nor the moment, since

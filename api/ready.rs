@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use strahl::film::Region;
 use strahl::plan::Plan;
-use strahl::plan::pilot::Pilot;
+use strahl::plan::pilot::{Effort, Pilot};
 use strahl::render::{Cancelled, Control};
 use strahl::scene::description::RenderSettings;
 use strahl::scene::{Loaded, Scene};
@@ -65,7 +65,7 @@ pub(crate) fn planned(
     control: &Control,
 ) -> Result<(Plan, Pilot), Cancelled> {
     let mut plan = ready.plan.clone();
-    let pilot = workers.work(|| plan.estimate(&ready.scene, region, control))??;
+    let pilot = workers.work(|| plan.estimate(&ready.scene, region, control, Effort::QUICK))??;
     Ok((plan, pilot))
 }
 

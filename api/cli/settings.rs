@@ -53,7 +53,7 @@ pub(crate) struct SettingsArgs {
     /// Weight below which a ray is not followed, 0 to 1 [default: as the scene says].
     #[arg(long, value_name = "WEIGHT", value_parser = weight)]
     min_weight: Option<f64>,
-    /// What ends the recursion: fixed, proved:CODES, time:MS or rays:COUNT [default: as the scene says, else
+    /// What ends the recursion: fixed, proved:CODES, time:MS, rays:COUNT or statistical:CODES [default: as the scene says, else
     /// proved:1].
     #[arg(long, value_name = "MODE", value_parser = accuracy)]
     accuracy: Option<Accuracy>,

@@ -3,7 +3,7 @@
 use clap::builder::RangedU64ValueParser;
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays, Time};
+use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays, Statistical, Time};
 use strahl::scene::limits::Limit;
 
 /// Threads of a pool.
@@ -38,13 +38,23 @@ pub(crate) fn accuracy(text: &str) -> Result<Accuracy, String> {
             let count = parameters.parse().ok().filter(|count| (1..=1 << 53).contains(count));
             count.map(|count| Accuracy::Rays(Rays { count }))
         }
+        "statistical" => statistical(parameters),
         _ => None,
     };
     accuracy.ok_or_else(|| ACCURACY.to_owned())
 }
 
+/// Half width and confidence: `1` or `1,0.99`.
+fn statistical(parameters: &str) -> Option<Accuracy> {
+    let (half_width, confidence) = parameters.split_once(',').unwrap_or((parameters, "0.95"));
+    let half_width = half_width.parse().ok().filter(|width| (0.25..=64.0).contains(width))?;
+    let confidence = confidence.parse().ok().filter(|confidence| (0.5..=0.999).contains(confidence))?;
+    Some(Accuracy::Statistical(Statistical { half_width, confidence }))
+}
+
 /// What an accuracy may be.
-pub(crate) const ACCURACY: &str = "expected fixed, proved:0 to proved:2, time:MILLISECONDS or rays:COUNT";
+pub(crate) const ACCURACY: &str = "expected fixed, proved:0 to proved:2, time:MILLISECONDS, rays:COUNT, \
+     statistical:CODES (0.25 to 64) or statistical:CODES,CONFIDENCE (0.5 to 0.999)";
 
 /// Reads `single` or `double`.
 pub(crate) fn precision(text: &str) -> Result<Precision, &'static str> {

@@ -167,16 +167,19 @@ impl Jobs {
 
     /// The picture of some job that is the whole of this image in this format.
     pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<Made> {
+        // One that has just been forgotten is as good as none.
+        self.with_picture(image_id, format).iter().find_map(|id| self.picture(id).ok())
+    }
+
+    /// The jobs that have that picture.
+    pub(crate) fn with_picture(&self, image_id: &str, format: FileFormat) -> Vec<String> {
         let registry = locked(&self.registry);
         let same = |job: &Arc<Job>| {
             let record = job.record();
             let same = record.image_id.as_deref() == Some(image_id) && record.order.output == format;
             (same && record.state == State::Succeeded).then(|| record.id.clone())
         };
-        let ids: Vec<String> = registry.jobs.values().filter_map(same).collect();
-        drop(registry);
-        // One that has just been forgotten is as good as none.
-        ids.iter().find_map(|id| self.picture(id).ok())
+        registry.jobs.values().filter_map(same).collect()
     }
 
     /// Jobs after an id, the newest first, as far as `wanted` says so.

@@ -5,7 +5,7 @@ use super::record::Order;
 use crate::made::{About, Made};
 use crate::picture::milliseconds;
 use crate::ready::Ready;
-use crate::report::{Cost, ErrorBounds, Phases, Proved, Replay, Report};
+use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::workers::Workers;
 use std::time::Instant;
 use strahl::film::{Codes, FileFormat, encode};
@@ -33,9 +33,9 @@ pub(super) fn finish(
 ) -> Result<Finished, Cancelled> {
     let picture = canvas.picture();
     let encoding = Instant::now();
-    let (codes, preview, proved) = workers.work(|| {
+    let (codes, preview, error) = workers.work(|| {
         let codes = Codes::new(&picture.film, order.output);
-        (codes, encode(canvas.preview(), FileFormat::Png8), Proved::about(picture, &ready.scene))
+        (codes, encode(canvas.preview(), FileFormat::Png8), ErrorBounds::about(picture, &ready.scene))
     })?;
     let file = codes.file(&picture.film, order.output);
     let phases = Phases {
@@ -50,11 +50,12 @@ pub(super) fn finish(
         phases_ms: phases,
         rays: picture.rays,
         camera_hits: picture.rays.camera_hits,
+        deepest: picture.rays.deepest,
         refined: picture.refined,
         threads: workers.threads(),
         progress: picture.progress,
+        predicted: None,
     };
-    let error = ErrorBounds { proved, estimated: None, measured: None };
     let report = Report { plan: ready.plan.clone(), cost, error, replay: replay(ready, picture) };
     let about = About::new(image, &report, &ready.scene, true);
     Ok(Finished { made: Made::new(file, about), preview })

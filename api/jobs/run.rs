@@ -129,7 +129,9 @@ fn whole(job: &Job, ready: &Ready, workers: &Workers, began: Instant) -> Result<
             render_until(&ready.scene, &window, region, &job.control, Stop::At(end))
         }
         Accuracy::Rays(Rays { count }) => render_until(&ready.scene, &window, region, &job.control, Stop::Rays(count)),
-        Accuracy::Fixed(_) | Accuracy::Proved(_) => render(&ready.scene, region, &job.control),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
+            render(&ready.scene, region, &job.control)
+        }
     };
     let picture = workers.work(render)??;
     let rays = picture.rays.total();

@@ -9,14 +9,14 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, Read, Write};
 use std::path::Path;
 use strahl::film::{Film, Region};
-use strahl::render::{Lacking, Picture, RayCounts, Refined};
+use strahl::render::{Lacking, Picture, RayCounts, Refined, Sampling};
 
 /// Bytes of the hash.
 const DIGEST: usize = 16;
 /// Bytes before the rest: number of the tile, bytes of the JSON, number of pixels that lack light.
 const HEAD: usize = 12;
 /// Most bytes of the JSON.
-const MOST: usize = 4_096;
+const MOST: usize = 16_384;
 /// Bytes of a pixel.
 const PIXEL: usize = 12;
 /// Bytes of one that lacks light: where it is, and what it is at most.
@@ -36,7 +36,9 @@ pub(super) struct Tile {
 struct Took {
     rays: RayCounts,
     camera_hits: u64,
+    deepest: u32,
     refined: Refined,
+    sampling: Sampling,
     trace_ms: f64,
 }
 
@@ -67,8 +69,15 @@ impl Tiles {
 
     /// Adds a tile; it outlives the process from then on.
     pub(super) fn add(&mut self, Tile { number, picture }: &Tile) -> io::Result<()> {
-        let &Picture { ref film, ref lacking, rays, refined, trace_ms, .. } = picture;
-        let took = serde_json::to_vec(&Took { rays, camera_hits: rays.camera_hits, refined, trace_ms })?;
+        let &Picture { ref film, ref lacking, ref sampling, rays, refined, trace_ms, .. } = picture;
+        let took = serde_json::to_vec(&Took {
+            rays,
+            camera_hits: rays.camera_hits,
+            deepest: rays.deepest,
+            refined,
+            sampling: sampling.clone(),
+            trace_ms,
+        })?;
         let mut bytes =
             Vec::with_capacity(HEAD + took.len() + film.pixels.len() * PIXEL + lacking.len() * LACKING + DIGEST);
         bytes.extend(number.to_le_bytes());
@@ -114,14 +123,16 @@ fn read(
     let (took, pixels) = contents[HEAD..].split_at(took);
     let (pixels, lacking) = pixels.split_at(count * PIXEL);
     // Another version of the program may have written it.
-    let Ok(Took { rays, camera_hits, refined, trace_ms }) = serde_json::from_slice(took) else { return Ok(None) };
+    let Ok(Took { rays, camera_hits, deepest, refined, sampling, trace_ms }) = serde_json::from_slice(took) else {
+        return Ok(None);
+    };
     let color = |words: &[u32]| std::array::from_fn(|c| f32::from_bits(words[c]));
     let pixels = words(pixels).chunks_exact(3).map(color).collect();
     let film = Film { region, full_width, full_height, pixels };
     let lack = |words: &[u32]| Lacking { at: [words[0], words[1]], highest: color(&words[2..]) };
     let lacking = words(lacking).chunks_exact(5).map(lack).collect();
-    let rays = RayCounts { camera_hits, ..rays };
-    let picture = Picture { film, lacking, rays, refined, progress: None, trace_ms };
+    let rays = RayCounts { camera_hits, deepest, ..rays };
+    let picture = Picture { film, lacking, sampling, rays, refined, costs: Vec::new(), progress: None, trace_ms };
     Ok(Some((Tile { number, picture }, bytes.len())))
 }
 
@@ -151,11 +162,11 @@ mod tests {
 
     fn tile(number: u32) -> Tile {
         let black = crate::pieces::empty(SIZE, region(number).unwrap());
-        let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], ..black.film };
-        let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, ..RayCounts::default() };
+        let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], ..black.film.clone() };
+        let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, deepest: 4, ..RayCounts::default() };
         let refined = Refined { pixels: 3, rays: RayCounts { shadow: 9, ..RayCounts::default() } };
         let lacking = vec![Lacking { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }; number as usize];
-        Tile { number, picture: Picture { film, lacking, rays, refined, progress: None, trace_ms: 0.1 } }
+        Tile { number, picture: Picture { film, lacking, rays, refined, trace_ms: 0.1, ..black } }
     }
 
     fn open(path: &Path) -> (Tiles, Vec<Tile>) {

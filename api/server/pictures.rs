@@ -39,6 +39,11 @@ impl Pictures {
         Self { memory: Recent::new(budget), disk, tallies: Default::default(), flights: Flights::default() }
     }
 
+    /// Whether there is a folder to look into.
+    pub(super) fn has_folder(&self) -> bool {
+        self.disk.is_some()
+    }
+
     /// A picture that is in memory.
     pub(super) fn at_hand(&self, name: &str) -> Option<Arc<Made>> {
         self.memory.get(name).inspect(|_| self.tallies[0].hit())

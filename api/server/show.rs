@@ -85,6 +85,11 @@ pub(super) async fn kept(service: &App, image: &ImageId, excerpt: &Excerpt) -> O
     if let Some(made) = service.pictures.at_hand(&excerpt.name(image)) {
         return Some(made);
     }
+    // No thread is asked that could only say no.
+    let by_a_job = || excerpt.is_whole() && !service.jobs.with_picture(&image.to_string(), excerpt.format).is_empty();
+    if !service.pictures.has_folder() && !by_a_job() {
+        return None;
+    }
     let (service, image, excerpt) = (Arc::clone(service), image.clone(), *excerpt);
     tokio::task::spawn_blocking(move || kept_here(&service, &image, &excerpt)).await.ok().flatten()
 }

@@ -4,7 +4,7 @@
 //! Effects that follow no rays of their own, as highlights or textures, are part of those that do.
 
 use super::explain::{Effect, State};
-use super::pilot::{BUDGET, Expected, Pilot};
+use super::pilot::{Effort, Expected, Pilot};
 use super::ray_times::by_kind;
 use super::{Plan, milliseconds};
 use crate::film::Region;
@@ -51,6 +51,10 @@ pub struct Estimate {
     pub refined_pixels: u64,
     /// Milliseconds of wall time that tracing takes on `threads`, if nothing else needs them.
     pub ms: f64,
+    /// The interval that should hold them, at 95 %.
+    pub ms_ci: [f64; 2],
+    /// Milliseconds that finding out took.
+    pub pilot_ms: f64,
     /// Threads of the pool.
     pub threads: usize,
 }
@@ -88,9 +92,15 @@ fn own(effect: &Effect) -> Own {
 
 impl Plan {
     /// Adds what a region of the picture, which must fit it, is expected to take, and returns what that relies on.
-    pub fn estimate(&mut self, scene: &Scene, region: Region, control: &Control) -> Result<Pilot, Cancelled> {
+    pub fn estimate(
+        &mut self,
+        scene: &Scene,
+        region: Region,
+        control: &Control,
+        effort: Effort,
+    ) -> Result<Pilot, Cancelled> {
         let started = Instant::now();
-        let pilot = Pilot::run(scene, region, control, BUDGET)?;
+        let pilot = Pilot::run(scene, region, control, effort)?;
         let threads = rayon::current_num_threads();
         let ms = |nanoseconds: f64| rounded(nanoseconds / threads as f64 * 1e-6);
         for effect in &mut self.explanation.effects {
@@ -108,6 +118,8 @@ impl Plan {
             });
         }
         let [low, high] = pilot.rays.interval;
+        let whole = pilot.nanoseconds();
+        let off = whole * pilot.time_off;
         self.estimate = Some(Estimate {
             pixels: pilot.pixels,
             pilot_pixels: pilot.traced,
@@ -115,7 +127,9 @@ impl Plan {
             rays_ci: [low.floor() as u64, high.ceil() as u64],
             camera_rays: pilot.kinds[0].value.round() as u64,
             refined_pixels: pilot.refined.value.round() as u64,
-            ms: ms(pilot.nanoseconds()),
+            ms: ms(whole),
+            ms_ci: [ms((whole - off).max(0.0)), ms(whole + off)],
+            pilot_ms: rounded(milliseconds(started)),
             threads,
         });
         self.explain_ms += milliseconds(started);

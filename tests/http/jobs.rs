@@ -307,15 +307,15 @@ fn where_there_is_no_room_on_disk_the_oldest_pictures_go_first() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().to_str().unwrap();
     let used = || ["jobs", "scenes"].map(|part| bytes_in(&folder.path().join(part))).into_iter().sum::<u64>();
-    let service = Service::start(&["--data", data, "--data-bytes", "2000000"]);
-    assert_eq!(service.get("/v1/limits").json()["jobs"]["data_bytes"], 2_000_000);
-    // A third of a megabyte each.
-    let floats = r#""settings": { "width": 200, "height": 150 }, "output": { "format": "pfm" }"#;
+    let service = Service::start(&["--data", data, "--data-bytes", "3000000"]);
+    assert_eq!(service.get("/v1/limits").json()["jobs"]["data_bytes"], 3_000_000);
+    // A third of a megabyte each, and no two the same.
     let ids: Vec<String> = (0..6)
-        .map(|_| {
-            let id = submit(&service, BALL, floats);
+        .map(|i| {
+            let settings = format!(r#"{{ "width": 200, "height": 150, "min_weight": 0.00{i} }}"#);
+            let id = submit(&service, BALL, &format!(r#""settings": {settings}, "output": {{ "format": "pfm" }}"#));
             succeeded(&service, &id);
-            assert!(used() <= 2_000_000, "{} bytes", used());
+            assert!(used() <= 3_000_000, "{} bytes", used());
             id
         })
         .collect();

@@ -34,6 +34,8 @@ pub(in crate::server) struct AllLimits {
     request: HashMap<String, Option<f64>>,
     /// What jobs may ask for.
     jobs: HashMap<String, LimitValue>,
+    /// What whoever asks may have at one time. Null: as much as it likes.
+    tenant: HashMap<String, Option<f64>>,
     /// What a scene may say.
     scene: HashMap<String, f64>,
 }
