@@ -86,8 +86,8 @@ impl Pilot {
             let cell = cells.visited(k);
             (cell, Block::trace(scene, &probe, cells.block(cell)))
         };
-        let enough = (region.pixels() as f64 * effort.share / f64::from(BLOCK * BLOCK)) as u32;
-        let wanted = cells.count().min(enough.max(1));
+        let enough = (f64::from(cells.blocks[0] * cells.blocks[1]) * effort.share).ceil() as u32;
+        let wanted = cells.count().min(enough);
         let mut blocks = Vec::with_capacity(wanted as usize);
         for first in (0..wanted).step_by(CHUNK as usize) {
             blocks.par_extend((first..wanted.min(first + CHUNK)).into_par_iter().with_max_len(1).map(trace));

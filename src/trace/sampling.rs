@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn choices_of_one_sample_differ_and_lie_in_the_square() {
-        let sampler = Sampler::new(&[std::array::from_fn(|i| i as u32), [5; MAX_LANES]], 3);
+        let sampler = Sampler::new(&[std::array::from_fn(|i| i as u32), [5; MAX_LANES]], 0, 3);
         let [x, y]: [f64; 2] = sampler.square((), 0, Choice::Gather);
         let [u, _]: [f64; 2] = sampler.square((), 1, Choice::Gather);
         assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y) && x != u);

@@ -126,7 +126,7 @@ fn broken_rest() {
         (
             "\"render\": {\"accuracy\": {\"guessed\": {\"max_codes\": 1}}, \"shadows\": \"soft\", \"antialias\": \"true\"}",
             "line 7, column 25: /render/accuracy/guessed: no such kind of accuracy mode \"guessed\"; kinds are \"fixed\", \
-                 \"proved\", \"time\" and \"rays\" [UnknownKey]\n\
+                 \"proved\", \"time\", \"rays\" and \"statistical\" [UnknownKey]\n\
                  line 7, column 66: /render/shadows: no such shadow mode \"soft\"; write \"opaque\", \"transmissive\" or \
                  \"none\" [WrongType]\n\
                  line 7, column 87: /render/antialias: must be true or false, is \"true\"; write it without quotes [WrongType]",
