@@ -8,13 +8,19 @@ RUN --mount=type=cache,target=/usr/local/cargo/registry --mount=type=cache,targe
     target="$(rustc -vV | sed -n 's/^host: //p')" && \
     RUSTFLAGS="-C target-feature=+crt-static" cargo build --release --locked --bin strahl --target "$target" && \
     cp "target/$target/release/strahl" /usr/local/bin/strahl
+# An empty image has no folder that anybody could write to.
+RUN mkdir -p /image/data
 
 FROM scratch
 LABEL org.opencontainers.image.title="strahl" \
       org.opencontainers.image.description="Render service: a JSON scene in, a ray-traced picture and its cost out" \
       org.opencontainers.image.licenses="MIT OR Apache-2.0"
 COPY --from=build /usr/local/bin/strahl /strahl
+COPY --from=build --chown=65532:65532 /image/ /
 USER 65532:65532
+# Jobs and their pictures: -v strahl:/data keeps them when the container goes.
+ENV STRAHL_DATA=/data
+VOLUME /data
 EXPOSE 8080
 STOPSIGNAL SIGTERM
 # Inside the container only: it answers the health check however many clients there are. 0.0.0.0:9090 lets Prometheus in.

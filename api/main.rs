@@ -10,6 +10,7 @@ mod folder;
 mod identity;
 mod input;
 mod jobs;
+mod made;
 mod memory;
 mod picture;
 mod pieces;
@@ -20,6 +21,7 @@ mod report;
 mod server;
 mod tradeoff;
 mod turns;
+mod warnings;
 mod workers;
 
 use clap::Parser;

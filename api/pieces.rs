@@ -44,7 +44,7 @@ pub(crate) fn render_in_pieces<T: Send>(
                 Piece::Last(Ok((picture, finished)))
             }
             before => {
-                let mut joined = before.unwrap_or_else(|| empty(window, region));
+                let mut joined = before.unwrap_or_else(|| empty([window.width, window.height], region));
                 join(&mut joined, &picture);
                 if !cut.is_done() {
                     whole = Some(joined);
@@ -57,14 +57,16 @@ pub(crate) fn render_in_pieces<T: Send>(
     })?
 }
 
-fn empty(window: &Window, region: Region) -> Picture {
+/// A black region of a picture of some width and height, for which no ray was traced.
+pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Picture {
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
-    let film = Film { region, full_width: window.width, full_height: window.height, pixels };
+    let film = Film { region, full_width, full_height, pixels };
     let (rays, refined, sampling) = (RayCounts::default(), Refined::default(), Sampling::default());
     Picture { film, lacking: Vec::new(), sampling, rays, refined, costs: Vec::new(), progress: None, trace_ms: 0.0 }
 }
 
-fn join(whole: &mut Picture, piece: &Picture) {
+/// Puts a piece where it belongs, and adds up what they took.
+pub(crate) fn join(whole: &mut Picture, piece: &Picture) {
     paste(&mut whole.film, &piece.film);
     whole.lacking.extend_from_slice(&piece.lacking);
     whole.sampling += &piece.sampling;
@@ -75,7 +77,7 @@ fn join(whole: &mut Picture, piece: &Picture) {
 }
 
 /// Puts a piece of a film where it belongs.
-pub(crate) fn paste(whole: &mut Film, piece: &Film) {
+fn paste(whole: &mut Film, piece: &Film) {
     let (outer, inner) = (whole.region, piece.region);
     let (left, top) = ((inner.x - outer.x) as usize, (inner.y - outer.y) as usize);
     let rows = whole.pixels.chunks_mut(outer.width as usize).skip(top);

@@ -1,15 +1,16 @@
 //! A picture that is coming into being: finished tiles, and a small picture of it all, whose gaps coarser passes fill.
 
-use crate::pieces::paste;
+use crate::pieces::{empty, join};
 use strahl::film::{Film, Region};
+use strahl::render::Picture;
 
 /// Longest side of the small picture in pixels.
-const PREVIEW_SIDE: u32 = 1_024;
+pub(crate) const PREVIEW_SIDE: u32 = 1_024;
 
 /// The picture so far.
 #[derive(Debug)]
 pub(super) struct Canvas {
-    film: Film,
+    picture: Picture,
     /// The small picture.
     preview: Film,
     /// How many pixels of the picture are one of the small one, in a row; a power of two.
@@ -22,19 +23,33 @@ impl Canvas {
     /// All black.
     pub(super) fn new(width: u32, height: u32) -> Self {
         let scale = width.max(height).div_ceil(PREVIEW_SIDE).next_power_of_two();
-        let preview = black(width.div_ceil(scale), height.div_ceil(scale));
-        Self { film: black(width, height), decided: vec![false; preview.pixels.len()], preview, scale }
+        let small = [width.div_ceil(scale), height.div_ceil(scale)];
+        let preview = empty(small, Region::whole(small[0], small[1])).film;
+        Self {
+            picture: empty([width, height], Region::whole(width, height)),
+            decided: vec![false; preview.pixels.len()],
+            preview,
+            scale,
+        }
+    }
+
+    /// All of a picture.
+    pub(super) fn of(picture: Picture) -> Self {
+        let Film { full_width, full_height, .. } = picture.film;
+        let mut canvas = Self::new(full_width, full_height);
+        canvas.finish(&picture);
+        Self { picture, ..canvas }
     }
 
     /// A tile is finished. Its corners lie at multiples of 32 pixels, or it is the whole picture.
-    pub(super) fn finish(&mut self, tile: &Film) {
-        paste(&mut self.film, tile);
-        let Region { x, y, width, height } = tile.region;
+    pub(super) fn finish(&mut self, tile: &Picture) {
+        join(&mut self.picture, tile);
+        let Region { x, y, width, height } = tile.film.region;
         let scale = self.scale;
         for row in y / scale..(y + height).div_ceil(scale) {
             for column in x / scale..(x + width).div_ceil(scale) {
                 let at = (row * self.preview.region.width + column) as usize;
-                self.preview.pixels[at] = average(&self.film, column * scale, row * scale, scale);
+                self.preview.pixels[at] = average(&self.picture.film, column * scale, row * scale, scale);
                 self.decided[at] = true;
             }
         }
@@ -53,9 +68,9 @@ impl Canvas {
         }
     }
 
-    /// The picture.
-    pub(super) fn film(&self) -> &Film {
-        &self.film
+    /// The picture, and what its tiles took together.
+    pub(super) fn picture(&self) -> &Picture {
+        &self.picture
     }
 
     /// The small picture.
@@ -65,15 +80,10 @@ impl Canvas {
 
     /// A part of the picture.
     pub(super) fn crop(&self, region: Region) -> Film {
-        let Film { full_width, full_height, .. } = self.film;
-        let at = |[x, y]: [u32; 2]| self.film.pixels[y as usize * full_width as usize + x as usize];
+        let Film { full_width, full_height, .. } = self.picture.film;
+        let at = |[x, y]: [u32; 2]| self.picture.film.pixels[y as usize * full_width as usize + x as usize];
         Film { region, full_width, full_height, pixels: region.iter().map(at).collect() }
     }
-}
-
-fn black(width: u32, height: u32) -> Film {
-    let region = Region::whole(width, height);
-    Film { region, full_width: width, full_height: height, pixels: vec![[0.0; 3]; region.pixels() as usize] }
 }
 
 /// Average of a square of pixels, as far as it lies in the picture.
@@ -102,7 +112,7 @@ mod tests {
         canvas.fill(&part(Region::whole(138, 13), 0.25), 3);
         assert!(canvas.preview.pixels.iter().all(|pixel| *pixel == [0.25; 3]));
         let tile = Region { x: 64, y: 64, width: 32, height: 32 };
-        canvas.finish(&part(tile, 1.0));
+        canvas.finish(&Picture { film: part(tile, 1.0), ..empty([1_100, 100], tile) });
         canvas.fill(&part(Region::whole(275, 25), 0.5), 2);
         let at = |canvas: &Canvas, x: usize, y: usize| canvas.preview.pixels[y * 550 + x];
         assert_eq!([at(&canvas, 32, 32), at(&canvas, 47, 47), at(&canvas, 48, 47)], [[1.0; 3], [1.0; 3], [0.5; 3]]);

@@ -32,6 +32,8 @@ pub(crate) struct Job {
     pub(super) tiles: Vec<(Region, AtomicBool)>,
     pub(super) done: AtomicUsize,
     pub(super) rays: AtomicU64,
+    /// Rays that this process has traced for it, those of previews included.
+    pub(super) spent: AtomicU64,
     /// Changes of the preview.
     pub(super) revision: AtomicU64,
     /// Bytes of its files, once it has succeeded.
@@ -85,6 +87,7 @@ impl Job {
             tiles: regions.into_iter().map(|region| (region, AtomicBool::new(false))).collect(),
             done: AtomicUsize::new(0),
             rays: AtomicU64::new(record.stats.rays),
+            spent: AtomicU64::new(0),
             revision: AtomicU64::new(0),
             kept: AtomicU64::new(0),
             watchers: AtomicUsize::new(0),

@@ -148,7 +148,8 @@ impl Jobs {
     }
 }
 
-/// Bytes that a job may write at most while it is open: its tiles, its picture in the largest format, and its preview.
+/// Bytes that a job may write at most while it is open: its tiles with what they lack at most, its picture in
+/// the largest format with its cost report, and its preview.
 pub(crate) fn disk_of(record: &Record) -> u64 {
-    (64 << 10) + u64::from(record.width) * u64::from(record.height) * 26
+    (64 << 10) + u64::from(record.width) * u64::from(record.height) * 46
 }

@@ -1,7 +1,7 @@
 //! Jobs: pictures that nobody has to wait for. Accepted jobs survive any end of the process, finished tiles included.
 //!
 //! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash, shared by all jobs that render them) and
-//! `jobs/ID/`: `tiles` while the job is rendered, `picture` and `preview` afterwards.
+//! `jobs/ID/`: `tiles` while the job is rendered, `picture` (with its cost report) and `preview` afterwards.
 
 mod canvas;
 mod events;
@@ -10,46 +10,58 @@ mod keep;
 mod order;
 pub(crate) mod record;
 mod registry;
+mod report;
 mod run;
 mod store;
 mod submit;
 mod tiles;
 
+pub(crate) use canvas::PREVIEW_SIDE;
 pub(crate) use events::Event;
 pub(crate) use job::{Job, Watcher};
 pub(crate) use submit::{Claim, Known, Refused, Submission};
 
 use crate::blobs::Blobs;
+use crate::made::{About, Made};
 use crate::picture::milliseconds;
 use crate::ready::Ready;
 use crate::workers::{Pool, Workers};
 use job::{Stopped, locked};
-use record::{Failure, Record, State, now};
+use record::{Failure, Order, Record, State, now};
 use registry::{Registry, estimate, rank, remaining};
-use std::fs;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 use store::Store;
+use strahl::film::FileFormat;
 use strahl::scene::{Format, Overrides};
 use tokio::sync::watch;
 
-/// How a scene is read and built.
-pub(crate) type Build =
-    dyn Fn(&Workers, &[u8], Format, &Overrides) -> Result<Arc<Ready>, Failure> + Send + Sync + 'static;
+/// The finished picture's file in the folder of a job.
+const PICTURE: &str = "picture";
+/// The small picture's.
+const PREVIEW: &str = "preview";
 
-/// Told of each job that has ended, and in which state.
-pub(crate) type Ended = dyn Fn(&Record, State) + Send + Sync + 'static;
+/// What jobs ask of the service around them.
+pub(crate) trait Host: Send + Sync {
+    /// Reads and builds a scene.
+    fn build(
+        &self,
+        workers: &Workers,
+        text: &[u8],
+        format: Format,
+        settings: &Overrides,
+    ) -> Result<Arc<Ready>, Failure>;
 
-/// What others do for jobs.
-pub(crate) struct Hooks {
-    /// Builds their scenes.
-    pub(crate) build: Box<Build>,
-    /// Counts them.
-    pub(crate) ended: Box<Ended>,
+    /// This process works on a tenant's job no more, after so many rays.
+    fn spent(&self, tenant: &str, rays: u64);
+
+    /// A job has ended, in this state.
+    fn ended(&self, record: &Record, state: State);
 }
 
 /// Limits on jobs.
@@ -72,7 +84,7 @@ pub(crate) struct JobLimits {
 /// All jobs.
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
-    hooks: Hooks,
+    host: Box<dyn Host>,
     store: Store,
     scenes: Blobs,
     folder: PathBuf,
@@ -100,7 +112,7 @@ impl Jobs {
         is_durable: bool,
         limits: JobLimits,
         pool: Arc<Pool>,
-        hooks: Hooks,
+        host: Box<dyn Host>,
     ) -> io::Result<Arc<Self>> {
         fs::create_dir_all(folder)?;
         let store = Store::open(&folder.join("jobs.redb"))?;
@@ -117,7 +129,7 @@ impl Jobs {
         }
         let jobs = Arc::new(Self {
             pool,
-            hooks,
+            host,
             store,
             scenes,
             folder: folder.to_owned(),
@@ -137,29 +149,47 @@ impl Jobs {
         Ok(jobs)
     }
 
-    /// A tenant's job.
-    pub(crate) fn find(&self, tenant: &str, id: &str) -> Option<Arc<Job>> {
-        locked(&self.registry).jobs.get(id).filter(|job| job.record().tenant == tenant).map(Arc::clone)
+    /// A job.
+    pub(crate) fn find(&self, id: &str) -> Option<Arc<Job>> {
+        locked(&self.registry).jobs.get(id).map(Arc::clone)
     }
 
-    /// A tenant's jobs after an id, the newest first, as far as `wanted` says so.
-    pub(crate) fn list(
-        &self,
-        tenant: &str,
-        before: Option<&str>,
-        limit: usize,
-        wanted: impl Fn(&Record) -> bool,
-    ) -> Vec<Arc<Job>> {
+    /// The scene of some job that goes by this name, and the settings over it.
+    pub(crate) fn order_of(&self, scene_id: &str) -> Option<Order> {
+        let registry = locked(&self.registry);
+        let same = |job: &Arc<Job>| {
+            let record = job.record();
+            let same = record.scene_id.as_deref() == Some(scene_id) && record.state.needs_scene();
+            same.then(|| record.order.clone())
+        };
+        registry.jobs.values().find_map(same)
+    }
+
+    /// The picture of some job that is the whole of this image in this format.
+    pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<Made> {
+        // One that has just been forgotten is as good as none.
+        self.with_picture(image_id, format).iter().find_map(|id| self.picture(id).ok())
+    }
+
+    /// The jobs that have that picture.
+    pub(crate) fn with_picture(&self, image_id: &str, format: FileFormat) -> Vec<String> {
+        let registry = locked(&self.registry);
+        let same = |job: &Arc<Job>| {
+            let record = job.record();
+            let same = record.image_id.as_deref() == Some(image_id) && record.order.output == format;
+            (same && record.state == State::Succeeded).then(|| record.id.clone())
+        };
+        registry.jobs.values().filter_map(same).collect()
+    }
+
+    /// Jobs after an id, the newest first, as far as `wanted` says so.
+    pub(crate) fn list(&self, before: Option<&str>, limit: usize, wanted: impl Fn(&Record) -> bool) -> Vec<Arc<Job>> {
         let registry = locked(&self.registry);
         let older = registry.jobs.range::<str, _>((
             std::ops::Bound::Unbounded,
             before.map_or(std::ops::Bound::Unbounded, std::ops::Bound::Excluded),
         ));
-        let mine = |job: &&Arc<Job>| {
-            let record = job.record();
-            record.tenant == tenant && wanted(&record)
-        };
-        older.rev().map(|(_, job)| job).filter(mine).take(limit).map(Arc::clone).collect()
+        older.rev().map(|(_, job)| job).filter(|job| wanted(&job.record())).take(limit).map(Arc::clone).collect()
     }
 
     /// Place of a job among the waiting ones of its tenant, from 1, and milliseconds until it should be done.
@@ -241,8 +271,13 @@ impl Jobs {
     }
 
     /// The picture of a job that has succeeded.
-    pub(crate) fn picture(&self, id: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.folder_of(id).join("picture"))
+    pub(crate) fn picture(&self, id: &str) -> io::Result<Made> {
+        Made::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
+    }
+
+    /// What is said about it.
+    pub(crate) fn about(&self, id: &str) -> io::Result<About> {
+        About::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
     }
 
     /// The text of a scene that a job needs.
@@ -250,9 +285,9 @@ impl Jobs {
         self.scenes.get(name)
     }
 
-    /// Its last preview, a PNG.
+    /// Its last preview, a PNG; jobs whose picture was there already have none.
     pub(crate) fn last_preview(&self, id: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.folder_of(id).join("preview"))
+        fs::read(self.folder_of(id).join(PREVIEW))
     }
 
     /// Opens no more jobs. Those that are open are suspended if another process can go on with them.
@@ -314,7 +349,7 @@ impl Jobs {
         if let (false, Some((begun, _))) = (state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
         }
-        (self.hooks.ended)(&on_disk, state);
+        self.host.ended(&on_disk, state);
         tracing::info!(job = id, state = state.name(), "a job has ended");
         job.events.publish(state.name(), data);
     }

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use std::time::{SystemTime, UNIX_EPOCH};
 use strahl::film::FileFormat;
-use strahl::scene::description::{Accuracy, Precision};
 use strahl::scene::{Format, Overrides};
+use utoipa::ToSchema;
 
 /// A job.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -23,6 +23,8 @@ pub(crate) struct Record {
     pub(crate) labels: Vec<String>,
     /// What it renders.
     pub(crate) order: Order,
+    /// Name of the scene with the settings in it, if its picture has a name.
+    pub(crate) scene_id: Option<String>,
     /// Name of the picture, if it has one.
     pub(crate) image_id: Option<String>,
     /// Pixels across.
@@ -56,8 +58,9 @@ pub(crate) struct Record {
 }
 
 /// Where a job stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
+#[schema(as = JobState)]
 pub(crate) enum State {
     /// It waits.
     Queued,
@@ -105,108 +108,12 @@ impl State {
 pub(crate) struct Order {
     /// Name of the file with the scene's text: its SHA-256.
     pub(crate) scene: String,
-    /// Whether that text is Neutral File Format.
-    pub(crate) is_nff: bool,
+    /// The format of that text.
+    pub(crate) format: Format,
     /// Settings over the scene's.
-    pub(crate) settings: Settings,
+    pub(crate) settings: Overrides,
     /// How the picture is written.
-    pub(crate) output: Output,
-}
-
-impl Order {
-    /// The format of the scene's text.
-    pub(crate) fn scene_format(&self) -> Format {
-        if self.is_nff { Format::Nff } else { Format::Json }
-    }
-}
-
-/// [`Overrides`] that can be written down.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub(crate) struct Settings {
-    pub(crate) width: Option<u32>,
-    pub(crate) height: Option<u32>,
-    pub(crate) max_depth: Option<u32>,
-    pub(crate) min_weight: Option<f64>,
-    pub(crate) accuracy: Option<Accuracy>,
-    pub(crate) samples: Option<u32>,
-    pub(crate) antialias: Option<bool>,
-    pub(crate) precision: Option<Precision>,
-    pub(crate) two_sided: bool,
-    pub(crate) spd_counts: bool,
-}
-
-impl From<Overrides> for Settings {
-    fn from(from: Overrides) -> Self {
-        let Overrides {
-            width,
-            height,
-            max_depth,
-            min_weight,
-            accuracy,
-            samples,
-            antialias,
-            precision,
-            two_sided,
-            spd_counts,
-        } = from;
-        Self { width, height, max_depth, min_weight, accuracy, samples, antialias, precision, two_sided, spd_counts }
-    }
-}
-
-impl From<Settings> for Overrides {
-    fn from(from: Settings) -> Self {
-        let Settings {
-            width,
-            height,
-            max_depth,
-            min_weight,
-            accuracy,
-            samples,
-            antialias,
-            precision,
-            two_sided,
-            spd_counts,
-        } = from;
-        Self { width, height, max_depth, min_weight, accuracy, samples, antialias, precision, two_sided, spd_counts }
-    }
-}
-
-/// [`FileFormat`] that can be written down.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Output {
-    Png8,
-    Png16,
-    Jpeg(u8),
-    WebP,
-    Exr,
-    Pfm,
-}
-
-impl From<FileFormat> for Output {
-    fn from(from: FileFormat) -> Self {
-        match from {
-            FileFormat::Png8 => Self::Png8,
-            FileFormat::Png16 => Self::Png16,
-            FileFormat::Jpeg(quality) => Self::Jpeg(quality),
-            FileFormat::WebP => Self::WebP,
-            FileFormat::Exr => Self::Exr,
-            FileFormat::Pfm => Self::Pfm,
-        }
-    }
-}
-
-impl From<Output> for FileFormat {
-    fn from(from: Output) -> Self {
-        match from {
-            Output::Png8 => Self::Png8,
-            Output::Png16 => Self::Png16,
-            Output::Jpeg(quality) => Self::Jpeg(quality),
-            Output::WebP => Self::WebP,
-            Output::Exr => Self::Exr,
-            Output::Pfm => Self::Pfm,
-        }
-    }
+    pub(crate) output: FileFormat,
 }
 
 /// A client's name for a submission, and a hash of what was submitted.
@@ -219,7 +126,8 @@ pub(crate) struct Idempotency {
 }
 
 /// What a job took, in all processes that worked on it.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, ToSchema)]
+#[schema(as = JobStats)]
 pub(crate) struct Stats {
     /// Milliseconds until it was first begun.
     pub(crate) queue_ms: f64,
@@ -235,6 +143,8 @@ pub(crate) struct Stats {
     pub(crate) tiles_recovered: u64,
     /// Bytes of the picture file.
     pub(crate) picture_bytes: u64,
+    /// Whether the picture was there already, so that nothing was rendered.
+    pub(crate) reused: bool,
 }
 
 /// Why a job failed, in the words of a problem document.

@@ -100,9 +100,9 @@ pub(super) fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
     (aged(record.priority, job.since), std::cmp::Reverse(record.id.clone()))
 }
 
-/// Bytes that an open job takes: its scene, its pixels as floats and as codes, and its file.
+/// Bytes that an open job takes: its scene, its pixels as floats and as codes, what they lack at most, and its file.
 pub(super) fn memory_of(record: &Record) -> u64 {
-    record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 24
+    record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 44
 }
 
 /// Milliseconds that it should take.

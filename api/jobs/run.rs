@@ -3,12 +3,13 @@
 //! Each tile is one turn on the pool. Another thread puts finished tiles on disk and tells those who watch, so that the
 //! pool does not wait for that.
 
-use super::Jobs;
 use super::canvas::Canvas;
 use super::job::{Job, Stopped, locked};
 use super::order::Order;
 use super::record::{Failure, Record, State, now};
+use super::report::finish;
 use super::tiles::{Tile, Tiles};
+use super::{Jobs, PICTURE, PREVIEW};
 use crate::picture::milliseconds;
 use crate::ready::Ready;
 use crate::turns::{Lane, Seat};
@@ -23,8 +24,10 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
-use strahl::film::{Codes, FileFormat, Film, Region, encode};
-use strahl::render::{Cancelled, render, render_window};
+use strahl::film::Region;
+use strahl::render::{Cancelled, Stop, render, render_until, render_window};
+use strahl::scene::Scene;
+use strahl::scene::description::{Accuracy, Rays, Time};
 
 /// Levels of the passes before the tiles: pixels are 8, 4 and 2 times as wide as the picture's.
 const PASSES: [u32; 3] = [3, 2, 1];
@@ -48,6 +51,8 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
     };
     *locked(&job.canvas) = None;
     *locked(&job.order) = None;
+    let tenant = job.record().tenant.clone();
+    jobs.host.spent(&tenant, job.spent.load(Ordering::Relaxed));
     match end {
         // What is on disk suffices to go on.
         Some(Stopped::Suspended) => {}
@@ -58,7 +63,8 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
 }
 
 fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
-    let (seat, order) = {
+    let began = Instant::now();
+    let (seat, order, edge) = {
         let mut record = job.record();
         record.state = State::Running;
         let started = now();
@@ -69,13 +75,13 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
         let (tenant, weight) = (record.tenant.as_str().into(), record.weight);
         let seat =
             Seat { lane: Lane::Jobs, tenant, weight, priority: Arc::clone(&job.priority), waiting_since: job.since };
-        (seat, record.order.clone())
+        (seat, record.order.clone(), record.edge)
     };
     jobs.save(job).map_err(|error| disk(&error))?;
     let workers = Arc::clone(&jobs.pool).join(seat, Arc::clone(&job.control));
     let text = jobs.scenes.get(&order.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
     let building = Instant::now();
-    let ready = (jobs.hooks.build)(&workers, &text, order.scene_format(), &order.settings.into());
+    let ready = jobs.host.build(&workers, &text, order.format, &order.settings);
     drop(text);
     let ready = ready.map_err(|failure| stopped_or(job, Stopped::Failed(failure)))?;
     let bvh_ms = milliseconds(building);
@@ -85,24 +91,55 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     jobs.make_room();
     let folder = jobs.folder_of(&job.record().id);
     std::fs::create_dir_all(&folder).map_err(|error| disk(&error))?;
-    let file = recover(job, &folder.join("tiles")).map_err(|error| disk(&error))?;
     let rendering = Instant::now();
-    *locked(&job.begun) = Some((rendering, job.done.load(Ordering::Relaxed)));
-    if job.done.load(Ordering::Relaxed) == 0 {
-        passes(job, &ready, &workers).map_err(|Cancelled| stopped(job))?;
+    if edge == 0 {
+        whole(job, &ready, &workers, began).map_err(|Cancelled| stopped(job))?;
+    } else {
+        let file = recover(job, &folder.join("tiles")).map_err(|error| disk(&error))?;
+        *locked(&job.begun) = Some((rendering, job.done.load(Ordering::Relaxed)));
+        if job.done.load(Ordering::Relaxed) == 0 {
+            passes(job, &ready, &workers, edge).map_err(|Cancelled| stopped(job))?;
+        }
+        tiles(job, &ready, &workers, file).map_err(|Cancelled| stopped(job))?;
     }
-    tiles(job, &ready, &workers, file).map_err(|Cancelled| stopped(job))?;
     job.record().stats.render_ms = milliseconds(rendering);
 
     let encoding = Instant::now();
     let canvas = locked(&job.canvas).take().ok_or_else(|| stopped(job))?;
-    let (file, preview) = encoded(&canvas, order.output.into(), &workers).map_err(|Cancelled| stopped(job))?;
-    let written = jobs.write(&folder, "picture", &file).and_then(|()| jobs.write(&folder, "preview", &preview));
+    let image = job.record().image_id.clone();
+    let finished = finish(&canvas, &ready, &order, image, &workers, began).map_err(|Cancelled| stopped(job))?;
+    let written = jobs.write(&folder, PICTURE, &finished.made.to_blob());
+    let written = written.and_then(|()| jobs.write(&folder, PREVIEW, &finished.preview));
     written.map_err(|error| disk(&error))?;
     let mut record = job.record();
     record.stats.encode_ms = milliseconds(encoding);
-    record.stats.rays = job.rays.load(Ordering::Relaxed);
-    record.stats.picture_bytes = file.len() as u64;
+    record.stats.rays = canvas.picture().rays.total();
+    record.stats.picture_bytes = finished.made.file.len() as u64;
+    Ok(())
+}
+
+/// A picture that a clock or a number of rays ends, in one turn.
+fn whole(job: &Job, ready: &Ready, workers: &Workers, began: Instant) -> Result<(), Cancelled> {
+    *locked(&job.begun) = Some((Instant::now(), 0));
+    let Scene { width, height, .. } = ready.scene;
+    let (window, region) = (Window::whole(width, height), Region::whole(width, height));
+    let render = || match ready.render.accuracy() {
+        Accuracy::Time(Time { ms }) => {
+            let end = began + Duration::from_secs_f64(ms.max(0.0) / 1e3);
+            render_until(&ready.scene, &window, region, &job.control, Stop::At(end))
+        }
+        Accuracy::Rays(Rays { count }) => render_until(&ready.scene, &window, region, &job.control, Stop::Rays(count)),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
+            render(&ready.scene, region, &job.control)
+        }
+    };
+    let picture = workers.work(render)??;
+    let rays = picture.rays.total();
+    job.spent.fetch_add(rays, Ordering::Relaxed);
+    job.rays.store(rays, Ordering::Relaxed);
+    *locked(&job.canvas) = Some(Canvas::of(picture));
+    job.tiles[0].1.store(true, Ordering::Release);
+    job.done.store(1, Ordering::Relaxed);
     Ok(())
 }
 
@@ -111,13 +148,13 @@ fn recover(job: &Job, path: &std::path::Path) -> io::Result<Tiles> {
     let Record { width, height, .. } = *job.record();
     let mut canvas = Canvas::new(width, height);
     let (mut recovered, mut rays) = (0, 0);
-    let pixels = |number: u32| job.tiles.get(number as usize).map(|(region, _)| region.pixels() as usize);
-    let file = Tiles::open(path, pixels, |tile| {
-        let (region, done) = &job.tiles[tile.number as usize];
+    let region = |number: u32| job.tiles.get(number as usize).map(|(region, _)| *region);
+    let file = Tiles::open(path, [width, height], region, |Tile { number, picture }| {
+        let (_, done) = &job.tiles[number as usize];
         if !done.swap(true, Ordering::Release) {
-            canvas.finish(&Film { region: *region, full_width: width, full_height: height, pixels: tile.pixels });
+            canvas.finish(&picture);
             recovered += 1;
-            rays += tile.rays;
+            rays += picture.rays.total();
         }
     })?;
     job.done.store(recovered, Ordering::Relaxed);
@@ -136,12 +173,8 @@ fn recover(job: &Job, path: &std::path::Path) -> io::Result<Tiles> {
 }
 
 /// Coarse pictures of it all, each finer than the one before, tile by tile.
-fn passes(job: &Job, ready: &Ready, workers: &Workers) -> Result<(), Cancelled> {
+fn passes(job: &Job, ready: &Ready, workers: &Workers, edge: u32) -> Result<(), Cancelled> {
     let scene = &ready.scene;
-    let edge = job.record().edge;
-    if edge == 0 {
-        return Ok(());
-    }
     for (pass, level) in PASSES.into_iter().enumerate() {
         let is_looked_at = || locked(&job.order).as_ref().is_some_and(Order::is_looked_at);
         if is_looked_at() || (level < UNWATCHED && !job.is_watched()) {
@@ -155,6 +188,7 @@ fn passes(job: &Job, ready: &Ready, workers: &Workers) -> Result<(), Cancelled> 
                 Ok(picture) => picture,
                 Err(cancelled) => return Piece::Last(Err(cancelled)),
             };
+            job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
             if let Some(canvas) = &mut *locked(&job.canvas) {
                 canvas.fill(&picture.film, level);
             }
@@ -169,7 +203,7 @@ fn passes(job: &Job, ready: &Ready, workers: &Workers) -> Result<(), Cancelled> 
 
 /// All tiles that are not finished, one turn each.
 fn tiles(job: &Job, ready: &Ready, workers: &Workers, file: Tiles) -> Result<(), Cancelled> {
-    let (finished, to_keep) = sync_channel::<(u32, Film, u64)>(WAITING);
+    let (finished, to_keep) = sync_channel(WAITING);
     thread::scope(|scope| {
         let keeper = scope.spawn(move || keep(job, file, to_keep));
         let rendered = workers.work_on(|| {
@@ -180,8 +214,9 @@ fn tiles(job: &Job, ready: &Ready, workers: &Workers, file: Tiles) -> Result<(),
                 Ok(picture) => picture,
                 Err(cancelled) => return Piece::Last(Err(cancelled)),
             };
+            job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
             // It fails if the keeper has stopped, which has cancelled the job.
-            let kept = finished.send((number as u32, picture.film, picture.rays.total()));
+            let kept = finished.send(Tile { number: number as u32, picture });
             if kept.is_ok() { Piece::More } else { Piece::Last(Err(Cancelled)) }
         });
         drop(finished);
@@ -191,23 +226,22 @@ fn tiles(job: &Job, ready: &Ready, workers: &Workers, file: Tiles) -> Result<(),
 }
 
 /// Puts tiles on disk and on the canvas, and tells who watches.
-fn keep(job: &Job, mut file: Tiles, finished: Receiver<(u32, Film, u64)>) -> Result<(), Cancelled> {
+fn keep(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result<(), Cancelled> {
     let mut reported: Option<Instant> = None;
-    while let Ok((number, film, rays)) = finished.recv() {
-        let tile = Tile { number, rays, pixels: film.pixels };
+    while let Ok(tile) = finished.recv() {
         if let Err(error) = file.add(&tile) {
             tracing::error!(%error, "a finished tile cannot be kept");
             job.stop(disk(&error));
             return Err(Cancelled);
         }
         if let Some(canvas) = &mut *locked(&job.canvas) {
-            canvas.finish(&Film { pixels: tile.pixels, ..film });
+            canvas.finish(&tile.picture);
         }
-        job.tiles[number as usize].1.store(true, Ordering::Release);
-        job.rays.fetch_add(rays, Ordering::Relaxed);
+        job.tiles[tile.number as usize].1.store(true, Ordering::Release);
+        job.rays.fetch_add(tile.picture.rays.total(), Ordering::Relaxed);
         let done = job.done.fetch_add(1, Ordering::Relaxed) + 1;
         let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
-        let Region { x, y, width, height } = film.region;
+        let Region { x, y, width, height } = tile.picture.film.region;
         job.events.publish("tile", json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done }));
         if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == job.tiles.len() {
             let progress = job.progress();
@@ -222,13 +256,6 @@ fn keep(job: &Job, mut file: Tiles, finished: Receiver<(u32, Film, u64)>) -> Res
         }
     }
     Ok(())
-}
-
-/// The picture's file, and that of the small picture.
-fn encoded(canvas: &Canvas, format: FileFormat, workers: &Workers) -> Result<(Vec<u8>, Vec<u8>), Cancelled> {
-    let film = canvas.film();
-    let (codes, preview) = workers.work(|| (Codes::new(film, format), encode(canvas.preview(), FileFormat::Png8)))?;
-    Ok((codes.file(film, format), preview))
 }
 
 /// Why it was stopped.

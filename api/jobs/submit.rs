@@ -1,14 +1,15 @@
 //! Taking a job in: what is known already, what there is no room for, and what becomes a record.
 
-use super::Jobs;
 use super::job::{Job, locked};
 use super::keep::disk_of;
-use super::record::{Idempotency, Order, Output, Record, Settings, State, Stats, now};
+use super::record::{Idempotency, Order, Record, State, Stats, now};
 use super::registry::{Registry, estimate, memory_of, remaining};
+use super::{Jobs, PICTURE};
+use crate::made::Made;
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
-use std::io;
 use std::sync::Arc;
+use std::{fs, io};
 use strahl::film::FileFormat;
 use strahl::scene::{Format, Overrides};
 use uuid::Uuid;
@@ -41,10 +42,10 @@ pub(crate) struct Submission {
     pub(crate) overrides: Overrides,
     /// How the picture is written.
     pub(crate) output: FileFormat,
-    /// Name of the picture, if it has one.
-    pub(crate) image_id: Option<String>,
-    /// Whether the same settings always give the same picture: else it is not cut into tiles.
-    pub(crate) is_reproducible: bool,
+    /// Names of the scene with the settings in it and of its picture, if it has any.
+    pub(crate) names: Option<[String; 2]>,
+    /// Whether a clock or a number of rays ends it, so that it is not cut into tiles.
+    pub(crate) is_progressive: bool,
     /// Pixels across and down.
     pub(crate) size: [u32; 2],
     /// Milliseconds it should take on the whole pool.
@@ -119,10 +120,16 @@ impl Jobs {
         Ok(Claim { jobs: Arc::clone(self), tenant: tenant.to_owned(), idempotency })
     }
 
-    /// Takes a job in. It is on disk when this returns.
-    pub(crate) fn submit(self: &Arc<Self>, submission: Submission, claim: Option<&Claim>) -> Result<Arc<Job>, Refused> {
+    /// Takes a job in. It is on disk when this returns. With a picture that was there already it is finished then, and
+    /// takes no room among the others.
+    pub(crate) fn submit(
+        self: &Arc<Self>,
+        submission: Submission,
+        claim: Option<&Claim>,
+        made: Option<&Made>,
+    ) -> Result<Arc<Job>, Refused> {
         let scene = hash(&submission.scene);
-        let record = self.record_of(&submission, scene.clone(), claim);
+        let mut record = self.record_of(&submission, scene.clone(), claim);
         let needs = memory_of(&record);
         if needs > self.limits.memory_bytes {
             return Err(Refused::TooLarge(needs));
@@ -139,10 +146,10 @@ impl Jobs {
             let mut registry = locked(&self.registry);
             let of_tenant = |job: &&Arc<Job>| job.record().tenant == submission.tenant;
             let mine = registry.queued.iter().chain(&registry.open).filter(of_tenant).count();
-            if registry.queued.len() + registry.open.len() >= self.limits.jobs {
+            if made.is_none() && registry.queued.len() + registry.open.len() >= self.limits.jobs {
                 return Err(Refused::Full(registry.seconds_for_a_tenth()));
             }
-            if mine >= submission.most {
+            if made.is_none() && mine >= submission.most {
                 return Err(Refused::TenantFull(registry.seconds_for_a_tenth()));
             }
             // From here on nobody removes the scene.
@@ -150,6 +157,7 @@ impl Jobs {
         }
         let order = record.order.clone();
         let kept = if self.scenes.get(&scene).is_some() { Ok(()) } else { self.scenes.put(&scene, &submission.scene) };
+        let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.put_picture(&mut record, made)));
         let kept = kept.and_then(|()| self.store.put(&record));
         let mut registry = locked(&self.registry);
         let job = Arc::new(Job::new(record));
@@ -160,29 +168,45 @@ impl Jobs {
         registry.release_scene(&order, &self.scenes);
         drop(registry);
         kept.map_err(Refused::Disk)?;
+        if made.is_some() {
+            self.weigh(&job);
+            self.make_room();
+        }
         self.open_next();
         Ok(job)
     }
 
+    /// Puts a picture that was there already into a job's folder: then the job is finished.
+    fn put_picture(&self, record: &mut Record, made: &Made) -> io::Result<()> {
+        let folder = self.folder_of(&record.id);
+        fs::create_dir_all(&folder)?;
+        self.write(&folder, PICTURE, &made.to_blob())?;
+        record.state = State::Succeeded;
+        (record.started, record.finished, record.last_event) = (Some(record.created), Some(record.created), Some(1));
+        record.stats = Stats { picture_bytes: made.file.len() as u64, reused: true, ..Stats::default() };
+        Ok(())
+    }
+
     fn record_of(&self, submission: &Submission, scene: String, claim: Option<&Claim>) -> Record {
-        let Submission { tenant, weight, priority, labels, format, overrides, output, .. } = submission;
+        let &Submission { ref tenant, weight, priority, ref labels, format, overrides: settings, output, .. } =
+            submission;
         let [width, height] = submission.size;
-        let is_nff = *format == Format::Nff;
-        let (settings, output) = (Settings::from(*overrides), Output::from(*output));
-        let edge = if submission.is_reproducible {
-            edge(submission.estimate_ms / (f64::from(width) * f64::from(height)), self.pool.threads())
-        } else {
+        let edge = if submission.is_progressive {
             0
+        } else {
+            edge(submission.estimate_ms / (f64::from(width) * f64::from(height)), self.pool.threads())
         };
+        let [scene_id, image_id] = submission.names.clone().map_or([None, None], |names| names.map(Some));
         Record {
             id: Uuid::now_v7().to_string(),
             tenant: tenant.clone(),
-            weight: *weight,
+            weight,
             state: State::Queued,
-            priority: *priority,
+            priority,
             labels: labels.clone(),
-            order: Order { scene, is_nff, settings, output },
-            image_id: submission.image_id.clone(),
+            order: Order { scene, format, settings, output },
+            scene_id,
+            image_id,
             width,
             height,
             edge,

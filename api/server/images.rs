@@ -56,11 +56,16 @@ pub(super) async fn answer(
     if let Some(answer) = show::settled(manner, Some(&show::tag(&name))) {
         return answer;
     }
-    let shown = match service.pictures.get(&name).await {
+    let shown = match show::kept(service, &image, &excerpt).await {
         Some(made) => show::at_hand(made),
         None => show::make(service, manner.tenant, lane, Source::Known(image), excerpt).await?,
     };
     show::deliver(service, manner, &shown, &excerpt)
+}
+
+/// Where an image stays in a format, as long as its scene is known.
+pub(super) fn place_of(image: &str, format: FileFormat) -> String {
+    format!("/v1/images/{image}.{}{}", negotiate::description(format).0, negotiate::details(format))
 }
 
 /// The image and the format that a file's name says.

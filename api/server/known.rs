@@ -2,22 +2,27 @@
 
 use super::asked::{self, Asked};
 use super::excerpt::size_of;
-use super::openapi::bodies::{Bytes, KnownScene, Scene as AnyScene};
+use super::openapi::bodies::Bytes;
+use super::openapi::generated::Scene as AnyScene;
+use super::openapi::pictures::KnownScene;
 use super::openapi::queries;
 use super::parameters::Parameters;
 use super::picture::gone;
 use super::problem::{Kind, Problem};
 use super::queue::{Job, seat_of};
 use super::scenes::{key, unknown};
+use super::tenant::{Scope, Tenant};
+use super::texts::Released;
 use super::{App, Service};
 use crate::identity::{ImageId, canonical, is_scene_id};
 use crate::ready::{Ready, planned};
 use crate::turns::Lane;
-use axum::Json;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use serde_json::{Value, json};
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use strahl::film::Region;
@@ -32,16 +37,16 @@ use strahl::scene::{Format, Loaded, Overrides};
         content((AnyScene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
     ),
     responses(
-        (status = 201, description = "It is known now", body = KnownScene),
-        (status = 200, description = "It was known before", body = KnownScene),
+        (status = 201, description = "It is known now, and yours", body = KnownScene),
+        (status = 200, description = "You have sent it before", body = KnownScene),
     ),
 )]
 pub(super) async fn add(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let further = |parameters: &mut Parameters, _: &HeaderMap| Ok(parameters.zoom());
     let Asked { format, overrides, further: zoom, tenant, body, .. } = asked::read(&service, request, further).await?;
     let job = {
-        let service = Arc::clone(&service);
-        move |job: &Job| remember(&service, job, body.as_ref(), format, &overrides, zoom)
+        let (service, tenant) = (Arc::clone(&service), Arc::clone(&tenant));
+        move |job: &Job| remember(&service, job, &tenant, (body.as_ref(), format, &overrides), zoom)
     };
     let (new, about) = service.queue.run(seat_of(&tenant, Lane::Renders), job).await?.value;
     let status = if new { StatusCode::CREATED } else { StatusCode::OK };
@@ -49,50 +54,48 @@ pub(super) async fn add(State(service): State<App>, request: Request) -> Result<
     Ok((status, [(header::LOCATION, location)], Json(about)).into_response())
 }
 
-/// Whether the scene is new, and what there is to say about it.
+/// Whether the scene is new to the tenant, and what there is to say about it.
 fn remember(
     service: &Service,
     job: &Job,
-    bytes: &[u8],
-    format: Format,
-    overrides: &Overrides,
+    tenant: &Tenant,
+    (bytes, format, overrides): (&[u8], Format, &Overrides),
     zoom: u32,
 ) -> Result<(bool, Value), Problem> {
-    let read = |mut loaded: Loaded| {
-        let text = canonical(&mut loaded.description);
-        (Ready::from(loaded), text)
-    };
+    let texts = &service.scenes.texts;
     let key = key(bytes, format, overrides);
-    if let Some(ready) = service.scenes.recall(&key)
-        && service.scenes.texts.has(&ready.scene_id)
-    {
-        return Ok((false, describe(&ready, job, zoom)?));
-    }
-    let built = service.scenes.build(&job.workers, bytes, format, overrides, read);
-    if job.control.cancelled.load(Ordering::Relaxed) {
-        return Err(gone());
-    }
-    let (ready, text) = built.map_err(|problems| Problem::scene(&problems))?;
-    if !ready.reproducible {
-        let detail = "pictures of this scene have no name, since files or a clock decide on them: put its textures into the \
-                      scene, and ask for another accuracy than time";
-        return Err(Problem::new(Kind::InvalidScene, detail));
-    }
-    let about = describe(&ready, job, zoom)?;
-    let id = ready.scene_id.clone();
-    let new = !service.scenes.texts.has(&id);
-    if new {
-        let room = service.scenes.texts.put(&id, text).map_err(|error| {
-            tracing::error!(%error, "a scene cannot be written into the folder");
-            Problem::new(Kind::Internal, "the scene cannot be remembered; the service's log says why")
-        })?;
-        if !room {
-            let detail = "the scene is larger than all that is remembered (known_scene_bytes)";
-            return Err(Problem::new(Kind::TooLarge, detail));
+    let ready = match service.scenes.recall(&key).filter(|ready| texts.has(&ready.scene_id)) {
+        Some(ready) => ready,
+        None => {
+            let read = |mut loaded: Loaded| {
+                let text = canonical(&mut loaded.description);
+                (Ready::from(loaded), text)
+            };
+            let built = service.scenes.build(&job.workers, bytes, format, overrides, read);
+            if job.control.cancelled.load(Ordering::Relaxed) {
+                return Err(gone());
+            }
+            let (ready, text) = built.map_err(|problems| Problem::scene(&problems))?;
+            if !ready.reproducible {
+                let detail = "pictures of this scene have no name, since files or a clock decide on them: put its textures \
+                              into the scene, and ask for another accuracy than time";
+                return Err(Problem::new(Kind::InvalidScene, detail));
+            }
+            if !texts.has(&ready.scene_id) && !texts.put(&ready.scene_id, text).map_err(|error| unwritten(&error))? {
+                let detail = "the scene is larger than all that is remembered (known_scene_bytes)";
+                return Err(Problem::new(Kind::TooLarge, detail));
+            }
+            service.scenes.keep(key, ready)
         }
-    }
-    service.scenes.keep(key, ready);
+    };
+    let about = describe(&ready, job, zoom)?;
+    let new = texts.claim(&ready.scene_id, &tenant.name).map_err(|error| unwritten(&error))?;
     Ok((new, about))
+}
+
+fn unwritten(error: &io::Error) -> Problem {
+    tracing::error!(%error, "a scene cannot be written into the folder");
+    Problem::new(Kind::Internal, "the scene cannot be remembered; the service's log says why")
 }
 
 /// What there is to say about a scene.
@@ -106,10 +109,11 @@ fn describe(ready: &Ready, job: &Job, zoom: u32) -> Result<Value, Problem> {
     let (plan, _) = planned(ready, whole, &job.workers, &job.control).map_err(|_| gone())?;
     let plan = serde_json::to_value(&plan).unwrap_or_default();
     let scene = &ready.scene_id;
-    let image = ImageId { scene: scene.clone(), zoom };
+    let image = ImageId { scene: scene.clone(), zoom }.to_string();
+    let [iiif, dzi, xyz] = tiles_of(&image);
     Ok(json!({
         "scene_id": scene,
-        "image_id": image.to_string(),
+        "image_id": image,
         "zoom": zoom,
         "width": width,
         "height": height,
@@ -118,11 +122,16 @@ fn describe(ready: &Ready, job: &Job, zoom: u32) -> Result<Value, Problem> {
         "links": {
             "self": format!("/v1/scenes/{scene}"),
             "image": format!("/v1/images/{image}.png"),
-            "iiif": format!("/iiif/3/{image}/info.json"),
-            "dzi": format!("/dzi/{image}.dzi"),
-            "xyz": format!("/xyz/{image}.json"),
+            "iiif": iiif,
+            "dzi": dzi,
+            "xyz": xyz,
         },
     }))
+}
+
+/// Where an image's tiles are, by convention: IIIF, DZI and XYZ.
+pub(super) fn tiles_of(image: &str) -> [String; 3] {
+    [format!("/iiif/3/{image}/info.json"), format!("/dzi/{image}.dzi"), format!("/xyz/{image}.json")]
 }
 
 /// The canonical text of a known scene: all defaults filled in, keys in alphabetical order.
@@ -131,33 +140,69 @@ fn describe(ready: &Ready, job: &Job, zoom: u32) -> Result<Value, Problem> {
     params(("scene_id" = String, Path, description = "As `POST /v1/scenes` says it.")),
     responses((status = 200, description = "The scene", body = AnyScene)),
 )]
-pub(super) async fn get(State(service): State<App>, Path(id): Path<String>) -> Result<Response, Problem> {
+pub(super) async fn get(
+    State(service): State<App>,
+    Extension(tenant): Extension<Arc<Tenant>>,
+    Path(id): Path<String>,
+) -> Result<Response, Problem> {
     let text = {
         let (service, id) = (Arc::clone(&service), id.clone());
         tokio::task::spawn_blocking(move || is_scene_id(&id).then(|| service.scenes.texts.get(&id)).flatten()).await
     };
-    let text = text.ok().flatten().ok_or_else(|| unknown(&id))?;
+    let text = match text.ok().flatten() {
+        Some(text) => text,
+        None => of_a_job(&service, &tenant, id.clone()).await?.into(),
+    };
     let etag = format!("\"{id}\"");
     Ok(([(header::CONTENT_TYPE, "application/json"), (header::ETAG, &etag)], text).into_response())
 }
 
-/// Forgets a scene and its pictures.
+/// The canonical text of a scene that nobody told to remember, but that some job is about.
+async fn of_a_job(service: &App, tenant: &Tenant, id: String) -> Result<Vec<u8>, Problem> {
+    let work = {
+        let service = Arc::clone(service);
+        move |job: &Job| {
+            let order = service.jobs.order_of(&id).ok_or_else(|| unknown(&id))?;
+            let text = service.jobs.scene(&order.scene).ok_or_else(|| unknown(&id))?;
+            let read = |mut loaded: Loaded| canonical(&mut loaded.description);
+            let built = service.scenes.build(&job.workers, &text, order.format, &order.settings, read);
+            built.map_err(|problems| Problem::scene(&problems))
+        }
+    };
+    Ok(service.queue.run(seat_of(tenant, Lane::Renders), work).await?.value)
+}
+
+/// Forgets a scene: it and its pictures go when nobody who has sent it wants it any more.
+///
+/// With the scope admin it goes at once, whoever has sent it.
 #[utoipa::path(
     delete, path = "/v1/scenes/{scene_id}", operation_id = "removeScene", tag = "pictures",
     params(("scene_id" = String, Path, description = "As `POST /v1/scenes` says it.")),
     responses((status = 204, description = "It is forgotten")),
 )]
-pub(super) async fn remove(State(service): State<App>, Path(id): Path<String>) -> Result<StatusCode, Problem> {
-    let known = {
+pub(super) async fn remove(
+    State(service): State<App>,
+    Extension(tenant): Extension<Arc<Tenant>>,
+    Path(id): Path<String>,
+) -> Result<StatusCode, Problem> {
+    let released = {
         let (service, id) = (Arc::clone(&service), id.clone());
         tokio::task::spawn_blocking(move || {
-            let known = is_scene_id(&id) && service.scenes.forget(&id);
-            if known {
+            if !is_scene_id(&id) {
+                return Released::Unknown;
+            }
+            let owner = Some(tenant.name.as_str()).filter(|_| !tenant.may(Scope::Admin));
+            let released = service.scenes.texts.release(&id, owner);
+            if released == Released::Gone {
+                service.scenes.forget(&id);
                 service.pictures.forget(&format!("i_{}_", &id[2..]));
             }
-            known
+            released
         })
         .await
     };
-    if known.unwrap_or(false) { Ok(StatusCode::NO_CONTENT) } else { Err(unknown(&id)) }
+    if released.unwrap_or(Released::Unknown) == Released::Unknown {
+        return Err(Problem::new(Kind::NotFound, format!("you have sent no scene {id}, or it is forgotten already")));
+    }
+    Ok(StatusCode::NO_CONTENT)
 }

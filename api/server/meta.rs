@@ -2,7 +2,7 @@
 
 use super::App;
 use super::negotiate::{AVAILABLE, QUALITY};
-use super::openapi::bodies::Readiness;
+use super::openapi::about::{AllLimits, Formats, Readiness, Version};
 use super::openapi::openapi_text;
 use super::problem::{Kind, Problem};
 use super::tenant::Tenant;
@@ -46,7 +46,7 @@ pub(super) async fn readyz(State(service): State<App>) -> impl IntoResponse {
 /// What a request and a scene may ask for, and what whoever asks may have at one time.
 #[utoipa::path(
     get, path = "/v1/limits", operation_id = "limits", tag = "service", security(()),
-    responses((status = 200, description = "All limits by name", body = Value)),
+    responses((status = 200, description = "All limits by name", body = AllLimits)),
 )]
 pub(super) async fn limits(State(service): State<App>, extensions: Extensions) -> Json<Value> {
     Json(service.limits.to_json(&Tenant::of(&extensions)))
@@ -55,7 +55,7 @@ pub(super) async fn limits(State(service): State<App>, extensions: Extensions) -
 /// The version of the service, and of what its pictures depend on.
 #[utoipa::path(
     get, path = "/v1/version", operation_id = "version", tag = "service", security(()),
-    responses((status = 200, description = "Name and numbers", body = Value)),
+    responses((status = 200, description = "Name and numbers", body = Version)),
 )]
 pub(super) async fn version() -> Json<Value> {
     Json(json!({ "name": "strahl", "version": env!("CARGO_PKG_VERSION"), "render_epoch": RENDER_EPOCH }))
@@ -64,7 +64,7 @@ pub(super) async fn version() -> Json<Value> {
 /// The formats that pictures may have.
 #[utoipa::path(
     get, path = "/v1/formats", operation_id = "formats", tag = "service", security(()),
-    responses((status = 200, description = "Names, media types and parameters", body = Value)),
+    responses((status = 200, description = "Names, media types and parameters", body = Formats)),
 )]
 pub(super) async fn formats() -> Json<Value> {
     let parameters = |format: FileFormat| match format {
@@ -87,7 +87,7 @@ pub(super) async fn formats() -> Json<Value> {
 /// The JSON Schema of scenes.
 #[utoipa::path(
     get, path = "/schema/scene.json", operation_id = "sceneSchema", tag = "service", security(()),
-    responses((status = 200, description = "Draft 2020-12", body = Value, content_type = "application/schema+json")),
+    responses((status = 200, description = "Draft 2020-12", body = Object, content_type = "application/schema+json")),
 )]
 pub(super) async fn schema() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/schema+json")], schema_text())
@@ -96,7 +96,7 @@ pub(super) async fn schema() -> impl IntoResponse {
 /// This document.
 #[utoipa::path(
     get, path = "/openapi.json", operation_id = "openapi", tag = "service", security(()),
-    responses((status = 200, description = "OpenAPI 3.1", body = Value, content_type = "application/json")),
+    responses((status = 200, description = "OpenAPI 3.1", body = Object, content_type = "application/json")),
 )]
 pub(super) async fn openapi() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/json")], openapi_text())

@@ -146,7 +146,7 @@ impl Metrics {
                     queue: duration(stats.queue_ms),
                     render: duration(stats.bvh_ms + stats.render_ms + stats.encode_ms),
                     encode: duration(stats.encode_ms),
-                    format: negotiate::description(record.order.output.into()).0,
+                    format: negotiate::description(record.order.output).0,
                 };
                 self.rendered(Lane::Jobs, &cost);
             }

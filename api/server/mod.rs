@@ -13,6 +13,7 @@ mod envelope;
 mod excerpt;
 mod explained;
 mod flights;
+mod host;
 mod images;
 mod jobs;
 mod known;
@@ -27,7 +28,6 @@ mod picture;
 mod pictures;
 mod places;
 mod problem;
-mod problem_pages;
 mod questions;
 mod queue;
 mod rays;
@@ -40,7 +40,6 @@ mod tenant;
 mod texts;
 mod tiles;
 mod tradeoff;
-mod warnings;
 
 use crate::blobs::Blobs;
 use crate::cli::{LogFormat, ServeArgs};
@@ -48,18 +47,16 @@ use crate::commands::start_pool;
 use crate::data::DataFolder;
 use crate::failure::Failure;
 use crate::folder::Folder;
-use crate::jobs::record::Record;
-use crate::jobs::{Hooks, Jobs};
+use crate::jobs::Jobs;
 use crate::recent::Recent;
-use crate::workers::{Pool, Workers};
+use crate::workers::Pool;
 pub(crate) use openapi::openapi_text;
-use problem::Problem;
-use strahl::scene::Overrides;
 
 use accept::Listeners;
 use access::{Access, Client};
 pub(crate) use access::{Origins, new_key, new_signer};
 use drain::{Drain, StopSignals};
+use host::JobHost;
 use limits::Limits;
 use metrics::Metrics;
 pub(crate) use negotiate::QUALITY;
@@ -90,7 +87,7 @@ struct Service {
     /// The way for tiles, of which a viewer asks for many at once.
     tiles: Queue,
     /// Who may do what.
-    access: Access,
+    access: Arc<Access>,
     /// Scenes that need not be built again.
     scenes: Arc<Scenes>,
     /// Pictures that need not be made again.
@@ -148,8 +145,9 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         .map_or_else(|| Texts::Memory(Recent::new(args.known_scene_bytes)), Texts::Folder);
     let scenes = Arc::new(Scenes::new(args.scene_cache_bytes, textures.transpose()?, texts));
     let data = DataFolder::open(args.data.as_deref()).map_err(|error| Failure::Usage(error.to_string()))?;
-    let metrics = Arc::new(Metrics::default());
-    let jobs = open_jobs(&data, &limits, &pool, &scenes, &metrics)?;
+    let (access, metrics) = (Arc::new(access), Arc::<Metrics>::default());
+    let host = JobHost { scenes: Arc::clone(&scenes), access: Arc::clone(&access), metrics: Arc::clone(&metrics) };
+    let jobs = open_jobs(&data, &limits, &pool, host)?;
     let service = Arc::new(Service {
         queue: Queue::new(Arc::clone(&pool), args.queue, args.timeout),
         tiles: Queue::new(Arc::clone(&pool), args.tile_queue, TILE_PATIENCE.min(args.timeout)),
@@ -194,21 +192,8 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
 }
 
 /// The jobs in the folder, whose scenes are built as those of requests are.
-fn open_jobs(
-    data: &DataFolder,
-    limits: &Limits,
-    pool: &Arc<Pool>,
-    scenes: &Arc<Scenes>,
-    metrics: &Arc<Metrics>,
-) -> Result<Arc<Jobs>, Failure> {
-    let (scenes, metrics) = (Arc::clone(scenes), Arc::clone(metrics));
-    let build = move |workers: &Workers, text: &[u8], format, overrides: &Overrides| {
-        let found = scenes.find(workers, text, format, overrides);
-        found.map(|found| found.ready).map_err(|problems| Problem::scene(&problems).into_failure())
-    };
-    let ended = move |record: &Record, state| metrics.job_ended(record, state);
-    let hooks = Hooks { build: Box::new(build), ended: Box::new(ended) };
-    Jobs::open(data.path(), data.is_durable(), limits.of_jobs(), Arc::clone(pool), hooks).map_err(|error| {
+fn open_jobs(data: &DataFolder, limits: &Limits, pool: &Arc<Pool>, host: JobHost) -> Result<Arc<Jobs>, Failure> {
+    Jobs::open(data.path(), data.is_durable(), limits.of_jobs(), Arc::clone(pool), Box::new(host)).map_err(|error| {
         let folder = data.path().display();
         Failure::Input(format!("jobs cannot be kept in {folder}: {error}\n\nAnother process may be using the folder."))
     })

@@ -6,14 +6,14 @@ use super::body::Held;
 use super::conditions;
 use super::excerpt::Excerpt;
 use super::jobs::{Prefer, render_later};
-use super::openapi::bodies::{Bytes, Picture, Scene as AnyScene};
+use super::openapi::bodies::{Bytes, Picture};
+use super::openapi::generated::Scene as AnyScene;
 use super::openapi::queries;
 use super::parameters::Parameters;
 use super::problem::{Kind, Problem};
 use super::queue::Job;
 use super::scenes::{Found, Key, key};
 use super::show::{self, Freshness, Manner, Source};
-use super::warnings;
 use super::{App, Service, tiles};
 use crate::report::Report;
 use crate::turns::Lane;
@@ -23,7 +23,7 @@ use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use strahl::film::Region;
-use strahl::scene::{Format, Overrides, Scene};
+use strahl::scene::{Format, Overrides};
 
 /// Bytes of a scene that are hashed between two requests.
 const HASHED_AT_ONCE: usize = 64 << 10;
@@ -94,7 +94,7 @@ async fn answer(
         if let Some(answer) = show::settled(&manner, Some(&show::tag(&name))) {
             return answer;
         }
-        if let Some(made) = service.pictures.get(&name).await {
+        if let Some(made) = show::kept(&service, &image, &excerpt).await {
             return show::deliver(&service, &manner, &show::at_hand(made), &excerpt);
         }
     }
@@ -159,22 +159,6 @@ pub(super) fn find(
 /// answered.
 pub(super) fn gone() -> Problem {
     Problem::new(Kind::RenderDeadline, "the request was given up")
-}
-
-/// What an answer says about a picture, whoever asks for it and when.
-pub(super) fn picture_headers(report: &Report, scene: &Scene) -> HeaderMap {
-    let rays = report.cost.rays;
-    let rays = format!(
-        "camera={}, shadow={}, reflected={}, transmitted={}",
-        rays.camera, rays.shadow, rays.reflected, rays.transmitted
-    );
-    let error = report.error.header();
-    let on: Vec<_> = report.plan.explanation.names_on().collect();
-    let mut headers = HeaderMap::from_iter(warnings::header(&scene.warnings));
-    for (name, value) in [("render-error", error), ("render-rays", rays), ("render-plan", on.join(", "))] {
-        show::put(&mut headers, HeaderName::from_static(name), &value);
-    }
-    headers
 }
 
 /// `Server-Timing`: what this answer took, if its picture had to be made.

@@ -2,7 +2,8 @@
 
 use super::asked::{self, Asked};
 use super::body::Held;
-use super::openapi::bodies::{Bytes, Scene, Valid};
+use super::openapi::bodies::{Bytes, Valid};
+use super::openapi::generated::{Explained, RayTree, Scene};
 use super::openapi::queries;
 use super::parameters::{Parameters, outside};
 use super::picture::{find, gone};
@@ -33,7 +34,7 @@ use strahl::trace::tree::trace_pixel_while;
         description = "The scene; NFF plain or gzip",
         content((Scene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
     ),
-    responses((status = 200, description = "The plan", body = Value)),
+    responses((status = 200, description = "The plan", body = Explained)),
 )]
 pub(super) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, analyze: bool| {
@@ -86,7 +87,7 @@ pub(super) async fn validate(State(service): State<App>, request: Request) -> Re
         content((Scene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
     ),
     responses((status = 200, description = "The tree of rays", content(
-        (Value = "application/json"), (String = "text/vnd.graphviz"), (String = "image/svg+xml")
+        (RayTree = "application/json"), (String = "text/vnd.graphviz"), (String = "image/svg+xml")
     ))),
 )]
 pub(super) async fn tree(State(service): State<App>, request: Request) -> Result<Response, Problem> {

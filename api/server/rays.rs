@@ -1,7 +1,7 @@
 //! `POST /v1/rays`: a scene and rays in, what each ray hits first out.
 
 use super::limits::MAX_RAYS;
-use super::openapi::{bodies, queries};
+use super::openapi::{bodies, generated, queries};
 use super::parameters::Parameters;
 use super::picture::gone;
 use super::problem::{Kind, Problem};
@@ -59,7 +59,7 @@ fn answer_all(service: &Service, job: &Job, bytes: &[u8], overrides: &Overrides)
 struct Questions<'a> {
     /// The scene the rays are sent into.
     #[serde(borrow)]
-    #[schema(value_type = bodies::Scene)]
+    #[schema(value_type = generated::Scene)]
     scene: &'a RawValue,
     /// The rays.
     #[serde(borrow)]

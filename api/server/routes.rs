@@ -1,11 +1,9 @@
 //! Every path of the service.
 
 use super::openapi::Shared;
-use super::problem::{Kind, Problem};
+use super::problem::{Kind, Problem, pages};
 use super::tenant::Scope;
-use super::{
-    App, access, docs, envelope, images, jobs, known, meta, picture, problem_pages, questions, rays, tiles, tradeoff,
-};
+use super::{App, access, docs, envelope, images, jobs, known, meta, picture, questions, rays, tiles, tradeoff};
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -89,8 +87,8 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(meta::openapi))
         .routes(routes!(docs::page))
         .routes(routes!(docs::viewer))
-        .routes(routes!(problem_pages::list))
-        .routes(routes!(problem_pages::page));
+        .routes(routes!(pages::list))
+        .routes(routes!(pages::page));
     render.merge(whole).merge(jobs).merge(read).merge(about)
 }
 

@@ -131,11 +131,12 @@ impl Scenes {
         ready
     }
 
-    /// Forgets the scene of a name; whether it was known.
-    pub(super) fn forget(&self, id: &str) -> bool {
-        let built = self.names.get(id).is_some_and(|key| self.kept.remove(&key));
+    /// Forgets the built scene of a name.
+    pub(super) fn forget(&self, id: &str) {
+        if let Some(key) = self.names.get(id) {
+            self.kept.remove(&key);
+        }
         self.names.remove(id);
-        self.texts.remove(id) || built
     }
 
     /// The pictures that scenes may name.

@@ -4,15 +4,17 @@ use super::body::Held;
 use super::conditions::{Verdict, weigh};
 use super::cost::Cost;
 use super::excerpt::Excerpt;
+use super::images::place_of;
 use super::negotiate;
-use super::picture::{find, gone, picture_headers, timing};
-use super::pictures::{Made, Shown};
+use super::picture::{find, gone, timing};
+use super::pictures::Shown;
 use super::problem::{Kind, Problem};
 use super::queue::{Done, Job, Queue, seat_of};
 use super::scenes::{Found, Key};
 use super::tenant::Tenant;
 use super::{App, Service};
 use crate::identity::ImageId;
+use crate::made::{About, Made};
 use crate::picture::{self, Finished};
 use crate::ready::Ready;
 use crate::report::Report;
@@ -41,7 +43,7 @@ impl Source {
                 find(service, job, (**body).as_ref(), *format, overrides).map(|found| (found, 0))
             }
             Self::Known(image) => {
-                let found = service.scenes.find_known(job, &image.scene);
+                let found = find_known(service, job, &image.scene);
                 if job.control.cancelled.load(Ordering::Relaxed) { Err(gone()) } else { Ok((found?, image.zoom)) }
             }
         }
@@ -63,9 +65,45 @@ impl Source {
     }
 }
 
+/// The scene of a name, which was told to be remembered, or which some job is about.
+fn find_known(service: &Service, job: &Job, id: &str) -> Result<Found, Problem> {
+    if let Some(order) = service.jobs.order_of(id).filter(|_| !service.scenes.texts.has(id))
+        && let Some(text) = service.jobs.scene(&order.scene)
+    {
+        return find(service, job, &text, order.format, &order.settings);
+    }
+    service.scenes.find_known(job, id)
+}
+
 /// The image that a scene's own picture is, if it has a name.
 pub(super) fn image_of(ready: &Ready) -> Option<ImageId> {
     ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom: 0 })
+}
+
+/// A picture that need not be made: it is kept, or a job has made it.
+pub(super) async fn kept(service: &App, image: &ImageId, excerpt: &Excerpt) -> Option<Arc<Made>> {
+    if let Some(made) = service.pictures.at_hand(&excerpt.name(image)) {
+        return Some(made);
+    }
+    // No thread is asked that could only say no.
+    let by_a_job = || excerpt.is_whole() && !service.jobs.with_picture(&image.to_string(), excerpt.format).is_empty();
+    if !service.pictures.has_folder() && !by_a_job() {
+        return None;
+    }
+    let (service, image, excerpt) = (Arc::clone(service), image.clone(), *excerpt);
+    tokio::task::spawn_blocking(move || kept_here(&service, &image, &excerpt)).await.ok().flatten()
+}
+
+/// The same on this thread, which may have to wait for the disk.
+fn kept_here(service: &Service, image: &ImageId, excerpt: &Excerpt) -> Option<Arc<Made>> {
+    let name = excerpt.name(image);
+    if let Some(made) = service.pictures.get(&name) {
+        return Some(made);
+    }
+    let of_a_job = excerpt.is_whole().then(|| service.jobs.picture_of(&image.to_string(), excerpt.format));
+    let made = Arc::new(of_a_job.flatten()?);
+    service.pictures.remember(&name, &made);
+    Some(made)
 }
 
 /// A picture that is at hand, with the timing of that.
@@ -125,17 +163,17 @@ fn render(
 ) -> Result<(Arc<Made>, Option<Report>, bool), Problem> {
     let (Found { ready, loading, kept }, zoom) = source.find(service, job)?;
     let image = ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom });
-    let name = image.as_ref().map(|image| excerpt.name(image));
-    // The same scene may have been sent in other words.
-    if let Some(made) = name.as_deref().and_then(|name| service.pictures.at_hand(name)) {
+    // The same scene may have been sent in other words, or to another process.
+    if let Some(made) = image.as_ref().and_then(|image| kept_here(service, image, excerpt)) {
         return Ok((made, None, kept));
     }
     let shot = excerpt.shot(&ready.scene, zoom)?;
     service.limits.check(&ready.scene, shot.region)?;
     let finished = picture::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
     let Finished { file, report } = finished.map_err(|_| gone())?;
-    let made = Made::new(file, picture_headers(&report, &ready.scene), image.map(|image| image.to_string()));
-    let made = Arc::new(made);
+    let name = image.as_ref().map(|image| excerpt.name(image));
+    let about = About::new(image.map(|image| image.to_string()), &report, &ready.scene, excerpt.is_whole());
+    let made = Arc::new(Made::new(file, about));
     if let Some(name) = name {
         service.pictures.put(&name, &made);
     }
@@ -194,7 +232,7 @@ pub(super) fn deliver(
     excerpt: &Excerpt,
 ) -> Result<Response, Problem> {
     let Shown { made, timing, cost } = shown;
-    let etag = made.image.as_ref().map(|image| tag(&excerpt.name(image)));
+    let etag = made.about.image.as_ref().map(|image| tag(&excerpt.name(image)));
     if let Some(answer) = settled(manner, etag.as_deref()) {
         return answer;
     }
@@ -206,14 +244,13 @@ pub(super) fn deliver(
     let headers = response.headers_mut();
     headers.clone_from(&made.headers);
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
-    let name = made.image.as_deref().unwrap_or("picture");
+    let name = made.about.image.as_deref().unwrap_or("picture");
     put(headers, header::CONTENT_DISPOSITION, &format!("inline; filename=\"{name}.{ending}\""));
     put(headers, HeaderName::from_static("server-timing"), timing);
-    if let (Some(etag), Some(image)) = (&etag, &made.image) {
+    if let (Some(etag), Some(image)) = (&etag, &made.about.image) {
         put(headers, header::ETAG, etag);
         if manner.freshness == Freshness::Once && excerpt.is_whole() {
-            let details = negotiate::details(excerpt.format);
-            put(headers, header::CONTENT_LOCATION, &format!("/v1/images/{image}.{ending}{details}"));
+            put(headers, header::CONTENT_LOCATION, &place_of(image, excerpt.format));
         }
     }
     caching(headers, manner);

@@ -3,7 +3,8 @@
 use super::App;
 use super::Service;
 use super::negotiate;
-use super::openapi::bodies::{Bytes, Scene};
+use super::openapi::bodies::Bytes;
+use super::openapi::generated::{Scene, Tradeoff as Report};
 use super::openapi::queries;
 use super::parameters::Parameters;
 use super::picture::gone;
@@ -39,7 +40,7 @@ const FORMS: [(&str, &str, Form); 2] = [("json", "application/json", Form::Json)
         description = "The scene; NFF plain or gzip",
         content((Scene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
     ),
-    responses((status = 200, description = "The report", content((Value = "application/json"), (String = "text/html")))),
+    responses((status = 200, description = "The report", content((Report = "application/json"), (String = "text/html")))),
 )]
 pub(super) async fn tradeoff(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let most = service.limits.tradeoff_seconds();

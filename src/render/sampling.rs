@@ -1,9 +1,10 @@
 //! What the samples of a picture tell about how far more of them would take it.
 
 use super::statistical::Reached;
+use serde::{Deserialize, Serialize};
 
 /// What the samples of a picture tell.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Sampling {
     /// How many pixels have an interval of how many codes.
     pub widths: Histogram,
@@ -20,7 +21,7 @@ impl std::ops::AddAssign<&Self> for Sampling {
 
 /// Counts of pixels by the width of their interval in 8-bit codes. Empty where nothing tells how wide they are: pixels of
 /// one sample that were not compared with their neighbours.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Histogram {
     pixels: Vec<u64>,
 }

@@ -10,6 +10,7 @@ use super::student::student_t;
 use crate::math::linear_to_srgb;
 use crate::scene::description::Statistical;
 use fearless_simd::Level;
+use serde::{Deserialize, Serialize};
 use std::ops::Add;
 use std::sync::atomic::Ordering;
 
@@ -21,7 +22,7 @@ const FIRST: u32 = 8;
 const MOST: u32 = 1_024;
 
 /// How far pixels came.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Reached {
     /// Pixels that were asked for.
     pub pixels: u64,

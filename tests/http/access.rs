@@ -20,7 +20,7 @@ impl KeyFile {
         Self(file)
     }
 
-    fn path(&self) -> &str {
+    pub(crate) fn path(&self) -> &str {
         self.0.to_str().unwrap()
     }
 
@@ -34,6 +34,11 @@ impl KeyFile {
     pub(crate) fn serve(&self, flags: &[&str]) -> Service {
         Service::start(&[&["--keys", self.path()], flags].concat())
     }
+}
+
+/// A request with somebody's key.
+pub(crate) fn keyed(service: &Service, key: &str, method: &str, path: &str, body: &str) -> Answer {
+    service.send(method, path, &[("Content-Type", "application/json"), ("Authorization", key)], body.as_bytes())
 }
 
 fn post(service: &Service, path: &str, key: &str, body: &str) -> Answer {

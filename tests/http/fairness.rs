@@ -71,10 +71,13 @@ fn a_thousand_jobs_of_one_tenant_hold_up_anothers_by_no_more_than_a_round() {
     let (many, one) = (file.key("many", "jobs,read"), file.key("one", "jobs,read"));
     let service = file.serve(&[]);
     let (many, one) = (Tenant { service: &service, key: &many }, Tenant { service: &service, key: &one });
-    // Dozens of tiles each.
-    let theirs = format!(r#"{{"scene": {BALL}, "settings": {{ "width": 1536, "height": 1536, "antialias": false }}}}"#);
-    let first = many.submit(&theirs);
-    (1..1_000).for_each(|_| drop(many.submit(&theirs)));
+    // Dozens of tiles each, and no two the same, since a picture that is there already is not rendered again.
+    let theirs = |i: u32| {
+        let settings = format!(r#"{{ "width": 1536, "height": 1536, "antialias": false, "min_weight": 0.00{i:04} }}"#);
+        many.submit(&format!(r#"{{"scene": {BALL}, "settings": {settings}}}"#))
+    };
+    let first = theirs(0);
+    (1..1_000).for_each(|i| drop(theirs(i)));
     let waiting = service.get("/readyz").json()["jobs"]["waiting"].as_u64();
     assert!(waiting > Some(500), "only {waiting:?} of a thousand jobs wait: the test sees nothing");
     let mine = one.submit(&format!(r#"{{"scene": {BALL}}}"#));

@@ -116,7 +116,7 @@ fn numbers_say_what_waits_what_runs_and_what_is_kept() {
     for _ in 0..3 {
         service.post_json("/v1/render", BALL).picture();
     }
-    submit(&service, BALL, "");
+    submit(&service, BALL, r#""settings": { "width": 30 }"#);
     let text = metrics_with(
         admin,
         &[
@@ -126,7 +126,7 @@ fn numbers_say_what_waits_what_runs_and_what_is_kept() {
             "strahl_encode_seconds_count{format=\"png\"} 2",
             "strahl_cache_misses_total{cache=\"pictures\"} 1",
             "strahl_cache_hits_total{cache=\"pictures\"} 2",
-            "strahl_cache_misses_total{cache=\"scenes\"} 1",
+            "strahl_cache_misses_total{cache=\"scenes\"} 2",
             "strahl_threads_busy 0",
             "strahl_sse_streams 0",
         ],

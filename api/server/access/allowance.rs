@@ -5,7 +5,6 @@
 //! picture has cost is taken out afterwards, when it is known. That may leave a debt, which later requests wait for; how
 //! large it gets is bounded by the queue.
 
-use crate::server::cost::Cost;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -59,9 +58,9 @@ impl Allowance {
         })
     }
 
-    /// Takes what an answer has cost.
-    pub(in crate::server) fn charge(&self, cost: Cost, now: Instant) {
-        self.with(now, |bucket, _| bucket.units -= (cost.rays / RAYS) as f64);
+    /// Takes what rays cost that an answer or a job has taken.
+    pub(in crate::server) fn charge(&self, rays: u64, now: Instant) {
+        self.with(now, |bucket, _| bucket.units -= (rays / RAYS) as f64);
     }
 
     /// What is left.
@@ -104,7 +103,7 @@ mod tests {
         assert_eq!(allowance.enter(start), Err(1));
         let later = start + Duration::from_secs(2);
         assert_eq!(allowance.enter(later), Ok(()));
-        allowance.charge(Cost { rays: 30_000_000, ..Cost::default() }, later);
+        allowance.charge(30_000_000, later);
         assert_eq!(allowance.enter(later), Err(30));
         assert_eq!(allowance.left(later), Left { per_minute: 60, units: 0, full_in: 89 });
         let much_later = later + Duration::from_secs(3_600);
@@ -115,7 +114,7 @@ mod tests {
     fn small_pictures_cost_no_more_than_their_request() {
         let allowance = Allowance::new(10);
         let now = Instant::now();
-        allowance.charge(Cost { rays: 999_999, ..Cost::default() }, now);
+        allowance.charge(999_999, now);
         assert_eq!(allowance.left(now).units, 10);
     }
 }

@@ -51,7 +51,7 @@ pub(in crate::server) async fn require(scope: Scope, request: Request, next: Nex
         }
     };
     if let Some(cost) = response.extensions().get::<Cost>() {
-        allowance.charge(*cost, Instant::now());
+        allowance.charge(cost.rays, Instant::now());
     }
     tell(allowance.left(Instant::now()), response.headers_mut());
     Ok(response)

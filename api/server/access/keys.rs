@@ -174,7 +174,6 @@ fn secret_of(text: &str) -> Option<[u8; SECRET_BYTES]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::server::cost::Cost;
     use std::time::Instant;
 
     #[test]
@@ -216,7 +215,7 @@ mod tests {
         let text = "[tenants.acme]\nunits_per_minute = 10\n";
         let first = Keys::read(text, None).unwrap();
         let allowance = |keys: &Keys| Arc::clone(keys.reader("acme").unwrap().allowance.as_ref().unwrap());
-        allowance(&first).charge(Cost { rays: 8_000_000, ..Cost::default() }, Instant::now());
+        allowance(&first).charge(8_000_000, Instant::now());
         assert!(allowance(&Keys::read(text, Some(&first)).unwrap()).left(Instant::now()).units < 5);
         let raised = Keys::read("[tenants.acme]\nunits_per_minute = 20\n", Some(&first)).unwrap();
         assert_eq!(allowance(&raised).left(Instant::now()).units, 20);

@@ -26,6 +26,7 @@ use reload::KeyFile;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// What decides about a request's tenant.
 #[derive(Debug)]
@@ -47,6 +48,15 @@ impl Access {
             own: Signers::random()?,
             origins,
         })
+    }
+
+    /// Charges a tenant for rays that were traced for it by other means than a request. Tenants that are no longer in the
+    /// key file owe nothing.
+    pub(super) fn charge(&self, tenant: &str, rays: u64) {
+        let tenant = self.keys().and_then(|keys| keys.reader(tenant));
+        if let Some(allowance) = tenant.as_ref().and_then(|tenant| tenant.allowance.as_ref()) {
+            allowance.charge(rays, Instant::now());
+        }
     }
 
     fn keys(&self) -> Option<Arc<Keys>> {

@@ -1,26 +1,29 @@
 //! Changing a job: its priority, and whether it goes on.
 
 use super::super::App;
-use super::super::openapi::bodies::JobView;
+use super::super::openapi::jobs::JobView;
 use super::super::problem::{Kind, Problem};
-use super::super::tenant::Tenant;
 use super::view::etag;
-use super::{find, shown};
-use axum::Extension;
+use super::{Named, shown};
+use crate::jobs::Job;
 use axum::body::{Body, to_bytes};
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use std::sync::Arc;
+use utoipa::ToSchema;
 
 /// Bytes of a change.
 const CHANGE_BYTES: usize = 4_096;
 
 /// What may be changed.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-struct Change {
+#[schema(as = JobChange)]
+pub(in crate::server) struct Change {
+    /// 0 to 100.
+    #[schema(minimum = 0, maximum = 100)]
     priority: Option<u8>,
 }
 
@@ -31,17 +34,15 @@ struct Change {
         ("id" = String, Path, description = "The job's id."),
         ("If-Match" = Option<String>, Header, description = "The job's ETag: refused if somebody has changed it since."),
     ),
-    request_body(description = "`{\"priority\": 0 to 100}`", content((Value = "application/merge-patch+json"), (Value = "application/json"))),
+    request_body(description = "What is to be changed", content((Change = "application/merge-patch+json"), (Change = "application/json"))),
     responses((status = 200, description = "The job", body = JobView)),
 )]
 pub(in crate::server) async fn change_job(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, .. }: Named,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let expected = "the body is {\"priority\": N}, N from 0 to 100";
     let body = to_bytes(body, CHANGE_BYTES).await.map_err(|_| Problem::new(Kind::InvalidRequest, expected))?;
     let change: Change = serde_json::from_slice(&body)
@@ -57,7 +58,7 @@ pub(in crate::server) async fn change_job(
             return Err(Problem::new(Kind::InvalidRequest, expected));
         }
         if job.record().state.is_final() {
-            return Err(Problem::new(Kind::Conflict, format!("job {id} is {} already", job.record().state.name())));
+            return Err(over(&job));
         }
         let (service, job) = (Arc::clone(&service), Arc::clone(&job));
         blocking(move || service.jobs.set_priority(&job, priority)).await?.map_err(|error| {
@@ -65,7 +66,7 @@ pub(in crate::server) async fn change_job(
             Problem::new(Kind::Internal, "the change cannot be kept")
         })?;
     }
-    Ok(shown(&service, &job))
+    Ok(shown(&service, &job).await)
 }
 
 /// Stops a job.
@@ -76,19 +77,19 @@ pub(in crate::server) async fn change_job(
 )]
 pub(in crate::server) async fn cancel_job(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, .. }: Named,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let canceled = {
         let (service, job) = (Arc::clone(&service), Arc::clone(&job));
         blocking(move || service.jobs.cancel(&job)).await?
     };
-    if canceled {
-        Ok((StatusCode::ACCEPTED, shown(&service, &job)).into_response())
-    } else {
-        Err(Problem::new(Kind::Conflict, format!("job {id} is {} already", job.record().state.name())))
-    }
+    if canceled { Ok((StatusCode::ACCEPTED, shown(&service, &job).await).into_response()) } else { Err(over(&job)) }
+}
+
+/// It has ended, so there is nothing to change.
+fn over(job: &Job) -> Problem {
+    let record = job.record();
+    Problem::new(Kind::Conflict, format!("job {} is {} already", record.id, record.state.name()))
 }
 
 /// Forgets a job, its picture included; it is stopped first if it still runs.
@@ -99,10 +100,8 @@ pub(in crate::server) async fn cancel_job(
 )]
 pub(in crate::server) async fn forget_job(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, .. }: Named,
 ) -> Result<StatusCode, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let service = Arc::clone(&service);
     blocking(move || service.jobs.forget(&job)).await?;
     Ok(StatusCode::NO_CONTENT)

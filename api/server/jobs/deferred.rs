@@ -21,12 +21,12 @@ pub(in crate::server) async fn render_later(
 ) -> Result<Response, Problem> {
     let headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
-    let Asked { format, overrides, further: output, tenant, body, .. } =
+    let Asked { format, overrides, further: output, tenant, method, body, .. } =
         asked::read(&service, request, |parameters, headers| parameters.picture_format(headers)).await?;
     // The query is part of what is submitted.
     let whole = [query.as_bytes(), b"\n", body.as_ref()].concat();
     let job = match claim(&service, &tenant, &headers, &whole)? {
-        Claimed::Before(job) => return Ok(accepted(&service, &job, true, prefer)),
+        Claimed::Before(job) => return Ok(accepted(&service, &job, true, prefer).await),
         Claimed::Now(claim) => {
             let scene = body.as_ref().to_vec();
             drop((body, whole));
@@ -36,7 +36,7 @@ pub(in crate::server) async fn render_later(
     };
     until_final(&service, &job, prefer.wait.unwrap_or(Duration::ZERO)).await;
     if job.record().state == State::Succeeded {
-        return picture_of(&service, &job).await;
+        return picture_of(&service, &tenant, &method, &headers, &job).await;
     }
-    Ok(accepted(&service, &job, false, prefer))
+    Ok(accepted(&service, &job, false, prefer).await)
 }

@@ -4,12 +4,10 @@ use super::super::App;
 use super::super::parameters::Parameters;
 use super::super::places::Place;
 use super::super::problem::{Kind, Problem};
-use super::super::tenant::Tenant;
-use super::find;
+use super::Named;
 use crate::jobs::record::State as JobState;
 use crate::jobs::{Event, Job, Watcher};
-use axum::Extension;
-use axum::extract::{Path, Request, State};
+use axum::extract::{Request, State};
 use axum::http::{HeaderName, StatusCode, header};
 use axum::response::sse::{self, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -41,11 +39,9 @@ const RETRY: Duration = Duration::from_secs(2);
 )]
 pub(in crate::server) async fn job_events(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, tenant }: Named,
     request: Request,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let mut parameters = Parameters::of(request.uri())?;
     let since = parameters.number("since");
     parameters.finish()?;

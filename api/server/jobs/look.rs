@@ -1,27 +1,27 @@
 //! What there is to see of a job: its picture, the preview of it, and parts that are finished.
 
 use super::super::body::Held;
-use super::super::negotiate;
+use super::super::excerpt::{Excerpt, Grid};
 use super::super::openapi::bodies::{Bytes, Picture};
 use super::super::openapi::queries;
 use super::super::parameters::{Parameters, outside};
 use super::super::problem::{Kind, Problem};
 use super::super::queue::{Job as Work, seat_of};
+use super::super::scenes::key;
+use super::super::show::{self, Freshness, Manner, Source};
 use super::super::tenant::Tenant;
 use super::super::{App, Service};
 use super::change::blocking;
-use super::{Prefer, find, no_picture, patiently};
+use super::{Named, Prefer, no_picture, patiently};
 use crate::jobs::Job;
+use crate::jobs::PREVIEW_SIDE;
 use crate::jobs::record::State as JobState;
-use crate::pieces::render_in_pieces;
 use crate::turns::Lane;
-use axum::Extension;
-use axum::extract::{Path, Request, State};
-use axum::http::{HeaderName, StatusCode, header};
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use std::time::Duration;
-use strahl::camera::Window;
 use strahl::film::{FileFormat, Film, Region, encode};
 
 /// How long a look at an unfinished part waits for it: viewers give up after 30 seconds.
@@ -39,37 +39,37 @@ const PART_PIXELS: u64 = 4 << 20;
 )]
 pub(in crate::server) async fn job_image(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, tenant }: Named,
+    request: Request,
 ) -> Result<Response, Problem> {
-    picture_of(&service, &find(&service, &tenant, &id)?).await
+    picture_of(&service, &tenant, request.method(), request.headers(), &job).await
 }
 
-/// The picture of a job, if there is one.
-pub(super) async fn picture_of(service: &App, job: &Arc<Job>) -> Result<Response, Problem> {
+/// The picture of a job, if there is one, as any other picture is answered.
+pub(super) async fn picture_of(
+    service: &App,
+    tenant: &Tenant,
+    method: &Method,
+    headers: &HeaderMap,
+    job: &Job,
+) -> Result<Response, Problem> {
     let (state, id, output) = {
         let record = job.record();
-        (record.state, record.id.clone(), FileFormat::from(record.order.output))
+        (record.state, record.id.clone(), record.order.output)
     };
     if state != JobState::Succeeded {
         return Err(no_picture(job));
     }
-    let file = {
+    let made = {
         let (jobs, id) = (Arc::clone(&service.jobs), id.clone());
         blocking(move || jobs.picture(&id)).await?
     };
-    let file = file.map_err(|error| {
+    let made = made.map_err(|error| {
         tracing::error!(job = id, %error, "a picture cannot be read");
         Problem::new(Kind::Internal, "the picture cannot be read")
     })?;
-    let (name, media_type) = negotiate::description(output);
-    let headers = [
-        (header::CONTENT_TYPE, media_type.to_owned()),
-        (header::CONTENT_DISPOSITION, format!("inline; filename=\"{id}.{name}\"")),
-        (header::CONTENT_LOCATION, format!("/v1/jobs/{id}/image")),
-        (header::CACHE_CONTROL, "private, max-age=3600".to_owned()),
-    ];
-    Ok((headers, Held::new(file, &service.memory).into_body()).into_response())
+    let manner = Manner { method, headers, tenant, freshness: Freshness::Once, negotiated: false };
+    show::deliver(service, &manner, &show::at_hand(Arc::new(made)), &Excerpt::plain(None, output))
 }
 
 /// The newest preview, at most 1,024 pixels wide and high, as a PNG.
@@ -90,11 +90,9 @@ pub(super) async fn picture_of(service: &App, job: &Arc<Job>) -> Result<Response
 )]
 pub(in crate::server) async fn job_preview(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, tenant }: Named,
     request: Request,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let mut parameters = Parameters::of(request.uri())?;
     parameters.text("rev");
     let (after, wait) = (parameters.number("after"), parameters.count("wait", PREVIEW_PATIENCE));
@@ -120,9 +118,12 @@ pub(in crate::server) async fn job_preview(
     }
     let succeeded = job.record().state == JobState::Succeeded;
     let (png, revision) = if succeeded {
-        let (jobs, id) = (Arc::clone(&service.jobs), id.clone());
-        let png = blocking(move || jobs.last_preview(&id)).await?;
-        (png.map_err(|_| no_picture(&job))?, job.revision())
+        let (jobs, id) = (Arc::clone(&service.jobs), job.record().id.clone());
+        let png = match blocking(move || jobs.last_preview(&id)).await? {
+            Ok(png) => png,
+            Err(_) => again(&service, &tenant, &job, small(&job)).await?,
+        };
+        (png, job.revision())
     } else {
         let (film, revision) = job.preview().ok_or_else(|| no_picture(&job))?;
         if known.as_deref() == Some(tag(revision, false).as_str()) {
@@ -144,6 +145,13 @@ pub(in crate::server) async fn job_preview(
     Ok((headers, [(header::CONTENT_TYPE, "image/png")], body).into_response())
 }
 
+/// All of a picture in as many pixels as a preview has.
+fn small(job: &Job) -> Excerpt {
+    let record = job.record();
+    let level = record.width.max(record.height).div_ceil(PREVIEW_SIDE).next_power_of_two().ilog2();
+    Excerpt { grid: Grid::Level(level as i32), ..Excerpt::plain(None, FileFormat::Png8) }
+}
+
 fn tag(revision: u64, is_last: bool) -> String {
     if is_last { "\"last\"".to_owned() } else { format!("\"r{revision}\"") }
 }
@@ -157,11 +165,9 @@ fn tag(revision: u64, is_last: bool) -> String {
 )]
 pub(in crate::server) async fn job_tile(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, tenant }: Named,
     request: Request,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let region = region_of(&job, &request)?;
     let mut bell = job.events.bell();
     let watcher = job.watch();
@@ -180,7 +186,9 @@ pub(in crate::server) async fn job_tile(
     drop(watcher);
     let png = match film {
         Some(film) => to_png(&service, &tenant, film).await?,
-        None if job.record().state == JobState::Succeeded => again(&service, &tenant, &job, region).await?,
+        None if job.record().state == JobState::Succeeded => {
+            again(&service, &tenant, &job, Excerpt::plain(Some(region), FileFormat::Png8)).await?
+        }
         None => return Err(no_picture(&job)),
     };
     let headers = [(header::CONTENT_TYPE, "image/png"), (header::CACHE_CONTROL, "private, max-age=3600")];
@@ -193,13 +201,7 @@ pub(in crate::server) async fn job_tile(
     params(("id" = String, Path, description = "The job's id."), queries::Region),
     responses((status = 204, description = "It is next")),
 )]
-pub(in crate::server) async fn look_at_job(
-    State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
-    request: Request,
-) -> Result<StatusCode, Problem> {
-    let job = find(&service, &tenant, &id)?;
+pub(in crate::server) async fn look_at_job(Named { job, .. }: Named, request: Request) -> Result<StatusCode, Problem> {
     job.look(region_of(&job, &request)?);
     Ok(StatusCode::NO_CONTENT)
 }
@@ -219,23 +221,17 @@ fn region_of(job: &Job, request: &Request) -> Result<Region, Problem> {
     Ok(region)
 }
 
-/// A part of a picture that was finished before: rendered again, to the same bytes.
-async fn again(service: &App, tenant: &Arc<Tenant>, job: &Arc<Job>, region: Region) -> Result<Vec<u8>, Problem> {
+/// An excerpt of a picture that was finished before: rendered again, to the same bytes, unless it is at hand.
+async fn again(service: &App, tenant: &Tenant, job: &Job, excerpt: Excerpt) -> Result<Vec<u8>, Problem> {
     let order = job.record().order.clone();
-    let (service, scene) = (Arc::clone(service), service.jobs.scene(&order.scene));
-    let scene = scene.ok_or_else(|| Problem::new(Kind::Gone, "the job's scene is gone"))?;
-    let render = {
-        let service = Arc::clone(&service);
-        move |work: &Work| {
-            let overrides = order.settings.into();
-            let ready = super::super::picture::find(&service, work, &scene, order.scene_format(), &overrides)?.ready;
-            let png = |picture: &strahl::render::Picture| encode(&picture.film, FileFormat::Png8);
-            let window = Window::whole(ready.scene.width, ready.scene.height);
-            let made = render_in_pieces(&ready.scene, &window, region, &work.workers, &work.control, png);
-            made.map(|(_, png)| png).map_err(|_| super::super::picture::gone())
-        }
+    let text = {
+        let (jobs, scene) = (Arc::clone(&service.jobs), order.scene.clone());
+        blocking(move || jobs.scene(&scene)).await?
     };
-    Ok(service.queue.run(seat_of(tenant, Lane::Tiles), render).await?.value)
+    let text = text.ok_or_else(|| Problem::new(Kind::Gone, "the job's scene is gone"))?;
+    let (key, body) = (key(&text, order.format, &order.settings), Arc::new(Held::new(text, &service.memory)));
+    let source = Source::Sent { key, body, format: order.format, overrides: order.settings };
+    Ok(show::make(service, tenant, Lane::Tiles, source, excerpt).await?.made.file.to_vec())
 }
 
 async fn to_png(service: &Service, tenant: &Tenant, film: Film) -> Result<Vec<u8>, Problem> {

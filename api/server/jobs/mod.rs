@@ -4,6 +4,7 @@ mod change;
 mod deferred;
 mod events;
 mod look;
+mod named;
 mod prefer;
 mod submit;
 mod view;
@@ -12,38 +13,17 @@ pub(super) use change::*;
 pub(super) use deferred::render_later;
 pub(super) use events::*;
 pub(super) use look::*;
+pub(in crate::server) use named::Named;
 pub(super) use prefer::Prefer;
 pub(super) use submit::*;
 pub(super) use view::*;
 
 use super::Service;
 use super::problem::{Kind, Problem};
-use super::tenant::Tenant;
 use crate::jobs::Job;
 use crate::jobs::record::State;
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use uuid::Uuid;
-
-/// The job of a path, if it is the tenant's.
-fn find(service: &Service, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
-    service.jobs.find(&tenant.name, id).ok_or_else(|| {
-        let limits = service.jobs.limits;
-        let kept = limits.keep_records.min(limits.keep_pictures + limits.keep_records);
-        if is_older(id, kept) {
-            Problem::new(Kind::Gone, format!("there is no job {id} any more, if there ever was"))
-        } else {
-            Problem::new(Kind::NotFound, format!("you have no job {id}"))
-        }
-    })
-}
-
-/// Whether an id is that of a job from so long ago that it may have been forgotten.
-fn is_older(id: &str, age: Duration) -> bool {
-    let made = Uuid::try_parse(id).ok().and_then(|id| id.get_timestamp()).map(|made| made.to_unix());
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    made.is_some_and(|(seconds, _)| now.as_secs().saturating_sub(seconds) >= age.as_secs().max(1))
-}
+use std::time::Duration;
 
 /// Waits for something, until the time is over or the service is about to end; none then.
 async fn patiently<T>(service: &Service, patience: Duration, wait: impl Future<Output = T>) -> Option<T> {

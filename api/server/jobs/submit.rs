@@ -1,17 +1,19 @@
 //! `POST /v1/jobs`, and what it shares with renders that become jobs.
 
 use super::super::body;
+use super::super::excerpt::Excerpt;
 use super::super::limits::Limits;
-use super::super::openapi::bodies::{JobRequest, JobView};
+use super::super::openapi::jobs::{JobRequest, JobView};
 use super::super::parameters::Parameters;
 use super::super::picture::{find as find_scene, gone};
 use super::super::problem::{Kind, Problem};
 use super::super::queue::{Job as Work, seat_of};
+use super::super::show::{self, image_of};
 use super::super::tenant::Tenant;
 use super::super::{App, Service};
 use super::change::blocking;
 use super::{Prefer, shown, until_final};
-use crate::identity::is_reproducible;
+use crate::identity::ImageId;
 use crate::jobs::{Claim, Job, Known, Refused, Submission};
 use crate::ready::planned;
 use crate::turns::{Lane, PRIORITY};
@@ -23,6 +25,7 @@ use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 use std::sync::Arc;
 use strahl::film::{FileFormat, Region};
+use strahl::scene::description::Accuracy;
 use strahl::scene::{Format, Overrides};
 
 /// Labels of a job, and letters of each.
@@ -91,7 +94,7 @@ pub(in crate::server) async fn submit_job(State(service): State<App>, request: R
     }
     let text = body::read(&service, &parts.headers, body).await?;
     let claim = match claim(&service, &tenant, &parts.headers, text.as_ref())? {
-        Claimed::Before(job) => return Ok(accepted(&service, &job, true, Prefer::default())),
+        Claimed::Before(job) => return Ok(accepted(&service, &job, true, Prefer::default()).await),
         Claimed::Now(claim) => claim,
     };
     let wanted = wanted(text.as_ref())?;
@@ -101,7 +104,7 @@ pub(in crate::server) async fn submit_job(State(service): State<App>, request: R
     if let Some(wait) = prefer.wait {
         until_final(&service, &job, wait).await;
     }
-    Ok(accepted(&service, &job, false, prefer))
+    Ok(accepted(&service, &job, false, prefer).await)
 }
 
 fn wanted(text: &[u8]) -> Result<Wanted, Problem> {
@@ -191,8 +194,8 @@ pub(super) async fn accept(
                 format,
                 overrides,
                 output,
-                image_id: None,
-                is_reproducible: is_reproducible(&ready.render),
+                names: image_of(&ready).map(|image| [image.scene.clone(), image.to_string()]),
+                is_progressive: matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_)),
                 size,
                 estimate_ms,
                 scene_bytes: ready.scene.bytes() as u64,
@@ -200,8 +203,12 @@ pub(super) async fn accept(
         }
     };
     let submission = service.queue.run(seat_of(tenant, Lane::Renders), check).await?.value;
+    let made = match submission.names.as_ref().and_then(|[_, image]| ImageId::read(image)) {
+        Some(image) => show::kept(service, &image, &Excerpt::plain(None, submission.output)).await,
+        None => None,
+    };
     let jobs = Arc::clone(&service.jobs);
-    blocking(move || jobs.submit(submission, claim.as_ref()))
+    blocking(move || jobs.submit(submission, claim.as_ref(), made.as_deref()))
         .await?
         .map_err(|refused| refusal(&service.limits, &refused))
 }
@@ -253,8 +260,8 @@ fn refusal(limits: &Limits, refused: &Refused) -> Problem {
 }
 
 /// The answer to a submission.
-pub(super) fn accepted(service: &Service, job: &Arc<Job>, again: bool, prefer: Prefer) -> Response {
-    let mut response = (StatusCode::ACCEPTED, shown(service, job)).into_response();
+pub(super) async fn accepted(service: &App, job: &Arc<Job>, again: bool, prefer: Prefer) -> Response {
+    let mut response = (StatusCode::ACCEPTED, shown(service, job).await).into_response();
     let headers = response.headers_mut();
     if let Ok(path) = HeaderValue::from_str(&format!("/v1/jobs/{}", job.record().id)) {
         headers.insert(header::LOCATION, path);

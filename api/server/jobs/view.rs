@@ -1,14 +1,18 @@
 //! Jobs as JSON, one and many.
 
-use super::super::openapi::bodies::JobView;
+use super::super::images::place_of;
+use super::super::known::tiles_of;
+use super::super::openapi::jobs::{JobList, JobView};
 use super::super::parameters::Parameters;
 use super::super::problem::{Kind, Problem};
 use super::super::tenant::Tenant;
 use super::super::{App, Service};
-use super::{Prefer, find, until_final};
+use super::change::blocking;
+use super::named::may_see;
+use super::{Named, Prefer, until_final};
 use crate::jobs::Job;
-use crate::jobs::record::State as JobState;
-use axum::extract::{Path, Request, State};
+use crate::jobs::record::{Record, State as JobState};
+use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
@@ -30,16 +34,14 @@ const PAGE: [usize; 2] = [50, 200];
 )]
 pub(in crate::server) async fn job(
     State(service): State<App>,
-    Extension(tenant): Extension<Arc<Tenant>>,
-    Path(id): Path<String>,
+    Named { job, .. }: Named,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let job = find(&service, &tenant, &id)?;
     let prefer = Prefer { respond_async: false, ..Prefer::of(&headers) };
     if let Some(wait) = prefer.wait {
         until_final(&service, &job, wait).await;
     }
-    let view = shown(&service, &job);
+    let view = shown(&service, &job).await;
     Ok(if prefer.wait.is_some() { (prefer.applied(), view).into_response() } else { view.into_response() })
 }
 
@@ -52,7 +54,7 @@ pub(in crate::server) async fn job(
         ("limit" = Option<u32>, Query, minimum = 1, maximum = 200, description = "How many at most, 50 if it is not given."),
         ("cursor" = Option<String>, Query, description = "Where the page before ended: its `next`."),
     ),
-    responses((status = 200, description = "The jobs; `Link` with `rel=\"next\"` leads to the next page.", body = Value)),
+    responses((status = 200, description = "The jobs; `Link` with `rel=\"next\"` leads to the next page.", body = JobList)),
 )]
 pub(in crate::server) async fn jobs(
     State(service): State<App>,
@@ -64,11 +66,12 @@ pub(in crate::server) async fn jobs(
     let (label, cursor) = (parameters.text("label"), parameters.text("cursor"));
     let limit = parameters.count("limit", PAGE[1]).unwrap_or(PAGE[0]);
     parameters.finish()?;
-    let wanted = |record: &crate::jobs::record::Record| {
-        state.is_none_or(|state| record.state == state)
+    let wanted = |record: &Record| {
+        may_see(&tenant, record)
+            && state.is_none_or(|state| record.state == state)
             && label.as_ref().is_none_or(|label| record.labels.contains(label))
     };
-    let mut found = service.jobs.list(&tenant.name, cursor.as_deref(), limit + 1, wanted);
+    let mut found = service.jobs.list(cursor.as_deref(), limit + 1, wanted);
     let more = found.len() > limit;
     found.truncate(limit);
     let next = found.last().filter(|_| more).map(|job| job.record().id.clone());
@@ -87,9 +90,15 @@ pub(in crate::server) async fn jobs(
     Ok((headers, Json(json!({ "jobs": views, "next": next }))).into_response())
 }
 
-/// A job as an answer: its version as ETag, and when to ask again.
-pub(super) fn shown(service: &Service, job: &Arc<Job>) -> Response {
-    let view = view(service, job);
+/// A job as an answer: with the cost report once there is a picture, its version as ETag, and when to ask again.
+pub(super) async fn shown(service: &App, job: &Arc<Job>) -> Response {
+    let mut view = view(service, job);
+    if view["state"] == JobState::Succeeded.name() {
+        let (service, id) = (Arc::clone(service), job.record().id.clone());
+        let about = blocking(move || service.jobs.about(&id)).await;
+        let report = about.ok().and_then(Result::ok).and_then(|about| about.report);
+        view["report"] = report.and_then(|report| serde_json::from_str(report.get()).ok()).unwrap_or_default();
+    }
     let record = job.record();
     let mut headers = HeaderMap::new();
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
@@ -123,6 +132,20 @@ pub(super) fn view(service: &Service, job: &Arc<Job>) -> Value {
         JobState::Expired => limits.keep_pictures + limits.keep_records,
         _ => limits.keep_records,
     };
+    let mut links = json!({
+        "self": path,
+        "events": format!("{path}/events"),
+        "preview": format!("{path}/preview"),
+        "image": format!("{path}/image"),
+        "cancel": format!("{path}/cancel"),
+    });
+    if let (Some(scene), Some(image)) = (&record.scene_id, &record.image_id) {
+        let [iiif, dzi, xyz] = tiles_of(image);
+        let (scene, picture) = (format!("/v1/scenes/{scene}"), place_of(image, record.order.output));
+        for (name, link) in [("scene", scene), ("picture", picture), ("iiif", iiif), ("dzi", dzi), ("xyz", xyz)] {
+            links[name] = link.into();
+        }
+    }
     let mut view = json!({
         "id": record.id,
         "state": record.state,
@@ -140,18 +163,14 @@ pub(super) fn view(service: &Service, job: &Arc<Job>) -> Value {
         "width": record.width,
         "height": record.height,
         "tile": record.edge,
+        "scene_id": record.scene_id,
         "image_id": record.image_id,
+        "tenant": record.tenant,
         "created_at": time(record.created),
         "started_at": record.started.map(time),
         "finished_at": record.finished.map(time),
         "expires_at": record.finished.map(|finished| time(finished + kept.as_millis() as u64)),
-        "links": {
-            "self": path,
-            "events": format!("{path}/events"),
-            "preview": format!("{path}/preview"),
-            "image": format!("{path}/image"),
-            "cancel": format!("{path}/cancel"),
-        },
+        "links": links,
         "stats": record.stats,
     });
     if let Some(failure) = &record.failure {

@@ -1,21 +1,8 @@
-//! What bodies look like, for the contract. Nothing here is ever made: handlers write these shapes by other means.
+//! What requests and answers of all kinds share, for the contract. Nothing here is ever made: handlers write these shapes by other means.
 #![allow(dead_code, reason = "only their descriptions are used")]
 
-use serde_json::Value;
-use utoipa::openapi::{ObjectBuilder, RefOr, Schema};
-use utoipa::{PartialSchema, ToResponse, ToSchema};
-
-/// A scene. Its schema comes from the types that read it, and is put in by [`openapi`](super).
-#[derive(Debug)]
-pub(in crate::server) struct Scene;
-
-impl ToSchema for Scene {}
-
-impl PartialSchema for Scene {
-    fn schema() -> RefOr<Schema> {
-        ObjectBuilder::new().into()
-    }
-}
+use super::generated::{RayAnswer, SceneProblem};
+use utoipa::{ToResponse, ToSchema};
 
 /// Anything that is not JSON.
 #[derive(Debug, ToSchema)]
@@ -54,27 +41,6 @@ pub(in crate::server) enum Picture {
 #[schema(value_type = String)]
 pub(in crate::server) struct Xml(String);
 
-/// A scene that is remembered.
-#[derive(Debug, ToSchema)]
-pub(in crate::server) struct KnownScene {
-    /// Its name: a hash of its canonical text.
-    scene_id: String,
-    /// The name of its picture, opened as 2^zoom times its size.
-    image_id: String,
-    /// As how many times its size it was opened.
-    zoom: u32,
-    /// Pixels across.
-    width: u32,
-    /// Pixels down.
-    height: u32,
-    /// What the author should know.
-    warnings: Vec<Value>,
-    /// Rays and milliseconds that its own picture should take.
-    estimate: Value,
-    /// Addresses of the scene, its picture, and its tiles by each convention.
-    links: Value,
-}
-
 /// A problem (RFC 9457).
 #[derive(Debug, ToSchema)]
 pub(in crate::server) struct ProblemDocument {
@@ -96,6 +62,8 @@ pub(in crate::server) struct ProblemDocument {
     limit: Option<LimitEntry>,
     /// Formats there are, with 406.
     available: Option<Vec<String>>,
+    /// The scope that the key lacks, with 403.
+    scope: Option<String>,
     /// What to do instead, in one word.
     suggest: Option<String>,
 }
@@ -144,7 +112,7 @@ pub(in crate::server) struct RayQuestion {
 #[derive(Debug, ToSchema)]
 pub(in crate::server) struct Answers {
     /// One for each ray.
-    answers: Vec<Value>,
+    answers: Vec<RayAnswer>,
 }
 
 /// What `POST /v1/scenes/validate` says of a valid scene.
@@ -153,78 +121,5 @@ pub(in crate::server) struct Valid {
     /// True; a scene that is not valid is a problem.
     valid: bool,
     /// What the author should know.
-    warnings: Vec<Value>,
-}
-
-/// What `/readyz` says.
-#[derive(Debug, ToSchema)]
-pub(in crate::server) struct Readiness {
-    /// `ready` or `draining`.
-    status: String,
-    /// Requests that are worked on.
-    running: u64,
-    /// Requests that wait.
-    waiting: u64,
-    /// Jobs: `waiting` and `running`.
-    jobs: Value,
-}
-
-/// A job to be done.
-#[derive(Debug, ToSchema)]
-pub(in crate::server) struct JobRequest {
-    /// What to render.
-    scene: Scene,
-    /// Settings over the scene's, by the names of the query parameters of `POST /v1/render`.
-    settings: Option<Value>,
-    /// How the picture is written: `format`, `bits`, `quality`.
-    output: Option<Value>,
-    /// Among the tenant's jobs, 50 if it is not given.
-    #[schema(minimum = 0, maximum = 100)]
-    priority: Option<u8>,
-    /// What its owner calls it.
-    #[schema(max_items = 16)]
-    labels: Option<Vec<String>>,
-}
-
-/// A job.
-#[derive(Debug, ToSchema)]
-pub(in crate::server) struct JobView {
-    /// A UUID of version 7.
-    id: String,
-    /// `queued`, `running`, `succeeded`, `failed`, `canceled` or `expired`.
-    state: String,
-    /// `fraction`, `tiles_done`, `tiles_total` and `rays`.
-    progress: Value,
-    /// Its place among the tenant's waiting jobs, from 1.
-    position: Option<u64>,
-    /// Milliseconds until it should be done.
-    eta_ms: Option<f64>,
-    /// Milliseconds it should take on a machine that does nothing else.
-    estimate_ms: f64,
-    /// 0 to 100.
-    priority: u8,
-    /// What its owner calls it.
-    labels: Vec<String>,
-    /// Pixels across.
-    width: u32,
-    /// Pixels down.
-    height: u32,
-    /// Edge of a tile in pixels; 0 if the picture is one tile.
-    tile: u32,
-    /// Name of the picture, if it has one.
-    image_id: Option<String>,
-    /// When it was accepted (RFC 3339).
-    created_at: String,
-    /// When it was first begun.
-    started_at: Option<String>,
-    /// When it ended.
-    finished_at: Option<String>,
-    /// Until when it is kept.
-    expires_at: Option<String>,
-    /// Paths of what there is to see.
-    links: Value,
-    /// What it took: milliseconds of waiting, building, rendering and encoding, rays, tiles that were there before a restart.
-    stats: Value,
-    /// Why it failed.
-    problem: Option<Value>,
+    warnings: Vec<SceneProblem>,
 }

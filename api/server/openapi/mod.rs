@@ -2,16 +2,21 @@
 //! (`#[utoipa::path]`), and [`routes`](super::routes) registers code and description in one step.
 //!
 //! A new handler needs `#[utoipa::path(...)]` above it and `.routes(routes!(handler))` in `routes.rs`; then
-//! `strahl openapi > api/openapi.json`. What all operations share is added here: problems, keys, and the scene's own JSON Schema as a component.
+//! `strahl openapi > api/openapi.json`. What all operations share is added here: problems, keys, and the schemas that types have
+//! themselves ([`generated`]).
 
+pub(super) mod about;
 pub(super) mod bodies;
+pub(super) mod generated;
+pub(super) mod jobs;
+mod links;
+pub(super) mod pictures;
 pub(super) mod queries;
 
 use super::problem::Kind;
 use super::routes;
 use serde_json::{Map, Value, json};
 use std::sync::OnceLock;
-use strahl::scene::schema::schema;
 use utoipa::OpenApi;
 
 /// The document as the text of `api/openapi.json`.
@@ -42,7 +47,8 @@ fn document() -> Value {
     });
     add_examples(&mut document);
     add_slugs(&mut document);
-    add_scene(&mut document["components"]["schemas"]);
+    add_generated(&mut document);
+    add_links(&mut document);
     add_problems(&mut document);
     document
 }
@@ -61,18 +67,16 @@ const TAGS: [(&str, &str); 5] = [
     ("service", "About the service itself"),
 ];
 
-/// The scene's schema and its definitions become components.
-fn add_scene(components: &mut Value) {
-    let mut scene = schema().clone();
-    if let Some(Value::Object(definitions)) = scene.as_object_mut().and_then(|scene| scene.remove("$defs")) {
-        for (name, definition) in definitions {
-            components[name] = definition;
-        }
+/// What schemars makes of types becomes components.
+fn add_generated(document: &mut Value) {
+    let parameters = generated::parameters(document);
+    let components = &mut document["components"]["schemas"];
+    for (name, definition) in generated::definitions() {
+        components[name] = definition;
     }
-    for key in ["$schema", "$id"] {
-        scene.as_object_mut().and_then(|scene| scene.remove(key));
+    for (name, object) in parameters {
+        components[name] = object;
     }
-    components["Scene"] = scene;
     rename_references(components);
 }
 
@@ -91,20 +95,24 @@ fn rename_references(value: &mut Value) {
     }
 }
 
-/// A scene to begin with, wherever one is asked for.
+/// Something to begin with, wherever a scene is asked for.
 fn add_examples(document: &mut Value) {
-    let json = json!({ "a ball": { "value": {
+    let scene = json!({
         "version": 1,
         "image": { "width": 48, "height": 32 },
         "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0.5, 0] } },
         "objects": [{ "sphere": { "center": [0, 1, 0], "radius": 1 } }],
-    } } });
+    });
+    let job = json!({ "scene": scene, "settings": { "width": 64 }, "output": { "format": "webp" }, "priority": 60 });
+    let rays = json!({ "scene": scene, "rays": [{ "origin": [0, 1, 5], "direction": [0, 0, -1] }] });
     let nff = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nl 3 3 3\n\
                f 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
     for operation in operations(document) {
         let Some(content) = operation.get_mut("requestBody").and_then(|body| body.get_mut("content")) else { continue };
-        if content["application/json"]["schema"]["$ref"] == "#/components/schemas/Scene" {
-            content["application/json"]["examples"] = json.clone();
+        for (name, example) in [("Scene", &scene), ("JobRequest", &job), ("Questions", &rays)] {
+            if content["application/json"]["schema"]["$ref"] == format!("#/components/schemas/{name}") {
+                content["application/json"]["examples"] = json!({ "a ball": { "value": example } });
+            }
         }
         if content["text/x-nff"].is_object() {
             content["text/x-nff"]["examples"] = json!({ "a ball": { "value": nff } });
@@ -122,6 +130,19 @@ fn operations(document: &mut Value) -> impl Iterator<Item = &mut Map<String, Val
     let paths = document["paths"].as_object_mut().into_iter().flat_map(Map::values_mut);
     let items = paths.filter_map(Value::as_object_mut).flat_map(Map::values_mut);
     items.filter_map(Value::as_object_mut)
+}
+
+/// Where ids in an answer lead.
+fn add_links(document: &mut Value) {
+    for operation in operations(document) {
+        let name = operation["operationId"].as_str().unwrap_or_default().to_owned();
+        for (status, response) in operation["responses"].as_object_mut().into_iter().flatten() {
+            let links = links::of(&name, status);
+            if !links.is_empty() {
+                response["links"] = links.into();
+            }
+        }
+    }
 }
 
 /// Any operation may be answered by a problem.

@@ -20,6 +20,12 @@ pub(in crate::server) struct Settings {
     /// Weight below which a ray is not followed.
     #[param(minimum = 0.0, maximum = 1.0)]
     min_weight: Option<f64>,
+    /// What ends the recursion: `fixed`, `proved:CODES`, `time:MILLISECONDS`, `rays:COUNT`, or
+    /// `statistical:CODES` with `,CONFIDENCE` after it or not.
+    #[param(
+        pattern = "^(fixed|proved(:[0-2])?|time:[1-9][0-9]{0,5}|rays:[1-9][0-9]{0,14}|statistical:[1-9](,0[.][5-9])?)$"
+    )]
+    accuracy: Option<String>,
     /// Samples for each pixel.
     #[param(minimum = 1, maximum = 1_024)]
     samples: Option<u32>,

@@ -1,18 +1,18 @@
 //! Deep Zoom Images, as OpenSeadragon opens them: `/dzi/{id}.dzi`, `/dzi/{id}_files/{level}/{column}_{row}.png`.
 
-use super::{last_level, no_tile, open, place, show, tile, tile_name, tile_of};
+use super::{described, id_of, last_level, no_tile, open, place, show, tile, tile_name, tile_of};
 use crate::server::App;
 use crate::server::access::Client;
 use crate::server::excerpt::{Grid, TILE};
 use crate::server::openapi::bodies::{Picture, Xml};
 use crate::server::openapi::queries;
 use crate::server::parameters::Parameters;
-use crate::server::problem::{Kind, Problem};
+use crate::server::problem::Problem;
 use crate::server::tenant::Tenant;
 use axum::extract::{Path, State};
 use axum::http::header;
 use axum::http::request::Parts;
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 
 /// The size of an image and of its tiles, as XML.
 #[utoipa::path(
@@ -25,9 +25,7 @@ pub(in crate::server) async fn dzi(
     Path(file): Path<String>,
     parts: Parts,
 ) -> Result<Response, Problem> {
-    let id = file
-        .strip_suffix(".dzi")
-        .ok_or_else(|| Problem::new(Kind::NotFound, format!("{file} has not the ending .dzi")))?;
+    let id = id_of(&file, ".dzi")?;
     let mut parameters = Parameters::of(&parts.uri)?;
     let format = parameters.choice("format", &[("png", "png"), ("jpg", "jpg"), ("webp", "webp")], "png");
     parameters.finish()?;
@@ -37,9 +35,7 @@ pub(in crate::server) async fn dzi(
          <Image xmlns=\"http://schemas.microsoft.com/deepzoom/2008\" Format=\"{format}\" Overlap=\"0\" \
          TileSize=\"{TILE}\"><Size Width=\"{width}\" Height=\"{height}\"/></Image>\n"
     );
-    let mut response = ([(header::CONTENT_TYPE, "application/xml")], xml).into_response();
-    super::everywhere(&mut response);
-    Ok(response)
+    Ok(described(([(header::CONTENT_TYPE, "application/xml")], xml)))
 }
 
 /// A tile. Level 0 is a single pixel; each further level is twice as wide and high, up to the image itself.

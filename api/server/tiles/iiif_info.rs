@@ -1,9 +1,10 @@
 //! `info.json`: what an image is and what may be asked of it (section 5 of the IIIF Image API 3.0).
 
 use super::iiif::address;
-use super::{Opened, everywhere, last_level, open};
+use super::{Opened, described, last_level, open};
 use crate::server::App;
 use crate::server::excerpt::TILE;
+use crate::server::openapi::pictures::ImageInfo;
 use crate::server::problem::Problem;
 use crate::server::show::put;
 use crate::server::tenant::Tenant;
@@ -11,7 +12,7 @@ use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, header};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use serde_json::{Value, json};
 use strahl::camera::Window;
 
@@ -21,7 +22,7 @@ const CONTEXT: &str = "http://iiif.io/api/image/3/context.json";
 #[utoipa::path(
     get, path = "/iiif/3/{image}/info.json", operation_id = "iiifInfo", tag = "tiles",
     params(("image" = String, Path, description = "The image's id.")),
-    responses((status = 200, description = "The description", body = Value)),
+    responses((status = 200, description = "The description", body = ImageInfo)),
 )]
 pub(in crate::server) async fn iiif_info(
     State(service): State<App>,
@@ -30,12 +31,11 @@ pub(in crate::server) async fn iiif_info(
 ) -> Result<Response, Problem> {
     let opened = open(&service, &Tenant::of(&parts.extensions), &id).await?;
     let max_area = service.limits.max_area(&opened.ready.scene);
-    let mut response = Json(info(&address(&service, &parts, &id), &opened, max_area)).into_response();
+    let mut response = described(Json(info(&address(&service, &parts, &id), &opened, max_area)));
     if wants_linked_data(&parts.headers) {
         put(response.headers_mut(), header::CONTENT_TYPE, &format!("application/ld+json;profile=\"{CONTEXT}\""));
     }
     put(response.headers_mut(), header::VARY, "Accept");
-    everywhere(&mut response);
     Ok(response)
 }
 

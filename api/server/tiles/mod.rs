@@ -29,7 +29,7 @@ use crate::ready::Ready;
 use crate::turns::Lane;
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, header};
-use axum::response::Response;
+use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use strahl::camera::Window;
 use strahl::film::{FileFormat, Look, Region};
@@ -81,6 +81,18 @@ async fn show(
     let mut response = images::answer(service, &manner, Lane::Tiles, image, excerpt).await?;
     everywhere(&mut response);
     Ok(response)
+}
+
+/// The id of the image that a file is about, by the file's ending.
+fn id_of<'file>(file: &'file str, ending: &str) -> Result<&'file str, Problem> {
+    file.strip_suffix(ending).ok_or_else(|| Problem::new(Kind::NotFound, format!("{file} has not the ending {ending}")))
+}
+
+/// A description of an image, for pages of any origin.
+fn described(description: impl IntoResponse) -> Response {
+    let mut response = description.into_response();
+    everywhere(&mut response);
+    response
 }
 
 /// Lets pages of any origin show it: who has an image's id may see it.

@@ -3,18 +3,19 @@
 //! Zoom 0 is a single tile; deeper zooms than the image's own size show more detail. Viewers of maps expect whole tiles, so
 //! those along the edges go on where the image ends: its rays do.
 
-use super::{last_level, no_tile, open, place, show, tile, tile_format};
+use super::{described, id_of, last_level, no_tile, open, place, show, tile, tile_format};
 use crate::identity::MAX_ZOOM;
 use crate::server::App;
 use crate::server::access::Client;
 use crate::server::excerpt::{Grid, TILE, size_of};
 use crate::server::openapi::bodies::Picture;
-use crate::server::problem::{Kind, Problem};
+use crate::server::openapi::pictures::TileJson;
+use crate::server::problem::Problem;
 use crate::server::tenant::Tenant;
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::request::Parts;
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use serde_json::json;
 use strahl::film::Region;
 
@@ -22,16 +23,14 @@ use strahl::film::Region;
 #[utoipa::path(
     get, path = "/xyz/{image}", operation_id = "xyz", tag = "tiles",
     params(("image" = String, Path, description = "The image's id and `.json`.")),
-    responses((status = 200, description = "The description", body = Object)),
+    responses((status = 200, description = "The description", body = TileJson)),
 )]
 pub(in crate::server) async fn xyz(
     State(service): State<App>,
     Path(file): Path<String>,
     parts: Parts,
 ) -> Result<Response, Problem> {
-    let id = file
-        .strip_suffix(".json")
-        .ok_or_else(|| Problem::new(Kind::NotFound, format!("{file} has not the ending .json")))?;
+    let id = id_of(&file, ".json")?;
     let opened = open(&service, &Tenant::of(&parts.extensions), id).await?;
     let [width, height] = opened.size;
     let native = last_level(opened.size, TILE);
@@ -40,7 +39,7 @@ pub(in crate::server) async fn xyz(
         .rev()
         .find(|more| size_of(&opened.ready.scene, opened.image.zoom + more).is_some())
         .unwrap_or(0);
-    let mut response = Json(json!({
+    Ok(described(Json(json!({
         "tilejson": "3.0.0",
         "crs": "simple",
         "tiles": [format!("/xyz/{id}/{{z}}/{{x}}/{{y}}.png")],
@@ -50,10 +49,7 @@ pub(in crate::server) async fn xyz(
         "minzoom": 0,
         "maxzoom": native + deeper,
         "nativezoom": native,
-    }))
-    .into_response();
-    super::everywhere(&mut response);
-    Ok(response)
+    }))))
 }
 
 /// A tile of 512 x 512 pixels. At zoom z the image is 2^z tiles wide or high, whichever is longer.

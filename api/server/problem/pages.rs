@@ -1,7 +1,7 @@
 //! `/problems/{slug}`: what each kind of problem means, as text, or as a page for a browser.
 
-use super::negotiate;
-use super::problem::{Kind, Problem};
+use super::{Kind, Problem};
+use crate::server::negotiate;
 use axum::extract::Path;
 use axum::extract::rejection::PathRejection;
 use axum::http::{HeaderMap, HeaderValue, header};
@@ -22,7 +22,7 @@ const FORMS: [(&str, Form); 2] = [("text/plain", Form::Text), ("text/html", Form
     get, path = "/problems", operation_id = "problems", tag = "service", security(()),
     responses((status = 200, description = "The list", content((String = "text/plain"), (String = "text/html")))),
 )]
-pub(super) async fn list(headers: HeaderMap) -> Result<Response, Problem> {
+pub(in crate::server) async fn list(headers: HeaderMap) -> Result<Response, Problem> {
     let mut text = String::new();
     let form = negotiate::best(&headers, &FORMS)?;
     for (slug, status, title, _) in Kind::ALL.iter().map(|kind| kind.page()) {
@@ -45,7 +45,10 @@ pub(super) async fn list(headers: HeaderMap) -> Result<Response, Problem> {
     params(("slug" = String, Path, description = "The last part of a problem's `type`.")),
     responses((status = 200, description = "The page", content((String = "text/plain"), (String = "text/html")))),
 )]
-pub(super) async fn page(slug: Result<Path<String>, PathRejection>, headers: HeaderMap) -> Result<Response, Problem> {
+pub(in crate::server) async fn page(
+    slug: Result<Path<String>, PathRejection>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
     let slug = slug.map_or_else(|_| String::new(), |Path(slug)| slug);
     let page = Kind::ALL.iter().map(|kind| kind.page()).find(|(known, ..)| *known == slug);
     let unknown = || Problem::new(Kind::NotFound, "there is no problem of that name; /problems lists those there are");

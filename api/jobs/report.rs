@@ -1,0 +1,80 @@
+//! From a finished canvas to the picture's file, what is said about it, and the small picture.
+
+use super::canvas::Canvas;
+use super::record::Order;
+use crate::made::{About, Made};
+use crate::picture::milliseconds;
+use crate::ready::Ready;
+use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
+use crate::workers::Workers;
+use std::time::Instant;
+use strahl::film::{Codes, FileFormat, encode};
+use strahl::render::{Cancelled, Picture, Progress};
+use strahl::scene::description::{Accuracy, Rays, RenderSettings};
+
+/// The files of a job.
+#[derive(Debug)]
+pub(super) struct Finished {
+    /// The picture and its cost report.
+    pub(super) made: Made,
+    /// The small picture, a PNG.
+    pub(super) preview: Vec<u8>,
+}
+
+/// Encodes the picture and says what it cost. `began` is when this process began to work on it; times of tracing are those
+/// of all processes.
+pub(super) fn finish(
+    canvas: &Canvas,
+    ready: &Ready,
+    order: &Order,
+    image: Option<String>,
+    workers: &Workers,
+    began: Instant,
+) -> Result<Finished, Cancelled> {
+    let picture = canvas.picture();
+    let encoding = Instant::now();
+    let (codes, preview, error) = workers.work(|| {
+        let codes = Codes::new(&picture.film, order.output);
+        (codes, encode(canvas.preview(), FileFormat::Png8), ErrorBounds::about(picture, &ready.scene))
+    })?;
+    let file = codes.file(&picture.film, order.output);
+    let phases = Phases {
+        parse: ready.loading.parse,
+        plan: ready.loading.plan,
+        bvh: ready.loading.bvh,
+        trace: picture.trace_ms,
+        png: milliseconds(encoding),
+    };
+    let cost = Cost {
+        wall_ms: milliseconds(began),
+        phases_ms: phases,
+        rays: picture.rays,
+        camera_hits: picture.rays.camera_hits,
+        deepest: picture.rays.deepest,
+        refined: picture.refined,
+        threads: workers.threads(),
+        progress: picture.progress,
+        predicted: None,
+    };
+    let report = Report { plan: ready.plan.clone(), cost, error, replay: replay(ready, picture) };
+    let about = About::new(image, &report, &ready.scene, true);
+    Ok(Finished { made: Made::new(file, about), preview })
+}
+
+fn replay(ready: &Ready, picture: &Picture) -> Replay {
+    // A picture that a clock has stopped is made again by its rays.
+    let render = match picture.progress {
+        Some(Progress { count, .. }) => {
+            RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render }
+        }
+        None => ready.render,
+    };
+    Replay {
+        version: env!("CARGO_PKG_VERSION"),
+        image: [ready.scene.width, ready.scene.height],
+        region: picture.film.region,
+        render,
+        two_sided: ready.two_sided,
+        spd_counts: ready.spd_counts,
+    }
+}

@@ -1,0 +1,107 @@
+//! The kinds of problems there are, in one table: a new one needs a line here, and has its page then.
+
+use axum::http::StatusCode;
+use serde_json::{Value, json};
+
+/// Makes the enum, the list of all, and their pages from one table.
+macro_rules! kinds {
+    ($($name:ident = $slug:literal, $status:ident, $title:literal, $advice:literal;)+) => {
+        /// What can go wrong. Each kind has a page at `/problems/{slug}`.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub(in crate::server) enum Kind {
+            $($name,)+
+        }
+
+        impl Kind {
+            /// All kinds.
+            pub(in crate::server) const ALL: &[Self] = &[$(Self::$name,)+];
+
+            /// Its name in URLs, its status, its title, and what to do about it.
+            pub(in crate::server) fn page(self) -> (&'static str, StatusCode, &'static str, &'static str) {
+                match self {
+                    $(Self::$name => ($slug, StatusCode::$status, $title, $advice),)+
+                }
+            }
+        }
+    };
+}
+
+kinds! {
+    InvalidJson = "invalid-json", BAD_REQUEST, "The body is not JSON",
+        "`detail` and `errors` say where the text stops being JSON.";
+    InvalidNff = "invalid-nff", BAD_REQUEST, "The body is not Neutral File Format",
+        "`errors` says which line is wrong. A scene in JSON needs Content-Type: application/json.";
+    InvalidRequest = "invalid-request", UNPROCESSABLE_ENTITY, "The request's JSON is not what is expected",
+        "`detail` says what is wrong. What each request takes is described at /openapi.json.";
+    InvalidParameter = "invalid-parameter", BAD_REQUEST, "A query parameter is wrong",
+        "`errors` lists every parameter that is unknown, missing or out of range.";
+    InvalidScene = "invalid-scene", UNPROCESSABLE_ENTITY, "The scene is not valid",
+        "`errors` lists every problem with its JSON pointer, line and column. The format is described at \
+         /schema/scene.json.";
+    InvalidRays = "invalid-rays", UNPROCESSABLE_ENTITY, "The rays are not valid",
+        "The body is {\"scene\": {...}, \"rays\": [{\"origin\": [0,0,5], \"direction\": [0,0,-1]}]}.";
+    UnsupportedMediaType = "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The body's type is not understood",
+        "Send application/json, text/x-nff, or application/gzip for a compressed NFF file.";
+    NotAcceptable = "not-acceptable", NOT_ACCEPTABLE, "No acceptable format",
+        "`available` lists the formats there are.";
+    TooLarge = "too-large", PAYLOAD_TOO_LARGE, "The request is too large",
+        "`limit` names the limit. All limits are at /v1/limits. Sending the same again does not help.";
+    CostLimit = "cost-limit", PAYLOAD_TOO_LARGE, "The picture is too much work for one answer",
+        "`limit` names the limit. Ask for tiles (POST /v1/render/tile), a smaller picture or fewer samples.";
+    InvalidEncoding = "invalid-encoding", BAD_REQUEST, "The body cannot be decompressed",
+        "A body with Content-Encoding: gzip has to be a complete gzip file.";
+    MalformedRequest = "malformed-request", BAD_REQUEST, "This is not HTTP",
+        "The service speaks HTTP/1.1 without TLS.";
+    UriTooLong = "uri-too-long", URI_TOO_LONG, "The URI is too long",
+        "Scenes go into the body, not into the URI.";
+    HeadersTooLarge = "headers-too-large", REQUEST_HEADER_FIELDS_TOO_LARGE, "The headers are too large",
+        "Send fewer headers, or smaller ones: 100 of them, and 64 KiB with the request's line, are the most.";
+    Unauthorized = "unauthorized", UNAUTHORIZED, "A key is needed",
+        "Send Authorization: Bearer and a key that the operator of this service has made with `strahl key new`.";
+    Forbidden = "forbidden", FORBIDDEN, "This is not allowed",
+        "`detail` says what the key lacks, or what the capability is for.";
+    RateLimited = "rate-limited", TOO_MANY_REQUESTS, "Too much in too short a time",
+        "Try again after the seconds in the Retry-After header. A request costs a unit, and so does each million \
+         rays traced for it; the RateLimit header says how many units are left.";
+    NotFound = "not-found", NOT_FOUND, "There is nothing here",
+        "Renders are at POST /v1/render.";
+    BadIiifRequest = "bad-iiif-request", BAD_REQUEST, "This is no IIIF request",
+        "/iiif/3/{id}/{region}/{size}/{rotation}/{quality}.{format}, as in the IIIF Image API 3.0; info.json says \
+         what there is.";
+    MethodNotAllowed = "method-not-allowed", METHOD_NOT_ALLOWED, "Wrong method",
+        "The Allow header lists the methods there are.";
+    Gone = "gone", GONE, "It is there no more",
+        "Submit the job again.";
+    Conflict = "conflict", CONFLICT, "It is not in a state for that",
+        "`detail` says which state it is in. Jobs that have ended stay as they are.";
+    JobNotFinished = "job-not-finished", CONFLICT, "The job is not done yet",
+        "Try again after the seconds in the Retry-After header, or follow the job's events.";
+    JobFailed = "job-failed", CONFLICT, "The job has no picture",
+        "`detail` says why; so does `problem` of the job.";
+    IdempotencyKeyReused = "idempotency-key-reused", UNPROCESSABLE_ENTITY,
+        "The idempotency key belongs to another request",
+        "Use a new Idempotency-Key for each new job, and the same one only to send the same request again.";
+    PreconditionFailed = "precondition-failed", PRECONDITION_FAILED,
+        "It is not what If-Match or If-None-Match asks for",
+        "A job has been changed meanwhile: get it, look at it, and send the change again with its new ETag. A \
+         picture that a client has already is said to be so, with 304, to GET and QUERY only.";
+    BodyTimeout = "body-timeout", REQUEST_TIMEOUT, "The body took too long to arrive",
+        "Send it faster or make it smaller; NFF may be sent compressed.";
+    Saturated = "saturated", SERVICE_UNAVAILABLE, "The service is busy",
+        "Try again after the seconds in the Retry-After header.";
+    Draining = "draining", SERVICE_UNAVAILABLE, "The service is about to stop",
+        "Try again after the seconds in the Retry-After header, or at another instance.";
+    RenderDeadline = "render-deadline", GATEWAY_TIMEOUT, "The render took too long",
+        "Ask for tiles, a smaller picture, fewer samples or a lower max_depth.";
+    Internal = "internal", INTERNAL_SERVER_ERROR, "The service has made a mistake",
+        "It is the service's fault, not the request's. The log has more under the id in `instance`.";
+}
+
+impl Kind {
+    /// A problem as a part of another document, of which the slug is known.
+    pub(in crate::server) fn document(slug: &str, detail: &str) -> Value {
+        let kind = Self::ALL.iter().copied().find(|kind| kind.page().0 == slug).unwrap_or(Self::Internal);
+        let (slug, status, title, _) = kind.page();
+        json!({ "type": format!("/problems/{slug}"), "title": title, "status": status.as_u16(), "detail": detail })
+    }
+}
