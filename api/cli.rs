@@ -7,7 +7,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays, Time};
+use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays, Statistical, Time};
 use strahl::scene::limits::{self, Limit};
 use strahl::scene::{Format, Overrides};
 
@@ -108,7 +108,7 @@ pub(crate) struct SettingsArgs {
     /// Weight below which a ray is not followed, 0 to 1 [default: as the scene says].
     #[arg(long, value_name = "WEIGHT", value_parser = weight)]
     min_weight: Option<f64>,
-    /// What ends the recursion: fixed, proved:CODES, time:MS or rays:COUNT [default: as the scene says, else
+    /// What ends the recursion: fixed, proved:CODES, time:MS, rays:COUNT or statistical:CODES [default: as the scene says, else
     /// proved:1].
     #[arg(long, value_name = "MODE", value_parser = accuracy)]
     accuracy: Option<Accuracy>,
@@ -156,13 +156,23 @@ pub(crate) fn accuracy(text: &str) -> Result<Accuracy, String> {
             let count = parameters.parse().ok().filter(|count| (1..=1 << 53).contains(count));
             count.map(|count| Accuracy::Rays(Rays { count }))
         }
+        "statistical" => statistical(parameters),
         _ => None,
     };
     accuracy.ok_or_else(|| ACCURACY.to_owned())
 }
 
+/// Half width and confidence: `1` or `1,0.99`.
+fn statistical(parameters: &str) -> Option<Accuracy> {
+    let (half_width, confidence) = parameters.split_once(',').unwrap_or((parameters, "0.95"));
+    let half_width = half_width.parse().ok().filter(|width| (0.25..=64.0).contains(width))?;
+    let confidence = confidence.parse().ok().filter(|confidence| (0.5..=0.999).contains(confidence))?;
+    Some(Accuracy::Statistical(Statistical { half_width, confidence }))
+}
+
 /// What an accuracy may be.
-pub(crate) const ACCURACY: &str = "expected fixed, proved:0 to proved:2, time:MILLISECONDS or rays:COUNT";
+pub(crate) const ACCURACY: &str = "expected fixed, proved:0 to proved:2, time:MILLISECONDS, rays:COUNT, \
+     statistical:CODES (0.25 to 64) or statistical:CODES,CONFIDENCE (0.5 to 0.999)";
 
 impl SettingsArgs {
     /// The settings as the renderer takes them.

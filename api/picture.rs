@@ -2,7 +2,7 @@
 
 use crate::pieces::render_in_pieces;
 use crate::ready::{Loading, Ready};
-use crate::report::{Cost, ErrorBounds, Phases, Proved, Replay, Report};
+use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::workers::Workers;
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -59,7 +59,7 @@ pub(crate) fn make(
     let finish = |picture: &Picture| {
         let coding = Instant::now();
         let codes = Codes::new(&picture.film, format).seen(look);
-        (codes, Proved::about(picture, scene), milliseconds(coding))
+        (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
     };
     let until = |stop: Stop| {
         workers.work(|| {
@@ -68,12 +68,14 @@ pub(crate) fn make(
             Ok((picture, finished))
         })?
     };
-    let (picture, (codes, proved, coding_ms)) = match ready.render.accuracy() {
+    let (picture, (codes, error, coding_ms)) = match ready.render.accuracy() {
         Accuracy::Time(Time { ms }) => {
             until(Stop::At(started + Duration::from_secs_f64((ms - file_ms(region, format)).max(0.0) / 1e3)))
         }
         Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
-        Accuracy::Fixed(_) | Accuracy::Proved(_) => render_in_pieces(scene, &window, region, workers, control, finish),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
+            render_in_pieces(scene, &window, region, workers, control, finish)
+        }
     }?;
     // A picture that a clock has stopped is made again by its rays.
     let render = match picture.progress {
@@ -90,7 +92,6 @@ pub(crate) fn make(
         two_sided: ready.two_sided,
         spd_counts: ready.spd_counts,
     };
-    let error = ErrorBounds { proved, estimated: None, measured: None };
     let writing = Instant::now();
     let file = codes.file_with(&picture.film, format, note.then(|| self::note(&error, &replay)).as_deref());
     let phases = Phases {
@@ -105,6 +106,7 @@ pub(crate) fn make(
         phases_ms: phases,
         rays: picture.rays,
         camera_hits: picture.rays.camera_hits,
+        deepest: picture.rays.deepest,
         refined: picture.refined,
         threads: workers.threads(),
         progress: picture.progress,

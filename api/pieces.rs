@@ -7,7 +7,7 @@ use crate::workers::{Piece, Workers};
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{Film, Region};
-use strahl::render::{Cancelled, Control, Picture, RayCounts, Refined, render_window};
+use strahl::render::{Cancelled, Control, Picture, RayCounts, Refined, Sampling, render_window};
 use strahl::scene::Scene;
 
 /// How long a piece should take.
@@ -60,13 +60,14 @@ pub(crate) fn render_in_pieces<T: Send>(
 fn empty(window: &Window, region: Region) -> Picture {
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
     let film = Film { region, full_width: window.width, full_height: window.height, pixels };
-    let (lacking, rays, refined) = (Vec::new(), RayCounts::default(), Refined::default());
-    Picture { film, lacking, rays, refined, progress: None, trace_ms: 0.0 }
+    let (rays, refined, sampling) = (RayCounts::default(), Refined::default(), Sampling::default());
+    Picture { film, lacking: Vec::new(), sampling, rays, refined, costs: Vec::new(), progress: None, trace_ms: 0.0 }
 }
 
 fn join(whole: &mut Picture, piece: &Picture) {
     paste(&mut whole.film, &piece.film);
     whole.lacking.extend_from_slice(&piece.lacking);
+    whole.sampling += &piece.sampling;
     whole.rays = whole.rays + piece.rays;
     whole.refined.pixels += piece.refined.pixels;
     whole.refined.rays = whole.refined.rays + piece.refined.rays;

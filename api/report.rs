@@ -5,10 +5,10 @@ use std::fmt::Write;
 use strahl::accuracy::Proof;
 use strahl::film::Region;
 use strahl::plan::Plan;
-use strahl::render::{Picture, Progress, RayCounts, Refined};
+use strahl::render::{Picture, Progress, RayCounts, Refined, Sampling};
 use strahl::scene::Scene;
 use strahl::scene::ceiling::Reach;
-use strahl::scene::description::RenderSettings;
+use strahl::scene::description::{RenderSettings, Statistical};
 
 /// The cost report.
 #[derive(Debug, Serialize)]
@@ -34,6 +34,8 @@ pub(crate) struct Cost {
     pub(crate) rays: RayCounts,
     /// Camera rays that hit something.
     pub(crate) camera_hits: u64,
+    /// Rays in the longest chain.
+    pub(crate) deepest: u32,
     /// What antialiasing added.
     pub(crate) refined: Refined,
     /// Threads of the pool.
@@ -70,8 +72,8 @@ impl Phases {
 pub(crate) struct ErrorBounds {
     /// True for certain.
     pub(crate) proved: Proved,
-    /// Likely.
-    pub(crate) estimated: Option<f64>,
+    /// Likely. None where pixels have one sample and are not compared with their neighbours.
+    pub(crate) estimated: Option<Estimated>,
     /// Found against a reference picture.
     pub(crate) measured: Option<f64>,
 }
@@ -92,9 +94,7 @@ pub(crate) struct Proved {
 }
 
 impl Proved {
-    /// As a structured field (RFC 9651): `proved=1, identical=0.982, depth=10`, with `depth` where the reference has one;
-    /// `proved=?0` where there is no bound.
-    pub(crate) fn header(&self) -> String {
+    fn header(&self) -> String {
         let mut field = match &self.proof {
             // Rounded down, so that 1 means all.
             Some(Proof { max_codes, identical_fraction, .. }) => {
@@ -109,7 +109,7 @@ impl Proved {
     }
 
     /// What is proved about a picture.
-    pub(crate) fn about(picture: &Picture, scene: &Scene) -> Self {
+    fn about(picture: &Picture, scene: &Scene) -> Self {
         let reach = scene.ceiling().reach.clone();
         Self {
             proof: Some(Proof::of(picture)).filter(|proof| proof.max_linear.is_some() && reach.ceiling.is_some()),
@@ -120,6 +120,72 @@ impl Proved {
             reach,
             not_covered: &["aliasing between samples", "light that the model leaves out, such as caustics"],
         }
+    }
+}
+
+/// How far more samples would likely take the picture, as those it has tell.
+#[derive(Debug, Serialize)]
+pub(crate) struct Estimated {
+    /// 8-bit codes that a share of the pixels is likely not further off, in the channel that is least sure.
+    pub(crate) half_width_codes: f64,
+    /// That share.
+    pub(crate) share_of_pixels: f64,
+    /// How it is known.
+    pub(crate) method: &'static str,
+    /// What came of the target, in the statistical mode.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) target: Option<Target>,
+}
+
+/// A target of the statistical mode, and what came of it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Target {
+    #[serde(flatten)]
+    asked: Statistical,
+    /// Share of the pixels that are as sure as asked for; the others got the most samples that there are.
+    sure_fraction: f64,
+    /// Samples of a pixel, on average.
+    mean_samples: f64,
+    /// Most samples of a pixel.
+    most_samples: u32,
+}
+
+/// The share of the pixels that an estimate is about.
+const SHARE: f64 = 0.95;
+
+impl Estimated {
+    /// What the samples of a picture tell.
+    pub(crate) fn about(picture: &Picture, scene: &Scene) -> Option<Self> {
+        let Sampling { widths, reached } = &picture.sampling;
+        let half_width_codes = f64::from(widths.at_share(SHARE)?) / 2.0;
+        let target = scene.statistical.map(|asked| Target {
+            asked,
+            sure_fraction: reached.sure as f64 / reached.pixels.max(1) as f64,
+            mean_samples: reached.samples as f64 / reached.pixels.max(1) as f64,
+            most_samples: reached.most_samples,
+        });
+        let method = match target {
+            Some(_) => "independent batches of each pixel's samples, Student's t",
+            None => "two halves of each pixel's samples; where antialiasing saw no contrast, the neighbours",
+        };
+        Some(Self { half_width_codes, share_of_pixels: SHARE, method, target })
+    }
+}
+
+impl ErrorBounds {
+    /// What is known about a picture. Nothing is measured unless there is a reference, as in a trade-off.
+    pub(crate) fn about(picture: &Picture, scene: &Scene) -> Self {
+        Self { proved: Proved::about(picture, scene), estimated: Estimated::about(picture, scene), measured: None }
+    }
+
+    /// As a structured field (RFC 9651): `proved=1, identical=0.982, depth=10, estimated=2.5`, with `depth` where the
+    /// reference of the proof has one; `proved=?0` where there is no bound.
+    pub(crate) fn header(&self) -> String {
+        let mut field = self.proved.header();
+        if let Some(Estimated { half_width_codes, .. }) = &self.estimated {
+            let _ = write!(field, ", estimated={half_width_codes:.1}");
+        }
+        field
     }
 }
 

@@ -157,7 +157,7 @@ impl<'a> Stage<'a> {
             max_codes: match render.accuracy() {
                 Accuracy::Fixed(_) => None,
                 Accuracy::Proved(Proved { max_codes }) => Some(max_codes),
-                Accuracy::Time(_) | Accuracy::Rays(_) => Some(1),
+                Accuracy::Time(_) | Accuracy::Rays(_) | Accuracy::Statistical(_) => Some(1),
             },
             samples,
             antialias,

@@ -168,10 +168,10 @@ pub(super) fn picture_headers(report: &Report, scene: &Scene) -> HeaderMap {
         "camera={}, shadow={}, reflected={}, transmitted={}",
         rays.camera, rays.shadow, rays.reflected, rays.transmitted
     );
-    let proved = report.error.proved.header();
+    let error = report.error.header();
     let on: Vec<_> = report.plan.explanation.names_on().collect();
     let mut headers = HeaderMap::from_iter(warnings::header(&scene.warnings));
-    for (name, value) in [("render-error", proved), ("render-rays", rays), ("render-plan", on.join(", "))] {
+    for (name, value) in [("render-error", error), ("render-rays", rays), ("render-plan", on.join(", "))] {
         show::put(&mut headers, HeaderName::from_static(name), &value);
     }
     headers

@@ -1,28 +1,35 @@
 //! One picture: tiles on the current rayon pool, with progress and cancellation.
 
+mod contrast;
+mod costs;
+mod packets;
 mod progressive;
+mod renderer;
+mod sampling;
+mod statistical;
+mod student;
+mod tiles;
 
-use crate::camera::{Camera, Window};
-use crate::film::srgb::Codes8;
+use crate::camera::Window;
 use crate::film::{Film, Region};
-use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch, lanes_of};
-use crate::plan::effects::{Clear, Detailed, DetailedMirrors, Effects, Everything, Local, Mirrors, Specialised};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
-use crate::scene::world::{Pruning, World};
-use crate::shading::media::Medium;
-use crate::trace::certificate::{ends, raised};
-use crate::trace::enclosing::media_at;
-use crate::trace::hits::Hits;
-use crate::trace::kernel::Tracer;
-use crate::trace::observer::Observer;
-use fearless_simd::{Level, f32x16, f64x8};
-use rayon::prelude::*;
+use crate::scene::world::World;
+use fearless_simd::Level;
+use packets::Kernel;
+use renderer::Renderer;
 use serde::Serialize;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::time::Instant;
 
+pub(crate) use contrast::{REFINED_SAMPLES, code_in, is_uneven, refines};
+pub use costs::PixelCost;
+pub use packets::sample_offset;
+pub(crate) use packets::{Samples, add_samples, eye_media};
 pub use progressive::{Progress, Stop};
+pub use sampling::{Histogram, Sampling};
+pub use statistical::Reached;
+pub(crate) use tiles::BLOCK;
 
 /// Part of the names under which pictures are cached: to be raised with every change that may change a pixel of any
 /// picture, which golden pictures notice.
@@ -58,6 +65,9 @@ pub struct RayCounts {
     pub shadow_skipped: u64,
     /// Rays not followed because a sample reached the limit `rays_per_sample`.
     pub dropped: u64,
+    /// Rays in the longest chain that was followed.
+    #[serde(skip)]
+    pub deepest: u32,
 }
 
 impl RayCounts {
@@ -80,6 +90,7 @@ impl std::ops::Add for RayCounts {
             total_internal_reflections: self.total_internal_reflections + o.total_internal_reflections,
             shadow_skipped: self.shadow_skipped + o.shadow_skipped,
             dropped: self.dropped + o.dropped,
+            deepest: self.deepest.max(o.deepest),
         }
     }
 }
@@ -92,10 +103,14 @@ pub struct Picture {
     /// The pixels that may lack light, in no particular order. All others are those of the same samples with recursion
     /// without end, or to [`Reach::max_depth`](crate::scene::ceiling::Reach::max_depth).
     pub lacking: Vec<Lacking>,
+    /// What its samples tell about how far more of them would take it.
+    pub sampling: Sampling,
     /// What was traced.
     pub rays: RayCounts,
     /// What antialiasing added.
     pub refined: Refined,
+    /// What each pixel took, in no particular order, from [`render_one_by_one`]; a refined pixel comes twice.
+    pub costs: Vec<PixelCost>,
     /// How far a picture came that had to stop at some point.
     pub progress: Option<Progress>,
     /// Milliseconds of wall time spent tracing.
@@ -189,6 +204,20 @@ pub fn render_until(
     Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
 }
 
+/// Renders a region of the scene's picture, which must fit, pixel by pixel, and says what each of them takes. The pixels are
+/// those of [`render`], but take many times as long.
+pub fn render_one_by_one(scene: &Scene, region: Region, control: &Control) -> Result<Picture, Cancelled> {
+    fn of<R: Kernel>(scene: &Scene, world: &World<R>, region: Region, control: &Control) -> Result<Picture, Cancelled> {
+        Renderer::new(scene, world, control, Cut::default()).one_by_one().picture(region)
+    }
+    let start = Instant::now();
+    let picture = match &scene.world {
+        Precise::Single(world) => of(scene, world, region, control)?,
+        Precise::Double(world) => of(scene, world, region, control)?,
+    };
+    Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
+}
+
 fn render_seen(
     scene: &Scene,
     window: &Window,
@@ -222,380 +251,8 @@ pub(crate) type Probe<'a> = Box<dyn Fn(&[[u32; 2]]) -> (Vec<[f32; 3]>, RayCounts
 
 /// The probe of a scene. Once cancelled, it answers early and wrongly.
 pub(crate) fn probe<'a>(scene: &'a Scene, control: &'a Control) -> Probe<'a> {
-    fn of<'a, R: Kernel>(scene: &'a Scene, world: &'a World<R>, control: &'a Control) -> Probe<'a> {
-        let Renderer { cut, job, .. } = Renderer::new(scene, world, control, Cut::default());
-        Box::new(move |at| {
-            let mut traced = Traced::default();
-            R::trace(cut.level, &job, at, scene.samples, &mut traced);
-            (traced.pixels, traced.rays)
-        })
-    }
     match &scene.world {
-        Precise::Single(world) => of(scene, world, control),
-        Precise::Double(world) => of(scene, world, control),
+        Precise::Single(world) => Renderer::new(scene, world, control, Cut::default()).probe(),
+        Precise::Double(world) => Renderer::new(scene, world, control, Cut::default()).probe(),
     }
-}
-
-/// Samples of a pixel that differs from a neighbour.
-pub(crate) const REFINED_SAMPLES: u32 = 16;
-/// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
-const CONTRAST: u8 = 8;
-
-/// Whether antialiasing may add samples.
-pub(crate) fn refines(scene: &Scene) -> bool {
-    scene.antialias && scene.samples < REFINED_SAMPLES
-}
-
-/// Offset of sample i of n within its pixel: the Hammersley set, which puts one sample into each of n columns and of
-/// n rows. A single sample is the pixel's centre.
-pub fn sample_offset(i: u32, n: u32) -> [f64; 2] {
-    let n = f64::from(n);
-    // The van der Corput sequence reaches from 0 to 1 - 1/n on average one half of 1/n below the middle.
-    let radical_inverse = f64::from(i.reverse_bits()) / 4_294_967_296.0;
-    if n == 1.0 { [0.5, 0.5] } else { [(f64::from(i) + 0.5) / n, (radical_inverse + 0.5 / n).min(1.0 - 0.5 / n)] }
-}
-
-/// The two kernels that pictures are traced with.
-trait Kernel: Real {
-    /// Traces the pixels at `at` with `samples` samples each.
-    fn trace(level: Level, job: &Job<'_, Self>, at: &[[u32; 2]], samples: u32, out: &mut Traced);
-    /// The bodies around the eye.
-    fn eye_media(world: &World<Self>) -> Vec<Medium<Self>>;
-}
-
-/// What all tiles of a picture share.
-struct Job<'a, R> {
-    world: &'a World<R>,
-    camera: Camera<R>,
-    eye: Vec<Medium<R>>,
-    cancelled: &'a AtomicBool,
-    kernel: Specialised,
-    pruning: Pruning,
-}
-
-/// What became of some pixels.
-#[derive(Default)]
-struct Traced {
-    /// In the order asked for.
-    pixels: Vec<[f32; 3]>,
-    /// Those that may lack light.
-    lacking: Vec<Lacking>,
-    rays: RayCounts,
-}
-
-macro_rules! kernel {
-    ($real:ident, $lanes:ident) => {
-        impl Kernel for $real {
-            fn trace(level: Level, job: &Job<'_, Self>, at: &[[u32; 2]], samples: u32, out: &mut Traced) {
-                dispatch!(level, s => match job.kernel {
-                    Specialised::Local => trace_with::<$lanes<_>, Local>(s, job, at, samples, out),
-                    Specialised::Mirrors => trace_with::<$lanes<_>, Mirrors>(s, job, at, samples, out),
-                    Specialised::Clear => trace_with::<$lanes<_>, Clear>(s, job, at, samples, out),
-                    Specialised::DetailedMirrors => trace_with::<$lanes<_>, DetailedMirrors>(s, job, at, samples, out),
-                    Specialised::Detailed => trace_with::<$lanes<_>, Detailed>(s, job, at, samples, out),
-                    Specialised::Everything => trace_with::<$lanes<_>, Everything>(s, job, at, samples, out),
-                });
-            }
-            fn eye_media(world: &World<Self>) -> Vec<Medium<Self>> {
-                eye_media::<Self>((), world)
-            }
-        }
-    };
-}
-
-kernel!(f32, f32x16);
-kernel!(f64, f64x8);
-
-/// Names the instruction set's type once, so that the macro's argument can be a type over it.
-#[inline(always)]
-fn trace_with<L: Lanes, E: Effects>(
-    s: L::Simd,
-    job: &Job<'_, L::Real>,
-    at: &[[u32; 2]],
-    samples: u32,
-    out: &mut Traced,
-) {
-    let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.camera, &job.eye, job.cancelled, job.pruning, ());
-    let mut hits = Hits::none(s);
-    for packet in at.chunks(L::COUNT) {
-        let active = ((1u64 << packet.len()) - 1) as u32;
-        let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-        add_samples(&mut tracer, packet, active, samples, &mut hits, &mut sum);
-        let lanes = |v: V3<L>| {
-            let mut channels = [[L::Real::default(); MAX_LANES]; 3];
-            for (channel, lanes) in channels.iter_mut().zip([v.x, v.y, v.z]) {
-                lanes.store(channel);
-            }
-            channels
-        };
-        let [red, green, blue] = lanes(sum);
-        let first = out.pixels.len();
-        out.pixels.extend((0..packet.len()).map(|lane| [red[lane], green[lane], blue[lane]].map(narrow)));
-        for lane in lanes_of(tracer.lacking() & active) {
-            let sum = [red[lane], green[lane], blue[lane]];
-            let ends = ends(sum, tracer.rest().lane(lane), tracer.roundings().lane(lane));
-            let (shown, highest) = show(sum, ends, job.pruning);
-            out.pixels[first + lane] = shown;
-            out.lacking.push(Lacking { at: packet[lane], highest });
-        }
-    }
-    out.rays = out.rays + tracer.counts;
-}
-
-/// What is shown of a pixel that lies between two ends, and what it is at most, seen from there.
-fn show<R: Real>(sum: [R; 3], ends: [[f32; 2]; 3], pruning: Pruning) -> ([f32; 3], [f32; 3]) {
-    let shown = match pruning {
-        Pruning::Weight(_) => sum.map(narrow),
-        Pruning::Proved { max_codes } => std::array::from_fn(|c| narrow(sum[c] + raised(sum[c], ends[c], max_codes))),
-    };
-    // Whatever lies some codes below, by rounding, counts as if it lay as many above.
-    let codes = Codes8::get();
-    let highest = std::array::from_fn(|c| {
-        let [low, high] = ends[c];
-        let code = codes.code(shown[c]);
-        let below = code - codes.code(low).min(code);
-        if codes.code(high) - code < below { codes.least(code.saturating_add(below)).max(high) } else { high }
-    });
-    (shown, highest)
-}
-
-/// A channel of the film.
-#[inline(always)]
-fn narrow<R: Real>(channel: R) -> f32 {
-    channel.to_f64() as f32
-}
-
-/// Adds all samples of a packet of pixels, each weighted 1/n.
-#[inline(always)]
-pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
-    pixels: &[[u32; 2]],
-    active: u32,
-    samples: u32,
-    hits: &mut Hits<L>,
-    sum: &mut V3<L>,
-) {
-    let s = tracer.simd();
-    let weight = L::Real::from_f64(1.0 / f64::from(samples));
-    tracer.begin(pixels, samples);
-    let (mut active, mut sample) = (active, 0);
-    // One call of `follow_from` for the first rays of each sample and those put aside: it holds all of the kernel.
-    while !tracer.is_cancelled() {
-        let rays;
-        if sample < samples {
-            let offset = sample_offset(sample, samples);
-            let coordinate = |axis: usize| {
-                L::from_fn(s, |lane| L::Real::from_f64(f64::from(tracer.corners(axis)[lane]) + offset[axis]))
-            };
-            let (x, y) = (coordinate(0), coordinate(1));
-            tracer.choose(sample);
-            rays = tracer.sample(x, y, active, weight, hits, sum);
-            sample += 1;
-        } else if tracer.prove(active, hits, sum) {
-            let Some(next) = tracer.pop() else { continue };
-            rays = next;
-        } else {
-            (active, sample) = (tracer.finish(active, sum), 0);
-            if active == 0 {
-                return;
-            }
-            continue;
-        }
-        tracer.follow_from(rays, hits, sum);
-    }
-}
-
-/// The media around the eye, if all rays start there.
-pub(crate) fn eye_media<L: Lanes>(s: L::Simd, world: &World<L::Real>) -> Vec<Medium<L::Real>> {
-    if !world.transmits || !world.shared_eye {
-        return Vec::new();
-    }
-    let eye = world.camera.primary(s, L::lit(s, 0.0), L::lit(s, 0.0)).origin.lane(0);
-    media_at::<L>(s, world, eye, None)
-}
-
-/// A tile and where its pixels go, row by row.
-struct Tile<'a> {
-    region: Region,
-    rows: Vec<&'a mut [[f32; 3]]>,
-}
-
-/// Edge of the block of pixels that share a packet, so that its rays stay together: 4 x 4 are 16 lanes.
-pub(crate) const BLOCK: u32 = 4;
-
-impl Tile<'_> {
-    /// Its pixels, block by block.
-    fn blocks(&self) -> Vec<[u32; 2]> {
-        let mut at = Vec::with_capacity(self.region.pixels() as usize);
-        for block in self.region.tiles(BLOCK) {
-            for y in block.y..block.y + block.height {
-                at.extend((block.x..block.x + block.width).map(|x| [x, y]));
-            }
-        }
-        at
-    }
-
-    /// Puts pixels in the order of [`Self::blocks`] where they belong.
-    fn put(&mut self, mut pixels: &[[f32; 3]]) {
-        for block in self.region.tiles(BLOCK) {
-            let (left, top) = ((block.x - self.region.x) as usize, (block.y - self.region.y) as usize);
-            for row in &mut self.rows[top..top + block.height as usize] {
-                let (part, rest) = pixels.split_at(block.width as usize);
-                row[left..left + part.len()].copy_from_slice(part);
-                pixels = rest;
-            }
-        }
-    }
-}
-
-/// Cuts the pixels of a region into tiles.
-fn split(region: Region, edge: u32, pixels: &mut [[f32; 3]]) -> Vec<Tile<'_>> {
-    let mut tiles: Vec<Tile<'_>> = region.tiles(edge).map(|region| Tile { region, rows: Vec::new() }).collect();
-    let across = region.width.div_ceil(edge) as usize;
-    for (y, row) in pixels.chunks_mut(region.width as usize).enumerate() {
-        let first = y / edge as usize * across;
-        for (tile, part) in tiles[first..first + across].iter_mut().zip(row.chunks_mut(edge as usize)) {
-            tile.rows.push(part);
-        }
-    }
-    tiles
-}
-
-struct Renderer<'a, R> {
-    scene: &'a Scene,
-    control: &'a Control,
-    cut: Cut,
-    /// Of the whole picture.
-    size: [u32; 2],
-    job: Job<'a, R>,
-}
-
-impl<'a, R: Kernel> Renderer<'a, R> {
-    fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
-        let kernel = if cut.specialised { Specialised::of(world) } else { Specialised::Everything };
-        let (camera, eye, pruning) = (world.camera, R::eye_media(world), world.rules.pruning);
-        let job = Job { world, camera, eye, cancelled: &control.cancelled, kernel, pruning };
-        Self { scene, control, cut, size: [scene.width, scene.height], job }
-    }
-
-    /// The renderer of what a window shows.
-    fn through(mut self, window: &Window) -> Self {
-        self.size = [window.width, window.height];
-        self.job.camera = self.job.camera.through(window);
-        self
-    }
-
-    fn picture(&self, region: Region) -> Result<Picture, Cancelled> {
-        let [full_width, full_height] = self.size;
-        if !refines(self.scene) {
-            self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
-            return Ok(self.picture_of(region, self.grid(region)?, Refined::default()));
-        }
-        // Antialiasing compares with neighbours, also across the region's edge, so that a tile is a crop of the whole.
-        let around = region.with_border(full_width, full_height);
-        self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
-        let mut traced = self.grid(around)?;
-        let codes = codes_of(&traced.pixels);
-        let uneven: Vec<[u32; 2]> =
-            region.iter().filter(|&[x, y]| is_uneven(code_in(&codes, around), around, x, y)).collect();
-        self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
-        let refined = self.list(&uneven, REFINED_SAMPLES)?;
-        if around != region {
-            traced.pixels = region.iter().map(|at| traced.pixels[around.index(at)]).collect();
-        }
-        for (&at, pixel) in uneven.iter().zip(refined.pixels) {
-            traced.pixels[region.index(at)] = pixel;
-        }
-        // `uneven` is in the order of rows.
-        let is_refined = |[x, y]: [u32; 2]| uneven.binary_search_by_key(&[y, x], |[x, y]| [*y, *x]).is_ok();
-        traced.lacking.retain(|lacking| region.contains(lacking.at) && !is_refined(lacking.at));
-        traced.lacking.extend(refined.lacking);
-        traced.rays = traced.rays + refined.rays;
-        Ok(self.picture_of(region, traced, Refined { pixels: uneven.len() as u64, rays: refined.rays }))
-    }
-
-    fn picture_of(&self, region: Region, traced: Traced, refined: Refined) -> Picture {
-        let [full_width, full_height] = self.size;
-        let Traced { pixels, lacking, rays } = traced;
-        let film = Film { region, full_width, full_height, pixels };
-        Picture { film, lacking, rays, refined, progress: None, trace_ms: 0.0 }
-    }
-
-    /// The base samples of a region, row by row.
-    fn grid(&self, region: Region) -> Result<Traced, Cancelled> {
-        let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
-        let parts: Result<Vec<Traced>, Cancelled> = split(region, self.cut.tile, &mut pixels)
-            .into_par_iter()
-            // Tiles differ in cost: each may go to another thread until the last.
-            .with_max_len(1)
-            .map(|mut tile| {
-                let mut traced = self.trace(&tile.blocks(), self.scene.samples)?;
-                tile.put(&std::mem::take(&mut traced.pixels));
-                Ok(traced)
-            })
-            .collect();
-        Ok(Traced { pixels, ..joined(parts?) })
-    }
-
-    /// Pixels anywhere, in the order given.
-    fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
-        let parts: Result<Vec<Traced>, Cancelled> =
-            at.par_chunks(16 * MAX_LANES).with_max_len(1).map(|part| self.trace(part, samples)).collect();
-        Ok(joined(parts?))
-    }
-
-    fn trace(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
-        let mut traced = Traced { pixels: Vec::with_capacity(at.len()), ..Traced::default() };
-        R::trace(self.cut.level, &self.job, at, samples, &mut traced);
-        if self.control.cancelled.load(Ordering::Relaxed) {
-            return Err(Cancelled);
-        }
-        self.control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
-        Ok(traced)
-    }
-
-    fn uneven_in(&self, around: Region, x: u32, y: u32) -> bool {
-        let Ok(base) = self.grid(around) else { return false };
-        let codes = codes_of(&base.pixels);
-        is_uneven(code_in(&codes, around), around, x, y)
-    }
-}
-
-/// The parts one after the other.
-fn joined(parts: Vec<Traced>) -> Traced {
-    let mut all = Traced::default();
-    all.pixels.reserve(parts.iter().map(|part| part.pixels.len()).sum());
-    all.lacking.reserve(parts.iter().map(|part| part.lacking.len()).sum());
-    for part in parts {
-        all.pixels.extend(part.pixels);
-        all.lacking.extend(part.lacking);
-        all.rays = all.rays + part.rays;
-    }
-    all
-}
-
-/// The 8-bit codes of pixels.
-fn codes_of(pixels: &[[f32; 3]]) -> Vec<[u8; 3]> {
-    let mut codes = vec![[0; 3]; pixels.len()];
-    pixels.par_chunks(1 << 12).zip(codes.par_chunks_mut(1 << 12)).for_each(|(pixels, codes)| {
-        Codes8::get().codes(pixels.as_flattened(), codes.as_flattened_mut());
-    });
-    codes
-}
-
-/// Whether a pixel differs from one of its eight neighbours within `around`, by their codes.
-pub(crate) fn is_uneven(codes: impl Fn(u32, u32) -> [u8; 3], around: Region, x: u32, y: u32) -> bool {
-    let here = codes(x, y);
-    let columns = x.saturating_sub(1).max(around.x)..=(x + 1).min(around.x + around.width - 1);
-    columns
-        .flat_map(|x| {
-            let rows = y.saturating_sub(1).max(around.y)..=(y + 1).min(around.y + around.height - 1);
-            rows.map(move |y| (x, y))
-        })
-        .any(|(x, y)| codes(x, y).iter().zip(here).any(|(a, b)| a.abs_diff(b) >= CONTRAST))
-}
-
-/// The code of a pixel of a picture that is kept row by row.
-pub(crate) fn code_in(codes: &[[u8; 3]], around: Region) -> impl Fn(u32, u32) -> [u8; 3] {
-    move |x, y| codes[around.index([x, y])]
 }

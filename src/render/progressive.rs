@@ -6,9 +6,10 @@
 //! So it is a function of how many parcels count, and of the rays in them: a number of rays makes the same picture again, on
 //! any machine and any number of threads.
 
-use super::{
-    Cancelled, Job, Kernel, Lacking, Picture, REFINED_SAMPLES, RayCounts, Refined, Renderer, Traced, is_uneven, refines,
-};
+use super::contrast::{REFINED_SAMPLES, is_uneven, refines};
+use super::packets::{Job, Kernel, Samples, Traced};
+use super::renderer::Renderer;
+use super::{Cancelled, Lacking, Picture, RayCounts, Refined};
 use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};
 use crate::scene::world::Pruning;
@@ -216,13 +217,13 @@ impl<R: Kernel> Renderer<'_, R> {
         let (next, halt) = (AtomicUsize::new(0), AtomicBool::new(false));
         let done =
             Mutex::new(Done { canvas, early: BTreeMap::new(), parcels: 0, rays: RayCounts::default(), full: false });
-        let job = Job { pruning: stage.pruning, cancelled: &halt, eye: self.job.eye.clone(), ..self.job };
+        let job = Job { pruning: stage.pruning, cancelled: &halt, ..self.job.clone() };
         let take = || {
             loop {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 let Some(at) = parcels.get(number) else { return };
                 let mut traced = Traced::default();
-                R::trace(self.cut.level, &job, at, stage.samples, &mut traced);
+                R::trace(self.cut.level, &job, at, Samples::of_picture(stage.samples), &mut traced);
                 let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
                 if halt.load(Ordering::Relaxed) || done.full {
                     return;

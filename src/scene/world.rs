@@ -73,7 +73,7 @@ impl Pruning {
         match accuracy {
             Accuracy::Fixed(_) => Self::Weight(min_weight),
             Accuracy::Proved(Proved { max_codes }) => Self::Proved { max_codes },
-            Accuracy::Time(_) | Accuracy::Rays(_) => Self::Proved { max_codes: 1 },
+            Accuracy::Time(_) | Accuracy::Rays(_) | Accuracy::Statistical(_) => Self::Proved { max_codes: 1 },
         }
     }
 }

@@ -11,10 +11,11 @@
 use super::hits::Hits;
 use super::kernel::{Followed, Tracer};
 use super::observer::{NotFollowed, Observer};
-use super::sampling::Sampler;
+use super::sampling::{Sampler, shifts};
 use crate::film::srgb::Codes8;
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::plan::effects::Effects;
+use crate::render::Samples;
 use crate::scene::world::Pruning;
 
 /// w U below which rays are put aside at first, for a pixel that may be 0, 1 or 2 codes off. These numbers and the next ones
@@ -53,6 +54,8 @@ pub(super) struct Certificate<L: Lanes> {
     straight: bool,
     /// Columns and rows of the pixels.
     corners: [[u32; MAX_LANES]; 2],
+    /// The batch of samples at hand.
+    pub(super) batch: u32,
     /// The sample at hand.
     sample: u32,
 }
@@ -81,6 +84,7 @@ impl<L: Lanes> Certificate<L> {
             rounds: 0,
             straight: false,
             corners: [[0; MAX_LANES]; 2],
+            batch: 0,
             sample: 0,
         }
     }
@@ -89,10 +93,10 @@ impl<L: Lanes> Certificate<L> {
 impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     /// Begins with a packet of pixels of so many samples each.
     #[inline(always)]
-    pub(crate) fn begin(&mut self, pixels: &[[u32; 2]], samples: u32) {
+    pub(crate) fn begin(&mut self, pixels: &[[u32; 2]], samples: Samples) {
         let s = self.s;
         let zero = L::lit(s, 0.0);
-        let share = 1.0 / f64::from(samples);
+        let share = 1.0 / f64::from(samples.count);
         let (least, dark) = match self.pruning {
             Pruning::Weight(min_weight) => (min_weight, 0.0),
             Pruning::Proved { max_codes } => {
@@ -108,6 +112,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         for (lane, [x, y]) in pixels.iter().enumerate() {
             (self.certificate.corners[0][lane], self.certificate.corners[1][lane]) = (*x, *y);
         }
+        self.certificate.batch = samples.batch;
         self.certificate.open = u32::MAX;
         self.certificate.rounds = 0;
         self.certificate.straight = false;
@@ -123,13 +128,18 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         &self.certificate.corners[axis]
     }
 
+    /// How far the samples of the batch at hand are shifted along an axis, in 2^-32 of a pixel.
+    pub(crate) fn shifts(&self, axis: usize) -> [u32; MAX_LANES] {
+        shifts(&self.certificate.corners, self.certificate.batch, axis)
+    }
+
     /// Begins with a sample.
     #[inline(always)]
     pub(crate) fn choose(&mut self, index: u32) {
         self.certificate.sample = index;
         self.end_of_round();
         if E::SAMPLED {
-            self.sampler = Sampler::new(&self.certificate.corners, index);
+            self.sampler = Sampler::new(&self.certificate.corners, self.certificate.batch, index);
         }
     }
 
@@ -318,7 +328,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         if sample != self.certificate.sample {
             self.certificate.sample = sample;
             if E::SAMPLED {
-                self.sampler = Sampler::new(&self.certificate.corners, sample);
+                self.sampler = Sampler::new(&self.certificate.corners, self.certificate.batch, sample);
             }
             self.make_choices(hits);
         }

@@ -35,6 +35,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const MAX_RADIANCE: f64 = 1e28;
 const MAX_WEIGHT: f64 = 1e9;
 
+/// Share of a pixel that textures are averaged over for a sample of a batch, of which there may be any number.
+const BATCH_SHARE: f64 = 1.0 / 1_024.0;
+
 /// Packets followed between two looks at the cancel flag: well below a millisecond for most scenes.
 const PACKETS_BETWEEN_CHECKS: u32 = 256;
 
@@ -193,7 +196,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         self.share = weight;
         self.stack.clear();
         if E::DETAILS {
-            self.cones.restart(s, weight);
+            self.cones.restart(s, if self.certificate.batch == 0 { weight } else { L::lit(s, BATCH_SHARE) });
         }
 
         let mut primary = self.camera.primary(s, x, y);
@@ -226,6 +229,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
+        self.counts.deepest = self.counts.deepest.max(1);
         first
     }
 
@@ -406,6 +410,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         }
         if rays.active != 0 {
             let count = u64::from(rays.active.count_ones());
+            self.counts.deepest = self.counts.deepest.max(rays.depth);
             match rays.kind {
                 RayKind::Camera => self.counts.camera += count,
                 RayKind::Reflected => self.counts.reflected += count,

@@ -40,6 +40,23 @@ impl Choice {
     }
 }
 
+/// A hash of each lane's pixel and of a batch of its samples.
+#[inline(always)]
+fn hashes([columns, rows]: &[[u32; MAX_LANES]; 2], batch: u32) -> [u32; MAX_LANES] {
+    let seed = 0x9e37_79b9 ^ if batch == 0 { 0 } else { hash(batch) };
+    let mut hashes = [0; MAX_LANES];
+    for lane in 0..MAX_LANES {
+        hashes[lane] = hash(columns[lane] ^ hash(rows[lane] ^ seed));
+    }
+    hashes
+}
+
+/// How far a batch shifts the samples within each lane's pixel along an axis, in 2^-32 of a pixel.
+pub(super) fn shifts(corners: &[[u32; MAX_LANES]; 2], batch: u32, axis: usize) -> [u32; MAX_LANES] {
+    // Numbers of axes that no choice has.
+    hashes(corners, batch).map(|pixel| hash(pixel ^ hash(0x8000_0000 + axis as u32)))
+}
+
 /// The choices of one sample of each pixel of a packet.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sampler {
@@ -50,14 +67,10 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// The choices of sample `index` of pixels, given by columns and rows.
+    /// The choices of sample `index` of a batch, of pixels given by columns and rows. Different batches choose independently.
     #[inline(always)]
-    pub fn new([columns, rows]: &[[u32; MAX_LANES]; 2], index: u32) -> Self {
-        let mut pixels = [0; MAX_LANES];
-        for lane in 0..MAX_LANES {
-            pixels[lane] = hash(columns[lane] ^ hash(rows[lane] ^ 0x9e37_79b9));
-        }
-        Self { pixels, index }
+    pub fn new(corners: &[[u32; MAX_LANES]; 2], batch: u32, index: u32) -> Self {
+        Self { pixels: hashes(corners, batch), index }
     }
 
     /// A point of the unit square for each lane, in [0, 1) x [0, 1), for a choice at a place in the tree of rays.

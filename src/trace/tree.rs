@@ -6,7 +6,7 @@ use super::kernel::{Followed, RayKind, Tracer, first};
 use super::observer::{NotFollowed, Observer, Snell};
 use super::query::name_of;
 use crate::lanes::{Ids, Lanes, Real, V3};
-use crate::render::{Cancelled, Control, add_samples, eye_media, samples_of};
+use crate::render::{Cancelled, Control, Samples, add_samples, eye_media, samples_of};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
@@ -181,7 +181,7 @@ where
         recorder,
     );
     let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
-    add_samples(&mut tracer, &[[x, y]], 1, samples, &mut Hits::none(()), &mut sum);
+    add_samples(&mut tracer, &[[x, y]], 1, Samples::of_picture(samples), &mut Hits::none(()), &mut sum);
     let (rest, roundings, sum) = (tracer.rest().lane(0), tracer.roundings().lane(0), sum.lane(0));
     let Recorder { rays, truncated, .. } = tracer.into_observer();
     if control.cancelled.load(Ordering::Relaxed) {

@@ -6,7 +6,7 @@ use crate::camera::Basis;
 use crate::scene::color::{Color, Diffuse};
 use crate::scene::description::{
     Accuracy, Area, Bump, Camera, Description, Environment, Falloff, ImageMap, Light, Mapping, Material, Proved, Rays,
-    Relief, Time, Vec3,
+    Relief, Statistical, Time, Vec3,
 };
 use crate::scene::limits::{self, Limit};
 use crate::scene::problem::{Code, Problem, Problems};
@@ -402,6 +402,13 @@ fn check_accuracy(findings: &mut Findings, at: &Path<'_>, accuracy: Accuracy) {
         Accuracy::Rays(Rays { count }) => {
             let at = at.key("rays");
             findings.number(at.key("count"), count as f64, "between 1 and 2^53", (1..=1 << 53).contains(&count));
+        }
+        Accuracy::Statistical(Statistical { half_width, confidence }) => {
+            let at = at.key("statistical");
+            let wide = (0.25..=64.0).contains(&half_width);
+            findings.number(at.key("half_width"), half_width, "between 0.25 and 64", wide);
+            let sure = (0.5..=0.999).contains(&confidence);
+            findings.number(at.key("confidence"), confidence, "between 0.5 and 0.999", sure);
         }
     }
 }

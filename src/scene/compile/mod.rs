@@ -19,7 +19,7 @@ mod warn;
 pub(crate) use transform::affine;
 
 use super::ceiling::Ceiling;
-use super::description::{Description, Precision};
+use super::description::{Accuracy, Description, Precision, Statistical};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::Problems;
 use super::world::World;
@@ -41,6 +41,8 @@ pub struct Scene {
     pub samples: u32,
     /// Whether uneven pixels get more samples.
     pub antialias: bool,
+    /// What decides over the samples of each pixel instead, in the statistical mode.
+    pub statistical: Option<Statistical>,
     /// The world in the precision asked for.
     pub world: Precise,
     /// Where each item comes from.
@@ -191,6 +193,10 @@ pub fn compile_from(description: &Description, options: CompileOptions, files: &
         height: description.image.height,
         samples: description.render.samples.unwrap_or(if sampled { SAMPLES_OF_CHOICES } else { 1 }),
         antialias: description.render.antialias,
+        statistical: match description.render.accuracy() {
+            Accuracy::Statistical(statistical) => Some(statistical),
+            _ => None,
+        },
         world,
         sources: built.sources,
         warnings: warn::warnings(description),

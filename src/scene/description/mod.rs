@@ -22,7 +22,9 @@ pub use object::{
     AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation, Scale,
     Sphere, Torus, Transform, Triangle,
 };
-pub use render::{Accuracy, DEFAULT_MAX_DEPTH, Fixed, Precision, Proved, Rays, RenderSettings, Shadows, Time};
+pub use render::{
+    Accuracy, DEFAULT_MAX_DEPTH, Fixed, Precision, Proved, Rays, RenderSettings, Shadows, Statistical, Time,
+};
 pub use texture::{
     Bump, Environment, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes, Relief, Spherical,
     Wrap,

@@ -40,6 +40,9 @@ pub enum Accuracy {
     Time(Time),
     /// The best picture for so many rays: the same bytes on every machine.
     Rays(Rays),
+    /// Each pixel gets samples until it is likely, by their spread, that more would not change it by more than a width.
+    /// Recursion is proved as with `max_codes` 1; `samples` and `antialias` do not matter.
+    Statistical(Statistical),
 }
 
 /// Parameters of the fixed mode: none.
@@ -72,6 +75,23 @@ pub struct Rays {
     /// Rays of all kinds, 1 to 2^53. The parcel of pixels that reaches the number is finished.
     #[schemars(range(min = 1, max = 9_007_199_254_740_992_u64))]
     pub count: u64,
+}
+
+/// Parameters of the statistical mode.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Statistical {
+    /// 8-bit codes that each channel of a pixel may be off, 0.25 to 64. A pixel ends at 4096 samples in any case.
+    #[schemars(range(min = 0.25, max = 64.0))]
+    pub half_width: f64,
+    /// How likely it is that it is not further off, 0.5 to 0.999.
+    #[serde(default = "confidence")]
+    #[schemars(range(min = 0.5, max = 0.999))]
+    pub confidence: f64,
+}
+
+fn confidence() -> f64 {
+    0.95
 }
 
 /// Longest chain of rays where a scene names none and nothing else ends it.

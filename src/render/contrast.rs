@@ -1,0 +1,94 @@
+//! How much pixels differ from their neighbours, which decides what antialiasing refines.
+
+use crate::film::Region;
+use crate::film::srgb::Codes8;
+use crate::scene::Scene;
+use rayon::prelude::*;
+
+/// Samples of a pixel that differs from a neighbour.
+pub(crate) const REFINED_SAMPLES: u32 = 16;
+/// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
+pub(super) const CONTRAST: u8 = 8;
+
+/// Whether antialiasing may add samples.
+pub(crate) fn refines(scene: &Scene) -> bool {
+    scene.antialias && scene.samples < REFINED_SAMPLES && scene.statistical.is_none()
+}
+
+/// The 8-bit codes of pixels.
+pub(super) fn codes_of(pixels: &[[f32; 3]]) -> Vec<[u8; 3]> {
+    let mut codes = vec![[0; 3]; pixels.len()];
+    pixels.par_chunks(1 << 12).zip(codes.par_chunks_mut(1 << 12)).for_each(|(pixels, codes)| {
+        Codes8::get().codes(pixels.as_flattened(), codes.as_flattened_mut());
+    });
+    codes
+}
+
+/// How many codes each pixel of a picture differs at most from one of its eight neighbours, row by row.
+pub(super) fn contrasts(codes: &[[u8; 3]], width: u32) -> Vec<u8> {
+    let width = width as usize;
+    let rows: Vec<&[[u8; 3]]> = codes.chunks(width).collect();
+    let mut contrasts = vec![0; codes.len()];
+    contrasts.par_chunks_mut(width).with_min_len(8).enumerate().for_each(|(y, contrasts)| {
+        let here = rows[y].as_flattened();
+        let mut most = vec![0; here.len()];
+        let around = &rows[y.saturating_sub(1)..(y + 2).min(rows.len())];
+        for row in around.iter().map(|row| row.as_flattened()) {
+            differ(&mut most, here, row);
+            // The neighbour to the right, and that to the left.
+            differ(&mut most[..here.len() - 3], &here[..here.len() - 3], &row[3..]);
+            differ(&mut most[3..], &here[3..], &row[..here.len() - 3]);
+        }
+        for (contrast, most) in contrasts.iter_mut().zip(most.as_chunks::<3>().0) {
+            *contrast = most[0].max(most[1]).max(most[2]);
+        }
+    });
+    contrasts
+}
+
+/// Raises `most` to the differences of two rows, byte by byte, so that the compiler takes many at once.
+fn differ(most: &mut [u8], a: &[u8], b: &[u8]) {
+    for ((most, a), b) in most.iter_mut().zip(a).zip(b) {
+        *most = (*most).max(a.abs_diff(*b));
+    }
+}
+
+/// Whether a pixel differs from one of its eight neighbours within `around`, by their codes.
+pub(crate) fn is_uneven(codes: impl Fn(u32, u32) -> [u8; 3], around: Region, x: u32, y: u32) -> bool {
+    let here = codes(x, y);
+    let columns = x.saturating_sub(1).max(around.x)..=(x + 1).min(around.x + around.width - 1);
+    columns
+        .flat_map(|x| {
+            let rows = y.saturating_sub(1).max(around.y)..=(y + 1).min(around.y + around.height - 1);
+            rows.map(move |y| (x, y))
+        })
+        .any(|(x, y)| codes(x, y).iter().zip(here).any(|(a, b)| a.abs_diff(b) >= CONTRAST))
+}
+
+/// The code of a pixel of a picture that is kept row by row.
+pub(crate) fn code_in(codes: &[[u8; 3]], around: Region) -> impl Fn(u32, u32) -> [u8; 3] {
+    move |x, y| codes[around.index([x, y])]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_pixels_at_once_and_each_alone_are_the_same() {
+        for (width, height) in [(1, 1), (2, 3), (1, 5), (7, 1), (33, 9)] {
+            let around = Region { x: 4, y: 5, width, height };
+            let noise = |i: u64| (i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 60) as u8;
+            let codes: Vec<[u8; 3]> =
+                (0..around.pixels()).map(|i| [noise(i) / 2, noise(i + 1_000) / 2, noise(i + 2_000) / 2]).collect();
+            let contrasts = contrasts(&codes, width);
+            let mut seen = [0, 0];
+            for [x, y] in around.iter() {
+                let uneven = is_uneven(code_in(&codes, around), around, x, y);
+                assert_eq!(contrasts[around.index([x, y])] >= CONTRAST, uneven, "{x} {y}");
+                seen[usize::from(uneven)] += 1;
+            }
+            assert!(width < 33 || seen.iter().all(|count| *count > 20), "{seen:?}");
+        }
+    }
+}

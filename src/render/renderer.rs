@@ -1,0 +1,164 @@
+//! One picture of one scene: its tiles on the current rayon pool, and antialiasing.
+
+use super::contrast::{CONTRAST, REFINED_SAMPLES, code_in, codes_of, contrasts, is_uneven, refines};
+use super::costs::PixelCost;
+use super::packets::{Job, Kernel, Samples, Traced};
+use super::sampling::{Histogram, Sampling};
+use super::tiles::split;
+use super::{Cancelled, Control, Cut, Picture, Probe, Refined, statistical};
+use crate::camera::Window;
+use crate::film::{Film, Region};
+use crate::lanes::MAX_LANES;
+use crate::plan::effects::Specialised;
+use crate::scene::Scene;
+use crate::scene::world::World;
+use rayon::prelude::*;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+/// Renders pictures of one scene.
+pub(super) struct Renderer<'a, R> {
+    pub(super) scene: &'a Scene,
+    pub(super) control: &'a Control,
+    pub(super) cut: Cut,
+    /// Of the whole picture.
+    size: [u32; 2],
+    pub(super) job: Job<'a, R>,
+    /// Whether each pixel is traced alone, to see what it takes.
+    each: bool,
+}
+
+impl<'a, R: Kernel> Renderer<'a, R> {
+    pub(super) fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
+        let kernel = if cut.specialised { Specialised::of(world) } else { Specialised::Everything };
+        let (camera, eye, pruning) = (world.camera, R::eye_media(world), world.rules.pruning);
+        let job = Job { world, camera, eye, cancelled: &control.cancelled, kernel, pruning, low: false };
+        Self { scene, control, cut, size: [scene.width, scene.height], job, each: false }
+    }
+
+    /// The renderer of what a window shows.
+    pub(super) fn through(mut self, window: &Window) -> Self {
+        self.size = [window.width, window.height];
+        self.job.camera = self.job.camera.through(window);
+        self
+    }
+
+    /// The renderer that looks at each pixel alone.
+    pub(super) fn one_by_one(self) -> Self {
+        Self { each: true, ..self }
+    }
+
+    pub(super) fn picture(&self, region: Region) -> Result<Picture, Cancelled> {
+        let [full_width, full_height] = self.size;
+        if !refines(self.scene) {
+            self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
+            return Ok(self.picture_of(region, self.grid(region)?, Refined::default()));
+        }
+        // Antialiasing compares with neighbours, also across the region's edge, so that a tile is a crop of the whole.
+        let around = region.with_border(full_width, full_height);
+        self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
+        let mut traced = self.grid(around)?;
+        let contrasts = contrasts(&codes_of(&traced.pixels), around.width);
+        let contrast = |at: [u32; 2]| contrasts[around.index(at)];
+        let uneven: Vec<[u32; 2]> = region.iter().filter(|&at| contrast(at) >= CONTRAST).collect();
+        self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
+        let refined = self.list(&uneven, REFINED_SAMPLES)?;
+        if around != region {
+            traced.pixels = region.iter().map(|at| traced.pixels[around.index(at)]).collect();
+        }
+        for (&at, pixel) in uneven.iter().zip(refined.pixels) {
+            traced.pixels[region.index(at)] = pixel;
+        }
+        // `uneven` is in the order of rows.
+        let is_refined = |[x, y]: [u32; 2]| uneven.binary_search_by_key(&[y, x], |[x, y]| [*y, *x]).is_ok();
+        traced.lacking.retain(|lacking| region.contains(lacking.at) && !is_refined(lacking.at));
+        traced.lacking.extend(refined.lacking);
+        traced.rays = traced.rays + refined.rays;
+        traced.costs.retain(|cost| region.contains(cost.at));
+        traced.costs.extend(refined.costs);
+        // A pixel that is not refined is likely no further off than half of what it differs from a neighbour.
+        let even = region.iter().map(contrast).filter(|contrast| *contrast < CONTRAST);
+        traced.widths = even.chain(refined.widths).collect();
+        Ok(self.picture_of(region, traced, Refined { pixels: uneven.len() as u64, rays: refined.rays }))
+    }
+
+    pub(super) fn picture_of(&self, region: Region, traced: Traced, refined: Refined) -> Picture {
+        let [full_width, full_height] = self.size;
+        let Traced { pixels, lacking, rays, widths, reached, costs } = traced;
+        let film = Film { region, full_width, full_height, pixels };
+        let sampling = Sampling { widths: Histogram::of(&widths), reached };
+        Picture { film, lacking, sampling, rays, refined, costs, progress: None, trace_ms: 0.0 }
+    }
+
+    /// The base samples of a region, row by row.
+    fn grid(&self, region: Region) -> Result<Traced, Cancelled> {
+        let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
+        let parts: Result<Vec<Traced>, Cancelled> = split(region, self.cut.tile, &mut pixels)
+            .into_par_iter()
+            // Tiles differ in cost: each may go to another thread until the last.
+            .with_max_len(1)
+            .map(|mut tile| {
+                let mut traced = self.trace(&tile.blocks(), self.scene.samples)?;
+                tile.put(&std::mem::take(&mut traced.pixels));
+                Ok(traced)
+            })
+            .collect();
+        Ok(Traced { pixels, ..Traced::joined(parts?) })
+    }
+
+    /// Pixels anywhere, in the order given.
+    fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
+        let parts: Result<Vec<Traced>, Cancelled> =
+            at.par_chunks(16 * MAX_LANES).with_max_len(1).map(|part| self.trace(part, samples)).collect();
+        Ok(Traced::joined(parts?))
+    }
+
+    fn trace(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
+        let mut traced = Traced { pixels: Vec::with_capacity(at.len()), ..Traced::default() };
+        if self.each {
+            for pixel in at {
+                self.trace_alone(*pixel, samples, &mut traced);
+            }
+        } else {
+            self.trace_pixels(at, samples, &mut traced);
+        }
+        if self.control.cancelled.load(Ordering::Relaxed) {
+            return Err(Cancelled);
+        }
+        self.control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
+        Ok(traced)
+    }
+
+    /// Pixels with as many samples, or with as many as a target takes.
+    fn trace_pixels(&self, at: &[[u32; 2]], samples: u32, traced: &mut Traced) {
+        match &self.scene.statistical {
+            Some(target) => statistical::trace(self.cut.level, &self.job, target, at, traced),
+            None => R::trace(self.cut.level, &self.job, at, Samples::of_picture(samples), traced),
+        }
+    }
+
+    /// One pixel, and what it takes.
+    fn trace_alone(&self, at: [u32; 2], samples: u32, traced: &mut Traced) {
+        let before = std::mem::take(&mut traced.rays);
+        let started = Instant::now();
+        self.trace_pixels(&[at], samples, traced);
+        let nanoseconds = started.elapsed().as_nanos() as u64;
+        traced.costs.push(PixelCost { at, rays: traced.rays.total(), nanoseconds, deepest: traced.rays.deepest });
+        traced.rays = before + traced.rays;
+    }
+
+    /// Traces pixels of the base samples.
+    pub(super) fn probe(self) -> Probe<'a> {
+        Box::new(move |at| {
+            let mut traced = Traced::default();
+            self.trace_pixels(at, self.scene.samples, &mut traced);
+            (traced.pixels, traced.rays)
+        })
+    }
+
+    pub(super) fn uneven_in(&self, around: Region, x: u32, y: u32) -> bool {
+        let Ok(base) = self.grid(around) else { return false };
+        let codes = codes_of(&base.pixels);
+        is_uneven(code_in(&codes, around), around, x, y)
+    }
+}

@@ -1,0 +1,146 @@
+//! As many samples as each pixel takes to be sure of its mean.
+//!
+//! A pixel gets batches of a few samples, each batch evenly spread by a shift of its own, so that the means of batches are
+//! independent and their spread tells how far the mean of all is off. After a number of batches, and ever more of them, it
+//! is asked whether the interval of Student's t is narrow enough; since k looks have k chances to be wrong, look k is
+//! allowed only 1/(k(k + 1)) of the doubt. No pixel depends on another, so any crop is that of the whole.
+
+use super::packets::{Job, Kernel, Samples, Traced, show};
+use super::student::student_t;
+use crate::math::linear_to_srgb;
+use crate::scene::description::Statistical;
+use fearless_simd::Level;
+use std::ops::Add;
+use std::sync::atomic::Ordering;
+
+/// Samples of a batch.
+const BATCH: u32 = 4;
+/// Batches before the first look.
+const FIRST: u32 = 8;
+/// Batches after which a pixel is left as it is.
+const MOST: u32 = 1_024;
+
+/// How far pixels came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Reached {
+    /// Pixels that were asked for.
+    pub pixels: u64,
+    /// Those whose interval is as narrow as asked for.
+    pub sure: u64,
+    /// Samples of all.
+    pub samples: u64,
+    /// Most samples of one.
+    pub most_samples: u32,
+}
+
+impl Add for Reached {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self {
+            pixels: self.pixels + o.pixels,
+            sure: self.sure + o.sure,
+            samples: self.samples + o.samples,
+            most_samples: self.most_samples.max(o.most_samples),
+        }
+    }
+}
+
+/// What the batches of a pixel say.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pixel {
+    batches: u32,
+    /// Mean of the lower ends.
+    mean: [f64; 3],
+    /// Sum of squares of what batches are away from it (Welford 1962).
+    squares: [f64; 3],
+    /// Mean of the upper ends.
+    highest: [f64; 3],
+    /// Width of the interval in codes, at the last look.
+    width: f64,
+}
+
+impl Pixel {
+    fn add(&mut self, low: [f32; 3], high: [f32; 3]) {
+        self.batches += 1;
+        let n = f64::from(self.batches);
+        for c in 0..3 {
+            let away = f64::from(low[c]) - self.mean[c];
+            self.mean[c] += away / n;
+            self.squares[c] += away * (f64::from(low[c]) - self.mean[c]);
+            self.highest[c] += (f64::from(high[c]) - self.highest[c]) / n;
+        }
+    }
+
+    /// Whether the interval of mean -+ t s/sqrt(n) is at most so many codes wide in each channel.
+    fn is_sure(&mut self, t: f64, codes: f64) -> bool {
+        let n = f64::from(self.batches);
+        let code = |linear: f64| 255.0 * linear_to_srgb(linear.clamp(0.0, 1.0));
+        self.width = 0.0;
+        for c in 0..3 {
+            let off = t * (self.squares[c] / ((n - 1.0) * n)).sqrt();
+            if off > 0.0 {
+                self.width = self.width.max(code(self.mean[c] + off) - code(self.mean[c] - off));
+            }
+        }
+        self.width <= codes
+    }
+}
+
+/// Traces the pixels at `at` until each is as sure as the target asks. Once cancelled it returns early, and what it says
+/// is of no use.
+pub(super) fn trace<R: Kernel>(
+    level: Level,
+    job: &Job<'_, R>,
+    target: &Statistical,
+    at: &[[u32; 2]],
+    out: &mut Traced,
+) {
+    let job = Job { low: true, ..job.clone() };
+    let mut pixels = vec![Pixel::default(); at.len()];
+    let mut open: Vec<usize> = (0..at.len()).collect();
+    let (mut batch, mut until) = (0, FIRST);
+    for look in 1.. {
+        let asked: Vec<[u32; 2]> = open.iter().map(|index| at[*index]).collect();
+        while batch < until {
+            batch += 1;
+            let mut part = Traced::default();
+            R::trace(level, &job, &asked, Samples { count: BATCH, batch }, &mut part);
+            if job.cancelled.load(Ordering::Relaxed) {
+                return;
+            }
+            out.rays = out.rays + part.rays;
+            let mut lacking = part.lacking.iter().peekable();
+            for (index, low) in open.iter().zip(part.pixels) {
+                let high = lacking.next_if(|lacking| lacking.at == at[*index]).map_or(low, |lacking| lacking.highest);
+                pixels[*index].add(low, high);
+            }
+        }
+        let doubt = (1.0 - target.confidence) / f64::from(look * (look + 1));
+        let t = student_t(batch - 1, doubt);
+        let asked = open.len();
+        open.retain(|index| !pixels[*index].is_sure(t, 2.0 * target.half_width));
+        let sure = asked - open.len();
+        out.reached = out.reached + Reached { pixels: sure as u64, sure: sure as u64, ..Reached::default() };
+        if open.is_empty() || batch == MOST {
+            break;
+        }
+        until = (batch * 3 / 2).min(MOST);
+    }
+    out.reached.pixels += open.len() as u64;
+    for (&at, pixel) in at.iter().zip(&pixels) {
+        let samples = pixel.batches * BATCH;
+        out.reached =
+            out.reached + Reached { samples: u64::from(samples), most_samples: samples, ..Reached::default() };
+        let mean = pixel.mean.map(|c| c as f32);
+        let highest = pixel.highest.map(|c| c as f32);
+        out.widths.push(pixel.width.ceil() as u8);
+        if mean == highest {
+            out.pixels.push(mean);
+            continue;
+        }
+        let ends = std::array::from_fn(|c| [mean[c].next_down().max(0.0), highest[c].next_up()]);
+        let (shown, highest) = show(mean, ends, job.pruning);
+        out.pixels.push(shown);
+        out.lacking.push(super::Lacking { at, highest });
+    }
+}

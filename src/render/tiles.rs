@@ -1,0 +1,50 @@
+//! Tiles of a picture, and the order of their pixels.
+
+use crate::film::Region;
+
+/// A tile and where its pixels go, row by row.
+pub(super) struct Tile<'a> {
+    region: Region,
+    rows: Vec<&'a mut [[f32; 3]]>,
+}
+
+/// Edge of the block of pixels that share a packet, so that its rays stay together: 4 x 4 are 16 lanes.
+pub(crate) const BLOCK: u32 = 4;
+
+impl Tile<'_> {
+    /// Its pixels, block by block.
+    pub(super) fn blocks(&self) -> Vec<[u32; 2]> {
+        let mut at = Vec::with_capacity(self.region.pixels() as usize);
+        for block in self.region.tiles(BLOCK) {
+            for y in block.y..block.y + block.height {
+                at.extend((block.x..block.x + block.width).map(|x| [x, y]));
+            }
+        }
+        at
+    }
+
+    /// Puts pixels in the order of [`Self::blocks`] where they belong.
+    pub(super) fn put(&mut self, mut pixels: &[[f32; 3]]) {
+        for block in self.region.tiles(BLOCK) {
+            let (left, top) = ((block.x - self.region.x) as usize, (block.y - self.region.y) as usize);
+            for row in &mut self.rows[top..top + block.height as usize] {
+                let (part, rest) = pixels.split_at(block.width as usize);
+                row[left..left + part.len()].copy_from_slice(part);
+                pixels = rest;
+            }
+        }
+    }
+}
+
+/// Cuts the pixels of a region into tiles.
+pub(super) fn split(region: Region, edge: u32, pixels: &mut [[f32; 3]]) -> Vec<Tile<'_>> {
+    let mut tiles: Vec<Tile<'_>> = region.tiles(edge).map(|region| Tile { region, rows: Vec::new() }).collect();
+    let across = region.width.div_ceil(edge) as usize;
+    for (y, row) in pixels.chunks_mut(region.width as usize).enumerate() {
+        let first = y / edge as usize * across;
+        for (tile, part) in tiles[first..first + across].iter_mut().zip(row.chunks_mut(edge as usize)) {
+            tile.rows.push(part);
+        }
+    }
+    tiles
+}
