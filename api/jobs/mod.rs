@@ -7,6 +7,7 @@ mod canvas;
 mod events;
 mod job;
 mod keep;
+mod look;
 mod order;
 pub(crate) mod record;
 mod registry;
@@ -25,7 +26,7 @@ use crate::ready::Ready;
 use crate::workers::{Pool, Workers};
 use job::{Stopped, locked};
 use record::{Failure, Record, State, now};
-use registry::{Registry, estimate, rank, remaining};
+use registry::Registry;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -137,70 +138,6 @@ impl Jobs {
         Ok(jobs)
     }
 
-    /// A tenant's job.
-    pub(crate) fn find(&self, tenant: &str, id: &str) -> Option<Arc<Job>> {
-        locked(&self.registry).jobs.get(id).filter(|job| job.record().tenant == tenant).map(Arc::clone)
-    }
-
-    /// A tenant's jobs after an id, the newest first, as far as `wanted` says so.
-    pub(crate) fn list(
-        &self,
-        tenant: &str,
-        before: Option<&str>,
-        limit: usize,
-        wanted: impl Fn(&Record) -> bool,
-    ) -> Vec<Arc<Job>> {
-        let registry = locked(&self.registry);
-        let older = registry.jobs.range::<str, _>((
-            std::ops::Bound::Unbounded,
-            before.map_or(std::ops::Bound::Unbounded, std::ops::Bound::Excluded),
-        ));
-        let mine = |job: &&Arc<Job>| {
-            let record = job.record();
-            record.tenant == tenant && wanted(&record)
-        };
-        older.rev().map(|(_, job)| job).filter(mine).take(limit).map(Arc::clone).collect()
-    }
-
-    /// Place of a job among the waiting ones of its tenant, from 1, and milliseconds until it should be done.
-    pub(crate) fn place(&self, job: &Arc<Job>) -> Option<(usize, f64)> {
-        let registry = locked(&self.registry);
-        let mine = rank(job);
-        let tenant = job.record().tenant.clone();
-        registry.queued.iter().find(|queued| Arc::ptr_eq(queued, job))?;
-        let of_tenant = |other: &&Arc<Job>| other.record().tenant == tenant;
-        let ahead: Vec<f64> =
-            registry.queued.iter().filter(of_tenant).filter(|other| rank(other) > mine).map(estimate).collect();
-        let running: f64 = registry.open.iter().filter(of_tenant).map(remaining).sum();
-        let mut tenants: Vec<String> = registry.open.iter().map(|job| job.record().tenant.clone()).collect();
-        tenants.push(tenant.clone());
-        tenants.sort();
-        tenants.dedup();
-        let alone = ahead.iter().sum::<f64>() + running + estimate(job);
-        Some((ahead.len() + 1, alone * registry.slowness.unwrap_or(1.0) * tenants.len() as f64))
-    }
-
-    /// Jobs that wait and jobs that are open.
-    pub(crate) fn counts(&self) -> (usize, usize) {
-        let registry = locked(&self.registry);
-        (registry.queued.len(), registry.open.len())
-    }
-
-    /// The states of all jobs that are known.
-    pub(crate) fn by_state(&self) -> Vec<State> {
-        locked(&self.registry).jobs.values().map(|job| job.record().state).collect()
-    }
-
-    /// Time spent on jobs that were canceled or have failed.
-    pub(crate) fn canceled(&self) -> Duration {
-        Duration::from_millis(self.canceled.load(Ordering::Relaxed))
-    }
-
-    /// Bytes of scenes and of finished pictures on disk.
-    pub(crate) fn bytes(&self) -> u64 {
-        self.scenes.bytes() + locked(&self.registry).kept()
-    }
-
     /// Stops a job; whether it was not final yet.
     pub(crate) fn cancel(&self, job: &Arc<Job>) -> bool {
         let was_queued = {
@@ -238,21 +175,6 @@ impl Jobs {
         }
         let id = job.record().id.clone();
         self.forget_all(&[id]);
-    }
-
-    /// The picture of a job that has succeeded.
-    pub(crate) fn picture(&self, id: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.folder_of(id).join("picture"))
-    }
-
-    /// The text of a scene that a job needs.
-    pub(crate) fn scene(&self, name: &str) -> Option<Vec<u8>> {
-        self.scenes.get(name)
-    }
-
-    /// Its last preview, a PNG.
-    pub(crate) fn last_preview(&self, id: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.folder_of(id).join("preview"))
     }
 
     /// Opens no more jobs. Those that are open are suspended if another process can go on with them.
