@@ -8,6 +8,7 @@ use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{Codes, FileFormat, Look, Region};
+use strahl::plan::pilot::Effort;
 use strahl::render::{Cancelled, Control, Picture, Progress, Stop, render_until};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Time};
@@ -34,12 +35,15 @@ pub(crate) struct Shot {
     pub(crate) format: FileFormat,
     /// Whether the file says what is proved about it and what makes it again, if its format has a place for that.
     pub(crate) note: bool,
+    /// Whether the report says what was expected before.
+    pub(crate) predict: bool,
 }
 
 impl Shot {
     /// A part of the scene's own picture.
     pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
-        Self { window: Window::whole(scene.width, scene.height), region, look: Look::default(), format, note: false }
+        let window = Window::whole(scene.width, scene.height);
+        Self { window, region, look: Look::default(), format, note: false, predict: false }
     }
 }
 
@@ -54,7 +58,11 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Finished, Cancelled> {
     let scene = &ready.scene;
-    let &Shot { window, region, look, format, note } = shot;
+    let &Shot { window, region, look, format, note, predict } = shot;
+    let mut plan = ready.plan.clone();
+    if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
+        workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
+    }
     // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
     let finish = |picture: &Picture| {
         let coding = Instant::now();
@@ -110,8 +118,9 @@ pub(crate) fn make(
         refined: picture.refined,
         threads: workers.threads(),
         progress: picture.progress,
+        predicted: plan.estimate,
     };
-    Ok(Finished { file, report: Report { plan: ready.plan.clone(), cost, error, replay } })
+    Ok(Finished { file, report: Report { plan, cost, error, replay } })
 }
 
 /// What the file says about its picture: of the cost report all that depends on neither the machine nor the moment, since

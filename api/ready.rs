@@ -3,10 +3,11 @@
 use crate::identity::{is_reproducible, scene_id};
 use crate::report::Cost;
 use crate::workers::Workers;
+use schemars::JsonSchema;
 use serde::Serialize;
 use strahl::film::Region;
 use strahl::plan::Plan;
-use strahl::plan::pilot::Pilot;
+use strahl::plan::pilot::{Effort, Pilot};
 use strahl::render::{Cancelled, Control};
 use strahl::scene::description::RenderSettings;
 use strahl::scene::{Loaded, Scene};
@@ -64,12 +65,12 @@ pub(crate) fn planned(
     control: &Control,
 ) -> Result<(Plan, Pilot), Cancelled> {
     let mut plan = ready.plan.clone();
-    let pilot = workers.work(|| plan.estimate(&ready.scene, region, control))??;
+    let pilot = workers.work(|| plan.estimate(&ready.scene, region, control, Effort::QUICK))??;
     Ok((plan, pilot))
 }
 
 /// A plan, and what carrying it out has cost.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Analyzed<'a> {
     /// The plan, with the rays and milliseconds of each effect.
     #[serde(flatten)]

@@ -1,17 +1,20 @@
 //! What a picture cost: the same JSON on `--stats`, and behind the headers of an answer.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
 use strahl::accuracy::Proof;
 use strahl::film::Region;
 use strahl::plan::Plan;
+use strahl::plan::estimate::Estimate;
 use strahl::render::{Picture, Progress, RayCounts, Refined, Sampling};
 use strahl::scene::Scene;
 use strahl::scene::ceiling::Reach;
 use strahl::scene::description::{RenderSettings, Statistical};
 
 /// The cost report.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "CostReport")]
 pub(crate) struct Report {
     /// The effects, each on or off, and why, and how deep rays go.
     pub(crate) plan: Plan,
@@ -24,7 +27,8 @@ pub(crate) struct Report {
 }
 
 /// Time and rays.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "PictureCost")]
 pub(crate) struct Cost {
     /// Milliseconds from the scene's bytes to the picture's.
     pub(crate) wall_ms: f64,
@@ -43,10 +47,14 @@ pub(crate) struct Cost {
     /// How far a picture came that had to stop: in the modes time and rays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) progress: Option<Progress>,
+    /// What tracing was expected to take, from a few of the pixels before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) predicted: Option<Estimate>,
 }
 
 /// Milliseconds by phase, in order.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "PhaseTimes")]
 pub(crate) struct Phases {
     /// Reading the scene.
     pub(crate) parse: f64,
@@ -68,7 +76,7 @@ impl Phases {
 }
 
 /// Bounds by how they are known, kept apart. Null means unknown, not exact.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ErrorBounds {
     /// True for certain.
     pub(crate) proved: Proved,
@@ -79,7 +87,8 @@ pub(crate) struct ErrorBounds {
 }
 
 /// What ending the recursion may have changed.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "ProvedError")]
 pub(crate) struct Proved {
     /// How much. None where nothing bounds it.
     #[serde(flatten)]
@@ -124,7 +133,8 @@ impl Proved {
 }
 
 /// How far more samples would likely take the picture, as those it has tell.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "EstimatedError")]
 pub(crate) struct Estimated {
     /// 8-bit codes that a share of the pixels is likely not further off, in the channel that is least sure.
     pub(crate) half_width_codes: f64,
@@ -138,7 +148,8 @@ pub(crate) struct Estimated {
 }
 
 /// A target of the statistical mode, and what came of it.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "SamplingTarget")]
 pub(crate) struct Target {
     #[serde(flatten)]
     asked: Statistical,
@@ -190,7 +201,7 @@ impl ErrorBounds {
 }
 
 /// What renders the same pixels again, on any machine and any number of threads.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Replay {
     /// Version of the renderer.
     pub(crate) version: &'static str,

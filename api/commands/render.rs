@@ -40,7 +40,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     warn(&source.name, &ready.scene.warnings);
     let region = region_of(&ready.scene, args.picture.region)?;
-    let shot = Shot { note: true, ..Shot::of(&ready.scene, region, format) };
+    let shot = Shot { note: true, predict: stats.is_some(), ..Shot::of(&ready.scene, region, format) };
     let make = || picture::make(started, &ready, ready.loading, &shot, &workers, &control);
     let Finished { file, report } = progress::while_showing(&control, make)?;
 

@@ -1,10 +1,12 @@
 //! Errors in 8-bit codes, which is what a PNG holds.
 
 use super::{Codes8, Spread};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "CodeErrors")]
 pub struct Codes {
     /// Errors in codes.
     pub error: Spread,

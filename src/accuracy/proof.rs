@@ -4,10 +4,11 @@ use crate::film::Film;
 use crate::film::srgb::Codes8;
 use crate::render::{Lacking, Picture};
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Bounds on what ending the recursion has changed, for the same samples; rounding of the sums is in them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Proof {
     /// Most 8-bit codes that any channel of any pixel is off.
     pub max_codes: u8,

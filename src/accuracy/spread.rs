@@ -1,9 +1,11 @@
 //! Mean, quantiles and maximum of the errors of a picture's pixels.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// How errors are spread over a picture.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "ErrorSpread")]
 pub struct Spread {
     /// Their mean.
     pub mean: f64,

@@ -3,11 +3,13 @@
 use super::{Codes, Codes8, Spread, ciede2000, codes, flip};
 use crate::render::RayCounts;
 use crate::scene::description::Precision;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
 
 /// Settings that trade accuracy for time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "TradeoffSettings")]
 pub struct Settings {
     /// Longest chain of rays; the primary ray counts 1.
     pub max_depth: u32,
@@ -25,7 +27,7 @@ pub struct Settings {
 }
 
 /// What is varied while the rest stays.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sweep {
     /// Nothing: the settings the scene itself asks for.
@@ -43,7 +45,8 @@ pub enum Sweep {
 }
 
 /// Settings and what they were found to cost and to miss.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "TradeoffPoint")]
 pub struct Point {
     /// The settings.
     pub settings: Settings,
@@ -60,7 +63,8 @@ pub struct Point {
 }
 
 /// Errors of one picture, kept apart by where they come from. None: there was no reference to measure against.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+#[schemars(rename = "MeasuredErrors")]
 pub struct Errors {
     /// Of ending the recursion, and of rounding: against the same samples followed as far as the reference's.
     pub truncation: Option<Difference>,
@@ -71,7 +75,7 @@ pub struct Errors {
 }
 
 /// How far a picture is from its reference, by every measure.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Difference {
     /// In 8-bit codes of the worst channel.
     pub codes: Codes,
@@ -93,7 +97,8 @@ impl Difference {
 }
 
 /// Repeated times of the same work, in milliseconds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "RepeatedTimes")]
 pub struct Times {
     /// Half of the repeats are not longer; of an even number the mean of the two in the middle.
     pub median_ms: f64,

@@ -2,10 +2,11 @@
 
 use super::pareto::{Compromise, front, knee};
 use super::sweep::{Difference, Point};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// What was found out about one scene.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Tradeoff {
     /// The scene's name.
     pub scene: Option<String>,
@@ -22,7 +23,7 @@ pub struct Tradeoff {
 }
 
 /// On what, when and how a trade-off was measured.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Circumstances {
     /// Version of the renderer.
     pub version: &'static str,
@@ -49,7 +50,8 @@ pub const HOW_TIMES_ARE_MEASURED: &str = "milliseconds of wall time spent tracin
     picture; medians of repeats, one of all points after the other round by round, after a warm-up on a smaller picture";
 
 /// The recursion of the pictures that errors are measured against; they are traced in double precision.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "TradeoffReference")]
 pub struct Reference {
     /// Longest chain of rays.
     pub max_depth: u32,
@@ -62,7 +64,8 @@ pub struct Reference {
 }
 
 /// How much a reference changes on the small picture of the warm-up when its rays are followed further.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "FinerReference")]
 pub struct Finer {
     /// Weight below which a ray is not followed then.
     pub min_weight: f64,
@@ -71,7 +74,8 @@ pub struct Finer {
 }
 
 /// What a picture costs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "TradeoffCost")]
 #[serde(rename_all = "snake_case")]
 pub enum Cost {
     /// Median milliseconds.
@@ -81,7 +85,8 @@ pub enum Cost {
 }
 
 /// Where an error comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "ErrorSource")]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// Ending the recursion, and rounding; of pictures with one sample in the middle of each pixel.
@@ -91,7 +96,8 @@ pub enum Source {
 }
 
 /// The points that no other beats.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "TradeoffFront")]
 pub struct Front {
     /// Which error: its root mean square in codes.
     pub error: Source,

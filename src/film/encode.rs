@@ -1,12 +1,14 @@
 //! Film to the bytes of a file. The same film gives the same bytes, on every machine and with any number of threads.
 
 use super::{Film, Look, compact, exr, pfm, png};
+use serde::{Deserialize, Serialize};
 
 /// Keyword of the text in a PNG.
 pub const NOTE: &str = "strahl";
 
 /// Picture formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum FileFormat {
     /// PNG, sRGB, 8 bits per channel.
     Png8,

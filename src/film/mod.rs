@@ -13,7 +13,7 @@ pub use encode::{Codes, FileFormat, NOTE, encode};
 pub use look::{Look, Tone};
 
 /// A rectangle of pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Region {
     /// Left edge.
     pub x: u32,

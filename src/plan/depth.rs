@@ -15,10 +15,11 @@ use crate::scene::compile::Precise;
 use crate::scene::description::Description;
 use crate::scene::world::World;
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// How long chains of rays get.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Depth {
     /// `render.max_depth`, if the scene names one.
     pub requested: Option<u32>,

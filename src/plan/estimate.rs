@@ -4,17 +4,18 @@
 //! Effects that follow no rays of their own, as highlights or textures, are part of those that do.
 
 use super::explain::{Effect, State};
-use super::pilot::{BUDGET, Expected, Pilot};
+use super::pilot::{Effort, Expected, Pilot};
 use super::ray_times::by_kind;
 use super::{Plan, milliseconds};
 use crate::film::Region;
 use crate::render::{Cancelled, Control, RayCounts, Refined};
 use crate::scene::Scene;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
 
 /// What an effect is expected to take.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Estimated {
     /// Its own rays.
     pub rays: u64,
@@ -25,7 +26,7 @@ pub struct Estimated {
 }
 
 /// What an effect took.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Actual {
     /// Its own rays, counted.
     pub rays: u64,
@@ -34,7 +35,7 @@ pub struct Actual {
 }
 
 /// What a whole picture is expected to take.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Estimate {
     /// Pixels of the picture or its region.
     pub pixels: u64,
@@ -50,6 +51,10 @@ pub struct Estimate {
     pub refined_pixels: u64,
     /// Milliseconds of wall time that tracing takes on `threads`, if nothing else needs them.
     pub ms: f64,
+    /// The interval that should hold them, at 95 %.
+    pub ms_ci: [f64; 2],
+    /// Milliseconds that finding out took.
+    pub pilot_ms: f64,
     /// Threads of the pool.
     pub threads: usize,
 }
@@ -87,9 +92,15 @@ fn own(effect: &Effect) -> Own {
 
 impl Plan {
     /// Adds what a region of the picture, which must fit it, is expected to take, and returns what that relies on.
-    pub fn estimate(&mut self, scene: &Scene, region: Region, control: &Control) -> Result<Pilot, Cancelled> {
+    pub fn estimate(
+        &mut self,
+        scene: &Scene,
+        region: Region,
+        control: &Control,
+        effort: Effort,
+    ) -> Result<Pilot, Cancelled> {
         let started = Instant::now();
-        let pilot = Pilot::run(scene, region, control, BUDGET)?;
+        let pilot = Pilot::run(scene, region, control, effort)?;
         let threads = rayon::current_num_threads();
         let ms = |nanoseconds: f64| rounded(nanoseconds / threads as f64 * 1e-6);
         for effect in &mut self.explanation.effects {
@@ -107,6 +118,8 @@ impl Plan {
             });
         }
         let [low, high] = pilot.rays.interval;
+        let whole = pilot.nanoseconds();
+        let off = whole * pilot.time_off;
         self.estimate = Some(Estimate {
             pixels: pilot.pixels,
             pilot_pixels: pilot.traced,
@@ -114,7 +127,9 @@ impl Plan {
             rays_ci: [low.floor() as u64, high.ceil() as u64],
             camera_rays: pilot.kinds[0].value.round() as u64,
             refined_pixels: pilot.refined.value.round() as u64,
-            ms: ms(pilot.nanoseconds()),
+            ms: ms(whole),
+            ms_ci: [ms((whole - off).max(0.0)), ms(whole + off)],
+            pilot_ms: rounded(milliseconds(started)),
             threads,
         });
         self.explain_ms += milliseconds(started);

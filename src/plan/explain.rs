@@ -5,12 +5,13 @@ use super::estimate::{Actual, Estimated};
 use super::use_of::{Uses, uses};
 use crate::scene::description::{Description, Light, Material, Object};
 use crate::scene::problem::push_token;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// The effects of a scene.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Explanation {
     /// Every effect the renderer knows.
     pub effects: Vec<Effect>,
@@ -19,7 +20,7 @@ pub struct Explanation {
 }
 
 /// One effect.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Effect {
     /// Its name, a token of letters and `_`.
     pub effect: &'static str,
@@ -41,7 +42,8 @@ pub struct Effect {
 }
 
 /// States of an effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "EffectState")]
 #[serde(rename_all = "snake_case")]
 pub enum State {
     /// Simulated.

@@ -21,12 +21,13 @@ use effects::Specialised;
 use estimate::Estimate;
 use explain::{Explanation, explain};
 use fearless_simd::Level;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 use std::time::Instant;
 
 /// What rendering a scene means.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Plan {
     /// What traces it.
     #[serde(flatten)]
@@ -46,7 +47,7 @@ pub struct Plan {
 }
 
 /// The compiled kernel that traces a scene.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Kernel {
     /// What it follows beside camera and shadow rays, as `REFLECTION|TRANSMISSION`; `LOCAL` for nothing.
     pub kernel: String,

@@ -11,14 +11,33 @@ use crate::film::srgb::code8;
 use crate::lanes::MAX_LANES;
 use crate::render::{BLOCK, Cancelled, Control, Probe, REFINED_SAMPLES, RayCounts, code_in, is_uneven, probe, refines};
 use crate::scene::Scene;
+use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// How long a pilot may take before it is content with what it has.
-pub const BUDGET: Duration = Duration::from_millis(3);
+/// How far a pilot goes before it is content with what it has.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// Wall time.
+    pub time: Duration,
+    /// Share of the pixels, and so about of the time that the picture takes.
+    pub share: f64,
+}
+
+impl Effort {
+    /// For an answer at once.
+    pub const QUICK: Self = Self { time: Duration::from_millis(3), share: 1.0 };
+    /// Before a picture: little beside it, however long it takes.
+    pub const BESIDE: Self = Self { time: Duration::from_secs(1), share: 0.012 };
+}
+
+/// Blocks between two looks at the effort, which all threads share.
+const CHUNK: u32 = 48;
 /// Blocks of a picture: 1/256 of them, but at least this many (if it has as many).
 const LEAST_BLOCKS: u32 = 1_024;
 const SHARE: u32 = 256;
+/// How far the same work may be from its time at another moment.
+const CLOCK: f64 = 0.05;
 /// Most packets of uneven pixels that are timed.
 const EDGE_PACKETS: usize = 24;
 
@@ -53,22 +72,29 @@ pub struct Pilot {
     /// What the rays that antialiasing adds take, in nanoseconds: its packets gather edges from all over and are less
     /// coherent than blocks.
     pub added_nanoseconds: f64,
+    /// How far the whole time may be from what is expected, as a share of it, in 19 of 20 pictures.
+    pub time_off: f64,
 }
 
 impl Pilot {
-    /// Traces a pilot of a region, which must fit the picture, on this thread.
-    pub fn run(scene: &Scene, region: Region, control: &Control, budget: Duration) -> Result<Self, Cancelled> {
+    /// Traces a pilot of a region, which must fit the picture, on the current rayon pool.
+    pub fn run(scene: &Scene, region: Region, control: &Control, effort: Effort) -> Result<Self, Cancelled> {
         let started = Instant::now();
         let cells = Cells::new(region);
         let probe = probe(scene, control);
-        let mut blocks = Vec::with_capacity(cells.count() as usize);
-        for k in 0..cells.count() {
+        let trace = |k: u32| {
             let cell = cells.visited(k);
-            blocks.push((cell, Block::trace(scene, &probe, cells.block(cell))));
+            (cell, Block::trace(scene, &probe, cells.block(cell)))
+        };
+        let enough = (region.pixels() as f64 * effort.share / f64::from(BLOCK * BLOCK)) as u32;
+        let wanted = cells.count().min(enough.max(1));
+        let mut blocks = Vec::with_capacity(wanted as usize);
+        for first in (0..wanted).step_by(CHUNK as usize) {
+            blocks.par_extend((first..wanted.min(first + CHUNK)).into_par_iter().with_max_len(1).map(trace));
             if control.cancelled.load(Ordering::Relaxed) {
                 return Err(Cancelled);
             }
-            if started.elapsed() > budget {
+            if started.elapsed() > effort.time {
                 break;
             }
         }
@@ -96,7 +122,10 @@ impl Pilot {
             rays: expect(&|b| b.with_refined(all(b))),
             times: fitted,
             added_nanoseconds: 0.0,
+            time_off: 0.0,
         };
+        let time = expect(&|b| b.with_refined(b.nanoseconds));
+        pilot.time_off = (time.interval[1] - time.value) / time.value.max(1.0) + CLOCK;
         let even = pilot.nanoseconds() / pilot.rays.value.max(1.0);
         pilot.added_nanoseconds = even * slowdown(blocks, &fitted, probe);
         // All kinds share what the added rays take longer.
@@ -118,7 +147,8 @@ fn slowdown(blocks: &[Block], times: &RayTimes, probe: &Probe<'_>) -> f64 {
     let mut uneven: Vec<[u32; 2]> = blocks.iter().flat_map(|block| &block.uneven).copied().collect();
     uneven.sort_unstable_by_key(|[x, y]| (*y, *x));
     let begun = Instant::now();
-    let packets = uneven.chunks_exact(MAX_LANES).take(EDGE_PACKETS).take_while(|_| begun.elapsed() < BUDGET / 4);
+    let packets =
+        uneven.chunks_exact(MAX_LANES).take(EDGE_PACKETS).take_while(|_| begun.elapsed() < Effort::QUICK.time / 4);
     let paces = packets.map(|packet| {
         let started = Instant::now();
         let (_, rays) = probe(packet);

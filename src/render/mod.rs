@@ -18,7 +18,8 @@ use crate::scene::world::World;
 use fearless_simd::Level;
 use packets::Kernel;
 use renderer::Renderer;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::time::Instant;
 
@@ -47,7 +48,7 @@ pub struct Control {
 }
 
 /// Rays by kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct RayCounts {
     pub camera: u64,
@@ -138,7 +139,7 @@ pub struct Lacking {
 }
 
 /// What antialiasing added to the base samples of all pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Refined {
     /// Pixels that got more samples.
     pub pixels: u64,
@@ -247,7 +248,7 @@ pub fn samples_of(scene: &Scene, x: u32, y: u32, control: &Control) -> u32 {
 }
 
 /// Traces the base samples of some pixels: what [`pilot`](crate::plan::pilot) asks a scene.
-pub(crate) type Probe<'a> = Box<dyn Fn(&[[u32; 2]]) -> (Vec<[f32; 3]>, RayCounts) + 'a>;
+pub(crate) type Probe<'a> = Box<dyn Fn(&[[u32; 2]]) -> (Vec<[f32; 3]>, RayCounts) + Sync + 'a>;
 
 /// The probe of a scene. Once cancelled, it answers early and wrongly.
 pub(crate) fn probe<'a>(scene: &'a Scene, control: &'a Control) -> Probe<'a> {

@@ -14,6 +14,7 @@ use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};
 use crate::scene::world::Pruning;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -31,7 +32,8 @@ pub enum Stop {
 }
 
 /// How far a picture came.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "RenderProgress")]
 pub struct Progress {
     /// Rays that make this picture again, in the rays mode.
     pub count: u64,

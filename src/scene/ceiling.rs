@@ -1,5 +1,6 @@
 //! How bright anything in a scene can be: what a ray that is not followed could have added at most.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// An upper bound on the radiance of any ray, for each channel.
@@ -13,7 +14,7 @@ pub struct Ceiling {
 }
 
 /// What pictures are held against, and why.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Reach {
     /// Longest chain of rays of that picture; none for recursion without end.
     pub max_depth: Option<u32>,

@@ -8,10 +8,12 @@ use super::locate::locate;
 use super::pictures::{Files, NoFiles};
 use super::read::{self, Mended, Unreadable, read_json};
 use super::{Problem, Problems, Scene};
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// File formats of scenes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Format {
     /// Scene JSON version 1.
     Json,
@@ -20,7 +22,8 @@ pub enum Format {
 }
 
 /// Settings that the command line or a query string puts over those in the scene.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Overrides {
     /// Pixels across.
     pub width: Option<u32>,

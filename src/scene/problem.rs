@@ -1,10 +1,12 @@
 //! What is wrong with a scene, said so that its author can mend it.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
 
 /// One thing that is wrong, and where.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "SceneProblem")]
 pub struct Problem {
     /// JSON pointer (RFC 6901) of the offending value; empty for the whole document. NFF files have lines instead.
     pub pointer: String,
@@ -21,7 +23,8 @@ pub struct Problem {
 }
 
 /// Kinds of problems.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "SceneProblemCode")]
 #[serde(rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Code {

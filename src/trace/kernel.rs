@@ -26,6 +26,7 @@ use crate::render::RayCounts;
 use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, Medium, OUTSIDE};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,7 +43,7 @@ const BATCH_SHARE: f64 = 1.0 / 1_024.0;
 const PACKETS_BETWEEN_CHECKS: u32 = 256;
 
 /// Whitted's kinds of rays that are followed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum RayKind {

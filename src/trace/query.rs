@@ -13,6 +13,7 @@ use crate::scene::compile::Precise;
 use crate::scene::world::World;
 use crate::shading::media::Media;
 use crate::shading::optics::{fresnel_dielectric, reflect, refract};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A ray; `t` counts in units of `direction`, which is taken as given.
@@ -32,7 +33,7 @@ pub struct RayQuery {
 }
 
 /// What a ray hits.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RayAnswer {
     /// Whether it hits anything; the other keys are there only if it does.
     pub hit: bool,
@@ -42,7 +43,7 @@ pub struct RayAnswer {
 }
 
 /// Where and what. Numbers are those of the scene's precision, written so that they read back exactly.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RayHit {
     /// Ray parameter, in units of the direction.
     pub t: f64,

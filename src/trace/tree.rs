@@ -12,11 +12,13 @@ use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, MediumList};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
 
 /// Every ray of one pixel.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "RayTree")]
 pub struct Tree {
     /// Column and row of the pixel.
     pub pixel: [u32; 2],
@@ -38,7 +40,8 @@ pub struct Tree {
 }
 
 /// Kinds of rays.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "TreeRayKind")]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum NodeKind {
@@ -50,7 +53,8 @@ pub enum NodeKind {
 }
 
 /// One ray.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "TreeRay")]
 pub struct Node {
     /// Its number: its place in the list.
     pub id: u32,
@@ -89,7 +93,8 @@ pub struct Node {
 }
 
 /// A medium a ray is in.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "TreeMedium")]
 pub struct Medium {
     /// JSON pointer of the body.
     pub object: String,
@@ -98,7 +103,8 @@ pub struct Medium {
 }
 
 /// What a ray hits.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "TreeHit")]
 pub struct NodeHit {
     /// Distance.
     pub t: f64,
@@ -119,7 +125,7 @@ pub struct NodeHit {
 }
 
 /// Angles of Snell's law.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct SnellAngles {
     /// Index of refraction on the side the ray comes from.
     pub n1: f64,
@@ -136,7 +142,8 @@ pub struct SnellAngles {
 }
 
 /// A ray that was not followed.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "EndedRay")]
 pub struct Ended {
     /// Its kind.
     pub kind: RayKind,

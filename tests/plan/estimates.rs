@@ -3,11 +3,11 @@
 use crate::common::{load_scene, scene_names};
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::plan::pilot::{Expected, Pilot};
+use strahl::plan::pilot::{Effort, Expected, Pilot};
 use strahl::render::{Control, Picture, render};
 use strahl::scene::{Overrides, Scene};
 
-const UNTIL_DONE: Duration = Duration::from_secs(1_000);
+const UNTIL_DONE: Effort = Effort { time: Duration::from_secs(1_000), share: 1.0 };
 
 fn whole(scene: &Scene) -> (Region, Picture) {
     let region = Region::whole(scene.width, scene.height);
