@@ -56,6 +56,19 @@ impl Parameters {
         self.take(name, "a whole number")
     }
 
+    /// A parameter that is given once or several times, but at most so often.
+    pub(super) fn several(&mut self, name: &'static str, most: usize) -> Vec<String> {
+        let mut values = Vec::new();
+        while let Some(value) = self.text(name) {
+            values.push(value);
+        }
+        if !(1..=most).contains(&values.len()) {
+            let detail = format!("expected 1 to {most} of them, got {}", values.len());
+            self.wrong(name, "out-of-range", detail);
+        }
+        values
+    }
+
     /// A whole number from 1 to `most`.
     pub(super) fn count(&mut self, name: &'static str, most: usize) -> Option<usize> {
         let expected = format!("a whole number from 1 to {most}");

@@ -76,6 +76,7 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(jobs::job_tile))
         .routes(routes!(jobs::look_at_job))
         .routes(routes!(jobs::job_events))
+        .routes(routes!(jobs::events))
         .route_layer(from_fn(needs(Scope::Read)));
     let about = OpenApiRouter::new()
         .routes(routes!(meta::livez))

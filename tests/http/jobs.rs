@@ -430,6 +430,45 @@ fn previews_come_coarse_to_fine_and_wait_for_who_asks() {
 }
 
 #[test]
+fn one_stream_tells_of_several_jobs_and_goes_on_where_it_broke_off() {
+    let service = Service::start(&[]);
+    // Of one tenant's jobs of the same priority the oldest goes first.
+    let urgent = r#""priority": 90"#;
+    let ids = [submit(&service, SLOW, ENDLESS), submit(&service, BALL, urgent), submit(&service, BALL, urgent)];
+    let path = format!("/v1/events?job={}&job={}&job={}", ids[0], ids[1], ids[2]);
+    let mut events = Events::at(&service, &path, &[]);
+    let mut broken_off = String::new();
+    // All but the endless one end.
+    let mut ended = Vec::new();
+    while ended.len() < 2 {
+        let (name, id, data) = events.next_of_several().unwrap();
+        let job = text(&data["job"]).to_owned();
+        assert!(ids.contains(&job), "{data}");
+        if name == "succeeded" {
+            assert_eq!(data["url"], format!("/v1/jobs/{job}/image"));
+            ended.push(job);
+        }
+        broken_off = id;
+    }
+    drop(events);
+    let mut events = Events::at(&service, &path, &[("Last-Event-ID", &broken_off)]);
+    assert_eq!(service.send("POST", &format!("/v1/jobs/{}/cancel", ids[0]), &[], b"").status, 202);
+    let mut last = (String::new(), String::new());
+    while let Some((name, id, data)) = events.next_of_several() {
+        assert_eq!((&data["job"], name == "snapshot"), (&ids[0].as_str().into(), false), "{name}: {data}");
+        last = (name, id);
+    }
+    assert_eq!(last.0, "canceled");
+    assert_eq!(service.get(&format!("{path}&since={}", last.1)).status, 204, "nothing more will come");
+    let fresh = Events::at(&service, &path, &[("Last-Event-ID", "7")]).all_names();
+    let all = ["snapshot", "canceled", "snapshot", "succeeded", "snapshot", "succeeded"];
+    assert_eq!(fresh, all, "numbers of one job say nothing about three");
+    service.get("/v1/events").problem(400, "invalid-parameter");
+    service.get(&format!("/v1/events?{}", "job=a&".repeat(33))).problem(400, "invalid-parameter");
+    service.get(&format!("{path}&job=a")).problem(404, "not-found");
+}
+
+#[test]
 fn many_jobs_do_not_hold_up_a_request() {
     let service = Service::start(&[]);
     let alone = service.post_json("/v1/render", BALL);
@@ -455,8 +494,12 @@ struct Events {
 
 impl Events {
     fn of(service: &Service, id: &str, headers: &[(&str, &str)]) -> Self {
+        Self::at(service, &format!("/v1/jobs/{id}/events"), headers)
+    }
+
+    fn at(service: &Service, path: &str, headers: &[(&str, &str)]) -> Self {
         let mut stream = service.connect();
-        stream.write_all(&request("GET", &format!("/v1/jobs/{id}/events"), headers, b"")).unwrap();
+        stream.write_all(&request("GET", path, headers, b"")).unwrap();
         let mut lines = BufReader::new(stream);
         let mut headers = Vec::new();
         loop {
@@ -478,7 +521,14 @@ impl Events {
 
     /// Name, number and data of the next event; none at the end.
     fn next(&mut self) -> Option<(String, u64, Value)> {
-        let (mut name, mut seq, mut data) = (String::new(), 0, Value::Null);
+        let (name, id, data) = self.next_of_several()?;
+        let seq = if id.is_empty() { 0 } else { id.parse().unwrap() };
+        Some((name, seq, data))
+    }
+
+    /// Likewise, with the numbers of the last events of all jobs.
+    fn next_of_several(&mut self) -> Option<(String, String, Value)> {
+        let (mut name, mut id, mut data) = (String::new(), String::new(), Value::Null);
         loop {
             let mut line = String::new();
             if self.lines.read_line(&mut line).unwrap_or(0) == 0 {
@@ -487,12 +537,16 @@ impl Events {
             // Lengths of chunks stand between the lines.
             match line.trim().split_once(": ").or_else(|| line.trim().split_once(':')) {
                 Some(("event", value)) => name = value.to_owned(),
-                Some(("id", value)) => seq = value.parse().unwrap(),
+                Some(("id", value)) => id = value.to_owned(),
                 Some(("data", value)) => data = serde_json::from_str(value).unwrap(),
-                _ if line.trim().is_empty() && !data.is_null() => return Some((name, seq, data)),
+                _ if line.trim().is_empty() && !data.is_null() => return Some((name, id, data)),
                 _ => {}
             }
         }
+    }
+
+    fn all_names(mut self) -> Vec<String> {
+        std::iter::from_fn(|| self.next_of_several()).map(|(name, ..)| name).collect()
     }
 
     fn all(mut self) -> Vec<(String, u64, Value)> {

@@ -1,21 +1,26 @@
-//! `GET /v1/jobs/{id}/events`: what happens to a job, as it happens (Server-Sent Events).
+//! `GET /v1/jobs/{id}/events`, `/v1/events?job=...`: what happens to jobs, as it happens (Server-Sent Events).
 
 use super::super::App;
 use super::super::parameters::Parameters;
 use super::super::places::Place;
 use super::super::problem::{Kind, Problem};
+use super::super::tenant::Tenant;
 use super::Named;
+use super::named::find;
 use crate::jobs::record::State as JobState;
 use crate::jobs::{Event, Job, Watcher};
+use axum::Extension;
 use axum::extract::{Request, State};
-use axum::http::{HeaderName, StatusCode, header};
+use axum::http::{HeaderMap, HeaderName, StatusCode, header};
 use axum::response::sse::{self, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::convert::Infallible;
+use std::future::poll_fn;
 use std::sync::Arc;
+use std::task::Poll;
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -23,14 +28,16 @@ use tokio::sync::watch;
 const HEARTBEAT: Duration = Duration::from_secs(15);
 /// When a browser comes back after the stream has ended.
 const RETRY: Duration = Duration::from_secs(2);
+/// Jobs of one stream.
+const MOST: usize = 32;
 
 /// What happens to a job, as it happens, until it has ended.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/events", operation_id = "jobEvents", tag = "jobs",
     params(
         ("id" = String, Path, description = "The job's id."),
-        ("Last-Event-ID" = Option<u64>, Header, description = "The last event that was seen: the stream goes on after it."),
-        ("since" = Option<u64>, Query, description = "Likewise, for those who cannot send headers."),
+        ("Last-Event-ID" = Option<String>, Header, description = "The last event that was seen: the stream goes on after it."),
+        ("since" = Option<String>, Query, description = "Likewise, for those who cannot send headers."),
     ),
     responses(
         (status = 200, description = "Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown", body = String, content_type = "text/event-stream"),
@@ -43,11 +50,50 @@ pub(in crate::server) async fn job_events(
     request: Request,
 ) -> Result<Response, Problem> {
     let mut parameters = Parameters::of(request.uri())?;
-    let since = parameters.number("since");
+    let since = parameters.text("since");
     parameters.finish()?;
-    let last = request.headers().get("last-event-id").and_then(|id| id.to_str().ok()?.trim().parse().ok());
-    let seen = last.or(since);
-    if seen.is_some() && job.record().last_event == seen {
+    stream_of(&service, &tenant, request.headers(), since, vec![job])
+}
+
+/// What happens to several jobs, in one stream, until all have ended: browsers open six connections to a host.
+#[utoipa::path(
+    get, path = "/v1/events", operation_id = "events", tag = "jobs",
+    params(
+        ("job" = Vec<String>, Query, description = "The jobs' ids, at most 32: `job=...&job=...`."),
+        ("Last-Event-ID" = Option<String>, Header, description = "The last event that was seen: the stream goes on after it, if it is of the same jobs in the same order."),
+        ("since" = Option<String>, Query, description = "Likewise, for those who cannot send headers."),
+    ),
+    responses(
+        (status = 200, description = "Events as in the stream of each job; `job` says whose they are", body = String, content_type = "text/event-stream"),
+        (status = 204, description = "The last event of each has been seen; nothing more will come"),
+    ),
+)]
+pub(in crate::server) async fn events(
+    State(service): State<App>,
+    Extension(tenant): Extension<Arc<Tenant>>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let mut parameters = Parameters::of(request.uri())?;
+    let ids = parameters.several("job", MOST);
+    let since = parameters.text("since");
+    parameters.finish()?;
+    let jobs = ids.iter().map(|id| find(&service, &tenant, id)).collect::<Result<_, _>>()?;
+    stream_of(&service, &tenant, request.headers(), since, jobs)
+}
+
+/// The stream of some jobs' events.
+fn stream_of(
+    service: &App,
+    tenant: &Tenant,
+    headers: &HeaderMap,
+    since: Option<String>,
+    jobs: Vec<Arc<Job>>,
+) -> Result<Response, Problem> {
+    let last = headers.get("last-event-id").and_then(|id| id.to_str().ok()).map(str::to_owned);
+    let seen = last.or(since).map_or_else(Vec::new, |id| numbers(&id));
+    // Numbers of other jobs say nothing about these.
+    let seen = if seen.len() == jobs.len() { seen } else { vec![None; jobs.len()] };
+    if jobs.iter().zip(&seen).all(|(job, seen)| seen.is_some() && job.record().last_event == *seen) {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
     let place = service.streams.enter(tenant.name.clone(), tenant.quotas.streams).ok_or_else(|| {
@@ -55,13 +101,9 @@ pub(in crate::server) async fn job_events(
         Problem::new(Kind::RateLimited, detail).retry_after(5)
     })?;
     let watching = Watching {
-        bell: job.events.bell(),
         draining: service.drain.watch(),
-        _watcher: job.watch(),
         _place: place,
-        job,
-        seen,
-        next: VecDeque::new(),
+        jobs: jobs.into_iter().zip(seen).map(|(job, seen)| Watched::new(job, seen)).collect(),
         ended: false,
     };
     let retry = stream::once(async { Ok::<_, Infallible>(sse::Event::default().retry(RETRY)) });
@@ -70,16 +112,17 @@ pub(in crate::server) async fn job_events(
     Ok((headers, Sse::new(events).keep_alive(KeepAlive::new().interval(HEARTBEAT))).into_response())
 }
 
-/// Somebody who watches a job.
+/// The number of the last event of each job, as an event's id says it.
+fn numbers(id: &str) -> Vec<Option<u64>> {
+    id.trim().split(',').map(|number| number.parse().ok()).collect()
+}
+
+/// Somebody who watches jobs.
 struct Watching {
-    job: Arc<Job>,
-    bell: watch::Receiver<u64>,
+    jobs: Vec<Watched>,
     draining: watch::Receiver<bool>,
-    /// Number of the last event that was seen, if any was.
-    seen: Option<u64>,
-    next: VecDeque<Event>,
+    /// Whether the service is about to end.
     ended: bool,
-    _watcher: Watcher,
     _place: Place<String>,
 }
 
@@ -87,16 +130,17 @@ impl Watching {
     /// The next event.
     async fn step(mut self) -> Option<(Result<sse::Event, Infallible>, Self)> {
         loop {
-            if let Some(event) = self.next.pop_front() {
-                self.ended |= is_last(event.name);
-                let sent = written(&self.job, event);
-                return Some((Ok(sent), self));
+            let next = self.jobs.iter_mut().find_map(|job| job.next.pop_front().map(|event| job.sent(event)));
+            if let Some(event) = next {
+                let seen: Vec<String> =
+                    self.jobs.iter().map(|job| job.seen.map_or_else(String::new, |seq| seq.to_string())).collect();
+                return Some((Ok(event.id(seen.join(","))), self));
             }
-            if self.ended {
+            if self.ended || self.jobs.iter().all(|job| job.ended) {
                 return None;
             }
-            self.gather();
-            if !self.next.is_empty() {
+            self.jobs.iter_mut().filter(|job| !job.ended).for_each(Watched::gather);
+            if self.jobs.iter().any(|job| !job.next.is_empty()) {
                 continue;
             }
             if self.ring().await? {
@@ -108,19 +152,54 @@ impl Watching {
         }
     }
 
-    /// Waits until something happens; whether it is the end of the service.
+    /// Waits until something happens to any of them; whether it is the end of the service.
     async fn ring(&mut self) -> Option<bool> {
+        // An ended job's last event has been heard, and rings for ever.
+        let going_on = self.jobs.iter_mut().filter(|job| !job.ended);
+        let mut bells: Vec<_> = going_on.map(|job| Box::pin(job.bell.changed())).collect();
+        let any = poll_fn(|context| {
+            let rung = bells.iter_mut().any(|bell| bell.as_mut().poll(context).is_ready());
+            if rung { Poll::Ready(()) } else { Poll::Pending }
+        });
         tokio::select! {
-            rung = self.bell.changed() => rung.ok().map(|()| false),
+            () = any => Some(false),
             begun = self.draining.wait_for(|draining| *draining) => begun.ok().map(|_| true),
         }
+    }
+}
+
+/// A job that somebody watches.
+struct Watched {
+    job: Arc<Job>,
+    bell: watch::Receiver<u64>,
+    /// Number of the last event that was sent or seen before, if any was.
+    seen: Option<u64>,
+    /// Number of the last event that was gathered.
+    gathered: Option<u64>,
+    next: VecDeque<Event>,
+    ended: bool,
+    _watcher: Watcher,
+}
+
+impl Watched {
+    fn new(job: Arc<Job>, seen: Option<u64>) -> Self {
+        let ended = seen.is_some() && job.record().last_event == seen;
+        let (bell, _watcher) = (job.events.bell(), job.watch());
+        Self { job, bell, seen, gathered: seen, next: VecDeque::new(), ended, _watcher }
+    }
+
+    /// An event that goes out now.
+    fn sent(&mut self, event: Event) -> sse::Event {
+        self.ended |= is_last(event.name);
+        self.seen = Some(event.seq);
+        written(&self.job, event)
     }
 
     /// What has happened since, or where the job stands if that cannot be told any more.
     fn gather(&mut self) {
         self.bell.mark_unchanged();
-        if let Some(events) = self.seen.and_then(|seen| self.job.events.since(seen)) {
-            self.seen = events.last().map(|event| event.seq).or(self.seen);
+        if let Some(events) = self.gathered.and_then(|seen| self.job.events.since(seen)) {
+            self.gathered = events.last().map(|event| event.seq).or(self.gathered);
             self.next.extend(events);
             return;
         }
@@ -134,7 +213,7 @@ impl Watching {
             "tiles_done": progress.done, "tiles_total": progress.total, "revision": self.job.revision(),
         });
         self.next.push_back(Event { seq, name: "snapshot", data: snapshot });
-        self.seen = Some(seq);
+        self.gathered = Some(seq);
         if let (Some(seq), true) = (record.last_event, record.state.is_final()) {
             let data = json!({ "stats": record.stats, "failure": record.failure });
             let name = if record.state == JobState::Expired { JobState::Succeeded } else { record.state }.name();
@@ -147,12 +226,13 @@ fn is_last(name: &str) -> bool {
     JobState::ALL.iter().any(|(known, state)| *known == name && state.is_final())
 }
 
-/// An event as it goes over the wire: its number again, and where to find what it is about.
+/// An event as it goes over the wire: its number, its job, and where to find what it is about.
 fn written(job: &Job, event: Event) -> sse::Event {
     let Event { seq, name, mut data } = event;
     let record = job.record();
     let path = format!("/v1/jobs/{}", record.id);
     data["seq"] = seq.into();
+    data["job"] = record.id.clone().into();
     match name {
         "preview" => data["url"] = format!("{path}/preview?rev={}", data["revision"]).into(),
         "tile" => {
@@ -172,5 +252,5 @@ fn written(job: &Job, event: Event) -> sse::Event {
     if let Some(data) = data.as_object_mut() {
         data.remove("failure");
     }
-    sse::Event::default().id(seq.to_string()).event(name).data(data.to_string())
+    sse::Event::default().event(name).data(data.to_string())
 }

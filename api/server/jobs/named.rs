@@ -26,12 +26,14 @@ impl FromRequestParts<App> for Named {
         let Path(id) = Path::<String>::from_request_parts(parts, service)
             .await
             .map_err(|_| Problem::new(Kind::NotFound, "a job's id is text"))?;
-        let found = service.jobs.find(&id).filter(|job| may_see(&tenant, &job.record()));
-        match found {
-            Some(job) => Ok(Self { job, tenant }),
-            None => Err(missing(service, &id)),
-        }
+        find(service, &tenant, &id).map(|job| Self { job, tenant })
     }
+}
+
+/// The job of an id, if the tenant may see it.
+pub(super) fn find(service: &App, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
+    let found = service.jobs.find(id).filter(|job| may_see(tenant, &job.record()));
+    found.ok_or_else(|| missing(service, id))
 }
 
 /// Whether a tenant may see a job: its own, and operators all.

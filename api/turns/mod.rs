@@ -3,12 +3,15 @@
 //! Three lanes have equal shares of the time: tiles that somebody looks at, renders that somebody waits for, and jobs. So
 //! what is interactive has at least half of it when both want it, and all of it when no job does. Within a lane tenants
 //! share by weight, within a tenant the higher priority goes first, which for jobs grows with the time since they were accepted.
-//! Shares are kept as the milliseconds that each has had, divided by its weight (virtual time, as in weighted fair
-//! queueing): who has had least is next. Who has been away starts where the others are, so nobody saves up turns.
 
-use std::collections::HashMap;
+mod seat;
+mod shares;
+
+pub(crate) use seat::{Lane, PRIORITY, Seat, aged};
+
+use shares::Shares;
 use std::fmt;
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 use strahl::render::Cancelled;
@@ -16,63 +19,8 @@ use tokio::sync::oneshot;
 
 /// Pause between two looks at the flag that cancels, for those who wait on a thread.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(10);
-/// Priority where nobody says which.
-pub(crate) const PRIORITY: u8 = 50;
-/// Seconds of waiting that are worth a point of priority.
-const SECONDS_A_POINT: f64 = 6.0;
-/// Tenants whose use is remembered after they have gone.
-const REMEMBERED: usize = 1_024;
 
-/// What kind of work it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Lane {
-    /// Parts of pictures that somebody looks at; the newest first, since who looks has moved on from the older ones.
-    Tiles,
-    /// Requests that somebody waits for; the oldest first.
-    Renders,
-    /// Jobs; the oldest first.
-    Jobs,
-}
-
-impl Lane {
-    /// Its name for those who look at numbers.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Tiles => "tiles",
-            Self::Renders => "renders",
-            Self::Jobs => "jobs",
-        }
-    }
-}
-
-/// Who wants turns.
-#[derive(Debug, Clone)]
-pub(crate) struct Seat {
-    /// The kind of work.
-    pub(crate) lane: Lane,
-    /// Whose work it is.
-    pub(crate) tenant: Arc<str>,
-    /// The tenant's share beside others, at least 1.
-    pub(crate) weight: u32,
-    /// 0 to 100; compared with others of the same tenant only. It may change meanwhile.
-    pub(crate) priority: Arc<AtomicU8>,
-    /// Since when it waits for its end: jobs that are older than others grow in priority.
-    pub(crate) waiting_since: Instant,
-}
-
-impl Seat {
-    /// A seat from now on, of the usual priority.
-    pub(crate) fn new(lane: Lane, tenant: &str, weight: u32) -> Self {
-        let priority = Arc::new(AtomicU8::new(PRIORITY));
-        Self { lane, tenant: tenant.into(), weight, priority, waiting_since: Instant::now() }
-    }
-
-    fn priority(&self) -> u8 {
-        self.priority.load(Ordering::Relaxed)
-    }
-}
-
-/// The order.
+/// The order, and the line of those who wait.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Turns(Arc<Mutex<State>>);
 
@@ -100,29 +48,7 @@ struct State {
     waiting: Vec<Waiter>,
     /// Numbers of members and waiters.
     count: u64,
-    lanes: [Share; 3],
-    tenants: [HashMap<Arc<str>, Share>; 3],
-    /// What those had had who were served last: of all lanes, and of the tenants of each.
-    lanes_now: f64,
-    tenants_now: [f64; 3],
-    /// Milliseconds that the turns of each lane have taken.
-    spent: [f64; 3],
-}
-
-/// What somebody has had.
-#[derive(Debug, Default)]
-struct Share {
-    had: f64,
-    members: usize,
-}
-
-impl Share {
-    fn join(&mut self, now: f64) {
-        if self.members == 0 {
-            self.had = self.had.max(now);
-        }
-        self.members += 1;
-    }
+    shares: Shares,
 }
 
 struct Waiter {
@@ -143,10 +69,7 @@ impl Turns {
     /// Somebody joins, at the end of those of equal rank.
     pub(crate) fn join(&self, seat: Seat) -> Member {
         let mut state = self.state();
-        let State { lanes, tenants, lanes_now, tenants_now, .. } = &mut *state;
-        let lane = seat.lane as usize;
-        lanes[lane].join(*lanes_now);
-        tenants[lane].entry(Arc::clone(&seat.tenant)).or_default().join(tenants_now[lane]);
+        state.shares.join(&seat);
         let number = state.number();
         Member { turns: self.clone(), seat, number }
     }
@@ -158,7 +81,7 @@ impl Turns {
 
     /// Seconds that the turns of a lane have taken.
     pub(crate) fn spent(&self, lane: Lane) -> f64 {
-        self.state().spent[lane as usize] / 1e3
+        self.state().shares.spent(lane)
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -188,28 +111,9 @@ impl State {
 
     /// Which waiter is next.
     fn next(&mut self) -> Option<usize> {
-        let first = |a: f64, b: f64| a.total_cmp(&b);
-        let lane = [Lane::Tiles, Lane::Renders, Lane::Jobs]
-            .into_iter()
-            .filter(|lane| self.waiting.iter().any(|waiter| waiter.seat.lane == *lane))
-            .min_by(|a, b| first(self.lanes[*a as usize].had, self.lanes[*b as usize].had))?;
-        let had = |tenant: &Arc<str>| self.tenants[lane as usize].get(tenant).map_or(0.0, |share| share.had);
-        let in_lane = || self.waiting.iter().enumerate().filter(|(_, waiter)| waiter.seat.lane == lane);
-        let tenant = in_lane().map(|(_, waiter)| &waiter.seat.tenant).min_by(|a, b| first(had(a), had(b)))?;
-        let (next, _) =
-            in_lane().filter(|(_, waiter)| waiter.seat.tenant == *tenant).max_by(|(_, a), (_, b)| a.rank(b))?;
-        self.lanes_now = self.lanes[lane as usize].had;
-        self.tenants_now[lane as usize] = had(tenant);
-        Some(next)
-    }
-
-    fn charge(&mut self, turn: &Turn) {
-        let milliseconds = turn.began.elapsed().as_secs_f64() * 1e3;
-        self.spent[turn.lane as usize] += milliseconds;
-        self.lanes[turn.lane as usize].had += milliseconds;
-        if let Some(share) = self.tenants[turn.lane as usize].get_mut(&turn.tenant) {
-            share.had += milliseconds / f64::from(turn.weight.max(1));
-        }
+        let (lane, tenant) = self.shares.serve(self.waiting.iter().map(|waiter| &waiter.seat))?;
+        let theirs = |(_, Waiter { seat, .. }): &(usize, &Waiter)| seat.lane == lane && seat.tenant == tenant;
+        self.waiting.iter().enumerate().filter(theirs).max_by(|(_, a), (_, b)| a.rank(b)).map(|(next, _)| next)
     }
 }
 
@@ -226,11 +130,6 @@ impl Waiter {
             Lane::Tiles | Lane::Renders => self.seat.priority().cmp(&other.seat.priority()).then(by_age),
         }
     }
-}
-
-/// A priority that grows with the time since some instant.
-pub(crate) fn aged(priority: u8, since: Instant) -> f64 {
-    f64::from(priority) + since.elapsed().as_secs_f64() / SECONDS_A_POINT
 }
 
 impl Member {
@@ -280,17 +179,7 @@ impl Member {
 
 impl Drop for Member {
     fn drop(&mut self) {
-        let mut state = self.turns.state();
-        let lane = self.seat.lane as usize;
-        state.lanes[lane].members -= 1;
-        let now = state.tenants_now[lane];
-        let tenants = &mut state.tenants[lane];
-        if let Some(share) = tenants.get_mut(&self.seat.tenant) {
-            share.members -= 1;
-        }
-        if tenants.len() > REMEMBERED {
-            tenants.retain(|_, share| share.members > 0 || share.had > now);
-        }
+        self.turns.state().shares.leave(&self.seat);
     }
 }
 
@@ -299,7 +188,7 @@ impl Drop for Turn {
         let turns = self.turns.clone();
         let mut state = turns.state();
         state.taken = false;
-        state.charge(self);
+        state.shares.charge(self.lane, &self.tenant, self.weight, self.began.elapsed());
         turns.hand_over(state);
     }
 }
@@ -320,6 +209,7 @@ impl Drop for Place {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::AtomicU8;
     use std::thread;
 
     static GOING_ON: AtomicBool = AtomicBool::new(false);
