@@ -11,6 +11,7 @@ mod identity;
 mod input;
 mod jobs;
 mod made;
+mod map;
 mod memory;
 mod picture;
 mod pieces;

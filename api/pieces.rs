@@ -28,12 +28,24 @@ pub(crate) fn render_in_pieces<T: Send>(
     control: &Control,
     finish: impl Fn(&Picture) -> T + Sync,
 ) -> Result<(Picture, T), Cancelled> {
+    let render = |piece: Region| render_window(scene, window, piece, control);
+    in_pieces([window.width, window.height], region, workers, render, finish)
+}
+
+/// Likewise, with whatever `render` makes of a piece of a picture of some width and height.
+pub(crate) fn in_pieces<T: Send>(
+    full_size: [u32; 2],
+    region: Region,
+    workers: &Workers,
+    render: impl Fn(Region) -> Result<Picture, Cancelled> + Sync,
+    finish: impl Fn(&Picture) -> T + Sync,
+) -> Result<(Picture, T), Cancelled> {
     let mut cut = if workers.is_alone() { Cut::whole(region) } else { Cut::new(region) };
     let mut whole: Option<Picture> = None;
     workers.work_on(|| {
         let piece = cut.next();
         let started = Instant::now();
-        let picture = match render_window(scene, window, piece, control) {
+        let picture = match render(piece) {
             Ok(picture) => picture,
             Err(cancelled) => return Piece::Last(Err(cancelled)),
         };
@@ -44,7 +56,7 @@ pub(crate) fn render_in_pieces<T: Send>(
                 Piece::Last(Ok((picture, finished)))
             }
             before => {
-                let mut joined = before.unwrap_or_else(|| empty([window.width, window.height], region));
+                let mut joined = before.unwrap_or_else(|| empty(full_size, region));
                 join(&mut joined, &picture);
                 if !cut.is_done() {
                     whole = Some(joined);
@@ -70,6 +82,7 @@ pub(crate) fn join(whole: &mut Picture, piece: &Picture) {
     paste(&mut whole.film, &piece.film);
     whole.lacking.extend_from_slice(&piece.lacking);
     whole.sampling += &piece.sampling;
+    whole.costs.extend_from_slice(&piece.costs);
     whole.rays = whole.rays + piece.rays;
     whole.refined.pixels += piece.refined.pixels;
     whole.refined.rays = whole.refined.rays + piece.refined.rays;

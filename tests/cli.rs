@@ -259,6 +259,52 @@ fn plans_have_estimates_and_with_analyze_what_was_traced() {
     assert!(table.contains("proved") && table.contains("actual rays"), "{table}");
 }
 
+/// The numbers of a little-endian PFM with three equal channels.
+fn numbers(pfm: &[u8]) -> Vec<f32> {
+    let lines = pfm.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(2).unwrap();
+    let (floats, rest) = pfm[lines.0 + 1..].as_chunks::<4>();
+    assert!(rest.is_empty());
+    floats.iter().map(|bytes| f32::from_le_bytes(*bytes)).step_by(3).collect()
+}
+
+#[test]
+fn maps_add_up_to_the_picture() {
+    let folder = folder("map");
+    let map = |of: &str| {
+        done(&folder, &["map", "ball.json", "--of", of, "-o", "map.pfm"], "");
+        numbers(&std::fs::read(folder.join("map.pfm")).unwrap())
+    };
+    done(&folder, &["render", "ball.json", "-o", "ball.png", "--stats", "stats.json"], "");
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.join("stats.json")).unwrap()).unwrap();
+    let kinds = ["camera", "shadow", "reflected", "transmitted", "gathered"];
+    let rays: u64 = kinds.iter().map(|kind| report["cost"]["rays"][kind].as_u64().unwrap()).sum();
+    let most = |values: &[f32]| f64::from(values.iter().copied().fold(0.0, f32::max));
+
+    let (of_pixels, depths, codes) = (map("rays"), map("depth"), map("proved"));
+    assert_eq!(of_pixels.len(), 40 * 30);
+    assert_eq!(of_pixels.iter().map(|rays| *rays as u64).sum::<u64>(), rays);
+    assert_eq!(Some(most(&depths)), report["cost"]["deepest"].as_f64());
+    assert_eq!(Some(most(&codes)), report["error"]["proved"]["max_codes"].as_f64());
+    assert!(map("time").iter().all(|nanoseconds| *nanoseconds > 0.0));
+
+    done(&folder, &["map", "ball.json", "--of", "rays", "-o", "map.png"], "");
+    assert!(std::fs::read(folder.join("map.png")).unwrap().starts_with(b"\x89PNG"));
+    fails(&folder, &["map", "ball.json", "--of", "rays", "-o", "map.gif"], "", 2, "use .png, .pfm or .exr");
+}
+
+#[test]
+fn what_was_expected_stands_beside_what_it_took() {
+    let folder = folder("predicted");
+    let stats = ["render", "ball.json", "-o", "ball.png", "--stats", "stats.json", "--width", "800", "--height", "600"];
+    done(&folder, &stats, "");
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.join("stats.json")).unwrap()).unwrap();
+    let predicted = &report["cost"]["predicted"];
+    let share = predicted["pilot_pixels"].as_f64().unwrap() / predicted["pixels"].as_f64().unwrap();
+    assert!((0.005..=0.02).contains(&share), "{predicted}");
+    let interval = &predicted["ms_ci"];
+    assert!(interval[0].as_f64() < predicted["ms"].as_f64() && predicted["ms"].as_f64() < interval[1].as_f64());
+}
+
 #[test]
 fn nff_is_imported_and_the_import_is_a_scene() {
     let folder = folder("import");

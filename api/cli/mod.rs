@@ -41,6 +41,8 @@ pub(crate) enum Command {
     Rays(RaysArgs),
     /// Show the tree of rays behind one pixel.
     Tree(TreeArgs),
+    /// Draw what is proved of each pixel, or what each of them takes.
+    Map(MapArgs),
     /// Show which effects a scene calls for, and why.
     Explain(ExplainArgs),
     /// Measure what accuracy costs in time: many settings, their errors and times, on one page.

@@ -5,6 +5,7 @@ use super::values::{pixel, quality, seconds};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
+use strahl::accuracy::MapKind;
 
 /// `strahl render`.
 #[derive(Debug, Args)]
@@ -73,6 +74,45 @@ pub(crate) struct TreeArgs {
     pub(crate) format: TreeFormat,
     #[command(flatten)]
     pub(crate) settings: SettingsArgs,
+}
+
+/// `strahl map`.
+#[derive(Debug, Args)]
+pub(crate) struct MapArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// What the map shows.
+    #[arg(long)]
+    pub(crate) of: MapOf,
+    /// File to write: .png has colors and a scale, .pfm and .exr the numbers.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) settings: SettingsArgs,
+}
+
+/// Names of maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MapOf {
+    /// 8-bit codes that each pixel is off at most, by what is proved.
+    Proved,
+    /// Rays of each pixel.
+    Rays,
+    /// Nanoseconds of each pixel, traced alone.
+    Time,
+    /// Rays in the longest chain of each pixel.
+    Depth,
+}
+
+impl From<MapOf> for MapKind {
+    fn from(of: MapOf) -> Self {
+        match of {
+            MapOf::Proved => Self::Proved,
+            MapOf::Rays => Self::Rays,
+            MapOf::Time => Self::Time,
+            MapOf::Depth => Self::Depth,
+        }
+    }
 }
 
 /// Names of tree formats.

@@ -6,6 +6,7 @@ mod healthcheck;
 mod import;
 mod interrupt;
 mod key;
+mod map;
 mod openapi;
 mod output;
 mod progress;
@@ -30,6 +31,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Render(args) => render::run(&args),
         Command::Rays(args) => rays::run(&args),
         Command::Tree(args) => tree::run(&args),
+        Command::Map(args) => map::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
         Command::Import(args) => import::run(&args),

@@ -19,6 +19,7 @@ mod jobs;
 mod known;
 mod levels;
 mod limits;
+mod maps;
 mod meta;
 mod metrics;
 mod negotiate;

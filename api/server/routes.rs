@@ -3,7 +3,7 @@
 use super::openapi::Shared;
 use super::problem::{Kind, Problem, pages};
 use super::tenant::Scope;
-use super::{App, access, docs, envelope, images, jobs, known, meta, picture, questions, rays, tiles, tradeoff};
+use super::{App, access, docs, envelope, images, jobs, known, maps, meta, picture, questions, rays, tiles, tradeoff};
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -43,6 +43,7 @@ pub(super) fn documented() -> OpenApiRouter<App> {
         .routes(routes!(picture::tile))
         .routes(routes!(rays::rays))
         .routes(routes!(questions::tree))
+        .routes(routes!(maps::map))
         .routes(routes!(questions::explanation))
         .routes(routes!(tradeoff::tradeoff))
         .routes(routes!(questions::validate))

@@ -110,6 +110,38 @@ pub(in crate::server) struct Pixel {
     format: Option<TreeFormat>,
 }
 
+/// What a map shows, and how it is written.
+#[derive(Debug, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub(in crate::server) struct MapOf {
+    /// What is proved of each pixel, in 8-bit codes; the rays of each; nanoseconds of each, traced alone; rays in the longest
+    /// chain of each. Default `proved`.
+    #[param(inline)]
+    of: Option<MapKind>,
+    /// PNG with a scale, or the numbers. Default `png`.
+    #[param(inline)]
+    format: Option<MapFormat>,
+}
+
+/// What a map shows.
+#[derive(Debug, utoipa::ToSchema)]
+#[schema(rename_all = "lowercase")]
+enum MapKind {
+    Proved,
+    Rays,
+    Time,
+    Depth,
+}
+
+/// How a map is written.
+#[derive(Debug, utoipa::ToSchema)]
+#[schema(rename_all = "lowercase")]
+enum MapFormat {
+    Png,
+    Pfm,
+    Exr,
+}
+
 /// How far an explanation goes.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
