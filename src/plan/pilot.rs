@@ -126,12 +126,15 @@ impl Pilot {
         };
         let time = expect(&|b| b.with_refined(b.nanoseconds));
         pilot.time_off = (time.interval[1] - time.value) / time.value.max(1.0) + CLOCK;
+        // The fit says how kinds share the time, the blocks how much there is.
+        let factor = time.value / pilot.nanoseconds().max(1.0);
+        pilot.times = RayTimes { nanoseconds: fitted.nanoseconds.map(|each| each * factor) };
         let even = pilot.nanoseconds() / pilot.rays.value.max(1.0);
-        pilot.added_nanoseconds = even * slowdown(blocks, &fitted, probe);
+        pilot.added_nanoseconds = even * slowdown(blocks, &pilot.times, probe);
         // All kinds share what the added rays take longer.
         let longer = pilot.added.value * (pilot.added_nanoseconds - even);
         let factor = 1.0 + longer / pilot.nanoseconds().max(1.0);
-        pilot.times = RayTimes { nanoseconds: fitted.nanoseconds.map(|each| each * factor) };
+        pilot.times = RayTimes { nanoseconds: pilot.times.nanoseconds.map(|each| each * factor) };
         pilot
     }
 

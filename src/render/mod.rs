@@ -134,7 +134,7 @@ impl Picture {
 pub struct Lacking {
     /// Its column and row in the whole picture.
     pub at: [u32; 2],
-    /// What it is at most: see [`certificate`](crate::trace::certificate).
+    /// What it is at most: what was summed, and the most that what was left out can bring.
     pub highest: [f32; 3],
 }
 
