@@ -51,9 +51,10 @@ impl Parameters {
         self.take(name, "text")
     }
 
-    /// Any whole number.
+    /// A whole number, of those that the contract's format int64 holds.
     pub(super) fn number(&mut self, name: &'static str) -> Option<u64> {
-        self.take(name, "a whole number")
+        let read = |text: &str| text.parse().ok().filter(|n| i64::try_from(*n).is_ok());
+        self.take_as(name, "a whole number below 2^63", read)
     }
 
     /// A parameter that is given once or several times, but at most so often.

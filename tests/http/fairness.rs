@@ -131,6 +131,8 @@ fn a_client_has_so_many_tiles_at_one_time_and_leaves_room_for_others() {
     let slow = |number: u32| many.begin("POST", &format!("/v1/render/tile?x={number}&y=0&w=1024&h=1024"), SLOW);
     let mut waiting: Vec<TcpStream> = (0..3).map(slow).collect();
     let small = "/v1/render/tile?x=0&y=0&w=8&h=8";
+    // One that comes before them would be let in, and wait for them.
+    std::thread::sleep(Duration::from_secs(2));
     let started = Instant::now();
     let mut refused = many.send("POST", small, BALL);
     while refused.status == 200 {

@@ -1,6 +1,7 @@
 //! `GET /v1/jobs/{id}/events`, `/v1/events?job=...`: what happens to jobs, as it happens (Server-Sent Events).
 
 use super::super::App;
+use super::super::openapi::bodies::StreamedEvent;
 use super::super::parameters::Parameters;
 use super::super::places::Place;
 use super::super::problem::{Kind, Problem};
@@ -40,7 +41,7 @@ const MOST: usize = 32;
         ("since" = Option<String>, Query, description = "Likewise, for those who cannot send headers."),
     ),
     responses(
-        (status = 200, description = "Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown", body = String, content_type = "text/event-stream"),
+        (status = 200, description = "Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown", body = StreamedEvent, content_type = "text/event-stream"),
         (status = 204, description = "The last event has been seen; nothing more will come"),
     ),
 )]
@@ -64,7 +65,7 @@ pub(in crate::server) async fn job_events(
         ("since" = Option<String>, Query, description = "Likewise, for those who cannot send headers."),
     ),
     responses(
-        (status = 200, description = "Events as in the stream of each job; `job` says whose they are", body = String, content_type = "text/event-stream"),
+        (status = 200, description = "Events as in the stream of each job; `job` says whose they are", body = StreamedEvent, content_type = "text/event-stream"),
         (status = 204, description = "The last event of each has been seen; nothing more will come"),
     ),
 )]

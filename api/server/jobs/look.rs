@@ -94,7 +94,7 @@ pub(in crate::server) async fn job_preview(
     request: Request,
 ) -> Result<Response, Problem> {
     let mut parameters = Parameters::of(request.uri())?;
-    parameters.text("rev");
+    parameters.number("rev");
     let (after, wait) = (parameters.number("after"), parameters.count("wait", PREVIEW_PATIENCE));
     parameters.finish()?;
     let known = request.headers().get(header::IF_NONE_MATCH).and_then(|tag| tag.to_str().ok()).map(str::to_owned);

@@ -16,6 +16,7 @@ pub(in crate::server) struct Bytes(Vec<u8>);
     headers(
         ("Server-Timing" = String, description = "Milliseconds of queue, parse, plan, bvh, trace and encoding."),
         ("Render-Rays" = String, description = "Rays traced, by kind."),
+        ("Render-Error" = String, description = "How far it may be from the truth: `proved` codes (or `?0`) and the share that is proved to be `identical`, `depth` where the proof has one, `estimated` codes."),
         ("ETag" = Option<String>, description = "The picture's name, known before it is rendered; pictures that a clock or files decide on have none."),
         ("Content-Location" = Option<String>, description = "Where this picture stays, as long as its scene is known."),
         ("Repr-Digest" = String, description = "SHA-256 of the picture's file (RFC 9530)."),
@@ -34,6 +35,19 @@ pub(in crate::server) enum Picture {
     Exr(#[content("image/x-exr")] Bytes),
     /// Linear 32-bit floats.
     Pfm(#[content("image/x-portable-floatmap")] Bytes),
+}
+
+/// One of the Server-Sent Events of a stream (WHATWG HTML, 9.2).
+#[derive(Debug, ToSchema)]
+pub(in crate::server) struct StreamedEvent {
+    /// What `Last-Event-ID` and `since` name.
+    id: Option<String>,
+    /// Its name.
+    event: Option<String>,
+    /// A JSON object.
+    data: Option<String>,
+    /// Milliseconds to wait before connecting again.
+    retry: Option<i64>,
 }
 
 /// XML.
