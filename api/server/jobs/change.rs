@@ -47,6 +47,9 @@ pub(in crate::server) async fn change_job(
     let body = to_bytes(body, CHANGE_BYTES).await.map_err(|_| Problem::new(Kind::InvalidRequest, expected))?;
     let change: Change = serde_json::from_slice(&body)
         .map_err(|error| Problem::new(Kind::InvalidRequest, format!("{expected}: {error}")))?;
+    if change.priority.is_some_and(|priority| priority > 100) {
+        return Err(Problem::new(Kind::InvalidRequest, expected));
+    }
     if let Some(wanted) = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok()) {
         let version = etag(job.record().version);
         if wanted.trim() != "*" && !wanted.split(',').any(|tag| tag.trim() == version) {
@@ -54,9 +57,6 @@ pub(in crate::server) async fn change_job(
         }
     }
     if let Some(priority) = change.priority {
-        if priority > 100 {
-            return Err(Problem::new(Kind::InvalidRequest, expected));
-        }
         if job.record().state.is_final() {
             return Err(over(&job));
         }
