@@ -86,7 +86,7 @@ fn what_pictures_say_about_their_samples_holds_for_most_pixels() {
         println!("{name:<26} 95 % of the pixels within {measured:.2} codes, estimated {half_width:.1}");
         // A code for roundings of widths, and for recursion.
         assert!(measured <= half_width + RECURSION + 0.5, "{name}: {measured} codes, estimated {half_width}");
-        assert!(half_width <= 6.0 * measured + 1.0, "{name}: {measured} codes, estimated {half_width}");
+        assert!(half_width <= 2.5 * measured, "{name}: {measured} codes, estimated {half_width}");
     }
 }
 
