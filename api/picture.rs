@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{Codes, FileFormat, Look, Region};
 use strahl::plan::pilot::Effort;
-use strahl::render::{Cancelled, Control, Picture, Progress, Stop, render_until};
+use strahl::render::{Cancelled, Control, Picture, Stop, render_until};
 use strahl::scene::Scene;
-use strahl::scene::description::{Accuracy, Rays, RenderSettings, Time};
+use strahl::scene::description::{Accuracy, Rays, Time};
 
 /// A picture file and what it cost.
 #[derive(Debug)]
@@ -85,21 +85,7 @@ pub(crate) fn make(
             render_in_pieces(scene, &window, region, workers, control, finish)
         }
     }?;
-    // A picture that a clock has stopped is made again by its rays.
-    let render = match picture.progress {
-        Some(Progress { count, .. }) => {
-            RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render }
-        }
-        None => ready.render,
-    };
-    let replay = Replay {
-        version: env!("CARGO_PKG_VERSION"),
-        image: [window.width, window.height],
-        region,
-        render,
-        two_sided: ready.two_sided,
-        spd_counts: ready.spd_counts,
-    };
+    let replay = Replay::of(&picture, ready);
     let writing = Instant::now();
     let file = codes.file_with(&picture.film, format, note.then(|| self::note(&error, &replay)).as_deref());
     let phases = Phases {
@@ -109,17 +95,7 @@ pub(crate) fn make(
         trace: picture.trace_ms,
         png: coding_ms + milliseconds(writing),
     };
-    let cost = Cost {
-        wall_ms: milliseconds(started),
-        phases_ms: phases,
-        rays: picture.rays,
-        camera_hits: picture.rays.camera_hits,
-        deepest: picture.rays.deepest,
-        refined: picture.refined,
-        threads: workers.threads(),
-        progress: picture.progress,
-        predicted: plan.estimate,
-    };
+    let cost = Cost::of(&picture, phases, plan.estimate, started, workers);
     Ok(Finished { file, report: Report { plan, cost, error, replay } })
 }
 

@@ -1,8 +1,12 @@
 //! What a picture cost: the same JSON on `--stats`, and behind the headers of an answer.
 
+use crate::picture::milliseconds;
+use crate::ready::Ready;
+use crate::workers::Workers;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
+use std::time::Instant;
 use strahl::accuracy::Proof;
 use strahl::film::Region;
 use strahl::plan::Plan;
@@ -10,7 +14,7 @@ use strahl::plan::estimate::Estimate;
 use strahl::render::{Picture, Progress, RayCounts, Refined, Sampling};
 use strahl::scene::Scene;
 use strahl::scene::ceiling::Reach;
-use strahl::scene::description::{RenderSettings, Statistical};
+use strahl::scene::description::{Accuracy, Rays, RenderSettings, Statistical};
 
 /// The cost report.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -52,6 +56,29 @@ pub(crate) struct Cost {
     pub(crate) predicted: Option<Estimate>,
 }
 
+impl Cost {
+    /// What a picture took, begun at an instant, on the threads of some workers.
+    pub(crate) fn of(
+        picture: &Picture,
+        phases_ms: Phases,
+        predicted: Option<Estimate>,
+        began: Instant,
+        workers: &Workers,
+    ) -> Self {
+        Self {
+            wall_ms: milliseconds(began),
+            phases_ms,
+            rays: picture.rays,
+            camera_hits: picture.rays.camera_hits,
+            deepest: picture.rays.deepest,
+            refined: picture.refined,
+            threads: workers.threads(),
+            progress: picture.progress,
+            predicted,
+        }
+    }
+}
+
 /// Milliseconds by phase, in order.
 #[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 #[schemars(rename = "PhaseTimes")]
@@ -80,7 +107,7 @@ impl Phases {
 pub(crate) struct ErrorBounds {
     /// True for certain.
     pub(crate) proved: Proved,
-    /// Likely. None where pixels have one sample and are not compared with their neighbours.
+    /// Likely. None where pixels have one sample and are not compared with their neighbours, and in the modes time and rays.
     pub(crate) estimated: Option<Estimated>,
     /// Found against a reference picture.
     pub(crate) measured: Option<f64>,
@@ -215,4 +242,24 @@ pub(crate) struct Replay {
     pub(crate) two_sided: bool,
     /// Whether an NFF file was rendered by the SPD's counting rules.
     pub(crate) spd_counts: bool,
+}
+
+impl Replay {
+    /// What renders a picture of a scene again; one that a clock has stopped is made again by its rays.
+    pub(crate) fn of(picture: &Picture, ready: &Ready) -> Self {
+        let render = match picture.progress {
+            Some(Progress { count, .. }) => {
+                RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render }
+            }
+            None => ready.render,
+        };
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            image: [picture.film.full_width, picture.film.full_height],
+            region: picture.film.region,
+            render,
+            two_sided: ready.two_sided,
+            spd_counts: ready.spd_counts,
+        }
+    }
 }

@@ -9,8 +9,7 @@ use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::workers::Workers;
 use std::time::Instant;
 use strahl::film::{Codes, FileFormat, encode};
-use strahl::render::{Cancelled, Picture, Progress};
-use strahl::scene::description::{Accuracy, Rays, RenderSettings};
+use strahl::render::Cancelled;
 
 /// The files of a job.
 #[derive(Debug)]
@@ -45,36 +44,8 @@ pub(super) fn finish(
         trace: picture.trace_ms,
         png: milliseconds(encoding),
     };
-    let cost = Cost {
-        wall_ms: milliseconds(began),
-        phases_ms: phases,
-        rays: picture.rays,
-        camera_hits: picture.rays.camera_hits,
-        deepest: picture.rays.deepest,
-        refined: picture.refined,
-        threads: workers.threads(),
-        progress: picture.progress,
-        predicted: None,
-    };
-    let report = Report { plan: ready.plan.clone(), cost, error, replay: replay(ready, picture) };
+    let cost = Cost::of(picture, phases, None, began, workers);
+    let report = Report { plan: ready.plan.clone(), cost, error, replay: Replay::of(picture, ready) };
     let about = About::new(image, &report, &ready.scene, true);
     Ok(Finished { made: Made::new(file, about), preview })
-}
-
-fn replay(ready: &Ready, picture: &Picture) -> Replay {
-    // A picture that a clock has stopped is made again by its rays.
-    let render = match picture.progress {
-        Some(Progress { count, .. }) => {
-            RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render }
-        }
-        None => ready.render,
-    };
-    Replay {
-        version: env!("CARGO_PKG_VERSION"),
-        image: [ready.scene.width, ready.scene.height],
-        region: picture.film.region,
-        render,
-        two_sided: ready.two_sided,
-        spd_counts: ready.spd_counts,
-    }
 }
