@@ -7,7 +7,7 @@ use crate::workers::{Piece, Workers};
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{Film, Region};
-use strahl::render::{Cancelled, Control, Picture, RayCounts, Refined, Sampling, render_window};
+use strahl::render::{Cancelled, Control, LackingPixels, Picture, RayCounts, Refined, Sampling, render_window};
 use strahl::scene::Scene;
 
 /// How long a piece should take.
@@ -74,13 +74,22 @@ pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Pict
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
     let film = Film { region, full_width, full_height, pixels };
     let (rays, refined, sampling) = (RayCounts::default(), Refined::default(), Sampling::default());
-    Picture { film, lacking: Vec::new(), sampling, rays, refined, costs: Vec::new(), progress: None, trace_ms: 0.0 }
+    Picture {
+        film,
+        lacking: LackingPixels::default(),
+        sampling,
+        rays,
+        refined,
+        costs: Vec::new(),
+        progress: None,
+        trace_ms: 0.0,
+    }
 }
 
 /// Puts a piece where it belongs, and adds up what they took.
 pub(crate) fn join(whole: &mut Picture, piece: &Picture) {
     paste(&mut whole.film, &piece.film);
-    whole.lacking.extend_from_slice(&piece.lacking);
+    whole.lacking.append(piece.lacking.clone());
     whole.sampling += &piece.sampling;
     whole.costs.extend_from_slice(&piece.costs);
     whole.rays = whole.rays + piece.rays;

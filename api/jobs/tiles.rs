@@ -85,7 +85,7 @@ impl Tiles {
         bytes.extend((lacking.len() as u32).to_le_bytes());
         bytes.extend(took);
         bytes.extend(film.pixels.as_flattened().iter().flat_map(|channel| channel.to_le_bytes()));
-        for Lacking { at, highest } in lacking {
+        for Lacking { at, highest } in lacking.iter() {
             bytes.extend(at.iter().flat_map(|coordinate| coordinate.to_le_bytes()));
             bytes.extend(highest.iter().flat_map(|channel| channel.to_le_bytes()));
         }
@@ -165,7 +165,10 @@ mod tests {
         let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], ..black.film.clone() };
         let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, deepest: 4, ..RayCounts::default() };
         let refined = Refined { pixels: 3, rays: RayCounts { shadow: 9, ..RayCounts::default() } };
-        let lacking = vec![Lacking { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }; number as usize];
+        let lacking = [Lacking { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }]
+            .repeat(number as usize)
+            .into_iter()
+            .collect();
         Tile { number, picture: Picture { film, lacking, rays, refined, trace_ms: 0.1, ..black } }
     }
 

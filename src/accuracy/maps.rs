@@ -36,7 +36,7 @@ impl Map {
         let region = picture.film.region;
         let mut values = vec![0.0; picture.film.pixels.len()];
         if kind == MapKind::Proved {
-            for lacking in &picture.lacking {
+            for lacking in picture.lacking.iter() {
                 let index = region.index(lacking.at);
                 let (table, shown) = (srgb::Codes8::get(), picture.film.pixels[index]);
                 let off = |c: usize| table.code(lacking.highest[c]).saturating_sub(table.code(shown[c]));

@@ -35,7 +35,11 @@ impl Proof {
     pub fn of(picture: &Picture) -> Self {
         let Film { region, pixels, .. } = &picture.film;
         let add = |part: Part, lacking: &Lacking| part.add(pixels[region.index(lacking.at)], lacking);
-        let all = picture.lacking.par_iter().fold(Part::default, add).reduce(Part::default, Part::and);
+        let all = picture
+            .lacking
+            .par_parts()
+            .map(|part| part.iter().fold(Part::default(), add))
+            .reduce(Part::default, Part::and);
         Self {
             max_codes: all.codes,
             identical_fraction: 1.0 - all.open as f64 / pixels.len() as f64,

@@ -1,6 +1,8 @@
 //! Which effects a scene calls for, how deep its rays go, and what that takes: what EXPLAIN is for a database query.
 
+mod block;
 mod catalogue;
+mod cells;
 pub mod depth;
 pub mod effects;
 pub mod estimate;
@@ -8,6 +10,7 @@ pub mod explain;
 pub mod pilot;
 pub mod ray_times;
 mod specular;
+mod survey;
 pub mod table;
 mod use_of;
 

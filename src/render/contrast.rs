@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// Samples of a pixel that differs from a neighbour.
 pub(crate) const REFINED_SAMPLES: u32 = 16;
 /// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
-pub(super) const CONTRAST: u8 = 8;
+pub(crate) const CONTRAST: u8 = 8;
 
 /// Whether antialiasing may add samples.
 pub(crate) fn refines(scene: &Scene) -> bool {

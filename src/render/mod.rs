@@ -2,7 +2,9 @@
 
 mod contrast;
 mod costs;
+mod lacking;
 mod packets;
+mod probe;
 mod progressive;
 mod renderer;
 mod sampling;
@@ -23,10 +25,12 @@ use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::time::Instant;
 
-pub(crate) use contrast::{REFINED_SAMPLES, code_in, is_uneven, refines};
+pub(crate) use contrast::{CONTRAST, REFINED_SAMPLES, code_in, is_uneven, refines};
 pub use costs::PixelCost;
+pub use lacking::{Lacking, LackingPixels};
 pub use packets::sample_offset;
 pub(crate) use packets::{Samples, add_samples, eye_media};
+pub(crate) use probe::{PacketCost, Probe};
 pub use progressive::{Progress, Stop};
 pub use sampling::{Histogram, Sampling};
 pub use statistical::Reached;
@@ -101,9 +105,9 @@ impl std::ops::Add for RayCounts {
 pub struct Picture {
     /// The pixels.
     pub film: Film,
-    /// The pixels that may lack light, in no particular order. All others are those of the same samples with recursion
+    /// The pixels that may lack light. All others are those of the same samples with recursion
     /// without end, or to [`Reach::max_depth`](crate::scene::ceiling::Reach::max_depth).
-    pub lacking: Vec<Lacking>,
+    pub lacking: LackingPixels,
     /// What its samples tell about how far more of them would take it.
     pub sampling: Sampling,
     /// What was traced.
@@ -122,20 +126,11 @@ impl Picture {
     /// What each pixel is at most, however far the recursion goes, row by row.
     pub fn highest(&self) -> Vec<[f32; 3]> {
         let mut highest = self.film.pixels.clone();
-        for lacking in &self.lacking {
+        for lacking in self.lacking.iter() {
             highest[self.film.region.index(lacking.at)] = lacking.highest;
         }
         highest
     }
-}
-
-/// A pixel of which something was left out.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lacking {
-    /// Its column and row in the whole picture.
-    pub at: [u32; 2],
-    /// What it is at most: what was summed, and the most that what was left out can bring.
-    pub highest: [f32; 3],
 }
 
 /// What antialiasing added to the base samples of all pixels.
@@ -245,15 +240,4 @@ pub fn samples_of(scene: &Scene, x: u32, y: u32, control: &Control) -> u32 {
         Precise::Double(world) => Renderer::new(scene, world, control, Cut::default()).uneven_in(around, x, y),
     };
     if uneven { REFINED_SAMPLES } else { scene.samples }
-}
-
-/// Traces the base samples of some pixels: what [`pilot`](crate::plan::pilot) asks a scene.
-pub(crate) type Probe<'a> = Box<dyn Fn(&[[u32; 2]]) -> (Vec<[f32; 3]>, RayCounts) + Sync + 'a>;
-
-/// The probe of a scene. Once cancelled, it answers early and wrongly.
-pub(crate) fn probe<'a>(scene: &'a Scene, control: &'a Control) -> Probe<'a> {
-    match &scene.world {
-        Precise::Single(world) => Renderer::new(scene, world, control, Cut::default()).probe(),
-        Precise::Double(world) => Renderer::new(scene, world, control, Cut::default()).probe(),
-    }
 }

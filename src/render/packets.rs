@@ -1,8 +1,9 @@
 //! Packets of pixels through the kernels, and what becomes of them.
 
 use super::costs::PixelCost;
+use super::probe::PacketCost;
 use super::statistical::Reached;
-use super::{Lacking, RayCounts};
+use super::{Lacking, LackingPixels, RayCounts};
 use crate::camera::Camera;
 use crate::film::srgb::Codes8;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch, lanes_of};
@@ -12,10 +13,11 @@ use crate::shading::media::Medium;
 use crate::trace::certificate::{ends, raised};
 use crate::trace::enclosing::media_at;
 use crate::trace::hits::Hits;
-use crate::trace::kernel::Tracer;
+use crate::trace::kernel::{Followed, Tracer};
 use crate::trace::observer::Observer;
 use fearless_simd::{Level, f32x16, f64x8};
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 /// The two kernels that pictures are traced with.
 pub(crate) trait Kernel: Real {
@@ -36,6 +38,8 @@ pub(crate) struct Job<'a, R> {
     pub(super) pruning: Pruning,
     /// Whether pixels that are known to lie between two ends show their lower one.
     pub(super) low: bool,
+    /// Whether it is noted what each packet takes.
+    pub(super) watched: bool,
 }
 
 /// Which samples pixels get.
@@ -60,8 +64,8 @@ impl Samples {
 pub(crate) struct Traced {
     /// In the order asked for.
     pub(crate) pixels: Vec<[f32; 3]>,
-    /// Those that may lack light, in the same order.
-    pub(super) lacking: Vec<Lacking>,
+    /// Those that may lack light, in the same order if they were asked for at once.
+    pub(super) lacking: LackingPixels,
     /// How unsure each pixel of several samples is, as they tell: the 8-bit codes from the lower to the upper end of an
     /// interval around it. In the same order.
     pub(super) widths: Vec<u8>,
@@ -70,6 +74,8 @@ pub(crate) struct Traced {
     pub(super) reached: Reached,
     /// What each pixel took, if asked for.
     pub(super) costs: Vec<PixelCost>,
+    /// What each packet took, if asked for.
+    pub(super) packets: Vec<PacketCost>,
 }
 
 impl Traced {
@@ -77,10 +83,9 @@ impl Traced {
     pub(super) fn joined(parts: Vec<Self>) -> Self {
         let mut all = Self::default();
         all.pixels.reserve(parts.iter().map(|part| part.pixels.len()).sum());
-        all.lacking.reserve(parts.iter().map(|part| part.lacking.len()).sum());
         for part in parts {
             all.pixels.extend(part.pixels);
-            all.lacking.extend(part.lacking);
+            all.lacking.append(part.lacking);
             all.widths.extend(part.widths);
             all.costs.extend(part.costs);
             all.rays = all.rays + part.rays;
@@ -124,65 +129,89 @@ fn trace_with<L: Lanes, E: Effects>(
 ) {
     let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.camera, &job.eye, job.cancelled, job.pruning, ());
     let mut hits = Hits::none(s);
+    let (codes, mut all_lacking) = (Codes8::get(), Vec::new());
+    let of_second = (0..samples.count).filter(|sample| is_of_second_half(*sample)).count() as f32;
     for packet in at.chunks(L::COUNT) {
+        let started = job.watched.then(Instant::now);
         let active = ((1u64 << packet.len()) - 1) as u32;
         let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let half = add_samples(&mut tracer, packet, active, samples, &mut hits, &mut sum);
-        let lanes = |v: V3<L>| {
-            let mut channels = [[L::Real::default(); MAX_LANES]; 3];
-            for (channel, lanes) in channels.iter_mut().zip([v.x, v.y, v.z]) {
-                lanes.store(channel);
-            }
-            channels
-        };
         let [red, green, blue] = lanes(sum);
         let first = out.pixels.len();
         out.pixels.extend((0..packet.len()).map(|lane| [red[lane], green[lane], blue[lane]].map(narrow)));
-        for lane in lanes_of(tracer.lacking() & active) {
-            let sum = [red[lane], green[lane], blue[lane]];
-            let ends = ends(sum, tracer.rest().lane(lane), tracer.roundings().lane(lane));
-            let (shown, highest) = if job.low {
-                (ends.map(|[low, _]| low), ends.map(|[_, high]| high))
-            } else {
-                show(sum, ends, job.pruning)
-            };
-            out.pixels[first + lane] = shown;
-            out.lacking.push(Lacking { at: packet[lane], highest });
+        let lacking = tracer.lacking() & active;
+        if lacking != 0 {
+            let (rest, roundings) = (tracer.rest(), tracer.roundings());
+            for lane in lanes_of(lacking) {
+                let sum = [red[lane], green[lane], blue[lane]];
+                let ends = ends(sum, rest.lane(lane), roundings.lane(lane));
+                let (shown, highest) = if job.low {
+                    (ends.map(|[low, _]| low), ends.map(|[_, high]| high))
+                } else {
+                    show(codes, sum, ends, job.pruning)
+                };
+                out.pixels[first + lane] = shown;
+                all_lacking.push(Lacking { at: packet[lane], highest });
+            }
         }
         if samples.count > 1 && !job.low {
             let halves = lanes(half);
             out.widths.extend((0..packet.len()).map(|lane| {
                 let half = [halves[0][lane], halves[1][lane], halves[2][lane]].map(narrow);
-                width(out.pixels[first + lane], half, samples.count)
+                width(out.pixels[first + lane], half, samples.count, of_second)
             }));
         }
+        if let Some(started) = started {
+            let rays = std::mem::take(&mut tracer.counts);
+            out.rays = out.rays + rays;
+            out.packets.push(PacketCost { rays, nanoseconds: started.elapsed().as_secs_f64() * 1e9 });
+        }
     }
+    out.lacking.add(all_lacking);
     out.rays = out.rays + tracer.counts;
 }
 
+/// The numbers in each lane, channel by channel.
+#[inline(always)]
+fn lanes<L: Lanes>(v: V3<L>) -> [[L::Real; MAX_LANES]; 3] {
+    let mut channels = [[L::Real::default(); MAX_LANES]; 3];
+    for (channel, lanes) in channels.iter_mut().zip([v.x, v.y, v.z]) {
+        lanes.store(channel);
+    }
+    channels
+}
+
 /// What is shown of a pixel that lies between two ends, and what it is at most, seen from there.
-pub(super) fn show<R: Real>(sum: [R; 3], ends: [[f32; 2]; 3], pruning: Pruning) -> ([f32; 3], [f32; 3]) {
-    let shown = match pruning {
-        Pruning::Weight(_) => sum.map(narrow),
-        Pruning::Proved { max_codes } => std::array::from_fn(|c| narrow(sum[c] + raised(sum[c], ends[c], max_codes))),
-    };
-    // Whatever lies some codes below, by rounding, counts as if it lay as many above.
-    let codes = Codes8::get();
-    let highest = std::array::from_fn(|c| {
+#[inline(always)]
+pub(super) fn show<R: Real>(
+    codes: &Codes8,
+    sum: [R; 3],
+    ends: [[f32; 2]; 3],
+    pruning: Pruning,
+) -> ([f32; 3], [f32; 3]) {
+    let (mut shown, mut highest) = ([0.0; 3], [0.0; 3]);
+    for c in 0..3 {
         let [low, high] = ends[c];
+        shown[c] = narrow(match pruning {
+            Pruning::Weight(_) => sum[c],
+            Pruning::Proved { max_codes } => sum[c] + raised(sum[c], ends[c], max_codes),
+        });
+        // Whatever lies some codes below, by rounding, counts as if it lay as many above.
         let code = codes.code(shown[c]);
         let below = code - codes.code(low).min(code);
-        if codes.code(high) - code < below { codes.least(code.saturating_add(below)).max(high) } else { high }
-    });
+        highest[c] = high;
+        if below > 0 && codes.code(high) - code < below {
+            highest[c] = codes.least(code.saturating_add(below)).max(high);
+        }
+    }
     (shown, highest)
 }
 
 /// The codes between the ends of the interval around a pixel in which more samples would likely put it, in the channel that
 /// is least sure: with the means a and b of two halves of its samples, the mean of all is likely as far off as |a - b|/2.
-/// `second` is what the second half of `count` samples has added.
-fn width(mean: [f32; 3], second: [f32; 3], count: u32) -> u8 {
+/// `second` is what the second half, `samples` of `count`, has added.
+fn width(mean: [f32; 3], second: [f32; 3], count: u32, samples: f32) -> u8 {
     let codes = Codes8::get();
-    let samples = (0..count).filter(|sample| is_of_second_half(*sample)).count() as f32;
     let count = count as f32;
     let channel = |c: usize| {
         let first = (mean[c] - second[c]) * count / (count - samples);
@@ -209,37 +238,28 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
     sum: &mut V3<L>,
 ) -> V3<L> {
     let s = tracer.simd();
-    let Samples { count, batch } = samples;
+    let count = samples.count;
     let weight = L::Real::from_f64(1.0 / f64::from(count));
     let black = V3::splat(s, [L::Real::from_f64(0.0); 3]);
     let mut half = black;
+    let mut rays = Followed::none(s);
     tracer.begin(pixels, samples);
     let (mut active, mut sample) = (active, 0);
     // One call of `follow_from` for the first rays of each sample and those put aside: it holds all of the kernel.
     while !tracer.is_cancelled() {
-        let (rays, before, second);
+        let (before, second);
         if sample < count {
             let offset = sample_offset(sample, count);
-            let coordinate = |axis: usize| {
-                let pixels = tracer.corners(axis);
-                if batch == 0 {
-                    L::from_fn(s, |lane| L::Real::from_f64(f64::from(pixels[lane]) + offset[axis]))
-                } else {
-                    let shifts = tracer.shifts(axis);
-                    L::from_fn(s, |lane| {
-                        let within = offset[axis] + f64::from(shifts[lane]) / 4_294_967_296.0;
-                        L::Real::from_f64(f64::from(pixels[lane]) + within - within.floor())
-                    })
-                }
-            };
-            let (x, y) = (coordinate(0), coordinate(1));
+            let (x, y) = (tracer.coordinates(0, offset[0]), tracer.coordinates(1, offset[1]));
             (before, second) = (*sum, is_of_second_half(sample));
             tracer.choose(sample);
-            rays = tracer.sample(x, y, active, weight, hits, sum);
+            tracer.sample(x, y, active, weight, &mut rays, hits, sum);
             sample += 1;
         } else if tracer.prove(active, hits, sum) {
-            let Some(next) = tracer.pop() else { continue };
-            (rays, before, second) = (next, *sum, false);
+            if !tracer.pop(&mut rays) {
+                continue;
+            }
+            (before, second) = (*sum, false);
         } else {
             active = tracer.finish(active, sum);
             if active == 0 {
@@ -249,7 +269,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
             half = V3::select(L::mask(s, active), black, half);
             continue;
         }
-        tracer.follow_from(rays, hits, sum);
+        tracer.follow_from(&mut rays, hits, sum);
         if second {
             half = half + (*sum - before);
         }

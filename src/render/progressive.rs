@@ -9,11 +9,11 @@
 use super::contrast::{REFINED_SAMPLES, is_uneven, refines};
 use super::packets::{Job, Kernel, Samples, Traced};
 use super::renderer::Renderer;
+use super::tiles::near;
 use super::{Cancelled, Lacking, Picture, RayCounts, Refined};
 use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};
 use crate::scene::world::Pruning;
-use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -89,7 +89,7 @@ impl Canvas {
             let index = self.region.index(at);
             (self.shown[index], self.highest[index], self.samples[index]) = (*pixel, *pixel, samples);
         }
-        for lacking in &traced.lacking {
+        for lacking in traced.lacking.iter() {
             self.highest[self.region.index(lacking.at)] = lacking.highest;
         }
     }
@@ -108,13 +108,15 @@ impl Canvas {
             (shown[first], [f32::INFINITY; 3])
         };
         let mut filled = Traced { rays, ..Traced::default() };
+        let mut lacking = Vec::new();
         for at in region.iter() {
             let (shown, highest) = of(at);
             filled.pixels.push(shown);
             if highest != shown {
-                filled.lacking.push(Lacking { at, highest });
+                lacking.push(Lacking { at, highest });
             }
         }
+        filled.lacking.add(lacking);
         filled
     }
 }
@@ -204,13 +206,7 @@ impl<R: Kernel> Renderer<'_, R> {
             2 => self.is_poor(at, canvas),
             _ => self.is_uneven(at, canvas),
         };
-        // Tile by tile, so that packets keep together.
-        let tiles: Vec<Region> = region.tiles(16).collect();
-        let of_tile = |tile: &Region| -> Vec<[u32; 2]> {
-            tile.tiles(super::BLOCK).flat_map(Region::iter).filter(|at| wanted(*at)).collect()
-        };
-        let pixels = tiles.par_iter().flat_map_iter(of_tile).collect();
-        Stage { pixels, samples, pruning }
+        Stage { pixels: near(region, wanted), samples, pruning }
     }
 
     /// Does a stage as far as it goes; returns how many of its pixels are done, and their rays.

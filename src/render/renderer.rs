@@ -4,8 +4,8 @@ use super::contrast::{CONTRAST, REFINED_SAMPLES, code_in, codes_of, contrasts, i
 use super::costs::PixelCost;
 use super::packets::{Job, Kernel, Samples, Traced};
 use super::sampling::{Histogram, Sampling};
-use super::tiles::split;
-use super::{Cancelled, Control, Cut, Picture, Probe, Refined, statistical};
+use super::tiles::{near, split};
+use super::{Cancelled, Control, Cut, Picture, Refined, statistical};
 use crate::camera::Window;
 use crate::film::{Film, Region};
 use crate::lanes::MAX_LANES;
@@ -17,7 +17,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Renders pictures of one scene.
-pub(super) struct Renderer<'a, R> {
+pub(crate) struct Renderer<'a, R> {
     pub(super) scene: &'a Scene,
     pub(super) control: &'a Control,
     pub(super) cut: Cut,
@@ -32,7 +32,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     pub(super) fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
         let kernel = if cut.specialised { Specialised::of(world) } else { Specialised::Everything };
         let (camera, eye, pruning) = (world.camera, R::eye_media(world), world.rules.pruning);
-        let job = Job { world, camera, eye, cancelled: &control.cancelled, kernel, pruning, low: false };
+        let job =
+            Job { world, camera, eye, cancelled: &control.cancelled, kernel, pruning, low: false, watched: false };
         Self { scene, control, cut, size: [scene.width, scene.height], job, each: false }
     }
 
@@ -40,6 +41,12 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     pub(super) fn through(mut self, window: &Window) -> Self {
         self.size = [window.width, window.height];
         self.job.camera = self.job.camera.through(window);
+        self
+    }
+
+    /// The renderer that notes what each packet takes.
+    pub(super) fn watched(mut self) -> Self {
+        self.job.watched = true;
         self
     }
 
@@ -60,7 +67,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         let mut traced = self.grid(around)?;
         let contrasts = contrasts(&codes_of(&traced.pixels), around.width);
         let contrast = |at: [u32; 2]| contrasts[around.index(at)];
-        let uneven: Vec<[u32; 2]> = region.iter().filter(|&at| contrast(at) >= CONTRAST).collect();
+        let is_uneven = |at: [u32; 2]| contrast(at) >= CONTRAST;
+        let uneven = near(region, is_uneven);
         self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
         let refined = self.list(&uneven, REFINED_SAMPLES)?;
         if around != region {
@@ -69,10 +77,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         for (&at, pixel) in uneven.iter().zip(refined.pixels) {
             traced.pixels[region.index(at)] = pixel;
         }
-        // `uneven` is in the order of rows.
-        let is_refined = |[x, y]: [u32; 2]| uneven.binary_search_by_key(&[y, x], |[x, y]| [*y, *x]).is_ok();
-        traced.lacking.retain(|lacking| region.contains(lacking.at) && !is_refined(lacking.at));
-        traced.lacking.extend(refined.lacking);
+        traced.lacking.retain(|lacking| region.contains(lacking.at) && !is_uneven(lacking.at));
+        traced.lacking.append(refined.lacking);
         traced.rays = traced.rays + refined.rays;
         traced.costs.retain(|cost| region.contains(cost.at));
         traced.costs.extend(refined.costs);
@@ -84,7 +90,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
 
     pub(super) fn picture_of(&self, region: Region, traced: Traced, refined: Refined) -> Picture {
         let [full_width, full_height] = self.size;
-        let Traced { pixels, lacking, rays, widths, reached, costs } = traced;
+        let Traced { pixels, lacking, rays, widths, reached, costs, packets: _ } = traced;
         let film = Film { region, full_width, full_height, pixels };
         let sampling = Sampling { widths: Histogram::of(&widths), reached };
         Picture { film, lacking, sampling, rays, refined, costs, progress: None, trace_ms: 0.0 }
@@ -130,7 +136,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
     }
 
     /// Pixels with as many samples, or with as many as a target takes.
-    fn trace_pixels(&self, at: &[[u32; 2]], samples: u32, traced: &mut Traced) {
+    pub(super) fn trace_pixels(&self, at: &[[u32; 2]], samples: u32, traced: &mut Traced) {
         match &self.scene.statistical {
             Some(target) => statistical::trace(self.cut.level, &self.job, target, at, traced),
             None => R::trace(self.cut.level, &self.job, at, Samples::of_picture(samples), traced),
@@ -145,15 +151,6 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         let nanoseconds = started.elapsed().as_nanos() as u64;
         traced.costs.push(PixelCost { at, rays: traced.rays.total(), nanoseconds, deepest: traced.rays.deepest });
         traced.rays = before + traced.rays;
-    }
-
-    /// Traces pixels of the base samples.
-    pub(super) fn probe(self) -> Probe<'a> {
-        Box::new(move |at| {
-            let mut traced = Traced::default();
-            self.trace_pixels(at, self.scene.samples, &mut traced);
-            (traced.pixels, traced.rays)
-        })
     }
 
     pub(super) fn uneven_in(&self, around: Region, x: u32, y: u32) -> bool {

@@ -5,8 +5,10 @@
 //! is asked whether the interval of Student's t is narrow enough; since k looks have k chances to be wrong, look k is
 //! allowed only 1/(k(k + 1)) of the doubt. No pixel depends on another, so any crop is that of the whole.
 
+use super::Lacking;
 use super::packets::{Job, Kernel, Samples, Traced, show};
 use super::student::student_t;
+use crate::film::srgb::Codes8;
 use crate::math::linear_to_srgb;
 use crate::scene::description::Statistical;
 use fearless_simd::Level;
@@ -128,6 +130,7 @@ pub(super) fn trace<R: Kernel>(
         until = (batch * 3 / 2).min(MOST);
     }
     out.reached.pixels += open.len() as u64;
+    let mut lacking = Vec::new();
     for (&at, pixel) in at.iter().zip(&pixels) {
         let samples = pixel.batches * BATCH;
         out.reached =
@@ -140,8 +143,9 @@ pub(super) fn trace<R: Kernel>(
             continue;
         }
         let ends = std::array::from_fn(|c| [mean[c].next_down().max(0.0), highest[c].next_up()]);
-        let (shown, highest) = show(mean, ends, job.pruning);
+        let (shown, highest) = show(Codes8::get(), mean, ends, job.pruning);
         out.pixels.push(shown);
-        out.lacking.push(super::Lacking { at, highest });
+        lacking.push(Lacking { at, highest });
     }
+    out.lacking.add(lacking);
 }

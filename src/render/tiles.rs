@@ -1,6 +1,7 @@
 //! Tiles of a picture, and the order of their pixels.
 
 use crate::film::Region;
+use rayon::prelude::*;
 
 /// A tile and where its pixels go, row by row.
 pub(super) struct Tile<'a> {
@@ -47,4 +48,16 @@ pub(super) fn split(region: Region, edge: u32, pixels: &mut [[f32; 3]]) -> Vec<T
         }
     }
     tiles
+}
+
+/// Edge of the tiles of [`near`].
+const NEAR: u32 = 16;
+
+/// The wanted pixels of a region, tile by tile and block by block, so that those of a packet are near to each other.
+pub(super) fn near(region: Region, wanted: impl Fn([u32; 2]) -> bool + Sync) -> Vec<[u32; 2]> {
+    let tiles: Vec<Region> = region.tiles(NEAR).collect();
+    let of_tile = |tile: &Region| -> Vec<[u32; 2]> {
+        tile.tiles(BLOCK).flat_map(Region::iter).filter(|at| wanted(*at)).collect()
+    };
+    tiles.par_iter().flat_map_iter(of_tile).collect()
 }

@@ -122,15 +122,24 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         self.followed = zero;
     }
 
-    /// Columns or rows of the pixels at hand.
+    /// Columns or rows of samples, so far from the corner of each pixel.
     #[inline(always)]
-    pub(crate) fn corners(&self, axis: usize) -> &[u32; MAX_LANES] {
-        &self.certificate.corners[axis]
-    }
-
-    /// How far the samples of the batch at hand are shifted along an axis, in 2^-32 of a pixel.
-    pub(crate) fn shifts(&self, axis: usize) -> [u32; MAX_LANES] {
-        shifts(&self.certificate.corners, self.certificate.batch, axis)
+    pub(crate) fn coordinates(&self, axis: usize, offset: f64) -> L {
+        let certificate = &self.certificate;
+        let mut at = [L::Real::default(); MAX_LANES];
+        if certificate.batch == 0 {
+            for lane in 0..L::COUNT {
+                at[lane] = L::Real::from_f64(f64::from(certificate.corners[axis][lane]) + offset);
+            }
+        } else {
+            // Batches are shifted, by so many 2^-32 of a pixel.
+            let shifts = shifts(&certificate.corners, certificate.batch, axis);
+            for lane in 0..L::COUNT {
+                let within = offset + f64::from(shifts[lane]) / 4_294_967_296.0;
+                at[lane] = L::Real::from_f64(f64::from(certificate.corners[axis][lane]) + within - within.floor());
+            }
+        }
+        L::load(self.s, &at)
     }
 
     /// Begins with a sample.
@@ -417,14 +426,18 @@ pub(crate) fn raised<R: Real>(sum: R, [low, high]: [f32; 2], max_codes: u8) -> R
 }
 
 /// The two ends of each channel of a pixel, rounded outwards.
+#[inline(always)]
 pub(crate) fn ends<R: Real>(sum: [R; 3], rest: [R; 3], roundings: R) -> [[f32; 2]; 3] {
-    std::array::from_fn(|c| {
-        let (sum, rest, roundings) = (sum[c].to_f64(), rest[c].to_f64(), roundings.to_f64());
-        if rest == 0.0 {
-            // Nothing was left out: it is the same sum.
-            return [sum as f32; 2];
+    let roundings = roundings.to_f64();
+    let mut ends = [[0.0; 2]; 3];
+    for c in 0..3 {
+        let (sum, rest) = (sum[c].to_f64(), rest[c].to_f64());
+        // Where nothing was left out it is the same sum.
+        ends[c] = [sum as f32; 2];
+        if rest != 0.0 {
+            let high = ((sum + rest) * (1.0 + roundings)) as f32;
+            ends[c] = [(sum * (1.0 - roundings)) as f32, high.next_up()];
         }
-        let high = ((sum + rest) * (1.0 + roundings)) as f32;
-        [(sum * (1.0 - roundings)) as f32, high.next_up()]
-    })
+    }
+    ends
 }

@@ -101,7 +101,9 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Follows rays to the nearest surface.
+    /// Follows rays to the nearest surface. Both steps are functions of their own; a third one around them takes a
+    /// thirtieth of the time of simple scenes.
+    #[inline(always)]
     pub(super) fn find_nearest(
         &mut self,
         s: L::Simd,
@@ -110,22 +112,7 @@ impl<L: Lanes> Hits<L> {
         nearest: &Nearest<'_, L>,
         course: Course,
     ) {
-        L::vectorize(
-            s,
-            #[inline(always)]
-            || self.find_nearest_in(s, world, rays, *nearest, course),
-        );
-    }
-
-    #[inline(always)]
-    fn find_nearest_in(
-        &mut self,
-        s: L::Simd,
-        world: &World<L::Real>,
-        rays: &mut Rays<L>,
-        mut nearest: Nearest<'_, L>,
-        course: Course,
-    ) {
+        let mut nearest = *nearest;
         let t_max = rays.t_max;
         nearest_hit(s, &world.geometries, world.root, rays, &mut nearest, course, self.time.as_ref());
         self.forget(u32::MAX);

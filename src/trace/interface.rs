@@ -62,6 +62,7 @@ fn alike<L: Lanes>(s: L::Simd, hits: &Hits<L>, lists: L::Ids, lane: usize, among
 }
 
 /// The lists of a ray in front of the surface and behind it.
+#[inline(always)]
 fn of_lane<L: Lanes>(
     world: &World<L::Real>,
     media: &mut Media<L::Real>,

@@ -82,6 +82,26 @@ pub struct Followed<L: Lanes> {
 }
 
 impl<L: Lanes> Followed<L> {
+    /// No rays, to be overwritten.
+    #[inline(always)]
+    pub(crate) fn none(s: L::Simd) -> Self {
+        let zero = L::lit(s, 0.0);
+        let nowhere = V3 { x: zero, y: zero, z: zero };
+        Self {
+            origin: nowhere,
+            dir: nowhere,
+            t_min: zero,
+            weight: nowhere,
+            active: 0,
+            media: L::Ids::splat(s, u64::from(OUTSIDE)),
+            depth: 0,
+            kind: RayKind::Camera,
+            path: 0,
+            dispersed: 0,
+            parent: 0,
+        }
+    }
+
     /// Whether these rays, and the shadow rays from what they hit, keep together.
     #[inline(always)]
     pub(super) fn course(&self) -> Course {
@@ -180,8 +200,8 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         self.observer
     }
 
-    /// The camera rays of the samples at (x, y), in pixels from the upper left corner, to be followed with `weight`. What
-    /// lies outside of the picture's circle is added to `sum`.
+    /// Makes `rays` the camera rays of the samples at (x, y), in pixels from the upper left corner, to be followed with
+    /// `weight`. What lies outside of the picture's circle is added to `sum`.
     #[inline(always)]
     pub fn sample(
         &mut self,
@@ -189,9 +209,10 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         y: L,
         active: u32,
         weight: L::Real,
+        rays: &mut Followed<L>,
         hits: &mut Hits<L>,
         sum: &mut V3<L>,
-    ) -> Followed<L> {
+    ) {
         let s = self.s;
         let weight = L::splat(s, weight);
         self.share = weight;
@@ -209,7 +230,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         self.make_choices(hits);
         let seen = primary.seen.bits() & active;
         let weight = V3 { x: weight, y: weight, z: weight };
-        let first = Followed {
+        *rays = Followed {
             origin: primary.origin,
             dir: primary.dir,
             t_min: L::lit(s, 0.0),
@@ -231,7 +252,6 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         }
         self.counts.camera += u64::from(seen.count_ones());
         self.counts.deepest = self.counts.deepest.max(1);
-        first
     }
 
     /// What is chosen once for a sample, beside the place on the lens.
@@ -247,31 +267,33 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         hits.time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
     }
 
-    /// Follows rays, and those that come from them. Once cancelled it returns early, and the sum is of no use. What rays hit
-    /// is written into `hits`, which is dear to make.
+    /// Follows rays, and those that come from them. Once cancelled it returns early, and the sum is of no use. What is followed
+    /// is written into `rays`, and what it hits into `hits`, which are dear to make and to move.
     #[inline(always)]
-    pub(crate) fn follow_from(&mut self, mut rays: Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
+    pub(crate) fn follow_from(&mut self, rays: &mut Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         loop {
             self.packets = self.packets.wrapping_add(1);
             if self.packets.is_multiple_of(PACKETS_BETWEEN_CHECKS) && self.cancelled.load(Ordering::Relaxed) {
                 return;
             }
             if rays.active != 0 {
-                self.follow(&rays, hits, sum);
+                self.follow(rays, hits, sum);
             }
-            let Some(next) = self.pop() else { return };
-            rays = next;
+            if !self.pop(rays) {
+                return;
+            }
         }
     }
 
-    /// The rays on top of the stack.
+    /// Makes `rays` those on top of the stack; false if there are none.
     #[inline(always)]
-    pub(crate) fn pop(&mut self) -> Option<Followed<L>> {
-        let next = self.stack.pop();
-        if E::DETAILS && next.is_some() {
+    pub(crate) fn pop(&mut self, rays: &mut Followed<L>) -> bool {
+        let Some(next) = self.stack.pop() else { return false };
+        *rays = next;
+        if E::DETAILS {
             self.cones.pop();
         }
-        next
+        true
     }
 
     #[inline(always)]

@@ -7,7 +7,7 @@ use strahl::plan::pilot::{Effort, Expected, Pilot};
 use strahl::render::{Control, Picture, render};
 use strahl::scene::{Overrides, Scene};
 
-const UNTIL_DONE: Effort = Effort { time: Duration::from_secs(1_000), share: 1.0 };
+const UNTIL_DONE: Effort = Effort { time: Duration::from_secs(1_000), share: f64::INFINITY };
 
 fn whole(scene: &Scene) -> (Region, Picture) {
     let region = Region::whole(scene.width, scene.height);

@@ -1,0 +1,170 @@
+//! The rays that a pilot traces: blocks of pixels all over the region, and of the pixels that antialiasing will refine a few
+//! packets.
+//!
+//! What has to be known is spread unevenly: a tenth of the pixels often takes nine tenths of the rays. Blocks are many and
+//! small, so that they tell how many pixels will be refined, and what their rays are; packets of such pixels are dear, and
+//! only tell how much longer a ray takes there than it took in the block. They are drawn with a probability that is as large
+//! as the time they stand for, so that their mean is that of the time.
+
+use super::block::{Block, Chances};
+use super::cells::Cells;
+use super::pilot::Effort;
+use crate::film::Region;
+use crate::render::{BLOCK, Cancelled, Control, Probe, REFINED_SAMPLES, refines};
+use crate::scene::Scene;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+/// Cells: one for so many blocks, but at least so many, if there are as many blocks.
+const SHARE: f64 = 1.0 / 16.0;
+const LEAST_BLOCKS: f64 = 1_024.0;
+/// Blocks that a thread takes at once.
+const RUN: u32 = 16;
+/// Part of the runs that come before the first look at how many more there may be.
+const FIRST: u32 = 16;
+/// Part of the effort that goes to blocks, where pixels are refined, too.
+const OF_BLOCKS: f64 = 0.5;
+/// Packets of refined pixels, at least and at most.
+const PACKETS: [f64; 2] = [8.0, 64.0];
+/// Blocks of base samples that are traced to find the pixels of a packet.
+const FINDING: f64 = 4.0;
+/// Edge of the tiles in which they are looked for.
+const TILE: u32 = 16;
+/// A block was interrupted if its rays took so many times as long as those of 99 of 100 blocks.
+const INTERRUPTED: f64 = 3.0;
+
+/// What a pilot has traced.
+#[derive(Debug)]
+pub(super) struct Survey {
+    /// Neighbours in space are neighbours in the list.
+    pub(super) blocks: Vec<Block>,
+    /// What they tell of pixels that antialiasing refines.
+    pub(super) chances: Chances,
+    /// Samples that a refined pixel gets for each base sample; 0 if none is refined.
+    pub(super) factor: f64,
+    /// How many times as long a ray takes in packets of refined pixels as in the blocks they come from.
+    pub(super) slowdowns: Vec<f64>,
+}
+
+impl Survey {
+    pub(super) fn make(scene: &Scene, region: Region, control: &Control, effort: Effort) -> Result<Self, Cancelled> {
+        let started = Instant::now();
+        let is_cancelled = || control.cancelled.load(Ordering::Relaxed);
+        let is_late = |times: f64| started.elapsed() > effort.time.mul_f64(times) || is_cancelled();
+        let all = f64::from(region.width.div_ceil(BLOCK)) * f64::from(region.height.div_ceil(BLOCK));
+        let cells = Cells::new(region, (all * SHARE).max(LEAST_BLOCKS));
+        let probe = Probe::new(scene, control);
+        let (runs, first) = (cells.count().div_ceil(RUN), cells.count().div_ceil(RUN * FIRST));
+        let trace = |k: u32| -> Vec<(u32, Block)> {
+            if k > 0 && is_late(1.0) {
+                return Vec::new();
+            }
+            let run: Vec<u32> = (k * RUN..cells.count().min((k + 1) * RUN)).map(|k| cells.visited(k)).collect();
+            let regions: Vec<Region> = run.iter().map(|cell| cells.block(*cell)).collect();
+            let traced = probe.blocks(&regions).into_iter().zip(regions);
+            run.into_iter().zip(traced.map(|((pixels, cost), at)| Block::new(scene, at, &pixels, cost))).collect()
+        };
+        let trace = |runs: Range<u32>| -> Vec<(u32, Block)> {
+            runs.into_par_iter().with_max_len(1).flat_map_iter(trace).collect()
+        };
+        let (refines, traced) = (refines(scene), trace(0..first));
+        let factor = if refines { f64::from(REFINED_SAMPLES) / f64::from(scene.samples) } else { 0.0 };
+        let mut survey = Self { blocks: Vec::new(), chances: Chances::default(), factor, slowdowns: Vec::new() };
+        survey.set(traced.iter().map(|(_, block)| block.clone()).collect());
+        let share = effort.share * if refines { OF_BLOCKS } else { 1.0 };
+        let times = (share * survey.rays(region) / survey.base_rays()).clamp(1.0, f64::from(FIRST));
+        let more = trace(first..runs.min((f64::from(first) * times) as u32));
+        survey.set(in_order(traced, more));
+        if refines {
+            survey.refine(&probe, region, effort.share * (1.0 - OF_BLOCKS), || is_late(1.5));
+        }
+        if is_cancelled() { Err(Cancelled) } else { Ok(survey) }
+    }
+
+    fn set(&mut self, blocks: Vec<Block>) {
+        self.chances = Chances::of(&blocks);
+        self.blocks = blocks;
+    }
+
+    /// What refining a block's pixels adds, given what its base samples take.
+    pub(super) fn added(&self, block: &Block, base: f64) -> f64 {
+        base * block.share(&self.chances) * self.factor
+    }
+
+    fn base_rays(&self) -> f64 {
+        self.blocks.iter().map(|block| block.base.total() as f64).sum()
+    }
+
+    /// Rays of the whole region.
+    fn rays(&self, region: Region) -> f64 {
+        let added: f64 = self.blocks.iter().map(|block| self.added(block, block.base.total() as f64)).sum();
+        let pixels: u64 = self.blocks.iter().map(|block| block.pixels).sum();
+        (self.base_rays() + added) * region.pixels() as f64 / pixels as f64
+    }
+
+    /// Refines packets of pixels, for about a share of the rays of the region.
+    fn refine(&mut self, probe: &Probe<'_>, region: Region, share: f64, is_late: impl Fn() -> bool + Sync) {
+        let added: Vec<f64> = self.blocks.iter().map(|block| self.added(block, block.nanoseconds)).collect();
+        let all: f64 = added.iter().sum();
+        if all <= 0.0 {
+            return;
+        }
+        // Of a packet where it is likely to be drawn.
+        let rays = |block: &Block| block.base.total() as f64 * (FINDING + self.factor);
+        let rays = self.blocks.iter().zip(&added).map(|(block, added)| added / all * rays(block)).sum::<f64>();
+        let count = (share * self.rays(region) / rays).clamp(PACKETS[0], PACKETS[1]);
+        let mut drawn = Vec::new();
+        let (mut reached, mut next) = (0.0, 0.5 * all / count);
+        for (block, added) in self.blocks.iter().zip(added) {
+            reached += added;
+            while reached > next {
+                drawn.push(block);
+                next += all / count;
+            }
+        }
+        let slowdown = |block: &Block| {
+            if is_late() {
+                return None;
+            }
+            let cost = probe.refined(block.region, tile_around(block.region, region))?;
+            let pace = block.nanoseconds / block.base.total().max(1) as f64;
+            Some(cost.nanoseconds / (cost.rays.total().max(1) as f64 * pace))
+        };
+        drawn.dedup_by_key(|block| block.region);
+        self.slowdowns = drawn.into_par_iter().with_max_len(1).filter_map(slowdown).collect();
+    }
+}
+
+/// The tile of a region that a block, which may reach beyond it, begins in.
+fn tile_around(block: Region, region: Region) -> Region {
+    let begin = |at: u32, from: u32| from + (at - from) / TILE * TILE;
+    let (x, y) = (begin(block.x, region.x), begin(block.y, region.y));
+    let [right, bottom] = [region.x + region.width, region.y + region.height];
+    Region { x, y, width: TILE.min(right - x), height: TILE.min(bottom - y) }
+}
+
+/// The blocks by their cells. The first ones found the processor cold, and some may have been interrupted; neither is
+/// counted.
+fn in_order(mut first: Vec<(u32, Block)>, more: Vec<(u32, Block)>) -> Vec<Block> {
+    let pace = |blocks: &[(u32, Block)]| {
+        let rays: u64 = blocks.iter().map(|(_, block)| block.base.total()).sum();
+        blocks.iter().map(|(_, block)| block.nanoseconds).sum::<f64>() / rays.max(1) as f64
+    };
+    if more.len() >= first.len() {
+        let warm = (pace(&more) / pace(&first)).min(1.0);
+        first.iter_mut().for_each(|(_, block)| block.nanoseconds *= warm);
+    }
+    first.extend(more);
+    first.sort_unstable_by_key(|(cell, _)| *cell);
+    let mut blocks: Vec<Block> = first.into_iter().map(|(_, block)| block).collect();
+    let each = |block: &Block| block.nanoseconds / block.base.total().max(1) as f64;
+    let mut paces: Vec<f64> = blocks.iter().map(each).collect();
+    paces.sort_unstable_by(f64::total_cmp);
+    let most = INTERRUPTED * paces[(paces.len() - 1) * 99 / 100];
+    for block in &mut blocks {
+        block.nanoseconds = block.nanoseconds.min(most * block.base.total().max(1) as f64);
+    }
+    blocks
+}

@@ -1,0 +1,65 @@
+//! The pixels of a picture of which something was left out.
+
+use rayon::prelude::*;
+
+/// A pixel of which something was left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lacking {
+    /// Its column and row in the whole picture.
+    pub at: [u32; 2],
+    /// What it is at most: what was summed, and the most that what was left out can bring.
+    pub highest: [f32; 3],
+}
+
+/// All of them, in no particular order. They stay in the parts they were found in: there may be as many as pixels.
+#[derive(Debug, Clone, Default)]
+pub struct LackingPixels {
+    parts: Vec<Vec<Lacking>>,
+}
+
+impl LackingPixels {
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.parts.iter().map(Vec::len).sum()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.parts.iter().all(Vec::is_empty)
+    }
+
+    /// One after the other.
+    pub fn iter(&self) -> impl Iterator<Item = &Lacking> {
+        self.parts.iter().flatten()
+    }
+
+    /// Part by part, on all threads.
+    pub(crate) fn par_parts(&self) -> impl ParallelIterator<Item = &Vec<Lacking>> {
+        self.parts.par_iter()
+    }
+
+    /// Adds a part.
+    pub(super) fn add(&mut self, part: Vec<Lacking>) {
+        if !part.is_empty() {
+            self.parts.push(part);
+        }
+    }
+
+    /// Adds those of another part of the picture.
+    pub fn append(&mut self, other: Self) {
+        self.parts.extend(other.parts);
+    }
+
+    /// Keeps some of them.
+    pub(super) fn retain(&mut self, keep: impl Fn(&Lacking) -> bool + Sync) {
+        self.parts.par_iter_mut().for_each(|part| part.retain(&keep));
+    }
+}
+
+impl FromIterator<Lacking> for LackingPixels {
+    fn from_iter<I: IntoIterator<Item = Lacking>>(pixels: I) -> Self {
+        let mut all = Self::default();
+        all.add(pixels.into_iter().collect());
+        all
+    }
+}

@@ -1,0 +1,108 @@
+//! What a few blocks of pixels show and take: what [`pilot`](crate::plan::pilot) asks a scene.
+
+use super::contrast::{CONTRAST, REFINED_SAMPLES, codes_of, contrasts};
+use super::packets::{Kernel, Samples, Traced};
+use super::renderer::Renderer;
+use super::tiles::near;
+use super::{BLOCK, Control, Cut, RayCounts};
+use crate::film::Region;
+use crate::lanes::MAX_LANES;
+use crate::scene::Scene;
+use crate::scene::compile::Precise;
+use std::time::Instant;
+
+/// What a packet of pixels took.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PacketCost {
+    pub(crate) rays: RayCounts,
+    pub(crate) nanoseconds: f64,
+}
+
+impl PacketCost {
+    /// Several packets.
+    pub(crate) fn of(packets: &[Self]) -> Self {
+        let rays = packets.iter().fold(RayCounts::default(), |rays, packet| rays + packet.rays);
+        Self { rays, nanoseconds: packets.iter().map(|packet| packet.nanoseconds).sum() }
+    }
+}
+
+/// Asks a scene. Once its render is cancelled, it answers early and wrongly.
+pub(crate) enum Probe<'a> {
+    Single(Renderer<'a, f32>),
+    Double(Renderer<'a, f64>),
+}
+
+impl<'a> Probe<'a> {
+    pub(crate) fn new(scene: &'a Scene, control: &'a Control) -> Self {
+        match &scene.world {
+            Precise::Single(world) => Self::Single(Renderer::new(scene, world, control, Cut::default()).watched()),
+            Precise::Double(world) => Self::Double(Renderer::new(scene, world, control, Cut::default()).watched()),
+        }
+    }
+
+    /// The base samples of blocks, which are all of the same size.
+    pub(crate) fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[f32; 3]>, PacketCost)> {
+        match self {
+            Self::Single(renderer) => renderer.blocks(blocks),
+            Self::Double(renderer) => renderer.blocks(blocks),
+        }
+    }
+
+    /// What refining a packet of pixels takes that lies in or near a block, in the same tile, without the base samples that
+    /// say which pixels: nothing if they say none.
+    pub(crate) fn refined(&self, block: Region, tile: Region) -> Option<PacketCost> {
+        match self {
+            Self::Single(renderer) => renderer.refined(block, tile),
+            Self::Double(renderer) => renderer.refined(block, tile),
+        }
+    }
+}
+
+impl<R: Kernel> Renderer<'_, R> {
+    fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[f32; 3]>, PacketCost)> {
+        let whole = blocks.iter().all(|block| block.pixels() == u64::from(BLOCK * BLOCK));
+        if !whole || self.scene.statistical.is_some() {
+            // Packets are not blocks.
+            return blocks.iter().map(|block| self.block(block)).collect();
+        }
+        let mut traced = Traced::default();
+        let at: Vec<[u32; 2]> = blocks.iter().flat_map(|block| block.iter()).collect();
+        R::trace(self.cut.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
+        let packets = traced.packets.chunks(traced.packets.len() / blocks.len().max(1));
+        let pixels = traced.pixels.chunks(MAX_LANES);
+        pixels.zip(packets).map(|(pixels, packets)| (pixels.to_vec(), PacketCost::of(packets))).collect()
+    }
+
+    fn block(&self, block: &Region) -> (Vec<[f32; 3]>, PacketCost) {
+        let at: Vec<[u32; 2]> = block.iter().collect();
+        let mut traced = Traced::default();
+        let started = Instant::now();
+        self.trace_pixels(&at, self.scene.samples, &mut traced);
+        let nanoseconds = started.elapsed().as_secs_f64() * 1e9;
+        (traced.pixels, PacketCost { rays: traced.rays, nanoseconds })
+    }
+
+    fn refined(&self, block: Region, tile: Region) -> Option<PacketCost> {
+        let base = |part: Region| {
+            let at: Vec<[u32; 2]> = part.tiles(BLOCK).flat_map(Region::iter).collect();
+            let mut traced = Traced::default();
+            R::trace(self.cut.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
+            let mut pixels = vec![[0.0; 3]; at.len()];
+            at.iter().zip(traced.pixels).for_each(|(at, pixel)| pixels[part.index(*at)] = pixel);
+            let contrasts = contrasts(&codes_of(&pixels), part.width);
+            near(part, |at| contrasts[part.index(at)] >= CONTRAST)
+        };
+        // One row of blocks is often enough.
+        let y = block.y.min(tile.y + tile.height - block.height);
+        let mut uneven = base(Region { y, height: block.height, ..tile });
+        if uneven.len() < MAX_LANES {
+            uneven = base(tile);
+        }
+        let first = uneven.iter().position(|[x, y]| *y >= block.y && *x >= block.x).unwrap_or(0);
+        let first = first.min(uneven.len().saturating_sub(MAX_LANES));
+        let packet = &uneven[first..uneven.len().min(first + MAX_LANES)];
+        let mut traced = Traced::default();
+        R::trace(self.cut.level, &self.job, packet, Samples::of_picture(REFINED_SAMPLES), &mut traced);
+        (!packet.is_empty()).then(|| PacketCost::of(&traced.packets))
+    }
+}
