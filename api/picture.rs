@@ -93,6 +93,7 @@ pub(crate) fn make(
         plan: loading.plan,
         bvh: loading.bvh,
         trace: picture.trace_ms,
+        refine: picture.refine_ms,
         png: coding_ms + milliseconds(writing),
     };
     let cost = Cost::of(&picture, phases, plan.estimate, started, workers);

@@ -83,6 +83,7 @@ pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Pict
         costs: Vec::new(),
         progress: None,
         trace_ms: 0.0,
+        refine_ms: 0.0,
     }
 }
 
@@ -96,6 +97,7 @@ pub(crate) fn join(whole: &mut Picture, piece: &Picture) {
     whole.refined.pixels += piece.refined.pixels;
     whole.refined.rays = whole.refined.rays + piece.refined.rays;
     whole.trace_ms += piece.trace_ms;
+    whole.refine_ms += piece.refine_ms;
 }
 
 /// Puts a piece of a film where it belongs.

@@ -91,12 +91,14 @@ pub(crate) struct Phases {
     pub(crate) bvh: f64,
     /// Tracing.
     pub(crate) trace: f64,
+    /// The part of `trace` that antialiasing took. Not told apart in the modes time and rays.
+    pub(crate) refine: f64,
     /// Encoding the picture, whatever its format.
     pub(crate) png: f64,
 }
 
 impl Phases {
-    /// Names and milliseconds, in order.
+    /// Names and milliseconds, in order, without parts of others.
     pub(crate) fn list(&self) -> [(&'static str, f64); 5] {
         [("parse", self.parse), ("plan", self.plan), ("bvh", self.bvh), ("trace", self.trace), ("png", self.png)]
     }
@@ -107,7 +109,7 @@ impl Phases {
 pub(crate) struct ErrorBounds {
     /// True for certain.
     pub(crate) proved: Proved,
-    /// Likely. None where pixels have one sample and are not compared with their neighbours, and in the modes time and rays.
+    /// Likely. None where pixels have one sample and are not compared with their neighbours.
     pub(crate) estimated: Option<Estimated>,
     /// Found against a reference picture.
     pub(crate) measured: Option<f64>,

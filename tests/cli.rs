@@ -109,7 +109,7 @@ fn stats_say_what_the_picture_cost() {
     done(&folder, &["render", "ball.json", "-o", "a.png", "--stats", "stats.json"], "");
     let stats: Value = serde_json::from_slice(&std::fs::read(folder.join("stats.json")).unwrap()).unwrap();
     assert!(stats["plan"]["effects"].is_array(), "{stats}");
-    for phase in ["parse", "plan", "bvh", "trace", "png"] {
+    for phase in ["parse", "plan", "bvh", "trace", "refine", "png"] {
         assert!(stats["cost"]["phases_ms"][phase].is_number(), "{phase} in {stats}");
     }
     for kind in ["camera", "shadow", "reflected", "transmitted"] {

@@ -4,8 +4,9 @@
 mod common;
 
 use common::load_scene;
+use strahl::camera::Window;
 use strahl::film::Region;
-use strahl::render::{Control, Picture, render};
+use strahl::render::{Control, Picture, Stop, render, render_until};
 use strahl::scene::description::{Accuracy, Statistical};
 use strahl::scene::{Loaded, Overrides};
 
@@ -87,6 +88,33 @@ fn what_pictures_say_about_their_samples_holds_for_most_pixels() {
         // A code for roundings of widths, and for recursion.
         assert!(measured <= half_width + RECURSION + 0.5, "{name}: {measured} codes, estimated {half_width}");
         assert!(half_width <= 2.5 * measured, "{name}: {measured} codes, estimated {half_width}");
+    }
+}
+
+#[test]
+fn so_do_pictures_that_had_to_stop() {
+    for (name, width) in SCENES {
+        let reference = reference(name, width);
+        let loaded = load_scene(name, width, Overrides::default());
+        let whole = picture(&loaded).rays.total();
+        for share in [20, 3, 2] {
+            let scene = &loaded.scene;
+            let (window, region) = (Window::whole(scene.width, scene.height), Region::whole(scene.width, scene.height));
+            let stop = Stop::Rays(whole / share);
+            let picture = render_until(scene, &window, region, &Control::default(), stop).unwrap();
+            let half_width = f64::from(picture.sampling.widths.at_share(0.95).unwrap()) / 2.0;
+            let mut errors = errors(&picture, &reference);
+            errors.sort_unstable_by(f64::total_cmp);
+            let measured = errors[errors.len() * 95 / 100];
+            println!(
+                "{name:<26} 1/{share:<2} of the rays: 95 % of the pixels within {measured:.1}, estimated {half_width:.1}"
+            );
+            assert_eq!(picture.sampling.widths.pixels(), region.pixels());
+            // Light rays are left out at first, and pixels of one sample know nothing of what lies between them.
+            assert!(measured <= 1.5 * half_width + 4.0, "{name}: {measured} codes, estimated {half_width}");
+            let all_traced = picture.progress.unwrap().traced_pixels == region.pixels();
+            assert!(!all_traced || half_width <= 3.0 * measured, "{name}: {measured} codes, estimated {half_width}");
+        }
     }
 }
 

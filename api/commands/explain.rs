@@ -69,7 +69,8 @@ fn table(report: &Report) -> String {
     for (name, count) in counts {
         let _ = writeln!(text, "  {name:<33}{:>14}", grouped(count));
     }
-    for (name, ms) in phases_ms.list().into_iter().chain([("all", *wall_ms)]) {
+    let others = [("all", *wall_ms), ("  of trace, antialiasing", phases_ms.refine)];
+    for (name, ms) in phases_ms.list().into_iter().chain(others) {
         let _ = writeln!(text, "  {name:<33}{ms:>14.1} ms");
     }
     text

@@ -42,6 +42,7 @@ pub(super) fn finish(
         plan: ready.loading.plan,
         bvh: ready.loading.bvh,
         trace: picture.trace_ms,
+        refine: picture.refine_ms,
         png: milliseconds(encoding),
     };
     let cost = Cost::of(picture, phases, None, began, workers);

@@ -40,6 +40,7 @@ struct Took {
     refined: Refined,
     sampling: Sampling,
     trace_ms: f64,
+    refine_ms: f64,
 }
 
 /// The file.
@@ -69,7 +70,7 @@ impl Tiles {
 
     /// Adds a tile; it outlives the process from then on.
     pub(super) fn add(&mut self, Tile { number, picture }: &Tile) -> io::Result<()> {
-        let &Picture { ref film, ref lacking, ref sampling, rays, refined, trace_ms, .. } = picture;
+        let &Picture { ref film, ref lacking, ref sampling, rays, refined, trace_ms, refine_ms, .. } = picture;
         let took = serde_json::to_vec(&Took {
             rays,
             camera_hits: rays.camera_hits,
@@ -77,6 +78,7 @@ impl Tiles {
             refined,
             sampling: sampling.clone(),
             trace_ms,
+            refine_ms,
         })?;
         let mut bytes =
             Vec::with_capacity(HEAD + took.len() + film.pixels.len() * PIXEL + lacking.len() * LACKING + DIGEST);
@@ -123,7 +125,8 @@ fn read(
     let (took, pixels) = contents[HEAD..].split_at(took);
     let (pixels, lacking) = pixels.split_at(count * PIXEL);
     // Another version of the program may have written it.
-    let Ok(Took { rays, camera_hits, deepest, refined, sampling, trace_ms }) = serde_json::from_slice(took) else {
+    let Ok(Took { rays, camera_hits, deepest, refined, sampling, trace_ms, refine_ms }) = serde_json::from_slice(took)
+    else {
         return Ok(None);
     };
     let color = |words: &[u32]| std::array::from_fn(|c| f32::from_bits(words[c]));
@@ -132,7 +135,8 @@ fn read(
     let lack = |words: &[u32]| Lacking { at: [words[0], words[1]], highest: color(&words[2..]) };
     let lacking = words(lacking).chunks_exact(5).map(lack).collect();
     let rays = RayCounts { camera_hits, deepest, ..rays };
-    let picture = Picture { film, lacking, sampling, rays, refined, costs: Vec::new(), progress: None, trace_ms };
+    let (costs, progress) = (Vec::new(), None);
+    let picture = Picture { film, lacking, sampling, rays, refined, costs, progress, trace_ms, refine_ms };
     Ok(Some((Tile { number, picture }, bytes.len())))
 }
 
@@ -169,7 +173,7 @@ mod tests {
             .repeat(number as usize)
             .into_iter()
             .collect();
-        Tile { number, picture: Picture { film, lacking, rays, refined, trace_ms: 0.1, ..black } }
+        Tile { number, picture: Picture { film, lacking, rays, refined, trace_ms: 0.1, refine_ms: 0.05, ..black } }
     }
 
     fn open(path: &Path) -> (Tiles, Vec<Tile>) {

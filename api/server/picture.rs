@@ -169,7 +169,8 @@ pub(super) fn timing(report: Option<&Report>, queue_ms: f64, kept: bool) -> Stri
     // What no phase accounts for was spent waiting for a turn on the pool.
     let waited = report.cost.wall_ms - phases.iter().map(|(_, ms)| ms).sum::<f64>();
     let durations = [("queue", queue_ms + waited.max(0.0))].into_iter().chain(phases);
-    let timing: Vec<String> =
-        [scene].into_iter().chain(durations.map(|(phase, ms)| format!("{phase};dur={ms:.3}"))).collect();
+    let refine = format!("refine;dur={:.3};desc=\"part of trace\"", report.cost.phases_ms.refine);
+    let durations = durations.map(|(phase, ms)| format!("{phase};dur={ms:.3}"));
+    let timing: Vec<String> = [scene].into_iter().chain(durations).chain([refine]).collect();
     timing.join(", ")
 }

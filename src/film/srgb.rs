@@ -63,6 +63,16 @@ impl Codes8 {
         self.look_up(place(linear))
     }
 
+    /// The codes of a value and of one that is not far below, most often with one look into the table.
+    #[inline]
+    pub(crate) fn code_and_lower(&self, linear: f32, lower: f32) -> [u8; 2] {
+        let (place, lower) = (place(linear), place(lower));
+        let step = self.steps[(place >> SHIFT) as usize];
+        let code = |step: u32, place: u32| ((step + (place & ((1 << SHIFT) - 1))) >> SHIFT) as u8;
+        let same = place >> SHIFT == lower >> SHIFT;
+        [code(step, place), if same { code(step, lower) } else { self.look_up(lower) }]
+    }
+
     /// The smallest value that has a code.
     pub fn least(&self, code: u8) -> f32 {
         if code == 0 {
@@ -158,6 +168,16 @@ mod tests {
             for bits in threshold - 40..threshold + 40 {
                 let x = f32::from_bits(bits);
                 assert_eq!(u32::from(code8(x)), formula8(x), "{x:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn two_values_have_the_codes_of_each() {
+        for (_, threshold) in buckets() {
+            for (above, below) in [(0, 1), (40, 0), (0, 1 << 15), (7, 1 << 20)] {
+                let [x, lower] = [threshold + above, threshold.saturating_sub(below)].map(f32::from_bits);
+                assert_eq!(Codes8::get().code_and_lower(x, lower), [x, lower].map(code8), "{x:e} {lower:e}");
             }
         }
     }

@@ -120,6 +120,8 @@ pub struct Picture {
     pub progress: Option<Progress>,
     /// Milliseconds of wall time spent tracing.
     pub trace_ms: f64,
+    /// Those of them that antialiasing took; 0 for pictures in a time.
+    pub refine_ms: f64,
 }
 
 impl Picture {

@@ -197,8 +197,8 @@ pub(super) fn show<R: Real>(
             Pruning::Proved { max_codes } => sum[c] + raised(sum[c], ends[c], max_codes),
         });
         // Whatever lies some codes below, by rounding, counts as if it lay as many above.
-        let code = codes.code(shown[c]);
-        let below = code - codes.code(low).min(code);
+        let [code, lower] = codes.code_and_lower(shown[c], low);
+        let below = code - lower.min(code);
         highest[c] = high;
         if below > 0 && codes.code(high) - code < below {
             highest[c] = codes.least(code.saturating_add(below)).max(high);

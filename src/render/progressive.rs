@@ -6,7 +6,7 @@
 //! So it is a function of how many parcels count, and of the rays in them: a number of rays makes the same picture again, on
 //! any machine and any number of threads.
 
-use super::contrast::{REFINED_SAMPLES, is_uneven, refines};
+use super::contrast::{CONTRAST, REFINED_SAMPLES, codes_of, contrasts, is_uneven, refines};
 use super::packets::{Job, Kernel, Samples, Traced};
 use super::renderer::Renderer;
 use super::tiles::near;
@@ -53,6 +53,9 @@ const STRIDE: u32 = 8;
 const FEW: u32 = 4;
 /// Weight below which rays are left out in the first two stages.
 const LIGHT: f64 = 0.05;
+/// How far the sample of a pixel on an edge is likely off, from end to end, as a share of the contrast there: twice the
+/// standard deviation of what an edge covers that may lie anywhere in it.
+const EDGE: f64 = 0.58;
 /// Pixels in a parcel of one sample each.
 const PARCEL: usize = 512;
 /// How often somebody looks whether it is time to stop.
@@ -73,6 +76,8 @@ struct Canvas {
     highest: Vec<[f32; 3]>,
     /// Samples of each pixel so far.
     samples: Vec<u32>,
+    /// What those tell of each pixel, if they are more than one.
+    widths: Vec<u8>,
     rays: RayCounts,
     refined: Refined,
 }
@@ -89,27 +94,33 @@ impl Canvas {
             let index = self.region.index(at);
             (self.shown[index], self.highest[index], self.samples[index]) = (*pixel, *pixel, samples);
         }
+        for (&at, width) in at.iter().zip(&traced.widths) {
+            self.widths[self.region.index(at)] = *width;
+        }
         for lacking in traced.lacking.iter() {
             self.highest[self.region.index(lacking.at)] = lacking.highest;
         }
     }
 
+    /// The pixel of the first stage in the square of a pixel.
+    fn first(&self, [x, y]: [u32; 2]) -> usize {
+        let square = |at: u32, from: u32| from + (at - from) / STRIDE * STRIDE;
+        self.region.index([square(x, self.region.x), square(y, self.region.y)])
+    }
+
     /// The picture so far. Pixels that were not traced look like the one of the first stage in their square, and have no
     /// upper end.
-    fn filled(self) -> Traced {
-        let Self { region, shown, highest, samples, rays, .. } = self;
-        let square = |at: u32, from: u32| from + (at - from) / STRIDE * STRIDE;
+    fn filled(self, tells: bool) -> Traced {
         let of = |at: [u32; 2]| {
-            let index = region.index(at);
-            if samples[index] > 0 {
-                return (shown[index], highest[index]);
+            let index = self.region.index(at);
+            if self.samples[index] > 0 {
+                return (self.shown[index], self.highest[index]);
             }
-            let first = region.index([square(at[0], region.x), square(at[1], region.y)]);
-            (shown[first], [f32::INFINITY; 3])
+            (self.shown[self.first(at)], [f32::INFINITY; 3])
         };
-        let mut filled = Traced { rays, ..Traced::default() };
+        let mut filled = Traced { rays: self.rays, ..Traced::default() };
         let mut lacking = Vec::new();
-        for at in region.iter() {
+        for at in self.region.iter() {
             let (shown, highest) = of(at);
             filled.pixels.push(shown);
             if highest != shown {
@@ -117,7 +128,30 @@ impl Canvas {
             }
         }
         filled.lacking.add(lacking);
+        if tells {
+            filled.widths = self.all_widths(&filled.pixels);
+        }
         filled
+    }
+
+    /// How unsure each pixel is, in codes from end to end: by its samples; if it has but one, by its neighbours; if it has
+    /// none, by what its square differs from the squares around it, of which it may be as far off.
+    fn all_widths(&self, shown: &[[f32; 3]]) -> Vec<u8> {
+        let Region { x, y, width, height } = self.region;
+        let of_pixels = contrasts(&codes_of(shown), width);
+        let squares = Region { x: 0, y: 0, width: width.div_ceil(STRIDE), height: height.div_ceil(STRIDE) };
+        let of_square = |[column, row]: [u32; 2]| self.shown[self.first([x + column * STRIDE, y + row * STRIDE])];
+        let of_squares = contrasts(&codes_of(&squares.iter().map(of_square).collect::<Vec<_>>()), squares.width);
+        let each = |at: [u32; 2]| {
+            let index = self.region.index(at);
+            match self.samples[index] {
+                0 => of_squares[squares.index([(at[0] - x) / STRIDE, (at[1] - y) / STRIDE])].saturating_mul(2),
+                1 if of_pixels[index] < CONTRAST => of_pixels[index],
+                1 => (f64::from(of_pixels[index]) * EDGE) as u8,
+                _ => self.widths[index],
+            }
+        };
+        self.region.iter().map(each).collect()
     }
 }
 
@@ -129,6 +163,7 @@ impl<R: Kernel> Renderer<'_, R> {
             shown: vec![[0.0; 3]; count],
             highest: vec![[0.0; 3]; count],
             samples: vec![0; count],
+            widths: vec![0; count],
             rays: RayCounts::default(),
             refined: Refined::default(),
         };
@@ -164,7 +199,8 @@ impl<R: Kernel> Renderer<'_, R> {
             ms_to_target,
         };
         let refined = canvas.refined;
-        let picture = self.picture_of(region, canvas.filled(), refined);
+        let tells = refines(self.scene) || self.scene.samples > 1;
+        let picture = self.picture_of(region, canvas.filled(tells), refined);
         Ok(Picture { progress: Some(progress), ..picture })
     }
 

@@ -65,6 +65,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         let around = region.with_border(full_width, full_height);
         self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
         let mut traced = self.grid(around)?;
+        let refining = Instant::now();
         let contrasts = contrasts(&codes_of(&traced.pixels), around.width);
         let contrast = |at: [u32; 2]| contrasts[around.index(at)];
         let is_uneven = |at: [u32; 2]| contrast(at) >= CONTRAST;
@@ -85,7 +86,8 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         // A pixel that is not refined is likely no further off than half of what it differs from a neighbour.
         let even = region.iter().map(contrast).filter(|contrast| *contrast < CONTRAST);
         traced.widths = even.chain(refined.widths).collect();
-        Ok(self.picture_of(region, traced, Refined { pixels: uneven.len() as u64, rays: refined.rays }))
+        let picture = self.picture_of(region, traced, Refined { pixels: uneven.len() as u64, rays: refined.rays });
+        Ok(Picture { refine_ms: refining.elapsed().as_secs_f64() * 1e3, ..picture })
     }
 
     pub(super) fn picture_of(&self, region: Region, traced: Traced, refined: Refined) -> Picture {
@@ -93,7 +95,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         let Traced { pixels, lacking, rays, widths, reached, costs, packets: _ } = traced;
         let film = Film { region, full_width, full_height, pixels };
         let sampling = Sampling { widths: Histogram::of(&widths), reached };
-        Picture { film, lacking, sampling, rays, refined, costs, progress: None, trace_ms: 0.0 }
+        Picture { film, lacking, sampling, rays, refined, costs, progress: None, trace_ms: 0.0, refine_ms: 0.0 }
     }
 
     /// The base samples of a region, row by row.
