@@ -11,6 +11,16 @@ macro_rules! dispatch {
                 #[inline(always)]
                 || $body,
             )
+        } else if let Some($s) = $level.as_avx2() {
+            $s.vectorize(
+                #[inline(always)]
+                || $body,
+            )
+        } else if let Some($s) = $level.as_sse2() {
+            $s.vectorize(
+                #[inline(always)]
+                || $body,
+            )
         } else {
             unreachable!("every x86-64 processor has SSE2")
         }
