@@ -1,6 +1,6 @@
 //! From a loaded scene to a picture file and its cost report.
 
-use crate::pieces::render_in_pieces;
+use crate::pieces::{render_in_pieces, render_in_turns};
 use crate::ready::{Loading, Ready};
 use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::workers::Workers;
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{Codes, FileFormat, Look, Region};
 use strahl::plan::pilot::Effort;
-use strahl::render::{Cancelled, Control, Picture, Stop, render_until};
+use strahl::render::{Cancelled, Control, Picture, Stop};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, Time};
 
@@ -69,13 +69,7 @@ pub(crate) fn make(
         let codes = Codes::new(&picture.film, format).seen(look);
         (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
     };
-    let until = |stop: Stop| {
-        workers.work(|| {
-            let picture = render_until(scene, &window, region, control, stop)?;
-            let finished = finish(&picture);
-            Ok((picture, finished))
-        })?
-    };
+    let until = |stop: Stop| render_in_turns(scene, &window, region, workers, control, stop, finish);
     let (picture, (codes, error, coding_ms)) = match ready.render.accuracy() {
         Accuracy::Time(Time { ms }) => {
             until(Stop::At(started + Duration::from_secs_f64((ms - file_ms(region, format)).max(0.0) / 1e3)))

@@ -7,7 +7,9 @@ use crate::workers::{Piece, Workers};
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{Film, Region};
-use strahl::render::{Cancelled, Control, LackingPixels, Picture, RayCounts, Refined, Sampling, render_window};
+use strahl::render::{
+    Cancelled, Control, LackingPixels, Picture, Progressive, RayCounts, Refined, Sampling, Stop, render_window,
+};
 use strahl::scene::Scene;
 
 /// How long a piece should take.
@@ -65,6 +67,39 @@ pub(crate) fn in_pieces<T: Send>(
                 let finished = finish(&joined);
                 Piece::Last(Ok((joined, finished)))
             }
+        }
+    })?
+}
+
+/// Renders a region of what a window shows until there is reason to stop, in turns of the same length: what is done stays
+/// done in between. `finish` is done in the last turn.
+pub(crate) fn render_in_turns<T: Send>(
+    scene: &Scene,
+    window: &Window,
+    region: Region,
+    workers: &Workers,
+    control: &Control,
+    stop: Stop,
+    finish: impl Fn(&Picture) -> T + Sync,
+) -> Result<(Picture, T), Cancelled> {
+    let mut begun: Option<Progressive<'_>> = None;
+    workers.work_on(|| {
+        let now = Instant::now();
+        // Who gives the pool away may get it back late.
+        let ends_soon = matches!(stop, Stop::At(end) if end < now + 2 * TURN);
+        let pause = (!workers.is_alone() && !ends_soon).then_some(now + TURN);
+        let mut progressive = begun.take().unwrap_or_else(|| Progressive::new(scene, window, region, control, stop));
+        match progressive.go_on(pause) {
+            Ok(true) => {
+                begun = Some(progressive);
+                Piece::More
+            }
+            Ok(false) => {
+                let picture = progressive.picture();
+                let finished = finish(&picture);
+                Piece::Last(Ok((picture, finished)))
+            }
+            Err(cancelled) => Piece::Last(Err(cancelled)),
         }
     })?
 }

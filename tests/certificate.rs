@@ -11,7 +11,7 @@ use strahl::accuracy::Proof;
 use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::film::srgb::code8;
-use strahl::render::{Control, Picture, Stop, render, render_until};
+use strahl::render::{Control, Picture, Progressive, Stop, render, render_until};
 use strahl::scene::ceiling::Ceiling;
 use strahl::scene::compile::Precise;
 use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays};
@@ -293,13 +293,36 @@ fn a_number_of_rays_makes_the_same_picture_on_any_number_of_threads() {
         assert!(count >= part, "{count} {part}");
         assert_eq!(run(2, Stop::Rays(count)).film, pictures[0].film, "the count that it names");
     }
-    for ms in [1, 4, 12] {
+    for ms in [0, 1, 4, 12] {
         let end = std::time::Instant::now() + std::time::Duration::from_millis(ms);
         let stopped = run(2, Stop::At(end));
         let count = stopped.progress.unwrap().count;
-        if count > 0 {
-            assert_eq!(run(1, Stop::Rays(count)).film, stopped.film, "{ms} ms, {count} rays");
-        }
+        assert_eq!(run(1, Stop::Rays(count)).film, stopped.film, "{ms} ms, {count} rays");
+    }
+    // In as many turns as there are milliseconds.
+    let mut turns = 1;
+    let (window, control) = (Window::whole(120, 90), Control::default());
+    let mut progressive = Progressive::new(&scene, &window, whole, &control, Stop::Rays(1 << 53));
+    while progressive.go_on(Some(std::time::Instant::now())).unwrap() {
+        turns += 1;
+    }
+    assert!(turns > 3, "{turns} turns");
+    let (picture, highest) = (progressive.picture(), all.highest());
+    assert!(picture.film == all.film && picture.rays == all.rays && picture.highest() == highest, "{turns} turns");
+}
+
+/// However little time there is, every pixel shows something, and is said to be unsure.
+#[test]
+fn a_picture_without_time_shows_something_everywhere() {
+    let scene = load_scene("whitted/whitted", 200, Overrides::default()).scene;
+    let (window, region) = (Window::whole(scene.width, scene.height), Region::whole(scene.width, scene.height));
+    for stop in [Stop::At(std::time::Instant::now()), Stop::Rays(0)] {
+        let picture = render_until(&scene, &window, region, &Control::default(), stop).unwrap();
+        let colors: std::collections::HashSet<[u32; 3]> =
+            picture.film.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect();
+        assert!(picture.film.pixels.iter().all(|pixel| *pixel != [0.0; 3]) && colors.len() > 10, "{colors:?}");
+        assert!(picture.sampling.widths.at_share(0.95).unwrap() > 40);
+        assert_eq!(picture.progress.unwrap().traced_pixels, 28);
     }
 }
 

@@ -11,6 +11,7 @@ use super::report::finish;
 use super::tiles::{Tile, Tiles};
 use super::{Jobs, PICTURE, PREVIEW};
 use crate::picture::milliseconds;
+use crate::pieces::render_in_turns;
 use crate::ready::Ready;
 use crate::turns::{Lane, Seat};
 use crate::workers::{Piece, Workers};
@@ -25,7 +26,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::Region;
-use strahl::render::{Cancelled, Stop, render, render_until, render_window};
+use strahl::render::{Cancelled, Stop, render, render_window};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, Time};
 
@@ -118,22 +119,22 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     Ok(())
 }
 
-/// A picture that a clock or a number of rays ends, in one turn.
+/// A picture that a clock or a number of rays ends, or one that no tiles are made of.
 fn whole(job: &Job, ready: &Ready, workers: &Workers, began: Instant) -> Result<(), Cancelled> {
     *locked(&job.begun) = Some((Instant::now(), 0));
     let Scene { width, height, .. } = ready.scene;
     let (window, region) = (Window::whole(width, height), Region::whole(width, height));
-    let render = || match ready.render.accuracy() {
-        Accuracy::Time(Time { ms }) => {
-            let end = began + Duration::from_secs_f64(ms.max(0.0) / 1e3);
-            render_until(&ready.scene, &window, region, &job.control, Stop::At(end))
-        }
-        Accuracy::Rays(Rays { count }) => render_until(&ready.scene, &window, region, &job.control, Stop::Rays(count)),
-        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
-            render(&ready.scene, region, &job.control)
-        }
+    let until = |stop: Stop| {
+        let turns = render_in_turns(&ready.scene, &window, region, workers, &job.control, stop, |_| ());
+        turns.map(|(picture, ())| picture)
     };
-    let picture = workers.work(render)??;
+    let picture = match ready.render.accuracy() {
+        Accuracy::Time(Time { ms }) => until(Stop::At(began + Duration::from_secs_f64(ms.max(0.0) / 1e3))),
+        Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
+            workers.work(|| render(&ready.scene, region, &job.control))?
+        }
+    }?;
     let rays = picture.rays.total();
     job.spent.fetch_add(rays, Ordering::Relaxed);
     job.rays.store(rays, Ordering::Relaxed);

@@ -1,5 +1,6 @@
 //! One picture: tiles on the current rayon pool, with progress and cancellation.
 
+mod canvas;
 mod contrast;
 mod costs;
 mod lacking;
@@ -31,14 +32,14 @@ pub use lacking::{Lacking, LackingPixels};
 pub use packets::sample_offset;
 pub(crate) use packets::{Samples, add_samples, eye_media};
 pub(crate) use probe::{PacketCost, Probe};
-pub use progressive::{Progress, Stop};
+pub use progressive::{Progress, Progressive, Stop};
 pub use sampling::{Histogram, Sampling};
 pub use statistical::Reached;
 pub(crate) use tiles::BLOCK;
 
 /// Part of the names under which pictures are cached: to be raised with every change that may change a pixel of any
 /// picture, which golden pictures notice.
-pub const RENDER_EPOCH: u32 = 2;
+pub const RENDER_EPOCH: u32 = 3;
 
 /// Shared between a render and whoever watches it.
 #[derive(Debug, Default)]
@@ -190,16 +191,9 @@ pub fn render_until(
     control: &Control,
     stop: Stop,
 ) -> Result<Picture, Cancelled> {
-    let start = Instant::now();
-    let picture = match &scene.world {
-        Precise::Single(world) => {
-            Renderer::new(scene, world, control, Cut::default()).through(window).progressive(region, stop)?
-        }
-        Precise::Double(world) => {
-            Renderer::new(scene, world, control, Cut::default()).through(window).progressive(region, stop)?
-        }
-    };
-    Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
+    let mut progressive = Progressive::new(scene, window, region, control, stop);
+    progressive.go_on(None)?;
+    Ok(progressive.picture())
 }
 
 /// Renders a region of the scene's picture, which must fit, pixel by pixel, and says what each of them takes. The pixels are

@@ -1,18 +1,22 @@
 //! The best picture in a time, or for a number of rays.
 //!
-//! Work is a list of parcels of pixels, in stages: one pixel in 64, so that something stands everywhere; all pixels, with
-//! light rays left out; those proved to at most one code that are not; and those that differ from a neighbour, with more
-//! samples. Threads take parcels in order, and the picture is made of the parcels up to the first one that was not finished.
-//! So it is a function of how many parcels count, and of the rays in them: a number of rays makes the same picture again, on
-//! any machine and any number of threads.
+//! Work is a list of parcels of pixels, in stages: one pixel in 1,024, whatever the time, so that something stands
+//! everywhere; one in 64; all pixels, with light rays left out; those proved to at most one code that are not; and those
+//! that differ from a neighbour, with more samples. Threads take parcels in order, and the picture is made of the parcels up
+//! to the first one that was not finished. So it is a function of how many parcels count, and of the rays in them: a number
+//! of rays makes the same picture again, on any machine and any number of threads, and in any number of turns.
 
-use super::contrast::{CONTRAST, REFINED_SAMPLES, codes_of, contrasts, is_uneven, refines};
+use super::canvas::{Canvas, STRIDES};
+use super::contrast::{REFINED_SAMPLES, is_uneven, refines};
 use super::packets::{Job, Kernel, Samples, Traced};
 use super::renderer::Renderer;
 use super::tiles::near;
-use super::{Cancelled, Lacking, Picture, RayCounts, Refined};
+use super::{Cancelled, Control, Cut, Picture, RayCounts, Refined};
+use crate::camera::Window;
 use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};
+use crate::scene::Scene;
+use crate::scene::compile::Precise;
 use crate::scene::world::Pruning;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -47,19 +51,63 @@ pub struct Progress {
     pub ms_to_target: f64,
 }
 
-/// Every how many pixels the first stage takes one, across and down.
-const STRIDE: u32 = 8;
-/// Samples of the second stage.
+/// Stages, the last of which antialiasing is.
+const STAGES: usize = 5;
+/// Samples of the stages before every pixel has been traced.
 const FEW: u32 = 4;
-/// Weight below which rays are left out in the first two stages.
+/// Weight below which rays are left out in these stages.
 const LIGHT: f64 = 0.05;
-/// How far the sample of a pixel on an edge is likely off, from end to end, as a share of the contrast there: twice the
-/// standard deviation of what an edge covers that may lie anywhere in it.
-const EDGE: f64 = 0.58;
 /// Pixels in a parcel of one sample each.
 const PARCEL: usize = 512;
 /// How often somebody looks whether it is time to stop.
 const LOOK: Duration = Duration::from_millis(1);
+
+/// A picture on its way, which can be left and taken up again.
+pub struct Progressive<'a>(Of<'a>);
+
+enum Of<'a> {
+    Single(Course<'a, f32>),
+    Double(Course<'a, f64>),
+}
+
+impl std::fmt::Debug for Progressive<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Progressive").finish_non_exhaustive()
+    }
+}
+
+impl<'a> Progressive<'a> {
+    /// Begins with a region of what a window shows, which must fit the window.
+    pub fn new(scene: &'a Scene, window: &Window, region: Region, control: &'a Control, stop: Stop) -> Self {
+        Self(match &scene.world {
+            Precise::Single(world) => {
+                let renderer = Renderer::new(scene, world, control, Cut::default()).through(window);
+                Of::Single(Course::new(renderer, region, stop))
+            }
+            Precise::Double(world) => {
+                let renderer = Renderer::new(scene, world, control, Cut::default()).through(window);
+                Of::Double(Course::new(renderer, region, stop))
+            }
+        })
+    }
+
+    /// Goes on, on the current rayon pool, until there is reason to stop or the pool is needed elsewhere. Returns whether
+    /// there is more to do.
+    pub fn go_on(&mut self, pause: Option<Instant>) -> Result<bool, Cancelled> {
+        match &mut self.0 {
+            Of::Single(course) => course.go_on(pause),
+            Of::Double(course) => course.go_on(pause),
+        }
+    }
+
+    /// The picture as it is. Once [`Self::go_on`] has returned, every pixel shows something.
+    pub fn picture(self) -> Picture {
+        match self.0 {
+            Of::Single(course) => course.picture(),
+            Of::Double(course) => course.picture(),
+        }
+    }
+}
 
 /// Parcels that are traced alike.
 struct Stage {
@@ -68,150 +116,164 @@ struct Stage {
     pruning: Pruning,
 }
 
-/// What all stages add to.
-struct Canvas {
-    region: Region,
-    shown: Vec<[f32; 3]>,
-    /// What each pixel is at most.
-    highest: Vec<[f32; 3]>,
-    /// Samples of each pixel so far.
-    samples: Vec<u32>,
-    /// What those tell of each pixel, if they are more than one.
-    widths: Vec<u8>,
-    rays: RayCounts,
-    refined: Refined,
+impl Stage {
+    /// Pixels in a parcel.
+    fn parcel(&self) -> usize {
+        (PARCEL / self.samples as usize).max(16)
+    }
 }
 
-impl Canvas {
-    /// Samples that the picture is made of.
-    fn traced_samples(&self) -> u64 {
-        self.samples.iter().map(|samples| u64::from(*samples)).sum()
+/// A picture on its way through the stages.
+struct Course<'a, R> {
+    renderer: Renderer<'a, R>,
+    stop: Stop,
+    canvas: Canvas,
+    /// The stage at hand.
+    number: usize,
+    stage: Stage,
+    /// Its parcels that count.
+    parcels: usize,
+    /// Their rays.
+    rays: RayCounts,
+    /// Whether all stages are done.
+    finished: bool,
+    /// Time spent on all of them.
+    spent: Duration,
+}
+
+/// Why a stage was left.
+enum Left {
+    Done,
+    Stopped,
+    Paused,
+}
+
+impl<'a, R: Kernel> Course<'a, R> {
+    fn new(renderer: Renderer<'a, R>, region: Region, stop: Stop) -> Self {
+        let canvas = Canvas::new(region);
+        let stage = renderer.stage(0, &canvas);
+        let (rays, spent) = (RayCounts::default(), Duration::ZERO);
+        Self { renderer, stop, canvas, number: 0, stage, parcels: 0, rays, finished: false, spent }
     }
 
-    fn paint(&mut self, at: &[[u32; 2]], samples: u32, traced: &Traced) {
-        self.rays = self.rays + traced.rays;
-        for (&at, pixel) in at.iter().zip(&traced.pixels) {
-            let index = self.region.index(at);
-            (self.shown[index], self.highest[index], self.samples[index]) = (*pixel, *pixel, samples);
-        }
-        for (&at, width) in at.iter().zip(&traced.widths) {
-            self.widths[self.region.index(at)] = *width;
-        }
-        for lacking in traced.lacking.iter() {
-            self.highest[self.region.index(lacking.at)] = lacking.highest;
-        }
-    }
-
-    /// The pixel of the first stage in the square of a pixel.
-    fn first(&self, [x, y]: [u32; 2]) -> usize {
-        let square = |at: u32, from: u32| from + (at - from) / STRIDE * STRIDE;
-        self.region.index([square(x, self.region.x), square(y, self.region.y)])
-    }
-
-    /// The picture so far. Pixels that were not traced look like the one of the first stage in their square, and have no
-    /// upper end.
-    fn filled(self, tells: bool) -> Traced {
-        let of = |at: [u32; 2]| {
-            let index = self.region.index(at);
-            if self.samples[index] > 0 {
-                return (self.shown[index], self.highest[index]);
-            }
-            (self.shown[self.first(at)], [f32::INFINITY; 3])
-        };
-        let mut filled = Traced { rays: self.rays, ..Traced::default() };
-        let mut lacking = Vec::new();
-        for at in self.region.iter() {
-            let (shown, highest) = of(at);
-            filled.pixels.push(shown);
-            if highest != shown {
-                lacking.push(Lacking { at, highest });
-            }
-        }
-        filled.lacking.add(lacking);
-        if tells {
-            filled.widths = self.all_widths(&filled.pixels);
-        }
-        filled
-    }
-
-    /// How unsure each pixel is, in codes from end to end: by its samples; if it has but one, by its neighbours; if it has
-    /// none, by what its square differs from the squares around it, of which it may be as far off.
-    fn all_widths(&self, shown: &[[f32; 3]]) -> Vec<u8> {
-        let Region { x, y, width, height } = self.region;
-        let of_pixels = contrasts(&codes_of(shown), width);
-        let squares = Region { x: 0, y: 0, width: width.div_ceil(STRIDE), height: height.div_ceil(STRIDE) };
-        let of_square = |[column, row]: [u32; 2]| self.shown[self.first([x + column * STRIDE, y + row * STRIDE])];
-        let of_squares = contrasts(&codes_of(&squares.iter().map(of_square).collect::<Vec<_>>()), squares.width);
-        let each = |at: [u32; 2]| {
-            let index = self.region.index(at);
-            match self.samples[index] {
-                0 => of_squares[squares.index([(at[0] - x) / STRIDE, (at[1] - y) / STRIDE])].saturating_mul(2),
-                1 if of_pixels[index] < CONTRAST => of_pixels[index],
-                1 => (f64::from(of_pixels[index]) * EDGE) as u8,
-                _ => self.widths[index],
+    fn go_on(&mut self, pause: Option<Instant>) -> Result<bool, Cancelled> {
+        let started = Instant::now();
+        let more = loop {
+            match self.work(pause)? {
+                Left::Paused => break true,
+                Left::Stopped => break false,
+                Left::Done if self.number + 1 == STAGES => {
+                    self.finished = true;
+                    break false;
+                }
+                Left::Done => {
+                    self.number += 1;
+                    self.stage = self.renderer.stage(self.number, &self.canvas);
+                    (self.parcels, self.rays) = (0, RayCounts::default());
+                }
             }
         };
-        self.region.iter().map(each).collect()
+        self.spent += started.elapsed();
+        Ok(more)
+    }
+
+    /// Goes on with the stage at hand.
+    fn work(&mut self, pause: Option<Instant>) -> Result<Left, Cancelled> {
+        let control = self.renderer.control;
+        // Something has to stand everywhere.
+        let stop = Some(self.stop).filter(|_| self.number > 0);
+        if self.is_full(stop) {
+            return Ok(Left::Stopped);
+        }
+        let Self { renderer, canvas, stage, parcels: counted, rays, .. } = self;
+        let parcels: Vec<&[[u32; 2]]> = stage.pixels.chunks(stage.parcel()).collect();
+        let (next, halt, pausing) = (AtomicUsize::new(*counted), AtomicBool::new(false), AtomicBool::new(false));
+        let done = Mutex::new(Done { canvas, early: BTreeMap::new(), parcels: *counted, rays: *rays, full: false });
+        let job = Job { pruning: stage.pruning, cancelled: &halt, ..renderer.job.clone() };
+        let take = || {
+            while !pausing.load(Ordering::Relaxed) {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                let Some(at) = parcels.get(number) else { return };
+                let mut traced = Traced::default();
+                R::trace(renderer.cut.level, &job, at, Samples::of_picture(stage.samples), &mut traced);
+                let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+                if halt.load(Ordering::Relaxed) || done.full {
+                    return;
+                }
+                done.early.insert(number, traced);
+                done.settle(&parcels, stage.samples, stop);
+                control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
+            }
+        };
+        let watch = AtomicBool::new(true);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                while watch.load(Ordering::Relaxed) {
+                    let now = Instant::now();
+                    let late = matches!(stop, Some(Stop::At(end)) if now >= end);
+                    if late || control.cancelled.load(Ordering::Relaxed) {
+                        halt.store(true, Ordering::Relaxed);
+                        return;
+                    }
+                    if pause.is_some_and(|pause| now >= pause) {
+                        pausing.store(true, Ordering::Relaxed);
+                    }
+                    thread::sleep(LOOK);
+                }
+            });
+            rayon::broadcast(|_| take());
+            watch.store(false, Ordering::Relaxed);
+        });
+        let done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
+        (*counted, *rays) = (done.parcels, done.rays);
+        let full = done.full;
+        match () {
+            () if control.cancelled.load(Ordering::Relaxed) => Err(Cancelled),
+            () if *counted == parcels.len() => Ok(Left::Done),
+            () if full || halt.into_inner() => Ok(Left::Stopped),
+            () => Ok(Left::Paused),
+        }
+    }
+
+    /// Whether the rays are used up.
+    fn is_full(&self, stop: Option<Stop>) -> bool {
+        matches!(stop, Some(Stop::Rays(count)) if self.canvas.rays.total() >= count)
+    }
+
+    fn picture(self) -> Picture {
+        let Self { renderer, canvas, number, stage, parcels, rays, finished, spent, .. } = self;
+        let trace_ms = spent.as_secs_f64() * 1e3;
+        let pixels = (parcels * stage.parcel()).min(stage.pixels.len());
+        let waiting = (stage.pixels.len() - pixels) as u64;
+        let ms_to_target = if finished {
+            0.0
+        } else {
+            let samples = waiting * u64::from(stage.samples) + renderer.later(number, &canvas);
+            samples as f64 * trace_ms / canvas.traced_samples().max(1) as f64
+        };
+        let progress = Progress {
+            count: canvas.rays.total(),
+            finished,
+            traced_pixels: canvas.traced_pixels(),
+            waiting_pixels: waiting,
+            ms_to_target,
+        };
+        let refined = if number + 1 == STAGES { Refined { pixels: pixels as u64, rays } } else { Refined::default() };
+        let tells = refines(renderer.scene) || renderer.scene.samples > 1;
+        let picture = renderer.picture_of(canvas.region, canvas.filled(tells), refined);
+        Picture { progress: Some(progress), trace_ms, ..picture }
     }
 }
 
 impl<R: Kernel> Renderer<'_, R> {
-    pub(super) fn progressive(&self, region: Region, stop: Stop) -> Result<Picture, Cancelled> {
-        let count = region.pixels() as usize;
-        let mut canvas = Canvas {
-            region,
-            shown: vec![[0.0; 3]; count],
-            highest: vec![[0.0; 3]; count],
-            samples: vec![0; count],
-            widths: vec![0; count],
-            rays: RayCounts::default(),
-            refined: Refined::default(),
-        };
-        let started = Instant::now();
-        let mut left = None;
-        for number in 0..4 {
-            let stage = self.stage(number, &canvas);
-            let pixels = stage.pixels.len();
-            self.control.total.fetch_add(pixels as u64, Ordering::Relaxed);
-            let (done, rays) = self.work(&stage, &mut canvas, stop);
-            if self.control.cancelled.load(Ordering::Relaxed) {
-                return Err(Cancelled);
-            }
-            if number == 3 {
-                canvas.refined = Refined { pixels: done as u64, rays };
-            }
-            if done < pixels {
-                left = Some((number, (pixels - done) as u64, stage.samples));
-                break;
-            }
-        }
-        let traced_pixels = canvas.samples.iter().filter(|samples| **samples > 0).count() as u64;
-        let ms_to_target = left.map_or(0.0, |(number, waiting, samples)| {
-            let spent = started.elapsed().as_secs_f64() * 1e3;
-            let samples = waiting * u64::from(samples) + self.later(number, &canvas);
-            samples as f64 * spent / canvas.traced_samples().max(1) as f64
-        });
-        let progress = Progress {
-            count: canvas.rays.total(),
-            finished: left.is_none(),
-            traced_pixels,
-            waiting_pixels: left.map_or(0, |(_, waiting, _)| waiting),
-            ms_to_target,
-        };
-        let refined = canvas.refined;
-        let tells = refines(self.scene) || self.scene.samples > 1;
-        let picture = self.picture_of(region, canvas.filled(tells), refined);
-        Ok(Picture { progress: Some(progress), ..picture })
-    }
-
     /// Samples that the stages after one are likely to take, from a few of the pixels.
-    fn later(&self, number: u32, canvas: &Canvas) -> u64 {
+    fn later(&self, number: usize, canvas: &Canvas) -> u64 {
         let few = Region::whole(canvas.region.width, canvas.region.height).iter().step_by(61);
         let few: Vec<[u32; 2]> = few.map(|[x, y]| [canvas.region.x + x, canvas.region.y + y]).collect();
         let few: Vec<[u32; 2]> = few.into_iter().filter(|at| canvas.samples[canvas.region.index(*at)] > 0).collect();
         let share = canvas.region.pixels() as f64 / few.len().max(1) as f64;
-        let poor = few.iter().filter(|at| number < 2 && self.is_poor(**at, canvas)).count();
-        let uneven = few.iter().filter(|at| number < 3 && self.is_uneven(**at, canvas)).count();
+        let poor = few.iter().filter(|at| number < 3 && self.is_poor(**at, canvas)).count();
+        let uneven = few.iter().filter(|at| number < 4 && self.is_uneven(**at, canvas)).count();
         let samples = poor as f64 * f64::from(self.scene.samples) + uneven as f64 * f64::from(REFINED_SAMPLES);
         (samples * share) as u64
     }
@@ -229,62 +291,24 @@ impl<R: Kernel> Renderer<'_, R> {
             && is_uneven(|x, y| canvas.shown[canvas.region.index([x, y])].map(code8), canvas.region, x, y)
     }
 
-    fn stage(&self, number: u32, canvas: &Canvas) -> Stage {
-        let region = canvas.region;
+    fn stage(&self, number: usize, canvas: &Canvas) -> Stage {
         let (samples, proved) = (self.scene.samples, Pruning::Proved { max_codes: 1 });
         let (few, light) = (samples.min(FEW), Pruning::Weight(LIGHT));
-        let first = |[x, y]: [u32; 2]| (x - region.x).is_multiple_of(STRIDE) && (y - region.y).is_multiple_of(STRIDE);
-        let (samples, pruning) =
-            [(few, light), (few, light), (samples, proved), (REFINED_SAMPLES, proved)][number as usize];
+        let (samples, pruning) = match number {
+            0..=2 => (few, light),
+            3 => (samples, proved),
+            _ => (REFINED_SAMPLES, proved),
+        };
         let wanted = |at: [u32; 2]| match number {
-            0 => first(at),
-            1 => !first(at),
-            2 => self.is_poor(at, canvas),
+            0 => canvas.is_first(at, STRIDES[0]),
+            1 => canvas.is_first(at, STRIDES[1]) && !canvas.is_first(at, STRIDES[0]),
+            2 => !canvas.is_first(at, STRIDES[1]),
+            3 => self.is_poor(at, canvas),
             _ => self.is_uneven(at, canvas),
         };
-        Stage { pixels: near(region, wanted), samples, pruning }
-    }
-
-    /// Does a stage as far as it goes; returns how many of its pixels are done, and their rays.
-    fn work(&self, stage: &Stage, canvas: &mut Canvas, stop: Stop) -> (usize, RayCounts) {
-        let parcels: Vec<&[[u32; 2]]> = stage.pixels.chunks((PARCEL / stage.samples as usize).max(16)).collect();
-        let (next, halt) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let done =
-            Mutex::new(Done { canvas, early: BTreeMap::new(), parcels: 0, rays: RayCounts::default(), full: false });
-        let job = Job { pruning: stage.pruning, cancelled: &halt, ..self.job.clone() };
-        let take = || {
-            loop {
-                let number = next.fetch_add(1, Ordering::Relaxed);
-                let Some(at) = parcels.get(number) else { return };
-                let mut traced = Traced::default();
-                R::trace(self.cut.level, &job, at, Samples::of_picture(stage.samples), &mut traced);
-                let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
-                if halt.load(Ordering::Relaxed) || done.full {
-                    return;
-                }
-                done.early.insert(number, traced);
-                done.settle(&parcels, stage.samples, stop);
-                self.control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
-            }
-        };
-        let watch = AtomicBool::new(true);
-        thread::scope(|scope| {
-            scope.spawn(|| {
-                while watch.load(Ordering::Relaxed) {
-                    let late = matches!(stop, Stop::At(end) if Instant::now() >= end);
-                    if late || self.control.cancelled.load(Ordering::Relaxed) {
-                        halt.store(true, Ordering::Relaxed);
-                        return;
-                    }
-                    thread::sleep(LOOK);
-                }
-            });
-            rayon::broadcast(|_| take());
-            watch.store(false, Ordering::Relaxed);
-        });
-        let done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let pixels = parcels[..done.parcels].iter().map(|parcel| parcel.len()).sum();
-        (pixels, done.rays)
+        let pixels = near(canvas.region, wanted);
+        self.control.total.fetch_add(pixels.len() as u64, Ordering::Relaxed);
+        Stage { pixels, samples, pruning }
     }
 }
 
@@ -303,9 +327,9 @@ struct Done<'a> {
 
 impl Done<'_> {
     /// Paints the parcels that are next in order.
-    fn settle(&mut self, parcels: &[&[[u32; 2]]], samples: u32, stop: Stop) {
+    fn settle(&mut self, parcels: &[&[[u32; 2]]], samples: u32, stop: Option<Stop>) {
         loop {
-            if matches!(stop, Stop::Rays(count) if self.canvas.rays.total() >= count) {
+            if matches!(stop, Some(Stop::Rays(count)) if self.canvas.rays.total() >= count) {
                 self.full = true;
                 return;
             }

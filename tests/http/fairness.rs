@@ -149,3 +149,22 @@ fn a_client_has_so_many_tiles_at_one_time_and_leaves_room_for_others() {
         assert!(started.elapsed() < Duration::from_secs(20), "the place of who has gone stays taken");
     }
 }
+
+/// A picture that takes all the time it is given takes turns, too: one that begins after it ends before it.
+#[test]
+fn a_picture_in_a_time_lets_others_in() {
+    let file = KeyFile::new("timed", "");
+    let (long, short) = (file.key("long", "render"), file.key("short", "render"));
+    let service = file.serve(&[]);
+    let (long, short) = (Tenant { service: &service, key: &long }, Tenant { service: &service, key: &short });
+    let mut waiting = long.begin("POST", "/v1/render?accuracy=time:6000", SLOW);
+    std::thread::sleep(Duration::from_secs(1));
+    short.send("POST", "/v1/render", BALL).picture();
+    waiting.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
+    let mut byte = [0];
+    assert!(waiting.read(&mut byte).is_err(), "the long one had come to its end before the short one was answered");
+    waiting.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    let mut answer = vec![0; 12];
+    waiting.read_exact(&mut answer).unwrap();
+    assert_eq!(String::from_utf8_lossy(&answer), "HTTP/1.1 200");
+}

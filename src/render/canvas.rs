@@ -1,0 +1,131 @@
+//! What is known of a picture while it is being rendered in stages.
+
+use super::contrast::{CONTRAST, codes_of, contrasts};
+use super::packets::Traced;
+use super::{Lacking, RayCounts};
+use crate::film::Region;
+
+/// Every how many pixels one is traced before others, across and down: at first, and then.
+pub(super) const STRIDES: [u32; 2] = [32, 8];
+/// How far the sample of a pixel on an edge is likely off, from end to end, as a share of the contrast there: twice the
+/// standard deviation of what an edge covers that may lie anywhere in it.
+const EDGE: f64 = 0.58;
+
+/// The pixels so far.
+pub(super) struct Canvas {
+    pub(super) region: Region,
+    pub(super) shown: Vec<[f32; 3]>,
+    /// What each pixel is at most.
+    pub(super) highest: Vec<[f32; 3]>,
+    /// Samples of each pixel so far.
+    pub(super) samples: Vec<u32>,
+    /// What those tell of each pixel, if they are more than one.
+    widths: Vec<u8>,
+    pub(super) rays: RayCounts,
+}
+
+impl Canvas {
+    pub(super) fn new(region: Region) -> Self {
+        let count = region.pixels() as usize;
+        Self {
+            region,
+            shown: vec![[0.0; 3]; count],
+            highest: vec![[0.0; 3]; count],
+            samples: vec![0; count],
+            widths: vec![0; count],
+            rays: RayCounts::default(),
+        }
+    }
+
+    /// Samples that the picture is made of.
+    pub(super) fn traced_samples(&self) -> u64 {
+        self.samples.iter().map(|samples| u64::from(*samples)).sum()
+    }
+
+    /// Pixels that were traced themselves.
+    pub(super) fn traced_pixels(&self) -> u64 {
+        self.samples.iter().filter(|samples| **samples > 0).count() as u64
+    }
+
+    pub(super) fn paint(&mut self, at: &[[u32; 2]], samples: u32, traced: &Traced) {
+        self.rays = self.rays + traced.rays;
+        for (&at, pixel) in at.iter().zip(&traced.pixels) {
+            let index = self.region.index(at);
+            (self.shown[index], self.highest[index], self.samples[index]) = (*pixel, *pixel, samples);
+        }
+        for (&at, width) in at.iter().zip(&traced.widths) {
+            self.widths[self.region.index(at)] = *width;
+        }
+        for lacking in traced.lacking.iter() {
+            self.highest[self.region.index(lacking.at)] = lacking.highest;
+        }
+    }
+
+    /// Whether a pixel is the first of a square of so many pixels across and down.
+    pub(super) fn is_first(&self, [x, y]: [u32; 2], stride: u32) -> bool {
+        (x - self.region.x).is_multiple_of(stride) && (y - self.region.y).is_multiple_of(stride)
+    }
+
+    /// The first pixel of the square around a pixel.
+    fn first(&self, [x, y]: [u32; 2], stride: u32) -> usize {
+        let square = |at: u32, from: u32| from + (at - from) / stride * stride;
+        self.region.index([square(x, self.region.x), square(y, self.region.y)])
+    }
+
+    /// The finer of the squares around a pixel whose first pixel was traced, by the index of its stride.
+    fn level(&self, at: [u32; 2]) -> usize {
+        usize::from(self.samples[self.first(at, STRIDES[1])] > 0)
+    }
+
+    /// The picture so far. Pixels that were not traced look like the first one of their square, and have no upper end.
+    /// `tells` says whether the samples tell how unsure pixels are.
+    pub(super) fn filled(self, tells: bool) -> Traced {
+        let of = |at: [u32; 2]| {
+            let index = self.region.index(at);
+            if self.samples[index] > 0 {
+                return (self.shown[index], self.highest[index]);
+            }
+            (self.shown[self.first(at, STRIDES[self.level(at)])], [f32::INFINITY; 3])
+        };
+        let mut filled = Traced { rays: self.rays, ..Traced::default() };
+        let mut lacking = Vec::new();
+        for at in self.region.iter() {
+            let (shown, highest) = of(at);
+            filled.pixels.push(shown);
+            if highest != shown {
+                lacking.push(Lacking { at, highest });
+            }
+        }
+        filled.lacking.add(lacking);
+        if tells {
+            filled.widths = self.all_widths(&filled.pixels);
+        }
+        filled
+    }
+
+    /// How unsure each pixel is, in codes from end to end: by its samples; if it has but one, by its neighbours; if it has
+    /// none, by what its square differs from the squares around it, of which it may be as far off.
+    fn all_widths(&self, shown: &[[f32; 3]]) -> Vec<u8> {
+        let of_pixels = contrasts(&codes_of(shown), self.region.width);
+        let of_squares = STRIDES.map(|stride| self.contrasts_of_squares(shown, stride));
+        let each = |at: [u32; 2]| {
+            let index = self.region.index(at);
+            match self.samples[index] {
+                0 => of_squares[self.level(at)](at).saturating_mul(2),
+                1 if of_pixels[index] < CONTRAST => of_pixels[index],
+                1 => (f64::from(of_pixels[index]) * EDGE) as u8,
+                _ => self.widths[index],
+            }
+        };
+        self.region.iter().map(each).collect()
+    }
+
+    /// How much the square around a pixel differs from its neighbours.
+    fn contrasts_of_squares(&self, shown: &[[f32; 3]], stride: u32) -> impl Fn([u32; 2]) -> u8 + use<> {
+        let Region { x, y, width, height } = self.region;
+        let squares = Region { x: 0, y: 0, width: width.div_ceil(stride), height: height.div_ceil(stride) };
+        let of_square = |[column, row]: [u32; 2]| shown[self.first([x + column * stride, y + row * stride], stride)];
+        let contrasts = contrasts(&codes_of(&squares.iter().map(of_square).collect::<Vec<_>>()), squares.width);
+        move |at: [u32; 2]| contrasts[squares.index([(at[0] - x) / stride, (at[1] - y) / stride])]
+    }
+}
