@@ -320,7 +320,7 @@ fn a_picture_without_time_shows_something_everywhere() {
         let picture = render_until(&scene, &window, region, &Control::default(), stop).unwrap();
         let colors: std::collections::HashSet<[u32; 3]> =
             picture.film.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect();
-        assert!(picture.film.pixels.iter().all(|pixel| *pixel != [0.0; 3]) && colors.len() > 10, "{colors:?}");
+        assert!(picture.film.pixels.iter().all(|pixel| *pixel != [0.0; 3]) && colors.len() >= 8, "{colors:?}");
         assert!(picture.sampling.widths.at_share(0.95).unwrap() > 40);
         assert_eq!(picture.progress.unwrap().traced_pixels, 28);
     }
