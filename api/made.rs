@@ -38,14 +38,17 @@ impl About {
     /// What a report says about a picture of a scene; `is_whole` if it is all of the picture.
     pub(crate) fn new(image: Option<String>, report: &Report, scene: &Scene, is_whole: bool) -> Self {
         let rays = report.cost.rays;
-        let rays = format!(
+        let mut kinds = format!(
             "camera={}, shadow={}, reflected={}, transmitted={}",
             rays.camera, rays.shadow, rays.reflected, rays.transmitted
         );
+        if rays.gathered > 0 {
+            kinds += &format!(", gathered={}", rays.gathered);
+        }
         let on: Vec<_> = report.plan.explanation.names_on().collect();
         let mut headers = vec![
             ("render-error".to_owned(), report.error.header()),
-            ("render-rays".to_owned(), rays),
+            ("render-rays".to_owned(), kinds),
             ("render-plan".to_owned(), on.join(", ")),
         ];
         headers.extend(warnings::header(&scene.warnings).map(|value| ("render-warnings".to_owned(), value)));

@@ -71,9 +71,9 @@ pub(crate) fn make(
     };
     let until = |stop: Stop| render_in_turns(scene, &window, region, workers, control, stop, finish);
     let (picture, (codes, error, coding_ms)) = match ready.render.accuracy() {
-        Accuracy::Time(Time { ms }) => {
-            until(Stop::At(started + Duration::from_secs_f64((ms - file_ms(region, format)).max(0.0) / 1e3)))
-        }
+        Accuracy::Time(Time { ms }) => until(Stop::At(
+            started + Duration::from_secs_f64((ms - file_ms(region, format, workers.threads())).max(0.0) / 1e3),
+        )),
         Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
         Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
             render_in_pieces(scene, &window, region, workers, control, finish)
@@ -100,13 +100,14 @@ fn note(error: &ErrorBounds, replay: &Replay) -> String {
     json!({ "error": error, "replay": replay }).to_string()
 }
 
-/// Milliseconds that a region takes from its last ray to the end of its file, generously.
-fn file_ms(region: Region, format: FileFormat) -> f64 {
-    let nanoseconds = match format {
+/// Milliseconds that a region takes from its last ray to the end of its file, generously: filling in and judging its pixels
+/// on all threads, and writing the file on one.
+fn file_ms(region: Region, format: FileFormat, threads: usize) -> f64 {
+    let file = match format {
         FileFormat::Png8 => 25.0,
         _ => 100.0,
     };
-    0.5 + region.pixels() as f64 * nanoseconds * 1e-6
+    1.5 + region.pixels() as f64 * (file + 30.0 / threads as f64) * 1e-6
 }
 
 /// Milliseconds since an instant.

@@ -91,7 +91,7 @@ pub(crate) struct Phases {
     pub(crate) bvh: f64,
     /// Tracing.
     pub(crate) trace: f64,
-    /// The part of `trace` that antialiasing took. Not told apart in the modes time and rays.
+    /// The part of `trace` that antialiasing took.
     pub(crate) refine: f64,
     /// Encoding the picture, whatever its format.
     pub(crate) png: f64,
@@ -148,7 +148,16 @@ impl Proved {
 
     /// What is proved about a picture.
     fn about(picture: &Picture, scene: &Scene) -> Self {
-        let reach = scene.ceiling().reach.clone();
+        let mut reach = scene.ceiling().reach.clone();
+        let pixels = picture.film.region.pixels();
+        if let Some(Progress { traced_pixels, .. }) = picture.progress
+            && traced_pixels < pixels
+        {
+            let borrowed = pixels - traced_pixels;
+            reach.why =
+                format!("{borrowed} pixels were not traced and show a neighbour, of which nothing follows for them");
+            reach.because = Vec::new();
+        }
         Self {
             proof: Some(Proof::of(picture)).filter(|proof| proof.max_linear.is_some() && reach.ceiling.is_some()),
             reference: match reach.max_depth {

@@ -41,7 +41,7 @@ pub(crate) fn accuracy(text: &str) -> Result<Accuracy, String> {
         "statistical" => statistical(parameters),
         _ => None,
     };
-    accuracy.ok_or_else(|| ACCURACY.to_owned())
+    accuracy.ok_or_else(|| format!("expected {ACCURACY}"))
 }
 
 /// Half width and confidence: `1` or `1,0.99`.
@@ -53,7 +53,7 @@ fn statistical(parameters: &str) -> Option<Accuracy> {
 }
 
 /// What an accuracy may be.
-pub(crate) const ACCURACY: &str = "expected fixed, proved:0 to proved:2, time:MILLISECONDS, rays:COUNT, \
+pub(crate) const ACCURACY: &str = "fixed, proved:0 to proved:2, time:MILLISECONDS (1 to 3600000), rays:COUNT, \
      statistical:CODES (0.25 to 64) or statistical:CODES,CONFIDENCE (0.5 to 0.999)";
 
 /// Reads `single` or `double`.

@@ -3,6 +3,7 @@
 //! Three lanes have equal shares of the time: tiles that somebody looks at, renders that somebody waits for, and jobs. So
 //! what is interactive has at least half of it when both want it, and all of it when no job does. Within a lane tenants
 //! share by weight, within a tenant the higher priority goes first, which for jobs grows with the time since they were accepted.
+//! Renders of the same rank go around, so that a short one ends before a long one that came first; jobs go one after the other.
 
 mod seat;
 mod shares;
@@ -123,7 +124,9 @@ impl Waiter {
         let aged = |waiter: &Self| aged(waiter.seat.priority(), waiter.seat.waiting_since);
         let by_age = match self.seat.lane {
             Lane::Tiles => self.number.cmp(&other.number),
-            Lane::Renders | Lane::Jobs => other.number.cmp(&self.number),
+            // Whoever has stood in line for longest, which it does anew after each turn.
+            Lane::Renders => other.id.cmp(&self.id),
+            Lane::Jobs => other.number.cmp(&self.number),
         };
         match self.seat.lane {
             Lane::Jobs => aged(self).total_cmp(&aged(other)).then(by_age),
@@ -288,6 +291,9 @@ mod tests {
             (turns.join(important), "important"),
         ];
         assert_eq!(order(&turns, members, 2), ["important", "important", "first", "first", "second", "second"]);
+        let render = |name| (turns.join(seat(Lane::Renders, "a")), name);
+        let members = vec![render("first"), render("second")];
+        assert_eq!(order(&turns, members, 3), ["first", "second", "first", "second", "first", "second"]);
         let tile = |name| (turns.join(seat(Lane::Tiles, "a")), name);
         assert_eq!(order(&turns, vec![tile("old"), tile("middle"), tile("new")], 1), ["new", "middle", "old"]);
     }

@@ -46,6 +46,9 @@ pub(super) struct Survey {
     pub(super) factor: f64,
     /// How many times as long a ray takes in packets of refined pixels as in the blocks they come from.
     pub(super) slowdowns: Vec<f64>,
+    /// How many times as many rays refined samples have as the base samples around them: what a pixel's proof needs
+    /// depends on the number of its samples.
+    heavier: f64,
 }
 
 impl Survey {
@@ -71,14 +74,15 @@ impl Survey {
         };
         let (refines, traced) = (refines(scene), trace(0..first));
         let factor = if refines { f64::from(REFINED_SAMPLES) / f64::from(scene.samples) } else { 0.0 };
-        let mut survey = Self { blocks: Vec::new(), chances: Chances::default(), factor, slowdowns: Vec::new() };
+        let mut survey =
+            Self { blocks: Vec::new(), chances: Chances::default(), factor, slowdowns: Vec::new(), heavier: 1.0 };
         survey.set(traced.iter().map(|(_, block)| block.clone()).collect());
         let share = effort.share * if refines { OF_BLOCKS } else { 1.0 };
         let times = (share * survey.rays(region) / survey.base_rays()).clamp(1.0, f64::from(FIRST));
         let more = trace(first..runs.min((f64::from(first) * times) as u32));
         survey.set(in_order(traced, more));
         if refines {
-            survey.refine(&probe, region, effort.share * (1.0 - OF_BLOCKS), || is_late(1.5));
+            survey.refine(&probe, region, effort.share * (1.0 - OF_BLOCKS), scene.proves(), || is_late(1.5));
         }
         if is_cancelled() { Err(Cancelled) } else { Ok(survey) }
     }
@@ -90,7 +94,7 @@ impl Survey {
 
     /// What refining a block's pixels adds, given what its base samples take.
     pub(super) fn added(&self, block: &Block, base: f64) -> f64 {
-        base * block.share(&self.chances) * self.factor
+        base * block.share(&self.chances) * self.factor * self.heavier
     }
 
     fn base_rays(&self) -> f64 {
@@ -105,7 +109,14 @@ impl Survey {
     }
 
     /// Refines packets of pixels, for about a share of the rays of the region.
-    fn refine(&mut self, probe: &Probe<'_>, region: Region, share: f64, is_late: impl Fn() -> bool + Sync) {
+    fn refine(
+        &mut self,
+        probe: &Probe<'_>,
+        region: Region,
+        share: f64,
+        proves: bool,
+        is_late: impl Fn() -> bool + Sync,
+    ) {
         let added: Vec<f64> = self.blocks.iter().map(|block| self.added(block, block.nanoseconds)).collect();
         let all: f64 = added.iter().sum();
         if all <= 0.0 {
@@ -129,11 +140,18 @@ impl Survey {
                 return None;
             }
             let cost = probe.refined(block.region, tile_around(block.region, region))?;
-            let pace = block.nanoseconds / block.base.total().max(1) as f64;
-            Some(cost.nanoseconds / (cost.rays.total().max(1) as f64 * pace))
+            let [rays, base] = [cost.rays, block.base].map(|rays| rays.total().max(1) as f64);
+            let thought =
+                base / block.pixels as f64 * self.factor * cost.rays.camera as f64 / f64::from(REFINED_SAMPLES);
+            Some((cost.nanoseconds / rays / (block.nanoseconds / base), rays / thought.max(1.0)))
         };
         drawn.dedup_by_key(|block| block.region);
-        self.slowdowns = drawn.into_par_iter().with_max_len(1).filter_map(slowdown).collect();
+        let (slowdowns, heavier): (Vec<f64>, Vec<f64>) =
+            drawn.into_par_iter().with_max_len(1).filter_map(slowdown).unzip();
+        if proves && !heavier.is_empty() {
+            self.heavier = heavier.iter().sum::<f64>() / heavier.len() as f64;
+        }
+        self.slowdowns = slowdowns;
     }
 }
 

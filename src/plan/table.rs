@@ -76,10 +76,13 @@ impl Plan {
         for effect in effects {
             let (Some(est), Some(act)) = (effect.est, effect.act) else { continue };
             let [low, high] = est.rays_ci.map(grouped);
-            let off = 100.0 * (est.rays as f64 / act.rays.max(1) as f64 - 1.0);
+            let off = match act.rays {
+                0 => "-".to_owned(),
+                rays => format!("{:.1} %", 100.0 * (est.rays as f64 / rays as f64 - 1.0)),
+            };
             let _ = writeln!(
                 table,
-                "{:<22}{:>12}{:>25}{:>9.1}{:>13}{off:>7.1} %{:>9.1}",
+                "{:<22}{:>12}{:>25}{:>9.1}{:>13}{off:>9}{:>9.1}",
                 effect.effect,
                 grouped(est.rays),
                 format!("{low} to {high}"),

@@ -4,12 +4,16 @@ use super::contrast::{CONTRAST, codes_of, contrasts};
 use super::packets::Traced;
 use super::{Lacking, RayCounts};
 use crate::film::Region;
+use rayon::prelude::*;
 
 /// Every how many pixels one is traced before others, across and down: at first, and then.
 pub(super) const STRIDES: [u32; 2] = [32, 8];
 /// How far the sample of a pixel on an edge is likely off, from end to end, as a share of the contrast there: twice the
 /// standard deviation of what an edge covers that may lie anywhere in it.
 const EDGE: f64 = 0.58;
+
+/// Rows that a thread fills in at once.
+const STRIP: u32 = 16;
 
 /// The pixels so far.
 pub(super) struct Canvas {
@@ -87,20 +91,36 @@ impl Canvas {
             }
             (self.shown[self.first(at, STRIDES[self.level(at)])], [f32::INFINITY; 3])
         };
-        let mut filled = Traced { rays: self.rays, ..Traced::default() };
-        let mut lacking = Vec::new();
-        for at in self.region.iter() {
-            let (shown, highest) = of(at);
-            filled.pixels.push(shown);
-            if highest != shown {
-                lacking.push(Lacking { at, highest });
+        let strips: Vec<Region> = self.strips().collect();
+        let fill = |strip: &Region| {
+            let (mut pixels, mut lacking) = (Vec::with_capacity(strip.pixels() as usize), Vec::new());
+            for at in strip.iter() {
+                let (shown, highest) = of(at);
+                pixels.push(shown);
+                if highest != shown {
+                    lacking.push(Lacking { at, highest });
+                }
             }
+            (pixels, lacking)
+        };
+        let parts: Vec<(Vec<[f32; 3]>, Vec<Lacking>)> = strips.par_iter().map(fill).collect();
+        let mut filled = Traced { rays: self.rays, ..Traced::default() };
+        filled.pixels.reserve(self.shown.len());
+        for (pixels, lacking) in parts {
+            filled.pixels.extend(pixels);
+            filled.lacking.add(lacking);
         }
-        filled.lacking.add(lacking);
         if tells {
             filled.widths = self.all_widths(&filled.pixels);
         }
         filled
+    }
+
+    /// The region in strips, for threads.
+    fn strips(&self) -> impl Iterator<Item = Region> + use<> {
+        let region = self.region;
+        let rows = (region.y..region.y + region.height).step_by(STRIP as usize);
+        rows.map(move |y| Region { y, height: STRIP.min(region.y + region.height - y), ..region })
     }
 
     /// How unsure each pixel is, in codes from end to end: by its samples; if it has but one, by its neighbours; if it has
@@ -117,15 +137,20 @@ impl Canvas {
                 _ => self.widths[index],
             }
         };
-        self.region.iter().map(each).collect()
+        let strips: Vec<Region> = self.strips().collect();
+        strips.par_iter().flat_map_iter(|strip| strip.iter().map(each)).collect()
     }
 
     /// How much the square around a pixel differs from its neighbours.
-    fn contrasts_of_squares(&self, shown: &[[f32; 3]], stride: u32) -> impl Fn([u32; 2]) -> u8 + use<> {
+    fn contrasts_of_squares(&self, shown: &[[f32; 3]], stride: u32) -> impl Fn([u32; 2]) -> u8 + Sync + use<> {
         let Region { x, y, width, height } = self.region;
         let squares = Region { x: 0, y: 0, width: width.div_ceil(stride), height: height.div_ceil(stride) };
         let of_square = |[column, row]: [u32; 2]| shown[self.first([x + column * stride, y + row * stride], stride)];
-        let contrasts = contrasts(&codes_of(&squares.iter().map(of_square).collect::<Vec<_>>()), squares.width);
+        let mut contrasts = contrasts(&codes_of(&squares.iter().map(of_square).collect::<Vec<_>>()), squares.width);
+        if squares.pixels() == 1 {
+            // Nothing to compare it with.
+            contrasts = vec![u8::MAX];
+        }
         move |at: [u32; 2]| contrasts[squares.index([(at[0] - x) / stride, (at[1] - y) / stride])]
     }
 }

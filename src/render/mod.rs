@@ -121,7 +121,7 @@ pub struct Picture {
     pub progress: Option<Progress>,
     /// Milliseconds of wall time spent tracing.
     pub trace_ms: f64,
-    /// Those of them that antialiasing took; 0 for pictures in a time.
+    /// Those of them that antialiasing took.
     pub refine_ms: f64,
 }
 

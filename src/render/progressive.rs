@@ -21,7 +21,7 @@ use crate::scene::world::Pruning;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -45,7 +45,7 @@ pub struct Progress {
     pub finished: bool,
     /// Pixels that were traced themselves; the others show a neighbour.
     pub traced_pixels: u64,
-    /// Pixels that are known to need more, and have not had it.
+    /// Pixels that are known to need more, and have not had it: those that were not traced, as long as there are any.
     pub waiting_pixels: u64,
     /// Milliseconds that the rest would take, estimated from those before.
     pub ms_to_target: f64,
@@ -55,6 +55,8 @@ pub struct Progress {
 const STAGES: usize = 5;
 /// Samples of the stages before every pixel has been traced.
 const FEW: u32 = 4;
+/// Share of the pixels that antialiasing refines in most pictures.
+const UNEVEN: f64 = 0.12;
 /// Weight below which rays are left out in these stages.
 const LIGHT: f64 = 0.05;
 /// Pixels in a parcel of one sample each.
@@ -137,8 +139,11 @@ struct Course<'a, R> {
     rays: RayCounts,
     /// Whether all stages are done.
     finished: bool,
-    /// Time spent on all of them.
+    /// Time spent on all of them, and on the last.
     spent: Duration,
+    refining: Duration,
+    /// Nanoseconds that threads have spent tracing.
+    traced: u64,
 }
 
 /// Why a stage was left.
@@ -150,16 +155,22 @@ enum Left {
 
 impl<'a, R: Kernel> Course<'a, R> {
     fn new(renderer: Renderer<'a, R>, region: Region, stop: Stop) -> Self {
+        let started = Instant::now();
         let canvas = Canvas::new(region);
         let stage = renderer.stage(0, &canvas);
-        let (rays, spent) = (RayCounts::default(), Duration::ZERO);
-        Self { renderer, stop, canvas, number: 0, stage, parcels: 0, rays, finished: false, spent }
+        let (rays, refining, spent) = (RayCounts::default(), Duration::ZERO, started.elapsed());
+        Self { renderer, stop, canvas, number: 0, stage, parcels: 0, rays, finished: false, spent, refining, traced: 0 }
     }
 
     fn go_on(&mut self, pause: Option<Instant>) -> Result<bool, Cancelled> {
         let started = Instant::now();
         let more = loop {
-            match self.work(pause)? {
+            let working = Instant::now();
+            let left = self.work(pause)?;
+            if self.number + 1 == STAGES {
+                self.refining += working.elapsed();
+            }
+            match left {
                 Left::Paused => break true,
                 Left::Stopped => break false,
                 Left::Done if self.number + 1 == STAGES => {
@@ -182,10 +193,14 @@ impl<'a, R: Kernel> Course<'a, R> {
         let control = self.renderer.control;
         // Something has to stand everywhere.
         let stop = Some(self.stop).filter(|_| self.number > 0);
+        if self.stage.pixels.is_empty() {
+            return Ok(Left::Done);
+        }
         if self.is_full(stop) {
             return Ok(Left::Stopped);
         }
-        let Self { renderer, canvas, stage, parcels: counted, rays, .. } = self;
+        let Self { renderer, canvas, stage, parcels: counted, rays, traced: nanoseconds, .. } = self;
+        let busy = AtomicU64::new(0);
         let parcels: Vec<&[[u32; 2]]> = stage.pixels.chunks(stage.parcel()).collect();
         let (next, halt, pausing) = (AtomicUsize::new(*counted), AtomicBool::new(false), AtomicBool::new(false));
         let done = Mutex::new(Done { canvas, early: BTreeMap::new(), parcels: *counted, rays: *rays, full: false });
@@ -195,7 +210,9 @@ impl<'a, R: Kernel> Course<'a, R> {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 let Some(at) = parcels.get(number) else { return };
                 let mut traced = Traced::default();
+                let tracing = Instant::now();
                 R::trace(renderer.cut.level, &job, at, Samples::of_picture(stage.samples), &mut traced);
+                busy.fetch_add(tracing.elapsed().as_nanos() as u64, Ordering::Relaxed);
                 let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
                 if halt.load(Ordering::Relaxed) || done.full {
                     return;
@@ -226,6 +243,7 @@ impl<'a, R: Kernel> Course<'a, R> {
         });
         let done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
         (*counted, *rays) = (done.parcels, done.rays);
+        *nanoseconds += busy.into_inner();
         let full = done.full;
         match () {
             () if control.cancelled.load(Ordering::Relaxed) => Err(Cancelled),
@@ -241,15 +259,19 @@ impl<'a, R: Kernel> Course<'a, R> {
     }
 
     fn picture(self) -> Picture {
-        let Self { renderer, canvas, number, stage, parcels, rays, finished, spent, .. } = self;
-        let trace_ms = spent.as_secs_f64() * 1e3;
+        let Self { renderer, canvas, number, stage, parcels, rays, finished, spent, refining, traced, .. } = self;
+        let started = Instant::now();
         let pixels = (parcels * stage.parcel()).min(stage.pixels.len());
-        let waiting = (stage.pixels.len() - pixels) as u64;
+        let waiting = match number {
+            0..=2 => canvas.region.pixels() - canvas.traced_pixels(),
+            _ => (stage.pixels.len() - pixels) as u64,
+        };
         let ms_to_target = if finished {
             0.0
         } else {
             let samples = waiting * u64::from(stage.samples) + renderer.later(number, &canvas);
-            samples as f64 * trace_ms / canvas.traced_samples().max(1) as f64
+            let threads = rayon::current_num_threads() as f64;
+            samples as f64 * traced as f64 * 1e-6 / (threads * canvas.traced_samples().max(1) as f64)
         };
         let progress = Progress {
             count: canvas.rays.total(),
@@ -259,9 +281,12 @@ impl<'a, R: Kernel> Course<'a, R> {
             ms_to_target,
         };
         let refined = if number + 1 == STAGES { Refined { pixels: pixels as u64, rays } } else { Refined::default() };
-        let tells = refines(renderer.scene) || renderer.scene.samples > 1;
+        // A single pixel has no neighbours to tell how far its one sample is off.
+        let alone = renderer.scene.samples == 1 && canvas.traced_samples() == 1 && canvas.region.pixels() == 1;
+        let tells = (refines(renderer.scene) || renderer.scene.samples > 1) && !alone;
         let picture = renderer.picture_of(canvas.region, canvas.filled(tells), refined);
-        Picture { progress: Some(progress), trace_ms, ..picture }
+        let trace_ms = (spent + started.elapsed()).as_secs_f64() * 1e3;
+        Picture { progress: Some(progress), trace_ms, refine_ms: refining.as_secs_f64() * 1e3, ..picture }
     }
 }
 
@@ -273,8 +298,13 @@ impl<R: Kernel> Renderer<'_, R> {
         let few: Vec<[u32; 2]> = few.into_iter().filter(|at| canvas.samples[canvas.region.index(*at)] > 0).collect();
         let share = canvas.region.pixels() as f64 / few.len().max(1) as f64;
         let poor = few.iter().filter(|at| number < 3 && self.is_poor(**at, canvas)).count();
-        let uneven = few.iter().filter(|at| number < 4 && self.is_uneven(**at, canvas)).count();
-        let samples = poor as f64 * f64::from(self.scene.samples) + uneven as f64 * f64::from(REFINED_SAMPLES);
+        let uneven = match number {
+            // Of pixels whose neighbours are not traced nobody knows.
+            0..=2 if refines(self.scene) => few.len() as f64 * UNEVEN,
+            0..=3 => few.iter().filter(|at| self.is_uneven(**at, canvas)).count() as f64,
+            _ => 0.0,
+        };
+        let samples = poor as f64 * f64::from(self.scene.samples) + uneven * f64::from(REFINED_SAMPLES);
         (samples * share) as u64
     }
 

@@ -86,6 +86,10 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         // A pixel that is not refined is likely no further off than half of what it differs from a neighbour.
         let even = region.iter().map(contrast).filter(|contrast| *contrast < CONTRAST);
         traced.widths = even.chain(refined.widths).collect();
+        if around.pixels() == 1 {
+            // It has no neighbours to tell anything.
+            traced.widths.clear();
+        }
         let picture = self.picture_of(region, traced, Refined { pixels: uneven.len() as u64, rays: refined.rays });
         Ok(Picture { refine_ms: refining.elapsed().as_secs_f64() * 1e3, ..picture })
     }

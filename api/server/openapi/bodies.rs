@@ -15,7 +15,7 @@ pub(in crate::server) struct Bytes(Vec<u8>);
     description = "The picture, in the format that `Accept` or `format` asks for.",
     headers(
         ("Server-Timing" = String, description = "Milliseconds of queue, parse, plan, bvh, trace and encoding, and of antialiasing (refine), which is a part of trace."),
-        ("Render-Rays" = String, description = "Rays traced, by kind."),
+        ("Render-Rays" = String, description = "Rays traced, by kind; `gathered` only where there are any."),
         ("Render-Error" = String, description = "How far it may be from the truth: `proved` codes (or `?0`) and the share that is proved to be `identical`, `depth` where the proof has one, `estimated` codes."),
         ("ETag" = Option<String>, description = "The picture's name, known before it is rendered; pictures that a clock or files decide on have none."),
         ("Content-Location" = Option<String>, description = "Where this picture stays, as long as its scene is known."),

@@ -23,7 +23,7 @@ pub(in crate::server) struct Settings {
     /// What ends the recursion: `fixed`, `proved:CODES`, `time:MILLISECONDS`, `rays:COUNT`, or
     /// `statistical:CODES` with `,CONFIDENCE` after it or not.
     #[param(
-        pattern = "^(fixed|proved(:[0-2])?|time:[1-9][0-9]{0,5}|rays:[1-9][0-9]{0,14}|statistical:[1-9](,0[.][5-9])?)$"
+        pattern = "^(fixed|proved(:[0-2])?|time:[1-9][0-9]{0,5}|rays:[1-9][0-9]{0,14}|statistical:(0[.](25|5|75)|[1-9]([.][0-9])?|[1-5][0-9])(,0[.][5-9][0-9]?)?)$"
     )]
     accuracy: Option<String>,
     /// Samples for each pixel.

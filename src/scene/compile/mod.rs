@@ -22,7 +22,7 @@ use super::ceiling::Ceiling;
 use super::description::{Accuracy, Description, Precision, Statistical};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::Problems;
-use super::world::World;
+use super::world::{Pruning, World};
 use super::{Problem, limits};
 use crate::accel::BvhKind;
 use std::time::Instant;
@@ -89,6 +89,15 @@ impl Scene {
             Precise::Single(world) => &world.ceiling,
             Precise::Double(world) => &world.ceiling,
         }
+    }
+
+    /// Whether each pixel's rays are followed until it is proved.
+    pub(crate) fn proves(&self) -> bool {
+        let pruning = match &self.world {
+            Precise::Single(world) => world.rules.pruning,
+            Precise::Double(world) => world.rules.pruning,
+        };
+        matches!(pruning, Pruning::Proved { .. })
     }
 
     /// Bytes of memory it takes; almost exact.
