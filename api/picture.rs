@@ -37,13 +37,15 @@ pub(crate) struct Shot {
     pub(crate) note: bool,
     /// Whether the report says what was expected before.
     pub(crate) predict: bool,
+    /// When a picture in a time was asked for, if it had to wait before work on it began: that is part of its time.
+    pub(crate) asked: Option<Instant>,
 }
 
 impl Shot {
     /// A part of the scene's own picture.
     pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
         let window = Window::whole(scene.width, scene.height);
-        Self { window, region, look: Look::default(), format, note: false, predict: false }
+        Self { window, region, look: Look::default(), format, note: false, predict: false, asked: None }
     }
 }
 
@@ -58,7 +60,7 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Finished, Cancelled> {
     let scene = &ready.scene;
-    let &Shot { window, region, look, format, note, predict } = shot;
+    let &Shot { window, region, look, format, note, predict, asked } = shot;
     let mut plan = ready.plan.clone();
     if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
         workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
@@ -72,7 +74,8 @@ pub(crate) fn make(
     let until = |stop: Stop| render_in_turns(scene, &window, region, workers, control, stop, finish);
     let (picture, (codes, error, coding_ms)) = match ready.render.accuracy() {
         Accuracy::Time(Time { ms }) => until(Stop::At(
-            started + Duration::from_secs_f64((ms - file_ms(region, format, workers.threads())).max(0.0) / 1e3),
+            asked.unwrap_or(started)
+                + Duration::from_secs_f64((ms - file_ms(region, format, workers.threads())).max(0.0) / 1e3),
         )),
         Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
         Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {

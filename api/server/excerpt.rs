@@ -107,7 +107,7 @@ impl Excerpt {
             let what = format!("the region x={x}, y={y}, w={width}, h={height}");
             return Err(outside(&what, window.width, window.height));
         }
-        Ok(Shot { window, region, look: self.look, format: self.format, note: false, predict: false })
+        Ok(Shot { window, region, look: self.look, format: self.format, note: false, predict: false, asked: None })
     }
 
     fn window(&self, &Scene { width, height, .. }: &Scene, zoom: u32) -> Option<Window> {

@@ -42,6 +42,8 @@ pub(super) struct Job {
     pub(super) workers: Workers,
     /// Tells the job to stop.
     pub(super) control: Arc<Control>,
+    /// When it was asked for.
+    pub(super) asked: Instant,
     /// When work began.
     pub(super) started: Instant,
 }
@@ -92,7 +94,7 @@ impl Queue {
         let queue_ms = milliseconds(queued);
 
         let held = Held::new(place, &self.running);
-        let job_side = Job { workers, control, started: Instant::now() };
+        let job_side = Job { workers, control, asked: queued, started: Instant::now() };
         let canceled = Arc::clone(&self.canceled);
         let work = tokio::task::spawn_blocking(move || {
             let value = job(&job_side);

@@ -15,7 +15,7 @@ use super::tenant::Tenant;
 use super::{App, Service};
 use crate::identity::ImageId;
 use crate::made::{About, Made};
-use crate::picture::{self, Finished};
+use crate::picture::{self, Finished, Shot};
 use crate::ready::Ready;
 use crate::report::Report;
 use crate::turns::Lane;
@@ -167,7 +167,7 @@ fn render(
     if let Some(made) = image.as_ref().and_then(|image| kept_here(service, image, excerpt)) {
         return Ok((made, None, kept));
     }
-    let shot = excerpt.shot(&ready.scene, zoom)?;
+    let shot = Shot { asked: Some(job.asked), ..excerpt.shot(&ready.scene, zoom)? };
     service.limits.check(&ready.scene, shot.region)?;
     let finished = picture::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
     let Finished { file, report } = finished.map_err(|_| gone())?;
