@@ -3,7 +3,8 @@
 //! Three lanes have equal shares of the time: tiles that somebody looks at, renders that somebody waits for, and jobs. So
 //! what is interactive has at least half of it when both want it, and all of it when no job does. Within a lane tenants
 //! share by weight, within a tenant the higher priority goes first, which for jobs grows with the time since they were accepted.
-//! Renders of the same rank go around, so that a short one ends before a long one that came first; jobs go one after the other.
+//! Two renders of a tenant go around, so that a short one ends before a long one that came first; others wait until one of
+//! them has ended, since each that has begun takes memory. Jobs go one after the other.
 
 mod seat;
 mod shares;
@@ -31,7 +32,12 @@ pub(crate) struct Member {
     turns: Turns,
     seat: Seat,
     number: u64,
+    /// Whether it has had a turn.
+    begun: Arc<AtomicBool>,
 }
+
+/// Renders of a tenant that go around.
+const AROUND: usize = 2;
 
 /// The pool is its owner's until this is dropped.
 #[derive(Debug)]
@@ -56,6 +62,7 @@ struct Waiter {
     id: u64,
     seat: Seat,
     number: u64,
+    begun: Arc<AtomicBool>,
     /// Hands the turn over. If nobody takes it any more, it is dropped, and the next one has it.
     wake: Box<dyn FnOnce(Turn) + Send>,
 }
@@ -72,7 +79,7 @@ impl Turns {
         let mut state = self.state();
         state.shares.join(&seat);
         let number = state.number();
-        Member { turns: self.clone(), seat, number }
+        Member { turns: self.clone(), seat, number, begun: Arc::default() }
     }
 
     /// Whether somebody has the turn.
@@ -96,7 +103,8 @@ impl Turns {
             return;
         }
         let Some(next) = state.next() else { return };
-        let Waiter { seat: Seat { lane, tenant, weight, .. }, wake, .. } = state.waiting.swap_remove(next);
+        let Waiter { seat: Seat { lane, tenant, weight, .. }, wake, begun, .. } = state.waiting.swap_remove(next);
+        begun.store(true, Ordering::Relaxed);
         state.taken = true;
         drop(state);
         // Without the lock: if the other side has gone, the turn is dropped here, which takes it.
@@ -114,18 +122,25 @@ impl State {
     fn next(&mut self) -> Option<usize> {
         let (lane, tenant) = self.shares.serve(self.waiting.iter().map(|waiter| &waiter.seat))?;
         let theirs = |(_, Waiter { seat, .. }): &(usize, &Waiter)| seat.lane == lane && seat.tenant == tenant;
-        self.waiting.iter().enumerate().filter(theirs).max_by(|(_, a), (_, b)| a.rank(b)).map(|(next, _)| next)
+        let theirs = self.waiting.iter().enumerate().filter(theirs);
+        let begun = |(_, waiter): &(usize, &Waiter)| waiter.begun.load(Ordering::Relaxed);
+        let full = lane == Lane::Renders && theirs.clone().filter(begun).count() >= AROUND;
+        theirs.filter(|waiter| !full || begun(waiter)).max_by(|(_, a), (_, b)| a.rank(b)).map(|(next, _)| next)
     }
 }
 
 impl Waiter {
+    /// Since when it stands in line, which it does anew after each turn.
+    fn place(&self) -> u64 {
+        if self.begun.load(Ordering::Relaxed) { self.id } else { self.number }
+    }
+
     /// Greater goes first; both are of the same tenant and lane.
     fn rank(&self, other: &Self) -> std::cmp::Ordering {
         let aged = |waiter: &Self| aged(waiter.seat.priority(), waiter.seat.waiting_since);
         let by_age = match self.seat.lane {
             Lane::Tiles => self.number.cmp(&other.number),
-            // Whoever has stood in line for longest, which it does anew after each turn.
-            Lane::Renders => other.id.cmp(&self.id),
+            Lane::Renders => other.place().cmp(&self.place()),
             Lane::Jobs => other.number.cmp(&self.number),
         };
         match self.seat.lane {
@@ -171,7 +186,8 @@ impl Member {
     fn line_up(&self, before: Option<Turn>, wake: impl FnOnce(Turn) + Send + 'static) -> Place {
         let mut state = self.turns.state();
         let id = state.number();
-        state.waiting.push(Waiter { id, seat: self.seat.clone(), number: self.number, wake: Box::new(wake) });
+        let (seat, number, begun) = (self.seat.clone(), self.number, Arc::clone(&self.begun));
+        state.waiting.push(Waiter { id, seat, number, begun, wake: Box::new(wake) });
         // Its end must come after its owner stands in line again, or the next one would be chosen without it.
         drop(state);
         drop(before);
@@ -292,8 +308,8 @@ mod tests {
         ];
         assert_eq!(order(&turns, members, 2), ["important", "important", "first", "first", "second", "second"]);
         let render = |name| (turns.join(seat(Lane::Renders, "a")), name);
-        let members = vec![render("first"), render("second")];
-        assert_eq!(order(&turns, members, 3), ["first", "second", "first", "second", "first", "second"]);
+        let members = vec![render("first"), render("second"), render("third")];
+        assert_eq!(order(&turns, members, 2), ["first", "second", "first", "second", "third", "third"]);
         let tile = |name| (turns.join(seat(Lane::Tiles, "a")), name);
         assert_eq!(order(&turns, vec![tile("old"), tile("middle"), tile("new")], 1), ["new", "middle", "old"]);
     }
