@@ -104,7 +104,9 @@ impl Turns {
         }
         let Some(next) = state.next() else { return };
         let Waiter { seat: Seat { lane, tenant, weight, .. }, wake, begun, .. } = state.waiting.swap_remove(next);
-        begun.store(true, Ordering::Relaxed);
+        if !begun.swap(true, Ordering::Relaxed) {
+            state.shares.begin(lane, &tenant);
+        }
         state.taken = true;
         drop(state);
         // Without the lock: if the other side has gone, the turn is dropped here, which takes it.
@@ -124,7 +126,9 @@ impl State {
         let theirs = |(_, Waiter { seat, .. }): &(usize, &Waiter)| seat.lane == lane && seat.tenant == tenant;
         let theirs = self.waiting.iter().enumerate().filter(theirs);
         let begun = |(_, waiter): &(usize, &Waiter)| waiter.begun.load(Ordering::Relaxed);
-        let full = lane == Lane::Renders && theirs.clone().filter(begun).count() >= AROUND;
+        // If all that have begun are busy elsewhere, the pool is not kept waiting for them.
+        let full =
+            lane == Lane::Renders && self.shares.begun(lane, &tenant) >= AROUND && theirs.clone().any(|w| begun(&w));
         theirs.filter(|waiter| !full || begun(waiter)).max_by(|(_, a), (_, b)| a.rank(b)).map(|(next, _)| next)
     }
 }
@@ -198,7 +202,8 @@ impl Member {
 
 impl Drop for Member {
     fn drop(&mut self) {
-        self.turns.state().shares.leave(&self.seat);
+        let mut state = self.turns.state();
+        state.shares.leave(&self.seat, self.begun.load(Ordering::Relaxed));
     }
 }
 
@@ -309,7 +314,7 @@ mod tests {
         assert_eq!(order(&turns, members, 2), ["important", "important", "first", "first", "second", "second"]);
         let render = |name| (turns.join(seat(Lane::Renders, "a")), name);
         let members = vec![render("first"), render("second"), render("third")];
-        assert_eq!(order(&turns, members, 2), ["first", "second", "first", "second", "third", "third"]);
+        assert_eq!(order(&turns, members, 2), ["first", "second", "first", "third", "second", "third"]);
         let tile = |name| (turns.join(seat(Lane::Tiles, "a")), name);
         assert_eq!(order(&turns, vec![tile("old"), tile("middle"), tile("new")], 1), ["new", "middle", "old"]);
     }

@@ -26,6 +26,8 @@ pub(super) struct Shares {
 struct Share {
     had: f64,
     members: usize,
+    /// Of these, those that have had a turn.
+    begun: usize,
 }
 
 impl Share {
@@ -45,14 +47,25 @@ impl Shares {
         self.tenants[lane].entry(Arc::clone(&seat.tenant)).or_default().join(self.tenants_now[lane]);
     }
 
-    /// One less.
-    pub(super) fn leave(&mut self, seat: &Seat) {
+    /// One has its first turn.
+    pub(super) fn begin(&mut self, lane: Lane, tenant: &Arc<str>) {
+        self.tenants[lane as usize].entry(Arc::clone(tenant)).or_default().begun += 1;
+    }
+
+    /// How many have had a turn.
+    pub(super) fn begun(&self, lane: Lane, tenant: &Arc<str>) -> usize {
+        self.tenants[lane as usize].get(tenant).map_or(0, |share| share.begun)
+    }
+
+    /// One less, which may have begun.
+    pub(super) fn leave(&mut self, seat: &Seat, begun: bool) {
         let lane = seat.lane as usize;
         self.lanes[lane].members -= 1;
         let now = self.tenants_now[lane];
         let tenants = &mut self.tenants[lane];
         if let Some(share) = tenants.get_mut(&seat.tenant) {
             share.members -= 1;
+            share.begun -= usize::from(begun);
         }
         if tenants.len() > REMEMBERED {
             tenants.retain(|_, share| share.members > 0 || share.had > now);
