@@ -99,7 +99,7 @@ pub(crate) fn make(
 
 /// What the file says about its picture: of the cost report all that depends on neither the machine nor the moment, since
 /// the same request gives the same bytes everywhere.
-fn note(error: &ErrorBounds, replay: &Replay) -> String {
+pub(crate) fn note(error: &ErrorBounds, replay: &Replay) -> String {
     json!({ "error": error, "replay": replay }).to_string()
 }
 

@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::record::Order;
 use crate::made::{About, Made};
-use crate::picture::milliseconds;
+use crate::picture::{milliseconds, note};
 use crate::ready::Ready;
 use crate::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::workers::Workers;
@@ -36,7 +36,8 @@ pub(super) fn finish(
         let codes = Codes::new(&picture.film, order.output);
         (codes, encode(canvas.preview(), FileFormat::Png8), ErrorBounds::about(picture, &ready.scene))
     })?;
-    let file = codes.file(&picture.film, order.output);
+    let replay = Replay::of(picture, ready);
+    let file = codes.file_with(&picture.film, order.output, Some(&note(&error, &replay)));
     let phases = Phases {
         parse: ready.loading.parse,
         plan: ready.loading.plan,
@@ -46,7 +47,7 @@ pub(super) fn finish(
         png: milliseconds(encoding),
     };
     let cost = Cost::of(picture, phases, None, began, workers);
-    let report = Report { plan: ready.plan.clone(), cost, error, replay: Replay::of(picture, ready) };
+    let report = Report { plan: ready.plan.clone(), cost, error, replay };
     let about = About::new(image, &report, &ready.scene, true);
     Ok(Finished { made: Made::new(file, about), preview })
 }

@@ -167,7 +167,8 @@ fn render(
     if let Some(made) = image.as_ref().and_then(|image| kept_here(service, image, excerpt)) {
         return Ok((made, None, kept));
     }
-    let shot = Shot { asked: Some(job.asked), ..excerpt.shot(&ready.scene, zoom)? };
+    // Tiles are many and small: what there is to say of them is in their headers.
+    let shot = Shot { note: excerpt.is_whole(), asked: Some(job.asked), ..excerpt.shot(&ready.scene, zoom)? };
     service.limits.check(&ready.scene, shot.region)?;
     let finished = picture::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
     let Finished { file, report } = finished.map_err(|_| gone())?;

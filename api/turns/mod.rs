@@ -314,7 +314,7 @@ mod tests {
         assert_eq!(order(&turns, members, 2), ["important", "important", "first", "first", "second", "second"]);
         let render = |name| (turns.join(seat(Lane::Renders, "a")), name);
         let members = vec![render("first"), render("second"), render("third")];
-        assert_eq!(order(&turns, members, 2), ["first", "second", "first", "third", "second", "third"]);
+        assert_eq!(order(&turns, members, 2), ["first", "second", "first", "second", "third", "third"]);
         let tile = |name| (turns.join(seat(Lane::Tiles, "a")), name);
         assert_eq!(order(&turns, vec![tile("old"), tile("middle"), tile("new")], 1), ["new", "middle", "old"]);
     }
