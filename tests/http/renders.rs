@@ -14,7 +14,7 @@ fn a_scene_becomes_a_picture_and_says_what_it_cost() {
     let service = Service::start(&[]);
     let answer = service.post_json("/v1/render", BALL);
     assert_eq!(answer.picture().dimensions(), (48, 32));
-    for phase in ["queue;dur=", "parse;dur=", "plan;dur=", "bvh;dur=", "trace;dur=", "png;dur="] {
+    for phase in ["queue;dur=", "parse;dur=", "plan;dur=", "bvh;dur=", "trace;dur=", "png;dur=", "refine;dur="] {
         assert!(answer.header("server-timing").contains(phase), "{phase} in {}", answer.header("server-timing"));
     }
     for kind in ["camera=", "shadow=", "reflected=", "transmitted="] {
@@ -33,6 +33,25 @@ fn a_scene_becomes_a_picture_and_says_what_it_cost() {
     assert_eq!(again.body, answer.body, "the same scene gives the same bytes");
     assert_eq!(again.header("x-request-id"), "mine-1");
     service.wait_for_log("request=mine-1");
+}
+
+/// What the iTXt chunk of a PNG says about it.
+fn note(png: &[u8]) -> Option<String> {
+    let start = b"iTXtstrahl\0";
+    let at = png.windows(start.len()).position(|window| window == start)?;
+    let length = u32::from_be_bytes(png[at - 4..at].try_into().unwrap()) as usize;
+    Some(String::from_utf8_lossy(&png[at + start.len()..at + 4 + length]).into_owned())
+}
+
+#[test]
+fn whole_pictures_carry_what_is_known_of_them() {
+    let service = Service::start(&[]);
+    let whole = note(&service.post_json("/v1/render", BALL).body).unwrap();
+    assert!(whole.contains(r#""max_codes":"#) && whole.contains(r#""replay":"#), "{whole}");
+    // 48 x 32 pixels, of which two come first.
+    let stopped = note(&service.post_json("/v1/render?accuracy=rays:1", BALL).body).unwrap();
+    assert!(stopped.contains("1534 pixels were not traced"), "{stopped}");
+    assert_eq!(note(&service.post_json("/v1/render/tile?x=0&y=0&w=16&h=16", BALL).body), None, "tiles are small");
 }
 
 #[test]
