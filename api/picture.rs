@@ -105,7 +105,7 @@ pub(crate) fn note(error: &ErrorBounds, replay: &Replay) -> String {
 
 /// Milliseconds that a region takes from its last ray to the end of its file, generously: filling in and judging its pixels
 /// on all threads, and writing the file on one.
-fn file_ms(region: Region, format: FileFormat, threads: usize) -> f64 {
+pub(crate) fn file_ms(region: Region, format: FileFormat, threads: usize) -> f64 {
     let file = match format {
         FileFormat::Png8 => 25.0,
         _ => 100.0,

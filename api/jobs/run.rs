@@ -10,7 +10,7 @@ use super::record::{Failure, Record, State, now};
 use super::report::finish;
 use super::tiles::{Tile, Tiles};
 use super::{Jobs, PICTURE, PREVIEW};
-use crate::picture::milliseconds;
+use crate::picture::{file_ms, milliseconds};
 use crate::pieces::render_in_turns;
 use crate::ready::Ready;
 use crate::turns::{Lane, Seat};
@@ -25,7 +25,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
-use strahl::film::Region;
+use strahl::film::{FileFormat, Region};
 use strahl::render::{Cancelled, Stop, render, render_window};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, Time};
@@ -94,7 +94,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     std::fs::create_dir_all(&folder).map_err(|error| disk(&error))?;
     let rendering = Instant::now();
     if edge == 0 {
-        whole(job, &ready, &workers, began).map_err(|Cancelled| stopped(job))?;
+        whole(job, &ready, order.output, &workers, began).map_err(|Cancelled| stopped(job))?;
     } else {
         let file = recover(job, &folder.join("tiles")).map_err(|error| disk(&error))?;
         *locked(&job.begun) = Some((rendering, job.done.load(Ordering::Relaxed)));
@@ -120,7 +120,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
 }
 
 /// A picture that a clock or a number of rays ends, or one that no tiles are made of.
-fn whole(job: &Job, ready: &Ready, workers: &Workers, began: Instant) -> Result<(), Cancelled> {
+fn whole(job: &Job, ready: &Ready, output: FileFormat, workers: &Workers, began: Instant) -> Result<(), Cancelled> {
     *locked(&job.begun) = Some((Instant::now(), 0));
     let Scene { width, height, .. } = ready.scene;
     let (window, region) = (Window::whole(width, height), Region::whole(width, height));
@@ -129,7 +129,10 @@ fn whole(job: &Job, ready: &Ready, workers: &Workers, began: Instant) -> Result<
         turns.map(|(picture, ())| picture)
     };
     let picture = match ready.render.accuracy() {
-        Accuracy::Time(Time { ms }) => until(Stop::At(began + Duration::from_secs_f64(ms.max(0.0) / 1e3))),
+        Accuracy::Time(Time { ms }) => {
+            let tracing = ms - file_ms(region, output, workers.threads());
+            until(Stop::At(began + Duration::from_secs_f64(tracing.max(0.0) / 1e3)))
+        }
         Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
         Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
             workers.work(|| render(&ready.scene, region, &job.control))?
