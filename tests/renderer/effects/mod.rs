@@ -1,0 +1,58 @@
+//! The catalogue of effects: each against exact answers or statistics, in both precisions, and gone without a trace where a
+//! scene does not call for it.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![allow(clippy::disallowed_methods, reason = "expected values come from another library than strahl's")]
+
+mod absorption;
+mod agreement;
+mod bumps;
+mod combined;
+mod convergence;
+mod emission;
+mod environment;
+mod fog;
+mod fresnel;
+mod motion;
+mod textures;
+
+use serde_json::{Value, json};
+use strahl::film::Region;
+use strahl::render::{Control, Picture, render};
+use strahl::scene::called::Called;
+use strahl::scene::compile::Precise;
+use strahl::scene::{Format, Overrides, Scene, load};
+
+/// Loads a scene in a precision.
+fn scene(mut description: Value, precision: &str) -> Scene {
+    description["render"]["precision"] = json!(precision);
+    match load(description.to_string().as_bytes(), Format::Json, &Overrides::default()) {
+        Ok(loaded) => loaded.scene,
+        Err(problems) => panic!("{problems}\n{description:#}"),
+    }
+}
+
+/// Renders the whole picture.
+fn picture(scene: &Scene) -> Picture {
+    render(scene, Region::whole(scene.width, scene.height), &Control::default()).unwrap()
+}
+
+/// Linear pixels of a description, row by row.
+fn pixels(description: Value, precision: &str) -> Vec<[f32; 3]> {
+    picture(&scene(description, precision)).film.pixels
+}
+
+/// The effects that a description calls for.
+fn called(description: &Value) -> Called {
+    match scene(description.clone(), "double").world {
+        Precise::Double(world) => world.called,
+        Precise::Single(world) => world.called,
+    }
+}
+
+/// What is wrong with a description, as pointers.
+fn problems(description: &Value) -> Vec<String> {
+    match load(description.to_string().as_bytes(), Format::Json, &Overrides::default()) {
+        Ok(_) => Vec::new(),
+        Err(problems) => problems.0.into_iter().map(|problem| problem.pointer).collect(),
+    }
+}

@@ -1,0 +1,53 @@
+//! Tests of the renderer as a library: `cargo test --release --test renderer`. Folders are named as those of `src/`.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
+#![allow(unreachable_pub, reason = "a test program has no outside")]
+
+mod common;
+
+mod analytic;
+mod effects;
+mod ground_truth;
+mod hard_cases;
+
+mod accel {
+    mod watertight;
+}
+mod accuracy {
+    mod image_metrics;
+}
+mod camera {
+    mod windows;
+}
+mod plan {
+    mod depth;
+    mod estimates;
+}
+mod project {
+    mod house_rules;
+    mod machine_code;
+}
+mod reference {
+    mod agreement;
+    mod random_scenes;
+}
+mod render {
+    mod confidence;
+    mod golden;
+    mod properties;
+}
+mod scene {
+    mod mutations;
+    mod nff_files;
+    mod spd;
+}
+mod shading {
+    mod terminator;
+}
+mod shape {
+    mod distances;
+}
+mod trace {
+    mod certificate;
+    mod nested_media;
+    mod secondary_rays;
+}

@@ -1,0 +1,73 @@
+//! Pictures of every scene, compared with pictures that a person has looked at: `tests/golden/*.png`.
+//!
+//! They must agree in every pixel: the renderer computes the same bits on every machine. After a change that is meant to
+//! change pictures, look at them and bless them: `UPDATE_GOLDEN=1 cargo test --release --test golden`.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
+
+use crate::common::{load_scene, render_whole, root, scene_names};
+use strahl::film::{FileFormat, Film, encode};
+use strahl::scene::Overrides;
+
+const WIDTH: u32 = 240;
+
+fn pixels(png: &[u8]) -> image::RgbImage {
+    image::load_from_memory(png).unwrap().to_rgb8()
+}
+
+/// Compares a film with its golden picture; says what differs.
+fn compare(name: &str, film: &Film) -> Result<(), String> {
+    let path = root().join("tests/golden").join(format!("{name}.png"));
+    let png = encode(film, FileFormat::Png8);
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&path, png).unwrap();
+        return Ok(());
+    }
+    let golden = std::fs::read(&path)
+        .map_err(|_| format!("{name}: no golden picture; render it with UPDATE_GOLDEN=1 and look at it"))?;
+    let (new, old) = (pixels(&png), pixels(&golden));
+    if new.dimensions() != old.dimensions() {
+        return Err(format!("{name}: {:?} pixels instead of {:?}", new.dimensions(), old.dimensions()));
+    }
+    let differing = new.pixels().zip(old.pixels()).filter(|(a, b)| a != b).count();
+    if differing > 0 {
+        let shown = root().join("target").join(format!("golden-{}.png", name.replace('/', "-")));
+        std::fs::write(&shown, png).unwrap();
+        return Err(format!("{name}: {differing} pixels differ; the new picture is {}", shown.display()));
+    }
+    Ok(())
+}
+
+fn report(results: impl IntoIterator<Item = Result<(), String>>) {
+    let failures: Vec<String> = results.into_iter().filter_map(Result::err).collect();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn every_scene_looks_as_it_did() {
+    report(scene_names().iter().map(|name| {
+        let loaded = load_scene(name, WIDTH, Overrides::default());
+        assert!(loaded.scene.warnings.is_empty(), "{name}: {:?}", loaded.scene.warnings);
+        compare(&name.replace('/', "-"), &render_whole(&loaded))
+    }));
+}
+
+#[test]
+fn the_hall_of_mirrors_shows_what_depth_buys() {
+    report([3, 5, 100].map(|depth| {
+        let overrides = Overrides { max_depth: Some(depth), ..Overrides::default() };
+        compare(&format!("mirrors-hall-depth-{depth}"), &render_whole(&load_scene("mirrors/hall", WIDTH, overrides)))
+    }));
+}
+
+#[test]
+fn no_golden_picture_has_lost_its_scene() {
+    let expected: Vec<String> = scene_names()
+        .iter()
+        .map(|name| name.replace('/', "-"))
+        .chain([3, 5, 100].map(|depth| format!("mirrors-hall-depth-{depth}")))
+        .collect();
+    for file in std::fs::read_dir(root().join("tests/golden")).unwrap() {
+        let name = file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned();
+        assert!(expected.contains(&name), "tests/golden/{name}.png belongs to no scene");
+    }
+}

@@ -1,0 +1,354 @@
+//! What is proved about pictures: held against pictures whose rays were followed far further.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
+
+use crate::common::{Random, load_scene, scene_names};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::ops::AddAssign;
+use strahl::accuracy::Proof;
+use strahl::camera::Window;
+use strahl::film::Region;
+use strahl::film::srgb::code8;
+use strahl::render::{Control, Picture, Progressive, Stop, render, render_until};
+use strahl::scene::ceiling::Ceiling;
+use strahl::scene::compile::Precise;
+use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays};
+use strahl::scene::{Format, Loaded, Overrides, Scene, load};
+
+const WIDTH: u32 = 26;
+const HEIGHT: u32 = 18;
+/// Random scenes: with six settings each, 1.1 million pixels.
+const SCENES: u64 = 400;
+
+/// A room's worth of glass, mirrors and matt things, some of which amplify light with their neighbours.
+fn scene(seed: u64) -> Vec<u8> {
+    let mut random = Random::new(seed);
+    let r = &mut random;
+    let color = |r: &mut Random, most: f64| -> [f64; 3] { std::array::from_fn(|_| r.between(0.0, most)) };
+    let mut materials = serde_json::Map::new();
+    for i in 0..4 {
+        let reflection = [0.0, r.between(0.0, 0.9), r.between(0.0, 0.3)][r.below(3)];
+        let transmission = if r.below(2) == 0 { 0.0 } else { r.between(0.0, 0.98 - reflection) };
+        let fresnel = ["none", "none", "dielectric", "conductor"][r.below(4)];
+        let material = json!({
+            "diffuse": color(r, 0.9), "specular": r.between(0.0, 0.6), "shininess": r.between(1.0, 200.0),
+            "reflection": reflection, "transmission": transmission, "ior": r.between(1.1, 2.0), "fresnel": fresnel,
+            "emission": if r.below(6) == 0 { color(r, 0.5) } else { [0.0; 3] },
+            "absorption": if r.below(4) == 0 { color(r, 1.0) } else { [0.0; 3] },
+        });
+        materials.insert(format!("m{i}"), material);
+    }
+    let name = |r: &mut Random| format!("m{}", r.below(4));
+    let mut objects: Vec<Value> = (0..3 + r.below(6))
+        .map(|_| json!({ "sphere": { "center": r.point(2.0), "radius": r.between(0.3, 1.0), "material": name(r) } }))
+        .collect();
+    for axis in 0..3 {
+        let mut normal = [0.0; 3];
+        normal[axis] = 1.0;
+        let point = normal.map(|n| -3.0 * n);
+        if r.below(2) == 0 {
+            objects.push(json!({ "plane": { "point": point, "normal": normal, "material": name(r) } }));
+        }
+    }
+    let lights: Vec<Value> = (0..1 + r.below(3))
+        .map(|_| {
+            let falloff = if r.below(3) == 0 { "inverse_square" } else { "none" };
+            let intensity = if falloff == "none" { r.between(0.3, 3.0) } else { r.between(3.0, 30.0) };
+            let position = [r.between(-2.5, 2.5), r.between(3.2, 6.0), r.between(3.2, 6.0)];
+            json!({ "point": { "position": position, "intensity": intensity, "falloff": falloff } })
+        })
+        .collect();
+    let fog = if r.below(5) == 0 { json!({ "color": color(r, 1.0), "density": 0.1 }) } else { Value::Null };
+    let (shadows, precision) = (["opaque", "transmissive"][r.below(2)], ["single", "double"][r.below(2)]);
+    let mut scene = json!({
+        "version": 1, "image": { "width": WIDTH, "height": HEIGHT },
+        "camera": { "pinhole": { "eye": [0.5, 0.8, 6.0], "look_at": [0, 0, 0], "vfov_deg": 50 } },
+        "background": color(r, 1.0), "ambient": color(r, 0.3), "lights": lights, "materials": materials,
+        "objects": objects,
+        "render": { "antialias": false, "shadows": shadows, "precision": precision }
+    });
+    if !fog.is_null() {
+        scene["fog"] = fog;
+    }
+    serde_json::to_vec(&scene).unwrap()
+}
+
+fn fixed(max_depth: u32, min_weight: f64) -> Overrides {
+    Overrides {
+        max_depth: Some(max_depth),
+        min_weight: Some(min_weight),
+        accuracy: Some(Accuracy::Fixed(Fixed {})),
+        ..Overrides::default()
+    }
+}
+
+fn proved(max_codes: u8) -> Overrides {
+    Overrides { accuracy: Some(Accuracy::Proved(Proved { max_codes })), ..Overrides::default() }
+}
+
+fn shoot(scene: &Scene) -> Picture {
+    render(scene, Region::whole(scene.width, scene.height), &Control::default()).unwrap()
+}
+
+/// Numbers of channels.
+#[derive(Debug, Default, Clone, Copy)]
+struct Tally {
+    channels: u64,
+    /// Outside of their bounds.
+    violations: u64,
+    /// Off by more codes than were proved.
+    codes: u64,
+    /// More than their bounds need to be, in all.
+    slack: f64,
+    error: f64,
+}
+
+impl AddAssign for Tally {
+    fn add_assign(&mut self, o: Self) {
+        self.channels += o.channels;
+        self.violations += o.violations;
+        self.codes += o.codes;
+        self.slack += o.slack;
+        self.error += o.error;
+    }
+}
+
+/// Holds a picture against one whose rays were followed further.
+fn hold(picture: &Picture, deep: &Picture, roundings: f64, tally: &mut Tally) {
+    let proof = Proof::of(picture);
+    let (highest, deepest) = (picture.highest(), deep.highest());
+    let deeper = deep.film.pixels.iter().zip(&deepest);
+    for ((shown, highest), (deep, deepest)) in picture.film.pixels.iter().zip(&highest).zip(deeper) {
+        for c in 0..3 {
+            tally.channels += 1;
+            // The deep picture lacks something, too, and all sums are rounded.
+            let (deep, deepest) = (f64::from(deep[c]), f64::from(deepest[c]) * (1.0 + roundings));
+            let highest = f64::from(highest[c]);
+            tally.violations += u64::from(deep > highest * (1.0 + roundings));
+            let nearest = f64::from(shown[c]).clamp(deep * (1.0 - roundings), deepest);
+            let codes = code8(nearest as f32).abs_diff(code8(shown[c]));
+            tally.codes += u64::from(codes > proof.max_codes);
+            tally.slack += highest - f64::from(shown[c]);
+            tally.error += (deep - f64::from(shown[c])).max(0.0);
+        }
+    }
+}
+
+/// Puts a multiple of a scene's ceiling in its place.
+fn scale_ceiling(scene: &mut Scene, factor: f64) {
+    let scaled = |ceiling: &Ceiling| {
+        let rays = ceiling.reach.max_depth.unwrap_or(0);
+        let levels = (0..=rays).map(|n| ceiling.of(n).map(|c| c * factor)).collect();
+        match ceiling.reach.max_depth {
+            None => Ceiling::endless(ceiling.of(0).map(|c| c * factor), String::new(), Vec::new()),
+            Some(depth) => Ceiling::by_depth(levels, depth, String::new(), Vec::new()),
+        }
+    };
+    match &mut scene.world {
+        Precise::Single(world) => world.ceiling = scaled(&world.ceiling),
+        Precise::Double(world) => world.ceiling = scaled(&world.ceiling),
+    }
+}
+
+fn loaded(text: &[u8], overrides: Overrides) -> Loaded {
+    load(text, Format::Json, &overrides).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// All settings of one random scene, with its ceiling scaled.
+fn judge(seed: u64, factor: f64) -> Tally {
+    let text = scene(seed);
+    let Loaded { scene, description, .. } = loaded(&text, proved(1));
+    let depth = scene.ceiling().reach.max_depth;
+    let deep = shoot(&loaded(&text, fixed(depth.unwrap_or(300), 1e-8)).scene);
+    let roundings = if description.render.precision == Precision::Single { 2e-5 } else { 1e-7 };
+    let mut tally = Tally::default();
+    let settings =
+        [proved(0), proved(1), proved(2), fixed(3, 0.0), fixed(5, 1e-3), fixed(depth.unwrap_or(300), 1.0 / 255.0)];
+    for overrides in settings {
+        let mut scene = loaded(&text, overrides).scene;
+        // A fixed depth is held against its own where nothing bounds what lies beyond.
+        if scene.ceiling().reach.max_depth != depth {
+            continue;
+        }
+        scale_ceiling(&mut scene, factor);
+        hold(&shoot(&scene), &deep, roundings, &mut tally);
+    }
+    tally
+}
+
+fn judge_all(scenes: u64, factor: f64) -> Tally {
+    let all: Vec<Tally> = (0..scenes).into_par_iter().map(|seed| judge(seed, factor)).collect();
+    let mut tally = Tally::default();
+    all.into_iter().for_each(|one| tally += one);
+    println!("{} channels: {tally:?}", tally.channels);
+    tally
+}
+
+#[test]
+fn no_pixel_of_random_scenes_leaves_its_bounds() {
+    let tally = judge_all(SCENES, 1.0);
+    assert!(tally.channels > 2_000_000, "{tally:?}");
+    assert_eq!((tally.violations, tally.codes), (0, 0), "{tally:?}");
+}
+
+/// The test above has teeth: with ceilings half as high it would fail.
+#[test]
+fn with_half_the_ceiling_pixels_leave_their_bounds() {
+    let tally = judge_all(SCENES / 4, 0.5);
+    assert!(tally.violations > 100, "{tally:?}");
+}
+
+#[test]
+fn no_pixel_of_the_scenes_leaves_its_bounds() {
+    let mut tally = Tally::default();
+    for name in scene_names() {
+        let small = |overrides: Overrides| {
+            let samples = Some(1);
+            load_scene(&name, 96, Overrides { samples, antialias: Some(false), ..overrides }).scene
+        };
+        let probe = small(proved(1));
+        let Some(_) = probe.ceiling().reach.ceiling else { continue };
+        let depth = probe.ceiling().reach.max_depth;
+        let deep = shoot(&small(fixed(depth.unwrap_or(300), 1e-7)));
+        for codes in 0..=2 {
+            let picture = shoot(&small(proved(codes)));
+            let proof = Proof::of(&picture);
+            assert!(proof.max_codes <= codes.max(1), "{name}: {proof:?}");
+            let before = (tally.violations, tally.codes);
+            hold(&picture, &deep, 2e-5, &mut tally);
+            assert_eq!((tally.violations, tally.codes), before, "{name}, max_codes {codes}");
+        }
+    }
+    println!("{tally:?}");
+    assert!(tally.channels > 1_000_000, "{tally:?}");
+}
+
+/// `max_codes` 0 gives the PNG of recursion without end, with no depth to choose; antialiasing decides the same.
+#[test]
+fn proved_to_no_code_is_the_picture_of_recursion_without_end() {
+    let mut differing = 0;
+    let mut pixels = 0;
+    for seed in 0..60 {
+        let text = scene(seed);
+        let smooth = |overrides: Overrides| Overrides { antialias: Some(true), ..overrides };
+        let mine = loaded(&text, smooth(proved(0)));
+        let depth = mine.scene.ceiling().reach.max_depth;
+        let deep = shoot(&loaded(&text, smooth(fixed(depth.unwrap_or(300), 1e-8))).scene);
+        let mine = shoot(&mine.scene);
+        let codes = |p: &Picture| p.film.pixels.iter().map(|p| p.map(code8)).collect::<Vec<_>>();
+        pixels += mine.film.pixels.len();
+        differing += codes(&mine).iter().zip(codes(&deep)).filter(|(a, b)| **a != *b).count();
+    }
+    println!("{differing} of {pixels} pixels differ");
+    assert_eq!(differing, 0, "of {pixels}");
+}
+
+/// Rays that a contribution cut-off of 1/255 follows, POV-Ray's rule, which asks every light.
+#[test]
+fn proofs_cost_few_rays() {
+    let (mut cut_off, mut one, mut none) = (0, 0, 0);
+    for name in scene_names() {
+        let small = |overrides: Overrides| {
+            let samples = Some(1);
+            load_scene(&name, 160, Overrides { samples, antialias: Some(false), ..overrides }).scene
+        };
+        let probe = small(proved(1));
+        if probe.ceiling().reach.ceiling.is_none() {
+            continue;
+        }
+        let depth = probe.ceiling().reach.max_depth.unwrap_or(1000);
+        let [adc, codes_1, codes_0] =
+            [fixed(depth, 1.0 / 255.0), proved(1), proved(0)].map(|settings| shoot(&small(settings)).rays);
+        cut_off += adc.total() + adc.shadow_skipped;
+        one += codes_1.total();
+        none += codes_0.total();
+    }
+    let share = |rays: u64| rays as f64 / cut_off as f64;
+    println!("max_codes 1: {:.3}, max_codes 0: {:.3} of the rays of a cut-off of 1/255", share(one), share(none));
+    assert!(share(one) <= 1.05 && share(none) <= 2.0);
+}
+
+/// A number of rays makes the same picture on any number of threads, and what a clock has stopped can be made again.
+#[test]
+fn a_number_of_rays_makes_the_same_picture_on_any_number_of_threads() {
+    let text = scene(3);
+    let scene =
+        loaded(&text, Overrides { width: Some(120), height: Some(90), antialias: Some(true), ..proved(1) }).scene;
+    let whole = Region::whole(120, 90);
+    let run = |threads: usize, stop: Stop| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| render_until(&scene, &Window::whole(120, 90), whole, &Control::default(), stop)).unwrap()
+    };
+    let all = run(1, Stop::Rays(1 << 53));
+    assert!(all.progress.unwrap().finished);
+    for part in [1, 500, all.rays.total() / 3, all.rays.total() * 2 / 3, all.rays.total() - 1] {
+        let pictures = [1, 2, 3].map(|threads| run(threads, Stop::Rays(part)));
+        for picture in &pictures {
+            assert_eq!(picture.film, pictures[0].film, "{part} rays");
+            assert_eq!((picture.rays, picture.highest() == pictures[0].highest()), (pictures[0].rays, true));
+        }
+        let count = pictures[0].progress.unwrap().count;
+        assert!(count >= part, "{count} {part}");
+        assert_eq!(run(2, Stop::Rays(count)).film, pictures[0].film, "the count that it names");
+    }
+    for ms in [0, 1, 4, 12] {
+        let end = std::time::Instant::now() + std::time::Duration::from_millis(ms);
+        let stopped = run(2, Stop::At(end));
+        let count = stopped.progress.unwrap().count;
+        assert_eq!(run(1, Stop::Rays(count)).film, stopped.film, "{ms} ms, {count} rays");
+    }
+    // In as many turns as there are milliseconds.
+    let mut turns = 1;
+    let (window, control) = (Window::whole(120, 90), Control::default());
+    let mut progressive = Progressive::new(&scene, &window, whole, &control, Stop::Rays(1 << 53));
+    while progressive.go_on(Some(std::time::Instant::now())).unwrap() {
+        turns += 1;
+    }
+    assert!(turns > 3, "{turns} turns");
+    let (picture, highest) = (progressive.picture(), all.highest());
+    assert!(picture.film == all.film && picture.rays == all.rays && picture.highest() == highest, "{turns} turns");
+}
+
+/// However little time there is, every pixel shows something, and is said to be unsure.
+#[test]
+fn a_picture_without_time_shows_something_everywhere() {
+    let scene = load_scene("whitted/whitted", 200, Overrides::default()).scene;
+    let (window, region) = (Window::whole(scene.width, scene.height), Region::whole(scene.width, scene.height));
+    for stop in [Stop::At(std::time::Instant::now()), Stop::Rays(0)] {
+        let picture = render_until(&scene, &window, region, &Control::default(), stop).unwrap();
+        let colors: std::collections::HashSet<[u32; 3]> =
+            picture.film.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect();
+        assert!(picture.film.pixels.iter().all(|pixel| *pixel != [0.0; 3]) && colors.len() >= 8, "{colors:?}");
+        assert!(picture.sampling.widths.at_share(0.95).unwrap() > 40);
+        assert_eq!(picture.progress.unwrap().traced_pixels, 28);
+    }
+}
+
+#[test]
+fn what_has_no_bound_says_why() {
+    let text = br#"{ "version": 1, "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+        "lights": [ { "point": { "position": [0, 1, 0], "falloff": "inverse_square" } } ],
+        "materials": { "mirror": { "diffuse": 0.5, "reflection": 0.5 } },
+        "objects": [ { "sphere": { "center": [0, 0, 0], "radius": 1, "material": "mirror" } } ] }"#;
+    let scene = loaded(text, Overrides::default()).scene;
+    let reach = &scene.ceiling().reach;
+    assert_eq!((reach.ceiling, reach.because.as_slice()), (None, ["/lights/0".to_owned()].as_slice()), "{reach:?}");
+    let overrides = Overrides { accuracy: Some(Accuracy::Rays(Rays { count: 1 })), ..Overrides::default() };
+    assert!(loaded(text, overrides).scene.ceiling().reach.why.contains("inverse-square"));
+}
+
+/// Where nothing bounds a light, rays are followed all the same, also those that are black in some channel.
+#[test]
+fn without_a_bound_mirrors_of_one_color_still_mirror() {
+    let text = br#"{ "version": 1, "image": { "width": 24, "height": 24 }, "background": [0.5, 0.5, 0.5],
+        "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+        "lights": [ { "point": { "position": [0, 1, 0], "falloff": "inverse_square" } } ],
+        "materials": { "red": { "diffuse": 0, "reflection": [0.5, 0, 0] } },
+        "objects": [ { "sphere": { "center": [0, 0, 0], "radius": 1, "material": "red" } } ] }"#;
+    let one = |overrides: Overrides| Overrides { antialias: Some(false), ..overrides };
+    let scene = loaded(text, one(proved(1))).scene;
+    assert_eq!(scene.ceiling().reach.ceiling, None);
+    let middle = shoot(&scene).film.pixels[12 * 24 + 12];
+    assert_eq!(middle, shoot(&loaded(text, one(fixed(10, 0.0))).scene).film.pixels[12 * 24 + 12]);
+    assert!(middle[0] > 0.2, "{middle:?}");
+}

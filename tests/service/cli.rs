@@ -1,0 +1,411 @@
+//! The command as its users see it: the real binary, its files, its streams, its exit codes.
+
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const BALL: &str = r#"{
+  "version": 1,
+  "image": { "width": 40, "height": 30 },
+  "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0.5, 0] } },
+  "materials": { "red": { "diffuse": [0.8, 0.2, 0.1], "reflection": 0.2 } },
+  "objects": [
+    { "sphere": { "center": [0, 1, 0], "radius": 1, "material": "red" } },
+    { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }
+  ]
+}"#;
+
+const NFF: &str = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nb 0.1 0.2 0.3\n\
+                   l 3 3 3\nf 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
+
+/// A folder of its own for each test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("ball.json"), BALL).unwrap();
+    std::fs::write(folder.join("ball.nff"), NFF).unwrap();
+    folder
+}
+
+fn strahl(folder: &Path, args: &[&str], input: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_strahl"))
+        .args(args)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // A command that does not read its input may be gone already.
+    let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
+    child.wait_with_output().unwrap()
+}
+
+#[track_caller]
+fn done(folder: &Path, args: &[&str], input: &str) -> Vec<u8> {
+    let output = strahl(folder, args, input);
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
+
+#[track_caller]
+fn fails(folder: &Path, args: &[&str], input: &str, code: i32, part: &str) {
+    let output = strahl(folder, args, input);
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
+    assert!(text.starts_with("error: ") && text.contains(part), "{args:?}: {part} in {text}");
+}
+
+fn size(png: &[u8]) -> (u32, u32) {
+    let picture = image::load_from_memory(png).unwrap();
+    (picture.width(), picture.height())
+}
+
+#[test]
+fn a_scene_is_rendered_into_every_format() {
+    let folder = folder("render");
+    for (name, magic) in [("a.png", b"\x89PNG".as_slice()), ("a.exr", b"\x76\x2f\x31\x01"), ("a.pfm", b"PF\n")] {
+        done(&folder, &["render", "ball.json", "-o", name], "");
+        assert!(std::fs::read(folder.join(name)).unwrap().starts_with(magic), "{name}");
+    }
+    assert_eq!(size(&std::fs::read(folder.join("a.png")).unwrap()), (40, 30));
+    done(&folder, &["render", "ball.nff", "-o", "n.png", "--width", "9", "--height", "7"], "");
+    assert_eq!(size(&std::fs::read(folder.join("n.png")).unwrap()), (9, 7));
+    let deep = done(&folder, &["render", "ball.json", "-o", "-", "--format", "png", "--bits", "16"], "");
+    assert_eq!(image::load_from_memory(&deep).unwrap().color(), image::ColorType::Rgb16);
+}
+
+#[test]
+fn a_dash_is_standard_input_and_output() {
+    let folder = folder("dash");
+    let png = ["render", "-", "-o", "-", "--format", "png"];
+    let json = done(&folder, &png, BALL);
+    assert_eq!(size(&json), (40, 30));
+    assert_eq!(
+        size(&done(&folder, &[&png[..], &["--input", "nff", "--width", "8", "--height", "8"]].concat(), NFF)),
+        (8, 8)
+    );
+    assert_eq!(size(&done(&folder, &[&png[..], &["--width", "8", "--height", "8"]].concat(), NFF)), (8, 8), "sniffed");
+}
+
+#[test]
+fn threads_and_regions_never_change_a_pixel() {
+    let folder = folder("threads");
+    let png = ["render", "ball.json", "-o", "-", "--format", "png"];
+    let one = done(&folder, &[&png[..], &["--threads", "1"]].concat(), "");
+    assert_eq!(one, done(&folder, &[&png[..], &["--threads", "3"]].concat(), ""));
+    let part = done(&folder, &[&png[..], &["--region", "5,6,20,10"]].concat(), "");
+    let crop = image::load_from_memory(&one).unwrap().crop_imm(5, 6, 20, 10);
+    assert_eq!(image::load_from_memory(&part).unwrap().to_rgb8(), crop.to_rgb8());
+}
+
+#[test]
+fn stats_say_what_the_picture_cost() {
+    let folder = folder("stats");
+    done(&folder, &["render", "ball.json", "-o", "a.png", "--stats", "stats.json"], "");
+    let stats: Value = serde_json::from_slice(&std::fs::read(folder.join("stats.json")).unwrap()).unwrap();
+    assert!(stats["plan"]["effects"].is_array(), "{stats}");
+    for phase in ["parse", "plan", "bvh", "trace", "refine", "png"] {
+        assert!(stats["cost"]["phases_ms"][phase].is_number(), "{phase} in {stats}");
+    }
+    for kind in ["camera", "shadow", "reflected", "transmitted"] {
+        assert!(stats["cost"]["rays"][kind].is_u64(), "{kind} in {stats}");
+    }
+    assert!(stats["cost"]["wall_ms"].is_number() && stats["cost"]["camera_hits"].is_u64(), "{stats}");
+    assert!(stats["error"].as_object().is_some_and(|error| error.len() == 3), "{stats}");
+    let proved = &stats["error"]["proved"];
+    assert!(proved["max_codes"].as_u64() <= Some(1) && proved["identical_fraction"].is_number(), "{stats}");
+    assert!(
+        proved["reference"].is_string() && proved["ceiling"].is_array() && proved["not_covered"].is_array(),
+        "{stats}"
+    );
+    assert_eq!(stats["replay"]["render"]["accuracy"], json!({ "proved": { "max_codes": 1 } }), "{stats}");
+}
+
+#[test]
+fn a_tradeoff_is_a_page_and_numbers() {
+    let folder = folder("tradeoff");
+    done(&folder, &["tradeoff", "ball.json", "-o", "t.html", "--json", "t.json", "--seconds", "3"], "");
+    let t: Value = serde_json::from_slice(&std::fs::read(folder.join("t.json")).unwrap()).unwrap();
+    let points = t["points"].as_array().unwrap();
+    assert!(points.len() >= 24, "{}", points.len());
+    for point in points {
+        assert!(point["time"]["median_ms"].as_f64() >= point["time"]["min_ms"].as_f64(), "{point}");
+        assert!(point["rays"]["camera"].as_u64() >= Some(1200), "{point}");
+        // In double precision nothing but the end of the recursion makes a difference.
+        let (proved, measured) = (&point["proved_codes"], &point["measured"]["truncation"]["codes"]["error"]["max"]);
+        if point["settings"]["precision"] == "double" {
+            assert!(proved.is_u64() && measured.as_f64() <= proved.as_f64(), "{point}");
+        }
+        for source in ["truncation", "sampling", "total"] {
+            let error = &point["measured"][source];
+            for measure in ["/codes/error/max", "/codes/error/p999", "/codes/identical", "/flip/p99", "/ciede2000/mean"]
+            {
+                assert!(error.pointer(measure).is_some_and(Value::is_number), "{measure} in {source} of {point}");
+            }
+        }
+    }
+    assert_eq!(t["fronts"].as_array().map(Vec::len), Some(4), "{t}");
+    assert!(t["advice"].as_array().is_some_and(|advice| !advice.is_empty()), "{t}");
+    assert_eq!(t["circumstances"]["asked_size"], t["circumstances"]["size"], "so small a picture is not scaled down");
+
+    let page = std::fs::read_to_string(folder.join("t.html")).unwrap();
+    assert_eq!(page.matches("<svg").count(), 4);
+    assert_eq!(page.matches("data:image/png;base64,").count(), 3 * points.len());
+    let outside = page.replace("http://www.w3.org/2000/svg", "");
+    for word in ["http:", "https:", "<script"] {
+        assert!(!outside.contains(word), "{word}");
+    }
+    done(&folder, &["tradeoff", "ball.json", "-o", "t.svg", "--seconds", "1"], "");
+    let drawing = std::fs::read_to_string(folder.join("t.svg")).unwrap();
+    assert!(drawing.starts_with("<svg") && !drawing.contains("NaN") && !drawing.contains("inf"), "{drawing}");
+    fails(&folder, &["tradeoff", "ball.json", "-o", "t.png"], "", 2, ".html");
+}
+
+#[test]
+fn settings_that_are_those_of_the_reference_have_no_error() {
+    let folder = folder("tradeoff-exact");
+    let settings = [
+        "--max-depth",
+        "1000",
+        "--min-weight",
+        "0",
+        "--samples",
+        "64",
+        "--precision",
+        "double",
+        "--antialias",
+        "false",
+    ];
+    let args = [&["tradeoff", "ball.json", "-o", "-", "--json", "t.json", "--seconds", "3"], &settings[..]].concat();
+    done(&folder, &args, "");
+    let t: Value = serde_json::from_slice(&std::fs::read(folder.join("t.json")).unwrap()).unwrap();
+    assert_eq!(t["reference"]["min_weight"], 0.0, "{}", t["reference"]);
+    let asked = t["points"].as_array().unwrap().iter().find(|p| p["sweeps"][0] == "as_asked").unwrap();
+    for source in ["truncation", "sampling", "total"] {
+        let error = &asked["measured"][source];
+        assert_eq!(
+            (&error["codes"]["error"]["max"], &error["codes"]["identical"]),
+            (&0.0.into(), &1.0.into()),
+            "{asked}"
+        );
+        assert_eq!((&error["flip"]["max"], &error["rms_codes"]), (&0.0.into(), &0.0.into()), "{asked}");
+    }
+}
+
+#[test]
+fn rays_are_answered_line_by_line() {
+    let folder = folder("rays");
+    let rays = "{\"origin\":[0,1,5],\"direction\":[0,0,-1]}\n{\"origin\":[0,5,0],\"direction\":[0,1,0]}\n";
+    let answers = done(&folder, &["rays", "ball.json", "--precision", "double"], rays);
+    let answers: Vec<Value> = answers.split(|b| *b == b'\n').filter_map(|l| serde_json::from_slice(l).ok()).collect();
+    assert_eq!(answers.len(), 2);
+    assert_eq!((&answers[0]["hit"], &answers[1]["hit"]), (&true.into(), &false.into()));
+
+    let output = strahl(&folder, &["rays", "ball.json"], &format!("nonsense\n{rays}"));
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 3, "{text}");
+    assert!(lines[0]["error"].is_string() && lines[0]["line"] == 1, "{text}");
+}
+
+#[test]
+fn plans_and_trees_are_shown() {
+    let folder = folder("plans");
+    let tree: Value = serde_json::from_slice(&done(&folder, &["tree", "ball.json", "--pixel", "20,15"], "")).unwrap();
+    assert!(tree.is_object());
+    done(&folder, &["tree", "ball.json", "--pixel", "20,15", "--format", "dot"], "");
+    let plan: Value =
+        serde_json::from_slice(&done(&folder, &["explain", "ball.json", "--format", "json"], "")).unwrap();
+    assert!(plan["effects"].is_array(), "{plan}");
+    let actual = done(&folder, &["explain", "ball.json", "--analyze"], "");
+    assert!(String::from_utf8_lossy(&actual).contains("camera rays"));
+}
+
+#[test]
+fn plans_have_estimates_and_with_analyze_what_was_traced() {
+    let folder = folder("analyze");
+    let json = |args: &[&str]| -> Value {
+        let args = [&["explain", "ball.json", "--format", "json"], args].concat();
+        serde_json::from_slice(&done(&folder, &args, "")).unwrap()
+    };
+    let plan = json(&[]);
+    assert_eq!(plan["precision"], "single", "{plan}");
+    assert!(plan["kernel"].is_string() && plan["kernel_hash"].is_string() && plan["warnings"].is_array(), "{plan}");
+    assert!(plan["depth"]["requested"].is_null(), "{plan}");
+    assert!(plan["estimate"]["rays"].as_u64() >= Some(40 * 30), "{plan}");
+    assert!(plan["explain_ms"].as_f64() > Some(0.0), "{plan}");
+    let effects = plan["effects"].as_array().unwrap();
+    assert!(effects.len() >= 15);
+    for effect in effects {
+        assert!(effect["est"]["rays"].is_u64() && effect["reason"].is_string() && effect["act"].is_null(), "{effect}");
+    }
+
+    // So few pixels are all traced by the pilot: without antialiasing it knows everything.
+    let analyzed = json(&["--analyze", "--antialias", "false"]);
+    let shadows = analyzed["effects"].as_array().unwrap().iter().find(|e| e["effect"] == "shadows").unwrap();
+    assert_eq!(shadows["est"]["rays"], shadows["act"]["rays"], "{shadows}");
+    assert_eq!(shadows["act"]["rays"], analyzed["actual"]["rays"]["shadow"], "{analyzed}");
+    assert!(shadows["act"]["ms_estimated"].is_f64(), "{shadows}");
+
+    let table = done(&folder, &["explain", "ball.json", "--analyze"], "");
+    let table = String::from_utf8(table).unwrap();
+    assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
+    assert!(table.contains("proved") && table.contains("actual rays"), "{table}");
+}
+
+/// The numbers of a little-endian PFM with three equal channels.
+fn numbers(pfm: &[u8]) -> Vec<f32> {
+    let lines = pfm.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(2).unwrap();
+    let (floats, rest) = pfm[lines.0 + 1..].as_chunks::<4>();
+    assert!(rest.is_empty());
+    floats.iter().map(|bytes| f32::from_le_bytes(*bytes)).step_by(3).collect()
+}
+
+#[test]
+fn maps_add_up_to_the_picture() {
+    let folder = folder("map");
+    let map = |of: &str| {
+        done(&folder, &["map", "ball.json", "--of", of, "-o", "map.pfm"], "");
+        numbers(&std::fs::read(folder.join("map.pfm")).unwrap())
+    };
+    done(&folder, &["render", "ball.json", "-o", "ball.png", "--stats", "stats.json"], "");
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.join("stats.json")).unwrap()).unwrap();
+    let kinds = ["camera", "shadow", "reflected", "transmitted", "gathered"];
+    let rays: u64 = kinds.iter().map(|kind| report["cost"]["rays"][kind].as_u64().unwrap()).sum();
+    let most = |values: &[f32]| f64::from(values.iter().copied().fold(0.0, f32::max));
+
+    let (of_pixels, depths, codes) = (map("rays"), map("depth"), map("proved"));
+    assert_eq!(of_pixels.len(), 40 * 30);
+    assert_eq!(of_pixels.iter().map(|rays| *rays as u64).sum::<u64>(), rays);
+    assert_eq!(Some(most(&depths)), report["cost"]["deepest"].as_f64());
+    assert_eq!(Some(most(&codes)), report["error"]["proved"]["max_codes"].as_f64());
+    assert!(map("time").iter().all(|nanoseconds| *nanoseconds > 0.0));
+
+    done(&folder, &["map", "ball.json", "--of", "rays", "-o", "map.png"], "");
+    assert!(std::fs::read(folder.join("map.png")).unwrap().starts_with(b"\x89PNG"));
+    fails(&folder, &["map", "ball.json", "--of", "rays", "-o", "map.gif"], "", 2, "use .png, .pfm or .exr");
+}
+
+#[test]
+fn what_was_expected_stands_beside_what_it_took() {
+    let folder = folder("predicted");
+    let stats = ["render", "ball.json", "-o", "ball.png", "--stats", "stats.json", "--width", "800", "--height", "600"];
+    done(&folder, &stats, "");
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.join("stats.json")).unwrap()).unwrap();
+    let predicted = &report["cost"]["predicted"];
+    let share = predicted["pilot_pixels"].as_f64().unwrap() / predicted["pixels"].as_f64().unwrap();
+    // One pixel of 256, and no more than a 16th however many rays antialiasing adds.
+    assert!((1.0 / 256.0..=1.0 / 16.0).contains(&share), "{predicted}");
+    let interval = &predicted["ms_ci"];
+    assert!(interval[0].as_f64() < predicted["ms"].as_f64() && predicted["ms"].as_f64() < interval[1].as_f64());
+}
+
+#[test]
+fn nff_is_imported_and_the_import_is_a_scene() {
+    let folder = folder("import");
+    done(&folder, &["import", "ball.nff", "-o", "imported.json"], "");
+    let text = done(&folder, &["validate", "imported.json"], "");
+    assert!(String::from_utf8_lossy(&text).contains("is valid"));
+    let same = |args: &[&str]| done(&folder, &[&["render", "-o", "-", "--format", "png"], args].concat(), "");
+    assert_eq!(same(&["ball.nff"]), same(&["imported.json"]));
+}
+
+#[test]
+fn validation_reports_every_problem() {
+    let folder = folder("validate");
+    let bad = BALL.replace("\"radius\": 1", "\"radius\": -1").replace("[0, 1, 0] } }\n  ]", "[0, 0, 0] } }\n  ]");
+    std::fs::write(folder.join("bad.json"), bad).unwrap();
+    fails(&folder, &["validate", "bad.json"], "", 1, "/objects/0/sphere/radius");
+    fails(&folder, &["validate", "bad.json"], "", 1, "2 problems");
+    let output = strahl(&folder, &["validate", "bad.json", "--format", "json"], "");
+    assert_eq!(output.status.code(), Some(1));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&report["valid"], report["errors"].as_array().map(Vec::len)), (&false.into(), Some(2)), "{report}");
+    let good: Value =
+        serde_json::from_slice(&done(&folder, &["validate", "ball.json", "--format", "json"], "")).unwrap();
+    assert_eq!(good["valid"], true);
+}
+
+#[test]
+fn the_contract_in_the_repository_is_the_one_in_the_code() {
+    let text = done(&folder("openapi"), &["openapi"], "");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("api/openapi.json");
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&path, &text).unwrap();
+    }
+    let stored = std::fs::read(&path).unwrap();
+    assert!(stored == text, "api/openapi.json has drifted: `strahl openapi > api/openapi.json`");
+}
+
+#[test]
+fn the_schema_is_json() {
+    let schema: Value = serde_json::from_slice(&done(&folder("schema"), &["schema"], "")).unwrap();
+    assert!(schema["properties"]["camera"].is_object());
+}
+
+#[test]
+fn mistakes_have_an_exit_code_and_a_sentence() {
+    let folder = folder("mistakes");
+    fails(&folder, &["render", "nothing.json", "-o", "a.png"], "", 1, "nothing.json cannot be read");
+    fails(&folder, &["render", "-", "-o", "a.png"], "{", 1, "standard input");
+    fails(&folder, &["render", "ball.json", "-o", "nowhere/a.png"], "", 1, "no folder nowhere");
+    fails(&folder, &["render", "ball.json", "-o", "a.gif"], "", 2, "a.gif names no format");
+    fails(&folder, &["render", "ball.json", "-o", "-"], "", 2, "--format");
+    fails(&folder, &["render", "ball.json", "-o", "a.exr", "--bits", "16"], "", 2, "--bits is for PNG");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--spd-counts"], "", 2, "NFF");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "30,0,11,1"], "", 2, "40 x 30");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "1,2,3"], "", 2, "four whole numbers");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--threads", "0"], "", 2, "--threads");
+    fails(&folder, &["render", "ball.json"], "", 2, "--output");
+    fails(&folder, &["tree", "ball.json", "--pixel", "40,0"], "", 2, "40 x 30");
+    fails(&folder, &["explain", "ball.json", "--region", "0,0,1,1"], "", 2, "--analyze");
+    fails(&folder, &["rays", "-"], "", 2, "--rays FILE");
+    fails(&folder, &["rendr"], "", 2, "render");
+    let help = strahl(&folder, &["render", "--help"], "");
+    assert!(help.status.success() && String::from_utf8_lossy(&help.stdout).contains("--min-weight"));
+}
+
+#[test]
+fn ctrl_c_stops_a_render_and_leaves_no_file() {
+    let folder = folder("interrupt");
+    let slow = BALL
+        .replace("\"width\": 40, \"height\": 30", "\"width\": 8000, \"height\": 8000")
+        .replace("\"version\": 1,", "\"version\": 1, \"render\": { \"samples\": 1024, \"max_depth\": 1000 },");
+    std::fs::write(folder.join("slow.json"), slow).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_strahl"))
+        .args(["render", "slow.json", "-o", "slow.png"])
+        .current_dir(&folder)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(700));
+    let asked = Instant::now();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
+    assert!(!folder.join("slow.png").exists());
+}
+
+#[test]
+fn pictures_lie_beside_their_scene() {
+    let folder = folder("pictures_lie_beside_their_scene");
+    let picture = image::RgbImage::from_fn(2, 2, |x, y| image::Rgb([(x * 200) as u8, (y * 200) as u8, 0]));
+    std::fs::create_dir_all(folder.join("inner/maps")).unwrap();
+    picture.save(folder.join("inner/maps/a.png")).unwrap();
+    let scene = BALL.replace(
+        r#""diffuse": [0.8, 0.2, 0.1]"#,
+        r#""diffuse": { "image": { "source": "maps/a.png", "mapping": { "spherical": {} } } }"#,
+    );
+    std::fs::write(folder.join("inner/ball.json"), &scene).unwrap();
+    // Beside the scene, wherever the command runs; not beside the command.
+    done(&folder, &["render", "inner/ball.json", "-o", "out.png"], "");
+    done(&folder.join("inner"), &["render", "ball.json", "-o", "out.png"], "");
+    std::fs::write(folder.join("ball.json"), &scene).unwrap();
+    fails(&folder, &["render", "ball.json", "-o", "out.png"], "", 1, "maps/a.png");
+    fails(&folder.join("inner"), &["render", "-", "-o", "out.png"], &scene, 1, "files are not read here");
+    done(&folder, &["validate", "inner/ball.json"], "");
+}

@@ -1,0 +1,180 @@
+//! Who may do what: keys, scopes, quotas, capabilities, pages of other origins, and who is not let in at all.
+
+use crate::common::BALL;
+use crate::common::service::{Answer, Service};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+fn strahl(args: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_strahl")).args(args).output().expect("the binary starts")
+}
+
+/// A key file of its own for each test.
+pub(crate) struct KeyFile(PathBuf);
+
+impl KeyFile {
+    pub(crate) fn new(test: &str, text: &str) -> Self {
+        let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{test}.toml"));
+        std::fs::write(&file, text).unwrap();
+        Self(file)
+    }
+
+    pub(crate) fn path(&self) -> &str {
+        self.0.to_str().unwrap()
+    }
+
+    /// A new key, as an operator makes it.
+    pub(crate) fn key(&self, tenant: &str, scopes: &str) -> String {
+        let made = strahl(&["key", "new", "--tenant", tenant, "--scopes", scopes, "--file", self.path()]);
+        assert!(made.status.success(), "{made:?}");
+        format!("Bearer {}", String::from_utf8(made.stdout).unwrap().trim())
+    }
+
+    pub(crate) fn serve(&self, flags: &[&str]) -> Service {
+        Service::start(&[&["--keys", self.path()], flags].concat())
+    }
+}
+
+/// A request with somebody's key.
+pub(crate) fn keyed(service: &Service, key: &str, method: &str, path: &str, body: &str) -> Answer {
+    service.send(method, path, &[("Content-Type", "application/json"), ("Authorization", key)], body.as_bytes())
+}
+
+fn post(service: &Service, path: &str, key: &str, body: &str) -> Answer {
+    let headers = [("Content-Type", "application/json"), ("Authorization", key)];
+    let headers = if key.is_empty() { &headers[..1] } else { &headers[..] };
+    service.send("POST", path, headers, body.as_bytes())
+}
+
+#[test]
+fn keys_open_what_their_scopes_say() {
+    let file = KeyFile::new("scopes", "");
+    let (render, read) = (file.key("acme", "render"), file.key("acme", "read"));
+    let service = file.serve(&[]);
+    post(&service, "/v1/render", &render, BALL).picture();
+    let refused = post(&service, "/v1/render", &read, BALL);
+    assert!(refused.problem(403, "forbidden")["detail"].as_str().unwrap().contains("scope render"));
+    for wrong in ["", "Basic eDp5", "Bearer rk_nobody_nothing", &render[..render.len() - 1], "Bearer"] {
+        let refused = post(&service, "/v1/render", wrong, BALL);
+        refused.problem(401, "unauthorized");
+        assert!(refused.header("www-authenticate").starts_with("Bearer"), "{wrong}");
+    }
+    for open in ["/livez", "/readyz", "/v1/limits", "/schema/scene.json", "/openapi.json", "/problems/unauthorized"] {
+        assert_eq!(service.get(open).status, 200, "{open} needs no key");
+    }
+    assert!(!service.log().contains("rk_"), "the log holds a key");
+}
+
+#[test]
+fn keys_come_and_go_without_a_restart() {
+    let file = KeyFile::new("reload", "");
+    let first = file.key("acme", "render");
+    let service = file.serve(&[]);
+    let second = file.key("acme", "render");
+    service.wait_for_log("the keys were read again");
+    post(&service, "/v1/render", &second, BALL).picture();
+    std::fs::write(&file.0, "nonsense").unwrap();
+    service.wait_for_log("the keys stay as they were");
+    post(&service, "/v1/render", &first, BALL).picture();
+    std::fs::write(&file.0, "").unwrap();
+    let started = Instant::now();
+    while post(&service, "/v1/render", &first, BALL).status != 401 {
+        assert!(started.elapsed() < Duration::from_secs(5), "a key that was taken away still opens");
+    }
+}
+
+#[test]
+fn strangers_are_kept_out_unless_told_otherwise() {
+    let refused = strahl(&["serve", "--listen", "0.0.0.0:0"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(said.contains("--keys") && said.contains("--insecure-no-auth"), "{said}");
+    let both = strahl(&["serve", "--keys", "x.toml", "--insecure-no-auth"]);
+    assert_eq!(both.status.code(), Some(2));
+    let broken = KeyFile::new("broken", "[[kyes]]\n");
+    let refused = strahl(&["serve", "--keys", broken.path()]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("kyes"), "{refused:?}");
+}
+
+#[test]
+fn a_tenant_that_asks_too_often_is_told_when_to_come_back() {
+    let file = KeyFile::new("rate", "[tenants.small]\nunits_per_minute = 3\n");
+    let (small, large) = (file.key("small", "render"), file.key("large", "render"));
+    let service = file.serve(&[]);
+    for left in ["r=2", "r=1", "r=0"] {
+        let answer = post(&service, "/v1/scenes/validate", &small, BALL);
+        assert_eq!((answer.status, answer.header("ratelimit-policy")), (200, "\"tenant\";q=3;w=60"));
+        assert!(answer.header("ratelimit").contains(left), "{left} in {}", answer.header("ratelimit"));
+    }
+    let refused = post(&service, "/v1/scenes/validate", &small, BALL);
+    refused.problem(429, "rate-limited");
+    assert!(refused.header("retry-after").parse::<u32>().is_ok_and(|s| (1..=20).contains(&s)), "{refused:?}");
+    assert!(refused.header("ratelimit").contains("r=0"));
+    for _ in 0..5 {
+        assert_eq!(post(&service, "/v1/scenes/validate", &large, BALL).status, 200, "others are not held up");
+    }
+}
+
+#[test]
+fn a_picture_costs_units_by_its_rays() {
+    let file = KeyFile::new("cost", "[tenants.acme]\nunits_per_minute = 600\n");
+    let key = file.key("acme", "render");
+    let service = file.serve(&[]);
+    let answer = post(&service, "/v1/render?width=1500&height=1000&antialias=false", &key, BALL);
+    assert_eq!(answer.status, 200);
+    let rays = answer.header("render-rays").split(", ").filter_map(|kind| kind.split_once('=')?.1.parse::<u64>().ok());
+    let units = 1 + rays.sum::<u64>() / 1_000_000;
+    assert!(units > 2, "{answer:?}");
+    let left = answer.header("ratelimit").split(';').find_map(|part| part.strip_prefix("r=")?.parse::<u64>().ok());
+    let left = left.unwrap();
+    // Ten units come back each second.
+    assert!((600 - units..=600 - units + 50).contains(&left), "{left} left after {units}");
+}
+
+#[test]
+fn a_capability_is_for_one_thing_and_for_looking() {
+    let file = KeyFile::new("capability", "");
+    let key = file.key("acme", "read");
+    let service = file.serve(&[]);
+    let id = "i_aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa";
+    let minted = post(&service, "/v1/capabilities", &key, &format!("{{\"image_id\": \"{id}\", \"ttl\": 60}}"));
+    assert_eq!(minted.status, 201, "{}", minted.text());
+    let prefix = minted.json()["prefix"].as_str().unwrap().to_owned();
+    let status = |path: &str| service.get(&format!("{prefix}{path}")).status;
+    // There is no such picture; but who may not look does not learn that.
+    assert_eq!(status(&format!("/v1/images/{id}.png")), 404);
+    assert_eq!(status("/v1/images/i_bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb.png"), 403);
+    assert_eq!(status("/v1/limits"), 403);
+    let changed = prefix.replace('~', "~x");
+    assert_eq!(service.get(&format!("{changed}/v1/images/{id}.png")).status, 403);
+    let submit = service.send("POST", &format!("{prefix}/v1/images/{id}.png"), &[], b"");
+    submit.problem(403, "forbidden");
+    for body in ["{}", "{\"image_id\": \"a/b\"}", "{\"image_id\": \"a\", \"ttl\": 0}", "{\"image\": \"a\"}"] {
+        post(&service, "/v1/capabilities", &key, body).problem(422, "invalid-request");
+    }
+    post(&service, "/v1/capabilities", "", "{}").problem(401, "unauthorized");
+}
+
+#[test]
+fn pages_of_other_origins_hear_even_why_they_are_refused() {
+    let service = Service::start(&["--cors-origin", "https://a.org,https://b.org"]);
+    let from = |origin: &str, method: &str, more: &[(&str, &str)]| {
+        let headers = [&[("Origin", origin)], more].concat();
+        service.send(method, "/v1/render", &headers, b"")
+    };
+    let wanted = [("Access-Control-Request-Method", "POST"), ("Access-Control-Request-Headers", "content-type")];
+    let preflight = from("https://b.org", "OPTIONS", &wanted);
+    assert_eq!(preflight.status, 204);
+    assert_eq!(preflight.header("access-control-allow-origin"), "https://b.org");
+    assert_eq!(preflight.header("access-control-allow-headers"), "content-type");
+    assert!(preflight.header("access-control-allow-methods").contains("POST"));
+    let refused = from("https://a.org", "POST", &[]);
+    refused.problem(415, "unsupported-media-type");
+    assert_eq!(refused.header("access-control-allow-origin"), "https://a.org");
+    assert!(refused.header("access-control-expose-headers").contains("Retry-After"));
+    assert_eq!(from("https://c.org", "POST", &[]).header("access-control-allow-origin"), "");
+    assert_eq!(from("https://c.org", "OPTIONS", &wanted).header("access-control-allow-methods"), "");
+    assert_eq!(Service::start(&[]).get("/livez").header("access-control-allow-origin"), "*");
+}

@@ -1,0 +1,96 @@
+//! Clients that go away, probes under load, and the end of the service.
+
+use crate::common::service::{Answer, Service};
+use crate::common::{BALL, SLOW};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+#[test]
+fn a_client_that_goes_away_frees_the_pool_within_100_ms() {
+    let service = Service::start(&[]);
+    // Noise on the machine only ever adds time, so the best of three counts.
+    let fastest = (0..3)
+        .map(|_| {
+            let client = service.begin("/v1/render", SLOW);
+            service.wait_for(1, 0);
+            drop(client);
+            service.wait_for(0, 0)
+        })
+        .min();
+    assert!(fastest < Some(Duration::from_millis(100)), "{fastest:?}");
+    service.wait_for_log("the client went away");
+    assert!(!service.log().contains("ERROR"), "{}", service.log());
+}
+
+#[test]
+fn probes_are_quick_under_full_load() {
+    let service = Service::start(&[]);
+    let _busy: Vec<_> = (0..4).map(|i| service.begin(&format!("/v1/render?max_depth={}", 900 + i), SLOW)).collect();
+    service.wait_for_all(4);
+    let mut times: Vec<_> = (0..50)
+        .map(|_| {
+            let asked = Instant::now();
+            assert_eq!(service.get("/livez").status, 200);
+            asked.elapsed()
+        })
+        .collect();
+    times.sort();
+    assert!(times[25] < Duration::from_millis(50), "{:?}", times[25]);
+}
+
+#[test]
+fn sigterm_lets_the_running_finish_and_takes_nothing_new() {
+    let mut service = Service::start(&["--drain-timeout", "60"]);
+    // Long enough to be seen running, short enough to wait for.
+    let client = service.begin("/v1/render?width=256&height=256&samples=4", SLOW);
+    service.wait_for(1, 0);
+    service.terminate();
+    let refused = loop {
+        let answer = service.get("/readyz");
+        if answer.status == 503 {
+            break answer;
+        }
+    };
+    assert_eq!(refused.json()["status"], "draining");
+    let refused = service.post_json("/v1/render", BALL);
+    refused.problem(503, "draining");
+    assert!(!refused.header("retry-after").is_empty());
+    assert_eq!(service.get("/livez").status, 200);
+    Answer::read(client).picture();
+    assert!(service.ended(Duration::from_secs(5)).success());
+}
+
+#[test]
+fn draining_ends_even_if_a_render_does_not() {
+    let mut service = Service::start(&["--drain-timeout", "0.3"]);
+    let _client = service.begin("/v1/render", SLOW);
+    service.wait_for(1, 0);
+    service.terminate();
+    assert!(service.ended(Duration::from_secs(6)).success());
+}
+
+#[test]
+fn an_idle_service_stops_at_once() {
+    let mut service = Service::start(&[]);
+    let _idle = service.connect();
+    service.terminate();
+    assert!(service.ended(Duration::from_secs(4)).success());
+}
+
+#[test]
+fn the_healthcheck_command_knows_alive_from_dead() {
+    let mut service = Service::start(&[]);
+    let check = |path: &str| {
+        let url = format!("http://{}{path}", service.address);
+        let check = Command::new(env!("CARGO_BIN_EXE_strahl")).args(["healthcheck", "--url", &url]).output();
+        check.expect("the binary starts").status.code()
+    };
+    assert_eq!(check("/livez"), Some(0));
+    assert_eq!(check("/nothing"), Some(1));
+    service.terminate();
+    service.ended(Duration::from_secs(4));
+    let url = format!("http://{}/livez", service.address);
+    let dead = Command::new(env!("CARGO_BIN_EXE_strahl")).args(["healthcheck", "--url", &url]).output().unwrap();
+    assert_eq!(dead.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&dead.stderr).starts_with("error: "), "{dead:?}");
+}

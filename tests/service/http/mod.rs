@@ -1,0 +1,20 @@
+//! The service as clients see it: the real binary over real sockets.
+
+mod access;
+mod contract;
+mod fairness;
+mod flood;
+mod job_events;
+mod job_pictures;
+mod job_storage;
+mod jobs;
+mod lifecycle;
+mod operations;
+mod owners;
+mod pictures;
+mod refusals;
+mod renders;
+mod scene_cache;
+mod schemas;
+mod tiles;
+mod tradeoff;

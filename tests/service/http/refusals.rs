@@ -1,0 +1,201 @@
+//! Requests that are wrong, hostile or too much: each is refused early, with the reason and the limit's name.
+
+use crate::common::service::{Answer, Service, request};
+use crate::common::{BALL, SLOW};
+use std::io::{Read, Write};
+use std::time::{Duration, Instant};
+
+#[test]
+fn every_mistake_has_its_problem() {
+    let service = Service::start(&[]);
+    let json = "application/json";
+    let cases = [
+        // method, path, content type, body, status, slug, a part of the text
+        ("GET", "/", "", "", 404, "not-found", "nothing at /"),
+        ("GET", "/v1/nothing", "", "", 404, "not-found", "/v1/nothing"),
+        ("GET", "/problems/nothing", "", "", 404, "not-found", ""),
+        ("GET", "/problems/%ff", "", "", 404, "not-found", ""),
+        ("GET", "/v1/render", "", "", 405, "method-not-allowed", ""),
+        ("POST", "/livez", json, "{}", 405, "method-not-allowed", ""),
+        ("POST", "/v1/render", "", BALL, 415, "unsupported-media-type", "application/json"),
+        ("POST", "/v1/render", "application/x-www-form-urlencoded", BALL, 415, "unsupported-media-type", "text/x-nff"),
+        ("POST", "/v1/rays", "text/x-nff", "v", 415, "unsupported-media-type", "application/json"),
+        ("POST", "/v1/render?widht=3", json, BALL, 400, "invalid-parameter", "did you mean"),
+        ("POST", "/v1/render?width=-3", json, BALL, 400, "invalid-parameter", "width"),
+        ("POST", "/v1/render?width=%ff", json, BALL, 400, "invalid-parameter", ""),
+        ("POST", "/v1/render?two_sided=true", json, BALL, 400, "invalid-parameter", "NFF"),
+        ("POST", "/v1/render/tile?x=0&y=0&w=4", json, BALL, 400, "invalid-parameter", "\"h\""),
+        ("POST", "/v1/render/tile?x=48&y=0&w=1&h=1", json, BALL, 400, "invalid-parameter", "48 x 32"),
+        ("POST", "/v1/render/tile?x=0&y=0&w=0&h=1", json, BALL, 400, "invalid-parameter", "48 x 32"),
+        ("POST", "/v1/render/tile?x=4294967295&y=0&w=2&h=1", json, BALL, 400, "invalid-parameter", "48 x 32"),
+        ("POST", "/v1/tree?x=0&y=32", json, BALL, 400, "invalid-parameter", "48 x 32"),
+        ("POST", "/v1/tree?x=0&y=0&format=png", json, BALL, 400, "invalid-parameter", "svg"),
+        ("POST", "/v1/render", json, "", 400, "invalid-json", ""),
+        ("POST", "/v1/render", json, "{\"version\": 1,", 400, "invalid-json", ""),
+        ("POST", "/v1/scenes/validate", json, "nonsense", 400, "invalid-json", ""),
+        ("POST", "/v1/scenes/validate", json, "{}", 422, "invalid-scene", ""),
+        ("POST", "/v1/rays", json, "{\"scene\": {}", 400, "invalid-json", ""),
+        ("POST", "/v1/rays", json, "{\"rays\": []}", 422, "invalid-rays", "scene"),
+        (
+            "POST",
+            "/v1/rays",
+            json,
+            "{\"scene\": {}, \"rays\": [{\"origin\": [0,0,0]}]}",
+            422,
+            "invalid-rays",
+            "#/rays/0",
+        ),
+        ("POST", "/v1/rays", json, "{\"scene\": {}, \"rays\": []}", 422, "invalid-scene", "#/scene"),
+        ("POST", "/v1/render", "text/x-nff", "what is this", 400, "invalid-nff", ""),
+    ];
+    for (method, path, content_type, body, status, slug, part) in cases {
+        let headers = [("Content-Type", content_type)];
+        let headers = if content_type.is_empty() { &headers[..0] } else { &headers[..] };
+        let answer = service.send(method, path, headers, body.as_bytes());
+        assert_eq!(answer.status, status, "{method} {path} {body}: {}", answer.text());
+        answer.problem(status, slug);
+        assert!(
+            answer.text().contains(part) || answer.text().contains(&part.replace('"', "\\\"")),
+            "{part} in {}",
+            answer.text()
+        );
+    }
+    assert_eq!(service.get("/v1/render").header("allow"), "OPTIONS, POST, QUERY");
+}
+
+#[test]
+fn all_problems_of_a_scene_are_reported_with_their_places() {
+    let service = Service::start(&[]);
+    let scene =
+        BALL.replace("\"radius\": 1", "\"radius\": -1").replace("\"normal\": [0, 1, 0]", "\"normal\": [0, 0, 0]");
+    let problem = service.post_json("/v1/render", &scene).problem(422, "invalid-scene");
+    let errors = problem["errors"].as_array().expect("a list");
+    assert_eq!(errors.len(), 2, "{problem}");
+    assert_eq!(errors[0]["pointer"], "#/objects/0/sphere/radius");
+    assert_eq!(errors[0]["line"], 8);
+    assert!(errors[0]["column"].is_u64() && errors[0]["code"].is_string() && errors[0]["detail"].is_string());
+}
+
+#[test]
+fn hostile_scenes_are_refused_with_the_limits_name() {
+    let service = Service::start(&[]);
+    let deep = format!("{}{}", "[".repeat(100_000), "]".repeat(100_000));
+    let answer = service.post_json("/v1/render", &deep);
+    assert!(matches!(answer.status, 400 | 422) && answer.text().contains("json_depth"), "{}", answer.text());
+    let deep_inside = format!("{{\"scene\": {deep}, \"rays\": []}}");
+    let answer = service.post_json("/v1/rays", &deep_inside);
+    assert!(matches!(answer.status, 400 | 422) && answer.text().contains("json_depth"), "{}", answer.text());
+
+    let answer = service.post_json("/v1/render?width=4000000000&height=4000000000", BALL);
+    assert!(answer.status == 400 && answer.text().contains("image_side"), "{}", answer.text());
+    let absurd = BALL.replacen('{', "{ \"image\": { \"width\": 4000000000 },", 1);
+    let answer = service.post_json("/v1/render", &absurd);
+    assert!(answer.status == 422 && answer.text().contains("image"), "{}", answer.text());
+    let problem = service.post_json("/v1/render?width=16000&height=4000", BALL).problem(413, "cost-limit");
+    assert_eq!(problem["limit"]["name"], "max_pixels");
+    let problem = service.post_json("/v1/render?width=2000&height=2000&samples=100", BALL).problem(413, "cost-limit");
+    assert_eq!(problem["limit"]["name"], "max_samples_total");
+    let tile = service.post_json("/v1/render/tile?width=16000&height=4000&x=15990&y=3990&w=10&h=10", BALL);
+    assert_eq!(tile.status, 200, "a small part of a large picture is fine: {}", tile.text());
+
+    let rays = vec![r#"{"origin":[0,0,0],"direction":[0,0,1]}"#; 100_001].join(",");
+    let many = service.post_json("/v1/rays", &format!("{{\"scene\": {BALL}, \"rays\": [{rays}]}}"));
+    assert_eq!(many.problem(413, "too-large")["limit"]["name"], "max_rays");
+}
+
+#[test]
+fn a_large_body_is_refused_before_it_is_sent() {
+    let service = Service::start(&["--max-body-bytes", "10000"]);
+    let mut stream = service.connect();
+    let head = "POST /v1/render HTTP/1.1\r\nHost: strahl\r\nContent-Type: application/json\r\nExpect: 100-continue\r\n\
+                Content-Length: 10000000000\r\nConnection: close\r\n\r\n";
+    stream.write_all(head.as_bytes()).unwrap();
+    assert_eq!(Answer::read(stream).problem(413, "too-large")["limit"]["name"], "max_body_bytes");
+
+    // Without an announced length it is refused as soon as it is too long.
+    let mut stream = service.connect();
+    let head = "POST /v1/render HTTP/1.1\r\nHost: strahl\r\nContent-Type: application/json\r\n\
+                Transfer-Encoding: chunked\r\nConnection: close\r\n\r\n";
+    stream.write_all(head.as_bytes()).unwrap();
+    stream.write_all(format!("2711\r\n{}\r\n", " ".repeat(10_001)).as_bytes()).unwrap();
+    Answer::read(stream).problem(413, "too-large");
+}
+
+#[test]
+fn slow_clients_are_cut_off() {
+    let service = Service::start(&["--header-timeout", "0.3", "--body-timeout", "0.3"]);
+    let started = Instant::now();
+    let mut idle = service.connect();
+    let mut half = service.connect();
+    half.write_all(b"GET /livez HTTP/1.1\r\nHo").unwrap();
+    for stream in [&mut idle, &mut half] {
+        let mut rest = Vec::new();
+        let _ = stream.read_to_end(&mut rest);
+        assert!(!rest.starts_with(b"HTTP/1.1 200"));
+    }
+    let mut body = service.connect();
+    let whole = request("POST", "/v1/render", &[("Content-Type", "application/json")], BALL.as_bytes());
+    body.write_all(&whole[..whole.len() - 10]).unwrap();
+    let problem = Answer::read(body).problem(408, "body-timeout");
+    assert!(problem["detail"].as_str().unwrap().contains("body_timeout"), "{problem}");
+    assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
+}
+
+#[test]
+fn a_client_that_does_not_read_is_cut_off() {
+    let service = Service::start(&["--write-timeout", "0.3"]);
+    let mut stream = service.begin("/v1/render?width=2048&height=2048&samples=1&max_depth=1&format=pfm", SLOW);
+    service.wait_for(1, 0);
+    service.wait_for(0, 0);
+    std::thread::sleep(Duration::from_secs(1));
+    let mut got = Vec::new();
+    let _ = stream.read_to_end(&mut got);
+    assert!(got.len() < 2048 * 2048 * 12, "all {} bytes came", got.len());
+}
+
+#[test]
+fn a_refused_body_is_listened_to_so_that_its_sender_hears_why() {
+    let service = Service::start(&[]);
+    let large = " ".repeat(8 << 20);
+    service.post_json("/v1/render?widht=3", &large).problem(400, "invalid-parameter");
+    service.send("POST", "/v1/render", &[], large.as_bytes()).problem(415, "unsupported-media-type");
+}
+
+#[test]
+fn endless_headers_are_refused() {
+    let service = Service::start(&[]);
+    let mut stream = service.connect();
+    let head = format!("GET /livez HTTP/1.1\r\nX-Long: {}\r\n\r\n", "x".repeat(1 << 20));
+    // It may hang up while the rest is still being sent, and then the answer may get lost: what counts is that no
+    // such request is served.
+    let _ = stream.write_all(head.as_bytes());
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    assert!(answer.is_empty() || answer.starts_with(b"HTTP/1.1 431"), "{}", String::from_utf8_lossy(&answer));
+}
+
+#[test]
+fn a_full_queue_says_when_to_come_back() {
+    let service = Service::start(&["--queue", "1"]);
+    // Two jobs run (one renders while the other would encode), one waits. The same picture would be rendered once.
+    let busy: Vec<_> = (0..3).map(|i| service.begin(&format!("/v1/render?max_depth={}", 900 + i), SLOW)).collect();
+    service.wait_for(2, 1);
+    let started = Instant::now();
+    let answer = service.post_json("/v1/render", BALL);
+    answer.problem(503, "saturated");
+    assert!(answer.header("retry-after").parse::<u32>().is_ok_and(|s| (1..=120).contains(&s)));
+    assert!(started.elapsed() < Duration::from_secs(1), "{:?}", started.elapsed());
+    assert_eq!(service.get("/livez").status, 200);
+    assert_eq!(service.get("/readyz").status, 200, "busy is not the same as not ready");
+    drop(busy);
+    service.wait_for(0, 0);
+    assert_eq!(service.post_json("/v1/render", BALL).status, 200);
+}
+
+#[test]
+fn a_render_past_its_deadline_is_given_up() {
+    let service = Service::start(&["--timeout", "0.5"]);
+    service.post_json("/v1/render", SLOW).problem(504, "render-deadline");
+    service.wait_for(0, 0);
+    assert_eq!(service.post_json("/v1/render", BALL).status, 200);
+}

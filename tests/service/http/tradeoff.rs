@@ -1,0 +1,65 @@
+//! What accuracy costs, asked over HTTP.
+
+use crate::common::service::Service;
+use crate::common::{BALL, SLOW};
+use std::time::{Duration, Instant};
+
+#[test]
+fn a_tradeoff_is_json_or_a_page() {
+    let service = Service::start(&[]);
+    let begun = Instant::now();
+    let answer = service.post_json("/v1/tradeoff?seconds=3", BALL);
+    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+    assert_eq!((answer.status, answer.header("content-type")), (200, "application/json"), "{}", answer.text());
+    assert_eq!(answer.header("vary"), "Accept");
+    let json = answer.json();
+    assert!(json["points"].as_array().is_some_and(|points| points.len() >= 24), "{json}");
+    assert_eq!(json["circumstances"]["size"], serde_json::json!([48, 32]), "{json}");
+    assert_eq!(json["circumstances"]["seconds"], 3.0);
+
+    let headers = [("Content-Type", "application/json"), ("Accept", "text/html,*/*;q=0.1")];
+    let page = service.send("POST", "/v1/tradeoff?seconds=2", &headers, BALL.as_bytes());
+    assert_eq!((page.status, page.header("content-type")), (200, "text/html; charset=utf-8"), "{}", page.text());
+    assert!(page.text().starts_with("<!doctype html>"));
+    // The page may show the pictures it contains, and nothing else.
+    assert!(page.header("content-security-policy").contains("default-src 'none'; img-src data:"));
+    let named = service.post_json("/v1/tradeoff?seconds=1&format=html", BALL);
+    assert_eq!(named.header("content-type"), "text/html; charset=utf-8");
+}
+
+#[test]
+fn a_tradeoff_has_limits() {
+    let service = Service::start(&["--timeout", "9", "--max-pixels", "2000"]);
+    assert_eq!(service.get("/v1/limits").json()["request"]["max_tradeoff_seconds"], 6.0);
+    for seconds in ["0", "7", "NaN", "soon"] {
+        let refused =
+            service.post_json(&format!("/v1/tradeoff?seconds={seconds}"), BALL).problem(400, "invalid-parameter");
+        assert!(refused["detail"].as_str().is_some_and(|s| s.contains("max_tradeoff_seconds")), "{refused}");
+    }
+    service.post_json("/v1/tradeoff?width=100&height=100", BALL).problem(413, "cost-limit");
+    let headers = [("Content-Type", "application/json"), ("Accept", "image/png")];
+    service.send("POST", "/v1/tradeoff", &headers, BALL.as_bytes()).problem(406, "not-acceptable");
+    service.post_json("/v1/tradeoff", r#"{"version": 1}"#).problem(422, "invalid-scene");
+}
+
+#[test]
+fn a_scene_that_the_time_does_not_suffice_for_says_what_was_not_measured() {
+    let service = Service::start(&[]);
+    let begun = Instant::now();
+    let json = service.post_json("/v1/tradeoff?seconds=2&max_depth=100000&width=1024&height=1024", SLOW).json();
+    assert!(begun.elapsed() < Duration::from_secs(4), "{:?}", begun.elapsed());
+    let points = json["points"].as_array().map(Vec::as_slice).unwrap_or_default();
+    assert!(points.iter().any(|point| point["time"].is_null() && point["rays"].is_null()), "{json}");
+    assert!(points.iter().any(|point| point["time"]["median_ms"].is_f64()), "{json}");
+}
+
+#[test]
+fn a_client_that_goes_away_stops_its_tradeoff() {
+    let service = Service::start(&[]);
+    let client = service.begin("/v1/tradeoff?seconds=20", SLOW);
+    service.wait_for(1, 0);
+    std::thread::sleep(Duration::from_millis(500));
+    drop(client);
+    let took = service.wait_for(0, 0);
+    assert!(took < Duration::from_millis(500), "{took:?}");
+}
