@@ -1,5 +1,4 @@
 //! Hard cases with exact answers, asked in both precisions. See `ground_truth/README.md`.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::common::questions::{FILES, ask};
 use strahl::scene::description::Precision;

@@ -22,7 +22,7 @@ const NFF: &str = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolu
 
 /// A folder of its own for each test.
 fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli").join(test);
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("ball.json"), BALL).unwrap();
     std::fs::write(folder.join("ball.nff"), NFF).unwrap();

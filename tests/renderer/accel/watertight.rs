@@ -1,5 +1,4 @@
 //! No ray passes through a closed mesh: aimed exactly at vertices, exactly at edges and at random, from both sides.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 use crate::common::watertight::{KINDS, naive_shares, shoot, shoot_naively};
 use strahl::scene::description::Precision;

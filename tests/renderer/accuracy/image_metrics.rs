@@ -1,5 +1,4 @@
 //! The measures of difference, on golden pictures, against what published programs say of them.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use strahl::accuracy::{Codes8, ciede2000, codes, flip};
 

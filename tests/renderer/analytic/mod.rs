@@ -1,6 +1,5 @@
 //! Scenes small enough for paper: what rays hit and where, what surfaces and lights do with them, where cameras look.
 //! Everything is asked in both precisions.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![allow(clippy::disallowed_methods, reason = "expected values come from another library than strahl's")]
 
 mod cameras;

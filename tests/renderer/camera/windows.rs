@@ -1,5 +1,4 @@
 //! Any part of a picture at any size: what a window shows is what a picture of that size would, and a tile is a crop of it.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 use crate::common::{read, render_whole, scene_names};
 use std::collections::HashSet;

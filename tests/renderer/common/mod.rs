@@ -68,6 +68,14 @@ pub fn render_as(loaded: &Loaded, cut: Cut) -> Film {
     render_cut(&loaded.scene, region, &Control::default(), cut).unwrap().film
 }
 
+/// Works through many cases on threads of its own.
+///
+/// Tests share a process and with it rayon's threads. A thread that waits for its picture takes up any work that is queued:
+/// another test's would count into the time that this case may take, and on the stack that this case has left.
+pub fn on_own_threads<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().build().unwrap().install(work)
+}
+
 /// A small generator of reproducible random numbers (Marsaglia's xorshift64*).
 pub struct Random(u64);
 

@@ -1,6 +1,5 @@
 //! The catalogue of effects: each against exact answers or statistics, in both precisions, and gone without a trace where a
 //! scene does not call for it.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![allow(clippy::disallowed_methods, reason = "expected values come from another library than strahl's")]
 
 mod absorption;

@@ -1,7 +1,5 @@
 //! The 109 hard cases of `cases.json`, each in both precisions, with naive code beside it, and the scorecard they make.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "NaN must count as wrong")]
-#![allow(unreachable_pub, reason = "a test binary has no outside")]
 
 mod acne;
 mod boxes;
@@ -29,6 +27,7 @@ mod tori;
 mod triangles;
 mod truth;
 
+use crate::common::on_own_threads;
 use card::{Card, Row};
 use evidence::Evidence;
 use lab::Lab;
@@ -77,15 +76,13 @@ fn hard_cases_are_survived_and_naive_code_fails_them() {
 
     let both: Vec<(Case, Precision)> =
         cases.iter().flat_map(|case| [Precision::Single, Precision::Double].map(|p| (*case, p))).collect();
-    let mut rows: Vec<Row> = both
-        .into_par_iter()
-        .map(|((id, run), precision)| {
-            let start = std::time::Instant::now();
-            let evidence = std::panic::catch_unwind(|| run(&Lab::new(precision)));
-            let gap = KNOWN_GAPS.iter().find(|gap| gap.0 == id && gap.1 == precision).map(|gap| gap.2);
-            Row { id, precision, evidence, gap, seconds: start.elapsed().as_secs_f64() }
-        })
-        .collect();
+    let row = |((id, run), precision): (Case, Precision)| {
+        let start = std::time::Instant::now();
+        let evidence = std::panic::catch_unwind(|| run(&Lab::new(precision)));
+        let gap = KNOWN_GAPS.iter().find(|gap| gap.0 == id && gap.1 == precision).map(|gap| gap.2);
+        Row { id, precision, evidence, gap, seconds: start.elapsed().as_secs_f64() }
+    };
+    let mut rows: Vec<Row> = on_own_threads(|| both.into_par_iter().map(row).collect());
     rows.sort_by_key(|row| listed.iter().position(|case| case.id == row.id));
 
     let truths = truth::all();

@@ -1,6 +1,6 @@
 //! The depth that is proved: exact on simple scenes, and never too small on random ones.
 
-use crate::common::{Random, render_whole};
+use crate::common::{Random, on_own_threads, render_whole};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use strahl::film::Region;
@@ -162,8 +162,9 @@ fn nothing_is_cut_off(seed: u64, precision: &str) -> Option<u32> {
 #[test]
 fn the_depth_that_is_proved_cuts_nothing_off() {
     for precision in ["single", "double"] {
-        let depths: Vec<u32> =
-            (0..2_000).into_par_iter().filter_map(|seed| nothing_is_cut_off(seed, precision)).collect();
+        let depths: Vec<u32> = on_own_threads(|| {
+            (0..2_000).into_par_iter().filter_map(|seed| nothing_is_cut_off(seed, precision)).collect()
+        });
         let deep = depths.iter().filter(|depth| **depth > 2).count();
         println!("{precision}: proved for {} of 2000 random scenes, deeper than 2 for {deep}", depths.len());
         assert!(depths.len() > 500 && deep > 50, "too few proofs to test: {}, {deep}", depths.len());

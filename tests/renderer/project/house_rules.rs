@@ -1,5 +1,4 @@
 //! The house rules that a compiler does not check.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 use crate::common::{read, root};
 use std::path::{Path, PathBuf};

@@ -1,6 +1,5 @@
 //! No operation over lanes has become a call: a function that is not inlined into its kernel is compiled for the baseline
 //! instruction set, is 3 to 19 times slower, and gives correct results, so that nothing else would notice.
-#![allow(clippy::unwrap_used, reason = "a test may fail loudly")]
 
 /// What `fearless_simd` calls the body of each operation; it is a function of its own only where inlining failed.
 const OPERATION: &[u8] = b"__fearless_simd_kernel";

@@ -2,7 +2,6 @@
 //!
 //! Where a ray passes an edge, rounding decides which surface it meets, and the two tracers may differ by any amount;
 //! glass multiplies such pixels. They are counted, and their share is bounded by name.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 use crate::common::{load_scene, render_whole, scene_names};
 use strahl::reference::Reference;

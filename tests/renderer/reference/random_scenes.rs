@@ -1,7 +1,6 @@
 //! Random scenes with coordinates over 16 orders of magnitude: no NaN, no infinity, no panic, no endless ray.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
-use crate::common::Random;
+use crate::common::{Random, on_own_threads};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -149,29 +148,27 @@ fn scene(seed: u64) -> Value {
 /// Renders at least `count` scenes, always the same ones, and says what went wrong with which.
 fn render_scenes(count: u64) {
     let (accepted, lit) = (AtomicU64::new(0), AtomicU64::new(0));
-    let wrong: Vec<String> = (0..count * 2)
-        .into_par_iter()
-        .filter_map(|seed| {
-            let text = scene(seed).to_string();
-            let outcome = std::panic::catch_unwind(|| {
-                // Some are refused: triangles without area, views along the up direction, singular transforms.
-                let loaded = load(text.as_bytes(), Format::Json, &Overrides::default()).ok()?;
-                accepted.fetch_add(1, Ordering::Relaxed);
-                let picture = render(&loaded.scene, Region::whole(WIDTH, HEIGHT), &Control::default()).unwrap();
-                lit.fetch_add(u64::from(picture.rays.camera_hits > 0), Ordering::Relaxed);
-                let bad = picture.film.pixels.iter().flatten().filter(|c| !c.is_finite() || **c < 0.0).count();
-                let rays = picture.rays;
-                let followed = rays.camera + rays.reflected + rays.transmitted;
-                let most = u64::from(WIDTH * HEIGHT) * RAYS_PER_SAMPLE.max;
-                (bad > 0 || rays.dropped > 0 || followed > most).then(|| format!("{bad} channels, {rays:?}"))
-            });
-            match outcome {
-                Ok(None) => None,
-                Ok(Some(why)) => Some(format!("seed {seed}: {why}")),
-                Err(_) => Some(format!("seed {seed}: a panic")),
-            }
-        })
-        .collect();
+    let wrong_with = |seed| {
+        let text = scene(seed).to_string();
+        let outcome = std::panic::catch_unwind(|| {
+            // Some are refused: triangles without area, views along the up direction, singular transforms.
+            let loaded = load(text.as_bytes(), Format::Json, &Overrides::default()).ok()?;
+            accepted.fetch_add(1, Ordering::Relaxed);
+            let picture = render(&loaded.scene, Region::whole(WIDTH, HEIGHT), &Control::default()).unwrap();
+            lit.fetch_add(u64::from(picture.rays.camera_hits > 0), Ordering::Relaxed);
+            let bad = picture.film.pixels.iter().flatten().filter(|c| !c.is_finite() || **c < 0.0).count();
+            let rays = picture.rays;
+            let followed = rays.camera + rays.reflected + rays.transmitted;
+            let most = u64::from(WIDTH * HEIGHT) * RAYS_PER_SAMPLE.max;
+            (bad > 0 || rays.dropped > 0 || followed > most).then(|| format!("{bad} channels, {rays:?}"))
+        });
+        match outcome {
+            Ok(None) => None,
+            Ok(Some(why)) => Some(format!("seed {seed}: {why}")),
+            Err(_) => Some(format!("seed {seed}: a panic")),
+        }
+    };
+    let wrong: Vec<String> = on_own_threads(|| (0..count * 2).into_par_iter().filter_map(wrong_with).collect());
     let (accepted, lit) = (accepted.into_inner(), lit.into_inner());
     println!("{accepted} random scenes rendered, in {lit} of them something is seen");
     assert!(

@@ -1,5 +1,4 @@
 //! What samples tell about themselves: estimates held against pictures of very many samples.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 use crate::common::load_scene;
 use strahl::camera::Window;

@@ -2,7 +2,6 @@
 //!
 //! They must agree in every pixel: the renderer computes the same bits on every machine. After a change that is meant to
 //! change pictures, look at them and bless them: `UPDATE_GOLDEN=1 cargo test --release --test golden`.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 use crate::common::{load_scene, render_whole, root, scene_names};
 use strahl::film::{FileFormat, Film, encode};

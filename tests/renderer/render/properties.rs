@@ -1,6 +1,5 @@
 //! What must hold for any scene: pictures do not depend on how the work is cut, ordered or accelerated, and they move
 //! with the scene.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 use crate::common::{Random, load_scene, render_as, render_whole, scene_names};
 use fearless_simd::Level;

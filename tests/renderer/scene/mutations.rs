@@ -1,7 +1,6 @@
 //! 100,000 random mutations of valid scenes: no panic, no hang, and every refusal says where.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
-use crate::common::{Random, read};
+use crate::common::{Random, on_own_threads, read};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
@@ -132,7 +131,7 @@ fn mutated_scenes_are_rendered_or_refused_with_a_place() {
     let scenes = ["whitted/whitted", "shapes/all", "lights/stage", "refraction/glass_of_water", "cameras/fisheye"]
         .map(|name| read(&format!("scenes/{name}.json")));
     let values = scenes.each_ref().map(|text| serde_json::from_slice::<Value>(text).unwrap());
-    (0..MUTATIONS).into_par_iter().for_each(|seed| {
+    let mutate = |seed| {
         let mut random = Random::new(seed);
         let which = random.below(scenes.len());
         if random.below(2) == 0 {
@@ -144,17 +143,19 @@ fn mutated_scenes_are_rendered_or_refused_with_a_place() {
             mutate_bytes(&mut random, &mut text);
             check(&text, Format::Json);
         }
-    });
+    };
+    on_own_threads(|| (0..MUTATIONS).into_par_iter().for_each(mutate));
 }
 
 #[test]
 fn mutated_nff_files_are_rendered_or_refused_with_a_line() {
     let files =
         ["balls_s1.nff", "mount_s2.nff", "assimp_WithCamera.nff"].map(|f| read(&format!("tests/inputs/nff/{f}")));
-    (0..MUTATIONS / 10).into_par_iter().for_each(|seed| {
+    let mutate = |seed| {
         let mut random = Random::new(seed);
         let mut text = files[random.below(files.len())].clone();
         mutate_bytes(&mut random, &mut text);
         check(&text, Format::Nff);
-    });
+    };
+    on_own_threads(|| (0..MUTATIONS / 10).into_par_iter().for_each(mutate));
 }

@@ -1,5 +1,4 @@
 //! The Standard Procedural Databases: ray counts that others published, and pictures that another renderer made.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 use crate::common::read;
 use strahl::film::{Film, Region};

@@ -1,6 +1,5 @@
 //! The shadow terminator: where light grazes a mesh with interpolated normals, its facets must not show in the shadow
 //! line, and no light may leak, neither on such meshes nor on flat ones.
-#![allow(clippy::unwrap_used, reason = "a test may fail loudly")]
 
 use crate::common::meshes::Closed;
 use glam::DVec3;

@@ -1,5 +1,4 @@
 //! How far distances are from the exact ones, in units of u D / cos, from near and far, in both precisions.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
 use crate::common::Random;
 use crate::common::bodies::bodies;

@@ -1,7 +1,6 @@
 //! What is proved about pictures: held against pictures whose rays were followed far further.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 
-use crate::common::{Random, load_scene, scene_names};
+use crate::common::{Random, load_scene, on_own_threads, scene_names};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::ops::AddAssign;
@@ -177,7 +176,7 @@ fn judge(seed: u64, factor: f64) -> Tally {
 }
 
 fn judge_all(scenes: u64, factor: f64) -> Tally {
-    let all: Vec<Tally> = (0..scenes).into_par_iter().map(|seed| judge(seed, factor)).collect();
+    let all: Vec<Tally> = on_own_threads(|| (0..scenes).into_par_iter().map(|seed| judge(seed, factor)).collect());
     let mut tally = Tally::default();
     all.into_iter().for_each(|one| tally += one);
     println!("{} channels: {tally:?}", tally.channels);

@@ -1,5 +1,4 @@
 //! Bodies that nest, overlap and touch: which index of refraction decides where.
-#![allow(clippy::unwrap_used, reason = "a test may fail loudly")]
 
 use serde_json::{Value, json};
 use strahl::scene::{Format, Overrides, load};

@@ -1,5 +1,4 @@
 //! Rays that leave a surface neither meet it again nor miss its far side, whatever its size and place; naive rays do.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail loudly and say what it measured")]
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "NaN must count as wrong")]
 
 use crate::common::leaving::{Count, NAIVE, PLACES, PRIMITIVES, table};
