@@ -1,7 +1,7 @@
 //! Pictures of every scene, compared with pictures that a person has looked at: `tests/golden/*.png`.
 //!
 //! They must agree in every pixel: the renderer computes the same bits on every machine. After a change that is meant to
-//! change pictures, look at them and bless them: `UPDATE_GOLDEN=1 cargo test --release --test golden`.
+//! change pictures, look at them and bless them: `UPDATE_GOLDEN=1 cargo test --release --test renderer golden`.
 
 use crate::common::{load_scene, render_whole, root, scene_names};
 use strahl::film::{FileFormat, Film, encode};

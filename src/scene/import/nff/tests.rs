@@ -1,4 +1,4 @@
-//! Rules and mistakes of NFF, in snippets; files that others wrote are read in `tests/nff_files.rs`.
+//! Rules and mistakes of NFF, in snippets; files that others wrote are read in `tests/renderer/scene/nff_files.rs`.
 
 use super::*;
 use crate::scene::description::{Camera, Light, Object, PinholeCamera};
