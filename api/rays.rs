@@ -1,7 +1,7 @@
 //! One ray's JSON, checked: for `strahl rays` and `POST /v1/rays`.
 
+use strahl::inspect::query::RayQuery;
 use strahl::scene::limits;
-use strahl::trace::query::RayQuery;
 
 /// Reads a ray; the error is a sentence.
 pub(crate) fn read_ray(json: &str) -> Result<RayQuery, String> {

@@ -4,6 +4,7 @@ pub mod accel;
 pub mod accuracy;
 pub mod camera;
 pub mod film;
+pub mod inspect;
 pub mod lanes;
 pub mod math;
 pub mod plan;

@@ -10,9 +10,9 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::sync::Arc;
+use strahl::inspect::query::answer;
 use strahl::render::Cancelled;
 use strahl::scene::Scene;
-use strahl::trace::query::answer;
 
 /// Bytes read ahead, which is also about how much is answered at one time.
 const BATCH: usize = 1 << 20;

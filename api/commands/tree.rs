@@ -5,8 +5,8 @@ use crate::cli::{TreeArgs, TreeFormat};
 use crate::failure::Failure;
 use crate::input::Source;
 use std::sync::Arc;
+use strahl::inspect::tree::trace_pixel;
 use strahl::scene::Scene;
-use strahl::trace::tree::trace_pixel;
 
 /// Shows the tree.
 pub(super) fn run(args: &TreeArgs) -> Result<(), Failure> {

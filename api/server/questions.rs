@@ -21,8 +21,8 @@ use serde::Serialize;
 use serde_json::json;
 use std::sync::Arc;
 use strahl::film::{FileFormat, Region};
+use strahl::inspect::tree::trace_pixel_while;
 use strahl::scene::{Format, Overrides};
-use strahl::trace::tree::trace_pixel_while;
 
 /// Which effects the scene calls for, why, and what they should take.
 ///

@@ -18,8 +18,8 @@ use serde_json::json;
 use serde_json::value::RawValue;
 use std::fmt;
 use std::sync::atomic::Ordering;
+use strahl::inspect::query::{RayAnswer, RayQuery, answer};
 use strahl::scene::{Format, Overrides, Problems, Scene, problem};
-use strahl::trace::query::{RayAnswer, RayQuery, answer};
 
 /// A scene and rays in, what each ray hits first out.
 #[utoipa::path(

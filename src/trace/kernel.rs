@@ -110,7 +110,7 @@ impl<L: Lanes> Followed<L> {
 
     /// Where they begin to see.
     #[inline(always)]
-    pub(super) fn start(&self) -> V3<L> {
+    pub(crate) fn start(&self) -> V3<L> {
         self.origin + self.dir * self.t_min
     }
 }
@@ -449,6 +449,6 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
 }
 
 /// A one-lane number of the kernel's format, for events.
-pub(super) fn first<L: Lanes>(x: L) -> f64 {
+pub(crate) fn first<L: Lanes>(x: L) -> f64 {
     x.lane(0).to_f64()
 }

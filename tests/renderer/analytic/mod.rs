@@ -15,11 +15,11 @@ mod trees;
 use glam::DVec3;
 use serde_json::{Value, json};
 use strahl::film::Region;
+use strahl::inspect::query::{RayHit, RayQuery, answer};
+use strahl::inspect::tree::{Node, NodeKind, Tree, trace_pixel};
 use strahl::render::{Control, render};
 use strahl::scene::description::Precision;
 use strahl::scene::{Format, Overrides, Scene, load};
-use strahl::trace::query::{RayHit, RayQuery, answer};
-use strahl::trace::tree::{Node, NodeKind, Tree, trace_pixel};
 
 /// A scene in one precision.
 struct World {

@@ -1,9 +1,9 @@
 //! Bodies of extreme size under transforms that cancel it.
 
 use serde_json::json;
+use strahl::inspect::query::{RayQuery, answer};
 use strahl::scene::description::Precision;
 use strahl::scene::{Format, Overrides, load};
-use strahl::trace::query::{RayQuery, answer};
 
 #[test]
 fn extreme_scales_cancel_out() {

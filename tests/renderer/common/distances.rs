@@ -6,10 +6,10 @@ use super::numbers::Numbers;
 use super::wide::{Wide, Wide3};
 use glam::DVec3;
 use serde_json::json;
+use strahl::inspect::first_hits::first_hits;
+use strahl::inspect::query::RayQuery;
 use strahl::scene::description::Precision;
 use strahl::scene::{Format, Overrides, Scene, load};
-use strahl::trace::packets::first_hits;
-use strahl::trace::query::RayQuery;
 
 /// D / r, from close by to where single precision barely sees the body.
 pub const DISTANCES: [f64; 8] = [1.5, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7];

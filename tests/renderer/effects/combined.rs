@@ -85,7 +85,7 @@ fn the_tree_of_rays_adds_up_to_the_pixel() {
         let scene = scene(jumble(3, 1.0), precision);
         let film = picture(&scene).film;
         for (x, y) in [(0, 0), (20, 15), (9, 21), (33, 12), (25, 8)] {
-            let tree = strahl::trace::tree::trace_pixel(&scene, x, y);
+            let tree = strahl::inspect::tree::trace_pixel(&scene, x, y);
             assert_eq!(tree.value.map(|c| c as f32), film.pixels[(y * 40 + x) as usize], "{precision} {x} {y}");
             let mut sum = [0.0f64; 3];
             for ray in &tree.rays {

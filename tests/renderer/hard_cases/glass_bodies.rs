@@ -109,7 +109,7 @@ fn eye_in_glass(lab: &Lab) -> Evidence {
         let more =
             json!({ "camera": { "pinhole": { "eye": eye.to_array(), "look_at": random.point(3.0), "vfov_deg": 1 } } });
         let objects = json!([ball([0.0; 3], 1.0, "glass"), ball([0.1, 0.0, 0.0], 5.0, "water")]);
-        let tree = strahl::trace::tree::trace_pixel(&lab.scene(objects, more), 0, 0);
+        let tree = strahl::inspect::tree::trace_pixel(&lab.scene(objects, more), 0, 0);
         let first = &tree.rays[0];
         let media: Vec<&str> = first.media.iter().map(|m| m.object.as_str()).collect();
         e.check(media == ["/objects/0", "/objects/1"], || format!("media {media:?}"));
@@ -136,7 +136,7 @@ fn long_way(lab: &Lab) -> Evidence {
     let mut more = more;
     more["camera"] =
         json!({ "pinhole": { "eye": [0.3, 0, 0], "look_at": [1.3, 1, 0], "up": [0, 0, 1], "vfov_deg": 1 } });
-    let tree = strahl::trace::tree::trace_pixel(&lab.scene(block, more), 0, 0);
+    let tree = strahl::inspect::tree::trace_pixel(&lab.scene(block, more), 0, 0);
     let mut last = 1.0;
     for ray in &tree.rays {
         let weight = ray.weight[0];

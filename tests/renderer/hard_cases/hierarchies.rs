@@ -13,9 +13,9 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use std::time::Instant;
 use strahl::accel::BvhKind;
+use strahl::inspect::query::{RayQuery, answer};
 use strahl::scene::Scene;
 use strahl::scene::compile::{CompileOptions, compile_with};
-use strahl::trace::query::{RayQuery, answer};
 
 pub const CASES: &[Case] = &[
     ("B01", slab_nan),

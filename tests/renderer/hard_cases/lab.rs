@@ -8,11 +8,11 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use std::ops::Deref;
 use strahl::film::Region;
+use strahl::inspect::query::{RayHit, RayQuery, answer};
+use strahl::inspect::tree::{Tree, trace_pixel};
 use strahl::render::{Control, Picture, render};
 use strahl::scene::description::Precision;
 use strahl::scene::{Format, Loaded, Overrides, Problems, Scene, load};
-use strahl::trace::query::{RayHit, RayQuery, answer};
-use strahl::trace::tree::{Tree, trace_pixel};
 
 /// One precision, in which it loads and renders.
 #[derive(Clone, Copy)]

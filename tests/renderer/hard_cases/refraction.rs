@@ -8,9 +8,9 @@ use crate::common::naive;
 use crate::common::wide::Wide;
 use glam::DVec3;
 use serde_json::json;
+use strahl::inspect::tree::Tree;
 use strahl::math::{acos, asin, sin_cos};
 use strahl::scene::Scene;
-use strahl::trace::tree::Tree;
 
 pub const CASES: &[Case] = &[
     ("R01", critical),

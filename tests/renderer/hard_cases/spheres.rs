@@ -9,7 +9,7 @@ use crate::common::naive;
 use crate::common::wide::Wide3;
 use glam::DVec3;
 use serde_json::json;
-use strahl::trace::tree::NodeKind;
+use strahl::inspect::tree::NodeKind;
 
 pub const CASES: &[Case] = &[
     ("S01", far),

@@ -9,7 +9,7 @@ use crate::common::Random;
 use crate::common::naive;
 use glam::DVec3;
 use serde_json::{Value, json};
-use strahl::trace::tree::NodeKind;
+use strahl::inspect::tree::NodeKind;
 
 pub const CASES: &[Case] = &[
     ("T05", zeros),

@@ -6,13 +6,13 @@ use fearless_simd::Level;
 use serde_json::{Value, json};
 use strahl::accel::BvhKind;
 use strahl::film::{Film, Region};
+use strahl::inspect::first_hits::first_hits;
+use strahl::inspect::query::RayQuery;
+use strahl::inspect::tree::trace_pixel;
 use strahl::plan::effects::Specialised;
 use strahl::render::{Control, Cut, render, render_cut};
 use strahl::scene::compile::{CompileOptions, Precise, compile_with};
 use strahl::scene::{Format, Loaded, Overrides, load};
-use strahl::trace::packets::first_hits;
-use strahl::trace::query::RayQuery;
-use strahl::trace::tree::trace_pixel;
 
 fn random_color(random: &mut Random) -> Value {
     json!([random.between(0.0, 0.9), random.between(0.0, 0.9), random.between(0.0, 0.9)])

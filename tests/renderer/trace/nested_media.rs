@@ -1,8 +1,8 @@
 //! Bodies that nest, overlap and touch: which index of refraction decides where.
 
 use serde_json::{Value, json};
+use strahl::inspect::tree::{Node, NodeKind, trace_pixel};
 use strahl::scene::{Format, Overrides, load};
-use strahl::trace::tree::{Node, NodeKind, trace_pixel};
 
 /// One pixel whose ray runs along +x from x = -5 through the objects; each material's name is its index of refraction.
 fn ray_along_x(objects: Value, precision: &str, height: f64) -> Vec<Node> {

@@ -11,9 +11,9 @@ use super::Random;
 use super::numbers::Numbers;
 use glam::DVec3;
 use objects::{object, scene_of};
+use strahl::inspect::first_hits::{FirstHit, first_hits};
+use strahl::inspect::query::RayQuery;
 use strahl::scene::description::Precision;
-use strahl::trace::packets::{FirstHit, first_hits};
-use strahl::trace::query::RayQuery;
 
 fn unit(random: &mut Random) -> DVec3 {
     loop {

@@ -7,9 +7,9 @@ mod views;
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::cell::Cell;
+use strahl::inspect::query::{RayHit, RayQuery};
 use strahl::scene::description::Precision;
 use strahl::scene::{Format, Overrides, Scene, load};
-use strahl::trace::query::{RayHit, RayQuery};
 
 thread_local! {
     /// Largest error since it was last taken, as a share of what was allowed.

@@ -1,8 +1,8 @@
 //! Light at interfaces: Snell, Fresnel and Fermat.
 
 use super::*;
-use strahl::trace::query::answer;
-use strahl::trace::tree::{Node, NodeKind, trace_pixel};
+use strahl::inspect::query::answer;
+use strahl::inspect::tree::{Node, NodeKind, trace_pixel};
 
 /// The rays of the only pixel of an orthographic picture, which starts at `eye` along `direction`.
 pub fn tree(

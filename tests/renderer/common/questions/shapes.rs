@@ -2,7 +2,7 @@
 
 use super::*;
 use glam::DMat3;
-use strahl::trace::query::answer;
+use strahl::inspect::query::answer;
 
 pub fn sphere(query: &Query<'_>) -> Check {
     let (center, radius) = (vector(query.shape("center")), number(query.shape("radius")));

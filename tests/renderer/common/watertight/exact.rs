@@ -3,7 +3,7 @@
 use crate::common::meshes::Closed;
 use crate::common::wide::{Wide, Wide3};
 use glam::DVec3;
-use strahl::trace::query::RayQuery;
+use strahl::inspect::query::RayQuery;
 
 /// Whether the ray, as it was cast, meets some face, borders included.
 ///

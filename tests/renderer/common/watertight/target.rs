@@ -5,10 +5,10 @@ use crate::common::Random;
 use crate::common::meshes::Closed;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
+use strahl::inspect::first_hits::{FirstHit, first_hits};
+use strahl::inspect::query::RayQuery;
 use strahl::scene::description::Precision;
 use strahl::scene::{Format, Overrides, Scene, load};
-use strahl::trace::packets::{FirstHit, first_hits};
-use strahl::trace::query::RayQuery;
 
 /// What rays are aimed at.
 pub const KINDS: [&str; 3] = ["vertices", "edges", "random"];

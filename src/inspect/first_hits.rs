@@ -1,6 +1,5 @@
 //! Many single rays at once, in packets, along the same accelerated path as pictures.
 
-use super::hits::Hits;
 use super::query::RayQuery;
 use crate::accel::Course;
 use crate::lanes::{Lanes, Real, V3, dispatch};
@@ -8,6 +7,7 @@ use crate::ray::{Rays, leave};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
+use crate::trace::hits::Hits;
 use fearless_simd::{Level, f32x16, f64x8};
 
 /// What the kernel knows of the first surface on a ray.

@@ -1,9 +1,5 @@
 //! The ray tree of a pixel: every ray as data, recorded by the kernel itself.
 
-use super::certificate::{self, ends};
-use super::hits::Hits;
-use super::kernel::{Followed, RayKind, Tracer, first};
-use super::observer::{NotFollowed, Observer, Snell};
 use super::query::name_of;
 use crate::lanes::{Ids, Lanes, Real, V3};
 use crate::render::{Cancelled, Control, Samples, add_samples, eye_media, samples_of};
@@ -12,6 +8,10 @@ use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, MediumList};
+use crate::trace::certificate::{self, ends};
+use crate::trace::hits::Hits;
+use crate::trace::kernel::{Followed, RayKind, Tracer, first};
+use crate::trace::observer::{NotFollowed, Observer, Snell};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::atomic::Ordering;

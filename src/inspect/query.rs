@@ -1,9 +1,5 @@
 //! Single rays: what `strahl rays` and `POST /v1/rays` answer.
 
-use super::enclosing::media_at;
-use super::hits::Hits;
-use super::interface::interface;
-use super::kernel::first;
 use crate::accel::Course;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::math::{exponent, scale_by_power};
@@ -13,6 +9,10 @@ use crate::scene::compile::Precise;
 use crate::scene::world::World;
 use crate::shading::media::Media;
 use crate::shading::optics::{fresnel_dielectric, reflect, refract};
+use crate::trace::enclosing::media_at;
+use crate::trace::hits::Hits;
+use crate::trace::interface::interface;
+use crate::trace::kernel::first;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
