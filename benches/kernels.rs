@@ -4,10 +4,10 @@
 
 use std::time::Instant;
 use strahl::film::Region;
-use strahl::plan::effects::Specialised;
 use strahl::render::{Control, Cut, render_cut};
 use strahl::scene::compile::Precise;
 use strahl::scene::{Format, Overrides, Scene, load};
+use strahl::trace::variants::Specialised;
 
 const ROUNDS: usize = 9;
 

@@ -14,9 +14,9 @@ use super::observer::{NotFollowed, Observer};
 use super::sampling::{Sampler, shifts};
 use crate::film::srgb::Codes8;
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
-use crate::plan::effects::Effects;
 use crate::render::Samples;
 use crate::scene::world::Pruning;
+use crate::trace::variants::Effects;
 
 /// w U below which rays are put aside at first, for a pixel that may be 0, 1 or 2 codes off. These numbers and the next ones
 /// take the fewest rays over the scenes of the repository.

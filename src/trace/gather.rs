@@ -8,9 +8,9 @@ use super::kernel::{Followed, RayKind, Tracer};
 use super::observer::Observer;
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, circle};
-use crate::plan::effects::Effects;
 use crate::ray::leave;
 use crate::shading::material::Coefficients;
+use crate::trace::variants::Effects;
 
 /// Stacks the rays that bring what diffuse surfaces see.
 #[inline(always)]

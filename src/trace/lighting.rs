@@ -7,12 +7,12 @@ use super::observer::Observer;
 use super::sampling::Choice;
 use crate::accel::transmittance;
 use crate::lanes::{Lanes, Mask, Real, V3};
-use crate::plan::effects::Effects;
 use crate::ray::{Rays, leave};
 use crate::scene::world::Pruning;
 use crate::shading::light::{Light, Place};
 use crate::shading::material::Coefficients;
 use crate::shading::phong::{highlight_cosine, power};
+use crate::trace::variants::Effects;
 
 /// Shadow rays end this many roundings before the light, so that a light on a surface is not shadowed by it at random.
 const LIGHT_MARGIN: f64 = 16.0;

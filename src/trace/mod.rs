@@ -16,4 +16,5 @@ mod paint;
 pub mod sampling;
 pub mod secondary;
 mod touching;
+pub mod variants;
 mod waves;

@@ -8,11 +8,11 @@ use super::observer::{NotFollowed, Observer, Snell};
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::math;
-use crate::plan::effects::Effects;
 use crate::ray::leave;
 use crate::shading::facet::{unhidden, visible_facet};
 use crate::shading::material::Coefficients;
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
+use crate::trace::variants::Effects;
 
 /// Stacks the rays that leave from what the rays hit. The transmitted one goes on top and is followed first.
 #[inline(always)]

@@ -4,11 +4,11 @@ use crate::common::{read, render_whole, scene_names};
 use std::collections::HashSet;
 use strahl::camera::Window;
 use strahl::film::{Film, Region};
-use strahl::plan::effects::Specialised;
 use strahl::render::{Control, render, render_window};
 use strahl::scene::compile::Precise;
 use strahl::scene::description::Precision;
 use strahl::scene::{Format, Loaded, Overrides, load};
+use strahl::trace::variants::Specialised;
 
 const WIDTH: u32 = 24;
 const HEIGHT: u32 = 16;

@@ -9,10 +9,10 @@ use strahl::film::{Film, Region};
 use strahl::inspect::first_hits::first_hits;
 use strahl::inspect::query::RayQuery;
 use strahl::inspect::tree::trace_pixel;
-use strahl::plan::effects::Specialised;
 use strahl::render::{Control, Cut, render, render_cut};
 use strahl::scene::compile::{CompileOptions, Precise, compile_with};
 use strahl::scene::{Format, Loaded, Overrides, load};
+use strahl::trace::variants::Specialised;
 
 fn random_color(random: &mut Random) -> Value {
     json!([random.between(0.0, 0.9), random.between(0.0, 0.9), random.between(0.0, 0.9)])
