@@ -1,8 +1,8 @@
 //! The settings that a trade-off compares, and what is found out about each.
 
 use super::{Codes, Codes8, Spread, ciede2000, codes, flip};
-use crate::render::RayCounts;
 use crate::scene::description::Precision;
+use crate::trace::counts::RayCounts;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;

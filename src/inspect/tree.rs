@@ -2,16 +2,18 @@
 
 use super::query::name_of;
 use crate::lanes::{Ids, Lanes, Real, V3};
-use crate::render::{Cancelled, Control, Samples, add_samples, eye_media, samples_of};
+use crate::render::samples_of;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, MediumList};
 use crate::trace::certificate::{self, ends};
+use crate::trace::control::{Cancelled, Control};
 use crate::trace::hits::Hits;
 use crate::trace::kernel::{Followed, RayKind, Tracer, first};
 use crate::trace::observer::{NotFollowed, Observer, Snell};
+use crate::trace::pixel::{Samples, add_samples, eye_media};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::atomic::Ordering;

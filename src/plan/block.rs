@@ -2,8 +2,9 @@
 
 use crate::film::Region;
 use crate::film::srgb::code8;
-use crate::render::{CONTRAST, PacketCost, RayCounts, code_in, is_uneven, refines};
+use crate::render::{CONTRAST, PacketCost, code_in, is_uneven, refines};
 use crate::scene::Scene;
+use crate::trace::counts::RayCounts;
 
 /// How much of a pixel's neighbours lies in its block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,7 +8,10 @@ use super::pilot::{Effort, Expected, Pilot};
 use super::ray_times::by_kind;
 use super::{Plan, milliseconds};
 use crate::film::Region;
-use crate::render::{Cancelled, Control, RayCounts, Refined};
+use crate::render::Refined;
+use crate::trace::control::{Cancelled, Control};
+use crate::trace::counts::RayCounts;
+
 use crate::scene::Scene;
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! What rays of each kind take, from blocks of pixels that were timed as a whole: a timer for each ray would take longer
 //! than the ray.
 
-use crate::render::RayCounts;
+use crate::trace::counts::RayCounts;
 
 /// Kinds of rays, by the names of [`RayCounts`].
 pub const KINDS: [&str; 5] = ["camera", "shadow", "reflected", "transmitted", "gathered"];

@@ -1,8 +1,10 @@
 //! What is known of a picture while it is being rendered in stages.
 
+use super::Lacking;
 use super::contrast::{CONTRAST, codes_of, contrasts};
 use super::packets::Traced;
-use super::{Lacking, RayCounts};
+use crate::trace::counts::RayCounts;
+
 use crate::film::Region;
 use rayon::prelude::*;
 

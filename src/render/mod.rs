@@ -23,83 +23,23 @@ use packets::Kernel;
 use renderer::Renderer;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::time::Instant;
 
 pub(crate) use contrast::{CONTRAST, REFINED_SAMPLES, code_in, is_uneven, refines};
 pub use costs::PixelCost;
 pub use lacking::{Lacking, LackingPixels};
-pub use packets::sample_offset;
-pub(crate) use packets::{Samples, add_samples, eye_media};
 pub(crate) use probe::{PacketCost, Probe};
 pub use progressive::{Progress, Progressive, Stop};
 pub use sampling::{Histogram, Sampling};
 pub use statistical::Reached;
 pub(crate) use tiles::BLOCK;
 
+pub use crate::trace::control::{Cancelled, Control};
+pub use crate::trace::counts::RayCounts;
+
 /// Part of the names under which pictures are cached: to be raised with every change that may change a pixel of any
 /// picture, which golden pictures notice.
 pub const RENDER_EPOCH: u32 = 3;
-
-/// Shared between a render and whoever watches it.
-#[derive(Debug, Default)]
-pub struct Control {
-    /// Set to stop the render; it stops within milliseconds.
-    pub cancelled: AtomicBool,
-    /// Pixels finished so far, out of `total`. With antialiasing pixels that get more samples count again.
-    pub done: AtomicU64,
-    /// Pixels to do, as far as known.
-    pub total: AtomicU64,
-}
-
-/// Rays by kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[expect(missing_docs, reason = "the names say it")]
-pub struct RayCounts {
-    pub camera: u64,
-    pub shadow: u64,
-    pub reflected: u64,
-    pub transmitted: u64,
-    /// Rays from diffuse surfaces, for color bleeding.
-    pub gathered: u64,
-    /// Camera rays that hit something.
-    #[serde(skip)]
-    pub camera_hits: u64,
-    /// Transmissions that total internal reflection turned into reflections.
-    pub total_internal_reflections: u64,
-    /// Shadow rays not traced because their light could not add a quarter of `min_weight` to the pixel.
-    pub shadow_skipped: u64,
-    /// Rays not followed because a sample reached the limit `rays_per_sample`.
-    pub dropped: u64,
-    /// Rays in the longest chain that was followed.
-    #[serde(skip)]
-    pub deepest: u32,
-}
-
-impl RayCounts {
-    /// All rays that were traced.
-    pub fn total(&self) -> u64 {
-        self.camera + self.shadow + self.reflected + self.transmitted + self.gathered
-    }
-}
-
-impl std::ops::Add for RayCounts {
-    type Output = Self;
-    fn add(self, o: Self) -> Self {
-        Self {
-            camera: self.camera + o.camera,
-            shadow: self.shadow + o.shadow,
-            reflected: self.reflected + o.reflected,
-            transmitted: self.transmitted + o.transmitted,
-            gathered: self.gathered + o.gathered,
-            camera_hits: self.camera_hits + o.camera_hits,
-            total_internal_reflections: self.total_internal_reflections + o.total_internal_reflections,
-            shadow_skipped: self.shadow_skipped + o.shadow_skipped,
-            dropped: self.dropped + o.dropped,
-            deepest: self.deepest.max(o.deepest),
-        }
-    }
-}
 
 /// A finished render.
 #[derive(Debug)]
@@ -144,10 +84,6 @@ pub struct Refined {
     /// The rays of those samples.
     pub rays: RayCounts,
 }
-
-/// The render was cancelled before it was done.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cancelled;
 
 /// How a picture is cut into work; no pixel depends on it.
 #[derive(Debug, Clone, Copy)]

@@ -1,10 +1,14 @@
 //! What a few blocks of pixels show and take: what [`pilot`](crate::plan::pilot) asks a scene.
 
 use super::contrast::{CONTRAST, REFINED_SAMPLES, codes_of, contrasts};
-use super::packets::{Kernel, Samples, Traced};
+use super::packets::{Kernel, Traced};
+use crate::trace::control::Control;
+use crate::trace::counts::RayCounts;
+use crate::trace::pixel::Samples;
+
 use super::renderer::Renderer;
 use super::tiles::near;
-use super::{BLOCK, Control, Cut, RayCounts};
+use super::{BLOCK, Cut};
 use crate::film::Region;
 use crate::lanes::MAX_LANES;
 use crate::scene::Scene;

@@ -8,10 +8,14 @@
 
 use super::canvas::{Canvas, STRIDES};
 use super::contrast::{REFINED_SAMPLES, is_uneven, refines};
-use super::packets::{Job, Kernel, Samples, Traced};
+use super::packets::{Job, Kernel, Traced};
+use crate::trace::control::{Cancelled, Control};
+use crate::trace::counts::RayCounts;
+use crate::trace::pixel::Samples;
+
 use super::renderer::Renderer;
 use super::tiles::near;
-use super::{Cancelled, Control, Cut, Picture, RayCounts, Refined};
+use super::{Cut, Picture, Refined};
 use crate::camera::Window;
 use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};

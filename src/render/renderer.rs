@@ -2,10 +2,13 @@
 
 use super::contrast::{CONTRAST, REFINED_SAMPLES, code_in, codes_of, contrasts, is_uneven, refines};
 use super::costs::PixelCost;
-use super::packets::{Job, Kernel, Samples, Traced};
+use super::packets::{Job, Kernel, Traced};
+use crate::trace::control::{Cancelled, Control};
+use crate::trace::pixel::Samples;
+
 use super::sampling::{Histogram, Sampling};
 use super::tiles::{near, split};
-use super::{Cancelled, Control, Cut, Picture, Refined, statistical};
+use super::{Cut, Picture, Refined, statistical};
 use crate::camera::Window;
 use crate::film::{Film, Region};
 use crate::lanes::MAX_LANES;

@@ -6,7 +6,9 @@
 //! allowed only 1/(k(k + 1)) of the doubt. No pixel depends on another, so any crop is that of the whole.
 
 use super::Lacking;
-use super::packets::{Job, Kernel, Samples, Traced, show};
+use super::packets::{Job, Kernel, Traced, show};
+use crate::trace::pixel::Samples;
+
 use super::student::student_t;
 use crate::film::srgb::Codes8;
 use crate::math::linear_to_srgb;

@@ -11,10 +11,10 @@
 use super::hits::Hits;
 use super::kernel::{Followed, Tracer};
 use super::observer::{NotFollowed, Observer};
+use super::pixel::Samples;
 use super::sampling::{Sampler, shifts};
 use crate::film::srgb::Codes8;
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
-use crate::render::Samples;
 use crate::scene::world::Pruning;
 use crate::trace::variants::Effects;
 

@@ -7,6 +7,7 @@
 use super::attenuation::along;
 use super::certificate::Certificate;
 use super::cones::{Cones, around};
+use super::counts::RayCounts;
 use super::enclosing::media_at;
 use super::gather::gather;
 use super::hits::Hits;
@@ -21,7 +22,6 @@ use crate::camera::Camera;
 use crate::camera::Cone;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::ray::Rays;
-use crate::render::RayCounts;
 use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, Medium, OUTSIDE};
