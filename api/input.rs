@@ -2,7 +2,7 @@
 
 use crate::cli::SceneArgs;
 use crate::failure::Failure;
-use crate::folder::Folder;
+use crate::service::scenes::texture_folder::Folder;
 use std::io::{self, Read};
 use std::path::Path;
 use strahl::scene::limits::SCENE_BYTES;

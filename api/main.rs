@@ -1,29 +1,12 @@
 //! The `strahl` command: reads the arguments, runs one command, turns its failure into a message and an exit code.
 
-mod blobs;
 mod cli;
 mod commands;
 mod config;
-mod data;
 mod failure;
-mod folder;
-mod identity;
 mod input;
-mod jobs;
-mod made;
-mod map;
-mod memory;
-mod picture;
-mod pieces;
-mod rays;
-mod ready;
-mod recent;
-mod report;
 mod server;
-mod tradeoff;
-mod turns;
-mod warnings;
-mod workers;
+mod service;
 
 use clap::Parser;
 use std::process::ExitCode;

@@ -4,9 +4,10 @@ use super::{interrupt, output, progress, region_of, start_workers};
 use crate::cli::{ExplainArgs, ExplainFormat};
 use crate::failure::Failure;
 use crate::input::Source;
-use crate::picture::{self, Shot};
-use crate::ready::{Analyzed, Ready, planned};
-use crate::report::{Cost, Report};
+use crate::service::pictures::render;
+use crate::service::pictures::render::Shot;
+use crate::service::pictures::report::{Cost, Report};
+use crate::service::scenes::prepared::{Analyzed, Ready, planned};
 use std::fmt::Write;
 use std::sync::Arc;
 use std::time::Instant;
@@ -35,7 +36,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     }
 
     let shot = Shot::of(&ready.scene, region, FileFormat::Png8);
-    let make = || picture::make(started, &ready, ready.loading, &shot, &workers, &control);
+    let make = || render::make(started, &ready, ready.loading, &shot, &workers, &control);
     let mut report = progress::while_showing(&control, make)?.report;
     plan.measure(&pilot, &report.cost.rays, &report.cost.refined, report.cost.phases_ms.trace);
     report.plan = plan;

@@ -19,7 +19,7 @@ mod validate;
 
 use crate::cli::Command;
 use crate::failure::Failure;
-use crate::workers::{Pool, Workers};
+use crate::service::scheduler::pool::{Pool, Workers};
 use std::sync::Arc;
 use strahl::film::Region;
 use strahl::render::Control;

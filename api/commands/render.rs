@@ -4,10 +4,11 @@ use super::{interrupt, output, progress, region_of, start_workers};
 use crate::cli::{PictureFormat, RenderArgs};
 use crate::failure::Failure;
 use crate::input::Source;
-use crate::picture::{self, Finished, Shot};
-use crate::ready::Ready;
-use crate::report::Report;
 use crate::server::QUALITY;
+use crate::service::pictures::render;
+use crate::service::pictures::render::{Finished, Shot};
+use crate::service::pictures::report::Report;
+use crate::service::scenes::prepared::Ready;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -41,7 +42,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     warn(&source.name, &ready.scene.warnings);
     let region = region_of(&ready.scene, args.picture.region)?;
     let shot = Shot { note: true, predict: stats.is_some(), ..Shot::of(&ready.scene, region, format) };
-    let make = || picture::make(started, &ready, ready.loading, &shot, &workers, &control);
+    let make = || render::make(started, &ready, ready.loading, &shot, &workers, &control);
     let Finished { file, report } = progress::while_showing(&control, make)?;
 
     output::write(&args.output, &file)?;

@@ -4,7 +4,7 @@ use super::{interrupt, output, progress, start_workers};
 use crate::cli::TradeoffArgs;
 use crate::failure::Failure;
 use crate::input::Source;
-use crate::tradeoff::{Outcome, Stopped, measure};
+use crate::service::tradeoff::{Outcome, Stopped, measure};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;

@@ -29,15 +29,15 @@ const ADMIN_CONNECTIONS: u32 = 64;
 
 /// Where the service listens.
 #[derive(Debug)]
-pub(super) struct Listeners {
+pub(crate) struct Listeners {
     /// For clients.
-    pub(super) clients: TcpListener,
+    pub(crate) clients: TcpListener,
     /// For operators, if they have one of their own.
-    pub(super) admin: Option<TcpListener>,
+    pub(crate) admin: Option<TcpListener>,
 }
 
 /// Serves until a signal comes and the running requests have finished or run out of time.
-pub(super) async fn serve(listeners: Listeners, signals: StopSignals, service: App, args: &ServeArgs) {
+pub(crate) async fn serve(listeners: Listeners, signals: StopSignals, service: App, args: &ServeArgs) {
     let Listeners { clients, admin } = listeners;
     // Operators are answered until the very end.
     let admin = admin.map(|listener| {

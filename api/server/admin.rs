@@ -12,7 +12,7 @@ use axum::routing::get;
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
 /// Its paths.
-pub(super) fn routes(service: App) -> Router {
+pub(crate) fn routes(service: App) -> Router {
     Router::new()
         .route("/livez", get(meta::livez))
         .route("/readyz", get(meta::readyz))

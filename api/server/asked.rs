@@ -13,25 +13,25 @@ use strahl::scene::{Format, Overrides};
 
 /// A request, read completely and checked except for the scene.
 #[derive(Debug)]
-pub(super) struct Asked<P> {
+pub(crate) struct Asked<P> {
     /// The format of the scene.
-    pub(super) format: Format,
+    pub(crate) format: Format,
     /// Settings put over the scene's.
-    pub(super) overrides: Overrides,
+    pub(crate) overrides: Overrides,
     /// The parameters that only some requests take.
-    pub(super) further: P,
+    pub(crate) further: P,
     /// Who asks.
-    pub(super) tenant: Arc<Tenant>,
+    pub(crate) tenant: Arc<Tenant>,
     /// The request's method.
-    pub(super) method: Method,
+    pub(crate) method: Method,
     /// Its headers.
-    pub(super) headers: HeaderMap,
+    pub(crate) headers: HeaderMap,
     /// The scene.
-    pub(super) body: Held,
+    pub(crate) body: Held,
 }
 
 /// Reads a request; `further` takes the parameters that only this kind of request has.
-pub(super) async fn read<P>(
+pub(crate) async fn read<P>(
     service: &Service,
     request: Request,
     further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,

@@ -16,7 +16,7 @@ use tokio::time::timeout;
 
 /// Bytes that one permit of the memory budget stands for. Semaphores count up to 2^61 on 64-bit machines, but acquire
 /// at most 2^32 permits at a time.
-pub(super) const UNIT: u64 = 4_096;
+pub(crate) const UNIT: u64 = 4_096;
 
 /// Compressed bytes that are unpacked at a time.
 const PIECE: usize = 4_096;
@@ -25,20 +25,20 @@ const PIECE: usize = 4_096;
 const DISCARD: Duration = Duration::from_secs(2);
 
 /// So many bytes in units.
-pub(super) fn units(bytes: u64) -> usize {
+pub(crate) fn units(bytes: u64) -> usize {
     usize::try_from(bytes.div_ceil(UNIT)).unwrap_or(usize::MAX).min(Semaphore::MAX_PERMITS)
 }
 
 /// Bytes together with their share of the memory budget.
 #[derive(Debug)]
-pub(super) struct Held {
+pub(crate) struct Held {
     bytes: Vec<u8>,
     memory: Option<OwnedSemaphorePermit>,
 }
 
 impl Held {
     /// Bytes that are there already: the share is taken if there is one, since refusing would not free them sooner.
-    pub(super) fn new(bytes: Vec<u8>, budget: &Arc<Semaphore>) -> Self {
+    pub(crate) fn new(bytes: Vec<u8>, budget: &Arc<Semaphore>) -> Self {
         let wanted = u32::try_from(units(bytes.len() as u64)).unwrap_or(u32::MAX);
         Self { memory: Arc::clone(budget).try_acquire_many_owned(wanted).ok(), bytes }
     }
@@ -55,7 +55,7 @@ impl Held {
     }
 
     /// The body of an answer that others may get, too: each holds its share until its last byte has gone out.
-    pub(super) fn shared(bytes: Bytes, budget: &Arc<Semaphore>) -> Body {
+    pub(crate) fn shared(bytes: Bytes, budget: &Arc<Semaphore>) -> Body {
         struct Shared(Bytes, #[expect(dead_code, reason = "held until it is dropped")] Option<OwnedSemaphorePermit>);
         impl AsRef<[u8]> for Shared {
             fn as_ref(&self) -> &[u8] {
@@ -68,7 +68,7 @@ impl Held {
     }
 
     /// An answer's body; the share is given back when the last byte has gone out.
-    pub(super) fn into_body(self) -> Body {
+    pub(crate) fn into_body(self) -> Body {
         Body::from(Bytes::from_owner(self))
     }
 }
@@ -80,7 +80,7 @@ impl AsRef<[u8]> for Held {
 }
 
 /// Which format the headers say the scene has.
-pub(super) fn scene_format(headers: &HeaderMap) -> Result<Format, Problem> {
+pub(crate) fn scene_format(headers: &HeaderMap) -> Result<Format, Problem> {
     let kind = text(headers, header::CONTENT_TYPE);
     let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
     let format = match kind.as_str() {
@@ -108,7 +108,7 @@ fn encoding(headers: &HeaderMap) -> Result<Encoding, Problem> {
 }
 
 /// Refuses bodies that do not say they are JSON.
-pub(super) fn json_only(headers: &HeaderMap) -> Result<(), Problem> {
+pub(crate) fn json_only(headers: &HeaderMap) -> Result<(), Problem> {
     match scene_format(headers)? {
         Format::Json => Ok(()),
         Format::Nff => Err(Problem::new(Kind::UnsupportedMediaType, "this takes application/json only")),
@@ -125,7 +125,7 @@ fn unsupported(what: String) -> Problem {
 }
 
 /// Reads a whole body, within the limits. Who announces too much is refused before sending it.
-pub(super) async fn read(service: &Service, headers: &HeaderMap, body: Body) -> Result<Held, Problem> {
+pub(crate) async fn read(service: &Service, headers: &HeaderMap, body: Body) -> Result<Held, Problem> {
     if announced(headers) > service.limits.max_body_bytes {
         return Err(too_large(service));
     }
@@ -138,7 +138,7 @@ pub(super) async fn read(service: &Service, headers: &HeaderMap, body: Body) -> 
 
 /// Takes in a body whose request is refused anyway: who is still sending does not hear the answer. Bodies that are too
 /// large or too slow do not get that courtesy.
-pub(super) async fn discard(service: &Service, headers: &HeaderMap, mut body: Body) {
+pub(crate) async fn discard(service: &Service, headers: &HeaderMap, mut body: Body) {
     let mut left = service.limits.max_body_bytes;
     if announced(headers) > left {
         return;

@@ -4,7 +4,7 @@ use axum::http::{HeaderMap, HeaderName, Method, header};
 
 /// What the conditions of a request come to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(crate) enum Verdict {
     /// Answer as ever.
     Proceed,
     /// 304: the client has it.
@@ -14,12 +14,12 @@ pub(super) enum Verdict {
 }
 
 /// Whether a request has conditions.
-pub(super) fn has_any(headers: &HeaderMap) -> bool {
+pub(crate) fn has_any(headers: &HeaderMap) -> bool {
     headers.contains_key(header::IF_MATCH) || headers.contains_key(header::IF_NONE_MATCH)
 }
 
 /// Weighs a request's conditions against an entity tag, with its quotes; without one only `*` can match.
-pub(super) fn weigh(method: &Method, headers: &HeaderMap, etag: Option<&str>) -> Verdict {
+pub(crate) fn weigh(method: &Method, headers: &HeaderMap, etag: Option<&str>) -> Verdict {
     if headers.contains_key(header::IF_MATCH) && !names(headers, header::IF_MATCH, etag, false) {
         return Verdict::Failed;
     }

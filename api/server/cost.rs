@@ -2,28 +2,28 @@
 //! from there.
 
 use super::negotiate;
-use crate::report::Report;
+use crate::service::pictures::report::Report;
 use std::time::Duration;
 use strahl::film::FileFormat;
 
 /// What a picture took.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Cost {
+pub(crate) struct Cost {
     /// Rays of all kinds.
-    pub(super) rays: u64,
+    pub(crate) rays: u64,
     /// How long it waited before its turn.
-    pub(super) queue: Duration,
+    pub(crate) queue: Duration,
     /// How long it took, without waiting.
-    pub(super) render: Duration,
+    pub(crate) render: Duration,
     /// How much of that was writing the picture.
-    pub(super) encode: Duration,
+    pub(crate) encode: Duration,
     /// The picture's format by name.
-    pub(super) format: &'static str,
+    pub(crate) format: &'static str,
 }
 
 impl Cost {
     /// From the report, and the milliseconds in the queue.
-    pub(super) fn of(report: &Report, queue_ms: f64, format: FileFormat) -> Self {
+    pub(crate) fn of(report: &Report, queue_ms: f64, format: FileFormat) -> Self {
         let phases = report.cost.phases_ms.list();
         let worked: f64 = phases.iter().map(|(_, ms)| ms).sum();
         let encode = phases.last().map_or(0.0, |(_, ms)| *ms);

@@ -34,7 +34,7 @@ const PAGE: &str = r#"<!doctype html>
     get, path = "/docs", operation_id = "docs", tag = "service", security(()),
     responses((status = 200, description = "The page", body = String, content_type = "text/html")),
 )]
-pub(super) async fn page() -> impl IntoResponse {
+pub(crate) async fn page() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "text/html; charset=utf-8"), (header::CONTENT_SECURITY_POLICY, POLICY)], PAGE)
 }
 
@@ -43,7 +43,7 @@ pub(super) async fn page() -> impl IntoResponse {
     get, path = "/docs/rapidoc.js", operation_id = "docsViewer", tag = "service", security(()),
     responses((status = 200, description = "JavaScript", body = String, content_type = "text/javascript")),
 )]
-pub(super) async fn viewer(headers: HeaderMap) -> Response {
+pub(crate) async fn viewer(headers: HeaderMap) -> Response {
     let about = [(header::CONTENT_TYPE, "text/javascript; charset=utf-8"), (header::CACHE_CONTROL, DAY)];
     let about = (about, [(header::VARY, "Accept-Encoding")]);
     let compressed =

@@ -6,7 +6,7 @@ use tokio::sync::watch;
 
 /// Whether the service is about to end, and how many requests it still has.
 #[derive(Debug)]
-pub(super) struct Drain {
+pub(crate) struct Drain {
     draining: watch::Sender<bool>,
     requests: watch::Sender<usize>,
 }
@@ -19,22 +19,22 @@ impl Default for Drain {
 
 impl Drain {
     /// From now on the service takes no work.
-    pub(super) fn begin(&self) {
+    pub(crate) fn begin(&self) {
         self.draining.send_replace(true);
     }
 
     /// Whether it has begun.
-    pub(super) fn has_begun(&self) -> bool {
+    pub(crate) fn has_begun(&self) -> bool {
         *self.draining.borrow()
     }
 
     /// Becomes true when it begins.
-    pub(super) fn watch(&self) -> watch::Receiver<bool> {
+    pub(crate) fn watch(&self) -> watch::Receiver<bool> {
         self.draining.subscribe()
     }
 
     /// Counts a request; dropping it counts it off.
-    pub(super) fn request(&self) -> Counted {
+    pub(crate) fn request(&self) -> Counted {
         // Nobody has to hear of more requests, nor of fewer, unless there are none.
         self.requests.send_if_modified(|requests| {
             *requests += 1;
@@ -44,7 +44,7 @@ impl Drain {
     }
 
     /// Waits until there are no requests.
-    pub(super) async fn idle(&self) {
+    pub(crate) async fn idle(&self) {
         // It fails only without a sender, and `self` is one.
         let _ = self.requests.subscribe().wait_for(|requests| *requests == 0).await;
     }
@@ -52,7 +52,7 @@ impl Drain {
 
 /// A request under way.
 #[derive(Debug)]
-pub(super) struct Counted(watch::Sender<usize>);
+pub(crate) struct Counted(watch::Sender<usize>);
 
 impl Drop for Counted {
     fn drop(&mut self) {
@@ -65,19 +65,19 @@ impl Drop for Counted {
 
 /// SIGTERM and SIGINT.
 #[derive(Debug)]
-pub(super) struct StopSignals {
+pub(crate) struct StopSignals {
     terminate: Signal,
     interrupt: Signal,
 }
 
 impl StopSignals {
     /// From now on the signals no longer end the process by themselves.
-    pub(super) fn watch() -> io::Result<Self> {
+    pub(crate) fn watch() -> io::Result<Self> {
         Ok(Self { terminate: signal(SignalKind::terminate())?, interrupt: signal(SignalKind::interrupt())? })
     }
 
     /// Waits for the next one; its name.
-    pub(super) async fn next(&mut self) -> &'static str {
+    pub(crate) async fn next(&mut self) -> &'static str {
         tokio::select! {
             _ = self.terminate.recv() => "SIGTERM",
             _ = self.interrupt.recv() => "SIGINT",

@@ -20,7 +20,7 @@ const KEPT: [HeaderName; 3] =
     [header::ALLOW, HeaderName::from_static("ratelimit"), HeaderName::from_static("ratelimit-policy")];
 
 /// Wraps a handler.
-pub(super) async fn envelope(State(service): State<App>, request: Request, next: Next) -> Response {
+pub(crate) async fn envelope(State(service): State<App>, request: Request, next: Next) -> Response {
     let id = request_id(request.headers());
     let visit = Visit::begin(&service, &request, &id);
     let mut response = next.run(request).await;
@@ -54,7 +54,7 @@ pub(super) async fn envelope(State(service): State<App>, request: Request, next:
 }
 
 /// The client's id if it is harmless, else a new one: 32 random bits of this process and a counter.
-pub(super) fn request_id(headers: &HeaderMap) -> String {
+pub(crate) fn request_id(headers: &HeaderMap) -> String {
     static PROCESS: LazyLock<u64> = LazyLock::new(|| RandomState::new().build_hasher().finish() & 0xffff_ffff);
     static COUNT: AtomicU64 = AtomicU64::new(1);
     let harmless = |id: &&str| {

@@ -12,7 +12,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 /// A stream whose answers without a body get one, where hyper has given up on the request.
 #[derive(Debug)]
-pub(super) struct Explained<S> {
+pub(crate) struct Explained<S> {
     stream: S,
     /// What goes out in place of hyper's answer.
     pending: Vec<u8>,
@@ -20,7 +20,7 @@ pub(super) struct Explained<S> {
 
 impl<S: AsyncWrite + Unpin> Explained<S> {
     /// Watches what is written to a stream.
-    pub(super) fn new(stream: S) -> Self {
+    pub(crate) fn new(stream: S) -> Self {
         Self { stream, pending: Vec::new() }
     }
 

@@ -4,20 +4,20 @@
 use super::access::Access;
 use super::metrics::Metrics;
 use super::problem::Problem;
-use super::scenes::Scenes;
-use crate::jobs::Host;
-use crate::jobs::record::{Failure, Record, State};
-use crate::ready::Ready;
-use crate::workers::Workers;
+use crate::service::jobs::Host;
+use crate::service::jobs::record::{Failure, Record, State};
+use crate::service::scenes::cache::Scenes;
+use crate::service::scenes::prepared::Ready;
+use crate::service::scheduler::pool::Workers;
 use std::sync::Arc;
 use strahl::scene::{Format, Overrides};
 
 /// The service as jobs see it.
 #[derive(Debug)]
-pub(super) struct JobHost {
-    pub(super) scenes: Arc<Scenes>,
-    pub(super) access: Arc<Access>,
-    pub(super) metrics: Arc<Metrics>,
+pub(crate) struct JobHost {
+    pub(crate) scenes: Arc<Scenes>,
+    pub(crate) access: Arc<Access>,
+    pub(crate) metrics: Arc<Metrics>,
 }
 
 impl Host for JobHost {

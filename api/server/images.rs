@@ -1,16 +1,16 @@
 //! `GET /v1/images/{image}`: the picture that an id stands for, for ever.
 
 use super::App;
-use super::excerpt::Excerpt;
 use super::negotiate;
-use super::openapi::bodies::Picture;
 use super::openapi::queries;
 use super::parameters::Parameters;
 use super::problem::{Kind, Problem};
 use super::show::{self, Freshness, Manner, Source};
 use super::tenant::Tenant;
-use crate::identity::ImageId;
-use crate::turns::Lane;
+use crate::server::openapi::bodies::Picture;
+use crate::service::pictures::spec::Excerpt;
+use crate::service::scenes::ids::ImageId;
+use crate::service::scheduler::task::Lane;
 use axum::extract::{Path, Request, State};
 use axum::response::Response;
 use strahl::film::FileFormat;
@@ -24,7 +24,7 @@ use strahl::film::FileFormat;
     ),
     responses((status = 200, response = Picture), (status = 304, description = "The client has it")),
 )]
-pub(super) async fn image(
+pub(crate) async fn image(
     State(service): State<App>,
     Path(file): Path<String>,
     request: Request,
@@ -45,7 +45,7 @@ pub(super) async fn image(
 }
 
 /// The answer that an excerpt of a known image makes.
-pub(super) async fn answer(
+pub(crate) async fn answer(
     service: &App,
     manner: &Manner<'_>,
     lane: Lane,
@@ -64,7 +64,7 @@ pub(super) async fn answer(
 }
 
 /// Where an image stays in a format, as long as its scene is known.
-pub(super) fn place_of(image: &str, format: FileFormat) -> String {
+pub(crate) fn place_of(image: &str, format: FileFormat) -> String {
     format!("/v1/images/{image}.{}{}", negotiate::description(format).0, negotiate::details(format))
 }
 
@@ -79,7 +79,7 @@ fn file_name(file: &str) -> Result<(ImageId, FileFormat), Problem> {
 }
 
 /// The image that a path names.
-pub(super) fn image_id(text: &str) -> Result<ImageId, Problem> {
+pub(crate) fn image_id(text: &str) -> Result<ImageId, Problem> {
     ImageId::read(text).ok_or_else(|| {
         let detail = format!(
             "{text} is no image of this version of the renderer: POST /v1/render and POST /v1/scenes say a scene's image_id"

@@ -1,22 +1,22 @@
 //! `/v1/scenes`: scenes that are remembered by their ids, so that their pictures have addresses.
 
 use super::asked::{self, Asked};
-use super::excerpt::size_of;
-use super::openapi::bodies::Bytes;
-use super::openapi::generated::Scene as AnyScene;
-use super::openapi::pictures::KnownScene;
 use super::openapi::queries;
 use super::parameters::Parameters;
 use super::picture::gone;
 use super::problem::{Kind, Problem};
-use super::queue::{Job, seat_of};
-use super::scenes::{key, unknown};
 use super::tenant::{Scope, Tenant};
-use super::texts::Released;
 use super::{App, Service};
-use crate::identity::{ImageId, canonical, is_scene_id};
-use crate::ready::{Ready, planned};
-use crate::turns::Lane;
+use crate::server::openapi::bodies::Bytes;
+use crate::server::openapi::generated::Scene as AnyScene;
+use crate::server::openapi::pictures::KnownScene;
+use crate::service::pictures::spec::size_of;
+use crate::service::scenes::cache::{key, unknown};
+use crate::service::scenes::ids::{ImageId, canonical, is_scene_id};
+use crate::service::scenes::prepared::{Ready, planned};
+use crate::service::scenes::store::Released;
+use crate::service::scheduler::admission::{Job, seat_of};
+use crate::service::scheduler::task::Lane;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -41,7 +41,7 @@ use strahl::scene::{Format, Loaded, Overrides};
         (status = 200, description = "You have sent it before", body = KnownScene),
     ),
 )]
-pub(super) async fn add(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn add(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let further = |parameters: &mut Parameters, _: &HeaderMap| Ok(parameters.zoom());
     let Asked { format, overrides, further: zoom, tenant, body, .. } = asked::read(&service, request, further).await?;
     let job = {
@@ -130,7 +130,7 @@ fn describe(ready: &Ready, job: &Job, zoom: u32) -> Result<Value, Problem> {
 }
 
 /// Where an image's tiles are, by convention: IIIF, DZI and XYZ.
-pub(super) fn tiles_of(image: &str) -> [String; 3] {
+pub(crate) fn tiles_of(image: &str) -> [String; 3] {
     [format!("/iiif/3/{image}/info.json"), format!("/dzi/{image}.dzi"), format!("/xyz/{image}.json")]
 }
 
@@ -140,7 +140,7 @@ pub(super) fn tiles_of(image: &str) -> [String; 3] {
     params(("scene_id" = String, Path, description = "As `POST /v1/scenes` says it.")),
     responses((status = 200, description = "The scene", body = AnyScene)),
 )]
-pub(super) async fn get(
+pub(crate) async fn get(
     State(service): State<App>,
     Extension(tenant): Extension<Arc<Tenant>>,
     Path(id): Path<String>,
@@ -180,7 +180,7 @@ async fn of_a_job(service: &App, tenant: &Tenant, id: String) -> Result<Vec<u8>,
     params(("scene_id" = String, Path, description = "As `POST /v1/scenes` says it.")),
     responses((status = 204, description = "It is forgotten")),
 )]
-pub(super) async fn remove(
+pub(crate) async fn remove(
     State(service): State<App>,
     Extension(tenant): Extension<Arc<Tenant>>,
     Path(id): Path<String>,

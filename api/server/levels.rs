@@ -1,9 +1,9 @@
 //! Numbers that are looked up when Prometheus asks, since somebody else keeps them: what waits, what runs, what is kept.
 
 use super::Service;
-use super::tally::Tally;
-use crate::jobs::record::State;
-use crate::turns::Lane;
+use crate::service::jobs::record::State;
+use crate::service::scheduler::task::Lane;
+use crate::service::storage::hit_counter::Tally;
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The numbers, as they were looked up last.
 #[derive(Debug, Default)]
-pub(super) struct Levels {
+pub(crate) struct Levels {
     running: Family<LaneLabels, Gauge>,
     waiting: Family<LaneLabels, Gauge>,
     pool_seconds: Family<LaneLabels, Counter<f64, AtomicU64>>,
@@ -30,8 +30,8 @@ pub(super) struct Levels {
 
 /// A [`Lane`] by name.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-pub(super) struct LaneLabels {
-    pub(super) lane: &'static str,
+pub(crate) struct LaneLabels {
+    pub(crate) lane: &'static str,
 }
 
 impl From<Lane> for LaneLabels {
@@ -52,7 +52,7 @@ struct CacheLabels {
 
 impl Levels {
     /// Puts them on the page.
-    pub(super) fn register(&self, to: &mut Registry) {
+    pub(crate) fn register(&self, to: &mut Registry) {
         to.register("renders_running", "Renders and jobs under way", self.running.clone());
         to.register("queue_depth", "Renders and jobs that wait", self.waiting.clone());
         let help = "Time that the threads which render have spent";
@@ -70,7 +70,7 @@ impl Levels {
     }
 
     /// Looks everything up.
-    pub(super) fn read(&self, service: &Service) {
+    pub(crate) fn read(&self, service: &Service) {
         let (jobs_waiting, jobs_open) = service.jobs.counts();
         let of_queue = [(Lane::Tiles, &service.tiles), (Lane::Renders, &service.queue)];
         let queues = of_queue.map(|(lane, queue)| (lane, queue.waiting(), queue.running()));

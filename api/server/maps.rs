@@ -1,15 +1,16 @@
 //! `POST /v1/map`: what is proved of each pixel, or what each of them takes, as a picture.
 
-use super::openapi::bodies::Bytes;
-use super::openapi::generated::Scene;
 use super::openapi::queries;
 use super::parameters::Parameters;
 use super::picture::{find, gone};
 use super::problem::Problem;
 use super::questions::ask;
-use super::queue::Job;
 use super::{App, Service};
-use crate::map::{self, MapFormat};
+use crate::server::openapi::bodies::Bytes;
+use crate::server::openapi::generated::Scene;
+use crate::service::pictures::map;
+use crate::service::pictures::map::MapFormat;
+use crate::service::scheduler::admission::Job;
 use axum::extract::{Request, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -31,7 +32,7 @@ use strahl::scene::{Format, Overrides};
         (Bytes = "image/png"), (Bytes = "image/x-portable-floatmap"), (Bytes = "image/x-exr")
     ))),
 )]
-pub(super) async fn map(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn map(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer =
         |service: &Service, job: &Job, bytes: &[u8], format: Format, overrides: &Overrides, (kind, file): (_, _)| {
             let ready = find(service, job, bytes, format, overrides)?.ready;

@@ -2,10 +2,10 @@
 
 use super::App;
 use super::negotiate::{AVAILABLE, QUALITY};
-use super::openapi::about::{AllLimits, Formats, Readiness, Version};
 use super::openapi::openapi_text;
 use super::problem::{Kind, Problem};
 use super::tenant::Tenant;
+use crate::server::openapi::about::{AllLimits, Formats, Readiness, Version};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{Extensions, StatusCode, Uri, header};
@@ -20,7 +20,7 @@ use strahl::scene::schema::schema_text;
     get, path = "/livez", operation_id = "livez", tag = "service", security(()),
     responses((status = 200, description = "It does", body = String)),
 )]
-pub(super) async fn livez() -> impl IntoResponse {
+pub(crate) async fn livez() -> impl IntoResponse {
     (no_store(), "alive\n")
 }
 
@@ -32,7 +32,7 @@ pub(super) async fn livez() -> impl IntoResponse {
         (status = 503, description = "It is about to stop", body = Readiness),
     ),
 )]
-pub(super) async fn readyz(State(service): State<App>) -> impl IntoResponse {
+pub(crate) async fn readyz(State(service): State<App>) -> impl IntoResponse {
     let (status, word) = if service.drain.has_begun() {
         (StatusCode::SERVICE_UNAVAILABLE, "draining")
     } else {
@@ -48,7 +48,7 @@ pub(super) async fn readyz(State(service): State<App>) -> impl IntoResponse {
     get, path = "/v1/limits", operation_id = "limits", tag = "service", security(()),
     responses((status = 200, description = "All limits by name", body = AllLimits)),
 )]
-pub(super) async fn limits(State(service): State<App>, extensions: Extensions) -> Json<Value> {
+pub(crate) async fn limits(State(service): State<App>, extensions: Extensions) -> Json<Value> {
     Json(service.limits.to_json(&Tenant::of(&extensions)))
 }
 
@@ -57,7 +57,7 @@ pub(super) async fn limits(State(service): State<App>, extensions: Extensions) -
     get, path = "/v1/version", operation_id = "version", tag = "service", security(()),
     responses((status = 200, description = "Name and numbers", body = Version)),
 )]
-pub(super) async fn version() -> Json<Value> {
+pub(crate) async fn version() -> Json<Value> {
     Json(json!({ "name": "strahl", "version": env!("CARGO_PKG_VERSION"), "render_epoch": RENDER_EPOCH }))
 }
 
@@ -66,7 +66,7 @@ pub(super) async fn version() -> Json<Value> {
     get, path = "/v1/formats", operation_id = "formats", tag = "service", security(()),
     responses((status = 200, description = "Names, media types and parameters", body = Formats)),
 )]
-pub(super) async fn formats() -> Json<Value> {
+pub(crate) async fn formats() -> Json<Value> {
     let parameters = |format: FileFormat| match format {
         FileFormat::Png8 | FileFormat::Png16 => json!({ "bits": { "enum": [8, 16], "default": 8 } }),
         FileFormat::Jpeg(_) => json!({ "quality": { "minimum": 1, "maximum": 100, "default": QUALITY } }),
@@ -89,7 +89,7 @@ pub(super) async fn formats() -> Json<Value> {
     get, path = "/schema/scene.json", operation_id = "sceneSchema", tag = "service", security(()),
     responses((status = 200, description = "Draft 2020-12", body = Object, content_type = "application/schema+json")),
 )]
-pub(super) async fn schema() -> impl IntoResponse {
+pub(crate) async fn schema() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/schema+json")], schema_text())
 }
 
@@ -98,17 +98,17 @@ pub(super) async fn schema() -> impl IntoResponse {
     get, path = "/openapi.json", operation_id = "openapi", tag = "service", security(()),
     responses((status = 200, description = "OpenAPI 3.1", body = Object, content_type = "application/json")),
 )]
-pub(super) async fn openapi() -> impl IntoResponse {
+pub(crate) async fn openapi() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/json")], openapi_text())
 }
 
 /// Any other path.
-pub(super) async fn not_found(uri: Uri) -> Problem {
+pub(crate) async fn not_found(uri: Uri) -> Problem {
     Problem::new(Kind::NotFound, format!("there is nothing at {}", uri.path()))
 }
 
 /// A path with another method than its own.
-pub(super) async fn method_not_allowed(uri: Uri) -> Problem {
+pub(crate) async fn method_not_allowed(uri: Uri) -> Problem {
     Problem::new(
         Kind::MethodNotAllowed,
         format!("{} does not take this method; Allow lists those it takes", uri.path()),

@@ -8,8 +8,8 @@ use super::Service;
 use super::cost::Cost;
 use super::levels::{LaneLabels, Levels};
 use super::negotiate;
-use crate::jobs::record::{Record, State};
-use crate::turns::Lane;
+use crate::service::jobs::record::{Record, State};
+use crate::service::scheduler::task::Lane;
 use axum::http::{Method, StatusCode};
 use axum::response::Response;
 use prometheus_client::encoding::EncodeLabelSet;
@@ -27,7 +27,7 @@ const SECONDS: [f64; 16] =
 
 /// All numbers.
 #[derive(Debug)]
-pub(super) struct Metrics {
+pub(crate) struct Metrics {
     registry: Registry,
     levels: Levels,
     requests: Family<RequestLabels, Counter>,
@@ -109,7 +109,7 @@ impl Metrics {
     }
 
     /// A request has been answered.
-    pub(super) fn answered(&self, route: &str, method: &Method, response: &Response, took: Duration) {
+    pub(crate) fn answered(&self, route: &str, method: &Method, response: &Response, took: Duration) {
         let status = response.status();
         let labels = RequestLabels { route: route.to_owned(), method: known(method), status: status.as_u16() };
         self.requests.get_or_create(&labels).inc();
@@ -124,19 +124,19 @@ impl Metrics {
     }
 
     /// A request was refused for lack of room or allowance.
-    pub(super) fn shed(&self, reason: &'static str) {
+    pub(crate) fn shed(&self, reason: &'static str) {
         self.shed.get_or_create(&ReasonLabels { reason }).inc();
     }
 
     /// A client went away before its answer.
-    pub(super) fn left(&self, route: &str) {
+    pub(crate) fn left(&self, route: &str) {
         if let Some(lane) = lane_of(route) {
             self.ended(lane, "canceled");
         }
     }
 
     /// A job has ended.
-    pub(super) fn job_ended(&self, record: &Record, state: State) {
+    pub(crate) fn job_ended(&self, record: &Record, state: State) {
         let stats = &record.stats;
         match state {
             State::Succeeded => {
@@ -173,7 +173,7 @@ impl Metrics {
     }
 
     /// Everything as OpenMetrics text.
-    pub(super) fn text(&self, service: &Service) -> String {
+    pub(crate) fn text(&self, service: &Service) -> String {
         self.levels.read(service);
         let mut text = String::new();
         // Writing to a String cannot fail.

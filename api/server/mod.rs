@@ -1,77 +1,69 @@
 //! `strahl serve`: the service. Tokio's threads talk, the pool's threads render.
 
 mod accept;
-mod access;
+pub(crate) mod access;
 mod admin;
 mod asked;
-mod body;
+pub(crate) mod body;
 mod conditions;
-mod cost;
+pub(crate) mod cost;
 mod docs;
 mod drain;
 mod envelope;
-mod excerpt;
 mod explained;
-mod flights;
 mod host;
 mod images;
 mod jobs;
 mod known;
 mod levels;
-mod limits;
 mod maps;
 mod meta;
-mod metrics;
-mod negotiate;
+pub(crate) mod metrics;
+pub(crate) mod negotiate;
 mod openapi;
-mod parameters;
-mod picture;
-mod pictures;
+pub(crate) mod parameters;
+pub(crate) mod picture;
 mod places;
-mod problem;
+pub(crate) mod problem;
 mod questions;
-mod queue;
 mod rays;
 mod routes;
-mod scenes;
-mod show;
+pub(crate) mod show;
 mod stall;
-mod tally;
-mod tenant;
-mod texts;
-mod tiles;
+pub(crate) mod tenant;
+pub(crate) mod tiles;
 mod tradeoff;
 
-use crate::blobs::Blobs;
 use crate::cli::{LogFormat, ServeArgs};
 use crate::commands::start_pool;
-use crate::data::DataFolder;
 use crate::failure::Failure;
-use crate::folder::Folder;
-use crate::jobs::Jobs;
-use crate::recent::Recent;
-use crate::workers::Pool;
+use crate::service::jobs::Jobs;
+use crate::service::scenes::texture_folder::Folder;
+use crate::service::scheduler::pool::Pool;
+use crate::service::storage::blob_store::Blobs;
+use crate::service::storage::data_folder::DataFolder;
+use crate::service::storage::lru_cache::Recent;
 pub(crate) use openapi::openapi_text;
 
+use crate::service::limits::Limits;
+use crate::service::pictures::cache::Pictures;
+use crate::service::scenes::cache::Scenes;
+use crate::service::scenes::store::Texts;
+use crate::service::scheduler::admission::Queue;
 use accept::Listeners;
 use access::{Access, Client};
 pub(crate) use access::{Origins, new_key, new_signer};
 use drain::{Drain, StopSignals};
 use host::JobHost;
-use limits::Limits;
 use metrics::Metrics;
 pub(crate) use negotiate::QUALITY;
-use pictures::Pictures;
 use places::Places;
-use queue::Queue;
-use scenes::Scenes;
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 pub(crate) use tenant::Scope;
-use texts::Texts;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tracing_subscriber::filter::Targets;
@@ -80,7 +72,7 @@ use tracing_subscriber::util::SubscriberInitExt;
 
 /// Everything the handlers share.
 #[derive(Debug)]
-struct Service {
+pub(crate) struct Service {
     /// The threads that render.
     pool: Arc<Pool>,
     /// The one way to them.
@@ -112,7 +104,7 @@ struct Service {
 }
 
 /// How handlers get it.
-type App = Arc<Service>;
+pub(crate) type App = Arc<Service>;
 
 /// What a tile may wait. OpenSeadragon gives up after 30 seconds, and never asks again.
 const TILE_PATIENCE: Duration = Duration::from_secs(25);

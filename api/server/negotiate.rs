@@ -9,7 +9,7 @@ use strahl::film::FileFormat;
 pub(crate) const QUALITY: u8 = 90;
 
 /// Formats by name and media type; of equally acceptable ones the first is taken.
-pub(super) const AVAILABLE: [(&str, &str, FileFormat); 5] = [
+pub(crate) const AVAILABLE: [(&str, &str, FileFormat); 5] = [
     ("png", "image/png", FileFormat::Png8),
     ("jpg", "image/jpeg", FileFormat::Jpeg(QUALITY)),
     ("webp", "image/webp", FileFormat::WebP),
@@ -18,13 +18,13 @@ pub(super) const AVAILABLE: [(&str, &str, FileFormat); 5] = [
 ];
 
 /// The format named in a query or as a file's ending.
-pub(super) fn by_name(name: &str) -> Option<FileFormat> {
+pub(crate) fn by_name(name: &str) -> Option<FileFormat> {
     let name = if name == "jpeg" { "jpg" } else { name };
     AVAILABLE.iter().find(|(available, _, _)| *available == name).map(|(_, _, format)| *format)
 }
 
 /// A format's name and media type.
-pub(super) fn description(format: FileFormat) -> (&'static str, &'static str) {
+pub(crate) fn description(format: FileFormat) -> (&'static str, &'static str) {
     match format {
         FileFormat::Png8 | FileFormat::Png16 => ("png", "image/png"),
         FileFormat::Jpeg(_) => ("jpg", "image/jpeg"),
@@ -35,7 +35,7 @@ pub(super) fn description(format: FileFormat) -> (&'static str, &'static str) {
 }
 
 /// What the address of a picture has to say of its format beside the ending: a query or nothing.
-pub(super) fn details(format: FileFormat) -> String {
+pub(crate) fn details(format: FileFormat) -> String {
     match format {
         FileFormat::Png16 => "?bits=16".into(),
         FileFormat::Jpeg(quality) if quality != QUALITY => format!("?quality={quality}"),
@@ -44,12 +44,12 @@ pub(super) fn details(format: FileFormat) -> String {
 }
 
 /// The picture format that the client likes best.
-pub(super) fn by_accept(headers: &HeaderMap) -> Result<FileFormat, Problem> {
+pub(crate) fn by_accept(headers: &HeaderMap) -> Result<FileFormat, Problem> {
     best(headers, &AVAILABLE.map(|(_, media_type, format)| (media_type, format)))
 }
 
 /// Of some media types the one that the client likes best, and of equally acceptable ones the first.
-pub(super) fn best<T: Copy>(headers: &HeaderMap, available: &[(&str, T)]) -> Result<T, Problem> {
+pub(crate) fn best<T: Copy>(headers: &HeaderMap, available: &[(&str, T)]) -> Result<T, Problem> {
     let accept: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
     let accept = accept.join(",");
     // No header accepts anything.

@@ -2,7 +2,7 @@
 
 use super::negotiate;
 use super::problem::{Kind, Problem};
-use crate::identity::MAX_ZOOM;
+use crate::service::scenes::ids::MAX_ZOOM;
 use axum::extract::Query;
 use axum::http::{HeaderMap, Uri};
 use serde_json::{Map, Value, json};
@@ -14,7 +14,7 @@ use strahl::scene::{Format, Overrides};
 
 /// The parameters of a request, taken out one by one.
 #[derive(Debug)]
-pub(super) struct Parameters {
+pub(crate) struct Parameters {
     given: Vec<(String, String)>,
     known: Vec<&'static str>,
     errors: Vec<Value>,
@@ -22,43 +22,43 @@ pub(super) struct Parameters {
 
 impl Parameters {
     /// Takes the query apart.
-    pub(super) fn of(uri: &Uri) -> Result<Self, Problem> {
+    pub(crate) fn of(uri: &Uri) -> Result<Self, Problem> {
         let Query(given) = Query::try_from_uri(uri)
             .map_err(|error| Problem::new(Kind::InvalidParameter, format!("the query cannot be read: {error}")))?;
         Ok(Self { given, known: Vec::new(), errors: Vec::new() })
     }
 
     /// Whether a parameter is given.
-    pub(super) fn has(&self, name: &str) -> bool {
+    pub(crate) fn has(&self, name: &str) -> bool {
         self.given.iter().any(|(given, _)| given == name)
     }
 
     /// `zoom`: as how many times its size, 2^zoom, a scene is opened.
-    pub(super) fn zoom(&mut self) -> u32 {
+    pub(crate) fn zoom(&mut self) -> u32 {
         let expected = format!("a whole number from 0 to {MAX_ZOOM}");
         self.take_as("zoom", &expected, |text| text.parse().ok().filter(|zoom| *zoom <= MAX_ZOOM)).unwrap_or(0)
     }
 
     /// Parameters that are keys of a JSON object, with numbers, words and truth values.
-    pub(super) fn given(object: Map<String, Value>) -> Self {
+    pub(crate) fn given(object: Map<String, Value>) -> Self {
         let text = |value: Value| if let Value::String(text) = value { text } else { value.to_string() };
         let given = object.into_iter().map(|(name, value)| (name, text(value))).collect();
         Self { given, known: Vec::new(), errors: Vec::new() }
     }
 
     /// Any text.
-    pub(super) fn text(&mut self, name: &'static str) -> Option<String> {
+    pub(crate) fn text(&mut self, name: &'static str) -> Option<String> {
         self.take(name, "text")
     }
 
     /// A whole number, of those that the contract's format int64 holds.
-    pub(super) fn number(&mut self, name: &'static str) -> Option<u64> {
+    pub(crate) fn number(&mut self, name: &'static str) -> Option<u64> {
         let read = |text: &str| text.parse().ok().filter(|n| i64::try_from(*n).is_ok());
         self.take_as(name, "a whole number below 2^63", read)
     }
 
     /// A parameter that is given once or several times, but at most so often.
-    pub(super) fn several(&mut self, name: &'static str, most: usize) -> Vec<String> {
+    pub(crate) fn several(&mut self, name: &'static str, most: usize) -> Vec<String> {
         let mut values = Vec::new();
         while let Some(value) = self.text(name) {
             values.push(value);
@@ -71,7 +71,7 @@ impl Parameters {
     }
 
     /// A whole number from 1 to `most`.
-    pub(super) fn count(&mut self, name: &'static str, most: usize) -> Option<usize> {
+    pub(crate) fn count(&mut self, name: &'static str, most: usize) -> Option<usize> {
         let expected = format!("a whole number from 1 to {most}");
         self.take_as(name, &expected, |text| text.parse().ok().filter(|n| (1..=most).contains(n)))
     }
@@ -111,7 +111,7 @@ impl Parameters {
     }
 
     /// The settings that a query may put over the scene's.
-    pub(super) fn overrides(&mut self, format: Format) -> Overrides {
+    pub(crate) fn overrides(&mut self, format: Format) -> Overrides {
         let two_sided = self.take("two_sided", "true or false");
         if two_sided.is_some() && format == Format::Json {
             let detail = "it is for NFF; in JSON, materials have \"one_sided\"";
@@ -132,14 +132,14 @@ impl Parameters {
     }
 
     /// The format of the picture: `format`, else what the client accepts, with `bits` or `quality`.
-    pub(super) fn picture_format(&mut self, headers: &HeaderMap) -> Result<FileFormat, Problem> {
+    pub(crate) fn picture_format(&mut self, headers: &HeaderMap) -> Result<FileFormat, Problem> {
         let named = self.take_as("format", "png, jpg, webp, exr or pfm", negotiate::by_name);
         let format = named.map_or_else(|| negotiate::by_accept(headers), Ok)?;
         Ok(self.format_with_details(format))
     }
 
     /// `bits` of a PNG, `quality` of a JPEG.
-    pub(super) fn format_with_details(&mut self, format: FileFormat) -> FileFormat {
+    pub(crate) fn format_with_details(&mut self, format: FileFormat) -> FileFormat {
         let bits = self.take_as("bits", "8 or 16", |text| matches!(text, "8" | "16").then(|| text == "16"));
         let quality = self.take_as("quality", "a whole number from 1 to 100", |text| crate::cli::quality(text).ok());
         if bits.is_some() && format != FileFormat::Png8 {
@@ -161,30 +161,30 @@ impl Parameters {
     }
 
     /// `x`, `y`, `w` and `h`.
-    pub(super) fn region(&mut self) -> Region {
+    pub(crate) fn region(&mut self) -> Region {
         Region { x: self.require("x"), y: self.require("y"), width: self.require("w"), height: self.require("h") }
     }
 
     /// `x` and `y`.
-    pub(super) fn pixel(&mut self) -> [u32; 2] {
+    pub(crate) fn pixel(&mut self) -> [u32; 2] {
         [self.require("x"), self.require("y")]
     }
 
     /// `seconds`: a number from 0.1 to a limit.
-    pub(super) fn seconds(&mut self, most: f64) -> Option<f64> {
+    pub(crate) fn seconds(&mut self, most: f64) -> Option<f64> {
         let expected = format!("a number of seconds from 0.1 to {most:.3} (max_tradeoff_seconds)");
         self.take_as("seconds", &expected, |text| text.parse().ok().filter(|s| (0.1..=most).contains(s)))
     }
 
     /// One of some names, by default the first.
-    pub(super) fn choice<T: Copy>(&mut self, name: &'static str, choices: &[(&str, T)], default: T) -> T {
+    pub(crate) fn choice<T: Copy>(&mut self, name: &'static str, choices: &[(&str, T)], default: T) -> T {
         let names: Vec<_> = choices.iter().map(|(name, _)| *name).collect();
         let by_name = |text: &str| choices.iter().find(|(name, _)| *name == text).map(|(_, value)| *value);
         self.take_as(name, &format!("one of {}", names.join(", ")), by_name).unwrap_or(default)
     }
 
     /// Everything has been taken: what is left is unknown or there twice.
-    pub(super) fn finish(mut self) -> Result<(), Problem> {
+    pub(crate) fn finish(mut self) -> Result<(), Problem> {
         for (name, _) in std::mem::take(&mut self.given) {
             if self.known.contains(&name.as_str()) {
                 self.wrong(&name, "duplicate-name", "it is given twice".into());
@@ -206,7 +206,7 @@ impl Parameters {
 }
 
 /// A region or pixel of a request that the picture does not have.
-pub(super) fn outside(what: &str, width: u32, height: u32) -> Problem {
+pub(crate) fn outside(what: &str, width: u32, height: u32) -> Problem {
     let detail = format!("{what} does not lie inside the picture of {width} x {height} pixels");
     Problem::new(Kind::InvalidParameter, detail)
 }

@@ -4,19 +4,19 @@ use super::access::Client;
 use super::asked::{self, Asked};
 use super::body::Held;
 use super::conditions;
-use super::excerpt::Excerpt;
 use super::jobs::{Prefer, render_later};
-use super::openapi::bodies::{Bytes, Picture};
-use super::openapi::generated::Scene as AnyScene;
 use super::openapi::queries;
 use super::parameters::Parameters;
 use super::problem::{Kind, Problem};
-use super::queue::Job;
-use super::scenes::{Found, Key, key};
 use super::show::{self, Freshness, Manner, Source};
 use super::{App, Service, tiles};
-use crate::report::Report;
-use crate::turns::Lane;
+use crate::server::openapi::bodies::{Bytes, Picture};
+use crate::server::openapi::generated::Scene as AnyScene;
+use crate::service::pictures::report::Report;
+use crate::service::pictures::spec::Excerpt;
+use crate::service::scenes::cache::{Found, Key, key};
+use crate::service::scheduler::admission::Job;
+use crate::service::scheduler::task::Lane;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -38,7 +38,7 @@ const HASHED_AT_ONCE: usize = 64 << 10;
     ),
     responses((status = 200, response = Picture)),
 )]
-pub(super) async fn whole(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn whole(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let prefer = Prefer::of(request.headers());
     if prefer != Prefer::default() {
         return render_later(service, request, prefer).await;
@@ -56,7 +56,7 @@ pub(super) async fn whole(State(service): State<App>, request: Request) -> Resul
     ),
     responses((status = 200, response = Picture)),
 )]
-pub(super) async fn tile(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn tile(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     answer(service, request, |parameters| Some(parameters.region())).await
 }
 
@@ -117,7 +117,7 @@ async fn hash(body: &Arc<Held>, format: Format, overrides: Overrides) -> Result<
 
 /// `QUERY /v1/render` (RFC 10008): as `POST`, but safe, so that a client that has the picture is told so. Other methods are
 /// refused.
-pub(super) async fn query(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn query(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     if *request.method() == Method::OPTIONS {
         return Ok((StatusCode::NO_CONTENT, allowed()).into_response());
     }
@@ -141,7 +141,7 @@ fn allowed() -> HeaderMap {
 }
 
 /// The scene that a request is about, as part of its job.
-pub(super) fn find(
+pub(crate) fn find(
     service: &Service,
     job: &Job,
     bytes: &[u8],
@@ -157,12 +157,12 @@ pub(super) fn find(
 
 /// A job noticed that it was cancelled. Nobody waits for this answer any more: its client has gone or has been
 /// answered.
-pub(super) fn gone() -> Problem {
+pub(crate) fn gone() -> Problem {
     Problem::new(Kind::RenderDeadline, "the request was given up")
 }
 
 /// `Server-Timing`: what this answer took, if its picture had to be made.
-pub(super) fn timing(report: Option<&Report>, queue_ms: f64, kept: bool) -> String {
+pub(crate) fn timing(report: Option<&Report>, queue_ms: f64, kept: bool) -> String {
     let scene = format!("scene;desc={}", if kept { "hit" } else { "miss" });
     let Some(report) = report else { return scene + ", picture;desc=hit" };
     let phases = report.cost.phases_ms.list();

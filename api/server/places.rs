@@ -8,11 +8,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Who has how many.
 #[derive(Debug)]
-pub(super) struct Places<K>(Arc<Mutex<HashMap<K, u32>>>);
+pub(crate) struct Places<K>(Arc<Mutex<HashMap<K, u32>>>);
 
 /// One of them, given back when dropped.
 #[derive(Debug)]
-pub(super) struct Place<K: Hash + Eq> {
+pub(crate) struct Place<K: Hash + Eq> {
     places: Arc<Mutex<HashMap<K, u32>>>,
     who: K,
 }
@@ -25,7 +25,7 @@ impl<K> Default for Places<K> {
 
 impl<K: Hash + Eq + Clone> Places<K> {
     /// One more for somebody who may have at most so many; none if that is reached.
-    pub(super) fn enter(&self, who: K, most: u32) -> Option<Place<K>> {
+    pub(crate) fn enter(&self, who: K, most: u32) -> Option<Place<K>> {
         let mut taken = locked(&self.0);
         let count = taken.get(&who).copied().unwrap_or(0);
         (count < most).then(|| {
@@ -35,7 +35,7 @@ impl<K: Hash + Eq + Clone> Places<K> {
     }
 
     /// How many all have together.
-    pub(super) fn taken(&self) -> u64 {
+    pub(crate) fn taken(&self) -> u64 {
         locked(&self.0).values().copied().map(u64::from).sum()
     }
 }

@@ -2,18 +2,19 @@
 
 use super::asked::{self, Asked};
 use super::body::Held;
-use super::openapi::bodies::{Bytes, Valid};
-use super::openapi::generated::{Explained, RayTree, Scene};
 use super::openapi::queries;
 use super::parameters::{Parameters, outside};
 use super::picture::{find, gone};
 use super::problem::{Kind, Problem};
-use super::queue::{Job, seat_of};
-use super::scenes::Found;
 use super::{App, Service};
-use crate::picture::{self, Shot};
-use crate::ready::{Analyzed, Ready, planned};
-use crate::turns::Lane;
+use crate::server::openapi::bodies::{Bytes, Valid};
+use crate::server::openapi::generated::{Explained, RayTree, Scene};
+use crate::service::pictures::render;
+use crate::service::pictures::render::Shot;
+use crate::service::scenes::cache::Found;
+use crate::service::scenes::prepared::{Analyzed, Ready, planned};
+use crate::service::scheduler::admission::{Job, seat_of};
+use crate::service::scheduler::task::Lane;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
@@ -36,7 +37,7 @@ use strahl::scene::{Format, Overrides};
     ),
     responses((status = 200, description = "The plan", body = Explained)),
 )]
-pub(super) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, analyze: bool| {
         let Found { ready, loading, .. } = find(service, job, bytes, format, overrides)?;
         let region = Region::whole(ready.scene.width, ready.scene.height);
@@ -48,7 +49,7 @@ pub(super) async fn explanation(State(service): State<App>, request: Request) ->
             return to_json(&plan);
         }
         let shot = Shot::of(&ready.scene, region, FileFormat::Png8);
-        let made = picture::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
+        let made = render::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
         let cost = made.map_err(|_| gone())?.report.cost;
         plan.measure(&pilot, &cost.rays, &cost.refined, cost.phases_ms.trace);
         to_json(&Analyzed { plan: &plan, actual: &cost })
@@ -70,7 +71,7 @@ pub(super) async fn explanation(State(service): State<App>, request: Request) ->
     ),
     responses((status = 200, description = "The scene is valid", body = Valid)),
 )]
-pub(super) async fn validate(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn validate(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
         let found = find(service, job, bytes, format, overrides)?;
         to_json(&json!({ "valid": true, "warnings": found.ready.scene.warnings }))
@@ -90,7 +91,7 @@ pub(super) async fn validate(State(service): State<App>, request: Request) -> Re
         (RayTree = "application/json"), (String = "text/vnd.graphviz"), (String = "image/svg+xml")
     ))),
 )]
-pub(super) async fn tree(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn tree(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer = |service: &Service,
                   job: &Job,
                   bytes: &[u8],
@@ -133,10 +134,10 @@ fn nothing(_: &mut Parameters, _: &HeaderMap) -> Result<(), Problem> {
 }
 
 /// A media type and bytes of it.
-pub(super) type Answer = (&'static str, Vec<u8>);
+pub(crate) type Answer = (&'static str, Vec<u8>);
 
 /// A value as an answer.
-pub(super) fn to_json(value: &impl Serialize) -> Result<Answer, Problem> {
+pub(crate) fn to_json(value: &impl Serialize) -> Result<Answer, Problem> {
     let json = serde_json::to_vec(value).map_err(|error| {
         tracing::error!(%error, "an answer cannot be written as JSON");
         Problem::new(Kind::Internal, "the answer cannot be written")
@@ -145,7 +146,7 @@ pub(super) fn to_json(value: &impl Serialize) -> Result<Answer, Problem> {
 }
 
 /// What all questions share: the request is read, a job answers it.
-pub(super) async fn ask<P: Send + 'static>(
+pub(crate) async fn ask<P: Send + 'static>(
     service: App,
     request: Request,
     further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,

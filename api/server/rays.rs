@@ -1,14 +1,14 @@
 //! `POST /v1/rays`: a scene and rays in, what each ray hits first out.
 
-use super::limits::MAX_RAYS;
 use super::openapi::{bodies, generated, queries};
 use super::parameters::Parameters;
 use super::picture::gone;
 use super::problem::{Kind, Problem};
 use super::questions::{Answer, ask, to_json};
-use super::queue::Job;
 use super::{App, Service};
-use crate::rays::read_ray;
+use crate::service::limits::MAX_RAYS;
+use crate::service::ray_query::read_ray;
+use crate::service::scheduler::admission::Job;
 use axum::extract::{Request, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -28,7 +28,7 @@ use strahl::scene::{Format, Overrides, Problems, Scene, problem};
     request_body = Questions,
     responses((status = 200, description = "What the rays hit", body = bodies::Answers)),
 )]
-pub(super) async fn rays(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn rays(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     ask(service, request, only_json, |service, job, bytes, _, overrides, ()| answer_all(service, job, bytes, overrides))
         .await
 }

@@ -20,7 +20,7 @@ use utoipa_axum::routes;
 type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// The service as a router.
-pub(super) fn routes(service: App) -> Router {
+pub(crate) fn routes(service: App) -> Router {
     let (router, _) = documented().split_for_parts();
     router
         .fallback(meta::not_found)
@@ -38,7 +38,7 @@ pub(super) fn routes(service: App) -> Router {
 }
 
 /// Every path, with its place in the contract.
-pub(super) fn documented() -> OpenApiRouter<App> {
+pub(crate) fn documented() -> OpenApiRouter<App> {
     let render = OpenApiRouter::with_openapi(Shared::openapi())
         .routes(routes!(picture::tile))
         .routes(routes!(rays::rays))

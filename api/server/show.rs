@@ -3,22 +3,23 @@
 use super::body::Held;
 use super::conditions::{Verdict, weigh};
 use super::cost::Cost;
-use super::excerpt::Excerpt;
 use super::images::place_of;
 use super::negotiate;
 use super::picture::{find, gone, timing};
-use super::pictures::Shown;
 use super::problem::{Kind, Problem};
-use super::queue::{Done, Job, Queue, seat_of};
-use super::scenes::{Found, Key};
 use super::tenant::Tenant;
 use super::{App, Service};
-use crate::identity::ImageId;
-use crate::made::{About, Made};
-use crate::picture::{self, Finished, Shot};
-use crate::ready::Ready;
-use crate::report::Report;
-use crate::turns::Lane;
+use crate::service::pictures::cache::Shown;
+use crate::service::pictures::file::{About, Made};
+use crate::service::pictures::render;
+use crate::service::pictures::render::{Finished, Shot};
+use crate::service::pictures::report::Report;
+use crate::service::pictures::spec::Excerpt;
+use crate::service::scenes::cache::{Found, Key};
+use crate::service::scenes::ids::ImageId;
+use crate::service::scenes::prepared::Ready;
+use crate::service::scheduler::admission::{Done, Job, Queue, seat_of};
+use crate::service::scheduler::task::Lane;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::fmt::Write;
@@ -28,7 +29,7 @@ use strahl::scene::{Format, Overrides};
 
 /// Which scene a picture is of.
 #[derive(Debug, Clone)]
-pub(super) enum Source {
+pub(crate) enum Source {
     /// One that was sent.
     Sent { key: Key, body: Arc<Held>, format: Format, overrides: Overrides },
     /// One that is known.
@@ -76,12 +77,12 @@ fn find_known(service: &Service, job: &Job, id: &str) -> Result<Found, Problem> 
 }
 
 /// The image that a scene's own picture is, if it has a name.
-pub(super) fn image_of(ready: &Ready) -> Option<ImageId> {
+pub(crate) fn image_of(ready: &Ready) -> Option<ImageId> {
     ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom: 0 })
 }
 
 /// A picture that need not be made: it is kept, or a job has made it.
-pub(super) async fn kept(service: &App, image: &ImageId, excerpt: &Excerpt) -> Option<Arc<Made>> {
+pub(crate) async fn kept(service: &App, image: &ImageId, excerpt: &Excerpt) -> Option<Arc<Made>> {
     if let Some(made) = service.pictures.at_hand(&excerpt.name(image)) {
         return Some(made);
     }
@@ -107,12 +108,12 @@ fn kept_here(service: &Service, image: &ImageId, excerpt: &Excerpt) -> Option<Ar
 }
 
 /// A picture that is at hand, with the timing of that.
-pub(super) fn at_hand(made: Arc<Made>) -> Shown {
+pub(crate) fn at_hand(made: Arc<Made>) -> Shown {
     Shown { made, timing: timing(None, 0.0, true).into(), cost: None }
 }
 
 /// Makes a picture, or waits for whoever makes it.
-pub(super) async fn make(
+pub(crate) async fn make(
     service: &App,
     tenant: &Tenant,
     lane: Lane,
@@ -141,7 +142,7 @@ pub(super) async fn make(
 }
 
 /// Builds a scene without a picture.
-pub(super) async fn build(service: &App, tenant: &Tenant, lane: Lane, source: Source) -> Result<Arc<Ready>, Problem> {
+pub(crate) async fn build(service: &App, tenant: &Tenant, lane: Lane, source: Source) -> Result<Arc<Ready>, Problem> {
     let job = {
         let service = Arc::clone(service);
         move |job: &Job| source.find(&service, job).map(|(found, _)| found.ready)
@@ -150,7 +151,7 @@ pub(super) async fn build(service: &App, tenant: &Tenant, lane: Lane, source: So
 }
 
 /// Tiles wait in a queue of their own: a viewer asks for many at once, and does not ask twice.
-pub(super) fn queue_of(service: &Service, lane: Lane) -> &Queue {
+pub(crate) fn queue_of(service: &Service, lane: Lane) -> &Queue {
     if lane == Lane::Tiles { &service.tiles } else { &service.queue }
 }
 
@@ -170,7 +171,7 @@ fn render(
     // Tiles are many and small: what there is to say of them is in their headers.
     let shot = Shot { note: excerpt.is_whole(), asked: Some(job.asked), ..excerpt.shot(&ready.scene, zoom)? };
     service.limits.check(&ready.scene, shot.region)?;
-    let finished = picture::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
+    let finished = render::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
     let Finished { file, report } = finished.map_err(|_| gone())?;
     let name = image.as_ref().map(|image| excerpt.name(image));
     let about = About::new(image.map(|image| image.to_string()), &report, &ready.scene, excerpt.is_whole());
@@ -183,7 +184,7 @@ fn render(
 
 /// How long others may keep an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Freshness {
+pub(crate) enum Freshness {
     /// It is what this address stands for, for ever.
     Immutable,
     /// It answers this request; to be asked about before it is used again.
@@ -192,24 +193,24 @@ pub(super) enum Freshness {
 
 /// The parts of an answer that depend on how it was asked for.
 #[derive(Debug)]
-pub(super) struct Manner<'a> {
+pub(crate) struct Manner<'a> {
     /// The request's method and headers.
-    pub(super) method: &'a Method,
-    pub(super) headers: &'a HeaderMap,
+    pub(crate) method: &'a Method,
+    pub(crate) headers: &'a HeaderMap,
     /// Who asks: what one tenant may see, shared caches may not keep.
-    pub(super) tenant: &'a Tenant,
-    pub(super) freshness: Freshness,
+    pub(crate) tenant: &'a Tenant,
+    pub(crate) freshness: Freshness,
     /// Whether `Accept` decided on the format.
-    pub(super) negotiated: bool,
+    pub(crate) negotiated: bool,
 }
 
 /// The entity tag of a picture: its whole name.
-pub(super) fn tag(name: &str) -> String {
+pub(crate) fn tag(name: &str) -> String {
     format!("\"{name}\"")
 }
 
 /// The answer to a request whose conditions say so, before anything is made.
-pub(super) fn settled(manner: &Manner<'_>, etag: Option<&str>) -> Option<Result<Response, Problem>> {
+pub(crate) fn settled(manner: &Manner<'_>, etag: Option<&str>) -> Option<Result<Response, Problem>> {
     match weigh(manner.method, manner.headers, etag) {
         Verdict::Proceed => None,
         Verdict::Failed => {
@@ -226,7 +227,7 @@ pub(super) fn settled(manner: &Manner<'_>, etag: Option<&str>) -> Option<Result<
 }
 
 /// The answer that a picture makes, if the request's conditions allow it.
-pub(super) fn deliver(
+pub(crate) fn deliver(
     service: &Service,
     manner: &Manner<'_>,
     shown: &Shown,
@@ -275,7 +276,7 @@ fn caching(headers: &mut HeaderMap, manner: &Manner<'_>) {
 }
 
 /// Sets a header. What goes in is ASCII: ids, numbers, names of effects.
-pub(super) fn put(headers: &mut HeaderMap, name: HeaderName, value: &str) {
+pub(crate) fn put(headers: &mut HeaderMap, name: HeaderName, value: &str) {
     if let Ok(value) = HeaderValue::from_str(value) {
         headers.insert(name, value);
     }

@@ -10,7 +10,7 @@ use tokio::time::{Sleep, sleep};
 
 /// A TCP stream whose writes fail when nothing has gone out for a while.
 #[derive(Debug)]
-pub(super) struct Impatient {
+pub(crate) struct Impatient {
     stream: TcpStream,
     patience: Duration,
     /// Runs while a write waits for the client.
@@ -19,7 +19,7 @@ pub(super) struct Impatient {
 
 impl Impatient {
     /// Gives each write so much time.
-    pub(super) fn new(stream: TcpStream, patience: Duration) -> Self {
+    pub(crate) fn new(stream: TcpStream, patience: Duration) -> Self {
         Self { stream, patience, waiting: None }
     }
 

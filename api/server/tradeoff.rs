@@ -3,15 +3,15 @@
 use super::App;
 use super::Service;
 use super::negotiate;
-use super::openapi::bodies::Bytes;
-use super::openapi::generated::{Scene, Tradeoff as Report};
 use super::openapi::queries;
 use super::parameters::Parameters;
 use super::picture::gone;
 use super::problem::Problem;
 use super::questions::{Answer, ask, to_json};
-use super::queue::Job;
-use crate::tradeoff::{Outcome, Stopped, measure};
+use crate::server::openapi::bodies::Bytes;
+use crate::server::openapi::generated::{Scene, Tradeoff as Report};
+use crate::service::scheduler::admission::Job;
+use crate::service::tradeoff::{Outcome, Stopped, measure};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
@@ -42,7 +42,7 @@ const FORMS: [(&str, &str, Form); 2] = [("json", "application/json", Form::Json)
     ),
     responses((status = 200, description = "The report", content((Report = "application/json"), (String = "text/html")))),
 )]
-pub(super) async fn tradeoff(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn tradeoff(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let most = service.limits.tradeoff_seconds();
     let further = move |parameters: &mut Parameters, headers: &HeaderMap| {
         let seconds = parameters.seconds(most).unwrap_or(SECONDS.min(most));

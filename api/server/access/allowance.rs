@@ -26,28 +26,28 @@ struct Bucket {
 
 /// What is left, for the `RateLimit` headers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::server) struct Left {
+pub(crate) struct Left {
     /// Units in a minute.
-    pub(in crate::server) per_minute: u32,
+    pub(crate) per_minute: u32,
     /// Units there are now.
-    pub(in crate::server) units: u32,
+    pub(crate) units: u32,
     /// Seconds until the bucket is full.
-    pub(in crate::server) full_in: u32,
+    pub(crate) full_in: u32,
 }
 
 impl Allowance {
     /// A full bucket.
-    pub(in crate::server) fn new(per_minute: u32) -> Self {
+    pub(crate) fn new(per_minute: u32) -> Self {
         Self { per_minute, bucket: Mutex::new(Bucket { units: f64::from(per_minute), at: Instant::now() }) }
     }
 
     /// Units in a minute.
-    pub(in crate::server) fn per_minute(&self) -> u32 {
+    pub(crate) fn per_minute(&self) -> u32 {
         self.per_minute
     }
 
     /// Takes one unit; or says in how many seconds there will be one.
-    pub(in crate::server) fn enter(&self, now: Instant) -> Result<(), u32> {
+    pub(crate) fn enter(&self, now: Instant) -> Result<(), u32> {
         self.with(now, |bucket, per_second| {
             if bucket.units >= 1.0 {
                 bucket.units -= 1.0;
@@ -59,12 +59,12 @@ impl Allowance {
     }
 
     /// Takes what rays cost that an answer or a job has taken.
-    pub(in crate::server) fn charge(&self, rays: u64, now: Instant) {
+    pub(crate) fn charge(&self, rays: u64, now: Instant) {
         self.with(now, |bucket, _| bucket.units -= (rays / RAYS) as f64);
     }
 
     /// What is left.
-    pub(in crate::server) fn left(&self, now: Instant) -> Left {
+    pub(crate) fn left(&self, now: Instant) -> Left {
         self.with(now, |bucket, per_second| Left {
             per_minute: self.per_minute,
             units: bucket.units.max(0.0) as u32,

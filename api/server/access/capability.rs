@@ -14,22 +14,22 @@ use sha2::Sha256;
 use std::io;
 
 /// Where capabilities begin.
-pub(super) const PREFIX: &str = "/c/";
+pub(crate) const PREFIX: &str = "/c/";
 /// What a capability opens: these, followed by its id.
 const PLACES: [&str; 6] = ["/v1/jobs/", "/v1/images/", "/v1/scenes/", "/iiif/3/", "/dzi/", "/xyz/"];
 
 /// Secrets by name; the first one signs.
 #[derive(Debug)]
-pub(super) struct Signers(Vec<(String, [u8; 32])>);
+pub(crate) struct Signers(Vec<(String, [u8; 32])>);
 
 impl Signers {
     /// None if there are none.
-    pub(super) fn new(secrets: Vec<(String, [u8; 32])>) -> Option<Self> {
+    pub(crate) fn new(secrets: Vec<(String, [u8; 32])>) -> Option<Self> {
         (!secrets.is_empty()).then_some(Self(secrets))
     }
 
     /// One secret that nobody knows and that ends with the process.
-    pub(super) fn random() -> io::Result<Self> {
+    pub(crate) fn random() -> io::Result<Self> {
         let mut secret = [0; 32];
         getrandom::fill(&mut secret).map_err(io::Error::other)?;
         Ok(Self(vec![("process".into(), secret)]))
@@ -41,7 +41,7 @@ impl Signers {
     }
 
     /// A capability for one thing of a tenant's, until a second since 1970.
-    pub(super) fn sign(&self, id: &str, tenant: &str, expires: u64) -> String {
+    pub(crate) fn sign(&self, id: &str, tenant: &str, expires: u64) -> String {
         let (kid, secret) = &self.0[0];
         let text = format!("{kid}.{expires}.{id}~{tenant}");
         let tag = Self::mac(secret, &text).map(|mac| mac.finalize().into_bytes()).unwrap_or_default();
@@ -49,7 +49,7 @@ impl Signers {
     }
 
     /// The id and tenant of a genuine capability, and when it expires.
-    pub(super) fn verify<'c>(&self, capability: &'c str) -> Option<(&'c str, &'c str, u64)> {
+    pub(crate) fn verify<'c>(&self, capability: &'c str) -> Option<(&'c str, &'c str, u64)> {
         let (text, tag) = capability.rsplit_once('.')?;
         let tag = BASE64URL_NOPAD.decode(tag.as_bytes()).ok()?;
         let mut parts = text.splitn(3, '.');
@@ -63,19 +63,19 @@ impl Signers {
 
 /// The capability that a request came with, in its extensions.
 #[derive(Debug, Clone)]
-pub(in crate::server) struct Capability {
+pub(crate) struct Capability {
     /// As it stands in the path.
     text: String,
 }
 
 impl Capability {
     /// What links in the answer begin with, so that they can be followed with the same capability.
-    pub(in crate::server) fn prefix(&self) -> String {
+    pub(crate) fn prefix(&self) -> String {
         format!("{PREFIX}{}", self.text)
     }
 
     /// The tenant's name, if this request is one that the capability is for.
-    pub(super) fn check(&self, signers: &Signers, request: &Request, now: u64) -> Result<String, Problem> {
+    pub(crate) fn check(&self, signers: &Signers, request: &Request, now: u64) -> Result<String, Problem> {
         let refused = |detail: &str| Problem::new(Kind::Forbidden, detail);
         let (id, tenant, expires) = signers.verify(&self.text).ok_or_else(|| {
             refused("this capability is not genuine: it was changed on its way, or its secret is no longer in use")
@@ -98,7 +98,7 @@ impl Capability {
 }
 
 /// Takes a capability off the path, before the path is routed.
-pub(in crate::server) fn strip<B>(mut request: axum::http::Request<B>) -> axum::http::Request<B> {
+pub(crate) fn strip<B>(mut request: axum::http::Request<B>) -> axum::http::Request<B> {
     let taken = request.uri().path_and_query().and_then(|all| {
         let (text, rest) = all.as_str().strip_prefix(PREFIX)?.split_once('/')?;
         Some((text.to_owned(), format!("/{rest}").parse::<Uri>().ok()?))

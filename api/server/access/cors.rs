@@ -58,7 +58,7 @@ impl Origins {
 }
 
 /// Answers preflight requests, and marks all other answers.
-pub(in crate::server) async fn cors(State(service): State<App>, request: Request, next: Next) -> Response {
+pub(crate) async fn cors(State(service): State<App>, request: Request, next: Next) -> Response {
     let origins = &service.access.origins;
     let allowed = origins.allowed(request.headers());
     let preflight =

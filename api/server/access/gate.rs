@@ -15,7 +15,7 @@ use std::time::{Instant, SystemTime};
 
 /// Puts the tenant into the request's extensions. A request without a key has none where keys are asked for; a key or a
 /// capability that is not good is refused, whatever it was shown for.
-pub(in crate::server) async fn identify(
+pub(crate) async fn identify(
     State(service): State<App>,
     mut request: Request,
     next: Next,
@@ -27,7 +27,7 @@ pub(in crate::server) async fn identify(
 }
 
 /// Lets those through who may do such a thing, and charges them for it.
-pub(in crate::server) async fn require(scope: Scope, request: Request, next: Next) -> Result<Response, Problem> {
+pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Result<Response, Problem> {
     let tenant = request.extensions().get::<Arc<Tenant>>().map(Arc::clone).ok_or_else(|| {
         let detail = "this service asks for a key: send Authorization: Bearer rk_...";
         Problem::new(Kind::Unauthorized, detail)
@@ -94,13 +94,13 @@ impl Access {
     }
 
     /// A capability for one thing of a tenant's.
-    pub(super) fn sign(&self, id: &str, tenant: &str, expires: u64) -> String {
+    pub(crate) fn sign(&self, id: &str, tenant: &str, expires: u64) -> String {
         let keys = self.keys();
         keys.as_ref().and_then(|keys| keys.signers.as_ref()).unwrap_or(&self.own).sign(id, tenant, expires)
     }
 }
 
 /// Seconds since 1970.
-pub(super) fn now() -> u64 {
+pub(crate) fn now() -> u64 {
     SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }

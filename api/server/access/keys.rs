@@ -18,12 +18,12 @@ const ID_BYTES: usize = 5;
 
 /// What the key file says.
 #[derive(Debug)]
-pub(super) struct Keys {
+pub(crate) struct Keys {
     by_id: HashMap<String, Key>,
     /// What each tenant may do through a capability.
     readers: HashMap<String, Arc<Tenant>>,
     /// Secrets that sign capabilities, if the file has any.
-    pub(super) signers: Option<Signers>,
+    pub(crate) signers: Option<Signers>,
 }
 
 #[derive(Debug)]
@@ -71,7 +71,7 @@ struct SignerEntry {
 
 impl Keys {
     /// Reads the text of a key file; tenants that were there before keep what is left of their allowance.
-    pub(super) fn read(text: &str, before: Option<&Self>) -> Result<Self, String> {
+    pub(crate) fn read(text: &str, before: Option<&Self>) -> Result<Self, String> {
         let File { tenants, keys, signers } = toml::from_str(text).map_err(|error| error.to_string())?;
         let mut readers = HashMap::new();
         let names = tenants.keys().chain(keys.iter().map(|key| &key.tenant));
@@ -105,7 +105,7 @@ impl Keys {
     }
 
     /// Whose key this is.
-    pub(super) fn tenant(&self, presented: &str) -> Option<Arc<Tenant>> {
+    pub(crate) fn tenant(&self, presented: &str) -> Option<Arc<Tenant>> {
         let (id, _) = presented.strip_prefix("rk_")?.split_once('_')?;
         let key = self.by_id.get(id)?;
         let same = Sha256::digest(presented).as_slice().ct_eq(&key.sha256);
@@ -113,7 +113,7 @@ impl Keys {
     }
 
     /// What a tenant may do through a capability: look at things.
-    pub(super) fn reader(&self, tenant: &str) -> Option<Arc<Tenant>> {
+    pub(crate) fn reader(&self, tenant: &str) -> Option<Arc<Tenant>> {
         self.readers.get(tenant).map(Arc::clone)
     }
 }

@@ -19,7 +19,7 @@ const MAX_TTL: u64 = 7 * 86_400;
 /// What shall be opened: a job or a picture.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub(in crate::server) struct Wanted {
+pub(crate) struct Wanted {
     /// Id of a picture.
     #[schema(min_length = 1, max_length = 64, pattern = "^[A-Za-z0-9_-]+$")]
     image_id: Option<String>,
@@ -33,7 +33,7 @@ pub(in crate::server) struct Wanted {
 
 /// A capability.
 #[derive(Debug, Serialize, ToSchema)]
-pub(in crate::server) struct Minted {
+pub(crate) struct Minted {
     /// What to put before paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`.
     prefix: String,
     /// When it ends, in seconds since 1970.
@@ -46,10 +46,7 @@ pub(in crate::server) struct Minted {
     request_body = Wanted,
     responses((status = 201, description = "The capability", body = Minted)),
 )]
-pub(in crate::server) async fn mint(
-    State(service): State<App>,
-    request: Request,
-) -> Result<(StatusCode, Json<Minted>), Problem> {
+pub(crate) async fn mint(State(service): State<App>, request: Request) -> Result<(StatusCode, Json<Minted>), Problem> {
     let (parts, body) = request.into_parts();
     let tenant = Tenant::of(&parts.extensions);
     body::json_only(&parts.headers)?;

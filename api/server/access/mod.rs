@@ -9,17 +9,17 @@ mod mint;
 mod peer;
 mod reload;
 
-pub(super) use allowance::Allowance;
-pub(super) use capability::{Capability, strip};
+pub(crate) use allowance::Allowance;
+pub(crate) use capability::{Capability, strip};
 pub(crate) use cors::Origins;
-pub(super) use cors::cors;
-pub(super) use gate::{identify, require};
+pub(crate) use cors::cors;
+pub(crate) use gate::{identify, require};
 pub(crate) use keys::{new_key, new_signer};
-pub(super) use mint::*;
-pub(super) use peer::{Client, arrived};
-pub(super) use reload::watch;
+pub(crate) use mint::*;
+pub(crate) use peer::{Client, arrived};
+pub(crate) use reload::watch;
 
-use super::tenant::Tenant;
+use crate::server::tenant::Tenant;
 use capability::Signers;
 use keys::Keys;
 use reload::KeyFile;
@@ -30,18 +30,18 @@ use std::time::Instant;
 
 /// What decides about a request's tenant.
 #[derive(Debug)]
-pub(super) struct Access {
+pub(crate) struct Access {
     /// The key file; without one everybody is anonymous.
     keys: Option<KeyFile>,
     anonymous: Arc<Tenant>,
     /// Signs capabilities where the key file names no secrets; they end with the process.
     own: Signers,
-    pub(super) origins: Origins,
+    pub(crate) origins: Origins,
 }
 
 impl Access {
     /// Reads the key file, if there is one.
-    pub(super) fn open(path: Option<&Path>, origins: Origins) -> io::Result<Self> {
+    pub(crate) fn open(path: Option<&Path>, origins: Origins) -> io::Result<Self> {
         Ok(Self {
             keys: path.map(KeyFile::open).transpose()?,
             anonymous: Arc::new(Tenant::anonymous()),
@@ -52,7 +52,7 @@ impl Access {
 
     /// Charges a tenant for rays that were traced for it by other means than a request. Tenants that are no longer in the
     /// key file owe nothing.
-    pub(super) fn charge(&self, tenant: &str, rays: u64) {
+    pub(crate) fn charge(&self, tenant: &str, rays: u64) {
         let tenant = self.keys().and_then(|keys| keys.reader(tenant));
         if let Some(allowance) = tenant.as_ref().and_then(|tenant| tenant.allowance.as_ref()) {
             allowance.charge(rays, Instant::now());

@@ -10,21 +10,21 @@ struct Peer(IpAddr);
 
 /// A tenant's client.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(in crate::server) struct Client {
+pub(crate) struct Client {
     tenant: String,
     address: Option<IpAddr>,
 }
 
 impl Client {
     /// Whose request this is, and where it comes from.
-    pub(in crate::server) fn of(extensions: &Extensions) -> Self {
+    pub(crate) fn of(extensions: &Extensions) -> Self {
         let address = extensions.get::<Peer>().map(|Peer(address)| *address);
         Self { tenant: Tenant::of(extensions).name.clone(), address }
     }
 }
 
 /// Notes on a request where it comes from.
-pub(in crate::server) fn arrived<B>(address: IpAddr, mut request: Request<B>) -> Request<B> {
+pub(crate) fn arrived<B>(address: IpAddr, mut request: Request<B>) -> Request<B> {
     request.extensions_mut().insert(Peer(address));
     request
 }

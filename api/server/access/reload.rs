@@ -16,7 +16,7 @@ type State = Option<(SystemTime, u64)>;
 
 /// The key file, and what it said last.
 #[derive(Debug)]
-pub(super) struct KeyFile {
+pub(crate) struct KeyFile {
     path: PathBuf,
     /// The file as it was before it was read, so that no change is missed.
     seen: Mutex<State>,
@@ -25,14 +25,14 @@ pub(super) struct KeyFile {
 
 impl KeyFile {
     /// Reads it for the first time.
-    pub(super) fn open(path: &Path) -> io::Result<Self> {
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
         let seen = Mutex::new(state(path));
         let keys = Keys::read(&fs::read_to_string(path)?, None).map_err(io::Error::other)?;
         Ok(Self { path: path.to_owned(), seen, keys: RwLock::new(Arc::new(keys)) })
     }
 
     /// What it said last.
-    pub(super) fn keys(&self) -> Arc<Keys> {
+    pub(crate) fn keys(&self) -> Arc<Keys> {
         // A panic while one pointer is swapped for another leaves one of the two.
         Arc::clone(&self.keys.read().unwrap_or_else(PoisonError::into_inner))
     }
@@ -55,7 +55,7 @@ impl KeyFile {
 }
 
 /// Looks at the key file until the service ends.
-pub(in crate::server) async fn watch(service: App) {
+pub(crate) async fn watch(service: App) {
     let Some(file) = &service.access.keys else { return };
     let mut ticks = interval(PERIOD);
     loop {

@@ -1,11 +1,11 @@
 //! Changing a job: its priority, and whether it goes on.
 
-use super::super::App;
-use super::super::openapi::jobs::JobView;
-use super::super::problem::{Kind, Problem};
 use super::view::etag;
 use super::{Named, shown};
-use crate::jobs::Job;
+use crate::server::App;
+use crate::server::openapi::jobs::JobView;
+use crate::server::problem::{Kind, Problem};
+use crate::service::jobs::Job;
 use axum::body::{Body, to_bytes};
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
@@ -21,7 +21,7 @@ const CHANGE_BYTES: usize = 4_096;
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = JobChange)]
-pub(in crate::server) struct Change {
+pub(crate) struct Change {
     /// 0 to 100.
     #[schema(minimum = 0, maximum = 100)]
     priority: Option<u8>,
@@ -37,7 +37,7 @@ pub(in crate::server) struct Change {
     request_body(description = "What is to be changed", content((Change = "application/merge-patch+json"), (Change = "application/json"))),
     responses((status = 200, description = "The job", body = JobView)),
 )]
-pub(in crate::server) async fn change_job(
+pub(crate) async fn change_job(
     State(service): State<App>,
     Named { job, .. }: Named,
     headers: HeaderMap,
@@ -75,10 +75,7 @@ pub(in crate::server) async fn change_job(
     params(("id" = String, Path, description = "The job's id.")),
     responses((status = 202, description = "The job, which stops within a tenth of a second", body = JobView)),
 )]
-pub(in crate::server) async fn cancel_job(
-    State(service): State<App>,
-    Named { job, .. }: Named,
-) -> Result<Response, Problem> {
+pub(crate) async fn cancel_job(State(service): State<App>, Named { job, .. }: Named) -> Result<Response, Problem> {
     let canceled = {
         let (service, job) = (Arc::clone(&service), Arc::clone(&job));
         blocking(move || service.jobs.cancel(&job)).await?
@@ -98,16 +95,13 @@ fn over(job: &Job) -> Problem {
     params(("id" = String, Path, description = "The job's id.")),
     responses((status = 204, description = "It is forgotten")),
 )]
-pub(in crate::server) async fn forget_job(
-    State(service): State<App>,
-    Named { job, .. }: Named,
-) -> Result<StatusCode, Problem> {
+pub(crate) async fn forget_job(State(service): State<App>, Named { job, .. }: Named) -> Result<StatusCode, Problem> {
     let service = Arc::clone(&service);
     blocking(move || service.jobs.forget(&job)).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
 /// Work that writes to disk, on a thread that may wait for it.
-pub(super) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
+pub(crate) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
     tokio::task::spawn_blocking(work).await.map_err(|_| Problem::new(Kind::Internal, "the request failed"))
 }

@@ -1,24 +1,21 @@
 //! `POST /v1/render` with `Prefer: respond-async` or `wait=N`: the render becomes a job, and the answer is the picture if
 //! it is done in time, else the job.
 
-use super::super::App;
-use super::super::asked::{self, Asked};
-use super::super::problem::Problem;
 use super::look::picture_of;
 use super::submit::{Claimed, Wanted, accept, accepted, claim};
 use super::{Prefer, until_final};
-use crate::jobs::record::State;
-use crate::turns::PRIORITY;
+use crate::server::App;
+use crate::server::asked;
+use crate::server::asked::Asked;
+use crate::server::problem::Problem;
+use crate::service::jobs::record::State;
+use crate::service::scheduler::task::PRIORITY;
 use axum::extract::Request;
 use axum::response::Response;
 use std::time::Duration;
 
 /// Renders as a job.
-pub(in crate::server) async fn render_later(
-    service: App,
-    request: Request,
-    prefer: Prefer,
-) -> Result<Response, Problem> {
+pub(crate) async fn render_later(service: App, request: Request, prefer: Prefer) -> Result<Response, Problem> {
     let headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
     let Asked { format, overrides, further: output, tenant, method, body, .. } =

@@ -1,15 +1,15 @@
 //! `GET /v1/jobs/{id}/events`, `/v1/events?job=...`: what happens to jobs, as it happens (Server-Sent Events).
 
-use super::super::App;
-use super::super::openapi::bodies::StreamedEvent;
-use super::super::parameters::Parameters;
-use super::super::places::Place;
-use super::super::problem::{Kind, Problem};
-use super::super::tenant::Tenant;
 use super::Named;
 use super::named::find;
-use crate::jobs::record::State as JobState;
-use crate::jobs::{Event, Job, Watcher};
+use crate::server::App;
+use crate::server::openapi::bodies::StreamedEvent;
+use crate::server::parameters::Parameters;
+use crate::server::places::Place;
+use crate::server::problem::{Kind, Problem};
+use crate::server::tenant::Tenant;
+use crate::service::jobs::record::State as JobState;
+use crate::service::jobs::{Event, Job, Watcher};
 use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, StatusCode, header};
@@ -45,7 +45,7 @@ const MOST: usize = 32;
         (status = 204, description = "The last event has been seen; nothing more will come"),
     ),
 )]
-pub(in crate::server) async fn job_events(
+pub(crate) async fn job_events(
     State(service): State<App>,
     Named { job, tenant }: Named,
     request: Request,
@@ -69,7 +69,7 @@ pub(in crate::server) async fn job_events(
         (status = 204, description = "The last event of each has been seen; nothing more will come"),
     ),
 )]
-pub(in crate::server) async fn events(
+pub(crate) async fn events(
     State(service): State<App>,
     Extension(tenant): Extension<Arc<Tenant>>,
     request: Request,

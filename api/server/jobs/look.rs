@@ -1,22 +1,23 @@
 //! What there is to see of a job: its picture, the preview of it, and parts that are finished.
 
-use super::super::body::Held;
-use super::super::excerpt::{Excerpt, Grid};
-use super::super::openapi::bodies::{Bytes, Picture};
-use super::super::openapi::queries;
-use super::super::parameters::{Parameters, outside};
-use super::super::problem::{Kind, Problem};
-use super::super::queue::{Job as Work, seat_of};
-use super::super::scenes::key;
-use super::super::show::{self, Freshness, Manner, Source};
-use super::super::tenant::Tenant;
-use super::super::{App, Service};
 use super::change::blocking;
 use super::{Named, Prefer, no_picture, patiently};
-use crate::jobs::Job;
-use crate::jobs::PREVIEW_SIDE;
-use crate::jobs::record::State as JobState;
-use crate::turns::Lane;
+use crate::server::body::Held;
+use crate::server::openapi::bodies::{Bytes, Picture};
+use crate::server::openapi::queries;
+use crate::server::parameters::{Parameters, outside};
+use crate::server::problem::{Kind, Problem};
+use crate::server::show;
+use crate::server::show::{Freshness, Manner, Source};
+use crate::server::tenant::Tenant;
+use crate::server::{App, Service};
+use crate::service::jobs::Job;
+use crate::service::jobs::PREVIEW_SIDE;
+use crate::service::jobs::record::State as JobState;
+use crate::service::pictures::spec::{Excerpt, Grid};
+use crate::service::scenes::cache::key;
+use crate::service::scheduler::admission::{Job as Work, seat_of};
+use crate::service::scheduler::task::Lane;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -37,7 +38,7 @@ const PART_PIXELS: u64 = 4 << 20;
     params(("id" = String, Path, description = "The job's id.")),
     responses((status = 200, response = Picture)),
 )]
-pub(in crate::server) async fn job_image(
+pub(crate) async fn job_image(
     State(service): State<App>,
     Named { job, tenant }: Named,
     request: Request,
@@ -46,7 +47,7 @@ pub(in crate::server) async fn job_image(
 }
 
 /// The picture of a job, if there is one, as any other picture is answered.
-pub(super) async fn picture_of(
+pub(crate) async fn picture_of(
     service: &App,
     tenant: &Tenant,
     method: &Method,
@@ -88,7 +89,7 @@ pub(super) async fn picture_of(
         (status = 304, description = "There is no other yet"),
     ),
 )]
-pub(in crate::server) async fn job_preview(
+pub(crate) async fn job_preview(
     State(service): State<App>,
     Named { job, tenant }: Named,
     request: Request,
@@ -163,7 +164,7 @@ fn tag(revision: u64, is_last: bool) -> String {
     params(("id" = String, Path, description = "The job's id."), queries::Region),
     responses((status = 200, description = "The part, as it will be in the picture", body = Bytes, content_type = "image/png")),
 )]
-pub(in crate::server) async fn job_tile(
+pub(crate) async fn job_tile(
     State(service): State<App>,
     Named { job, tenant }: Named,
     request: Request,
@@ -201,7 +202,7 @@ pub(in crate::server) async fn job_tile(
     params(("id" = String, Path, description = "The job's id."), queries::Region),
     responses((status = 204, description = "It is next")),
 )]
-pub(in crate::server) async fn look_at_job(Named { job, .. }: Named, request: Request) -> Result<StatusCode, Problem> {
+pub(crate) async fn look_at_job(Named { job, .. }: Named, request: Request) -> Result<StatusCode, Problem> {
     job.look(region_of(&job, &request)?);
     Ok(StatusCode::NO_CONTENT)
 }
@@ -236,7 +237,7 @@ async fn again(service: &App, tenant: &Tenant, job: &Job, excerpt: Excerpt) -> R
 
 async fn to_png(service: &Service, tenant: &Tenant, film: Film) -> Result<Vec<u8>, Problem> {
     let encode = move |work: &Work| {
-        work.workers.work(|| encode(&film, FileFormat::Png8)).map_err(|_| super::super::picture::gone())
+        work.workers.work(|| encode(&film, FileFormat::Png8)).map_err(|_| crate::server::picture::gone())
     };
     Ok(service.queue.run(seat_of(tenant, Lane::Tiles), encode).await?.value)
 }

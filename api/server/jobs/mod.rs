@@ -9,19 +9,19 @@ mod prefer;
 mod submit;
 mod view;
 
-pub(super) use change::*;
-pub(super) use deferred::render_later;
-pub(super) use events::*;
-pub(super) use look::*;
-pub(in crate::server) use named::Named;
-pub(super) use prefer::Prefer;
-pub(super) use submit::*;
-pub(super) use view::*;
+pub(crate) use change::*;
+pub(crate) use deferred::render_later;
+pub(crate) use events::*;
+pub(crate) use look::*;
+pub(crate) use named::Named;
+pub(crate) use prefer::Prefer;
+pub(crate) use submit::*;
+pub(crate) use view::*;
 
-use super::Service;
-use super::problem::{Kind, Problem};
-use crate::jobs::Job;
-use crate::jobs::record::State;
+use crate::server::Service;
+use crate::server::problem::{Kind, Problem};
+use crate::service::jobs::Job;
+use crate::service::jobs::record::State;
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -1,10 +1,10 @@
 //! The job that a path names, for handlers: there is one, and who asks may see it.
 
-use super::super::App;
-use super::super::problem::{Kind, Problem};
-use super::super::tenant::{Scope, Tenant};
-use crate::jobs::Job;
-use crate::jobs::record::Record;
+use crate::server::App;
+use crate::server::problem::{Kind, Problem};
+use crate::server::tenant::{Scope, Tenant};
+use crate::service::jobs::Job;
+use crate::service::jobs::record::Record;
 use axum::extract::{FromRequestParts, Path};
 use axum::http::request::Parts;
 use std::sync::Arc;
@@ -13,9 +13,9 @@ use uuid::Uuid;
 
 /// A job, and who asks about it.
 #[derive(Debug)]
-pub(in crate::server) struct Named {
-    pub(super) job: Arc<Job>,
-    pub(super) tenant: Arc<Tenant>,
+pub(crate) struct Named {
+    pub(crate) job: Arc<Job>,
+    pub(crate) tenant: Arc<Tenant>,
 }
 
 impl FromRequestParts<App> for Named {
@@ -31,13 +31,13 @@ impl FromRequestParts<App> for Named {
 }
 
 /// The job of an id, if the tenant may see it.
-pub(super) fn find(service: &App, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
+pub(crate) fn find(service: &App, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
     let found = service.jobs.find(id).filter(|job| may_see(tenant, &job.record()));
     found.ok_or_else(|| missing(service, id))
 }
 
 /// Whether a tenant may see a job: its own, and operators all.
-pub(super) fn may_see(tenant: &Tenant, record: &Record) -> bool {
+pub(crate) fn may_see(tenant: &Tenant, record: &Record) -> bool {
     record.tenant == tenant.name || tenant.may(Scope::Admin)
 }
 

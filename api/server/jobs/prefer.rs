@@ -10,16 +10,16 @@ const LONGEST: Duration = Duration::from_secs(60);
 
 /// What a client prefers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(in crate::server) struct Prefer {
+pub(crate) struct Prefer {
     /// A job rather than a picture.
-    pub(in crate::server) respond_async: bool,
+    pub(crate) respond_async: bool,
     /// An answer after so long at the latest.
-    pub(in crate::server) wait: Option<Duration>,
+    pub(crate) wait: Option<Duration>,
 }
 
 impl Prefer {
     /// What the headers say; preferences that are not understood are ignored, as the standard has it.
-    pub(in crate::server) fn of(headers: &HeaderMap) -> Self {
+    pub(crate) fn of(headers: &HeaderMap) -> Self {
         let mut prefer = Self::default();
         let values = headers.get_all(PREFER).iter().filter_map(|value| value.to_str().ok());
         for preference in values.flat_map(|value| value.split([',', ';'])).map(str::trim) {
@@ -36,7 +36,7 @@ impl Prefer {
     }
 
     /// What an answer says it has honoured.
-    pub(in crate::server) fn applied(self) -> [(HeaderName, String); 1] {
+    pub(crate) fn applied(self) -> [(HeaderName, String); 1] {
         let wait = self.wait.map(|wait| format!("wait={}", wait.as_secs()));
         let respond_async = self.respond_async.then(|| "respond-async".to_owned());
         let applied: Vec<_> = respond_async.into_iter().chain(wait).collect();

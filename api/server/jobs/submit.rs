@@ -1,22 +1,23 @@
 //! `POST /v1/jobs`, and what it shares with renders that become jobs.
 
-use super::super::body;
-use super::super::excerpt::Excerpt;
-use super::super::limits::Limits;
-use super::super::openapi::jobs::{JobRequest, JobView};
-use super::super::parameters::Parameters;
-use super::super::picture::{find as find_scene, gone};
-use super::super::problem::{Kind, Problem};
-use super::super::queue::{Job as Work, seat_of};
-use super::super::show::{self, image_of};
-use super::super::tenant::Tenant;
-use super::super::{App, Service};
 use super::change::blocking;
 use super::{Prefer, shown, until_final};
-use crate::identity::ImageId;
-use crate::jobs::{Claim, Job, Known, Refused, Submission};
-use crate::ready::planned;
-use crate::turns::{Lane, PRIORITY};
+use crate::server::body;
+use crate::server::openapi::jobs::{JobRequest, JobView};
+use crate::server::parameters::Parameters;
+use crate::server::picture::{find as find_scene, gone};
+use crate::server::problem::{Kind, Problem};
+use crate::server::show;
+use crate::server::show::image_of;
+use crate::server::tenant::Tenant;
+use crate::server::{App, Service};
+use crate::service::jobs::{Claim, Job, Known, Refused, Submission};
+use crate::service::limits::Limits;
+use crate::service::pictures::spec::Excerpt;
+use crate::service::scenes::ids::ImageId;
+use crate::service::scenes::prepared::planned;
+use crate::service::scheduler::admission::{Job as Work, seat_of};
+use crate::service::scheduler::task::{Lane, PRIORITY};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -50,13 +51,13 @@ struct Body<'a> {
 
 /// What is to be rendered, and how it is to be kept.
 #[derive(Debug)]
-pub(super) struct Wanted {
-    pub(super) scene: Vec<u8>,
-    pub(super) format: Format,
-    pub(super) overrides: Overrides,
-    pub(super) output: FileFormat,
-    pub(super) priority: u8,
-    pub(super) labels: Vec<String>,
+pub(crate) struct Wanted {
+    pub(crate) scene: Vec<u8>,
+    pub(crate) format: Format,
+    pub(crate) overrides: Overrides,
+    pub(crate) output: FileFormat,
+    pub(crate) priority: u8,
+    pub(crate) labels: Vec<String>,
 }
 
 /// Submits a job: a scene that is rendered as soon as there is time, also if the service is restarted meanwhile.
@@ -71,7 +72,7 @@ pub(super) struct Wanted {
         (status = 202, description = "The job", body = JobView, headers(("Location" = String, description = "The job's path."))),
     ),
 )]
-pub(in crate::server) async fn submit_job(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+pub(crate) async fn submit_job(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     let tenant = Tenant::of(&parts.extensions);
     let read = async {
@@ -132,7 +133,7 @@ fn wanted(text: &[u8]) -> Result<Wanted, Problem> {
 
 /// A submission's key.
 #[derive(Debug)]
-pub(super) enum Claimed {
+pub(crate) enum Claimed {
     /// The same submission has become this job.
     Before(Arc<Job>),
     /// It is the first, or has no key.
@@ -140,7 +141,7 @@ pub(super) enum Claimed {
 }
 
 /// Claims the key of a submission, if it has one.
-pub(super) fn claim(
+pub(crate) fn claim(
     service: &Service,
     tenant: &Tenant,
     headers: &HeaderMap,
@@ -167,7 +168,7 @@ pub(super) fn claim(
 }
 
 /// Checks a scene and what it should take, and takes the job in.
-pub(super) async fn accept(
+pub(crate) async fn accept(
     service: &App,
     tenant: &Arc<Tenant>,
     wanted: Wanted,
@@ -260,7 +261,7 @@ fn refusal(limits: &Limits, refused: &Refused) -> Problem {
 }
 
 /// The answer to a submission.
-pub(super) async fn accepted(service: &App, job: &Arc<Job>, again: bool, prefer: Prefer) -> Response {
+pub(crate) async fn accepted(service: &App, job: &Arc<Job>, again: bool, prefer: Prefer) -> Response {
     let mut response = (StatusCode::ACCEPTED, shown(service, job).await).into_response();
     let headers = response.headers_mut();
     if let Ok(path) = HeaderValue::from_str(&format!("/v1/jobs/{}", job.record().id)) {

@@ -1,17 +1,17 @@
 //! Jobs as JSON, one and many.
 
-use super::super::images::place_of;
-use super::super::known::tiles_of;
-use super::super::openapi::jobs::{JobList, JobView};
-use super::super::parameters::Parameters;
-use super::super::problem::{Kind, Problem};
-use super::super::tenant::Tenant;
-use super::super::{App, Service};
 use super::change::blocking;
 use super::named::may_see;
 use super::{Named, Prefer, until_final};
-use crate::jobs::Job;
-use crate::jobs::record::{Record, State as JobState};
+use crate::server::images::place_of;
+use crate::server::known::tiles_of;
+use crate::server::openapi::jobs::{JobList, JobView};
+use crate::server::parameters::Parameters;
+use crate::server::problem::{Kind, Problem};
+use crate::server::tenant::Tenant;
+use crate::server::{App, Service};
+use crate::service::jobs::Job;
+use crate::service::jobs::record::{Record, State as JobState};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -32,7 +32,7 @@ const PAGE: [usize; 2] = [50, 200];
     ),
     responses((status = 200, description = "The job", body = JobView)),
 )]
-pub(in crate::server) async fn job(
+pub(crate) async fn job(
     State(service): State<App>,
     Named { job, .. }: Named,
     headers: HeaderMap,
@@ -56,7 +56,7 @@ pub(in crate::server) async fn job(
     ),
     responses((status = 200, description = "The jobs; `Link` with `rel=\"next\"` leads to the next page.", body = JobList)),
 )]
-pub(in crate::server) async fn jobs(
+pub(crate) async fn jobs(
     State(service): State<App>,
     Extension(tenant): Extension<Arc<Tenant>>,
     request: Request,
@@ -91,7 +91,7 @@ pub(in crate::server) async fn jobs(
 }
 
 /// A job as an answer: with the cost report once there is a picture, its version as ETag, and when to ask again.
-pub(super) async fn shown(service: &App, job: &Arc<Job>) -> Response {
+pub(crate) async fn shown(service: &App, job: &Arc<Job>) -> Response {
     let mut view = view(service, job);
     if view["state"] == JobState::Succeeded.name() {
         let (service, id) = (Arc::clone(service), job.record().id.clone());
@@ -114,12 +114,12 @@ pub(super) async fn shown(service: &App, job: &Arc<Job>) -> Response {
 }
 
 /// The ETag of a version.
-pub(super) fn etag(version: u64) -> String {
+pub(crate) fn etag(version: u64) -> String {
     format!("\"v{version}\"")
 }
 
 /// A job as JSON.
-pub(super) fn view(service: &Service, job: &Arc<Job>) -> Value {
+pub(crate) fn view(service: &Service, job: &Arc<Job>) -> Value {
     let progress = job.progress();
     let place = service.jobs.place(job);
     let record = job.record();

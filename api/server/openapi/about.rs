@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 
 /// What `/readyz` says.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct Readiness {
+pub(crate) struct Readiness {
     /// `ready` or `draining`.
     status: String,
     /// Requests that are worked on.
@@ -20,7 +20,7 @@ pub(in crate::server) struct Readiness {
 
 /// How many jobs there are.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct JobCounts {
+pub(crate) struct JobCounts {
     /// Those that wait.
     waiting: u64,
     /// Those that are rendered.
@@ -29,7 +29,7 @@ pub(in crate::server) struct JobCounts {
 
 /// All limits by the names that problems quote.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct AllLimits {
+pub(crate) struct AllLimits {
     /// What one request may ask for; bytes, seconds (`_s`) and counts. Null: there is no such thing here.
     request: HashMap<String, Option<f64>>,
     /// What jobs may ask for.
@@ -43,7 +43,7 @@ pub(in crate::server) struct AllLimits {
 /// A number, or whether something is so.
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(untagged)]
-pub(in crate::server) enum LimitValue {
+pub(crate) enum LimitValue {
     /// Bytes, seconds or a count.
     Number(f64),
     /// `durable`: whether jobs outlive the process.
@@ -52,7 +52,7 @@ pub(in crate::server) enum LimitValue {
 
 /// The program and its renderer.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct Version {
+pub(crate) struct Version {
     /// `strahl`.
     name: String,
     /// The program's version.
@@ -63,14 +63,14 @@ pub(in crate::server) struct Version {
 
 /// The formats that pictures may have.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct Formats {
+pub(crate) struct Formats {
     /// One by one.
     formats: Vec<FormatEntry>,
 }
 
 /// A format of pictures.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct FormatEntry {
+pub(crate) struct FormatEntry {
     /// Its name in queries, and its file ending.
     name: String,
     /// Its media type.

@@ -7,7 +7,7 @@ use utoipa::{ToResponse, ToSchema};
 /// Anything that is not JSON.
 #[derive(Debug, ToSchema)]
 #[schema(value_type = String, format = Binary)]
-pub(in crate::server) struct Bytes(Vec<u8>);
+pub(crate) struct Bytes(Vec<u8>);
 
 /// The picture, in the format that `Accept` or `format` asks for.
 #[derive(Debug, ToResponse)]
@@ -24,7 +24,7 @@ pub(in crate::server) struct Bytes(Vec<u8>);
         ("Render-Warnings" = Option<String>, description = "Up to five warnings about the scene; `POST /v1/scenes/validate` has all."),
     )
 )]
-pub(in crate::server) enum Picture {
+pub(crate) enum Picture {
     /// sRGB, 8 or 16 bits.
     Png(#[content("image/png")] Bytes),
     /// sRGB, lossy.
@@ -39,7 +39,7 @@ pub(in crate::server) enum Picture {
 
 /// One of the Server-Sent Events of a stream (WHATWG HTML, 9.2).
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct StreamedEvent {
+pub(crate) struct StreamedEvent {
     /// What `Last-Event-ID` and `since` name.
     id: Option<String>,
     /// Its name.
@@ -53,11 +53,11 @@ pub(in crate::server) struct StreamedEvent {
 /// XML.
 #[derive(Debug, ToSchema)]
 #[schema(value_type = String)]
-pub(in crate::server) struct Xml(String);
+pub(crate) struct Xml(String);
 
 /// A problem (RFC 9457).
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct ProblemDocument {
+pub(crate) struct ProblemDocument {
     /// Path of the page about this kind of problem, `/problems/{slug}`.
     #[schema(value_type = String, format = "uri-reference", example = "/problems/invalid-scene")]
     r#type: String,
@@ -84,7 +84,7 @@ pub(in crate::server) struct ProblemDocument {
 
 /// One thing that is wrong.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct ErrorEntry {
+pub(crate) struct ErrorEntry {
     /// Its place in the body, a JSON pointer as a URI fragment.
     #[schema(example = "#/objects/3/sphere/radius")]
     pointer: Option<String>,
@@ -102,7 +102,7 @@ pub(in crate::server) struct ErrorEntry {
 
 /// A limit by name.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct LimitEntry {
+pub(crate) struct LimitEntry {
     /// Its name in `/v1/limits`.
     name: String,
     /// The largest value allowed.
@@ -111,7 +111,7 @@ pub(in crate::server) struct LimitEntry {
 
 /// A ray.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct RayQuestion {
+pub(crate) struct RayQuestion {
     /// Where it begins.
     origin: [f64; 3],
     /// Where it goes; taken as given, t counts in its units.
@@ -124,14 +124,14 @@ pub(in crate::server) struct RayQuestion {
 
 /// What the rays hit, in their order.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct Answers {
+pub(crate) struct Answers {
     /// One for each ray.
     answers: Vec<RayAnswer>,
 }
 
 /// What `POST /v1/scenes/validate` says of a valid scene.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct Valid {
+pub(crate) struct Valid {
     /// True; a scene that is not valid is a problem.
     valid: bool,
     /// What the author should know.

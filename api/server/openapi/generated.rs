@@ -1,8 +1,8 @@
 //! Answers whose schemas come from the types that write them, as the scene's comes from those that read it: where handlers
 //! name one of these, the document gets what schemars makes of the type.
 
-use crate::ready::Analyzed;
-use crate::report::Report;
+use crate::service::pictures::report::Report;
+use crate::service::scenes::prepared::Analyzed;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 use strahl::accuracy::tradeoff::Tradeoff as MeasuredTradeoff;
@@ -23,7 +23,7 @@ macro_rules! stand_ins {
     ($($(#[$about:meta])* $name:ident),+ $(,)?) => {$(
         $(#[$about])*
         #[derive(Debug)]
-        pub(in crate::server) struct $name;
+        pub(crate) struct $name;
 
         impl ToSchema for $name {}
 
@@ -59,7 +59,7 @@ stand_ins! {
 }
 
 /// Query parameters as objects: the settings and the output of a job are those of a render.
-pub(super) fn parameters(document: &Value) -> [(&'static str, Value); 2] {
+pub(crate) fn parameters(document: &Value) -> [(&'static str, Value); 2] {
     let object = |is_output: bool, about: &str| {
         let all = document["paths"]["/v1/render"]["post"]["parameters"].as_array().into_iter().flatten();
         let chosen =
@@ -79,7 +79,7 @@ pub(super) fn parameters(document: &Value) -> [(&'static str, Value); 2] {
 }
 
 /// The definitions by name. They refer to each other as `#/$defs/NAME`.
-pub(super) fn definitions() -> Map<String, Value> {
+pub(crate) fn definitions() -> Map<String, Value> {
     let mut generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
     generator.subschema_for::<Plan>();
     generator.subschema_for::<Analyzed<'_>>();

@@ -2,12 +2,12 @@
 #![allow(dead_code, reason = "only their descriptions are used")]
 
 use super::generated::{CostReport, Overrides, PictureOutput, Scene};
-use crate::jobs::record::{State, Stats};
+use crate::service::jobs::record::{State, Stats};
 use utoipa::ToSchema;
 
 /// A job to be done.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct JobRequest {
+pub(crate) struct JobRequest {
     /// What to render.
     scene: Scene,
     /// Settings over the scene's, by the names of the query parameters of `POST /v1/render`.
@@ -24,7 +24,7 @@ pub(in crate::server) struct JobRequest {
 
 /// A job.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct JobView {
+pub(crate) struct JobView {
     /// A UUID of version 7.
     id: String,
     /// Where it stands.
@@ -73,7 +73,7 @@ pub(in crate::server) struct JobView {
 
 /// Jobs, the newest first.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct JobList {
+pub(crate) struct JobList {
     /// The jobs.
     jobs: Vec<JobView>,
     /// `cursor` of the next page; null on the last one.
@@ -82,7 +82,7 @@ pub(in crate::server) struct JobList {
 
 /// How far a job is.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct JobProgress {
+pub(crate) struct JobProgress {
     /// From 0 to 1.
     fraction: f64,
     /// Finished tiles.
@@ -95,7 +95,7 @@ pub(in crate::server) struct JobProgress {
 
 /// Paths of what there is to see of a job, and where its picture and tiles are if they have names.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct JobLinks {
+pub(crate) struct JobLinks {
     /// The job.
     #[schema(rename = "self")]
     this: String,
@@ -121,7 +121,7 @@ pub(in crate::server) struct JobLinks {
 
 /// Why a job failed: a problem (RFC 9457).
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct JobFailure {
+pub(crate) struct JobFailure {
     /// Path of the page about this kind of problem, `/problems/{slug}`.
     #[schema(value_type = String, format = "uri-reference", example = "/problems/render-deadline")]
     r#type: String,

@@ -38,7 +38,7 @@ const IMAGE: [Target; 8] = [
 ];
 
 /// The links of an answer, if it has any.
-pub(super) fn of(operation: &str, status: &str) -> Map<String, Value> {
+pub(crate) fn of(operation: &str, status: &str) -> Map<String, Value> {
     let of_this = SOURCES.iter().filter(|source| (source.0, source.1) == (operation, status));
     let links = of_this.flat_map(|(.., key, targets)| targets.iter().map(move |target| (key, target)));
     links

@@ -1,20 +1,20 @@
 //! The contract as OpenAPI 3.1, generated from the handlers: each says beside its code what it takes and answers
-//! (`#[utoipa::path]`), and [`routes`](super::routes) registers code and description in one step.
+//! (`#[utoipa::path]`), and [`routes`](crate::server::routes) registers code and description in one step.
 //!
 //! A new handler needs `#[utoipa::path(...)]` above it and `.routes(routes!(handler))` in `routes.rs`; then
 //! `strahl openapi > api/openapi.json`. What all operations share is added here: problems, keys, and the schemas that types have
 //! themselves ([`generated`]).
 
-pub(super) mod about;
-pub(super) mod bodies;
-pub(super) mod generated;
-pub(super) mod jobs;
+pub(crate) mod about;
+pub(crate) mod bodies;
+pub(crate) mod generated;
+pub(crate) mod jobs;
 mod links;
-pub(super) mod pictures;
-pub(super) mod queries;
+pub(crate) mod pictures;
+pub(crate) mod queries;
 
-use super::problem::Kind;
-use super::routes;
+use crate::server::problem::Kind;
+use crate::server::routes;
 use serde_json::{Map, Value, json};
 use std::sync::OnceLock;
 use utoipa::OpenApi;
@@ -56,7 +56,7 @@ fn document() -> Value {
 /// What no handler mentions by itself.
 #[derive(Debug, OpenApi)]
 #[openapi(components(schemas(bodies::ProblemDocument), responses(bodies::Picture)))]
-pub(super) struct Shared;
+pub(crate) struct Shared;
 
 /// What operations are grouped by.
 const TAGS: [(&str, &str); 5] = [

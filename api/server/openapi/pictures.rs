@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 /// A scene that is remembered.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct KnownScene {
+pub(crate) struct KnownScene {
     /// Its name: a hash of its canonical text.
     scene_id: String,
     /// The name of its picture, opened as 2^zoom times its size.
@@ -27,7 +27,7 @@ pub(in crate::server) struct KnownScene {
 
 /// Addresses of a scene, its picture, and its tiles by each convention.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct SceneLinks {
+pub(crate) struct SceneLinks {
     /// The scene's canonical text.
     #[schema(rename = "self")]
     this: String,
@@ -43,7 +43,7 @@ pub(in crate::server) struct SceneLinks {
 
 /// The description of an image by the IIIF Image API 3.0.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct ImageInfo {
+pub(crate) struct ImageInfo {
     /// Where the words are defined.
     #[schema(rename = "@context")]
     context: String,
@@ -82,7 +82,7 @@ pub(in crate::server) struct ImageInfo {
 
 /// A size of an image.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct InfoSize {
+pub(crate) struct InfoSize {
     /// `Size`.
     r#type: String,
     /// Pixels across.
@@ -93,7 +93,7 @@ pub(in crate::server) struct InfoSize {
 
 /// Tiles of an image.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct InfoTile {
+pub(crate) struct InfoTile {
     /// `Tile`.
     r#type: String,
     /// Pixels across.
@@ -107,7 +107,7 @@ pub(in crate::server) struct InfoTile {
 
 /// The description of an image's tiles: TileJSON, with pixels for coordinates.
 #[derive(Debug, ToSchema)]
-pub(in crate::server) struct TileJson {
+pub(crate) struct TileJson {
     /// `3.0.0`.
     tilejson: String,
     /// `simple`.

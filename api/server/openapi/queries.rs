@@ -7,7 +7,7 @@ use utoipa::IntoParams;
 /// Settings put over the scene's.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct Settings {
+pub(crate) struct Settings {
     /// Pixels across, in place of the scene's.
     #[param(minimum = 1, maximum = 16_384)]
     width: Option<u32>,
@@ -39,7 +39,7 @@ pub(in crate::server) struct Settings {
 /// How a picture is written.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct Output {
+pub(crate) struct Output {
     /// Format of the picture, whatever `Accept` says.
     #[param(inline)]
     format: Option<PictureFormat>,
@@ -54,7 +54,7 @@ pub(in crate::server) struct Output {
 /// How a picture of a known format is written.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct Details {
+pub(crate) struct Details {
     /// Bits for each channel of a PNG; other formats refuse it.
     #[param(inline)]
     bits: Option<Bits>,
@@ -66,7 +66,7 @@ pub(in crate::server) struct Details {
 /// How large a scene is opened.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct Zoom {
+pub(crate) struct Zoom {
     /// As 2^zoom times its size.
     #[param(minimum = 0, maximum = 16)]
     zoom: Option<u32>,
@@ -75,7 +75,7 @@ pub(in crate::server) struct Zoom {
 /// How tiles are written.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct Tiles {
+pub(crate) struct Tiles {
     /// Format of the tiles that the description names.
     #[param(inline)]
     format: Option<TileFormat>,
@@ -84,7 +84,7 @@ pub(in crate::server) struct Tiles {
 /// A region of the picture, which has to lie inside it.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct Region {
+pub(crate) struct Region {
     /// Left edge, from 0.
     x: u32,
     /// Upper edge, from 0.
@@ -100,7 +100,7 @@ pub(in crate::server) struct Region {
 /// A pixel of the picture.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct Pixel {
+pub(crate) struct Pixel {
     /// Column, from 0 at the left.
     x: u32,
     /// Row, from 0 at the top.
@@ -113,7 +113,7 @@ pub(in crate::server) struct Pixel {
 /// What a map shows, and how it is written.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct MapOf {
+pub(crate) struct MapOf {
     /// What is proved of each pixel, in 8-bit codes; the rays of each; nanoseconds of each, traced alone; rays in the longest
     /// chain of each. Default `proved`.
     #[param(inline)]
@@ -145,7 +145,7 @@ enum MapFormat {
 /// How far an explanation goes.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct Analyze {
+pub(crate) struct Analyze {
     /// Whether the picture is rendered, too, and what it took is put beside the estimates.
     analyze: Option<bool>,
 }
@@ -153,7 +153,7 @@ pub(in crate::server) struct Analyze {
 /// How long a trade-off is measured, and how it is written.
 #[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(in crate::server) struct Measure {
+pub(crate) struct Measure {
     /// Seconds that loading and measuring may take, at most `max_tradeoff_seconds` of `/v1/limits`.
     #[param(minimum = 0.1)]
     seconds: Option<f64>,

@@ -8,16 +8,16 @@ macro_rules! kinds {
     ($($name:ident = $slug:literal, $status:ident, $title:literal, $advice:literal;)+) => {
         /// What can go wrong. Each kind has a page at `/problems/{slug}`.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub(in crate::server) enum Kind {
+        pub(crate) enum Kind {
             $($name,)+
         }
 
         impl Kind {
             /// All kinds.
-            pub(in crate::server) const ALL: &[Self] = &[$(Self::$name,)+];
+            pub(crate) const ALL: &[Self] = &[$(Self::$name,)+];
 
             /// Its name in URLs, its status, its title, and what to do about it.
-            pub(in crate::server) fn page(self) -> (&'static str, StatusCode, &'static str, &'static str) {
+            pub(crate) fn page(self) -> (&'static str, StatusCode, &'static str, &'static str) {
                 match self {
                     $(Self::$name => ($slug, StatusCode::$status, $title, $advice),)+
                 }
@@ -99,7 +99,7 @@ kinds! {
 
 impl Kind {
     /// A problem as a part of another document, of which the slug is known.
-    pub(in crate::server) fn document(slug: &str, detail: &str) -> Value {
+    pub(crate) fn document(slug: &str, detail: &str) -> Value {
         let kind = Self::ALL.iter().copied().find(|kind| kind.page().0 == slug).unwrap_or(Self::Internal);
         let (slug, status, title, _) = kind.page();
         json!({ "type": format!("/problems/{slug}"), "title": title, "status": status.as_u16(), "detail": detail })

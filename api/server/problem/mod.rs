@@ -1,11 +1,11 @@
 //! Errors as RFC 9457 problem details. Handlers return a [`Problem`]; the envelope writes it, with the request's id.
 
 mod kind;
-pub(in crate::server) mod pages;
+pub(crate) mod pages;
 
-pub(in crate::server) use kind::Kind;
+pub(crate) use kind::Kind;
 
-use crate::jobs::record::Failure;
+use crate::service::jobs::record::Failure;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value, json};
@@ -16,7 +16,7 @@ use strahl::scene::problem::Code;
 
 /// An error on its way to a client.
 #[derive(Debug, Clone)]
-pub(in crate::server) struct Problem {
+pub(crate) struct Problem {
     kind: Kind,
     detail: String,
     /// Further members of the JSON.
@@ -26,34 +26,34 @@ pub(in crate::server) struct Problem {
 
 impl Problem {
     /// A problem with a sentence that says what to do.
-    pub(in crate::server) fn new(kind: Kind, detail: impl Into<String>) -> Self {
+    pub(crate) fn new(kind: Kind, detail: impl Into<String>) -> Self {
         Self { kind, detail: detail.into(), members: Map::new(), retry_after: None }
     }
 
     /// A limit, by name.
-    pub(in crate::server) fn limit(kind: Kind, name: &str, max: u64, detail: impl Into<String>) -> Self {
+    pub(crate) fn limit(kind: Kind, name: &str, max: u64, detail: impl Into<String>) -> Self {
         Self::new(kind, detail).with("limit", json!({ "name": name, "max": max }))
     }
 
     /// Adds a member.
-    pub(in crate::server) fn with(mut self, member: &str, value: Value) -> Self {
+    pub(crate) fn with(mut self, member: &str, value: Value) -> Self {
         self.members.insert(member.to_owned(), value);
         self
     }
 
     /// Says when to try again, in seconds.
-    pub(in crate::server) fn retry_after(mut self, seconds: u32) -> Self {
+    pub(crate) fn retry_after(mut self, seconds: u32) -> Self {
         self.retry_after = Some(seconds);
         self
     }
 
     /// Its slug and sentence: what a job remembers of it.
-    pub(in crate::server) fn into_failure(self) -> Failure {
+    pub(crate) fn into_failure(self) -> Failure {
         Failure { slug: self.kind.page().0.into(), detail: self.detail }
     }
 
     /// Problems of a scene. Text that cannot even be read as its format is the request's fault, not the scene's.
-    pub(in crate::server) fn scene(problems: &scene::Problems) -> Self {
+    pub(crate) fn scene(problems: &scene::Problems) -> Self {
         let kind = match problems.0.first().map(|first| first.code) {
             Some(Code::InvalidJson) => Kind::InvalidJson,
             Some(Code::InvalidNff) => Kind::InvalidNff,
@@ -76,19 +76,19 @@ impl Problem {
     }
 
     /// Its status.
-    pub(in crate::server) fn status(&self) -> StatusCode {
+    pub(crate) fn status(&self) -> StatusCode {
         let (_, status, _, _) = self.kind.page();
         status
     }
 
     /// Why a request was refused that would have been welcome at another time.
-    pub(in crate::server) fn shed(&self) -> Option<&'static str> {
+    pub(crate) fn shed(&self) -> Option<&'static str> {
         let (slug, _, _, _) = self.kind.page();
         matches!(self.kind, Kind::Saturated | Kind::Draining | Kind::RateLimited).then_some(slug)
     }
 
     /// The document; the request's id completes it.
-    pub(in crate::server) fn document(self, request_id: &str) -> String {
+    pub(crate) fn document(self, request_id: &str) -> String {
         let (slug, status, title, _) = self.kind.page();
         let mut body = Map::new();
         body.insert("type".into(), format!("/problems/{slug}").into());
@@ -101,7 +101,7 @@ impl Problem {
     }
 
     /// The answer; the request's id completes it.
-    pub(in crate::server) fn answer(self, request_id: &str) -> Response {
+    pub(crate) fn answer(self, request_id: &str) -> Response {
         let (kind, status, retry_after) = (self.kind, self.status(), self.retry_after);
         let mut response = (status, self.document(request_id)).into_response();
         let headers = response.headers_mut();

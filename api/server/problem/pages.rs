@@ -22,7 +22,7 @@ const FORMS: [(&str, Form); 2] = [("text/plain", Form::Text), ("text/html", Form
     get, path = "/problems", operation_id = "problems", tag = "service", security(()),
     responses((status = 200, description = "The list", content((String = "text/plain"), (String = "text/html")))),
 )]
-pub(in crate::server) async fn list(headers: HeaderMap) -> Result<Response, Problem> {
+pub(crate) async fn list(headers: HeaderMap) -> Result<Response, Problem> {
     let mut text = String::new();
     let form = negotiate::best(&headers, &FORMS)?;
     for (slug, status, title, _) in Kind::ALL.iter().map(|kind| kind.page()) {
@@ -45,10 +45,7 @@ pub(in crate::server) async fn list(headers: HeaderMap) -> Result<Response, Prob
     params(("slug" = String, Path, description = "The last part of a problem's `type`.")),
     responses((status = 200, description = "The page", content((String = "text/plain"), (String = "text/html")))),
 )]
-pub(in crate::server) async fn page(
-    slug: Result<Path<String>, PathRejection>,
-    headers: HeaderMap,
-) -> Result<Response, Problem> {
+pub(crate) async fn page(slug: Result<Path<String>, PathRejection>, headers: HeaderMap) -> Result<Response, Problem> {
     let slug = slug.map_or_else(|_| String::new(), |Path(slug)| slug);
     let page = Kind::ALL.iter().map(|kind| kind.page()).find(|(known, ..)| *known == slug);
     let unknown = || Problem::new(Kind::NotFound, "there is no problem of that name; /problems lists those there are");

@@ -3,12 +3,12 @@
 use super::{described, id_of, last_level, no_tile, open, place, show, tile, tile_name, tile_of};
 use crate::server::App;
 use crate::server::access::Client;
-use crate::server::excerpt::{Grid, TILE};
 use crate::server::openapi::bodies::{Picture, Xml};
 use crate::server::openapi::queries;
 use crate::server::parameters::Parameters;
 use crate::server::problem::Problem;
 use crate::server::tenant::Tenant;
+use crate::service::pictures::spec::{Grid, TILE};
 use axum::extract::{Path, State};
 use axum::http::header;
 use axum::http::request::Parts;
@@ -20,7 +20,7 @@ use axum::response::Response;
     params(("image" = String, Path, description = "The image's id and `.dzi`."), queries::Tiles),
     responses((status = 200, description = "The description", body = Xml, content_type = "application/xml")),
 )]
-pub(in crate::server) async fn dzi(
+pub(crate) async fn dzi(
     State(service): State<App>,
     Path(file): Path<String>,
     parts: Parts,
@@ -48,7 +48,7 @@ pub(in crate::server) async fn dzi(
     ),
     responses((status = 200, response = Picture)),
 )]
-pub(in crate::server) async fn dzi_tile(
+pub(crate) async fn dzi_tile(
     State(service): State<App>,
     Path((folder, level, file)): Path<(String, String, String)>,
     parts: Parts,

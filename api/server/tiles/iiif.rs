@@ -19,7 +19,7 @@ use axum::response::{IntoResponse, Response};
     params(("image" = String, Path, description = "The image's id.")),
     responses((status = 303, description = "The description is at info.json")),
 )]
-pub(in crate::server) async fn iiif(State(service): State<App>, Path(id): Path<String>, parts: Parts) -> Response {
+pub(crate) async fn iiif(State(service): State<App>, Path(id): Path<String>, parts: Parts) -> Response {
     let to = format!("{}/info.json", address(&service, &parts, &id));
     let mut response = (StatusCode::SEE_OTHER, [(header::LOCATION, to)]).into_response();
     everywhere(&mut response);
@@ -38,7 +38,7 @@ pub(in crate::server) async fn iiif(State(service): State<App>, Path(id): Path<S
     ),
     responses((status = 200, response = Picture)),
 )]
-pub(in crate::server) async fn iiif_image(
+pub(crate) async fn iiif_image(
     State(service): State<App>,
     Path((id, region, size, rotation, file)): Path<(String, String, String, String, String)>,
     parts: Parts,
@@ -57,7 +57,7 @@ pub(in crate::server) async fn iiif_image(
 }
 
 /// The address of an image as its client sees it.
-pub(super) fn address(service: &Service, parts: &Parts, id: &str) -> String {
+pub(crate) fn address(service: &Service, parts: &Parts, id: &str) -> String {
     let base = service.public_url.clone().unwrap_or_else(|| {
         let host = parts.headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
         format!("http://{host}")

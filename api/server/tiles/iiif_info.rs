@@ -3,11 +3,11 @@
 use super::iiif::address;
 use super::{Opened, described, last_level, open};
 use crate::server::App;
-use crate::server::excerpt::TILE;
 use crate::server::openapi::pictures::ImageInfo;
 use crate::server::problem::Problem;
 use crate::server::show::put;
 use crate::server::tenant::Tenant;
+use crate::service::pictures::spec::TILE;
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::request::Parts;
@@ -24,7 +24,7 @@ const CONTEXT: &str = "http://iiif.io/api/image/3/context.json";
     params(("image" = String, Path, description = "The image's id.")),
     responses((status = 200, description = "The description", body = ImageInfo)),
 )]
-pub(in crate::server) async fn iiif_info(
+pub(crate) async fn iiif_info(
     State(service): State<App>,
     Path(id): Path<String>,
     parts: Parts,

@@ -1,29 +1,29 @@
 //! What an IIIF Image API 3.0 request asks for: region, size, rotation, quality and format (section 4 of the API).
 
-use crate::server::excerpt::{Excerpt, Grid};
 use crate::server::problem::{Kind, Problem};
+use crate::service::pictures::spec::{Excerpt, Grid};
 use strahl::film::{FileFormat, Look, Region, Tone};
 
 /// The parts of an image request's path.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Asked<'a> {
-    pub(super) region: &'a str,
-    pub(super) size: &'a str,
-    pub(super) rotation: &'a str,
+pub(crate) struct Asked<'a> {
+    pub(crate) region: &'a str,
+    pub(crate) size: &'a str,
+    pub(crate) rotation: &'a str,
     /// `quality.format`.
-    pub(super) file: &'a str,
+    pub(crate) file: &'a str,
 }
 
 /// A request understood, and the same in canonical form.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Understood {
-    pub(super) excerpt: Excerpt,
+pub(crate) struct Understood {
+    pub(crate) excerpt: Excerpt,
     /// `region/size/rotation/quality.format`.
-    pub(super) canonical: String,
+    pub(crate) canonical: String,
 }
 
 /// Understands a request about an image of some size, of which one answer has at most so many pixels.
-pub(super) fn understand(asked: Asked<'_>, image: [u32; 2], max_area: u64) -> Result<Understood, Problem> {
+pub(crate) fn understand(asked: Asked<'_>, image: [u32; 2], max_area: u64) -> Result<Understood, Problem> {
     let from = region(asked.region, image)?;
     let (enlarges, size) = size(asked.size, from, max_area)?;
     let (mirrored, quarters) = rotation(asked.rotation)?;

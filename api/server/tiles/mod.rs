@@ -9,24 +9,25 @@ mod iiif_info;
 mod iiif_parse;
 mod xyz;
 
-pub(super) use dzi::{__path_dzi, __path_dzi_tile, dzi, dzi_tile};
-pub(super) use iiif::{__path_iiif, __path_iiif_image, iiif, iiif_image};
-pub(super) use iiif_info::{__path_iiif_info, iiif_info};
-pub(super) use xyz::{__path_xyz, __path_xyz_tile, xyz, xyz_tile};
+pub(crate) use dzi::{__path_dzi, __path_dzi_tile, dzi, dzi_tile};
+pub(crate) use iiif::{__path_iiif, __path_iiif_image, iiif, iiif_image};
+pub(crate) use iiif_info::{__path_iiif_info, iiif_info};
+pub(crate) use xyz::{__path_xyz, __path_xyz_tile, xyz, xyz_tile};
 
-use super::access::Client;
-use super::excerpt::{Excerpt, Grid, TILE, size_of};
-use super::images;
-use super::negotiate;
-use super::places::Place;
-use super::problem::{Kind, Problem};
-use super::scenes::unknown;
-use super::show::{self, Freshness, Manner, Source};
-use super::tenant::Tenant;
-use super::{App, Service};
-use crate::identity::ImageId;
-use crate::ready::Ready;
-use crate::turns::Lane;
+use crate::server::access::Client;
+use crate::server::images;
+use crate::server::negotiate;
+use crate::server::places::Place;
+use crate::server::problem::{Kind, Problem};
+use crate::server::show;
+use crate::server::show::{Freshness, Manner, Source};
+use crate::server::tenant::Tenant;
+use crate::server::{App, Service};
+use crate::service::pictures::spec::{Excerpt, Grid, TILE, size_of};
+use crate::service::scenes::cache::unknown;
+use crate::service::scenes::ids::ImageId;
+use crate::service::scenes::prepared::Ready;
+use crate::service::scheduler::task::Lane;
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -55,7 +56,7 @@ async fn open(service: &App, tenant: &Tenant, id: &str) -> Result<Opened, Proble
 }
 
 /// A place for one more tile of a client, who has it until the tile is made.
-pub(super) fn place(service: &Service, client: Client) -> Result<Place<Client>, Problem> {
+pub(crate) fn place(service: &Service, client: Client) -> Result<Place<Client>, Problem> {
     let most = service.limits.client_tiles;
     service.tile_clients.enter(client, most).ok_or_else(|| {
         let detail = format!("you are waiting for {most} tiles already (client_tiles)");

@@ -4,14 +4,14 @@
 //! those along the edges go on where the image ends: its rays do.
 
 use super::{described, id_of, last_level, no_tile, open, place, show, tile, tile_format};
-use crate::identity::MAX_ZOOM;
 use crate::server::App;
 use crate::server::access::Client;
-use crate::server::excerpt::{Grid, TILE, size_of};
 use crate::server::openapi::bodies::Picture;
 use crate::server::openapi::pictures::TileJson;
 use crate::server::problem::Problem;
 use crate::server::tenant::Tenant;
+use crate::service::pictures::spec::{Grid, TILE, size_of};
+use crate::service::scenes::ids::MAX_ZOOM;
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::request::Parts;
@@ -25,7 +25,7 @@ use strahl::film::Region;
     params(("image" = String, Path, description = "The image's id and `.json`.")),
     responses((status = 200, description = "The description", body = TileJson)),
 )]
-pub(in crate::server) async fn xyz(
+pub(crate) async fn xyz(
     State(service): State<App>,
     Path(file): Path<String>,
     parts: Parts,
@@ -63,7 +63,7 @@ pub(in crate::server) async fn xyz(
     ),
     responses((status = 200, response = Picture)),
 )]
-pub(in crate::server) async fn xyz_tile(
+pub(crate) async fn xyz_tile(
     State(service): State<App>,
     Path((id, z, x, file)): Path<(String, String, String, String)>,
     parts: Parts,

@@ -1,0 +1,224 @@
+//! The finished tiles of a job on disk, so that none is rendered twice: one file, to which each is added when it is done.
+//!
+//! A tile is its number, what it took as JSON, its pixels as linear floats, those that lack light with what they are at most,
+//! and a hash of all that. What a kill has left half-written at the end is cut off.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufReader, Read, Write};
+use std::path::Path;
+use strahl::film::{Film, Region};
+use strahl::render::{Lacking, Picture, RayCounts, Refined, Sampling};
+
+/// Bytes of the hash.
+const DIGEST: usize = 16;
+/// Bytes before the rest: number of the tile, bytes of the JSON, number of pixels that lack light.
+const HEAD: usize = 12;
+/// Most bytes of the JSON.
+const MOST: usize = 16_384;
+/// Bytes of a pixel.
+const PIXEL: usize = 12;
+/// Bytes of one that lacks light: where it is, and what it is at most.
+const LACKING: usize = 20;
+
+/// A finished tile.
+#[derive(Debug)]
+pub(super) struct Tile {
+    /// Which one.
+    pub(super) number: u32,
+    /// The tile itself.
+    pub(super) picture: Picture,
+}
+
+/// What a tile took.
+#[derive(Debug, Serialize, Deserialize)]
+struct Took {
+    rays: RayCounts,
+    camera_hits: u64,
+    deepest: u32,
+    refined: Refined,
+    sampling: Sampling,
+    trace_ms: f64,
+    refine_ms: f64,
+}
+
+/// The file.
+#[derive(Debug)]
+pub(super) struct Tiles(File);
+
+impl Tiles {
+    /// Opens the file of a picture of some size, or makes it, and hands over the tiles that are there; `region` says where
+    /// a tile is, none that there is no such tile.
+    pub(super) fn open(
+        path: &Path,
+        size: [u32; 2],
+        region: impl Fn(u32) -> Option<Region>,
+        mut found: impl FnMut(Tile),
+    ) -> io::Result<Self> {
+        let file = OpenOptions::new().read(true).append(true).create(true).open(path)?;
+        let mut reader = BufReader::with_capacity(1 << 20, &file);
+        let mut whole = 0;
+        while let Some((tile, bytes)) = read(&mut reader, size, &region)? {
+            found(tile);
+            whole += bytes as u64;
+        }
+        drop(reader);
+        file.set_len(whole)?;
+        Ok(Self(file))
+    }
+
+    /// Adds a tile; it outlives the process from then on.
+    pub(super) fn add(&mut self, Tile { number, picture }: &Tile) -> io::Result<()> {
+        let &Picture { ref film, ref lacking, ref sampling, rays, refined, trace_ms, refine_ms, .. } = picture;
+        let took = serde_json::to_vec(&Took {
+            rays,
+            camera_hits: rays.camera_hits,
+            deepest: rays.deepest,
+            refined,
+            sampling: sampling.clone(),
+            trace_ms,
+            refine_ms,
+        })?;
+        let mut bytes =
+            Vec::with_capacity(HEAD + took.len() + film.pixels.len() * PIXEL + lacking.len() * LACKING + DIGEST);
+        bytes.extend(number.to_le_bytes());
+        bytes.extend((took.len() as u32).to_le_bytes());
+        bytes.extend((lacking.len() as u32).to_le_bytes());
+        bytes.extend(took);
+        bytes.extend(film.pixels.as_flattened().iter().flat_map(|channel| channel.to_le_bytes()));
+        for Lacking { at, highest } in lacking.iter() {
+            bytes.extend(at.iter().flat_map(|coordinate| coordinate.to_le_bytes()));
+            bytes.extend(highest.iter().flat_map(|channel| channel.to_le_bytes()));
+        }
+        let digest = Sha256::digest(&bytes);
+        bytes.extend(&digest[..DIGEST]);
+        self.0.write_all(&bytes)
+    }
+}
+
+/// The next tile and its bytes in the file; none at the end of what is whole.
+fn read(
+    from: &mut impl Read,
+    [full_width, full_height]: [u32; 2],
+    region: &impl Fn(u32) -> Option<Region>,
+) -> io::Result<Option<(Tile, usize)>> {
+    let mut bytes = vec![0; HEAD];
+    if !fill(from, &mut bytes)? {
+        return Ok(None);
+    }
+    let [number, took, lacking] = words(&bytes)[..] else { return Ok(None) };
+    let (took, lacking) = (took as usize, lacking as usize);
+    let Some(region) = region(number) else { return Ok(None) };
+    let count = region.pixels() as usize;
+    if took > MOST || lacking > count {
+        return Ok(None);
+    }
+    bytes.resize(HEAD + took + count * PIXEL + lacking * LACKING + DIGEST, 0);
+    if !fill(from, &mut bytes[HEAD..])? {
+        return Ok(None);
+    }
+    let (contents, digest) = bytes.split_at(bytes.len() - DIGEST);
+    if Sha256::digest(contents)[..DIGEST] != *digest {
+        return Ok(None);
+    }
+    let (took, pixels) = contents[HEAD..].split_at(took);
+    let (pixels, lacking) = pixels.split_at(count * PIXEL);
+    // Another version of the program may have written it.
+    let Ok(Took { rays, camera_hits, deepest, refined, sampling, trace_ms, refine_ms }) = serde_json::from_slice(took)
+    else {
+        return Ok(None);
+    };
+    let color = |words: &[u32]| std::array::from_fn(|c| f32::from_bits(words[c]));
+    let pixels = words(pixels).chunks_exact(3).map(color).collect();
+    let film = Film { region, full_width, full_height, pixels };
+    let lack = |words: &[u32]| Lacking { at: [words[0], words[1]], highest: color(&words[2..]) };
+    let lacking = words(lacking).chunks_exact(5).map(lack).collect();
+    let rays = RayCounts { camera_hits, deepest, ..rays };
+    let (costs, progress) = (Vec::new(), None);
+    let picture = Picture { film, lacking, sampling, rays, refined, costs, progress, trace_ms, refine_ms };
+    Ok(Some((Tile { number, picture }, bytes.len())))
+}
+
+/// Numbers of 32 bits.
+fn words(bytes: &[u8]) -> Vec<u32> {
+    bytes.chunks_exact(4).map(|bytes| bytes.try_into().map_or(0, u32::from_le_bytes)).collect()
+}
+
+/// Whether there was enough to fill it.
+fn fill(from: &mut impl Read, into: &mut [u8]) -> io::Result<bool> {
+    match from.read_exact(into) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: [u32; 2] = [6, 4];
+
+    fn region(number: u32) -> Option<Region> {
+        (number < 4).then_some(Region { x: 0, y: number, width: 6, height: 1 })
+    }
+
+    fn tile(number: u32) -> Tile {
+        let black = crate::service::scheduler::time_slices::empty(SIZE, region(number).unwrap());
+        let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], ..black.film.clone() };
+        let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, deepest: 4, ..RayCounts::default() };
+        let refined = Refined { pixels: 3, rays: RayCounts { shadow: 9, ..RayCounts::default() } };
+        let lacking = [Lacking { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }]
+            .repeat(number as usize)
+            .into_iter()
+            .collect();
+        Tile { number, picture: Picture { film, lacking, rays, refined, trace_ms: 0.1, refine_ms: 0.05, ..black } }
+    }
+
+    fn open(path: &Path) -> (Tiles, Vec<Tile>) {
+        let mut found = Vec::new();
+        let tiles = Tiles::open(path, SIZE, region, |tile| found.push(tile)).unwrap();
+        (tiles, found)
+    }
+
+    /// That these tiles were found, with all that is known of them.
+    fn assert_found(found: &[Tile], numbers: &[u32]) {
+        let all = |tiles: &[Tile]| format!("{tiles:?}");
+        assert_eq!(all(found), all(&numbers.iter().map(|number| tile(*number)).collect::<Vec<_>>()));
+    }
+
+    #[test]
+    fn whole_tiles_are_found_again_and_half_ones_are_cut_off() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tiles");
+        let (mut tiles, found) = open(&path);
+        assert!(found.is_empty());
+        for number in [2, 0] {
+            tiles.add(&tile(number)).unwrap();
+        }
+        let whole = std::fs::metadata(&path).unwrap().len();
+        tiles.add(&tile(1)).unwrap();
+        drop(tiles);
+        File::options().write(true).open(&path).unwrap().set_len(whole + 20).unwrap();
+        let (mut tiles, found) = open(&path);
+        assert_found(&found, &[2, 0]);
+        tiles.add(&tile(3)).unwrap();
+        assert_found(&open(&path).1, &[2, 0, 3]);
+    }
+
+    #[test]
+    fn spoilt_tiles_end_what_is_believed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tiles");
+        let (mut tiles, _) = open(&path);
+        for number in 0..3 {
+            tiles.add(&tile(number)).unwrap();
+        }
+        let mut bytes = std::fs::read(&path).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(&path, bytes).unwrap();
+        assert_found(&open(&path).1, &[0]);
+    }
+}

@@ -1,0 +1,301 @@
+//! Jobs: pictures that nobody has to wait for. Accepted jobs survive any end of the process, finished tiles included.
+//!
+//! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash, shared by all jobs that render them) and
+//! `jobs/ID/`: `tiles` while the job is rendered, `picture` (with its cost report) and `preview` afterwards.
+
+mod canvas;
+mod checkpoint;
+mod event_log;
+mod finish;
+mod job;
+mod queries;
+pub(crate) mod record;
+mod registry;
+mod retention;
+mod run;
+mod store;
+mod submission;
+mod tile_order;
+
+pub(crate) use canvas::PREVIEW_SIDE;
+pub(crate) use event_log::Event;
+pub(crate) use job::{Job, Watcher};
+pub(crate) use submission::{Claim, Known, Refused, Submission};
+
+use crate::service::pictures::render::milliseconds;
+use crate::service::scenes::prepared::Ready;
+use crate::service::scheduler::pool::{Pool, Workers};
+use crate::service::storage::blob_store::Blobs;
+use job::{Stopped, locked};
+use record::{Failure, Record, State, now};
+use registry::Registry;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+use store::Store;
+use strahl::scene::{Format, Overrides};
+use tokio::sync::watch;
+
+/// The finished picture's file in the folder of a job.
+const PICTURE: &str = "picture";
+/// The small picture's.
+const PREVIEW: &str = "preview";
+
+/// What jobs ask of the service around them.
+pub(crate) trait Host: Send + Sync {
+    /// Reads and builds a scene.
+    fn build(
+        &self,
+        workers: &Workers,
+        text: &[u8],
+        format: Format,
+        settings: &Overrides,
+    ) -> Result<Arc<Ready>, Failure>;
+
+    /// This process works on a tenant's job no more, after so many rays.
+    fn spent(&self, tenant: &str, rays: u64);
+
+    /// A job has ended, in this state.
+    fn ended(&self, record: &Record, state: State);
+}
+
+/// Limits on jobs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct JobLimits {
+    /// Jobs that wait or run.
+    pub(crate) jobs: usize,
+    /// Bytes that open jobs may take together.
+    pub(crate) memory_bytes: u64,
+    /// Bytes that the files of all jobs may take.
+    pub(crate) data_bytes: u64,
+    /// How long a job may run in one process.
+    pub(crate) timeout: Duration,
+    /// How long pictures are kept.
+    pub(crate) keep_pictures: Duration,
+    /// How long records are kept after there is no picture (any more).
+    pub(crate) keep_records: Duration,
+}
+
+/// All jobs.
+pub(crate) struct Jobs {
+    pool: Arc<Pool>,
+    host: Box<dyn Host>,
+    store: Store,
+    scenes: Blobs,
+    folder: PathBuf,
+    /// Whether jobs outlive the process.
+    pub(crate) is_durable: bool,
+    /// The limits.
+    pub(crate) limits: JobLimits,
+    registry: Mutex<Registry>,
+    /// How many are open.
+    open: watch::Sender<usize>,
+    /// Milliseconds of work on jobs that came to nothing.
+    canceled: AtomicU64,
+}
+
+impl std::fmt::Debug for Jobs {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Jobs").field("folder", &self.folder).field("limits", &self.limits).finish_non_exhaustive()
+    }
+}
+
+impl Jobs {
+    /// Opens a folder and goes on with the jobs in it.
+    pub(crate) fn open(
+        folder: &Path,
+        is_durable: bool,
+        limits: JobLimits,
+        pool: Arc<Pool>,
+        host: Box<dyn Host>,
+    ) -> io::Result<Arc<Self>> {
+        fs::create_dir_all(folder)?;
+        let store = Store::open(&folder.join("jobs.redb"))?;
+        let scenes = Blobs::open(&folder.join("scenes"), u64::MAX)?;
+        let mut registry = Registry::default();
+        let (records, others) = store.all()?;
+        for mut record in records {
+            if !record.state.is_final() {
+                record.state = State::Queued;
+                record.lives += 1;
+                store.put(&record)?;
+            }
+            registry.add(&Arc::new(Job::new(record)));
+        }
+        let jobs = Arc::new(Self {
+            pool,
+            host,
+            store,
+            scenes,
+            folder: folder.to_owned(),
+            is_durable,
+            limits,
+            registry: Mutex::new(registry),
+            open: watch::Sender::new(0),
+            canceled: AtomicU64::new(0),
+        });
+        // What another version wrote is not for this one to remove.
+        if !others {
+            jobs.remove_strangers();
+        }
+        let is_done = |job: &&Arc<Job>| job.record().state == State::Succeeded;
+        locked(&jobs.registry).jobs.values().filter(is_done).for_each(|job| jobs.weigh(job));
+        jobs.open_next();
+        Ok(jobs)
+    }
+
+    /// Stops a job; whether it was not final yet.
+    pub(crate) fn cancel(&self, job: &Arc<Job>) -> bool {
+        let was_queued = {
+            let mut registry = locked(&self.registry);
+            let queued = registry.queued.iter().position(|queued| Arc::ptr_eq(queued, job));
+            queued.map(|at| registry.queued.swap_remove(at)).is_some()
+        };
+        if was_queued {
+            self.finish(job, State::Canceled, None);
+            return true;
+        }
+        let running = !job.record().state.is_final();
+        job.stop(Stopped::Canceled);
+        running
+    }
+
+    /// Changes a job's priority, from its next turn on.
+    pub(crate) fn set_priority(&self, job: &Job, priority: u8) -> io::Result<()> {
+        job.priority.store(priority, Ordering::Relaxed);
+        {
+            let mut record = job.record();
+            record.priority = priority;
+            record.version += 1;
+        }
+        self.save(job)
+    }
+
+    /// Forgets a job, which ends first if it has not.
+    pub(crate) fn forget(&self, job: &Arc<Job>) {
+        if self.cancel(job) {
+            while locked(&self.registry).open.iter().any(|open| Arc::ptr_eq(open, job)) {
+                // It stops within milliseconds; this thread is not one of tokio's.
+                thread::sleep(Duration::from_millis(2));
+            }
+        }
+        let id = job.record().id.clone();
+        self.forget_all(&[id]);
+    }
+
+    /// Opens no more jobs. Those that are open are suspended if another process can go on with them.
+    pub(crate) fn close(&self) {
+        let mut registry = locked(&self.registry);
+        registry.closing = true;
+        if self.is_durable {
+            registry.open.iter().for_each(|job| job.stop(Stopped::Suspended));
+        }
+    }
+
+    /// Waits until no job is open.
+    pub(crate) async fn idle(&self) {
+        // It fails only without a sender, and `self` is one.
+        let _ = self.open.subscribe().wait_for(|open| *open == 0).await;
+    }
+
+    fn folder_of(&self, id: &str) -> PathBuf {
+        self.folder.join("jobs").join(id)
+    }
+
+    /// Writes a file completely or not at all.
+    fn write(&self, folder: &Path, name: &str, contents: &[u8]) -> io::Result<()> {
+        let unfinished = folder.join(format!("{name}~"));
+        fs::write(&unfinished, contents)?;
+        fs::rename(unfinished, folder.join(name))
+    }
+
+    fn save(&self, job: &Job) -> io::Result<()> {
+        let record = job.record().clone();
+        self.store.put(&record)
+    }
+
+    /// A job has reached its final state.
+    fn finish(&self, job: &Job, state: State, failure: Option<Failure>) {
+        let (id, data) = {
+            let mut record = job.record();
+            record.finished = Some(now());
+            record.failure = failure;
+            record.last_event = Some(job.events.last() + 1);
+            record.stats.rays = record.stats.rays.max(job.rays.load(Ordering::Relaxed));
+            (record.id.clone(), serde_json::json!({ "stats": record.stats, "failure": record.failure }))
+        };
+        if state != State::Succeeded {
+            self.remove_files(&id);
+        }
+        // On disk before anybody hears of it.
+        let on_disk = Record { state, ..job.record().clone() };
+        if let Err(error) = self.store.put(&on_disk) {
+            tracing::error!(job = id, %error, "a record cannot be written");
+        }
+        let _ = fs::remove_file(self.folder_of(&id).join("tiles"));
+        job.record().state = state;
+        if state == State::Succeeded {
+            self.weigh(job);
+        } else {
+            locked(&self.registry).release_scene(&on_disk.order, &self.scenes);
+        }
+        if let (false, Some((begun, _))) = (state == State::Succeeded, *locked(&job.begun)) {
+            self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
+        }
+        self.host.ended(&on_disk, state);
+        tracing::info!(job = id, state = state.name(), "a job has ended");
+        job.events.publish(state.name(), data);
+    }
+
+    /// Opens the jobs that are next, as far as there is room.
+    fn open_next(self: &Arc<Self>) {
+        let mut registry = locked(&self.registry);
+        while let Some(at) = registry.next_to_open(&self.limits) {
+            let job = registry.queued.swap_remove(at);
+            registry.open.push(Arc::clone(&job));
+            self.open.send_replace(registry.open.len());
+            let jobs = Arc::clone(self);
+            let begun = thread::Builder::new().name("job".into()).spawn({
+                let job = Arc::clone(&job);
+                move || {
+                    run::run(&jobs, &job);
+                    jobs.closed(&job);
+                }
+            });
+            if let Err(error) = begun {
+                tracing::error!(%error, "no thread for a job");
+                registry.open.retain(|open| !Arc::ptr_eq(open, &job));
+                registry.queued.push(job);
+                self.open.send_replace(registry.open.len());
+                return;
+            }
+        }
+        // Who watches a waiting job sees it move up.
+        let watched: Vec<_> = registry.queued.iter().filter(|job| job.is_watched()).map(Arc::clone).collect();
+        drop(registry);
+        for job in watched {
+            if let Some((position, eta_ms)) = self.place(&job) {
+                let data = serde_json::json!({ "position": position, "eta_ms": eta_ms.round() });
+                job.events.publish("queued", data);
+            }
+        }
+    }
+
+    fn closed(self: &Arc<Self>, job: &Arc<Job>) {
+        let mut registry = locked(&self.registry);
+        registry.open.retain(|open| !Arc::ptr_eq(open, job));
+        let record = job.record();
+        if record.state == State::Succeeded && record.stats.tiles_recovered == 0 {
+            let ratio = record.stats.render_ms / record.estimate_ms.max(0.1);
+            registry.slowness = Some(registry.slowness.map_or(ratio, |slowness| 0.8 * slowness + 0.2 * ratio));
+        }
+        drop(record);
+        self.open.send_replace(registry.open.len());
+        drop(registry);
+        self.open_next();
+    }
+}

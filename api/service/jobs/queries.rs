@@ -1,0 +1,115 @@
+//! What there is to know of jobs, without changing any.
+
+use super::job::{Job, locked};
+use super::record::{Order, Record, State};
+use super::registry::{estimate, rank, remaining};
+use super::{Jobs, PICTURE, PREVIEW};
+use crate::service::pictures::file::{About, Made};
+use std::fs::{self, File};
+use std::io::{self, BufReader};
+use std::ops::Bound;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+use strahl::film::FileFormat;
+
+impl Jobs {
+    /// A job.
+    pub(crate) fn find(&self, id: &str) -> Option<Arc<Job>> {
+        locked(&self.registry).jobs.get(id).map(Arc::clone)
+    }
+
+    /// The scene of some job that goes by this name, and the settings over it.
+    pub(crate) fn order_of(&self, scene_id: &str) -> Option<Order> {
+        let registry = locked(&self.registry);
+        let same = |job: &Arc<Job>| {
+            let record = job.record();
+            let same = record.scene_id.as_deref() == Some(scene_id) && record.state.needs_scene();
+            same.then(|| record.order.clone())
+        };
+        registry.jobs.values().find_map(same)
+    }
+
+    /// The picture of some job that is the whole of this image in this format.
+    pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<Made> {
+        // One that has just been forgotten is as good as none.
+        self.with_picture(image_id, format).iter().find_map(|id| self.picture(id).ok())
+    }
+
+    /// The jobs that have that picture.
+    pub(crate) fn with_picture(&self, image_id: &str, format: FileFormat) -> Vec<String> {
+        let registry = locked(&self.registry);
+        let same = |job: &Arc<Job>| {
+            let record = job.record();
+            let same = record.image_id.as_deref() == Some(image_id) && record.order.output == format;
+            (same && record.state == State::Succeeded).then(|| record.id.clone())
+        };
+        registry.jobs.values().filter_map(same).collect()
+    }
+
+    /// Jobs after an id, the newest first, as far as `wanted` says so.
+    pub(crate) fn list(&self, before: Option<&str>, limit: usize, wanted: impl Fn(&Record) -> bool) -> Vec<Arc<Job>> {
+        let registry = locked(&self.registry);
+        let older = registry.jobs.range::<str, _>((Bound::Unbounded, before.map_or(Bound::Unbounded, Bound::Excluded)));
+        older.rev().map(|(_, job)| job).filter(|job| wanted(&job.record())).take(limit).map(Arc::clone).collect()
+    }
+
+    /// Place of a job among the waiting ones of its tenant, from 1, and milliseconds until it should be done.
+    pub(crate) fn place(&self, job: &Arc<Job>) -> Option<(usize, f64)> {
+        let registry = locked(&self.registry);
+        let mine = rank(job);
+        let tenant = job.record().tenant.clone();
+        registry.queued.iter().find(|queued| Arc::ptr_eq(queued, job))?;
+        let of_tenant = |other: &&Arc<Job>| other.record().tenant == tenant;
+        let ahead: Vec<f64> =
+            registry.queued.iter().filter(of_tenant).filter(|other| rank(other) > mine).map(estimate).collect();
+        let running: f64 = registry.open.iter().filter(of_tenant).map(remaining).sum();
+        let mut tenants: Vec<String> = registry.open.iter().map(|job| job.record().tenant.clone()).collect();
+        tenants.push(tenant.clone());
+        tenants.sort();
+        tenants.dedup();
+        let alone = ahead.iter().sum::<f64>() + running + estimate(job);
+        Some((ahead.len() + 1, alone * registry.slowness.unwrap_or(1.0) * tenants.len() as f64))
+    }
+
+    /// Jobs that wait and jobs that are open.
+    pub(crate) fn counts(&self) -> (usize, usize) {
+        let registry = locked(&self.registry);
+        (registry.queued.len(), registry.open.len())
+    }
+
+    /// The states of all jobs that are known.
+    pub(crate) fn by_state(&self) -> Vec<State> {
+        locked(&self.registry).jobs.values().map(|job| job.record().state).collect()
+    }
+
+    /// Time spent on jobs that were canceled or have failed.
+    pub(crate) fn canceled(&self) -> Duration {
+        Duration::from_millis(self.canceled.load(Ordering::Relaxed))
+    }
+
+    /// Bytes of scenes and of finished pictures on disk.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.scenes.bytes() + locked(&self.registry).kept()
+    }
+
+    /// The picture of a job that has succeeded.
+    pub(crate) fn picture(&self, id: &str) -> io::Result<Made> {
+        Made::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
+    }
+
+    /// What is said about it.
+    pub(crate) fn about(&self, id: &str) -> io::Result<About> {
+        About::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
+    }
+
+    /// The text of a scene that a job needs.
+    pub(crate) fn scene(&self, name: &str) -> Option<Vec<u8>> {
+        self.scenes.get(name)
+    }
+
+    /// Its last preview, a PNG; jobs whose picture was there already have none.
+    pub(crate) fn last_preview(&self, id: &str) -> io::Result<Vec<u8>> {
+        fs::read(self.folder_of(id).join(PREVIEW))
+    }
+}

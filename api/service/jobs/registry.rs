@@ -1,0 +1,117 @@
+//! Which jobs there are, and which of those that wait is opened next.
+
+use super::JobLimits;
+use super::job::Job;
+use super::record::{Order, Record};
+use super::retention::disk_of;
+use crate::service::scheduler::task::aged;
+use crate::service::storage::blob_store::Blobs;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// Jobs of one tenant that are open at one time: one renders while another encodes its picture.
+const OPEN: usize = 2;
+/// Likewise, counting those that were opened for their higher priority.
+const MOST_OPEN: usize = 4;
+/// Open jobs of all tenants.
+const ALL_OPEN: usize = 64;
+
+/// All jobs, and what they have in common.
+#[derive(Debug, Default)]
+pub(super) struct Registry {
+    pub(super) jobs: BTreeMap<String, Arc<Job>>,
+    pub(super) queued: Vec<Arc<Job>>,
+    pub(super) open: Vec<Arc<Job>>,
+    /// Jobs by tenant and idempotency key; none while the job is being accepted.
+    pub(super) keys: HashMap<(String, String), Option<String>>,
+    /// How many jobs need each scene.
+    pub(super) scenes: HashMap<String, usize>,
+    /// Whether no more jobs are opened.
+    pub(super) closing: bool,
+    /// How many times as long as estimated jobs take: a moving average.
+    pub(super) slowness: Option<f64>,
+}
+
+impl Registry {
+    /// Takes a job in, from disk or new.
+    pub(super) fn add(&mut self, job: &Arc<Job>) {
+        let record = job.record();
+        if record.state.needs_scene() {
+            *self.scenes.entry(record.order.scene.clone()).or_default() += 1;
+        }
+        if let Some(same) = &record.idempotency {
+            self.keys.insert((record.tenant.clone(), same.key.clone()), Some(record.id.clone()));
+        }
+        if !record.state.is_final() {
+            self.queued.push(Arc::clone(job));
+        }
+        self.jobs.insert(record.id.clone(), Arc::clone(job));
+    }
+
+    /// A job needs its scene no more.
+    pub(super) fn release_scene(&mut self, order: &Order, scenes: &Blobs) {
+        let Some(count) = self.scenes.get_mut(&order.scene) else { return };
+        *count -= 1;
+        if *count == 0 {
+            self.scenes.remove(&order.scene);
+            scenes.remove(&order.scene);
+        }
+    }
+
+    /// Bytes of all pictures on disk.
+    pub(super) fn kept(&self) -> u64 {
+        self.jobs.values().map(|job| job.kept.load(Ordering::Relaxed)).sum()
+    }
+
+    /// Which of the waiting jobs is opened next; none if none can be.
+    pub(super) fn next_to_open(&self, limits: &JobLimits) -> Option<usize> {
+        if self.closing || self.open.len() >= ALL_OPEN {
+            return None;
+        }
+        let mut open: HashMap<String, (usize, u8)> = HashMap::new();
+        for job in &self.open {
+            let record = job.record();
+            let (count, priority) = open.entry(record.tenant.clone()).or_default();
+            *count += 1;
+            *priority = record.priority.max(*priority);
+        }
+        let taken = |of: fn(&Record) -> u64| self.open.iter().map(|job| of(&job.record())).sum::<u64>();
+        let (memory, disk) = (taken(memory_of), taken(disk_of));
+        let may_open = |(_, job): &(usize, &Arc<Job>)| {
+            let record = job.record();
+            let (count, priority) = open.get(&record.tenant).copied().unwrap_or_default();
+            let has_place = count < OPEN || (count < MOST_OPEN && record.priority > priority);
+            let fits =
+                memory + memory_of(&record) <= limits.memory_bytes && disk + disk_of(&record) <= limits.data_bytes / 2;
+            has_place && (self.open.is_empty() || fits)
+        };
+        let few = |job: &Arc<Job>| open.get(&job.record().tenant).map_or(0, |(count, _)| *count);
+        let first = |(_, a): &(usize, &Arc<Job>), (_, b): &(usize, &Arc<Job>)| {
+            few(b).cmp(&few(a)).then_with(|| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal))
+        };
+        self.queued.iter().enumerate().filter(may_open).max_by(first).map(|(at, _)| at)
+    }
+}
+
+/// Greater goes first among the jobs of a tenant.
+pub(super) fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
+    let record = job.record();
+    (aged(record.priority, job.since), std::cmp::Reverse(record.id.clone()))
+}
+
+/// Bytes that an open job takes: its scene, its pixels as floats and as codes, what they lack at most, and its file.
+pub(super) fn memory_of(record: &Record) -> u64 {
+    record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 44
+}
+
+/// Milliseconds that it should take.
+pub(super) fn estimate(job: &Arc<Job>) -> f64 {
+    job.record().estimate_ms
+}
+
+/// Milliseconds that the rest of it should take.
+pub(super) fn remaining(job: &Arc<Job>) -> f64 {
+    let progress = job.progress();
+    estimate(job) * (progress.total - progress.done) as f64 / progress.total.max(1) as f64
+}

@@ -1,0 +1,287 @@
+//! Rendering one job, from its record to its picture, on a thread of its own.
+//!
+//! Each tile is one turn on the pool. Another thread puts finished tiles on disk and tells those who watch, so that the
+//! pool does not wait for that.
+
+use super::canvas::Canvas;
+use super::checkpoint::{Tile, Tiles};
+use super::finish::finish;
+use super::job::{Job, Stopped, locked};
+use super::record::{Failure, Record, State, now};
+use super::tile_order::Order;
+use super::{Jobs, PICTURE, PREVIEW};
+use crate::service::pictures::render::{file_ms, milliseconds};
+use crate::service::scenes::prepared::Ready;
+use crate::service::scheduler::pool::{Piece, Workers};
+use crate::service::scheduler::task::{Lane, Seat};
+use crate::service::scheduler::time_slices::render_in_turns;
+use serde_json::json;
+use std::any::Any;
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+use strahl::camera::Window;
+use strahl::film::{FileFormat, Region};
+use strahl::render::{Cancelled, Stop, render, render_window};
+use strahl::scene::Scene;
+use strahl::scene::description::{Accuracy, Rays, Time};
+
+/// Levels of the passes before the tiles: pixels are 8, 4 and 2 times as wide as the picture's.
+const PASSES: [u32; 3] = [3, 2, 1];
+/// The finest pass that is made although nobody watches.
+const UNWATCHED: u32 = 2;
+/// Finished tiles that wait for the disk.
+const WAITING: usize = 4;
+/// Time between two events about progress.
+const BETWEEN_REPORTS: Duration = Duration::from_millis(200);
+
+/// Works on a job until it is final or suspended.
+pub(super) fn run(jobs: &Jobs, job: &Job) {
+    let done = catch_unwind(AssertUnwindSafe(|| work(jobs, job)));
+    let end = match done {
+        Ok(Ok(())) => None,
+        Ok(Err(stopped)) => Some(stopped),
+        Err(panic) => {
+            tracing::error!(job = job.record().id, panic = message(&*panic), "a job panicked");
+            Some(Stopped::Failed(internal("the render failed; the service goes on, and its log says more")))
+        }
+    };
+    *locked(&job.canvas) = None;
+    *locked(&job.order) = None;
+    let tenant = job.record().tenant.clone();
+    jobs.host.spent(&tenant, job.spent.load(Ordering::Relaxed));
+    match end {
+        // What is on disk suffices to go on.
+        Some(Stopped::Suspended) => {}
+        Some(Stopped::Canceled) => jobs.finish(job, State::Canceled, None),
+        Some(Stopped::Failed(failure)) => jobs.finish(job, State::Failed, Some(failure)),
+        None => jobs.finish(job, State::Succeeded, None),
+    }
+}
+
+fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
+    let began = Instant::now();
+    let (seat, order, edge) = {
+        let mut record = job.record();
+        record.state = State::Running;
+        let started = now();
+        if record.started.is_none() {
+            record.started = Some(started);
+            record.stats.queue_ms = started.saturating_sub(record.created) as f64;
+        }
+        let (tenant, weight) = (record.tenant.as_str().into(), record.weight);
+        let seat =
+            Seat { lane: Lane::Jobs, tenant, weight, priority: Arc::clone(&job.priority), waiting_since: job.since };
+        (seat, record.order.clone(), record.edge)
+    };
+    jobs.save(job).map_err(|error| disk(&error))?;
+    let workers = Arc::clone(&jobs.pool).join(seat, Arc::clone(&job.control));
+    let text = jobs.scenes.get(&order.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
+    let building = Instant::now();
+    let ready = jobs.host.build(&workers, &text, order.format, &order.settings);
+    drop(text);
+    let ready = ready.map_err(|failure| stopped_or(job, Stopped::Failed(failure)))?;
+    let bvh_ms = milliseconds(building);
+    job.record().stats.bvh_ms = bvh_ms;
+    job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
+
+    jobs.make_room();
+    let folder = jobs.folder_of(&job.record().id);
+    std::fs::create_dir_all(&folder).map_err(|error| disk(&error))?;
+    let rendering = Instant::now();
+    if edge == 0 {
+        whole(job, &ready, order.output, &workers, began).map_err(|Cancelled| stopped(job))?;
+    } else {
+        let file = recover(job, &folder.join("tiles")).map_err(|error| disk(&error))?;
+        *locked(&job.begun) = Some((rendering, job.done.load(Ordering::Relaxed)));
+        if job.done.load(Ordering::Relaxed) == 0 {
+            passes(job, &ready, &workers, edge).map_err(|Cancelled| stopped(job))?;
+        }
+        tiles(job, &ready, &workers, file).map_err(|Cancelled| stopped(job))?;
+    }
+    job.record().stats.render_ms = milliseconds(rendering);
+
+    let encoding = Instant::now();
+    let canvas = locked(&job.canvas).take().ok_or_else(|| stopped(job))?;
+    let image = job.record().image_id.clone();
+    let finished = finish(&canvas, &ready, &order, image, &workers, began).map_err(|Cancelled| stopped(job))?;
+    let written = jobs.write(&folder, PICTURE, &finished.made.to_blob());
+    let written = written.and_then(|()| jobs.write(&folder, PREVIEW, &finished.preview));
+    written.map_err(|error| disk(&error))?;
+    let mut record = job.record();
+    record.stats.encode_ms = milliseconds(encoding);
+    record.stats.rays = canvas.picture().rays.total();
+    record.stats.picture_bytes = finished.made.file.len() as u64;
+    Ok(())
+}
+
+/// A picture that a clock or a number of rays ends, or one that no tiles are made of.
+fn whole(job: &Job, ready: &Ready, output: FileFormat, workers: &Workers, began: Instant) -> Result<(), Cancelled> {
+    *locked(&job.begun) = Some((Instant::now(), 0));
+    let Scene { width, height, .. } = ready.scene;
+    let (window, region) = (Window::whole(width, height), Region::whole(width, height));
+    let until = |stop: Stop| {
+        let turns = render_in_turns(&ready.scene, &window, region, workers, &job.control, stop, |_| ());
+        turns.map(|(picture, ())| picture)
+    };
+    let picture = match ready.render.accuracy() {
+        Accuracy::Time(Time { ms }) => {
+            let tracing = ms - file_ms(region, output, workers.threads());
+            until(Stop::At(began + Duration::from_secs_f64(tracing.max(0.0) / 1e3)))
+        }
+        Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
+            workers.work(|| render(&ready.scene, region, &job.control))?
+        }
+    }?;
+    let rays = picture.rays.total();
+    job.spent.fetch_add(rays, Ordering::Relaxed);
+    job.rays.store(rays, Ordering::Relaxed);
+    *locked(&job.canvas) = Some(Canvas::of(picture));
+    job.tiles[0].1.store(true, Ordering::Release);
+    job.done.store(1, Ordering::Relaxed);
+    Ok(())
+}
+
+/// Opens the file of tiles and puts those that are there onto a new canvas.
+fn recover(job: &Job, path: &std::path::Path) -> io::Result<Tiles> {
+    let Record { width, height, .. } = *job.record();
+    let mut canvas = Canvas::new(width, height);
+    let (mut recovered, mut rays) = (0, 0);
+    let region = |number: u32| job.tiles.get(number as usize).map(|(region, _)| *region);
+    let file = Tiles::open(path, [width, height], region, |Tile { number, picture }| {
+        let (_, done) = &job.tiles[number as usize];
+        if !done.swap(true, Ordering::Release) {
+            canvas.finish(&picture);
+            recovered += 1;
+            rays += picture.rays.total();
+        }
+    })?;
+    job.done.store(recovered, Ordering::Relaxed);
+    job.rays.store(rays, Ordering::Relaxed);
+    job.revision.fetch_add(u64::from(recovered > 0), Ordering::Relaxed);
+    job.record().stats.tiles_recovered = recovered as u64;
+    let regions = job.tiles.iter().map(|(region, _)| *region).collect();
+    let is_done = |number: usize| job.tiles[number].1.load(Ordering::Relaxed);
+    let mut order = Order::new(regions, Region::whole(width, height), is_done);
+    let mut current = locked(&job.order);
+    locked(&job.early_looks).drain(..).for_each(|look| order.look(look));
+    *current = Some(order);
+    drop(current);
+    *locked(&job.canvas) = Some(canvas);
+    Ok(file)
+}
+
+/// Coarse pictures of it all, each finer than the one before, tile by tile.
+fn passes(job: &Job, ready: &Ready, workers: &Workers, edge: u32) -> Result<(), Cancelled> {
+    let scene = &ready.scene;
+    for (pass, level) in PASSES.into_iter().enumerate() {
+        let is_looked_at = || locked(&job.order).as_ref().is_some_and(Order::is_looked_at);
+        if is_looked_at() || (level < UNWATCHED && !job.is_watched()) {
+            break;
+        }
+        let Some(window) = Window::level(scene.width, scene.height, level as i32) else { continue };
+        let mut parts = Region::whole(window.width, window.height).tiles(edge).peekable();
+        workers.work_on(|| {
+            let Some(part) = parts.next() else { return Piece::Last(Ok(())) };
+            let picture = match render_window(scene, &window, part, &job.control) {
+                Ok(picture) => picture,
+                Err(cancelled) => return Piece::Last(Err(cancelled)),
+            };
+            job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
+            if let Some(canvas) = &mut *locked(&job.canvas) {
+                canvas.fill(&picture.film, level);
+            }
+            // Who looks at a tile wants it more than another pass.
+            if parts.peek().is_some() && !is_looked_at() { Piece::More } else { Piece::Last(Ok(())) }
+        })??;
+        let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
+        job.events.publish("preview", json!({ "pass": pass + 1, "scale": 1 << level, "revision": revision }));
+    }
+    Ok(())
+}
+
+/// All tiles that are not finished, one turn each.
+fn tiles(job: &Job, ready: &Ready, workers: &Workers, file: Tiles) -> Result<(), Cancelled> {
+    let (finished, to_keep) = sync_channel(WAITING);
+    thread::scope(|scope| {
+        let keeper = scope.spawn(move || keep(job, file, to_keep));
+        let rendered = workers.work_on(|| {
+            let Some((number, region)) = locked(&job.order).as_mut().and_then(Order::next) else {
+                return Piece::Last(Ok(()));
+            };
+            let picture = match render(&ready.scene, region, &job.control) {
+                Ok(picture) => picture,
+                Err(cancelled) => return Piece::Last(Err(cancelled)),
+            };
+            job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
+            // It fails if the keeper has stopped, which has cancelled the job.
+            let kept = finished.send(Tile { number: number as u32, picture });
+            if kept.is_ok() { Piece::More } else { Piece::Last(Err(Cancelled)) }
+        });
+        drop(finished);
+        let kept = keeper.join().unwrap_or(Err(Cancelled));
+        rendered?.and(kept)
+    })
+}
+
+/// Puts tiles on disk and on the canvas, and tells who watches.
+fn keep(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result<(), Cancelled> {
+    let mut reported: Option<Instant> = None;
+    while let Ok(tile) = finished.recv() {
+        if let Err(error) = file.add(&tile) {
+            tracing::error!(%error, "a finished tile cannot be kept");
+            job.stop(disk(&error));
+            return Err(Cancelled);
+        }
+        if let Some(canvas) = &mut *locked(&job.canvas) {
+            canvas.finish(&tile.picture);
+        }
+        job.tiles[tile.number as usize].1.store(true, Ordering::Release);
+        job.rays.fetch_add(tile.picture.rays.total(), Ordering::Relaxed);
+        let done = job.done.fetch_add(1, Ordering::Relaxed) + 1;
+        let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
+        let Region { x, y, width, height } = tile.picture.film.region;
+        job.events.publish("tile", json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done }));
+        if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == job.tiles.len() {
+            let progress = job.progress();
+            job.events.publish(
+                "progress",
+                json!({
+                    "fraction": done as f64 / job.tiles.len() as f64, "tiles_done": done, "rays": progress.rays,
+                    "eta_ms": progress.eta_ms.map(f64::round), "revision": revision,
+                }),
+            );
+            reported = Some(Instant::now());
+        }
+    }
+    Ok(())
+}
+
+/// Why it was stopped.
+fn stopped(job: &Job) -> Stopped {
+    stopped_or(job, Stopped::Failed(internal("the render ended early")))
+}
+
+fn stopped_or(job: &Job, otherwise: Stopped) -> Stopped {
+    locked(&job.stopped).clone().unwrap_or(otherwise)
+}
+
+fn internal(detail: &str) -> Failure {
+    Failure { slug: "internal".into(), detail: detail.into() }
+}
+
+/// A file of the job cannot be read or written.
+fn disk(error: &io::Error) -> Stopped {
+    Stopped::Failed(internal(&format!("a file of the job cannot be read or written: {}", error.kind())))
+}
+
+/// The text of a panic, for the log only.
+fn message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".to_owned())
+}

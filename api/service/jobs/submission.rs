@@ -1,0 +1,256 @@
+//! Taking a job in: what is known already, what there is no room for, and what becomes a record.
+
+use super::job::{Job, locked};
+use super::record::{Idempotency, Order, Record, State, Stats, now};
+use super::registry::{Registry, estimate, memory_of, remaining};
+use super::retention::disk_of;
+use super::{Jobs, PICTURE};
+use crate::service::pictures::file::Made;
+use data_encoding::HEXLOWER;
+use sha2::{Digest, Sha256};
+use std::sync::Arc;
+use std::{fs, io};
+use strahl::film::FileFormat;
+use strahl::scene::{Format, Overrides};
+use uuid::Uuid;
+
+/// Pixels of a tile for each thread: as many as keep it busy.
+const PIXELS_A_THREAD: f64 = 8_192.0;
+/// Milliseconds that a tile should take at most.
+const TILE_MS: f64 = 50.0;
+/// Edges of tiles.
+const EDGES: [u32; 5] = [512, 256, 128, 64, 32];
+
+/// A job that its owner wants.
+#[derive(Debug)]
+pub(crate) struct Submission {
+    /// Whose it is.
+    pub(crate) tenant: String,
+    /// The tenant's share beside others.
+    pub(crate) weight: u32,
+    /// How many jobs the tenant may have that wait or run.
+    pub(crate) most: usize,
+    /// 0 to 100.
+    pub(crate) priority: u8,
+    /// What its owner calls it.
+    pub(crate) labels: Vec<String>,
+    /// The scene's text.
+    pub(crate) scene: Vec<u8>,
+    /// Its format.
+    pub(crate) format: Format,
+    /// Settings over the scene's.
+    pub(crate) overrides: Overrides,
+    /// How the picture is written.
+    pub(crate) output: FileFormat,
+    /// Names of the scene with the settings in it and of its picture, if it has any.
+    pub(crate) names: Option<[String; 2]>,
+    /// Whether a clock or a number of rays ends it, so that it is not cut into tiles.
+    pub(crate) is_progressive: bool,
+    /// Pixels across and down.
+    pub(crate) size: [u32; 2],
+    /// Milliseconds it should take on the whole pool.
+    pub(crate) estimate_ms: f64,
+    /// Bytes of the built scene.
+    pub(crate) scene_bytes: u64,
+}
+
+/// A submission that was not taken.
+#[derive(Debug)]
+pub(crate) enum Refused {
+    /// There are as many jobs as there may be; seconds until a tenth of them should be done.
+    Full(u32),
+    /// The tenant has as many as it may have; likewise.
+    TenantFull(u32),
+    /// Open jobs never have so much memory: bytes it would take.
+    TooLarge(u64),
+    /// Neither its scene nor its files ever have so much room on disk: bytes they would take.
+    TooLargeForDisk(u64),
+    /// The scenes of other jobs take all the room there is for them; seconds until a tenth of the jobs should be done.
+    NoRoom(u32),
+    /// It cannot be written down.
+    Disk(io::Error),
+}
+
+/// What is known of an idempotency key.
+#[derive(Debug)]
+pub(crate) enum Known {
+    /// The same request has become this job.
+    Same(Arc<Job>),
+    /// It was another request.
+    Other,
+    /// The first one is still being accepted.
+    Pending,
+}
+
+/// A key that nobody else can use meanwhile; given up when dropped, unless a job was made with it.
+#[derive(Debug)]
+pub(crate) struct Claim {
+    jobs: Arc<Jobs>,
+    tenant: String,
+    idempotency: Idempotency,
+}
+
+impl Drop for Claim {
+    fn drop(&mut self) {
+        let key = (self.tenant.clone(), self.idempotency.key.clone());
+        let mut registry = locked(&self.jobs.registry);
+        if registry.keys.get(&key).is_some_and(Option::is_none) {
+            registry.keys.remove(&key);
+        }
+    }
+}
+
+impl Jobs {
+    /// Claims an idempotency key for a request, whose bytes are `request`.
+    pub(crate) fn claim(self: &Arc<Self>, tenant: &str, key: &str, request: &[u8]) -> Result<Claim, Known> {
+        let idempotency = Idempotency { key: key.to_owned(), request: hash(request) };
+        let mut registry = locked(&self.registry);
+        let place = (tenant.to_owned(), key.to_owned());
+        match registry.keys.get(&place) {
+            Some(None) => return Err(Known::Pending),
+            Some(Some(id)) => {
+                if let Some(job) = registry.jobs.get(id) {
+                    let same = job.record().idempotency.as_ref() == Some(&idempotency);
+                    return Err(if same { Known::Same(Arc::clone(job)) } else { Known::Other });
+                }
+            }
+            None => {}
+        }
+        registry.keys.insert(place, None);
+        Ok(Claim { jobs: Arc::clone(self), tenant: tenant.to_owned(), idempotency })
+    }
+
+    /// Takes a job in. It is on disk when this returns. With a picture that was there already it is finished then, and
+    /// takes no room among the others.
+    pub(crate) fn submit(
+        self: &Arc<Self>,
+        submission: Submission,
+        claim: Option<&Claim>,
+        made: Option<&Made>,
+    ) -> Result<Arc<Job>, Refused> {
+        let scene = hash(&submission.scene);
+        let mut record = self.record_of(&submission, scene.clone(), claim);
+        let needs = memory_of(&record);
+        if needs > self.limits.memory_bytes {
+            return Err(Refused::TooLarge(needs));
+        }
+        let text = submission.scene.len() as u64;
+        let written = text.max(disk_of(&record));
+        if written > self.limits.data_bytes / 2 {
+            return Err(Refused::TooLargeForDisk(written));
+        }
+        if !self.scenes.has(&scene) && !self.make_room_for_scene(text) {
+            return Err(Refused::NoRoom(locked(&self.registry).seconds_for_a_tenth()));
+        }
+        {
+            let mut registry = locked(&self.registry);
+            let of_tenant = |job: &&Arc<Job>| job.record().tenant == submission.tenant;
+            let mine = registry.queued.iter().chain(&registry.open).filter(of_tenant).count();
+            if made.is_none() && registry.queued.len() + registry.open.len() >= self.limits.jobs {
+                return Err(Refused::Full(registry.seconds_for_a_tenth()));
+            }
+            if made.is_none() && mine >= submission.most {
+                return Err(Refused::TenantFull(registry.seconds_for_a_tenth()));
+            }
+            // From here on nobody removes the scene.
+            *registry.scenes.entry(scene.clone()).or_default() += 1;
+        }
+        let order = record.order.clone();
+        let kept = if self.scenes.get(&scene).is_some() { Ok(()) } else { self.scenes.put(&scene, &submission.scene) };
+        let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.put_picture(&mut record, made)));
+        let kept = kept.and_then(|()| self.store.put(&record));
+        let mut registry = locked(&self.registry);
+        let job = Arc::new(Job::new(record));
+        if kept.is_ok() {
+            registry.add(&job);
+        }
+        // Its own count is there by now.
+        registry.release_scene(&order, &self.scenes);
+        drop(registry);
+        kept.map_err(Refused::Disk)?;
+        if made.is_some() {
+            self.weigh(&job);
+            self.make_room();
+        }
+        self.open_next();
+        Ok(job)
+    }
+
+    /// Puts a picture that was there already into a job's folder: then the job is finished.
+    fn put_picture(&self, record: &mut Record, made: &Made) -> io::Result<()> {
+        let folder = self.folder_of(&record.id);
+        fs::create_dir_all(&folder)?;
+        self.write(&folder, PICTURE, &made.to_blob())?;
+        record.state = State::Succeeded;
+        (record.started, record.finished, record.last_event) = (Some(record.created), Some(record.created), Some(1));
+        record.stats = Stats { picture_bytes: made.file.len() as u64, reused: true, ..Stats::default() };
+        Ok(())
+    }
+
+    fn record_of(&self, submission: &Submission, scene: String, claim: Option<&Claim>) -> Record {
+        let &Submission { ref tenant, weight, priority, ref labels, format, overrides: settings, output, .. } =
+            submission;
+        let [width, height] = submission.size;
+        let edge = if submission.is_progressive {
+            0
+        } else {
+            edge(submission.estimate_ms / (f64::from(width) * f64::from(height)), self.pool.threads())
+        };
+        let [scene_id, image_id] = submission.names.clone().map_or([None, None], |names| names.map(Some));
+        Record {
+            id: Uuid::now_v7().to_string(),
+            tenant: tenant.clone(),
+            weight,
+            state: State::Queued,
+            priority,
+            labels: labels.clone(),
+            order: Order { scene, format, settings, output },
+            scene_id,
+            image_id,
+            width,
+            height,
+            edge,
+            estimate_ms: submission.estimate_ms,
+            scene_bytes: submission.scene_bytes,
+            idempotency: claim.map(|claim| claim.idempotency.clone()),
+            created: now(),
+            started: None,
+            finished: None,
+            stats: Stats::default(),
+            failure: None,
+            lives: 0,
+            last_event: None,
+            version: 1,
+        }
+    }
+}
+
+impl Registry {
+    /// Seconds until a tenth of all jobs, but at least one, should be done: 1 to 120.
+    fn seconds_for_a_tenth(&self) -> u32 {
+        let all: f64 = self.queued.iter().map(estimate).chain(self.open.iter().map(remaining)).sum();
+        let share = (0.1_f64).max(1.0 / (self.queued.len() + self.open.len()).max(1) as f64);
+        let seconds = all * self.slowness.unwrap_or(1.0) * share / 1e3;
+        (seconds.ceil() as u32).clamp(1, 120)
+    }
+}
+
+/// The edge of tiles whose pixels take so many milliseconds.
+fn edge(pixel_ms: f64, threads: usize) -> u32 {
+    let pixels = (PIXELS_A_THREAD * threads as f64).min(TILE_MS / pixel_ms.max(1e-12));
+    EDGES.into_iter().find(|edge| f64::from(*edge).powi(2) <= pixels * 1.01).unwrap_or(EDGES[EDGES.len() - 1])
+}
+
+fn hash(bytes: &[u8]) -> String {
+    HEXLOWER.encode(&Sha256::digest(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_are_smaller_where_pixels_are_dear_and_larger_for_many_threads() {
+        assert_eq!([edge(1e-4, 2), edge(1e-4, 32), edge(0.01, 2), edge(1.0, 2)], [128, 512, 64, 32]);
+    }
+}

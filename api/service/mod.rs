@@ -1,0 +1,12 @@
+//! What the program does, for its commands and for HTTP alike: scenes, pictures, jobs, and the scheduler of the threads that
+//! render.
+
+pub(crate) mod jobs;
+pub(crate) mod limits;
+pub(crate) mod memory;
+pub(crate) mod pictures;
+pub(crate) mod ray_query;
+pub(crate) mod scenes;
+pub(crate) mod scheduler;
+pub(crate) mod storage;
+pub(crate) mod tradeoff;

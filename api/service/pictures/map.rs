@@ -1,0 +1,52 @@
+//! Maps of a picture as files.
+
+use crate::service::scheduler::pool::Workers;
+use crate::service::scheduler::time_slices::in_pieces;
+use strahl::accuracy::{Map, MapKind};
+use strahl::film::encode::png_of;
+use strahl::film::{FileFormat, Region, encode};
+use strahl::render::{Cancelled, Control, Picture, render, render_one_by_one};
+use strahl::scene::Scene;
+
+/// How a map is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum MapFormat {
+    /// In colors, with a scale below.
+    Png,
+    /// The numbers themselves.
+    Pfm,
+    /// The numbers themselves.
+    Exr,
+}
+
+impl MapFormat {
+    /// All of them, by name.
+    pub(crate) const ALL: [(&'static str, Self); 3] = [("png", Self::Png), ("pfm", Self::Pfm), ("exr", Self::Exr)];
+}
+
+/// Renders what a map needs to know, and writes the map.
+pub(crate) fn draw(
+    scene: &Scene,
+    region: Region,
+    kind: MapKind,
+    format: MapFormat,
+    workers: &Workers,
+    control: &Control,
+) -> Result<Vec<u8>, Cancelled> {
+    let piece = |piece: Region| match kind {
+        MapKind::Proved => render(scene, piece, control),
+        MapKind::Rays | MapKind::Time | MapKind::Depth => render_one_by_one(scene, piece, control),
+    };
+    let file = |picture: &Picture| {
+        let map = Map::of(kind, picture);
+        match format {
+            MapFormat::Png => {
+                let drawn = map.draw();
+                png_of(drawn.width as u32, drawn.height() as u32, drawn.pixels.as_flattened())
+            }
+            MapFormat::Pfm => encode(&map.film(), FileFormat::Pfm),
+            MapFormat::Exr => encode(&map.film(), FileFormat::Exr),
+        }
+    };
+    Ok(in_pieces([scene.width, scene.height], region, workers, piece, file)?.1)
+}

@@ -1,0 +1,119 @@
+//! From a loaded scene to a picture file and its cost report.
+
+use super::report::{Cost, ErrorBounds, Phases, Replay, Report};
+use crate::service::scenes::prepared::{Loading, Ready};
+use crate::service::scheduler::pool::Workers;
+use crate::service::scheduler::time_slices::{render_in_pieces, render_in_turns};
+use serde_json::json;
+use std::time::{Duration, Instant};
+use strahl::camera::Window;
+use strahl::film::{Codes, FileFormat, Look, Region};
+use strahl::plan::pilot::Effort;
+use strahl::render::{Cancelled, Control, Picture, Stop};
+use strahl::scene::Scene;
+use strahl::scene::description::{Accuracy, Rays, Time};
+
+/// A picture file and what it cost.
+#[derive(Debug)]
+pub(crate) struct Finished {
+    /// The bytes of the file.
+    pub(crate) file: Vec<u8>,
+    /// What it cost.
+    pub(crate) report: Report,
+}
+
+/// What is made of a scene.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shot {
+    /// How large the picture is, and what it shows.
+    pub(crate) window: Window,
+    /// The part of it that is rendered; it must fit the window.
+    pub(crate) region: Region,
+    /// What is done to its codes, for formats of 8 bits.
+    pub(crate) look: Look,
+    /// The format of the file.
+    pub(crate) format: FileFormat,
+    /// Whether the file says what is proved about it and what makes it again, if its format has a place for that.
+    pub(crate) note: bool,
+    /// Whether the report says what was expected before.
+    pub(crate) predict: bool,
+    /// When a picture in a time was asked for, if it had to wait before work on it began: that is part of its time.
+    pub(crate) asked: Option<Instant>,
+}
+
+impl Shot {
+    /// A part of the scene's own picture.
+    pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
+        let window = Window::whole(scene.width, scene.height);
+        Self { window, region, look: Look::default(), format, note: false, predict: false, asked: None }
+    }
+}
+
+/// Renders a picture and encodes it. `started` is when work on the scene's bytes began,
+/// `loading` what that took.
+pub(crate) fn make(
+    started: Instant,
+    ready: &Ready,
+    loading: Loading,
+    shot: &Shot,
+    workers: &Workers,
+    control: &Control,
+) -> Result<Finished, Cancelled> {
+    let scene = &ready.scene;
+    let &Shot { window, region, look, format, note, predict, asked } = shot;
+    let mut plan = ready.plan.clone();
+    if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
+        workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
+    }
+    // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
+    let finish = |picture: &Picture| {
+        let coding = Instant::now();
+        let codes = Codes::new(&picture.film, format).seen(look);
+        (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
+    };
+    let until = |stop: Stop| render_in_turns(scene, &window, region, workers, control, stop, finish);
+    let (picture, (codes, error, coding_ms)) = match ready.render.accuracy() {
+        Accuracy::Time(Time { ms }) => until(Stop::At(
+            asked.unwrap_or(started)
+                + Duration::from_secs_f64((ms - file_ms(region, format, workers.threads())).max(0.0) / 1e3),
+        )),
+        Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
+            render_in_pieces(scene, &window, region, workers, control, finish)
+        }
+    }?;
+    let replay = Replay::of(&picture, ready);
+    let writing = Instant::now();
+    let file = codes.file_with(&picture.film, format, note.then(|| super::render::note(&error, &replay)).as_deref());
+    let phases = Phases {
+        parse: loading.parse,
+        plan: loading.plan,
+        bvh: loading.bvh,
+        trace: picture.trace_ms,
+        refine: picture.refine_ms,
+        png: coding_ms + milliseconds(writing),
+    };
+    let cost = Cost::of(&picture, phases, plan.estimate, started, workers);
+    Ok(Finished { file, report: Report { plan, cost, error, replay } })
+}
+
+/// What the file says about its picture: of the cost report all that depends on neither the machine nor the moment, since
+/// the same request gives the same bytes everywhere.
+pub(crate) fn note(error: &ErrorBounds, replay: &Replay) -> String {
+    json!({ "error": error, "replay": replay }).to_string()
+}
+
+/// Milliseconds that a region takes from its last ray to the end of its file, generously: filling in and judging its pixels
+/// on all threads, and writing the file on one.
+pub(crate) fn file_ms(region: Region, format: FileFormat, threads: usize) -> f64 {
+    let file = match format {
+        FileFormat::Png8 => 25.0,
+        _ => 100.0,
+    };
+    1.5 + region.pixels() as f64 * (file + 30.0 / threads as f64) * 1e-6
+}
+
+/// Milliseconds since an instant.
+pub(crate) fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}

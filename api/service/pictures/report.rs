@@ -1,0 +1,276 @@
+//! What a picture cost: the same JSON on `--stats`, and behind the headers of an answer.
+
+use super::render::milliseconds;
+use crate::service::scenes::prepared::Ready;
+use crate::service::scheduler::pool::Workers;
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::fmt::Write;
+use std::time::Instant;
+use strahl::accuracy::Proof;
+use strahl::film::Region;
+use strahl::plan::Plan;
+use strahl::plan::estimate::Estimate;
+use strahl::render::{Picture, Progress, RayCounts, Refined, Sampling};
+use strahl::scene::Scene;
+use strahl::scene::ceiling::Reach;
+use strahl::scene::description::{Accuracy, Rays, RenderSettings, Statistical};
+
+/// The cost report.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "CostReport")]
+pub(crate) struct Report {
+    /// The effects, each on or off, and why, and how deep rays go.
+    pub(crate) plan: Plan,
+    /// Time and rays.
+    pub(crate) cost: Cost,
+    /// How far the picture may be from the exact one.
+    pub(crate) error: ErrorBounds,
+    /// What renders the same pixels again.
+    pub(crate) replay: Replay,
+}
+
+/// Time and rays.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "PictureCost")]
+pub(crate) struct Cost {
+    /// Milliseconds from the scene's bytes to the picture's.
+    pub(crate) wall_ms: f64,
+    /// Where they went.
+    pub(crate) phases_ms: Phases,
+    /// Rays by kind.
+    pub(crate) rays: RayCounts,
+    /// Camera rays that hit something.
+    pub(crate) camera_hits: u64,
+    /// Rays in the longest chain.
+    pub(crate) deepest: u32,
+    /// What antialiasing added.
+    pub(crate) refined: Refined,
+    /// Threads of the pool.
+    pub(crate) threads: usize,
+    /// How far a picture came that had to stop: in the modes time and rays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) progress: Option<Progress>,
+    /// What tracing was expected to take, from a few of the pixels before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) predicted: Option<Estimate>,
+}
+
+impl Cost {
+    /// What a picture took, begun at an instant, on the threads of some workers.
+    pub(crate) fn of(
+        picture: &Picture,
+        phases_ms: Phases,
+        predicted: Option<Estimate>,
+        began: Instant,
+        workers: &Workers,
+    ) -> Self {
+        Self {
+            wall_ms: milliseconds(began),
+            phases_ms,
+            rays: picture.rays,
+            camera_hits: picture.rays.camera_hits,
+            deepest: picture.rays.deepest,
+            refined: picture.refined,
+            threads: workers.threads(),
+            progress: picture.progress,
+            predicted,
+        }
+    }
+}
+
+/// Milliseconds by phase, in order.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "PhaseTimes")]
+pub(crate) struct Phases {
+    /// Reading the scene.
+    pub(crate) parse: f64,
+    /// Checking and compiling it.
+    pub(crate) plan: f64,
+    /// Building bounding volume hierarchies.
+    pub(crate) bvh: f64,
+    /// Tracing.
+    pub(crate) trace: f64,
+    /// The part of `trace` that antialiasing took.
+    pub(crate) refine: f64,
+    /// Encoding the picture, whatever its format.
+    pub(crate) png: f64,
+}
+
+impl Phases {
+    /// Names and milliseconds, in order, without parts of others.
+    pub(crate) fn list(&self) -> [(&'static str, f64); 5] {
+        [("parse", self.parse), ("plan", self.plan), ("bvh", self.bvh), ("trace", self.trace), ("png", self.png)]
+    }
+}
+
+/// Bounds by how they are known, kept apart. Null means unknown, not exact.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct ErrorBounds {
+    /// True for certain.
+    pub(crate) proved: Proved,
+    /// Likely. None where pixels have one sample and are not compared with their neighbours.
+    pub(crate) estimated: Option<Estimated>,
+    /// Found against a reference picture.
+    pub(crate) measured: Option<f64>,
+}
+
+/// What ending the recursion may have changed.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "ProvedError")]
+pub(crate) struct Proved {
+    /// How much. None where nothing bounds it.
+    #[serde(flatten)]
+    pub(crate) proof: Option<Proof>,
+    /// Against what: the same samples.
+    pub(crate) reference: &'static str,
+    /// How bright a ray can be that was left out, why, and how long the chains of rays of the reference are.
+    #[serde(flatten)]
+    pub(crate) reach: Reach,
+    /// What it says nothing about.
+    pub(crate) not_covered: &'static [&'static str],
+}
+
+impl Proved {
+    fn header(&self) -> String {
+        let mut field = match &self.proof {
+            // Rounded down, so that 1 means all.
+            Some(Proof { max_codes, identical_fraction, .. }) => {
+                format!("proved={max_codes}, identical={:.3}", (identical_fraction * 1e3).floor() / 1e3)
+            }
+            None => "proved=?0".to_owned(),
+        };
+        if let Some(depth) = self.reach.max_depth {
+            let _ = write!(field, ", depth={depth}");
+        }
+        field
+    }
+
+    /// What is proved about a picture.
+    fn about(picture: &Picture, scene: &Scene) -> Self {
+        let mut reach = scene.ceiling().reach.clone();
+        let pixels = picture.film.region.pixels();
+        if let Some(Progress { traced_pixels, .. }) = picture.progress
+            && traced_pixels < pixels
+        {
+            let borrowed = pixels - traced_pixels;
+            reach.why =
+                format!("{borrowed} pixels were not traced and show a neighbour, of which nothing follows for them");
+            reach.because = Vec::new();
+        }
+        Self {
+            proof: Some(Proof::of(picture)).filter(|proof| proof.max_linear.is_some() && reach.ceiling.is_some()),
+            reference: match reach.max_depth {
+                None => "the same samples, recursion without end",
+                Some(_) => "the same samples, recursion to max_depth",
+            },
+            reach,
+            not_covered: &["aliasing between samples", "light that the model leaves out, such as caustics"],
+        }
+    }
+}
+
+/// How far more samples would likely take the picture, as those it has tell.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "EstimatedError")]
+pub(crate) struct Estimated {
+    /// 8-bit codes that a share of the pixels is likely not further off, in the channel that is least sure.
+    pub(crate) half_width_codes: f64,
+    /// That share.
+    pub(crate) share_of_pixels: f64,
+    /// How it is known.
+    pub(crate) method: &'static str,
+    /// What came of the target, in the statistical mode.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) target: Option<Target>,
+}
+
+/// A target of the statistical mode, and what came of it.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "SamplingTarget")]
+pub(crate) struct Target {
+    #[serde(flatten)]
+    asked: Statistical,
+    /// Share of the pixels that are as sure as asked for; the others got the most samples that there are.
+    sure_fraction: f64,
+    /// Samples of a pixel, on average.
+    mean_samples: f64,
+    /// Most samples of a pixel.
+    most_samples: u32,
+}
+
+/// The share of the pixels that an estimate is about.
+const SHARE: f64 = 0.95;
+
+impl Estimated {
+    /// What the samples of a picture tell.
+    pub(crate) fn about(picture: &Picture, scene: &Scene) -> Option<Self> {
+        let Sampling { widths, reached } = &picture.sampling;
+        let half_width_codes = f64::from(widths.at_share(SHARE)?) / 2.0;
+        let target = scene.statistical.map(|asked| Target {
+            asked,
+            sure_fraction: reached.sure as f64 / reached.pixels.max(1) as f64,
+            mean_samples: reached.samples as f64 / reached.pixels.max(1) as f64,
+            most_samples: reached.most_samples,
+        });
+        let method = match target {
+            Some(_) => "independent batches of each pixel's samples, Student's t",
+            None => "two halves of each pixel's samples; where antialiasing saw no contrast, the neighbours",
+        };
+        Some(Self { half_width_codes, share_of_pixels: SHARE, method, target })
+    }
+}
+
+impl ErrorBounds {
+    /// What is known about a picture. Nothing is measured unless there is a reference, as in a trade-off.
+    pub(crate) fn about(picture: &Picture, scene: &Scene) -> Self {
+        Self { proved: Proved::about(picture, scene), estimated: Estimated::about(picture, scene), measured: None }
+    }
+
+    /// As a structured field (RFC 9651): `proved=1, identical=0.982, depth=10, estimated=2.5`, with `depth` where the
+    /// reference of the proof has one; `proved=?0` where there is no bound.
+    pub(crate) fn header(&self) -> String {
+        let mut field = self.proved.header();
+        if let Some(Estimated { half_width_codes, .. }) = &self.estimated {
+            let _ = write!(field, ", estimated={half_width_codes:.1}");
+        }
+        field
+    }
+}
+
+/// What renders the same pixels again, on any machine and any number of threads.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct Replay {
+    /// Version of the renderer.
+    pub(crate) version: &'static str,
+    /// Width and height of the whole picture.
+    pub(crate) image: [u32; 2],
+    /// The part that was rendered.
+    pub(crate) region: Region,
+    /// The settings, after overrides.
+    pub(crate) render: RenderSettings,
+    /// Whether an NFF file's opaque surfaces were seen from behind, too.
+    pub(crate) two_sided: bool,
+    /// Whether an NFF file was rendered by the SPD's counting rules.
+    pub(crate) spd_counts: bool,
+}
+
+impl Replay {
+    /// What renders a picture of a scene again; one that a clock has stopped is made again by its rays.
+    pub(crate) fn of(picture: &Picture, ready: &Ready) -> Self {
+        let render = match picture.progress {
+            Some(Progress { count, .. }) => {
+                RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render }
+            }
+            None => ready.render,
+        };
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            image: [picture.film.full_width, picture.film.full_height],
+            region: picture.film.region,
+            render,
+            two_sided: ready.two_sided,
+            spd_counts: ready.spd_counts,
+        }
+    }
+}

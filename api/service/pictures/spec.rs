@@ -1,0 +1,176 @@
+//! What of an image is shown, and how. With the image's id it names a file's bytes before they are there.
+
+use super::render::Shot;
+use crate::server::parameters::outside;
+use crate::server::problem::{Kind, Problem};
+use std::fmt::{Display, Write};
+use strahl::camera::Window;
+use strahl::film::{FileFormat, Look, Region, Tone};
+use strahl::scene::Scene;
+
+/// Edge of tiles.
+pub(crate) const TILE: u32 = 512;
+
+/// A grid of pixels over an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Grid {
+    /// The image, of whose pixels each is 2^n wide and high; enlarged if n is negative.
+    Level(i32),
+    /// The same, in whole tiles: those along the edges go on beyond the image.
+    Tiles(i32),
+    /// A rectangle of the image in any number of pixels.
+    Part(Region, [u32; 2]),
+}
+
+/// A part of an image and how it is written down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Excerpt {
+    /// The pixels.
+    pub(crate) grid: Grid,
+    /// Those that are shown; all without it.
+    pub(crate) region: Option<Region>,
+    /// What is done to them.
+    pub(crate) look: Look,
+    /// The format of the file.
+    pub(crate) format: FileFormat,
+}
+
+impl Excerpt {
+    /// The whole image, or a region of it.
+    pub(crate) fn plain(region: Option<Region>, format: FileFormat) -> Self {
+        Self { grid: Grid::Level(0), region, look: Look::default(), format }
+    }
+
+    /// Whether it is all of an image as it is.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.grid == Grid::Level(0) && self.region.is_none() && self.look == Look::default()
+    }
+
+    /// The part of a name that comes after the image's id.
+    pub(crate) fn suffix(&self) -> String {
+        let mut name = String::new();
+        let list = |name: &mut String, region: Region| {
+            let Region { x, y, width, height } = region;
+            // Writing to a String cannot fail, here and below.
+            let _ = write!(name, "{x}-{y}-{width}-{height}");
+        };
+        match self.grid {
+            Grid::Level(0) => {}
+            Grid::Level(level) => drop(write!(name, ".l{level}")),
+            Grid::Tiles(level) => drop(write!(name, ".t{level}")),
+            Grid::Part(from, [width, height]) => {
+                name.push_str(".p");
+                list(&mut name, from);
+                let _ = write!(name, "-{width}-{height}");
+            }
+        }
+        if let Some(region) = self.region {
+            name.push('.');
+            list(&mut name, region);
+        }
+        if self.look != Look::default() {
+            let Look { mirrored, quarters, tone } = self.look;
+            let tone = match tone {
+                Tone::Color => "c",
+                Tone::Gray => "g",
+                Tone::Bitonal => "b",
+            };
+            let _ = write!(name, ".{}{quarters}{tone}", if mirrored { "m" } else { "r" });
+        }
+        name.push_str(match self.format {
+            FileFormat::Png8 => ".png",
+            FileFormat::Png16 => ".png16",
+            FileFormat::Jpeg(_) => ".jpg",
+            FileFormat::WebP => ".webp",
+            FileFormat::Exr => ".exr",
+            FileFormat::Pfm => ".pfm",
+        });
+        if let FileFormat::Jpeg(quality) = self.format {
+            let _ = write!(name, "{quality}");
+        }
+        name
+    }
+
+    /// The whole name, from the image's id.
+    pub(crate) fn name(&self, image: &impl Display) -> String {
+        format!("{image}{}", self.suffix())
+    }
+
+    /// What this is of a scene that is opened as 2^zoom times its size.
+    pub(crate) fn shot(&self, scene: &Scene, zoom: u32) -> Result<Shot, Problem> {
+        let window = self.window(scene, zoom).ok_or_else(|| {
+            Problem::new(Kind::InvalidParameter, "the picture would be larger than this scene's numbers can tell apart")
+        })?;
+        let region = self.region.unwrap_or_else(|| Region::whole(window.width, window.height));
+        if !region.fits(window.width, window.height) {
+            let Region { x, y, width, height } = region;
+            let what = format!("the region x={x}, y={y}, w={width}, h={height}");
+            return Err(outside(&what, window.width, window.height));
+        }
+        Ok(Shot { window, region, look: self.look, format: self.format, note: false, predict: false, asked: None })
+    }
+
+    fn window(&self, &Scene { width, height, .. }: &Scene, zoom: u32) -> Option<Window> {
+        match self.grid {
+            Grid::Level(level) => Window::level(width, height, level - zoom as i32),
+            Grid::Tiles(level) => {
+                let window = Window::level(width, height, level - zoom as i32)?;
+                let whole = |length: u32| length.checked_next_multiple_of(TILE);
+                Some(Window { width: whole(window.width)?, height: whole(window.height)?, ..window })
+            }
+            Grid::Part(from, [width, height]) => {
+                let scale = f64::from(1_u32 << zoom);
+                let scaled = |pair: [u32; 2]| pair.map(|length| f64::from(length) / scale);
+                Some(Window::part(scaled([from.x, from.y]), scaled([from.width, from.height]), width, height))
+            }
+        }
+    }
+}
+
+/// Pixels across and down of a scene that is opened as 2^zoom times its size. Beyond 2^19 neighbouring pixels have the same
+/// rays in single precision, beyond 2^30 tiles can no longer be counted.
+pub(crate) fn size_of(scene: &Scene, zoom: u32) -> Option<[u32; 2]> {
+    let most = match scene.world {
+        strahl::scene::compile::Precise::Single(_) => 1 << 19,
+        strahl::scene::compile::Precise::Double(_) => 1 << 30,
+    };
+    let window = Window::level(scene.width, scene.height, -(zoom as i32))?;
+    (window.width.max(window.height) <= most).then_some([window.width, window.height])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everything_that_changes_the_bytes_changes_the_name() {
+        let plain = Excerpt::plain(None, FileFormat::Png8);
+        let region = Region { x: 1, y: 2, width: 3, height: 4 };
+        let look = |mirrored, quarters, tone| Excerpt { look: Look { mirrored, quarters, tone }, ..plain };
+        let grid = |grid| Excerpt { grid, ..plain };
+        let all = [
+            plain,
+            Excerpt::plain(Some(region), FileFormat::Png8),
+            Excerpt::plain(None, FileFormat::Png16),
+            Excerpt::plain(None, FileFormat::Jpeg(9)),
+            Excerpt::plain(None, FileFormat::Jpeg(90)),
+            Excerpt::plain(None, FileFormat::WebP),
+            Excerpt::plain(None, FileFormat::Exr),
+            Excerpt::plain(None, FileFormat::Pfm),
+            grid(Grid::Level(1)),
+            grid(Grid::Level(-1)),
+            grid(Grid::Tiles(0)),
+            grid(Grid::Part(region, [5, 6])),
+            grid(Grid::Part(region, [5, 7])),
+            look(true, 0, Tone::Color),
+            look(false, 1, Tone::Color),
+            look(false, 0, Tone::Gray),
+            look(false, 0, Tone::Bitonal),
+        ];
+        let mut names: Vec<_> = all.iter().map(Excerpt::suffix).collect();
+        assert_eq!(names[..3], [".png", ".1-2-3-4.png", ".png16"]);
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), all.len(), "{names:?}");
+    }
+}

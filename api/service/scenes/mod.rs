@@ -1,0 +1,7 @@
+//! Scenes: their ids, their canonical texts, and the cache of those that are built.
+
+pub(crate) mod cache;
+pub(crate) mod ids;
+pub(crate) mod prepared;
+pub(crate) mod store;
+pub(crate) mod texture_folder;

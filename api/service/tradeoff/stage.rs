@@ -1,0 +1,147 @@
+//! The scene of a trade-off with any settings, and the clock.
+
+use super::Stopped;
+use crate::service::pictures::render::milliseconds;
+use crate::service::scheduler::pool::Workers;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
+use strahl::accuracy::Codes8;
+use strahl::accuracy::sweep::{Difference, Settings};
+use strahl::film::Region;
+use strahl::render::{Cancelled, Control, Picture, render};
+use strahl::scene::compile::{CompileOptions, compile_from};
+use strahl::scene::description::{Accuracy, Camera, Fixed, Precision, Proved};
+use strahl::scene::{Files, Loaded, Scene};
+
+/// Pause between two looks at the time and at the client.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(4);
+
+/// The scene in both precisions, and the clock.
+pub(super) struct Stage<'a> {
+    pub(super) single: Scene,
+    pub(super) double: Scene,
+    camera: Camera,
+    started: Instant,
+    pub(super) seconds: f64,
+    pub(super) workers: &'a Workers,
+    control: &'a Control,
+}
+
+impl<'a> Stage<'a> {
+    /// Builds what is missing; also the settings that the scene asks for.
+    pub(super) fn set(
+        loaded: Loaded,
+        files: &dyn Files,
+        started: Instant,
+        seconds: f64,
+        workers: &'a Workers,
+        control: &'a Control,
+    ) -> Result<(Self, Settings), Stopped> {
+        let Loaded { mut description, scene, spd_counts, .. } = loaded;
+        let render = description.render;
+        let Scene { samples, antialias, .. } = scene;
+        let asked = Settings {
+            max_depth: render.fixed_depth(),
+            min_weight: render.fixed_weight(),
+            max_codes: match render.accuracy() {
+                Accuracy::Fixed(_) => None,
+                Accuracy::Proved(Proved { max_codes }) => Some(max_codes),
+                Accuracy::Time(_) | Accuracy::Rays(_) | Accuracy::Statistical(_) => Some(1),
+            },
+            samples,
+            antialias,
+            precision: render.precision,
+        };
+        // What a scene calls for is decided when it is built: one ray deep it would be nothing.
+        let shallow = render.max_depth == Some(1);
+        description.render.max_depth = Some(render.fixed_depth().max(2));
+        description.render.accuracy = Some(Accuracy::Fixed(Fixed {}));
+        let mut build = |precision| {
+            if control.cancelled.load(Ordering::Relaxed) {
+                return Err(Stopped::Cancelled);
+            }
+            description.render.precision = precision;
+            let options = CompileOptions { spd_counts, ..CompileOptions::default() };
+            workers.work(|| compile_from(&description, options, files))?.map_err(Stopped::Refused)
+        };
+        let other = match asked.precision {
+            Precision::Single => Precision::Double,
+            Precision::Double => Precision::Single,
+        };
+        let (this, other) = (if shallow { build(asked.precision)? } else { scene }, build(other)?);
+        let (single, double) = if asked.precision == Precision::Single { (this, other) } else { (other, this) };
+        let camera = description.camera;
+        Ok((Self { single, double, camera, started, seconds, workers, control }, asked))
+    }
+
+    /// Seconds since the start.
+    pub(super) fn elapsed(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// Seconds until a share of the time is over; below 0 after it.
+    pub(super) fn left(&self, share: f64) -> f64 {
+        share * self.seconds - self.elapsed()
+    }
+
+    pub(super) fn resize(&mut self, [width, height]: [u32; 2]) {
+        self.single.set_size(&self.camera, width, height);
+        self.double.set_size(&self.camera, width, height);
+    }
+
+    /// A picture with some settings; none if it is not done before a share of the time is over.
+    pub(super) fn shoot(&mut self, settings: Settings, end: f64) -> Result<Option<Picture>, Cancelled> {
+        self.control.done.store(milliseconds(self.started) as u64, Ordering::Relaxed);
+        let left = self.left(end);
+        let Settings { max_depth, min_weight, max_codes, samples, antialias, precision } = settings;
+        let scene = match precision {
+            Precision::Single => &mut self.single,
+            Precision::Double => &mut self.double,
+        };
+        match max_codes {
+            Some(codes) => scene.set_proved(codes),
+            None => scene.set_recursion(max_depth, min_weight),
+        }
+        (scene.samples, scene.antialias) = (samples, antialias);
+        let (scene, whole) = (&*scene, Region::whole(scene.width, scene.height));
+        let deadline = Instant::now() + Duration::from_secs_f64(left.max(0.0));
+        while_wanted(self.control, deadline, |control| self.workers.work(|| render(scene, whole, control))?)
+    }
+
+    /// Compares two pictures on the pool; none if nobody wants to know any more.
+    pub(super) fn compare(&self, reference: &Codes8, test: &Codes8) -> Option<Difference> {
+        self.workers.work(|| Difference::of(reference, test)).ok()
+    }
+}
+
+/// Does some work that is cancelled at a deadline, which gives none, or with `outer`.
+fn while_wanted<T>(
+    outer: &Control,
+    deadline: Instant,
+    work: impl FnOnce(&Control) -> Result<T, Cancelled>,
+) -> Result<Option<T>, Cancelled> {
+    let inner = Control::default();
+    let given_up = || outer.cancelled.load(Ordering::Relaxed);
+    let result = thread::scope(|scope| {
+        // Dropping the sender, even by a panic in `work`, ends the looks.
+        let (working, done) = mpsc::channel::<()>();
+        let inner = &inner;
+        scope.spawn(move || {
+            while done.recv_timeout(BETWEEN_LOOKS) == Err(RecvTimeoutError::Timeout) {
+                if given_up() || Instant::now() >= deadline {
+                    inner.cancelled.store(true, Ordering::Relaxed);
+                }
+            }
+        });
+        let result = work(inner);
+        drop(working);
+        result
+    });
+    match result {
+        Ok(done) => Ok(Some(done)),
+        Err(Cancelled) if given_up() => Err(Cancelled),
+        Err(Cancelled) => Ok(None),
+    }
+}
