@@ -38,23 +38,23 @@ impl Angular {
         Self { origin, step, ..self }
     }
 
-    pub(super) fn fisheye(basis: &Basis, fov: f64, size: (f64, f64)) -> Self {
+    pub(crate) fn fisheye(basis: &Basis, fov: f64, size: (f64, f64)) -> Self {
         let center = (size.0 * 0.5, size.1 * 0.5);
         let projection = Projection::Equidistant { half_fov: fov * 0.5, diameter: size.0.min(size.1), center };
         Self::new(basis, size, projection)
     }
 
-    pub(super) fn omnimax(basis: &Basis, fov: f64, size: (f64, f64)) -> Self {
+    pub(crate) fn omnimax(basis: &Basis, fov: f64, size: (f64, f64)) -> Self {
         let center = (size.0 * 0.5, size.0 * 0.5);
         let projection = Projection::Equidistant { half_fov: fov * 0.5, diameter: size.0, center };
         Self::new(basis, size, projection)
     }
 
-    pub(super) fn panorama(basis: &Basis, hfov: f64, vfov: f64, size: (f64, f64)) -> Self {
+    pub(crate) fn panorama(basis: &Basis, hfov: f64, vfov: f64, size: (f64, f64)) -> Self {
         Self::new(basis, size, Projection::Equirectangular { hfov, vfov })
     }
 
-    pub(super) fn cylinder(basis: &Basis, hfov: f64, half_tan: f64, size: (f64, f64)) -> Self {
+    pub(crate) fn cylinder(basis: &Basis, hfov: f64, half_tan: f64, size: (f64, f64)) -> Self {
         Self::new(basis, size, Projection::Cylindrical { hfov, half_tan })
     }
 

@@ -19,12 +19,12 @@ pub struct Flat<R> {
 
 impl<R: Real> Flat<R> {
     /// All rays start at the eye; the image plane lies at distance 1, h = 2 tan(theta/2).
-    pub(super) fn pinhole(basis: &Basis, half_tan: f64, size: (f64, f64)) -> Self {
+    pub(crate) fn pinhole(basis: &Basis, half_tan: f64, size: (f64, f64)) -> Self {
         Self::new(basis, half_tan / size.1, size, false)
     }
 
     /// Rays run along the view through a rectangle of the given height.
-    pub(super) fn orthographic(basis: &Basis, height: f64, size: (f64, f64)) -> Self {
+    pub(crate) fn orthographic(basis: &Basis, height: f64, size: (f64, f64)) -> Self {
         Self::new(basis, 0.5 * height / size.1, size, true)
     }
 

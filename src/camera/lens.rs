@@ -15,7 +15,7 @@ pub struct Lens<R> {
 }
 
 impl<R: Real> Lens<R> {
-    pub(super) fn new(basis: &Basis, radius: f64, focus: f64) -> Self {
+    pub(crate) fn new(basis: &Basis, radius: f64, focus: f64) -> Self {
         Self {
             right: (basis.right * radius).to_array().map(R::from_f64),
             up: (basis.up * radius).to_array().map(R::from_f64),

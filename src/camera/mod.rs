@@ -11,8 +11,6 @@ pub use lens::Lens;
 pub use window::Window;
 
 use crate::lanes::{Lanes, Real, V3};
-use crate::math;
-use crate::scene::description::{self, View};
 use glam::DVec3;
 
 /// A camera in the kernel's format.
@@ -46,6 +44,17 @@ pub struct Cone {
     pub spread: f64,
 }
 
+/// Where a camera stands and what it faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Eye point.
+    pub eye: [f64; 3],
+    /// Point in the middle of the picture.
+    pub look_at: [f64; 3],
+    /// Direction that points up in the picture; need not be perpendicular.
+    pub up: [f64; 3],
+}
+
 /// Orthonormal axes of a camera: right, up and forward.
 #[derive(Debug, Clone, Copy)]
 pub struct Basis {
@@ -76,32 +85,6 @@ impl Basis {
 }
 
 impl<R: Real> Camera<R> {
-    /// The camera of a description for a picture of this size.
-    pub fn new(camera: &description::Camera, basis: &Basis, width: u32, height: u32) -> Self {
-        use description::Camera as C;
-        let size = (f64::from(width), f64::from(height));
-        let half_tan = |degrees: f64| math::tan(degrees.to_radians() * 0.5);
-        match *camera {
-            C::Pinhole(c) => {
-                let flat = Flat::pinhole(basis, half_tan(c.vfov_deg), size);
-                if c.aperture == 0.0 {
-                    return Self::Flat(flat);
-                }
-                let distance = DVec3::from_array(c.look_at).distance(basis.eye);
-                Self::Lens(flat, Lens::new(basis, 0.5 * c.aperture, c.focus_distance.unwrap_or(distance)))
-            }
-            C::Orthographic(c) => Self::Flat(Flat::orthographic(basis, c.height, size)),
-            C::Fisheye(c) => Self::Angular(Angular::fisheye(basis, c.fov_deg.to_radians(), size)),
-            C::Omnimax(c) => Self::Angular(Angular::omnimax(basis, c.fov_deg.to_radians(), size)),
-            C::Panorama(c) => {
-                Self::Angular(Angular::panorama(basis, c.hfov_deg.to_radians(), c.vfov_deg.to_radians(), size))
-            }
-            C::Cylinder(c) => {
-                Self::Angular(Angular::cylinder(basis, c.hfov_deg.to_radians(), half_tan(c.vfov_deg), size))
-            }
-        }
-    }
-
     /// The camera whose picture is what a window shows of this one's. Windows of powers of two give the same rays as
     /// larger or smaller pictures of the same camera do, to the last bit.
     #[must_use]

@@ -43,8 +43,6 @@ pub const SAMPLES: Limit = Limit::new("samples", 1_024);
 pub const MAX_DEPTH: Limit = Limit::new("max_depth", 100_000);
 /// Rays followed for one sample; deeper rays are dropped and counted in `cost.rays.dropped`.
 pub const RAYS_PER_SAMPLE: Limit = Limit::new("rays_per_sample", 1_000_000);
-/// Bodies around one ray whose media are told apart; further ones are passed as if they were not there.
-pub const MEDIA: Limit = Limit::new("media", 32);
 /// Rays recorded for one ray tree.
 pub const TREE_RAYS: Limit = Limit::new("tree_rays", 100_000);
 /// Bytes of a picture in a scene, before it is decoded.

@@ -6,7 +6,9 @@
 //! Lists share their tails in an arena, so a ray carries one number and a packet's tree of rays may be any size.
 
 use crate::lanes::Real;
-use crate::scene::limits::MEDIA;
+
+/// Bodies around one ray whose media are told apart. Further ones are passed as if they were not there.
+const MAX_MEDIA: usize = 32;
 
 /// A list of media: an index into [`Media`].
 pub type MediumList = u32;
@@ -88,7 +90,7 @@ impl<R: Real> Media<R> {
     /// The list inside a body that has been entered; the same list if the ray was in it, or if there are as many as the
     /// limit `media` already.
     pub fn enter(&mut self, list: MediumList, medium: Medium<R>) -> MediumList {
-        if self.contains(list, medium.body) || self.entries(list).count() as u64 >= MEDIA.max {
+        if self.contains(list, medium.body) || self.entries(list).count() >= MAX_MEDIA {
             return list;
         }
         let above: Vec<Medium<R>> = self.entries(list).take_while(|other| other.outranks(&medium)).collect();

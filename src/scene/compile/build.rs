@@ -2,6 +2,7 @@
 
 use super::bodies::{shape, volume};
 use super::called::called;
+use super::camera::camera_of;
 use super::ceiling::ceiling;
 use super::lights::light;
 use super::paint::paint;
@@ -39,7 +40,7 @@ pub(super) fn build<R: Real>(
     pictures: &Pictures<'_>,
 ) -> (World<R>, Built) {
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
-    let camera = Camera::new(&description.camera, &basis, description.image.width, description.image.height);
+    let camera = camera_of(&description.camera, &basis, description.image.width, description.image.height);
     let mut builder = Builder::<R>::new(description, options, pictures, camera);
     let list = builder.list("/objects".to_owned());
     let root = builder.geometry(&description.objects, list);

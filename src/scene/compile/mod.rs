@@ -3,6 +3,7 @@
 pub(crate) mod bodies;
 pub(crate) mod build;
 mod called;
+mod camera;
 mod ceiling;
 mod check;
 mod check_objects;
@@ -16,6 +17,7 @@ mod transform;
 mod vary;
 mod warn;
 
+pub use camera::camera_of;
 pub(crate) use transform::affine;
 
 use super::ceiling::Ceiling;

@@ -1,7 +1,8 @@
 //! A built scene with other settings, without building it again: what comparing settings takes.
 
+use super::camera::camera_of;
 use super::{Precise, Scene};
-use crate::camera::{Basis, Camera};
+use crate::camera::Basis;
 use crate::lanes::Real;
 use crate::scene::description;
 use crate::scene::world::{ENDLESS, Pruning, World};
@@ -35,8 +36,8 @@ impl Scene {
         let Some(basis) = Basis::new(&camera.view()) else { return };
         (self.width, self.height) = (width, height);
         match &mut self.world {
-            Precise::Single(world) => world.camera = Camera::new(camera, &basis, width, height),
-            Precise::Double(world) => world.camera = Camera::new(camera, &basis, width, height),
+            Precise::Single(world) => world.camera = camera_of(camera, &basis, width, height),
+            Precise::Double(world) => world.camera = camera_of(camera, &basis, width, height),
         }
     }
 }

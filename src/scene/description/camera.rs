@@ -1,6 +1,7 @@
 //! Cameras.
 
 use super::{Vec3, default_up, is_zero};
+use crate::camera::View;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,17 +23,6 @@ pub enum Camera {
     Panorama(PanoramaCamera),
     /// Cylindrical: columns are longitude, rows are perspective.
     Cylinder(CylinderCamera),
-}
-
-/// Where a camera stands and what it faces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
-    /// Eye point.
-    pub eye: Vec3,
-    /// Point in the middle of the picture.
-    pub look_at: Vec3,
-    /// Direction that points up in the picture; need not be perpendicular.
-    pub up: Vec3,
 }
 
 impl Camera {

@@ -11,7 +11,7 @@ mod object;
 mod render;
 mod texture;
 
-pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera, View};
+pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera};
 pub use fog::{Fog, FogHeight};
 pub use light::{
     AngularArea, Area, DirectionalLight, DiscArea, Falloff, Light, LinearFalloff, ParallelogramArea, PointLight,

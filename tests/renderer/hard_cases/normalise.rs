@@ -8,8 +8,9 @@ use crate::common::Random;
 use crate::common::naive;
 use glam::DVec3;
 use serde_json::{Value, json};
-use strahl::camera::{Basis, Camera};
+use strahl::camera::Basis;
 use strahl::lanes::{Lanes, Mask, Real};
+use strahl::scene::compile::camera_of;
 use strahl::scene::description;
 
 pub const CASES: &[Case] = &[
@@ -115,7 +116,7 @@ fn view(lab: &Lab, camera: &Value, size: (u32, u32), x: f64, y: f64) -> (DVec3, 
     fn at<L: Lanes<Simd = ()>>(camera: &description::Camera, size: (u32, u32), x: f64, y: f64) -> (DVec3, bool) {
         let basis = Basis::new(&camera.view()).unwrap();
         let primary =
-            Camera::<L::Real>::new(camera, &basis, size.0, size.1).primary::<L>((), L::lit((), x), L::lit((), y));
+            camera_of::<L::Real>(camera, &basis, size.0, size.1).primary::<L>((), L::lit((), x), L::lit((), y));
         (DVec3::from_array(primary.dir.lane(0).map(Real::to_f64)), primary.seen.any())
     }
     let camera: description::Camera = serde_json::from_value(camera.clone()).unwrap();

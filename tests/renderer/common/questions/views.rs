@@ -2,8 +2,9 @@
 
 use super::optics::{hit_of, tree};
 use super::*;
-use strahl::camera::{Basis, Camera};
+use strahl::camera::Basis;
 use strahl::lanes::{Lanes, Mask, Real, V3};
+use strahl::scene::compile::camera_of;
 use strahl::scene::description;
 use strahl::shading::phong::{highlight_cosine, power};
 
@@ -38,7 +39,7 @@ fn fisheye_with<L: Lanes<Simd = ()>>(query: &Query<'_>) -> Check {
             )
             .unwrap();
             let basis = Basis::new(&camera.view()).unwrap();
-            let camera = Camera::<L::Real>::new(&camera, &basis, 1, 1);
+            let camera = camera_of::<L::Real>(&camera, &basis, 1, 1);
             let primary = camera.primary::<L>((), L::splat((), narrow(x)), L::splat((), narrow(y)));
             let inside = query.data["expect"]["inside_image_circle"] == true;
             if primary.seen.any() != inside {
