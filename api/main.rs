@@ -4,8 +4,8 @@ mod cli;
 mod commands;
 mod config;
 mod failure;
+mod http;
 mod input;
-mod server;
 mod service;
 
 use clap::Parser;

@@ -1,6 +1,6 @@
 //! Flags of `strahl key`.
 
-use crate::server::Scope;
+use crate::http::auth::tenant::Scope;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 

@@ -1,7 +1,7 @@
 //! Flags of `strahl serve`, and of the commands around a running service.
 
 use super::values::{long_seconds, public_url, seconds, threads};
-use crate::server::Origins;
+use crate::http::middleware::cors::Origins;
 use clap::{Args, Subcommand, ValueEnum};
 use std::net::SocketAddr;
 use std::path::PathBuf;

@@ -3,7 +3,7 @@
 use super::output;
 use crate::cli::{KeyCommand, NewKeyArgs};
 use crate::failure::Failure;
-use crate::server::{new_key, new_signer};
+use crate::http::auth::{new_key, new_signer};
 use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::Path;

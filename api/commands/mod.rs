@@ -40,7 +40,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Openapi => openapi::run(),
         Command::Config(command) => config::run(&command),
         Command::Key(command) => key::run(&command),
-        Command::Serve(args) => crate::server::run(&args),
+        Command::Serve(args) => crate::http::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::output;
 use crate::failure::Failure;
-use crate::server::openapi_text;
+use crate::http::contract::openapi_text;
 
 /// Prints it.
 pub(super) fn run() -> Result<(), Failure> {

@@ -3,8 +3,8 @@
 use super::{interrupt, output, progress, region_of, start_workers};
 use crate::cli::{PictureFormat, RenderArgs};
 use crate::failure::Failure;
+use crate::http::extract::accept::QUALITY;
 use crate::input::Source;
-use crate::server::QUALITY;
 use crate::service::pictures::render;
 use crate::service::pictures::render::{Finished, Shot};
 use crate::service::pictures::report::Report;

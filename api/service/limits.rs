@@ -3,8 +3,8 @@
 use super::jobs::JobLimits;
 use super::memory;
 use crate::cli::ServeArgs;
-use crate::server::problem::{Kind, Problem};
-use crate::server::tenant::Tenant;
+use crate::http::auth::tenant::Tenant;
+use crate::http::problem::{Kind, Problem};
 use crate::service::scenes::ids::MAX_ZOOM;
 use serde_json::{Value, json};
 use std::time::Duration;

@@ -4,8 +4,8 @@
 
 use super::file::Made;
 use super::single_flight::Flights;
-use crate::server::cost::Cost;
-use crate::server::problem::Problem;
+use crate::http::metrics::render_cost::Cost;
+use crate::http::problem::Problem;
 use crate::service::storage::blob_store::Blobs;
 use crate::service::storage::hit_counter::Tally;
 use crate::service::storage::lru_cache::Recent;

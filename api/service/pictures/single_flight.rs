@@ -1,7 +1,7 @@
 //! The same work is done once: who asks for what is already on its way waits for it with the others. The work is given up
 //! when the last of them has gone.
 
-use crate::server::problem::{Kind, Problem};
+use crate::http::problem::{Kind, Problem};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tokio::sync::watch;

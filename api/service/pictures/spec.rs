@@ -1,8 +1,8 @@
 //! What of an image is shown, and how. With the image's id it names a file's bytes before they are there.
 
 use super::render::Shot;
-use crate::server::parameters::outside;
-use crate::server::problem::{Kind, Problem};
+use crate::http::extract::query::outside;
+use crate::http::problem::{Kind, Problem};
 use std::fmt::{Display, Write};
 use strahl::camera::Window;
 use strahl::film::{FileFormat, Look, Region, Tone};

@@ -7,7 +7,7 @@
 use super::prepared::{Loading, Ready};
 use super::store::Texts;
 use super::texture_folder::Folder;
-use crate::server::problem::{Kind, Problem};
+use crate::http::problem::{Kind, Problem};
 use crate::service::pictures::render::milliseconds;
 use crate::service::scheduler::admission::Job;
 use crate::service::scheduler::pool::Workers;

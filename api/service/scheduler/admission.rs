@@ -6,8 +6,8 @@
 
 use super::pool::{Pool, Workers};
 use super::task::{Lane, Seat};
-use crate::server::problem::{Kind, Problem};
-use crate::server::tenant::Tenant;
+use crate::http::auth::tenant::Tenant;
+use crate::http::problem::{Kind, Problem};
 use crate::service::pictures::render::milliseconds;
 use std::any::Any;
 use std::sync::Arc;

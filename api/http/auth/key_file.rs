@@ -1,0 +1,70 @@
+//! The key file is read again whenever it changes, so that keys come and go without a restart.
+
+use super::keys::Keys;
+use crate::http::App;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+use std::time::{Duration, SystemTime};
+use std::{fs, io};
+use tokio::time::interval;
+
+/// How often it is looked at.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// When a file was written, and how long it is.
+type State = Option<(SystemTime, u64)>;
+
+/// The key file, and what it said last.
+#[derive(Debug)]
+pub(crate) struct KeyFile {
+    path: PathBuf,
+    /// The file as it was before it was read, so that no change is missed.
+    seen: Mutex<State>,
+    keys: RwLock<Arc<Keys>>,
+}
+
+impl KeyFile {
+    /// Reads it for the first time.
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+        let seen = Mutex::new(state(path));
+        let keys = Keys::read(&fs::read_to_string(path)?, None).map_err(io::Error::other)?;
+        Ok(Self { path: path.to_owned(), seen, keys: RwLock::new(Arc::new(keys)) })
+    }
+
+    /// What it said last.
+    pub(crate) fn keys(&self) -> Arc<Keys> {
+        // A panic while one pointer is swapped for another leaves one of the two.
+        Arc::clone(&self.keys.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Reads it again if it has changed. One with mistakes changes nothing but the log.
+    fn refresh(&self) {
+        let now = state(&self.path);
+        if std::mem::replace(&mut *self.seen.lock().unwrap_or_else(PoisonError::into_inner), now) == now {
+            return;
+        }
+        let text = fs::read_to_string(&self.path).map_err(|error| error.to_string());
+        match text.and_then(|text| Keys::read(&text, Some(&self.keys()))) {
+            Ok(new) => {
+                *self.keys.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(new);
+                tracing::info!(file = %self.path.display(), "the keys were read again");
+            }
+            Err(error) => tracing::error!(file = %self.path.display(), error, "the keys stay as they were"),
+        }
+    }
+}
+
+/// Looks at the key file until the service ends.
+pub(crate) async fn watch(service: App) {
+    let Some(file) = &service.access.keys else { return };
+    let mut ticks = interval(PERIOD);
+    loop {
+        ticks.tick().await;
+        file.refresh();
+    }
+}
+
+fn state(path: &Path) -> State {
+    let about = fs::metadata(path).ok()?;
+    Some((about.modified().ok()?, about.len()))
+}

@@ -1,0 +1,93 @@
+//! Who may do what: keys, capability URLs, quotas, and which pages may ask.
+
+pub(crate) mod capability;
+pub(crate) mod client;
+pub(crate) mod key_file;
+pub(crate) mod keys;
+pub(crate) mod rate_limit;
+pub(crate) mod tenant;
+
+pub(crate) use keys::{new_key, new_signer};
+
+use crate::http::middleware::cors::Origins;
+use crate::http::problem::{Kind, Problem};
+use axum::extract::Request;
+use axum::http::header;
+use capability::{Capability, Signers};
+use key_file::KeyFile;
+use keys::Keys;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Instant, SystemTime};
+use tenant::Tenant;
+
+/// What decides about a request's tenant.
+#[derive(Debug)]
+pub(crate) struct Access {
+    /// The key file; without one everybody is anonymous.
+    keys: Option<KeyFile>,
+    anonymous: Arc<Tenant>,
+    /// Signs capabilities where the key file names no secrets; they end with the process.
+    own: Signers,
+    pub(crate) origins: Origins,
+}
+
+impl Access {
+    /// Reads the key file, if there is one.
+    pub(crate) fn open(path: Option<&Path>, origins: Origins) -> io::Result<Self> {
+        Ok(Self {
+            keys: path.map(KeyFile::open).transpose()?,
+            anonymous: Arc::new(Tenant::anonymous()),
+            own: Signers::random()?,
+            origins,
+        })
+    }
+
+    /// Charges a tenant for rays that were traced for it by other means than a request. Tenants that are no longer in the
+    /// key file owe nothing.
+    pub(crate) fn charge(&self, tenant: &str, rays: u64) {
+        let tenant = self.keys().and_then(|keys| keys.reader(tenant));
+        if let Some(allowance) = tenant.as_ref().and_then(|tenant| tenant.allowance.as_ref()) {
+            allowance.charge(rays, Instant::now());
+        }
+    }
+
+    fn keys(&self) -> Option<Arc<Keys>> {
+        self.keys.as_ref().map(KeyFile::keys)
+    }
+}
+
+impl Access {
+    /// Whose request this is; nobody's where keys are asked for and none is shown.
+    pub(crate) fn tenant(&self, request: &Request) -> Result<Option<Arc<Tenant>>, Problem> {
+        let keys = self.keys();
+        if let Some(capability) = request.extensions().get::<Capability>() {
+            let signers = keys.as_ref().and_then(|keys| keys.signers.as_ref()).unwrap_or(&self.own);
+            let name = capability.check(signers, request, now())?;
+            let Some(keys) = &keys else { return Ok(Some(Arc::clone(&self.anonymous))) };
+            let gone = || Problem::new(Kind::Forbidden, "the tenant of this capability is no longer in the key file");
+            return keys.reader(&name).ok_or_else(gone).map(Some);
+        }
+        let Some(keys) = keys else { return Ok(Some(Arc::clone(&self.anonymous))) };
+        let Some(header) = request.headers().get(header::AUTHORIZATION) else { return Ok(None) };
+        let presented = header.to_str().ok().and_then(|text| {
+            let (scheme, key) = text.split_once(' ')?;
+            scheme.eq_ignore_ascii_case("bearer").then(|| key.trim())
+        });
+        let refused =
+            || Problem::new(Kind::Unauthorized, "this key is not known here: it is Authorization: Bearer rk_...");
+        presented.and_then(|key| keys.tenant(key)).ok_or_else(refused).map(Some)
+    }
+
+    /// A capability for one thing of a tenant's.
+    pub(crate) fn sign(&self, id: &str, tenant: &str, expires: u64) -> String {
+        let keys = self.keys();
+        keys.as_ref().and_then(|keys| keys.signers.as_ref()).unwrap_or(&self.own).sign(id, tenant, expires)
+    }
+}
+
+/// Seconds since 1970.
+pub(crate) fn now() -> u64 {
+    SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs())
+}

@@ -1,0 +1,122 @@
+//! Numbers that are looked up when Prometheus asks, since somebody else keeps them: what waits, what runs, what is kept.
+
+use crate::http::Service;
+use crate::service::jobs::record::State;
+use crate::service::scheduler::task::Lane;
+use crate::service::storage::hit_counter::Tally;
+use prometheus_client::encoding::EncodeLabelSet;
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::registry::{Registry, Unit};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The numbers, as they were looked up last.
+#[derive(Debug, Default)]
+pub(crate) struct Levels {
+    running: Family<LaneLabels, Gauge>,
+    waiting: Family<LaneLabels, Gauge>,
+    pool_seconds: Family<LaneLabels, Counter<f64, AtomicU64>>,
+    canceled_seconds: Family<LaneLabels, Counter<f64, AtomicU64>>,
+    threads: Gauge,
+    threads_busy: Gauge,
+    jobs: Family<StateLabels, Gauge>,
+    data_bytes: Gauge,
+    streams: Gauge,
+    cache_bytes: Family<CacheLabels, Gauge>,
+    cache_hits: Family<CacheLabels, Counter>,
+    cache_misses: Family<CacheLabels, Counter>,
+}
+
+/// A [`Lane`] by name.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+pub(crate) struct LaneLabels {
+    pub(crate) lane: &'static str,
+}
+
+impl From<Lane> for LaneLabels {
+    fn from(lane: Lane) -> Self {
+        Self { lane: lane.name() }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct StateLabels {
+    state: &'static str,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct CacheLabels {
+    cache: &'static str,
+}
+
+impl Levels {
+    /// Puts them on the page.
+    pub(crate) fn register(&self, to: &mut Registry) {
+        to.register("renders_running", "Renders and jobs under way", self.running.clone());
+        to.register("queue_depth", "Renders and jobs that wait", self.waiting.clone());
+        let help = "Time that the threads which render have spent";
+        to.register_with_unit("pool", help, Unit::Seconds, self.pool_seconds.clone());
+        let help = "Time spent on renders whose clients went away or ran out of time";
+        to.register_with_unit("canceled_work", help, Unit::Seconds, self.canceled_seconds.clone());
+        to.register("threads", "Threads that render", self.threads.clone());
+        to.register("threads_busy", "Those that have work at this moment", self.threads_busy.clone());
+        to.register("jobs", "Jobs that are known", self.jobs.clone());
+        to.register("data_bytes", "Bytes of scenes and pictures of jobs on disk", self.data_bytes.clone());
+        to.register("sse_streams", "Event streams that are open", self.streams.clone());
+        to.register("cache_bytes", "Bytes that are kept", self.cache_bytes.clone());
+        to.register("cache_hits", "What was asked for and was kept", self.cache_hits.clone());
+        to.register("cache_misses", "What had to be made or fetched", self.cache_misses.clone());
+    }
+
+    /// Looks everything up.
+    pub(crate) fn read(&self, service: &Service) {
+        let (jobs_waiting, jobs_open) = service.jobs.counts();
+        let of_queue = [(Lane::Tiles, &service.tiles), (Lane::Renders, &service.queue)];
+        let queues = of_queue.map(|(lane, queue)| (lane, queue.waiting(), queue.running()));
+        for (lane, waiting, running) in queues.into_iter().chain([(Lane::Jobs, jobs_waiting, jobs_open)]) {
+            self.waiting.get_or_create(&lane.into()).set(whole(waiting as u64));
+            self.running.get_or_create(&lane.into()).set(whole(running as u64));
+            self.pool_seconds
+                .get_or_create(&lane.into())
+                .inner()
+                .store(service.pool.spent(lane).to_bits(), Ordering::Relaxed);
+        }
+        let canceled = of_queue.map(|(lane, queue)| (lane, queue.canceled()));
+        for (lane, seconds) in canceled.into_iter().chain([(Lane::Jobs, service.jobs.canceled())]) {
+            self.canceled_seconds
+                .get_or_create(&lane.into())
+                .inner()
+                .store(seconds.as_secs_f64().to_bits(), Ordering::Relaxed);
+        }
+        let threads = service.pool.threads() as u64;
+        self.threads.set(whole(threads));
+        self.threads_busy.set(whole(if service.pool.is_busy() { threads } else { 0 }));
+        let by_state = service.jobs.by_state();
+        for (state, _) in State::ALL {
+            let count = by_state.iter().filter(|known| known.name() == state).count();
+            self.jobs.get_or_create(&StateLabels { state }).set(whole(count as u64));
+        }
+        self.data_bytes.set(whole(service.jobs.bytes()));
+        self.streams.set(whole(service.streams.taken()));
+        self.cache("scenes", service.scenes.bytes(), Some(&service.scenes.tally));
+        self.cache("known_scenes", service.scenes.texts.bytes(), None);
+        for (name, bytes, tally) in service.pictures.tallies() {
+            self.cache(name, bytes, Some(tally));
+        }
+    }
+
+    fn cache(&self, cache: &'static str, bytes: u64, tally: Option<&Tally>) {
+        let labels = CacheLabels { cache };
+        self.cache_bytes.get_or_create(&labels).set(whole(bytes));
+        if let Some([hits, misses]) = tally.map(Tally::counts) {
+            self.cache_hits.get_or_create(&labels).inner().store(hits, Ordering::Relaxed);
+            self.cache_misses.get_or_create(&labels).inner().store(misses, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Gauges have a sign.
+fn whole(count: u64) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}

@@ -1,0 +1,213 @@
+//! Numbers for Prometheus, at `/metrics` of the admin listener.
+//!
+//! The envelope counts every request, by the status of its response, and by the [`Cost`] that is in it if something was
+//! rendered; jobs tell when they end. What others keep is looked up when it is asked for (`levels.rs`). Tenants are no labels:
+//! there may be thousands.
+
+mod gauges;
+pub(crate) mod render_cost;
+
+use crate::http::Service;
+use crate::http::extract::accept;
+use crate::service::jobs::record::{Record, State};
+use crate::service::scheduler::task::Lane;
+use axum::http::{Method, StatusCode};
+use axum::response::Response;
+use gauges::{LaneLabels, Levels};
+use prometheus_client::encoding::EncodeLabelSet;
+use prometheus_client::encoding::text::encode;
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::histogram::Histogram;
+use prometheus_client::metrics::info::Info;
+use prometheus_client::registry::Registry;
+use render_cost::Cost;
+use std::time::Duration;
+
+/// Upper ends of the buckets, in seconds: from a cached picture to a long job.
+const SECONDS: [f64; 16] =
+    [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 300.0, 3_600.0];
+
+/// All numbers.
+#[derive(Debug)]
+pub(crate) struct Metrics {
+    registry: Registry,
+    levels: Levels,
+    requests: Family<RequestLabels, Counter>,
+    request_seconds: Family<RouteLabels, Histogram>,
+    renders: Family<OutcomeLabels, Counter>,
+    render_seconds: Family<LaneLabels, Histogram>,
+    queue_seconds: Family<LaneLabels, Histogram>,
+    encode_seconds: Family<FormatLabels, Histogram>,
+    rays: Family<LaneLabels, Counter>,
+    shed: Family<ReasonLabels, Counter>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct RequestLabels {
+    route: String,
+    method: &'static str,
+    status: u16,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct RouteLabels {
+    route: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct OutcomeLabels {
+    lane: &'static str,
+    outcome: &'static str,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct FormatLabels {
+    format: &'static str,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct ReasonLabels {
+    reason: &'static str,
+}
+
+fn histogram() -> Histogram {
+    Histogram::new(SECONDS)
+}
+
+impl Default for Metrics {
+    fn default() -> Self {
+        let mut metrics = Self {
+            registry: Registry::with_prefix("strahl"),
+            levels: Levels::default(),
+            requests: Family::default(),
+            request_seconds: Family::new_with_constructor(histogram),
+            renders: Family::default(),
+            render_seconds: Family::new_with_constructor(histogram),
+            queue_seconds: Family::new_with_constructor(histogram),
+            encode_seconds: Family::new_with_constructor(histogram),
+            rays: Family::default(),
+            shed: Family::default(),
+        };
+        metrics.register();
+        metrics
+    }
+}
+
+impl Metrics {
+    fn register(&mut self) {
+        let build = Info::new(vec![("version", env!("CARGO_PKG_VERSION"))]);
+        let to = &mut self.registry;
+        to.register("build", "The program", build);
+        to.register("http_requests", "Requests answered", self.requests.clone());
+        let help = "Seconds from a request's headers to its answer's";
+        to.register("http_request_duration_seconds", help, self.request_seconds.clone());
+        to.register("renders", "Renders and jobs, by how they ended", self.renders.clone());
+        to.register("render_seconds", "Seconds that renders took, without waiting", self.render_seconds.clone());
+        to.register("queue_seconds", "Seconds that renders waited", self.queue_seconds.clone());
+        to.register("encode_seconds", "Seconds that writing pictures took", self.encode_seconds.clone());
+        to.register("rays", "Rays traced for pictures", self.rays.clone());
+        to.register("shed", "Requests refused for lack of room or allowance", self.shed.clone());
+        self.levels.register(to);
+    }
+
+    /// A request has been answered.
+    pub(crate) fn answered(&self, route: &str, method: &Method, response: &Response, took: Duration) {
+        let status = response.status();
+        let labels = RequestLabels { route: route.to_owned(), method: known(method), status: status.as_u16() };
+        self.requests.get_or_create(&labels).inc();
+        let labels = RouteLabels { route: route.to_owned() };
+        self.request_seconds.get_or_create(&labels).observe(took.as_secs_f64());
+        let Some(lane) = lane_of(route) else { return };
+        if let Some(cost) = response.extensions().get::<Cost>() {
+            self.rendered(lane, cost);
+        } else if !status.is_success() && !status.is_redirection() {
+            self.ended(lane, outcome(status));
+        }
+    }
+
+    /// A request was refused for lack of room or allowance.
+    pub(crate) fn shed(&self, reason: &'static str) {
+        self.shed.get_or_create(&ReasonLabels { reason }).inc();
+    }
+
+    /// A client went away before its answer.
+    pub(crate) fn left(&self, route: &str) {
+        if let Some(lane) = lane_of(route) {
+            self.ended(lane, "canceled");
+        }
+    }
+
+    /// A job has ended.
+    pub(crate) fn job_ended(&self, record: &Record, state: State) {
+        let stats = &record.stats;
+        match state {
+            State::Succeeded => {
+                let duration = |ms: f64| Duration::try_from_secs_f64(ms / 1e3).unwrap_or_default();
+                let cost = Cost {
+                    rays: stats.rays,
+                    queue: duration(stats.queue_ms),
+                    render: duration(stats.bvh_ms + stats.render_ms + stats.encode_ms),
+                    encode: duration(stats.encode_ms),
+                    format: accept::description(record.order.output).0,
+                };
+                self.rendered(Lane::Jobs, &cost);
+            }
+            State::Canceled => self.ended(Lane::Jobs, "canceled"),
+            _ if record.failure.as_ref().is_some_and(|failure| failure.slug == "render-deadline") => {
+                self.ended(Lane::Jobs, "deadline");
+            }
+            _ => self.ended(Lane::Jobs, "failed"),
+        }
+    }
+
+    /// A picture was made.
+    fn rendered(&self, lane: Lane, cost: &Cost) {
+        self.ended(lane, "ok");
+        self.rays.get_or_create(&lane.into()).inc_by(cost.rays);
+        self.render_seconds.get_or_create(&lane.into()).observe(cost.render.as_secs_f64());
+        self.queue_seconds.get_or_create(&lane.into()).observe(cost.queue.as_secs_f64());
+        self.encode_seconds.get_or_create(&FormatLabels { format: cost.format }).observe(cost.encode.as_secs_f64());
+    }
+
+    /// A render has ended: `ok`, `refused`, `failed`, `deadline` or `canceled`.
+    fn ended(&self, lane: Lane, outcome: &'static str) {
+        self.renders.get_or_create(&OutcomeLabels { lane: lane.name(), outcome }).inc();
+    }
+
+    /// Everything as OpenMetrics text.
+    pub(crate) fn text(&self, service: &Service) -> String {
+        self.levels.read(service);
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = encode(&mut text, &self.registry);
+        text
+    }
+}
+
+/// Paths whose answers are pictures made for them.
+fn lane_of(route: &str) -> Option<Lane> {
+    match route {
+        "/v1/render" | "/v1/images/{image}" => Some(Lane::Renders),
+        "/v1/render/tile"
+        | "/iiif/3/{image}/{region}/{size}/{rotation}/{file}"
+        | "/dzi/{folder}/{level}/{tile}"
+        | "/xyz/{image}/{z}/{x}/{y}" => Some(Lane::Tiles),
+        _ => None,
+    }
+}
+
+/// Methods come from clients, who could make up any number of them.
+fn known(method: &Method) -> &'static str {
+    const KNOWN: [&str; 8] = ["GET", "HEAD", "POST", "QUERY", "PUT", "PATCH", "DELETE", "OPTIONS"];
+    KNOWN.into_iter().find(|name| *name == method.as_str()).unwrap_or("other")
+}
+
+fn outcome(status: StatusCode) -> &'static str {
+    match status {
+        StatusCode::GATEWAY_TIMEOUT => "deadline",
+        StatusCode::SERVICE_UNAVAILABLE => "refused",
+        status if status.is_server_error() => "failed",
+        _ => "refused",
+    }
+}

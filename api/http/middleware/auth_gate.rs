@@ -1,0 +1,71 @@
+//! The gate before the handlers: first who asks, then whether they may, and whether they have not asked too often.
+
+use crate::http::App;
+use crate::http::auth::rate_limit::Left;
+use crate::http::auth::tenant::{Scope, Tenant};
+use crate::http::metrics::render_cost::Cost;
+use crate::http::problem::{Kind, Problem};
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Puts the tenant into the request's extensions. A request without a key has none where keys are asked for; a key or a
+/// capability that is not good is refused, whatever it was shown for.
+pub(crate) async fn identify(
+    State(service): State<App>,
+    mut request: Request,
+    next: Next,
+) -> Result<Response, Problem> {
+    if let Some(tenant) = service.access.tenant(&request)? {
+        request.extensions_mut().insert(tenant);
+    }
+    Ok(next.run(request).await)
+}
+
+/// Lets those through who may do such a thing, and charges them for it.
+pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Result<Response, Problem> {
+    let tenant = request.extensions().get::<Arc<Tenant>>().map(Arc::clone).ok_or_else(|| {
+        let detail = "this service asks for a key: send Authorization: Bearer rk_...";
+        Problem::new(Kind::Unauthorized, detail)
+    })?;
+    if !tenant.may(scope) {
+        let detail = format!("this key lacks the scope {}, which {} asks for", scope.name(), request.uri().path());
+        return Err(Problem::new(Kind::Forbidden, detail).with("scope", scope.name().into()));
+    }
+    let Some(allowance) = &tenant.allowance else {
+        return Ok(next.run(request).await);
+    };
+    let mut response = match allowance.enter(Instant::now()) {
+        Ok(()) => next.run(request).await,
+        Err(seconds) => {
+            let detail = format!(
+                "{} has used up its {} units for this minute (units_per_minute)",
+                tenant.name,
+                allowance.per_minute()
+            );
+            Problem::new(Kind::RateLimited, detail).retry_after(seconds).into_response()
+        }
+    };
+    if let Some(cost) = response.extensions().get::<Cost>() {
+        allowance.charge(cost.rays, Instant::now());
+    }
+    tell(allowance.left(Instant::now()), response.headers_mut());
+    Ok(response)
+}
+
+/// The headers of draft-ietf-httpapi-ratelimit-headers-10.
+fn tell(left: Left, headers: &mut HeaderMap) {
+    let Left { per_minute, units, full_in } = left;
+    for (name, value) in [
+        ("ratelimit-policy", format!("\"tenant\";q={per_minute};w=60")),
+        ("ratelimit", format!("\"tenant\";r={units};t={full_in}")),
+    ] {
+        // Numbers are ASCII.
+        if let Ok(value) = HeaderValue::from_str(&value) {
+            headers.insert(HeaderName::from_static(name), value);
+        }
+    }
+}

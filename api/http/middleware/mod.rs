@@ -1,0 +1,5 @@
+//! What every request passes on its way to a handler: CORS, the log, authorization.
+
+pub(crate) mod auth_gate;
+pub(crate) mod cors;
+pub(crate) mod request_log;

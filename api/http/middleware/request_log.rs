@@ -1,0 +1,167 @@
+//! What every answer has, whatever it is about: a request id, safe headers, problems as JSON, one line in the log.
+
+use crate::http::App;
+use crate::http::drain::Counted;
+use crate::http::problem::Problem;
+use axum::extract::{MatchedPath, Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::Response;
+use std::collections::hash_map::RandomState;
+use std::hash::{BuildHasher, Hasher};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, LazyLock};
+use std::time::Instant;
+
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+
+/// Headers of a response that stay when a problem takes its place.
+const KEPT: [HeaderName; 3] =
+    [header::ALLOW, HeaderName::from_static("ratelimit"), HeaderName::from_static("ratelimit-policy")];
+
+/// Wraps a handler.
+pub(crate) async fn envelope(State(service): State<App>, request: Request, next: Next) -> Response {
+    let id = request_id(request.headers());
+    let visit = Visit::begin(&service, &request, &id);
+    let mut response = next.run(request).await;
+    if let Some(problem) = response.extensions_mut().remove::<Problem>() {
+        if let Some(reason) = problem.shed() {
+            service.metrics.shed(reason);
+        }
+        let found = std::mem::take(response.headers_mut());
+        response = problem.answer(&id);
+        for (name, value) in KEPT.iter().filter_map(|name| Some((name, found.get(name)?))) {
+            response.headers_mut().insert(name, value.clone());
+        }
+    }
+    let status = response.status();
+    let headers = response.headers_mut();
+    if let Ok(id) = HeaderValue::from_str(&id) {
+        headers.insert(REQUEST_ID, id);
+    }
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    // Ray trees as SVG repeat names from the scene; nothing in an answer may ever run. Reports contain their pictures.
+    // Only pages that are part of the program say something else.
+    headers
+        .entry(header::CONTENT_SECURITY_POLICY)
+        .or_insert(HeaderValue::from_static("default-src 'none'; img-src data:; style-src 'unsafe-inline'; sandbox"));
+    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    if status.is_client_error() || status.is_server_error() {
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    }
+    visit.end(&response);
+    response
+}
+
+/// The client's id if it is harmless, else a new one: 32 random bits of this process and a counter.
+pub(crate) fn request_id(headers: &HeaderMap) -> String {
+    static PROCESS: LazyLock<u64> = LazyLock::new(|| RandomState::new().build_hasher().finish() & 0xffff_ffff);
+    static COUNT: AtomicU64 = AtomicU64::new(1);
+    let harmless = |id: &&str| {
+        (1..=64).contains(&id.len()) && id.bytes().all(|b| b.is_ascii_alphanumeric() || b"._-".contains(&b))
+    };
+    match headers.get(REQUEST_ID).and_then(|id| id.to_str().ok()).filter(harmless) {
+        Some(id) => id.to_owned(),
+        None => format!("{:08x}-{}", *PROCESS, COUNT.fetch_add(1, Ordering::Relaxed)),
+    }
+}
+
+/// The trace id of a `traceparent` header, 32 digits that are not all zero.
+fn trace_id(headers: &HeaderMap) -> Option<String> {
+    let mut parts = headers.get("traceparent")?.to_str().ok()?.split('-');
+    let (version, id) = (parts.next()?, parts.next()?);
+    let hexadecimal = |text: &str| text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
+    let sound = version.len() == 2 && hexadecimal(version) && version != "ff" && id.len() == 32 && hexadecimal(id);
+    (sound && id.bytes().any(|b| b != b'0')).then(|| id.to_owned())
+}
+
+/// One request, from its headers to its answer or to its client going away; it ends with a line in the log.
+#[derive(Debug)]
+struct Visit {
+    service: App,
+    id: String,
+    /// The trace it is part of, as its client says (W3C trace context).
+    trace: Option<String>,
+    /// The path's pattern.
+    route: String,
+    method: Method,
+    path: String,
+    started: Instant,
+    status: Option<StatusCode>,
+    _counted: Counted,
+}
+
+impl Visit {
+    fn begin(service: &App, request: &Request, id: &str) -> Self {
+        let matched = request.extensions().get::<MatchedPath>();
+        Self {
+            service: Arc::clone(service),
+            trace: trace_id(request.headers()),
+            route: matched.map_or("unmatched", MatchedPath::as_str).to_owned(),
+            id: id.to_owned(),
+            method: request.method().clone(),
+            path: request.uri().path().to_owned(),
+            started: Instant::now(),
+            status: None,
+            _counted: service.drain.request(),
+        }
+    }
+
+    fn end(mut self, response: &Response) {
+        self.status = Some(response.status());
+        self.service.metrics.answered(&self.route, &self.method, response, self.started.elapsed());
+    }
+}
+
+impl Drop for Visit {
+    fn drop(&mut self) {
+        let Self { id, trace, method, path, started, status, .. } = self;
+        let trace = trace.as_deref();
+        let ms = started.elapsed().as_millis();
+        match status.map(|status| status.as_u16()) {
+            // Probes come every few seconds and say nothing new.
+            Some(status) if matches!(path.as_str(), "/livez" | "/readyz") => {
+                tracing::debug!(request = %id, %method, %path, status, ms, "answered");
+            }
+            Some(status) => tracing::info!(request = %id, trace, %method, %path, status, ms, "answered"),
+            None => {
+                self.service.metrics.left(&self.route);
+                tracing::info!(request = %id, trace, %method, %path, ms, "the client went away");
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn traces_are_recognised() {
+        let of = |text| {
+            trace_id(&HeaderMap::from_iter([(HeaderName::from_static("traceparent"), HeaderValue::from_static(text))]))
+        };
+        let id = "4bf92f3577b34da6a3ce929d0e0e4736";
+        assert_eq!(of("00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01").as_deref(), Some(id));
+        for wrong in [
+            "",
+            "00",
+            "00-abc-def-01",
+            "ff-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01",
+            "00-00000000000000000000000000000000-00f067aa0ba902b7-01",
+            "00-4BF92F3577B34DA6A3CE929D0E0E4736-00f067aa0ba902b7-01",
+        ] {
+            assert_eq!(of(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn only_harmless_ids_are_taken_over() {
+        let id = |text: &str| request_id(&HeaderMap::from_iter([(REQUEST_ID, HeaderValue::from_str(text).unwrap())]));
+        assert_eq!(id("abc-1.2_3"), "abc-1.2_3");
+        for text in ["", "a b", "a\"b", &"x".repeat(65)] {
+            assert_ne!(id(text), text);
+        }
+        assert_ne!(request_id(&HeaderMap::new()), request_id(&HeaderMap::new()));
+    }
+}

@@ -1,0 +1,58 @@
+//! `/docs`: the contract as a page. All of it is in this program, so that it works without a network.
+
+use axum::http::{HeaderMap, header};
+use axum::response::{IntoResponse, Response};
+use flate2::read::GzDecoder;
+use std::io::Read;
+
+/// RapiDoc 9.3.8, MIT, from npm: `package/dist/rapidoc-min.js.gz`, unchanged. Its licence lies beside it.
+const VIEWER: &[u8] = include_bytes!("../../docs/rapidoc-9.3.8.min.js.gz");
+/// The page may run the viewer and read the contract, and nothing else.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'unsafe-inline'; connect-src 'self'; \
+                      img-src 'self' data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/// The viewer changes only with the program.
+const DAY: &str = "public, max-age=86400";
+
+const PAGE: &str = r#"<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>strahl: the service</title>
+<script type="module" src="/docs/rapidoc.js"></script>
+</head>
+<body style="margin: 0">
+<rapi-doc spec-url="/openapi.json" load-fonts="false" render-style="read" schema-style="tree" show-header="false"
+  allow-spec-url-load="false" allow-spec-file-load="false" theme="light"></rapi-doc>
+<noscript>The contract is at <a href="/openapi.json">/openapi.json</a>.</noscript>
+</body>
+</html>
+"#;
+
+/// The contract as a page, which works without a network.
+#[utoipa::path(
+    get, path = "/docs", operation_id = "docs", tag = "service", security(()),
+    responses((status = 200, description = "The page", body = String, content_type = "text/html")),
+)]
+pub(crate) async fn page() -> impl IntoResponse {
+    ([(header::CONTENT_TYPE, "text/html; charset=utf-8"), (header::CONTENT_SECURITY_POLICY, POLICY)], PAGE)
+}
+
+/// What `/docs` runs.
+#[utoipa::path(
+    get, path = "/docs/rapidoc.js", operation_id = "docsViewer", tag = "service", security(()),
+    responses((status = 200, description = "JavaScript", body = String, content_type = "text/javascript")),
+)]
+pub(crate) async fn viewer(headers: HeaderMap) -> Response {
+    let about = [(header::CONTENT_TYPE, "text/javascript; charset=utf-8"), (header::CACHE_CONTROL, DAY)];
+    let about = (about, [(header::VARY, "Accept-Encoding")]);
+    let compressed =
+        headers.get(header::ACCEPT_ENCODING).is_some_and(|value| value.as_bytes().windows(4).any(|w| w == b"gzip"));
+    if compressed {
+        return (about, [(header::CONTENT_ENCODING, "gzip")], VIEWER).into_response();
+    }
+    let mut plain = Vec::new();
+    // The bytes are part of the program; a test reads them.
+    let _ = GzDecoder::new(VIEWER).read_to_end(&mut plain);
+    (about, plain).into_response()
+}

@@ -1,0 +1,83 @@
+//! `/problems/{slug}`: what each kind of problem means, as text, or as a page for a browser.
+
+use crate::http::extract::accept;
+use crate::http::problem::{Kind, Problem};
+use axum::extract::Path;
+use axum::extract::rejection::PathRejection;
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+use std::fmt::Write;
+
+/// How a page is written.
+#[derive(Debug, Clone, Copy)]
+enum Form {
+    Text,
+    Html,
+}
+
+const FORMS: [(&str, Form); 2] = [("text/plain", Form::Text), ("text/html", Form::Html)];
+
+/// All kinds of problems.
+#[utoipa::path(
+    get, path = "/problems", operation_id = "problems", tag = "service", security(()),
+    responses((status = 200, description = "The list", content((String = "text/plain"), (String = "text/html")))),
+)]
+pub(crate) async fn list(headers: HeaderMap) -> Result<Response, Problem> {
+    let mut text = String::new();
+    let form = accept::best(&headers, &FORMS)?;
+    for (slug, status, title, _) in Kind::ALL.iter().map(|kind| kind.page()) {
+        let status = status.as_u16();
+        // Writing to a String cannot fail.
+        let _ = match form {
+            Form::Text => writeln!(text, "{status} /problems/{slug} {title}"),
+            Form::Html => writeln!(text, "<li>{status} <a href=\"/problems/{slug}\">{title}</a></li>"),
+        };
+    }
+    Ok(match form {
+        Form::Text => answer(form, text),
+        Form::Html => answer(form, html("Problems", &format!("<ul>\n{text}</ul>"))),
+    })
+}
+
+/// What a kind of problem means, and what to do about it.
+#[utoipa::path(
+    get, path = "/problems/{slug}", operation_id = "problem", tag = "service", security(()),
+    params(("slug" = String, Path, description = "The last part of a problem's `type`.")),
+    responses((status = 200, description = "The page", content((String = "text/plain"), (String = "text/html")))),
+)]
+pub(crate) async fn page(slug: Result<Path<String>, PathRejection>, headers: HeaderMap) -> Result<Response, Problem> {
+    let slug = slug.map_or_else(|_| String::new(), |Path(slug)| slug);
+    let page = Kind::ALL.iter().map(|kind| kind.page()).find(|(known, ..)| *known == slug);
+    let unknown = || Problem::new(Kind::NotFound, "there is no problem of that name; /problems lists those there are");
+    let (_, status, title, advice) = page.ok_or_else(unknown)?;
+    let form = accept::best(&headers, &FORMS)?;
+    let status = status.as_u16();
+    Ok(match form {
+        Form::Text => answer(form, format!("{title} ({status})\n\n{advice}\n")),
+        Form::Html => {
+            let advice = advice.replace('&', "&amp;").replace('<', "&lt;");
+            let body =
+                format!("<p>Status {status}.</p>\n<p>{advice}</p>\n<p><a href=\"/problems\">All problems</a></p>");
+            answer(form, html(title, &body))
+        }
+    })
+}
+
+fn html(title: &str, body: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{title}</title>\n\
+         <style>body {{ font: 1rem/1.5 sans-serif; max-width: 40rem; margin: 2rem auto; padding: 0 1rem }}</style>\n\
+         <h1>{title}</h1>\n{body}\n</html>\n"
+    )
+}
+
+fn answer(form: Form, text: String) -> Response {
+    let media_type = match form {
+        Form::Text => "text/plain; charset=utf-8",
+        Form::Html => "text/html; charset=utf-8",
+    };
+    let mut response = text.into_response();
+    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
+    response.headers_mut().insert(header::VARY, HeaderValue::from_static("Accept"));
+    response
+}

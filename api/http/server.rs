@@ -1,0 +1,138 @@
+//! The accept loops: a bounded number of connections, each with a deadline for its headers, until the service drains.
+
+use super::auth::{capability, client};
+use super::drain::StopSignals;
+use super::raw_errors::Explained;
+use super::routes::admin;
+use super::write_timeout::Impatient;
+use super::{App, routes};
+use crate::cli::ServeArgs;
+use axum::Router;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::server::graceful::GracefulShutdown;
+use hyper_util::service::TowerToHyperService;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::{sleep, timeout};
+use tower::util::MapRequest;
+
+/// Bytes of a request's line and headers.
+const MAX_HEADER_BYTES: usize = 64 << 10;
+/// Headers of a request.
+const MAX_HEADERS: usize = 100;
+/// What the last answers get to reach their clients, once they are made.
+const FLUSH: Duration = Duration::from_secs(2);
+/// Connections of operators.
+const ADMIN_CONNECTIONS: u32 = 64;
+
+/// Where the service listens.
+#[derive(Debug)]
+pub(crate) struct Listeners {
+    /// For clients.
+    pub(crate) clients: TcpListener,
+    /// For operators, if they have one of their own.
+    pub(crate) admin: Option<TcpListener>,
+}
+
+/// Serves until a signal comes and the running requests have finished or run out of time.
+pub(crate) async fn serve(listeners: Listeners, signals: StopSignals, service: App, args: &ServeArgs) {
+    let Listeners { clients, admin } = listeners;
+    // Operators are answered until the very end.
+    let admin = admin.map(|listener| {
+        announce(&listener, "admin listening");
+        let (service, args) = (Arc::clone(&service), args.clone());
+        tokio::spawn(async move {
+            let routes = admin::routes(service);
+            connections(listener, routes, ADMIN_CONNECTIONS, &args, std::future::pending()).await;
+        })
+    });
+    announce(&clients, "listening");
+    let end = drained(&service, signals, args.drain_timeout);
+    connections(clients, routes::routes(Arc::clone(&service)), args.max_connections, args, end).await;
+    if let Some(admin) = admin {
+        admin.abort();
+    }
+    tracing::info!("stopped");
+}
+
+fn announce(listener: &TcpListener, what: &str) {
+    match listener.local_addr() {
+        Ok(address) => tracing::info!("{what} on http://{address}"),
+        Err(error) => tracing::warn!(%error, "{what}, but not on a known address"),
+    }
+}
+
+/// Accepts connections until the end, then gives those that are open some time to finish.
+async fn connections(listener: TcpListener, app: Router, most: u32, args: &ServeArgs, end: impl Future<Output = ()>) {
+    let places = Arc::new(Semaphore::new(most as usize));
+    let connections = GracefulShutdown::new();
+    let mut http = http1::Builder::new();
+    http.timer(TokioTimer::new())
+        .header_read_timeout(args.header_timeout)
+        .max_buf_size(MAX_HEADER_BYTES)
+        .max_headers(MAX_HEADERS);
+
+    let mut end = std::pin::pin!(end);
+    loop {
+        let (stream, peer, place) = tokio::select! {
+            next = next_connection(&listener, &places) => next,
+            () = &mut end => break,
+        };
+        let stream = TokioIo::new(Explained::new(Impatient::new(stream, args.write_timeout)));
+        let app = MapRequest::new(app.clone(), move |request| client::arrived(peer.ip(), capability::strip(request)));
+        let connection = connections.watch(http.serve_connection(stream, TowerToHyperService::new(app)));
+        tokio::spawn(async move {
+            if let Err(error) = connection.await {
+                tracing::debug!(%error, "connection ended early");
+            }
+            drop(place);
+        });
+    }
+    // Whatever is still open now is idle, sending its last bytes, or out of time.
+    if timeout(FLUSH, connections.shutdown()).await.is_err() {
+        tracing::warn!("connections were cut off");
+    }
+}
+
+/// Waits for the signal, then for the requests. Connections are still accepted meanwhile, so that probes learn why.
+async fn drained(service: &App, mut signals: StopSignals, patience: Duration) {
+    let signal = signals.next().await;
+    service.drain.begin();
+    tracing::info!(signal, "draining: no new work is taken");
+    service.jobs.close();
+    let done = async {
+        service.drain.idle().await;
+        service.jobs.idle().await;
+    };
+    tokio::select! {
+        () = done => {}
+        () = sleep(patience) => tracing::warn!("requests did not finish in time and are given up"),
+        signal = signals.next() => tracing::warn!(signal, "a second signal: requests are given up"),
+    }
+}
+
+async fn next_connection(
+    listener: &TcpListener,
+    places: &Arc<Semaphore>,
+) -> (TcpStream, SocketAddr, Option<OwnedSemaphorePermit>) {
+    // The semaphore is never closed.
+    let place = Arc::clone(places).acquire_owned().await.ok();
+    loop {
+        match listener.accept().await {
+            Ok((stream, peer)) => {
+                // Answers are written in one go; waiting to fill a packet only delays their end.
+                let _ = stream.set_nodelay(true);
+                return (stream, peer, place);
+            }
+            Err(error) => {
+                // Out of file descriptors, mostly: trying again at once would only burn a processor.
+                tracing::warn!(%error, "a connection was not accepted");
+                sleep(Duration::from_millis(50)).await;
+            }
+        }
+    }
+}
