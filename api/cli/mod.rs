@@ -1,18 +1,40 @@
-//! The command line: every command, every flag, and their help.
+//! The command line: one file for each command, with its flags and their help.
 
+mod config;
+mod config_file;
+mod explain;
+pub(crate) mod failure;
+mod healthcheck;
+mod import;
+mod interrupt;
+mod key;
 mod keys;
+mod map;
+mod openapi;
+mod output;
+mod progress;
+mod rays;
+mod render;
+mod scene_args;
+mod scene_file;
 mod scenes;
+mod schema;
 mod serve;
-mod settings;
+mod tradeoff;
+mod tree;
+mod validate;
 mod values;
+pub(crate) mod workers;
 
 pub(crate) use keys::{KeyCommand, NewKeyArgs};
+pub(crate) use scene_args::SceneArgs;
 pub(crate) use scenes::*;
 pub(crate) use serve::{ConfigCommand, HealthcheckArgs, LogFormat, ServeArgs};
-pub(crate) use settings::SceneArgs;
 pub(crate) use values::{ACCURACY, accuracy, precision, quality, weight};
 
 use clap::{Parser, Subcommand};
+use failure::Failure;
+use std::process::ExitCode;
 
 /// Renders JSON scenes with Whitted's ray tracing, and says what the picture cost.
 #[derive(Debug, Parser)]
@@ -65,6 +87,35 @@ pub(crate) enum Command {
     Serve(Box<ServeArgs>),
     /// Ask a running service whether it is alive; exit code 0 if it is.
     Healthcheck(HealthcheckArgs),
+}
+
+/// Reads the arguments, runs one command, and turns its failure into a message and an exit code.
+pub(crate) fn main() -> ExitCode {
+    let run = || run(Cli::parse_from(config_file::with_file(std::env::args_os().collect())?).command);
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.tell(),
+    }
+}
+
+/// Runs a command.
+fn run(command: Command) -> Result<(), Failure> {
+    match command {
+        Command::Render(args) => render::run(&args),
+        Command::Rays(args) => rays::run(&args),
+        Command::Tree(args) => tree::run(&args),
+        Command::Map(args) => map::run(&args),
+        Command::Explain(args) => explain::run(&args),
+        Command::Tradeoff(args) => tradeoff::run(&args),
+        Command::Import(args) => import::run(&args),
+        Command::Validate(args) => validate::run(&args),
+        Command::Schema => schema::run(),
+        Command::Openapi => openapi::run(),
+        Command::Config(command) => config::run(&command),
+        Command::Key(command) => key::run(&command),
+        Command::Serve(args) => crate::http::run(&args),
+        Command::Healthcheck(args) => healthcheck::run(&args),
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Flags of the commands that do something with a scene.
 
-use super::settings::{PictureArgs, SceneArgs, SettingsArgs};
+use super::scene_args::{PictureArgs, SceneArgs, SettingsArgs};
 use super::values::{pixel, quality, seconds};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;

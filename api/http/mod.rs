@@ -15,9 +15,9 @@ pub(crate) mod routes;
 pub(crate) mod server;
 pub(crate) mod write_timeout;
 
+use crate::cli::failure::Failure;
+use crate::cli::workers::start_pool;
 use crate::cli::{LogFormat, ServeArgs};
-use crate::commands::start_pool;
-use crate::failure::Failure;
 use crate::service::jobs::Jobs;
 use crate::service::limits::Limits;
 use crate::service::pictures::cache::Pictures;

@@ -1,7 +1,7 @@
 //! `strahl schema`: the JSON Schema of scenes.
 
+use super::failure::Failure;
 use super::output;
-use crate::failure::Failure;
 
 /// Prints it.
 pub(super) fn run() -> Result<(), Failure> {

@@ -1,6 +1,6 @@
 //! Writing results: `-` is standard output, everything else a file.
 
-use crate::failure::Failure;
+use super::failure::Failure;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::Path;

@@ -1,9 +1,10 @@
 //! `strahl rays`: one JSON ray per line in, one JSON answer per line out, in the same order.
 
-use super::{output, start_workers};
-use crate::cli::RaysArgs;
-use crate::failure::Failure;
-use crate::input::Source;
+use super::RaysArgs;
+use super::failure::Failure;
+use super::output;
+use super::scene_file::Source;
+use super::workers::start_workers;
 use crate::service::ray_query::read_ray;
 use crate::service::scheduler::pool::Workers;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};

@@ -1,8 +1,8 @@
 //! `strahl key`: makes keys and secrets for the key file of `strahl serve --keys`.
 
+use super::failure::Failure;
 use super::output;
-use crate::cli::{KeyCommand, NewKeyArgs};
-use crate::failure::Failure;
+use super::{KeyCommand, NewKeyArgs};
 use crate::http::auth::{new_key, new_signer};
 use std::fs::OpenOptions;
 use std::io::{self, Write};

@@ -1,9 +1,9 @@
 //! `strahl config`: checks a configuration file, or shows what a service with such flags would use.
 
+use super::config_file::{flags_of, is_entry, serve_command};
+use super::failure::Failure;
 use super::output;
-use crate::cli::{Cli, ConfigCommand};
-use crate::config::{flags_of, is_entry, serve_command};
-use crate::failure::Failure;
+use super::{Cli, ConfigCommand};
 use clap::CommandFactory;
 use clap::parser::ValueSource;
 use std::ffi::OsString;
@@ -34,7 +34,7 @@ fn check(file: &Path) -> Result<(), Failure> {
 fn print() -> Result<(), Failure> {
     let given: Vec<_> = std::env::args_os().collect();
     let of = |args: Vec<OsString>| Cli::command().get_matches_from(args);
-    let (plain, all) = (of(given.clone()), of(crate::config::with_file(given)?));
+    let (plain, all) = (of(given.clone()), of(super::config_file::with_file(given)?));
     let inner = |matches: &clap::ArgMatches| {
         matches.subcommand_matches("config").and_then(|config| config.subcommand_matches("print")).cloned()
     };

@@ -1,9 +1,9 @@
 //! `strahl validate`: all problems of a scene, without rendering it.
 
+use super::failure::Failure;
 use super::output;
-use crate::cli::{ReportFormat, ValidateArgs};
-use crate::failure::Failure;
-use crate::input::Source;
+use super::scene_file::Source;
+use super::{ReportFormat, ValidateArgs};
 use serde_json::json;
 use std::fmt::Write;
 use strahl::scene::{Overrides, Problem};

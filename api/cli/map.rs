@@ -1,9 +1,10 @@
 //! `strahl map`: what is proved of each pixel, or what each of them takes, as a picture.
 
-use super::{interrupt, output, progress, start_workers};
-use crate::cli::MapArgs;
-use crate::failure::Failure;
-use crate::input::Source;
+use super::MapArgs;
+use super::failure::Failure;
+use super::scene_file::Source;
+use super::workers::start_workers;
+use super::{interrupt, output, progress};
 use crate::service::pictures::map;
 use crate::service::pictures::map::MapFormat;
 use crate::service::scenes::prepared::Ready;

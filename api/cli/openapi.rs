@@ -1,7 +1,7 @@
 //! `strahl openapi`: the contract of the service as OpenAPI 3.1.
 
+use super::failure::Failure;
 use super::output;
-use crate::failure::Failure;
 use crate::http::contract::openapi_text;
 
 /// Prints it.

@@ -4,8 +4,8 @@
 //! Its entries become flags in front of those that were given, except where a flag or the environment says something
 //! already. So every value is checked in one place, by the same rules, wherever it comes from.
 
-use crate::cli::Cli;
-use crate::failure::Failure;
+use super::Cli;
+use super::failure::Failure;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command, CommandFactory};
 use std::ffi::OsString;

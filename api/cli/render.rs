@@ -1,10 +1,11 @@
 //! `strahl render`: a scene into a picture file.
 
-use super::{interrupt, output, progress, region_of, start_workers};
-use crate::cli::{PictureFormat, RenderArgs};
-use crate::failure::Failure;
+use super::failure::Failure;
+use super::scene_file::Source;
+use super::workers::{region_of, start_workers};
+use super::{PictureFormat, RenderArgs};
+use super::{interrupt, output, progress};
 use crate::http::extract::accept::QUALITY;
-use crate::input::Source;
 use crate::service::pictures::render;
 use crate::service::pictures::render::{Finished, Shot};
 use crate::service::pictures::report::Report;

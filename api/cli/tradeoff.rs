@@ -1,9 +1,10 @@
 //! `strahl tradeoff`: what accuracy costs in time, as a page and as JSON.
 
-use super::{interrupt, output, progress, start_workers};
-use crate::cli::TradeoffArgs;
-use crate::failure::Failure;
-use crate::input::Source;
+use super::TradeoffArgs;
+use super::failure::Failure;
+use super::scene_file::Source;
+use super::workers::start_workers;
+use super::{interrupt, output, progress};
 use crate::service::tradeoff::{Outcome, Stopped, measure};
 use std::path::Path;
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! `strahl healthcheck`: asks a running service whether it is alive. It needs no shell and no HTTP library, so a
 //! container can run it.
 
-use crate::cli::HealthcheckArgs;
-use crate::failure::Failure;
+use super::HealthcheckArgs;
+use super::failure::Failure;
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;

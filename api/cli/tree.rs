@@ -1,9 +1,10 @@
 //! `strahl tree`: every ray behind one pixel.
 
-use super::{output, start_workers};
-use crate::cli::{TreeArgs, TreeFormat};
-use crate::failure::Failure;
-use crate::input::Source;
+use super::failure::Failure;
+use super::output;
+use super::scene_file::Source;
+use super::workers::start_workers;
+use super::{TreeArgs, TreeFormat};
 use std::sync::Arc;
 use strahl::inspect::tree::trace_pixel;
 use strahl::scene::Scene;

@@ -1,6 +1,6 @@
 //! Ctrl-C: the first stops the render cleanly, the second ends the process at once.
 
-use crate::failure::Failure;
+use super::failure::Failure;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::thread;

@@ -1,9 +1,10 @@
 //! `strahl explain`: which effects a scene calls for, why, and what they should take; with `--analyze` also what they took.
 
-use super::{interrupt, output, progress, region_of, start_workers};
-use crate::cli::{ExplainArgs, ExplainFormat};
-use crate::failure::Failure;
-use crate::input::Source;
+use super::failure::Failure;
+use super::scene_file::Source;
+use super::workers::{region_of, start_workers};
+use super::{ExplainArgs, ExplainFormat};
+use super::{interrupt, output, progress};
 use crate::service::pictures::render;
 use crate::service::pictures::render::Shot;
 use crate::service::pictures::report::{Cost, Report};

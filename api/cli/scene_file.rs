@@ -1,7 +1,7 @@
 //! A scene file or standard input, and which format it has.
 
-use crate::cli::SceneArgs;
-use crate::failure::Failure;
+use super::SceneArgs;
+use super::failure::Failure;
 use crate::service::scenes::texture_folder::Folder;
 use std::io::{self, Read};
 use std::path::Path;
