@@ -200,17 +200,23 @@ impl<'a, R: Kernel> Course<'a, R> {
         if self.stage.pixels.is_empty() {
             return Ok(Left::Done);
         }
-        if self.is_full(stop) {
+        if is_late(stop) || self.is_full(stop) {
             return Ok(Left::Stopped);
         }
         let Self { renderer, canvas, stage, parcels: counted, rays, traced: nanoseconds, .. } = self;
         let busy = AtomicU64::new(0);
         let parcels: Vec<&[[u32; 2]]> = stage.pixels.chunks(stage.parcel()).collect();
-        let (next, halt, pausing) = (AtomicUsize::new(*counted), AtomicBool::new(false), AtomicBool::new(false));
+        let (next, halt) = (AtomicUsize::new(*counted), AtomicBool::new(false));
         let done = Mutex::new(Done { canvas, early: BTreeMap::new(), parcels: *counted, rays: *rays, full: false });
         let job = Job { pruning: stage.pruning, cancelled: &halt, ..renderer.job.clone() };
         let take = || {
-            while !pausing.load(Ordering::Relaxed) {
+            // At least one parcel each turn, however short the turn is, so that any number of turns ends the picture.
+            loop {
+                // Between parcels the clock is read here: the watcher below may not have been given a processor yet.
+                if is_late(stop) {
+                    halt.store(true, Ordering::Relaxed);
+                    return;
+                }
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 let Some(at) = parcels.get(number) else { return };
                 let mut traced = Traced::default();
@@ -224,20 +230,19 @@ impl<'a, R: Kernel> Course<'a, R> {
                 done.early.insert(number, traced);
                 done.settle(&parcels, stage.samples, stop);
                 control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
+                if pause.is_some_and(|pause| Instant::now() >= pause) {
+                    return;
+                }
             }
         };
         let watch = AtomicBool::new(true);
         thread::scope(|scope| {
             scope.spawn(|| {
+                // What goes on inside a parcel, which may take seconds, only this thread can end.
                 while watch.load(Ordering::Relaxed) {
-                    let now = Instant::now();
-                    let late = matches!(stop, Some(Stop::At(end)) if now >= end);
-                    if late || control.cancelled.load(Ordering::Relaxed) {
+                    if is_late(stop) || control.cancelled.load(Ordering::Relaxed) {
                         halt.store(true, Ordering::Relaxed);
                         return;
-                    }
-                    if pause.is_some_and(|pause| now >= pause) {
-                        pausing.store(true, Ordering::Relaxed);
                     }
                     thread::sleep(LOOK);
                 }
@@ -344,6 +349,11 @@ impl<R: Kernel> Renderer<'_, R> {
         self.control.total.fetch_add(pixels.len() as u64, Ordering::Relaxed);
         Stage { pixels, samples, pruning }
     }
+}
+
+/// Whether the time is up.
+fn is_late(stop: Option<Stop>) -> bool {
+    matches!(stop, Some(Stop::At(end)) if Instant::now() >= end)
 }
 
 /// What a stage has done so far.

@@ -323,6 +323,19 @@ fn a_picture_without_time_shows_something_everywhere() {
     }
 }
 
+/// Threads look at the clock themselves: with more of them than processors, a watcher among them sees the end far too late.
+#[test]
+fn no_thread_goes_on_once_the_time_is_up() {
+    let scene = load_scene("whitted/whitted", 200, Overrides { antialias: Some(false), ..Overrides::default() }).scene;
+    let (window, region) = (Window::whole(scene.width, scene.height), Region::whole(scene.width, scene.height));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(16).build().unwrap();
+    for _ in 0..100 {
+        let stop = Stop::At(std::time::Instant::now());
+        let picture = pool.install(|| render_until(&scene, &window, region, &Control::default(), stop)).unwrap();
+        assert_eq!(picture.progress.unwrap().traced_pixels, 28);
+    }
+}
+
 #[test]
 fn what_has_no_bound_says_why() {
     let text = br#"{ "version": 1, "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
