@@ -1,22 +1,19 @@
-//! From scene text to a compiled scene, and hierarchies alone: `cargo bench --bench accel`.
-#![allow(clippy::unwrap_used, missing_docs, reason = "a bench may fail loudly, and criterion's macros make items")]
+//! From scene text to a compiled scene, and hierarchies alone.
 
-use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use crate::time;
 use strahl::accel::{BvhKind, Geometry, Item, Mesh, Shape};
 use strahl::math::sin_cos;
 use strahl::scene::compile::compile;
 use strahl::scene::{Format, Overrides, load};
 use strahl::shape::Sides;
 
-fn scenes(criterion: &mut Criterion) {
+pub(crate) fn scenes() {
     for name in ["meshes/knot", "spheres/flake_9"] {
         let path = format!("{}/scenes/{name}.json", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read(path).unwrap();
         let description = load(&text, Format::Json, &Overrides::default()).unwrap().description;
-        criterion.bench_function(&format!("compile {name}"), |bencher| bencher.iter(|| compile(&description)));
-        criterion.bench_function(&format!("load {name}"), |bencher| {
-            bencher.iter(|| load(&text, Format::Json, &Overrides::default()));
-        });
+        time(&format!("compile {name}"), || (), |()| compile(&description));
+        time(&format!("load {name}"), || (), |()| load(&text, Format::Json, &Overrides::default()));
     }
 }
 
@@ -52,17 +49,10 @@ fn sheet(n: u32) -> Item<f32> {
     }
 }
 
-fn hierarchy(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("hierarchy");
+pub(crate) fn hierarchies() {
     for n in [70, 224] {
         let item = sheet(n);
-        group.throughput(Throughput::Elements(item.expanded));
-        group.bench_function(format!("{} triangles", item.expanded), |bencher| {
-            let items = || vec![item.clone()];
-            bencher.iter_batched(items, |items| Geometry::new(items, &[None], BvhKind::Sah), BatchSize::LargeInput);
-        });
+        let name = format!("hierarchy of {} triangles", item.expanded);
+        time(&name, || vec![item.clone()], |items| Geometry::new(items, &[None], BvhKind::Sah));
     }
 }
-
-criterion_group!(benches, scenes, hierarchy);
-criterion_main!(benches);
