@@ -8,7 +8,7 @@ use super::description::{Description, ImageMap, Relief};
 use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token};
 use crate::math;
-use crate::shading::pyramid::Pyramid;
+use crate::shading::texture::mipmap::Pyramid;
 use data_encoding::BASE64;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 use std::collections::HashMap;

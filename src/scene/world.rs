@@ -6,11 +6,11 @@ use crate::lanes::Real;
 use crate::scene::called::Called;
 use crate::scene::ceiling::{Ceiling, Reach};
 use crate::scene::description::{Accuracy, Proved, RenderSettings};
-use crate::shading::environment::Environment;
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
 use crate::shading::spectrum::Spectrum;
+use crate::shading::texture::environment::Environment;
 
 /// Everything the kernel needs, in one precision.
 #[derive(Debug)]

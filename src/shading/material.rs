@@ -1,6 +1,6 @@
 //! Materials, and the coefficients of the material under each ray.
 
-use super::pattern::Paint;
+use super::texture::pattern::Paint;
 use crate::lanes::{Ids, Lanes, Real, V3};
 
 /// A material in the kernel's format: the symbols of L = L_Phong + r_s L_s + r_t L_t.

@@ -5,7 +5,7 @@
 use super::hits::Hits;
 use crate::camera::Cone;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
-use crate::shading::environment::Environment;
+use crate::shading::texture::environment::Environment;
 use glam::DVec3;
 
 /// The cones of a packet's rays.

@@ -10,9 +10,9 @@ use super::kernel::Followed;
 use crate::accel::{Owner, Shape};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::scene::world::World;
-use crate::shading::chart::Face;
 use crate::shading::material::Coefficients;
-use crate::shading::pattern::{Paint, Spot};
+use crate::shading::texture::pattern::{Paint, Spot};
+use crate::shading::texture::uv::Face;
 use glam::DVec3;
 
 /// Smallest cosine by which a footprint is longer than wide; what is longer is no longer looked at in full anyway.

@@ -9,8 +9,8 @@ use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::math;
 use crate::ray::leave;
-use crate::shading::facet::{unhidden, visible_facet};
 use crate::shading::material::Coefficients;
+use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
 use crate::trace::variants::Effects;
 

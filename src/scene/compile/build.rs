@@ -19,11 +19,11 @@ use crate::scene::description::{self as d, Description, Look, Object, Shadows, V
 use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
 use crate::scene::world::{Pruning, Rules, World};
-use crate::shading::environment::Environment;
 use crate::shading::fog::{Fog, Height};
 use crate::shading::light::Light;
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::spectrum::Spectrum;
+use crate::shading::texture::environment::Environment;
 use crate::shape::Sides;
 use glam::{DAffine3, DVec3};
 

@@ -18,7 +18,7 @@ use crate::scene::problem::push_token;
 use crate::scene::world::World;
 use crate::shading::light::{Area, Falloff, Light, Source};
 use crate::shading::material::{Fresnel, Material, Texture};
-use crate::shading::pattern::Pattern;
+use crate::shading::texture::pattern::Pattern;
 
 /// Chains whose ceilings are listed one by one.
 const LEVELS: u32 = 4_096;

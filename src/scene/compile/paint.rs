@@ -6,12 +6,12 @@ use crate::math::Rgb;
 use crate::scene::color::{Color, Diffuse};
 use crate::scene::description::{self as d, ImageMap, Mapping, PlanarAxes, Wrap};
 use crate::scene::pictures::{Meaning, Pictures};
-use crate::shading::chart::Chart;
 use crate::shading::material::Texture;
-use crate::shading::noise::Fractal;
-use crate::shading::pattern::{Paint, Pattern, Picture};
-use crate::shading::pyramid::{Edge, Pyramid};
-use crate::shading::relief::Relief;
+use crate::shading::texture::bump::Relief;
+use crate::shading::texture::mipmap::{Edge, Pyramid};
+use crate::shading::texture::noise::Fractal;
+use crate::shading::texture::pattern::{Paint, Pattern, Picture};
+use crate::shading::texture::uv::Chart;
 use glam::DVec3;
 use std::sync::Arc;
 

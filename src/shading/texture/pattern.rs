@@ -1,9 +1,9 @@
 //! Colours that depend on the place: gradients, clouds and pictures. (Checkers are in `material`, in every kernel.)
 
-use super::chart::{Chart, Charted, Face};
+use super::bump::Relief;
+use super::mipmap::{Edge, Pyramid, mix};
 use super::noise::Fractal;
-use super::pyramid::{Edge, Pyramid, mix};
-use super::relief::Relief;
+use super::uv::{Chart, Charted, Face};
 use glam::DVec3;
 use std::sync::Arc;
 

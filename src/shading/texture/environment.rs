@@ -1,6 +1,6 @@
 //! Surroundings infinitely far away, from an equirectangular picture.
 
-use super::pyramid::{Edge, Pyramid};
+use super::mipmap::{Edge, Pyramid};
 use crate::math;
 use glam::DVec3;
 use std::f64::consts::PI;
