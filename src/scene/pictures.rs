@@ -8,7 +8,7 @@ use super::description::{Description, ImageMap, Relief};
 use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token};
 use crate::math;
-use crate::shading::texture::mipmap::Pyramid;
+use crate::shading::texture::mipmap::Mipmap;
 use data_encoding::BASE64;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 use std::collections::HashMap;
@@ -47,7 +47,7 @@ pub(super) enum Meaning {
 /// Decoded pictures; those with the same source are one.
 #[derive(Debug, Default)]
 pub(super) struct Pictures<'a> {
-    known: HashMap<(&'a str, Meaning), Arc<Pyramid>>,
+    known: HashMap<(&'a str, Meaning), Arc<Mipmap>>,
     /// Whether any came from a file, which may be another one next time.
     pub(super) from_files: bool,
 }
@@ -64,8 +64,8 @@ impl<'a> Pictures<'a> {
             }
             pictures.from_files |= !is_url(source);
             match bytes(source, files).and_then(|bytes| decode(&bytes, meaning, &mut left)) {
-                Ok(pyramid) => {
-                    pictures.known.insert((source, meaning), Arc::new(pyramid));
+                Ok(mipmap) => {
+                    pictures.known.insert((source, meaning), Arc::new(mipmap));
                 }
                 Err((code, detail)) => problems.push(Problem::new(pointer, code, detail)),
             }
@@ -74,14 +74,14 @@ impl<'a> Pictures<'a> {
     }
 
     /// A picture that was read.
-    pub(super) fn get(&self, source: &str, meaning: Meaning) -> Arc<Pyramid> {
+    pub(super) fn get(&self, source: &str, meaning: Meaning) -> Arc<Mipmap> {
         let known = self.known.get(&(source, meaning));
         Arc::clone(known.unwrap_or_else(|| unreachable!("all pictures have been read")))
     }
 
     /// Bytes they take.
     pub(super) fn bytes(&self) -> usize {
-        self.known.values().map(|pyramid| pyramid.bytes()).sum()
+        self.known.values().map(|mipmap| mipmap.bytes()).sum()
     }
 }
 
@@ -146,7 +146,7 @@ fn shortened(name: &str) -> String {
 }
 
 /// Decodes a picture; its pixels are taken from those that are `left`.
-fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Pyramid, Failure> {
+fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Failure> {
     let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
@@ -181,7 +181,7 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Pyramid, Fai
         let value = values(meaning, u8::MAX.into());
         image.into_rgb8().pixels().map(|pixel| texel(meaning, &value, pixel.0.map(usize::from))).collect()
     };
-    Ok(Pyramid::new(width, height, texels))
+    Ok(Mipmap::new(width, height, texels))
 }
 
 /// What each code up to a largest one means.

@@ -1,15 +1,16 @@
 //! Materials, and the coefficients of the material under each ray.
 
-use super::texture::pattern::Paint;
+use super::texture::checker::BaseColor;
+use super::texture::pattern::Textures;
 use crate::lanes::{Ids, Lanes, Real, V3};
 
 /// A material in the kernel's format: the symbols of L = L_Phong + r_s L_s + r_t L_t.
 #[derive(Debug, Clone)]
 pub struct Material<R> {
     /// k_a; none if it is k_d.
-    pub ambient: Option<Texture<R>>,
+    pub ambient: Option<BaseColor<R>>,
     /// k_d.
-    pub diffuse: Texture<R>,
+    pub diffuse: BaseColor<R>,
     /// k_s.
     pub specular: [R; 3],
     /// m.
@@ -31,7 +32,7 @@ pub struct Material<R> {
     /// How r_s and r_t depend on the angle of incidence.
     pub fresnel: Fresnel,
     /// Patterns and bumps. `ambient` and `diffuse` are then the means of the patterns that replace them.
-    pub paint: Option<Box<Paint>>,
+    pub textures: Option<Box<Textures>>,
 }
 
 /// How reflection and transmission depend on the angle of incidence.
@@ -55,55 +56,11 @@ impl<R: Real> Material<R> {
     pub fn is_perfectly_clear(&self) -> bool {
         let black = [R::from_f64(0.0); 3];
         let unlit =
-            [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == Texture::Uniform(black));
+            [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == BaseColor::Uniform(black));
         let dark = self.specular == black && self.emission == black;
         // Between equal media nothing is left of a dielectric's reflection.
         let mirrors = self.fresnel == Fresnel::Conductor || (self.fresnel == Fresnel::None && self.reflection != black);
         unlit && dark && !mirrors && self.transmission == [R::from_f64(1.0); 3]
-    }
-}
-
-/// A colour that may depend on the place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Texture<R> {
-    /// The same everywhere.
-    Uniform([R; 3]),
-    /// `a` where the sum of floor(p / size) over the axes is even, `b` elsewhere.
-    Checker {
-        /// Colour of the even tiles.
-        a: [R; 3],
-        /// Colour of the odd tiles.
-        b: [R; 3],
-        /// Edge of a tile.
-        size: R,
-        /// 1 / size, if that is exact.
-        inverse: Option<R>,
-        /// Whether x, y and z count.
-        axes: [bool; 3],
-    },
-}
-
-impl<R: Real> Texture<R> {
-    /// The colour at points of the body's own coordinates.
-    #[inline(always)]
-    pub fn at<L: Lanes<Real = R>>(&self, s: L::Simd, local: V3<L>) -> V3<L> {
-        match self {
-            Self::Uniform(color) => V3::splat(s, *color),
-            Self::Checker { a, b, size, inverse, axes } => {
-                let tiles = |p: L| match inverse {
-                    Some(inverse) => p * L::splat(s, *inverse),
-                    None => p / L::splat(s, *size),
-                };
-                let mut sum = L::lit(s, 0.0);
-                for (p, counts) in [local.x, local.y, local.z].into_iter().zip(axes) {
-                    if *counts {
-                        sum = sum + tiles(p).floor();
-                    }
-                }
-                let half = sum * L::lit(s, 0.5);
-                V3::select(half.floor().eq(half), V3::splat(s, *a), V3::splat(s, *b))
-            }
-        }
     }
 }
 

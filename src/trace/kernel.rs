@@ -13,9 +13,9 @@ use super::gather::gather;
 use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
-use super::paint::paint;
 use super::sampling::{Choice, Sampler};
 use super::secondary::scatter;
+use super::texturing::apply_textures;
 use super::waves::Waves;
 use crate::accel::{Course, Nearest};
 use crate::camera::Camera;
@@ -365,7 +365,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         if E::DETAILS {
             self.cones.hit(s, hits);
             if self.world.called.paint {
-                self.cones.tilted = paint(s, self.world, rays, self.cones.widths(s), hits, &mut coefficients);
+                self.cones.tilted = apply_textures(s, self.world, rays, self.cones.widths(s), hits, &mut coefficients);
             }
             if self.world.called.emission {
                 own = own + rays.weight.times(hits.emission(s, self.world));

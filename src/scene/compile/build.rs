@@ -5,8 +5,8 @@ use super::called::called;
 use super::camera::camera_of;
 use super::ceiling::ceiling;
 use super::lights::light;
-use super::paint::paint;
 use super::shared_eye::is_shared;
+use super::textures::textures;
 use super::transform::affine;
 use super::{CompileOptions, Source, Sources, contact, extent};
 use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Motion, Shape};
@@ -101,14 +101,14 @@ fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Opt
     let Some(d::Environment { image, rotate_deg, intensity }) = &description.environment else {
         return (description.background.0, None);
     };
-    let pyramid = pictures.get(image, Meaning::Color);
+    let mipmap = pictures.get(image, Meaning::Color);
     // Around the circles of domes there are no rays, which would see them: only the background.
     let circle = matches!(description.camera, d::Camera::Fisheye(_) | d::Camera::Omnimax(_));
-    let uniform = if *intensity == 0.0 { Some([0.0; 3]) } else { pyramid.uniform() };
+    let uniform = if *intensity == 0.0 { Some([0.0; 3]) } else { mipmap.uniform() };
     match uniform {
         Some(color) if !circle => (Rgb::from_array(color) * *intensity, None),
         _ => {
-            let environment = Environment { pyramid, turn: rotate_deg / 360.0, intensity: *intensity };
+            let environment = Environment { mipmap, turn: rotate_deg / 360.0, intensity: *intensity };
             (description.background.0, Some(environment))
         }
     }
@@ -328,7 +328,7 @@ pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
 }
 
 fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Material<R> {
-    let (ambient, diffuse, paint) = paint(material, pictures);
+    let (ambient, diffuse, textures) = textures(material, pictures);
     Material {
         ambient,
         diffuse,
@@ -346,7 +346,7 @@ fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Materia
         },
         alpha: R::from_f64(material.roughness * material.roughness),
         dispersion: R::from_f64(material.dispersion),
-        paint,
+        textures,
     }
 }
 

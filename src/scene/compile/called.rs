@@ -41,7 +41,7 @@ pub(super) fn called<R: Real>(
                 Fresnel::Conductor => true,
             }),
         gloss: follows && any(&|m| m.alpha > zero && (mirrors(m) || shows(m.transmission))),
-        paint: any(&|m| m.paint.is_some()),
+        paint: any(&|m| m.textures.is_some()),
         ..Called::default()
     }
 }

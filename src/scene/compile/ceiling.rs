@@ -17,7 +17,8 @@ use crate::scene::limits::MAX_DEPTH;
 use crate::scene::problem::push_token;
 use crate::scene::world::World;
 use crate::shading::light::{Area, Falloff, Light, Source};
-use crate::shading::material::{Fresnel, Material, Texture};
+use crate::shading::material::{Fresnel, Material};
+use crate::shading::texture::checker::BaseColor;
 use crate::shading::texture::pattern::Pattern;
 
 /// Chains whose ceilings are listed one by one.
@@ -183,17 +184,17 @@ fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
 
 /// The brightest k_a and k_d anywhere on a material.
 fn colors<R: Real>(material: &Material<R>) -> (Rgb, Rgb) {
-    let brightest = |texture: &Texture<R>| match texture {
-        Texture::Uniform(color) => wide(*color),
-        Texture::Checker { a, b, .. } => wide(*a).max(wide(*b)),
+    let brightest = |texture: &BaseColor<R>| match texture {
+        BaseColor::Uniform(color) => wide(*color),
+        BaseColor::Checker { a, b, .. } => wide(*a).max(wide(*b)),
     };
     let mut diffuse = brightest(&material.diffuse);
     let mut ambient = material.ambient.as_ref().map_or(diffuse, brightest);
-    if let Some(paint) = &material.paint {
-        diffuse = paint.diffuse.as_ref().map_or(diffuse, pattern);
-        ambient = match &paint.ambient {
+    if let Some(textures) = &material.textures {
+        diffuse = textures.diffuse.as_ref().map_or(diffuse, pattern);
+        ambient = match &textures.ambient {
             Some(of_ambient) => pattern(of_ambient),
-            None if paint.own_ambient => ambient,
+            None if textures.own_ambient => ambient,
             None => diffuse,
         };
     }
@@ -205,7 +206,7 @@ fn pattern(pattern: &Pattern) -> Rgb {
         Pattern::Gradient { colors: [a, b], .. } | Pattern::Noise { colors: [a, b], .. } => {
             Rgb::from_array(*a).max(Rgb::from_array(*b))
         }
-        Pattern::Image(picture) => Rgb::from_array(picture.pyramid.brightest()),
+        Pattern::Image(picture) => Rgb::from_array(picture.mipmap.brightest()),
     }
 }
 
@@ -213,7 +214,7 @@ fn pattern(pattern: &Pattern) -> Rgb {
 fn background<R: Real>(world: &World<R>) -> Rgb {
     let mut most = wide(world.background);
     if let Some(environment) = &world.environment {
-        most = most.max(Rgb::from_array(environment.pyramid.brightest()) * environment.intensity);
+        most = most.max(Rgb::from_array(environment.mipmap.brightest()) * environment.intensity);
     }
     if let Some(fog) = &world.fog {
         most = most.max(wide(fog.color));

@@ -1,6 +1,6 @@
 //! Surroundings infinitely far away, from an equirectangular picture.
 
-use super::mipmap::{Edge, Pyramid};
+use super::mipmap::{Mipmap, Wrap};
 use crate::math;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct Environment {
     /// Its texels.
-    pub pyramid: Arc<Pyramid>,
+    pub mipmap: Arc<Mipmap>,
     /// How far it is turned around the y axis, in turns, counter-clockwise seen from above.
     pub turn: f64,
     /// Factor on its colours.
@@ -23,8 +23,8 @@ impl Environment {
     pub fn radiance(&self, dir: DVec3, spread: f64) -> [f64; 3] {
         let longitude = math::atan2(dir.x, -dir.z) / (2.0 * PI) + self.turn;
         let latitude = math::atan2(dir.y, (dir.x * dir.x + dir.z * dir.z).sqrt()) / PI;
-        let level = self.pyramid.level(spread / PI * self.pyramid.size()[1]);
-        let seen = self.pyramid.at([0.5 + longitude, 0.5 + latitude], level, [Edge::Repeat, Edge::Clamp]);
+        let level = self.mipmap.level(spread / PI * self.mipmap.size()[1]);
+        let seen = self.mipmap.at([0.5 + longitude, 0.5 + latitude], level, [Wrap::Repeat, Wrap::Clamp]);
         seen.map(|channel| channel * self.intensity)
     }
 }

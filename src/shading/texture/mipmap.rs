@@ -1,4 +1,4 @@
-//! Pictures as textures: a pyramid of ever smaller copies in linear light (Williams, Pyramidal Parametrics, 1983), looked
+//! Pictures as textures: a pyramid (mipmap) of ever smaller copies in linear light (Williams, Pyramidal Parametrics, 1983), looked
 //! up between two of its levels, with several looks along a footprint that is longer than wide (Heckbert 1989).
 //!
 //! All of it is f64 for a single ray: gathering texels is what takes the time, and the bits are the same everywhere.
@@ -7,7 +7,7 @@ use crate::math;
 
 /// A picture and its smaller copies.
 #[derive(Debug)]
-pub struct Pyramid {
+pub struct Mipmap {
     levels: Vec<Level>,
 }
 
@@ -21,7 +21,7 @@ struct Level {
 
 /// What lies beyond the edges of a picture, across and along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Edge {
+pub enum Wrap {
     /// The picture again.
     Repeat,
     /// Its last texel.
@@ -31,8 +31,8 @@ pub enum Edge {
 /// Most looks along a long footprint; longer ones are blurred.
 const MOST_LOOKS: f64 = 16.0;
 
-impl Pyramid {
-    /// The pyramid over `width * height` texels, at least one, row by row from the top.
+impl Mipmap {
+    /// The mipmap over `width * height` texels, at least one, row by row from the top.
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Self {
         let mut levels = vec![Level { width: width as usize, height: height as usize, texels }];
         while let Some(next) = levels.last().and_then(Level::halved) {
@@ -76,17 +76,17 @@ impl Pyramid {
 
     /// Between the two nearest levels, bilinear in each, at (u, v) in a picture whose lower left corner is (0, 0) and
     /// whose upper right corner is (1, 1).
-    pub fn at(&self, uv: [f64; 2], level: f64, edges: [Edge; 2]) -> [f64; 3] {
+    pub fn at(&self, uv: [f64; 2], level: f64, wrap: [Wrap; 2]) -> [f64; 3] {
         let below = (level.floor() as usize).min(self.levels.len() - 1);
-        let fine = self.levels[below].at(uv, edges);
+        let fine = self.levels[below].at(uv, wrap);
         match (self.levels.get(below + 1), level - level.floor()) {
-            (Some(above), part) if part > 0.0 => mix(fine, above.at(uv, edges), part),
+            (Some(above), part) if part > 0.0 => mix(fine, above.at(uv, wrap), part),
             _ => fine,
         }
     }
 
     /// The mean over a footprint around (u, v), given by its two axes, from side to side.
-    pub fn over(&self, uv: [f64; 2], axes: [[f64; 2]; 2], edges: [Edge; 2]) -> [f64; 3] {
+    pub fn average(&self, uv: [f64; 2], axes: [[f64; 2]; 2], wrap: [Wrap; 2]) -> [f64; 3] {
         let [width, height] = self.size();
         let texels = |[u, v]: [f64; 2]| ((u * width).powi(2) + (v * height).powi(2)).sqrt();
         let [a, b] = axes.map(texels);
@@ -96,7 +96,7 @@ impl Pyramid {
         let mut sum = [0.0; 3];
         for look in 0..looks as u32 {
             let along = (f64::from(look) + 0.5) / looks - 0.5;
-            let seen = self.at([uv[0] + longer[0] * along, uv[1] + longer[1] * along], level, edges);
+            let seen = self.at([uv[0] + longer[0] * along, uv[1] + longer[1] * along], level, wrap);
             for (sum, seen) in sum.iter_mut().zip(seen) {
                 *sum += seen / looks;
             }
@@ -131,9 +131,9 @@ impl Level {
         Some(Self { width, height, texels })
     }
 
-    fn at(&self, [u, v]: [f64; 2], edges: [Edge; 2]) -> [f64; 3] {
-        let (left, right, across) = neighbours(u, self.width, edges[0]);
-        let (upper, lower, down) = neighbours(1.0 - v, self.height, edges[1]);
+    fn at(&self, [u, v]: [f64; 2], wrap: [Wrap; 2]) -> [f64; 3] {
+        let (left, right, across) = neighbours(u, self.width, wrap[0]);
+        let (upper, lower, down) = neighbours(1.0 - v, self.height, wrap[1]);
         let texel = |x: usize, y: usize| self.texels[y * self.width + x].map(f64::from);
         let above = mix(texel(left, upper), texel(right, upper), across);
         let below = mix(texel(left, lower), texel(right, lower), across);
@@ -153,16 +153,16 @@ fn shares(many: usize, fewer: usize) -> Vec<Vec<(usize, f64)>> {
 }
 
 /// The two texels whose centres a place in a row, 0 to 1, lies between, and how far it is from the first to the second.
-fn neighbours(place: f64, count: usize, edge: Edge) -> (usize, usize, f64) {
-    let inside = match edge {
-        Edge::Repeat => place - place.floor(),
-        Edge::Clamp => place.clamp(0.0, 1.0),
+fn neighbours(place: f64, count: usize, wrap: Wrap) -> (usize, usize, f64) {
+    let inside = match wrap {
+        Wrap::Repeat => place - place.floor(),
+        Wrap::Clamp => place.clamp(0.0, 1.0),
     };
     let x = inside * count as f64 - 0.5;
     let first = x.floor();
-    let texel = |i: i64| match edge {
-        Edge::Repeat => i.rem_euclid(count as i64) as usize,
-        Edge::Clamp => i.clamp(0, count as i64 - 1) as usize,
+    let texel = |i: i64| match wrap {
+        Wrap::Repeat => i.rem_euclid(count as i64) as usize,
+        Wrap::Clamp => i.clamp(0, count as i64 - 1) as usize,
     };
     (texel(first as i64), texel(first as i64 + 1), x - first)
 }
@@ -176,57 +176,57 @@ pub(super) fn mix(a: [f64; 3], b: [f64; 3], part: f64) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    fn ramp(width: u32, height: u32) -> Pyramid {
+    fn ramp(width: u32, height: u32) -> Mipmap {
         let texel = |i: u32| [(i % width) as f32, (i / width) as f32, 1.0];
-        Pyramid::new(width, height, (0..width * height).map(texel).collect())
+        Mipmap::new(width, height, (0..width * height).map(texel).collect())
     }
 
     #[test]
     fn every_level_has_the_mean_of_the_picture() {
         for (width, height) in [(1, 1), (2, 1), (7, 5), (64, 64), (13, 1), (100, 3)] {
-            let pyramid = ramp(width, height);
+            let mipmap = ramp(width, height);
             let expected = [f64::from(width - 1) / 2.0, f64::from(height - 1) / 2.0, 1.0];
-            for level in &pyramid.levels {
+            for level in &mipmap.levels {
                 for channel in 0..3 {
                     let sum: f64 = level.texels.iter().map(|texel| f64::from(texel[channel])).sum();
                     let mean = sum / level.texels.len() as f64;
                     assert!((mean - expected[channel]).abs() < 1e-4, "{width} x {height}: {mean}");
                 }
             }
-            assert_eq!(pyramid.levels[pyramid.levels.len() - 1].texels.len(), 1);
+            assert_eq!(mipmap.levels[mipmap.levels.len() - 1].texels.len(), 1);
         }
     }
 
     #[test]
     fn magnified_it_is_bilinear() {
-        let pyramid = ramp(8, 4);
-        let clamp = [Edge::Clamp; 2];
+        let mipmap = ramp(8, 4);
+        let clamp = [Wrap::Clamp; 2];
         for (u, v) in [(0.3, 0.4), (0.5, 0.5), (0.1, 0.8)] {
             let small = [[0.01, 0.0], [0.0, 0.02]];
-            let [x, y, one] = pyramid.over([u, v], small, clamp);
+            let [x, y, one] = mipmap.average([u, v], small, clamp);
             assert!((x - (u * 8.0 - 0.5)).abs() < 1e-12 && (y - ((1.0 - v) * 4.0 - 0.5)).abs() < 1e-12 && one == 1.0);
         }
-        assert_eq!(pyramid.at([-3.0, 9.0], 0.0, clamp), [0.0, 0.0, 1.0]);
+        assert_eq!(mipmap.at([-3.0, 9.0], 0.0, clamp), [0.0, 0.0, 1.0]);
     }
 
     #[test]
     fn seams_do_not_show() {
-        let pyramid = ramp(8, 4);
-        let repeat = [Edge::Repeat; 2];
+        let mipmap = ramp(8, 4);
+        let repeat = [Wrap::Repeat; 2];
         for level in [0.0, 0.7, 2.0] {
             for x in [0.0, 1.0, -5.0] {
-                let [left, right] = [x - 1e-9, x + 1e-9].map(|u| pyramid.at([u, 0.3], level, repeat)[0]);
+                let [left, right] = [x - 1e-9, x + 1e-9].map(|u| mipmap.at([u, 0.3], level, repeat)[0]);
                 assert!((left - right).abs() < 1e-6, "{left} {right}");
             }
-            let [here, there] = [0.25, 7.25].map(|u| pyramid.at([u, 0.3], level, repeat));
+            let [here, there] = [0.25, 7.25].map(|u| mipmap.at([u, 0.3], level, repeat));
             assert_eq!(here, there);
         }
     }
 
     #[test]
     fn a_huge_footprint_sees_the_mean() {
-        let pyramid = ramp(16, 16);
-        let mean = pyramid.over([0.2, 0.7], [[30.0, 0.0], [0.0, 1e9]], [Edge::Repeat; 2]);
-        assert!(mean.iter().zip(pyramid.mean()).all(|(a, b)| (a - b).abs() < 1e-9));
+        let mipmap = ramp(16, 16);
+        let mean = mipmap.average([0.2, 0.7], [[30.0, 0.0], [0.0, 1e9]], [Wrap::Repeat; 2]);
+        assert!(mean.iter().zip(mipmap.mean()).all(|(a, b)| (a - b).abs() < 1e-9));
     }
 }

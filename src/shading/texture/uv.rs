@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 /// A way to lay pictures on surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Chart {
+pub enum UvMapping {
     /// By the texture coordinates of a mesh's vertices.
     Uv,
     /// u = `right` . p, v = `up` . p.
@@ -39,14 +39,14 @@ pub struct Face {
 
 /// A point in texture space.
 #[derive(Debug, Clone, Copy)]
-pub struct Charted {
+pub struct TexCoord {
     /// u and v.
     pub uv: [f64; 2],
     /// Their gradients in object space.
     pub gradients: [DVec3; 2],
 }
 
-impl Chart {
+impl UvMapping {
     /// A globe around a centre, whose north pole lies in a direction, any length but 0.
     pub fn globe(center: DVec3, axis: DVec3) -> Self {
         let north = axis.normalize();
@@ -58,10 +58,10 @@ impl Chart {
     }
 
     /// The texture coordinates of a point in object space; of a mesh without any they are 0.
-    pub fn at(&self, p: DVec3, face: Option<&Face>) -> Charted {
+    pub fn at(&self, p: DVec3, face: Option<&Face>) -> TexCoord {
         match *self {
-            Self::Uv => face.map_or(Charted { uv: [0.0; 2], gradients: [DVec3::ZERO; 2] }, |face| face.at(p)),
-            Self::Planar { right, up } => Charted { uv: [right.dot(p), up.dot(p)], gradients: [right, up] },
+            Self::Uv => face.map_or(TexCoord { uv: [0.0; 2], gradients: [DVec3::ZERO; 2] }, |face| face.at(p)),
+            Self::Planar { right, up } => TexCoord { uv: [right.dot(p), up.dot(p)], gradients: [right, up] },
             Self::Spherical { center, frame: [east, north, front] } => {
                 let q = p - center;
                 let (x, y, z) = (q.dot(east), q.dot(north), q.dot(front));
@@ -71,13 +71,13 @@ impl Chart {
                 // The poles have every longitude, and the centre every direction.
                 if !(around > 0.0 && square > 0.0) {
                     let v = if y < 0.0 { 0.0 } else { 1.0 };
-                    return Charted { uv: [0.5, v], gradients: [DVec3::ZERO; 2] };
+                    return TexCoord { uv: [0.5, v], gradients: [DVec3::ZERO; 2] };
                 }
                 let uv = [0.5 + math::atan2(x, z) / (2.0 * PI), 0.5 + math::atan2(y, rho) / PI];
                 let of_u = (east * z - front * x) / (2.0 * PI * around);
                 let outward = (east * x + front * z) / rho;
                 let of_v = (north * rho - outward * y) / (PI * square);
-                Charted { uv, gradients: [of_u, of_v] }
+                TexCoord { uv, gradients: [of_u, of_v] }
             }
         }
     }
@@ -86,7 +86,7 @@ impl Chart {
 impl Face {
     /// Weighted by barycentric coordinates, which are linear: b1 grows along e2 x n / n^2, b2 along n x e1 / n^2, where
     /// n = e1 x e2.
-    fn at(&self, p: DVec3) -> Charted {
+    fn at(&self, p: DVec3) -> TexCoord {
         let [a, b, c] = self.corners;
         let (e1, e2) = (b - a, c - a);
         let n = e1.cross(e2);
@@ -94,11 +94,11 @@ impl Face {
         let [first, second, third] = self.uvs;
         // A face too thin to have a direction shows its first corner.
         if !(square > 0.0 && square.is_finite()) {
-            return Charted { uv: first, gradients: [DVec3::ZERO; 2] };
+            return TexCoord { uv: first, gradients: [DVec3::ZERO; 2] };
         }
         let (of_b1, of_b2) = (e2.cross(n) / square, n.cross(e1) / square);
         let gradients = [0, 1].map(|i| of_b1 * (second[i] - first[i]) + of_b2 * (third[i] - first[i]));
-        Charted { uv: [0, 1].map(|i| first[i] + gradients[i].dot(p - a)), gradients }
+        TexCoord { uv: [0, 1].map(|i| first[i] + gradients[i].dot(p - a)), gradients }
     }
 }
 
@@ -107,14 +107,14 @@ mod tests {
     use super::*;
 
     /// The gradients against differences.
-    fn check(chart: Chart, face: Option<&Face>, p: DVec3, directions: &[DVec3]) {
-        let here = chart.at(p, face);
+    fn check(mapping: UvMapping, face: Option<&Face>, p: DVec3, directions: &[DVec3]) {
+        let here = mapping.at(p, face);
         for direction in directions {
             let h = 1e-6;
             for i in 0..2 {
-                let slope =
-                    (chart.at(p + *direction * h, face).uv[i] - chart.at(p - *direction * h, face).uv[i]) / (2.0 * h);
-                assert!((slope - here.gradients[i].dot(*direction)).abs() < 1e-8, "{chart:?} {slope}");
+                let slope = (mapping.at(p + *direction * h, face).uv[i] - mapping.at(p - *direction * h, face).uv[i])
+                    / (2.0 * h);
+                assert!((slope - here.gradients[i].dot(*direction)).abs() < 1e-8, "{mapping:?} {slope}");
             }
         }
     }
@@ -123,7 +123,7 @@ mod tests {
     fn gradients_are_those_of_the_coordinates() {
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
         for axis in [DVec3::Y, DVec3::Z, DVec3::new(1.0, -2.0, 0.5)] {
-            let globe = Chart::globe(DVec3::new(1.0, 2.0, 3.0), axis);
+            let globe = UvMapping::globe(DVec3::new(1.0, 2.0, 3.0), axis);
             check(globe, None, DVec3::new(1.3, 2.9, 1.1), &axes);
         }
         let face = Face {
@@ -131,16 +131,16 @@ mod tests {
             uvs: [[0.1, 0.2], [0.9, 0.3], [0.0, 1.5]],
         };
         let [_, b, c] = face.corners;
-        check(Chart::Uv, Some(&face), (b + c) / 3.0, &[b.normalize(), c.normalize()]);
+        check(UvMapping::Uv, Some(&face), (b + c) / 3.0, &[b.normalize(), c.normalize()]);
         for (corner, uv) in face.corners.iter().zip(face.uvs) {
-            let got = Chart::Uv.at(*corner, Some(&face)).uv;
+            let got = UvMapping::Uv.at(*corner, Some(&face)).uv;
             assert!((got[0] - uv[0]).abs() + (got[1] - uv[1]).abs() < 1e-14);
         }
     }
 
     #[test]
     fn a_globe_shows_its_picture_to_the_front() {
-        let globe = Chart::globe(DVec3::ZERO, DVec3::Y);
+        let globe = UvMapping::globe(DVec3::ZERO, DVec3::Y);
         let uv = |p: DVec3| globe.at(p, None).uv;
         assert_eq!(uv(DVec3::Z), [0.5, 0.5]);
         assert_eq!(uv(DVec3::X), [0.75, 0.5]);

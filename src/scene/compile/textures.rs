@@ -4,46 +4,47 @@ use super::build::{exact_inverse, narrow_rgb};
 use crate::lanes::Real;
 use crate::math::Rgb;
 use crate::scene::color::{Color, Diffuse};
-use crate::scene::description::{self as d, ImageMap, Mapping, PlanarAxes, Wrap};
+use crate::scene::description::{self as d, ImageMap, Mapping, PlanarAxes};
 use crate::scene::pictures::{Meaning, Pictures};
-use crate::shading::material::Texture;
-use crate::shading::texture::bump::Relief;
-use crate::shading::texture::mipmap::{Edge, Pyramid};
+use crate::shading::texture::bump::BumpMap;
+use crate::shading::texture::checker::BaseColor;
+use crate::shading::texture::image::ImageTexture;
+use crate::shading::texture::mipmap::{Mipmap, Wrap};
 use crate::shading::texture::noise::Fractal;
-use crate::shading::texture::pattern::{Paint, Pattern, Picture};
-use crate::shading::texture::uv::Chart;
+use crate::shading::texture::pattern::{Pattern, Textures};
+use crate::shading::texture::uv::UvMapping;
 use glam::DVec3;
 use std::sync::Arc;
 
 /// k_a, if the material has its own, k_d, and what no number can say. Patterns are their means where the kernel does not
 /// look at them.
-pub(super) fn paint<R: Real>(
+pub(super) fn textures<R: Real>(
     material: &d::Material,
     pictures: &Pictures<'_>,
-) -> (Option<Texture<R>>, Texture<R>, Option<Box<Paint>>) {
+) -> (Option<BaseColor<R>>, BaseColor<R>, Option<Box<Textures>>) {
     let colors = |diffuse| colors::<R>(diffuse, pictures);
     let (ambient, of_ambient) = material.ambient.as_ref().map(colors).unzip();
     let (diffuse, of_diffuse) = colors(&material.diffuse);
-    let paint = Paint {
+    let textures = Textures {
         ambient: of_ambient.flatten(),
         diffuse: of_diffuse,
         own_ambient: ambient.is_some(),
-        relief: relief(material, pictures),
+        bump: bump(material, pictures),
     };
-    let plain = paint.ambient.is_none() && paint.diffuse.is_none() && paint.relief.is_none();
-    (ambient, diffuse, (!plain).then(|| Box::new(paint)))
+    let plain = textures.ambient.is_none() && textures.diffuse.is_none() && textures.bump.is_none();
+    (ambient, diffuse, (!plain).then(|| Box::new(textures)))
 }
 
-fn colors<R: Real>(diffuse: &Diffuse, pictures: &Pictures<'_>) -> (Texture<R>, Option<Pattern>) {
+fn colors<R: Real>(diffuse: &Diffuse, pictures: &Pictures<'_>) -> (BaseColor<R>, Option<Pattern>) {
     let between = |a: Color, b: Color, pattern: Pattern| {
-        let mean = Texture::Uniform(narrow_rgb((a.0 + b.0) * 0.5));
-        if a == b { (Texture::Uniform(narrow_rgb(a.0)), None) } else { (mean, Some(pattern)) }
+        let mean = BaseColor::Uniform(narrow_rgb((a.0 + b.0) * 0.5));
+        if a == b { (BaseColor::Uniform(narrow_rgb(a.0)), None) } else { (mean, Some(pattern)) }
     };
     match diffuse {
-        Diffuse::Uniform(Color(color)) => (Texture::Uniform(narrow_rgb(*color)), None),
-        Diffuse::Checker(checker) if checker.a == checker.b => (Texture::Uniform(narrow_rgb(checker.a.0)), None),
+        Diffuse::Uniform(Color(color)) => (BaseColor::Uniform(narrow_rgb(*color)), None),
+        Diffuse::Checker(checker) if checker.a == checker.b => (BaseColor::Uniform(narrow_rgb(checker.a.0)), None),
         Diffuse::Checker(checker) => {
-            let texture = Texture::Checker {
+            let texture = BaseColor::Checker {
                 a: narrow_rgb(checker.a.0),
                 b: narrow_rgb(checker.b.0),
                 size: R::from_f64(checker.size),
@@ -61,8 +62,8 @@ fn colors<R: Real>(diffuse: &Diffuse, pictures: &Pictures<'_>) -> (Texture<R>, O
         }
         Diffuse::Image(image) => {
             let picture = picture(image, Meaning::Color, pictures);
-            let mean = Texture::Uniform(narrow_rgb(Rgb::from_array(picture.pyramid.mean())));
-            (mean, picture.pyramid.uniform().is_none().then_some(Pattern::Image(picture)))
+            let mean = BaseColor::Uniform(narrow_rgb(Rgb::from_array(picture.mipmap.mean())));
+            (mean, picture.mipmap.uniform().is_none().then_some(Pattern::Image(picture)))
         }
         Diffuse::Noise(noise) => {
             let colors = [noise.a.0.to_array(), noise.b.0.to_array()];
@@ -72,11 +73,11 @@ fn colors<R: Real>(diffuse: &Diffuse, pictures: &Pictures<'_>) -> (Texture<R>, O
     }
 }
 
-fn relief(material: &d::Material, pictures: &Pictures<'_>) -> Option<Relief> {
+fn bump(material: &d::Material, pictures: &Pictures<'_>) -> Option<BumpMap> {
     if let Some(d::NormalMap { image }) = &material.normal_map {
         let picture = picture(image, Meaning::Normal, pictures);
-        let flat = matches!(picture.pyramid.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
-        return (!flat).then_some(Relief::Normals(picture));
+        let flat = matches!(picture.mipmap.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
+        return (!flat).then_some(BumpMap::Normals(picture));
     }
     let d::Bump { height, texture } = material.bump.as_ref()?;
     if *height == 0.0 {
@@ -85,39 +86,39 @@ fn relief(material: &d::Material, pictures: &Pictures<'_>) -> Option<Relief> {
     match texture {
         d::Relief::Noise(grain) => {
             let fractal = Fractal { frequency: 1.0 / grain.size, octaves: grain.octaves };
-            Some(Relief::Noise { fractal, height: *height })
+            Some(BumpMap::Noise { fractal, height: *height })
         }
         d::Relief::Image(image) => {
             let picture = picture(image, Meaning::Height, pictures);
-            picture.pyramid.uniform().is_none().then_some(Relief::Heights { picture, height: *height })
+            picture.mipmap.uniform().is_none().then_some(BumpMap::Heights { picture, height: *height })
         }
     }
 }
 
-fn picture(image: &ImageMap, meaning: Meaning, pictures: &Pictures<'_>) -> Picture {
-    let pyramid = pictures.get(&image.source, meaning);
-    let chart = chart(&image.mapping, &pyramid);
-    let edge = match image.wrap {
-        Wrap::Repeat => Edge::Repeat,
-        Wrap::Clamp => Edge::Clamp,
+fn picture(image: &ImageMap, meaning: Meaning, pictures: &Pictures<'_>) -> ImageTexture {
+    let mipmap = pictures.get(&image.source, meaning);
+    let mapping = mapping(&image.mapping, &mipmap);
+    let each = match image.wrap {
+        d::Wrap::Repeat => Wrap::Repeat,
+        d::Wrap::Clamp => Wrap::Clamp,
     };
     // Longitude has no end, and nothing lies beyond the poles.
-    let edges = if matches!(chart, Chart::Spherical { .. }) { [Edge::Repeat, Edge::Clamp] } else { [edge; 2] };
-    Picture { pyramid, chart, edges }
+    let wrap = if matches!(mapping, UvMapping::Spherical { .. }) { [Wrap::Repeat, Wrap::Clamp] } else { [each; 2] };
+    ImageTexture { mipmap, mapping, wrap }
 }
 
-fn chart(mapping: &Mapping, pyramid: &Arc<Pyramid>) -> Chart {
+fn mapping(mapping: &Mapping, mipmap: &Arc<Mipmap>) -> UvMapping {
     match mapping {
-        Mapping::Uv => Chart::Uv,
+        Mapping::Uv => UvMapping::Uv,
         Mapping::Planar(planar) => {
             let (right, up) = match planar.axes {
                 PlanarAxes::Xy => (DVec3::X, DVec3::Y),
                 PlanarAxes::Xz => (DVec3::X, DVec3::NEG_Z),
                 PlanarAxes::Yz => (DVec3::NEG_Z, DVec3::Y),
             };
-            let [width, height] = pyramid.size();
-            Chart::Planar { right: right / planar.size, up: up / (planar.size * height / width) }
+            let [width, height] = mipmap.size();
+            UvMapping::Planar { right: right / planar.size, up: up / (planar.size * height / width) }
         }
-        Mapping::Spherical(globe) => Chart::globe(DVec3::from_array(globe.center), DVec3::from_array(globe.axis)),
+        Mapping::Spherical(globe) => UvMapping::globe(DVec3::from_array(globe.center), DVec3::from_array(globe.axis)),
     }
 }

@@ -11,7 +11,8 @@ use crate::accel::{Owner, Shape};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::scene::world::World;
 use crate::shading::material::Coefficients;
-use crate::shading::texture::pattern::{Paint, Spot};
+use crate::shading::texture::image::Lookup;
+use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::Face;
 use glam::DVec3;
 
@@ -23,7 +24,7 @@ const EDGE_ON: f64 = 1e-3;
 
 /// Puts patterns into coefficients and tilts shading normals, for rays whose cones have the given widths where they hit.
 /// Returns the lanes whose normals are tilted.
-pub(super) fn paint<L: Lanes>(
+pub(super) fn apply_textures<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     rays: &Followed<L>,
@@ -34,12 +35,12 @@ pub(super) fn paint<L: Lanes>(
     L::vectorize(
         s,
         #[inline(always)]
-        || paint_in(s, world, rays, widths, hits, coefficients),
+        || apply_in(s, world, rays, widths, hits, coefficients),
     )
 }
 
 #[inline(always)]
-fn paint_in<L: Lanes>(
+fn apply_in<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     rays: &Followed<L>,
@@ -50,9 +51,9 @@ fn paint_in<L: Lanes>(
     let mut tilted = 0;
     let mut colors = [Columns::of(coefficients.ambient), Columns::of(coefficients.diffuse)];
     let mut normals = Columns::of(hits.ns);
-    let mut painted = false;
+    let mut textured = false;
     for lane in lanes_of(hits.found) {
-        let Some(paint) = &world.materials[hits.material.lane(lane) as usize].paint else { continue };
+        let Some(textures) = &world.materials[hits.material.lane(lane) as usize].textures else { continue };
         let owner = world.owner(hits.expanded.lane(lane));
         let seen = Seen {
             dir: point(rays.dir.lane(lane)),
@@ -60,15 +61,15 @@ fn paint_in<L: Lanes>(
             point: point(hits.surface.local.lane(lane)),
             width: widths.lane(lane).to_f64(),
         };
-        let spot = seen.spot(&owner, hits.expanded.lane(lane));
-        painted |= put_colors(paint, &spot, lane, &mut colors);
+        let lookup = seen.lookup(&owner, hits.expanded.lane(lane));
+        textured |= put_colors(textures, &lookup, lane, &mut colors);
         let entering = hits.entering & (1 << lane) != 0;
-        if let Some(normal) = seen.tilt(paint, &owner, &spot, point(hits.ns.lane(lane)), entering) {
+        if let Some(normal) = seen.tilt(textures, &owner, &lookup, point(hits.ns.lane(lane)), entering) {
             normals.put(lane, normal.to_array());
             tilted |= 1 << lane;
         }
     }
-    if painted {
+    if textured {
         let [ambient, diffuse] = &colors;
         (coefficients.ambient, coefficients.diffuse) = (ambient.lanes(s), diffuse.lanes(s));
     }
@@ -78,16 +79,21 @@ fn paint_in<L: Lanes>(
     tilted
 }
 
-fn put_colors<R: Real>(paint: &Paint, spot: &Spot, lane: usize, [ambient, diffuse]: &mut [Columns<R>; 2]) -> bool {
-    if let Some(pattern) = &paint.diffuse {
-        diffuse.put(lane, pattern.at(spot));
+fn put_colors<R: Real>(
+    textures: &Textures,
+    lookup: &Lookup,
+    lane: usize,
+    [ambient, diffuse]: &mut [Columns<R>; 2],
+) -> bool {
+    if let Some(pattern) = &textures.diffuse {
+        diffuse.put(lane, pattern.at(lookup));
     }
-    if let Some(pattern) = &paint.ambient {
-        ambient.put(lane, pattern.at(spot));
-    } else if paint.diffuse.is_some() && !paint.own_ambient {
+    if let Some(pattern) = &textures.ambient {
+        ambient.put(lane, pattern.at(lookup));
+    } else if textures.diffuse.is_some() && !textures.own_ambient {
         ambient.copy(lane, diffuse);
     }
-    paint.diffuse.is_some() || paint.ambient.is_some()
+    textures.diffuse.is_some() || textures.ambient.is_some()
 }
 
 /// A ray and what it has met.
@@ -103,13 +109,13 @@ struct Seen {
 
 impl Seen {
     /// The place in object space.
-    fn spot<R: Real>(&self, owner: &Owner<'_, R>, expanded: u64) -> Spot {
+    fn lookup<R: Real>(&self, owner: &Owner<'_, R>, expanded: u64) -> Lookup {
         let cosine = -self.dir.dot(self.facing);
         let across = self.dir + self.facing * cosine;
         let along = across.try_normalize().unwrap_or_else(|| self.facing.any_orthonormal_vector());
         let side = self.facing.cross(along);
         let footprint = [along * (self.width / cosine.max(GRAZING)), side * self.width];
-        Spot {
+        Lookup {
             point: self.point,
             footprint: footprint.map(|axis| owner.into_object(axis)),
             face: face(owner, expanded),
@@ -119,16 +125,16 @@ impl Seen {
     /// The unit normal of a raised surface, on the ray's side as `normal` is; none where it stays as it is.
     fn tilt<R: Real>(
         &self,
-        paint: &Paint,
+        textures: &Textures,
         owner: &Owner<'_, R>,
-        spot: &Spot,
+        lookup: &Lookup,
         normal: DVec3,
         entering: bool,
     ) -> Option<DVec3> {
-        let relief = paint.relief.as_ref()?;
+        let bump = textures.bump.as_ref()?;
         let outwards = if entering { 1.0 } else { -1.0 };
         let flat = owner.normal_into_object(normal * outwards);
-        let raised = relief.tilt(spot, flat);
+        let raised = bump.tilt(lookup, flat);
         if raised == flat {
             return None;
         }
