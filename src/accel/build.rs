@@ -3,9 +3,9 @@
 //! Boxes are in the kernel's format and already rounded outwards, so a union is exact: a node holds what its primitives'
 //! boxes hold, whatever the order. Every split depends on the parts alone, so any number of threads builds the same.
 
-use super::bins::Binning;
 use super::bounds::Slab;
-use super::part::{Hull, Part, Place};
+use super::build_primitive::{Hull, Part, Place};
+use super::sah::Binning;
 use crate::lanes::Real;
 use std::ops::Range;
 

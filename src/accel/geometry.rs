@@ -6,178 +6,14 @@
 
 use super::bounds::Bounds;
 use super::build::{Bvh, BvhKind};
-use super::motion::Motion;
-use super::part::Part;
-use super::wide::Wide;
+use super::build_primitive::Part;
+use super::extent::Extent;
+use super::item::{Item, Mesh, Primitive, Shape};
+use super::wide_bvh::{Wide, WideNode};
 use crate::lanes::Real;
-use crate::math::{exponent, scale_by_power};
-use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus};
-use glam::{DAffine3, DMat3, DVec3};
+use crate::shape::{Frustum, Torus};
 use rayon::prelude::*;
-
-/// One thing in a geometry: a body, a surface or a placed geometry.
-#[derive(Debug, Clone)]
-pub struct Item<R> {
-    /// Its geometry.
-    pub shape: Shape<R>,
-    /// Index of its material.
-    pub material: u32,
-    /// Sides that rays can meet.
-    pub sides: Sides,
-    /// Whether the body is turned inside out.
-    pub hollow: bool,
-    /// Whether it encloses a region that light is refracted into.
-    pub closed: bool,
-    /// Whether its surface might touch another one.
-    pub may_touch: bool,
-    /// What it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets.
-    pub volume: f64,
-    /// Transmission of one crossing, for shadow rays; 0 blocks.
-    pub transmission: [R; 3],
-    /// Index of its source in the scene's table of names.
-    pub source: u32,
-    /// Expanded index of its first primitive within the geometry.
-    pub offset: u64,
-    /// Number of its primitives when expanded.
-    pub expanded: u64,
-}
-
-impl<R: Real> Item<R> {
-    /// Whether it transmits light in some channel; shadow rays pass it, attenuated, if the scene's shadows do that.
-    pub fn lets_light_through(&self) -> bool {
-        self.transmission.iter().any(|c| *c > R::from_f64(0.0))
-    }
-
-    /// Whether it is a placed geometry, not a body or surface.
-    pub fn is_placed(&self) -> bool {
-        matches!(self.shape, Shape::Instance(_))
-    }
-
-    /// Whether its facets stand for a curved surface, whose normals are interpolated.
-    pub fn is_smooth(&self) -> bool {
-        matches!(&self.shape, Shape::Mesh(mesh) if !mesh.normals.is_empty())
-    }
-}
-
-/// Kinds of items.
-#[derive(Debug, Clone)]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum Shape<R> {
-    Sphere(Sphere<R>),
-    Plane(Plane<R>),
-    Disc(Disc<R>),
-    Cuboid(Cuboid<R>),
-    Frustum(Box<Frustum<R>>),
-    Torus(Box<Torus<R>>),
-    Mesh(Mesh<R>),
-    Instance(Box<Instance<R>>),
-}
-
-/// Triangles over shared vertices.
-#[derive(Debug, Clone)]
-pub struct Mesh<R> {
-    /// Points.
-    pub vertices: Vec<[R; 3]>,
-    /// Three vertices each, counter-clockwise from the front.
-    pub faces: Vec<[u32; 3]>,
-    /// A shading normal for each vertex, or nothing.
-    pub normals: Vec<[R; 3]>,
-    /// Texture coordinates of each vertex, or nothing; only where a texture asks for them.
-    pub uvs: Vec<[R; 2]>,
-}
-
-impl<R: Real> Mesh<R> {
-    /// The corners of a face.
-    #[inline(always)]
-    pub fn corners(&self, face: usize) -> [[R; 3]; 3] {
-        self.faces[face].map(|i| self.vertices[i as usize])
-    }
-
-    /// [`Self::corners`] in 64 bits.
-    fn points(&self, face: usize) -> [DVec3; 3] {
-        self.corners(face).map(|corner| DVec3::from_array(corner.map(Real::to_f64)))
-    }
-}
-
-/// A geometry, placed.
-#[derive(Debug, Clone)]
-pub struct Instance<R> {
-    /// Index of the geometry.
-    pub geometry: u32,
-    /// From the geometry's coordinates to those around it.
-    pub to_world: Placement<R>,
-    /// The inverse.
-    pub to_local: Placement<R>,
-    /// A power of two by which directions are divided and ray parameters multiplied inside, so that directions keep a
-    /// length around 1 at any scale and their squares neither vanish nor overflow. It changes no digit.
-    pub unit: R,
-    /// Ball around the placed geometry, if it has bounds: most rays that pass its box miss it.
-    pub ball: Option<Ball<R>>,
-    /// How it moves while the shutter is open.
-    pub motion: Option<Box<Motion<R>>>,
-}
-
-impl<R: Real> Instance<R> {
-    /// Places a geometry.
-    pub fn new(geometry: u32, to_world: DAffine3) -> Self {
-        let to_local = to_world.inverse();
-        let columns = [to_local.x_axis, to_local.y_axis, to_local.z_axis];
-        let longest = columns.iter().map(|column| column.length()).fold(f64::MIN_POSITIVE, f64::max);
-        let unit = scale_by_power(1.0, exponent(longest).clamp(-100, 100));
-        Self {
-            geometry,
-            to_world: Placement::new(to_world),
-            to_local: Placement::new(to_local),
-            unit: R::from_f64(unit),
-            ball: None,
-            motion: None,
-        }
-    }
-}
-
-/// A ball that holds something.
-#[derive(Debug, Clone, Copy)]
-pub struct Ball<R> {
-    /// Centre.
-    pub center: [R; 3],
-    /// Radius.
-    pub radius: R,
-}
-
-impl<R: Real> Ball<R> {
-    /// The ball of an extent, larger by the roundings of its own numbers.
-    pub fn new(extent: &Extent) -> Self {
-        let size = extent.center.abs().max_element() + extent.radius;
-        Self {
-            center: extent.center.to_array().map(R::from_f64),
-            radius: R::from_f64(extent.radius + 4.0 * R::ROUNDOFF * size),
-        }
-    }
-}
-
-/// An affine map: columns of the linear part, and the image of the origin.
-#[derive(Debug, Clone, Copy)]
-pub struct Placement<R> {
-    /// Columns of the 3 x 3 part.
-    pub columns: [[R; 3]; 3],
-    /// Translation.
-    pub translation: [R; 3],
-}
-
-impl<R: Real> Placement<R> {
-    /// Factor on volumes.
-    pub(super) fn volume_scale(&self) -> f64 {
-        let [x, y, z] = self.columns.map(|column| DVec3::from_array(column.map(Real::to_f64)));
-        x.cross(y).dot(z).abs()
-    }
-
-    /// The map in this format.
-    pub fn new(map: DAffine3) -> Self {
-        let narrow = |v: DVec3| v.to_array().map(R::from_f64);
-        let DMat3 { x_axis, y_axis, z_axis } = map.matrix3;
-        Self { columns: [narrow(x_axis), narrow(y_axis), narrow(z_axis)], translation: narrow(map.translation) }
-    }
-}
+use std::mem::size_of;
 
 /// Items in one coordinate system.
 #[derive(Debug, Clone)]
@@ -194,60 +30,6 @@ pub struct Geometry<R> {
     pub extent: Extent,
     /// Number of primitives when expanded.
     pub expanded: u64,
-}
-
-/// Where something bounded lies: inside a box and inside a ball. Under rotations boxes around boxes grow with each level
-/// of nesting; balls around balls do not.
-#[derive(Debug, Clone, Copy)]
-pub struct Extent {
-    /// The box.
-    pub bounds: Bounds,
-    /// Centre of the ball.
-    pub center: DVec3,
-    /// Radius of the ball; negative if there is nothing inside.
-    pub radius: f64,
-}
-
-impl Extent {
-    /// The extent of nothing.
-    pub const EMPTY: Self = Self { bounds: Bounds::EMPTY, center: DVec3::ZERO, radius: -1.0 };
-
-    /// What is known of something inside a box.
-    pub fn of_box(bounds: Bounds) -> Self {
-        Self { bounds, center: bounds.center(), radius: 0.5 * (bounds.max - bounds.min).length() }
-    }
-
-    /// Box around everything in both box and ball.
-    fn tight_box(&self) -> Bounds {
-        let ball = Bounds::around([self.center]).grown(self.radius);
-        Bounds { min: self.bounds.min.max(ball.min), max: self.bounds.max.min(ball.max) }
-    }
-
-    /// The extent of items, given the box around them all.
-    fn around<R: Real>(items: &[Item<R>], extents: &[Option<Self>], bounds: Bounds) -> Self {
-        if bounds == Bounds::EMPTY {
-            return Self::EMPTY;
-        }
-        let of_box = Self::of_box(bounds);
-        let reach = |(item, extent): (&Item<R>, &Option<Self>)| match (&item.shape, extent) {
-            (Shape::Mesh(mesh), _) => {
-                let reach =
-                    |face| mesh.points(face).map(|p| p.distance_squared(of_box.center)).into_iter().fold(0.0, f64::max);
-                (0..mesh.faces.len()).into_par_iter().map(reach).reduce(|| 0.0, f64::max).sqrt()
-            }
-            (_, Some(extent)) => extent.center.distance(of_box.center) + extent.radius,
-            (_, None) => 0.0,
-        };
-        let radius = items.iter().zip(extents).map(reach).fold(0.0, f64::max);
-        Self { radius: radius.min(of_box.radius), ..of_box }
-    }
-}
-
-/// A bounded primitive: an item, and for meshes one of its faces.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Primitive {
-    pub(super) item: u32,
-    pub(super) face: u32,
 }
 
 impl<R: Real> Geometry<R> {
@@ -284,7 +66,7 @@ impl<R: Real> Geometry<R> {
         let bvh = Bvh::build(&mut parts, kind);
         let primitives: Vec<Primitive> = parts.par_iter().map(|part| sources[part.index() as usize]).collect();
         drop((parts, sources));
-        let extent = Extent::around(&items, extents, bounds);
+        let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
         let wide = match kind {
             _ if primitives.is_empty() => None,
@@ -297,6 +79,17 @@ impl<R: Real> Geometry<R> {
     /// Whether something in it has no bounds.
     pub fn is_unbounded(&self) -> bool {
         !self.unbounded.is_empty()
+    }
+
+    /// Bytes of its items, of what they hold, and of its hierarchy; almost exact.
+    pub fn bytes(&self) -> usize {
+        let of_items: usize = self.items.iter().map(|item| size_of::<Item<R>>() + boxed(&item.shape)).sum();
+        let wide = self.wide.as_ref().map_or(0, |wide| {
+            let columns: usize = wide.columns.iter().map(|column| size_of_val(&column[..])).sum();
+            wide.nodes.len() * size_of::<WideNode<R>>() + size_of_val(&wide.leaves[..]) + columns
+        });
+        let lists = size_of_val(&self.unbounded[..]) + self.primitives.len() * size_of::<Primitive>();
+        size_of::<Self>() + of_items + lists + wide
     }
 
     /// The item that owns an expanded index of this geometry.
@@ -313,11 +106,43 @@ impl<R: Real> Geometry<R> {
     }
 }
 
+/// The extent of items, given the box around them all.
+fn extent_of<R: Real>(items: &[Item<R>], extents: &[Option<Extent>], bounds: Bounds) -> Extent {
+    if bounds == Bounds::EMPTY {
+        return Extent::EMPTY;
+    }
+    let of_box = Extent::of_box(bounds);
+    let reach = |(item, extent): (&Item<R>, &Option<Extent>)| match (&item.shape, extent) {
+        (Shape::Mesh(mesh), _) => {
+            let reach =
+                |face| mesh.points(face).map(|p| p.distance_squared(of_box.center)).into_iter().fold(0.0, f64::max);
+            (0..mesh.faces.len()).into_par_iter().map(reach).reduce(|| 0.0, f64::max).sqrt()
+        }
+        (_, Some(extent)) => extent.center.distance(of_box.center) + extent.radius,
+        (_, None) => 0.0,
+    };
+    let radius = items.iter().zip(extents).map(reach).fold(0.0, f64::max);
+    Extent { radius: radius.min(of_box.radius), ..of_box }
+}
+
+/// What a shape holds beside itself.
+fn boxed<R>(shape: &Shape<R>) -> usize {
+    match shape {
+        Shape::Mesh(Mesh { vertices, faces, normals, uvs }) => {
+            size_of_val(&vertices[..]) + size_of_val(&faces[..]) + size_of_val(&normals[..]) + size_of_val(&uvs[..])
+        }
+        Shape::Frustum(_) => size_of::<Frustum<R>>(),
+        Shape::Torus(_) => size_of::<Torus<R>>(),
+        Shape::Instance(instance) => size_of_val(&**instance),
+        Shape::Sphere(_) | Shape::Plane(_) | Shape::Disc(_) | Shape::Cuboid(_) => 0,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::sin_cos;
-    use std::mem::size_of;
+    use crate::shape::Sides;
 
     fn bytes<T>(vec: &Vec<T>) -> usize {
         vec.capacity() * size_of::<T>()

@@ -3,8 +3,8 @@
 //! Nothing is interpolated but the way: an angle and a shift, so that turning bodies keep their shape. Rays are moved back
 //! to where everything stood when the shutter opened, and surfaces forth.
 
-use super::geometry::Extent;
-use super::resolve::Surface;
+use super::extent::Extent;
+use super::surface::Surface;
 use crate::lanes::{Lanes, Real, V3, circle};
 use crate::math;
 use crate::ray::{Rays, gamma};

@@ -1,9 +1,10 @@
 //! What lies between a point and a light: shadow rays.
 
-use super::descent::{Course, Prepared, Stack, Waiting, first};
-use super::geometry::{Geometry, Item, Shape};
-use super::primitive::intersect_item;
-use super::wide::{Kind, Leaf, Wide};
+use super::geometry::Geometry;
+use super::intersect::intersect_item;
+use super::item::{Item, Shape};
+use super::traversal::{Course, Prepared, Stack, Waiting, first};
+use super::wide_bvh::{Kind, Leaf, Wide};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
 use crate::shape::{place_on_triangle, sphere_crossings};

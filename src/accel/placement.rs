@@ -1,10 +1,31 @@
-//! Rays, points, normals and errors from one coordinate system to another.
+//! Affine maps between coordinate systems: points, directions, normals and errors.
 
-use super::geometry::{Ball, Instance, Placement, Shape};
-use super::resolve::Owner;
-use crate::lanes::{Lanes, Mask, Real, V3};
-use crate::ray::Rays;
-use glam::{DMat3, DVec3};
+use crate::lanes::{Lanes, Real, V3};
+use glam::{DAffine3, DMat3, DVec3};
+
+/// An affine map: columns of the linear part, and the image of the origin.
+#[derive(Debug, Clone, Copy)]
+pub struct Placement<R> {
+    /// Columns of the 3 x 3 part.
+    pub columns: [[R; 3]; 3],
+    /// Translation.
+    pub translation: [R; 3],
+}
+
+impl<R: Real> Placement<R> {
+    /// Factor on volumes.
+    pub(super) fn volume_scale(&self) -> f64 {
+        let [x, y, z] = self.columns.map(|column| DVec3::from_array(column.map(Real::to_f64)));
+        x.cross(y).dot(z).abs()
+    }
+
+    /// The map in this format.
+    pub fn new(map: DAffine3) -> Self {
+        let narrow = |v: DVec3| v.to_array().map(R::from_f64);
+        let DMat3 { x_axis, y_axis, z_axis } = map.matrix3;
+        Self { columns: [narrow(x_axis), narrow(y_axis), narrow(z_axis)], translation: narrow(map.translation) }
+    }
+}
 
 impl<R: Real> Placement<R> {
     #[inline(always)]
@@ -34,7 +55,7 @@ impl<R: Real> Placement<R> {
     }
 
     /// The linear part in 64 bits.
-    fn matrix(&self) -> DMat3 {
+    pub(super) fn matrix(&self) -> DMat3 {
         let [x, y, z] = self.columns.map(|column| DVec3::from_array(column.map(Real::to_f64)));
         DMat3::from_cols(x, y, z)
     }
@@ -53,68 +74,5 @@ impl<R: Real> Placement<R> {
     pub(super) fn spread<L: Lanes<Real = R>>(&self, s: L::Simd, e: V3<L>) -> V3<L> {
         let [x, y, z] = self.columns::<L>(s);
         x.abs() * e.x + y.abs() * e.y + z.abs() * e.z
-    }
-}
-
-impl<R: Real> Instance<R> {
-    /// Rays in the coordinates of the instance's geometry, without those that pass by; t is multiplied by the unit.
-    #[inline(always)]
-    pub(super) fn rays_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, time: Option<&L>) -> Rays<L> {
-        let active = match &self.ball {
-            Some(ball) => rays.active & ball.near(s, rays),
-            None => rays.active,
-        };
-        if !active.any() {
-            return Rays { active, ..*rays };
-        }
-        let mut moved = *rays;
-        if let (Some(motion), Some(time)) = (&self.motion, time) {
-            moved = motion.back(s, rays, *time);
-        }
-        let rays = &moved;
-        let unit = L::splat(s, self.unit);
-        Rays {
-            origin: self.to_local.point(s, rays.origin),
-            dir: self.to_local.vector(s, rays.dir) * (L::lit(s, 1.0) / unit),
-            t_min: rays.t_min * unit,
-            t_max: rays.t_max * unit,
-            active,
-        }
-    }
-}
-
-impl<R: Real> Ball<R> {
-    /// The lanes whose line passes the ball: |(o - c) x d| <= r |d|, where each side may be off by roundings of |o - c|.
-    #[inline(always)]
-    fn near<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> L::Mask {
-        let f = rays.origin - V3::splat(s, self.center);
-        let across = f.cross(rays.dir);
-        let reach = L::splat(s, self.radius) + f.length() * L::lit(s, 16.0 * R::ROUNDOFF);
-        across.dot(across).le(reach * reach * rays.dir.dot(rays.dir))
-    }
-}
-
-impl<R: Real> Owner<'_, R> {
-    /// The placements around the body, outermost first.
-    fn placements(&self) -> impl DoubleEndedIterator<Item = &Instance<R>> {
-        self.instances.iter().filter_map(|item| match &item.shape {
-            Shape::Instance(instance) => Some(&**instance),
-            _ => None,
-        })
-    }
-
-    /// A direction of the scene in the body's own coordinates.
-    pub fn into_object(&self, d: DVec3) -> DVec3 {
-        self.placements().fold(d, |d, placed| placed.to_local.matrix() * d)
-    }
-
-    /// A normal of the scene in the body's own coordinates, unit again.
-    pub fn normal_into_object(&self, n: DVec3) -> DVec3 {
-        self.placements().fold(n, |n, placed| (placed.to_world.matrix().transpose() * n).normalize())
-    }
-
-    /// A unit normal of the body's own coordinates in those of the scene, unit again.
-    pub fn normal_out_of_object(&self, n: DVec3) -> DVec3 {
-        self.placements().rev().fold(n, |n, placed| (placed.to_local.matrix().transpose() * n).normalize())
     }
 }

@@ -1,90 +1,12 @@
 //! From the number of a primitive to the surface a ray has met there, in the coordinates of the scene.
 
-use super::geometry::{Geometry, Item, Mesh, Placement, Shape};
-use super::primitive::intersect_item;
-use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
-use crate::ray::{Meeting, Place, Rays, Wanted, gamma};
+use super::intersect::{intersect_item, splat_corners};
+use super::item::{Mesh, Shape};
+use super::owner::Owner;
+use super::surface::Surface;
+use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::ray::{Meeting, Place, Rays, Wanted};
 use crate::shape::{Shear, Sides, place_on_sphere, place_on_triangle, sphere_surface, triangle_surface};
-
-/// A surface under each ray.
-#[derive(Debug, Clone, Copy)]
-pub struct Surface<L: Lanes> {
-    /// The point, on the surface as exactly as the format allows.
-    pub point: V3<L>,
-    /// Bound on the error of each of its coordinates.
-    pub error: V3<L>,
-    /// Geometric normal: unit, pointing out of the body's material.
-    pub ng: V3<L>,
-    /// Shading normal: unit, on the same side as `ng`.
-    pub ns: V3<L>,
-    /// From the point to the curved surface that interpolated normals pretend, on the side the ray comes from.
-    pub lift: V3<L>,
-    /// The point in the coordinates in which the body is written.
-    pub local: V3<L>,
-    /// Lanes whose ray does meet the body; the rest holds nothing.
-    pub met: L::Mask,
-}
-
-/// The body that owns a primitive, and where it stands in the expanded scene.
-#[derive(Debug)]
-pub struct Owner<'a, R> {
-    /// The item.
-    pub item: &'a Item<R>,
-    /// Expanded index of its first primitive: the identity of the placed body.
-    pub body: u64,
-    /// The placed geometries around it, outermost first.
-    pub instances: Vec<&'a Item<R>>,
-}
-
-impl<'a, R: Real> Owner<'a, R> {
-    /// Finds the owner of an expanded index.
-    #[inline(always)]
-    pub fn find(geometries: &'a [Geometry<R>], root: usize, expanded: u64) -> Self {
-        let item = geometries[root].owner(expanded);
-        match &item.shape {
-            Shape::Instance(_) => Self::find_placed(geometries, root, expanded),
-            _ => Self { item, body: item.offset, instances: Vec::new() },
-        }
-    }
-
-    fn find_placed(geometries: &'a [Geometry<R>], root: usize, expanded: u64) -> Self {
-        let mut geometry = &geometries[root];
-        let mut base = 0;
-        let mut instances = Vec::new();
-        loop {
-            let item = geometry.owner(expanded - base);
-            base += item.offset;
-            match &item.shape {
-                Shape::Instance(instance) => {
-                    instances.push(item);
-                    geometry = &geometries[instance.geometry as usize];
-                }
-                _ => return Self { item, body: base, instances },
-            }
-        }
-    }
-
-    /// What the placed body encloses.
-    pub fn volume(&self) -> f64 {
-        let scale = |item: &&Item<R>| match &item.shape {
-            Shape::Instance(instance) => instance.to_world.volume_scale(),
-            _ => 1.0,
-        };
-        self.item.volume * self.instances.iter().map(scale).product::<f64>()
-    }
-
-    /// The lanes of `among` that have met this body.
-    #[inline(always)]
-    pub fn lanes<L: Lanes<Real = R>>(&self, s: L::Simd, expanded: L::Ids, among: u32) -> u32 {
-        let first = L::Ids::splat(s, self.body);
-        let own = if self.item.expanded == 1 {
-            expanded.eq(first)
-        } else {
-            expanded.ge(first) & !expanded.ge(L::Ids::splat(s, self.body + self.item.expanded))
-        };
-        own.bits() & among
-    }
-}
 
 /// The surfaces that the `lanes` of `rays` (as they were cast) meet on the primitives `expanded` of one body, at the places
 /// that are known from traversal. Spheres inside instances, rare shapes, and everything where no place is known, are met
@@ -257,37 +179,7 @@ impl<L: Lanes> Faces<L> {
     }
 }
 
-/// What belongs to the vertices of one face, in all lanes.
-#[inline(always)]
-pub(super) fn splat_corners<L: Lanes>(s: L::Simd, points: &[[L::Real; 3]], [a, b, c]: [u32; 3]) -> [V3<L>; 3] {
-    [V3::splat(s, points[a as usize]), V3::splat(s, points[b as usize]), V3::splat(s, points[c as usize])]
-}
-
-/// Unit vector of any vector but 0, without overflow or underflow in its square.
-#[inline(always)]
-fn unit<L: Lanes>(s: L::Simd, v: V3<L>) -> V3<L> {
-    let a = v.abs();
-    let exponent = a.x.max(a.y).max(a.z).exponent();
-    (v * (-exponent.min(L::lit(s, L::Real::LOWEST))).power_of_two()).normalized(s)
-}
-
 impl<L: Lanes> Surface<L> {
-    /// The surface at a meeting, in the body's coordinates. `outward` is -1 for bodies turned inside out.
-    #[inline(always)]
-    fn flat(s: L::Simd, meeting: &Meeting<L>, outward: L, dir: V3<L>) -> Self {
-        // The tip of a cone has no normal; it faces its ray.
-        let ng = if meeting.normalized {
-            meeting.normal * outward
-        } else {
-            let size = meeting.normal.abs();
-            let measurable = (size.x + size.y + size.z).gt(L::lit(s, 0.0));
-            unit(s, V3::select(measurable, meeting.normal * outward, -dir))
-        };
-        let lift = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-        let (point, error) = (meeting.point, meeting.error);
-        Self { point, error, ng, ns: ng, lift, local: point, met: meeting.place.hit }
-    }
-
     /// The same with interpolated normals: the shading normal on the side of `ng`, and the way from the facet to the
     /// surface whose tangent planes at the corners are those of the normals,
     /// P' - P = sum b_k max(0, n_k.(v_k - P)) n_k, with the normals turned to the ray's side (Hanika, Hacking the Shadow
@@ -322,53 +214,5 @@ impl<L: Lanes> Surface<L> {
             lift = lift + normal * (weight * normal.dot(corner - meeting.point).max(zero));
         }
         Self { ns: V3::select(known, outward, self.ng), lift: V3::select(known, lift, self.lift), ..self }
-    }
-
-    /// `a` where the mask is true, `b` elsewhere.
-    #[inline(always)]
-    pub fn select(mask: L::Mask, a: Self, b: Self) -> Self {
-        Self {
-            point: V3::select(mask, a.point, b.point),
-            error: V3::select(mask, a.error, b.error),
-            ng: V3::select(mask, a.ng, b.ng),
-            ns: V3::select(mask, a.ns, b.ns),
-            lift: V3::select(mask, a.lift, b.lift),
-            local: V3::select(mask, a.local, b.local),
-            met: (mask & a.met) | (!mask & b.met),
-        }
-    }
-
-    /// The surface in the coordinates around a placed geometry. The error grows by the roundings of this map, and by
-    /// those of mapping the origin of the next ray back (Wächter and Binder's and NVIDIA's bounds, with
-    /// gamma(3)(|M||p| + |t|) each way).
-    #[inline(always)]
-    fn placed(self, s: L::Simd, to_world: &Placement<L::Real>, to_local: &Placement<L::Real>, smooth: bool) -> Self {
-        let point = to_world.point(s, self.point);
-        let step = L::lit(s, gamma::<L::Real>(4.0));
-        let moved = to_world.spread(s, self.point.abs()) + V3::<L>::splat(s, to_world.translation).abs();
-        let returned = to_local.spread(s, point.abs()) + V3::<L>::splat(s, to_local.translation).abs();
-        let ng = unit(s, to_local.transposed(s, self.ng));
-        Self {
-            point,
-            error: to_world.spread(s, self.error + returned * step) + moved * step,
-            ng,
-            ns: if smooth { unit(s, to_local.transposed(s, self.ns)) } else { ng },
-            lift: if smooth { to_world.vector(s, self.lift) } else { self.lift },
-            local: self.local,
-            met: self.met,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn unit_survives_extremes() {
-        for size in [1e-38f32, 1e-20, 1.0, 1e20, 1e38] {
-            let v = unit((), V3 { x: size, y: 0.0, z: -size });
-            assert!((v.dot(v) - 1.0).abs() < 1e-6, "{size}");
-        }
     }
 }

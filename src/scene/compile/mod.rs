@@ -27,6 +27,7 @@ use super::problem::Problems;
 use super::world::{Pruning, World};
 use super::{Problem, limits};
 use crate::accel::BvhKind;
+use crate::lanes::Real;
 use std::time::Instant;
 
 /// Samples of each pixel of scenes that call for choices and name no number.
@@ -104,7 +105,7 @@ impl Scene {
 
     /// Bytes of memory it takes; almost exact.
     pub fn bytes(&self) -> usize {
-        fn of_world<R>(world: &World<R>) -> usize {
+        fn of_world<R: Real>(world: &World<R>) -> usize {
             let geometries: usize = world.geometries.iter().map(crate::accel::Geometry::bytes).sum();
             geometries + size_of_val(&world.materials[..]) + size_of_val(&world.lights[..])
         }

@@ -2,7 +2,7 @@
 //! the last one leave it (Boulos, Wald, Shirley, Geometric and Arithmetic Culling Methods for Entire Ray Packets, 2006).
 
 use super::bounds::{Reciprocal, SLACK};
-use super::wide::WideNode;
+use super::wide_bvh::WideNode;
 use crate::lanes::{Lanes, Mask, Real};
 use crate::ray::{Rays, gamma};
 

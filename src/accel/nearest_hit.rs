@@ -1,9 +1,10 @@
 //! The nearest meeting of each ray of a packet.
 
-use super::descent::{Course, Prepared, Stack, Waiting, first};
-use super::geometry::{Geometry, Item, Shape};
-use super::primitive::intersect_item;
-use super::wide::{Kind, Leaf, Wide};
+use super::geometry::Geometry;
+use super::intersect::intersect_item;
+use super::item::{Item, Shape};
+use super::traversal::{Course, Prepared, Stack, Waiting, first};
+use super::wide_bvh::{Kind, Leaf, Wide};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
 use crate::ray::{Place, Rays, Wanted};
 use crate::shape::{place_on_sphere, place_on_triangle};

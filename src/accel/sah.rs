@@ -1,7 +1,7 @@
 //! Where to split a node: the surface area heuristic over bins of centres (Goldsmith and Salmon 1987; Wald 2007), on all
 //! three axes in one pass.
 
-use super::part::{Hull, Part};
+use super::build_primitive::{Hull, Part};
 use crate::lanes::Real;
 use rayon::prelude::*;
 
@@ -159,7 +159,7 @@ impl<R: Real> Bins<R> {
 #[cfg(test)]
 mod tests {
     use super::super::bounds::Bounds;
-    use super::super::part::Place;
+    use super::super::build_primitive::Place;
     use super::*;
     use glam::DVec3;
 

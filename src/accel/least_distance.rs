@@ -1,6 +1,7 @@
 //! How near surfaces come to a point: a lower bound, for lights that grow without end towards themselves.
 
-use super::geometry::{Geometry, Instance, Item, Shape};
+use super::geometry::Geometry;
+use super::item::{Instance, Item, Shape};
 use crate::lanes::Real;
 use glam::DVec3;
 use rayon::prelude::*;

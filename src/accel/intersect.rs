@@ -1,8 +1,7 @@
-//! One primitive of any kind.
+//! Rays against one primitive of any kind.
 
-use super::geometry::{Item, Shape};
-use super::resolve::splat_corners;
-use crate::lanes::Lanes;
+use super::item::{Item, Shape};
+use crate::lanes::{Lanes, V3};
 use crate::ray::{Meeting, Rays, Wanted};
 use crate::shape::{Shear, place_on_triangle, triangle_surface};
 
@@ -33,4 +32,10 @@ pub(super) fn intersect_item<L: Lanes>(
             Shape::Instance(_) => unreachable!("instances are descended into, not met"),
         },
     )
+}
+
+/// What belongs to the vertices of one face, in all lanes.
+#[inline(always)]
+pub(super) fn splat_corners<L: Lanes>(s: L::Simd, points: &[[L::Real; 3]], [a, b, c]: [u32; 3]) -> [V3<L>; 3] {
+    [V3::splat(s, points[a as usize]), V3::splat(s, points[b as usize]), V3::splat(s, points[c as usize])]
 }

@@ -5,7 +5,7 @@
 
 use super::bounds::Slab;
 use super::build::{Bvh, Node};
-use super::geometry::{Item, Primitive, Shape};
+use super::item::{Item, Primitive, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::shape::{Sides, Sphere};
 use rayon::prelude::*;

@@ -4,10 +4,10 @@
 //! box against all rays; or all boxes against each ray (not where the kernel has one lane only). So rays that keep together
 //! cost little, and rays that go their own ways no more than alone. Which way is taken changes no answer.
 
-use super::beam::Beam;
 use super::bounds::Reciprocal;
 use super::geometry::Geometry;
-use super::wide::{Child, WideNode};
+use super::packet_bounds::Beam;
+use super::wide_bvh::{Child, WideNode};
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::shape::Shear;

@@ -1,0 +1,92 @@
+//! The body that a primitive belongs to.
+
+use super::geometry::Geometry;
+use super::item::{Instance, Item, Shape};
+use crate::lanes::{Ids, Lanes, Mask, Real};
+use glam::DVec3;
+
+/// The body that owns a primitive, and where it stands in the expanded scene.
+#[derive(Debug)]
+pub struct Owner<'a, R> {
+    /// The item.
+    pub item: &'a Item<R>,
+    /// Expanded index of its first primitive: the identity of the placed body.
+    pub body: u64,
+    /// The placed geometries around it, outermost first.
+    pub instances: Vec<&'a Item<R>>,
+}
+
+impl<'a, R: Real> Owner<'a, R> {
+    /// Finds the owner of an expanded index.
+    #[inline(always)]
+    pub fn find(geometries: &'a [Geometry<R>], root: usize, expanded: u64) -> Self {
+        let item = geometries[root].owner(expanded);
+        match &item.shape {
+            Shape::Instance(_) => Self::find_placed(geometries, root, expanded),
+            _ => Self { item, body: item.offset, instances: Vec::new() },
+        }
+    }
+
+    fn find_placed(geometries: &'a [Geometry<R>], root: usize, expanded: u64) -> Self {
+        let mut geometry = &geometries[root];
+        let mut base = 0;
+        let mut instances = Vec::new();
+        loop {
+            let item = geometry.owner(expanded - base);
+            base += item.offset;
+            match &item.shape {
+                Shape::Instance(instance) => {
+                    instances.push(item);
+                    geometry = &geometries[instance.geometry as usize];
+                }
+                _ => return Self { item, body: base, instances },
+            }
+        }
+    }
+
+    /// What the placed body encloses.
+    pub fn volume(&self) -> f64 {
+        let scale = |item: &&Item<R>| match &item.shape {
+            Shape::Instance(instance) => instance.to_world.volume_scale(),
+            _ => 1.0,
+        };
+        self.item.volume * self.instances.iter().map(scale).product::<f64>()
+    }
+
+    /// The lanes of `among` that have met this body.
+    #[inline(always)]
+    pub fn lanes<L: Lanes<Real = R>>(&self, s: L::Simd, expanded: L::Ids, among: u32) -> u32 {
+        let first = L::Ids::splat(s, self.body);
+        let own = if self.item.expanded == 1 {
+            expanded.eq(first)
+        } else {
+            expanded.ge(first) & !expanded.ge(L::Ids::splat(s, self.body + self.item.expanded))
+        };
+        own.bits() & among
+    }
+}
+
+impl<R: Real> Owner<'_, R> {
+    /// The placements around the body, outermost first.
+    fn placements(&self) -> impl DoubleEndedIterator<Item = &Instance<R>> {
+        self.instances.iter().filter_map(|item| match &item.shape {
+            Shape::Instance(instance) => Some(&**instance),
+            _ => None,
+        })
+    }
+
+    /// A direction of the scene in the body's own coordinates.
+    pub fn into_object(&self, d: DVec3) -> DVec3 {
+        self.placements().fold(d, |d, placed| placed.to_local.matrix() * d)
+    }
+
+    /// A normal of the scene in the body's own coordinates, unit again.
+    pub fn normal_into_object(&self, n: DVec3) -> DVec3 {
+        self.placements().fold(n, |n, placed| (placed.to_world.matrix().transpose() * n).normalize())
+    }
+
+    /// A unit normal of the body's own coordinates in those of the scene, unit again.
+    pub fn normal_out_of_object(&self, n: DVec3) -> DVec3 {
+        self.placements().rev().fold(n, |n, placed| (placed.to_local.matrix().transpose() * n).normalize())
+    }
+}
