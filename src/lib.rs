@@ -15,3 +15,4 @@ pub mod scene;
 pub mod shading;
 pub mod shape;
 pub mod trace;
+pub mod words;

@@ -1,14 +1,27 @@
 //! `strahl config`: checks a configuration file, or shows what a service with such flags would use.
 
+use super::Cli;
 use super::config_file::{flags_of, is_entry, serve_command};
 use super::failure::Failure;
 use super::output;
-use super::{Cli, ConfigCommand};
-use clap::CommandFactory;
+use super::serve::ServeArgs;
 use clap::parser::ValueSource;
+use clap::{CommandFactory, Subcommand};
 use std::ffi::OsString;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// `strahl config`.
+#[derive(Debug, Subcommand)]
+pub(super) enum ConfigCommand {
+    /// Check a configuration file.
+    Check {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Print what a service with these flags would use, and where each value comes from.
+    Print(Box<ServeArgs>),
+}
 
 /// Does it.
 pub(super) fn run(command: &ConfigCommand) -> Result<(), Failure> {

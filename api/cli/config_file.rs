@@ -14,7 +14,7 @@ use strahl::scene::problem::did_you_mean;
 use toml::{Table, Value};
 
 /// The arguments, with the entries of the file they name, if any, put in.
-pub(crate) fn with_file(given: Vec<OsString>) -> Result<Vec<OsString>, Failure> {
+pub(super) fn with_file(given: Vec<OsString>) -> Result<Vec<OsString>, Failure> {
     // Mistakes in the arguments are told by whoever reads them next.
     let Ok(matches) = Cli::command().try_get_matches_from(&given) else { return Ok(given) };
     let Some((at, serve)) = serve_matches(&matches) else { return Ok(given) };
@@ -37,7 +37,7 @@ fn serve_matches(matches: &ArgMatches) -> Option<(usize, &ArgMatches)> {
 }
 
 /// The entries of a file as flags, without those that are decided elsewhere.
-pub(crate) fn flags_of(path: &Path, decided: impl Fn(&str) -> bool) -> Result<Vec<OsString>, Failure> {
+pub(super) fn flags_of(path: &Path, decided: impl Fn(&str) -> bool) -> Result<Vec<OsString>, Failure> {
     let name = path.display();
     let text =
         std::fs::read_to_string(path).map_err(|error| Failure::Input(format!("{name} cannot be read: {error}")))?;
@@ -64,12 +64,12 @@ pub(crate) fn flags_of(path: &Path, decided: impl Fn(&str) -> bool) -> Result<Ve
 }
 
 /// `strahl serve` as clap knows it.
-pub(crate) fn serve_command() -> Command {
+pub(super) fn serve_command() -> Command {
     Cli::command().find_subcommand("serve").cloned().unwrap_or_default()
 }
 
 /// Whether an argument may stand in a file.
-pub(crate) fn is_entry(id: &str) -> bool {
+pub(super) fn is_entry(id: &str) -> bool {
     !matches!(id, "config" | "help" | "version")
 }
 

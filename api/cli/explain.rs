@@ -1,34 +1,53 @@
 //! `strahl explain`: which effects a scene calls for, why, and what they should take; with `--analyze` also what they took.
 
 use super::failure::Failure;
-use super::scene_file::Source;
-use super::workers::{region_of, start_workers};
-use super::{ExplainArgs, ExplainFormat};
-use super::{interrupt, output, progress};
-use crate::service::pictures::render;
-use crate::service::pictures::render::Shot;
+use super::scene_args::{PictureArgs, SceneArgs, SettingsArgs};
+use super::session::{Session, region_of};
+use super::{output, progress};
+use crate::service::pictures::render::{self, Shot};
 use crate::service::pictures::report::{Cost, Report};
-use crate::service::scenes::prepared::{Analyzed, Ready, planned};
+use crate::service::scenes::prepared::{Analyzed, planned};
+use clap::{Args, ValueEnum};
 use std::fmt::Write;
-use std::sync::Arc;
-use std::time::Instant;
 use strahl::film::FileFormat;
 use strahl::plan::table::grouped;
-use strahl::render::Control;
+
+/// `strahl explain`.
+#[derive(Debug, Args)]
+pub(super) struct ExplainArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// How to show the plan.
+    #[arg(long, default_value = "table")]
+    format: ExplainFormat,
+    /// Render the scene, too, and put the rays actually traced beside the plan.
+    #[arg(long)]
+    analyze: bool,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+}
+
+/// Names of plan formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum ExplainFormat {
+    /// For people.
+    Table,
+    /// For programs.
+    Json,
+}
 
 /// Explains.
 pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     if !args.analyze && (args.picture.region.is_some() || args.picture.stats.is_some()) {
         return Err(Failure::Usage("--region and --stats need --analyze: without it nothing is rendered".into()));
     }
-    let control = Arc::new(Control::default());
-    let workers = start_workers(args.settings.threads, &control)?;
-    interrupt::cancel_on_ctrl_c(&control)?;
-    let started = Instant::now();
-    let source = Source::read(&args.scene)?;
-    let ready = workers.work(|| source.load(&args.settings.overrides()).map(Ready::from))??;
+    let session = Session::start(&args.scene, &args.settings)?;
+    session.cancel_on_ctrl_c()?;
+    let ready = session.prepare()?;
     let region = region_of(&ready.scene, args.picture.region)?;
-    let (mut plan, pilot) = planned(&ready, region, &workers, &control)?;
+    let (mut plan, pilot) = planned(&ready, region, &session.workers, &session.control)?;
     if !args.analyze {
         return match args.format {
             ExplainFormat::Table => output::print(plan.to_table().as_bytes()),
@@ -37,8 +56,8 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     }
 
     let shot = Shot::of(&ready.scene, region, FileFormat::Png8);
-    let make = || render::make(started, &ready, ready.loading, &shot, &workers, &control);
-    let mut report = progress::while_showing(&control, make)?.report;
+    let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control);
+    let mut report = progress::while_showing(&session.control, make)?.report;
     plan.measure(&pilot, &report.cost.rays, &report.cost.refined, report.cost.phases_ms.trace);
     report.plan = plan;
     if let Some(path) = &args.picture.stats {

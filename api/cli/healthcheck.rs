@@ -1,11 +1,27 @@
 //! `strahl healthcheck`: asks a running service whether it is alive. It needs no shell and no HTTP library, so a
 //! container can run it.
 
-use super::HealthcheckArgs;
 use super::failure::Failure;
+use clap::Args;
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
+
+/// `strahl healthcheck`. It goes by what the service itself goes by, so that both say the same in one environment.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Ask on the listener for operators if there is one: on that for clients, a crowd of them may take all connections.")]
+pub(super) struct HealthcheckArgs {
+    /// What to ask [default: /livez on the listener for operators, or else on that for clients].
+    #[arg(long, env = "STRAHL_HEALTHCHECK_URL")]
+    url: Option<String>,
+    /// Where the service listens for operators.
+    #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
+    admin_listen: Option<SocketAddr>,
+    /// Where the service listens for clients.
+    #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    listen: SocketAddr,
+}
 
 const PATIENCE: Duration = Duration::from_secs(3);
 

@@ -1,10 +1,27 @@
 //! `strahl import`: a Neutral File Format file into scene JSON.
 
-use super::ImportArgs;
 use super::failure::Failure;
 use super::output;
 use super::scene_file;
+use clap::Args;
+use std::path::PathBuf;
 use strahl::scene::import::nff::{NffOptions, read_nff};
+
+/// `strahl import`.
+#[derive(Debug, Args)]
+pub(super) struct ImportArgs {
+    /// Neutral File Format file (.nff or .nff.gz), or - for standard input.
+    file: String,
+    /// Where the scene JSON goes.
+    #[arg(short, long, value_name = "FILE.json", default_value = "-")]
+    output: PathBuf,
+    /// See opaque surfaces from behind, too.
+    #[arg(long)]
+    two_sided: bool,
+    /// Follow the counting rules of the Standard Procedural Databases: 513 x 513 corner rays, depth 5.
+    #[arg(long)]
+    spd_counts: bool,
+}
 
 /// Imports.
 pub(super) fn run(args: &ImportArgs) -> Result<(), Failure> {

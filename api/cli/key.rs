@@ -2,11 +2,40 @@
 
 use super::failure::Failure;
 use super::output;
-use super::{KeyCommand, NewKeyArgs};
+use super::values::word;
+use crate::http::auth::tenant::Scope;
 use crate::http::auth::{new_key, new_signer};
+use clap::{Args, Subcommand};
 use std::fs::OpenOptions;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// `strahl key`.
+#[derive(Debug, Subcommand)]
+pub(super) enum KeyCommand {
+    /// Make an API key, which is shown once, and the lines about it for the key file.
+    New(NewKeyArgs),
+    /// Make a secret that signs capability URLs, for the key file. The first one signs, all of them are accepted.
+    Signer {
+        /// Add it to this key file instead of printing it.
+        #[arg(long, value_name = "FILE")]
+        file: Option<PathBuf>,
+    },
+}
+
+/// `strahl key new`.
+#[derive(Debug, Args)]
+pub(super) struct NewKeyArgs {
+    /// Whose key it is: letters, digits and -.
+    #[arg(long, value_name = "NAME")]
+    tenant: String,
+    /// What it allows.
+    #[arg(long, value_name = "SCOPES", value_delimiter = ',', value_parser = word::<Scope>(), default_value = "render,jobs,read")]
+    scopes: Vec<Scope>,
+    /// Add the lines to this key file instead of printing them.
+    #[arg(long, value_name = "FILE")]
+    file: Option<PathBuf>,
+}
 
 /// Makes one.
 pub(super) fn run(command: &KeyCommand) -> Result<(), Failure> {

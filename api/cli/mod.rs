@@ -8,7 +8,6 @@ mod healthcheck;
 mod import;
 mod interrupt;
 mod key;
-mod keys;
 mod map;
 mod openapi;
 mod output;
@@ -17,20 +16,15 @@ mod rays;
 mod render;
 mod scene_args;
 mod scene_file;
-mod scenes;
 mod schema;
 mod serve;
+mod session;
 mod tradeoff;
 mod tree;
 mod validate;
 mod values;
-pub(crate) mod workers;
 
-pub(crate) use keys::{KeyCommand, NewKeyArgs};
-pub(crate) use scene_args::SceneArgs;
-pub(crate) use scenes::*;
-pub(crate) use serve::{ConfigCommand, HealthcheckArgs, LogFormat, ServeArgs};
-pub(crate) use values::{ACCURACY, accuracy, precision, quality, weight};
+pub(crate) use serve::{LogFormat, ServeArgs};
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -48,45 +42,45 @@ Examples:
 
 SCENE is a .json, .nff or .nff.gz file, or - for standard input.
 Exit codes: 0 done, 1 bad input, 2 bad usage, 130 interrupted.")]
-pub(crate) struct Cli {
+struct Cli {
     /// What to do.
     #[command(subcommand)]
-    pub(crate) command: Command,
+    command: Command,
 }
 
 /// Everything `strahl` can do.
 #[derive(Debug, Subcommand)]
-pub(crate) enum Command {
+enum Command {
     /// Render a scene into a picture file.
-    Render(RenderArgs),
+    Render(render::RenderArgs),
     /// Follow single rays to their first hit: one JSON ray per line in, one JSON answer per line out.
-    Rays(RaysArgs),
+    Rays(rays::RaysArgs),
     /// Show the tree of rays behind one pixel.
-    Tree(TreeArgs),
+    Tree(tree::TreeArgs),
     /// Draw what is proved of each pixel, or what each of them takes.
-    Map(MapArgs),
+    Map(map::MapArgs),
     /// Show which effects a scene calls for, and why.
-    Explain(ExplainArgs),
+    Explain(explain::ExplainArgs),
     /// Measure what accuracy costs in time: many settings, their errors and times, on one page.
-    Tradeoff(TradeoffArgs),
+    Tradeoff(tradeoff::TradeoffArgs),
     /// Turn a Neutral File Format file into scene JSON.
-    Import(ImportArgs),
+    Import(import::ImportArgs),
     /// Check a scene and report all its problems, without rendering it.
-    Validate(ValidateArgs),
+    Validate(validate::ValidateArgs),
     /// Print the JSON Schema of scenes.
     Schema,
     /// Print the service's contract as OpenAPI 3.1.
     Openapi,
     /// Make keys for the service.
     #[command(subcommand)]
-    Key(KeyCommand),
+    Key(key::KeyCommand),
     /// Check or show the configuration of the service.
     #[command(subcommand)]
-    Config(ConfigCommand),
+    Config(config::ConfigCommand),
     /// Serve renders over HTTP.
     Serve(Box<ServeArgs>),
     /// Ask a running service whether it is alive; exit code 0 if it is.
-    Healthcheck(HealthcheckArgs),
+    Healthcheck(healthcheck::HealthcheckArgs),
 }
 
 /// Reads the arguments, runs one command, and turns its failure into a message and an exit code.

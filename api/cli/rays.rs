@@ -1,19 +1,33 @@
 //! `strahl rays`: one JSON ray per line in, one JSON answer per line out, in the same order.
 
-use super::RaysArgs;
 use super::failure::Failure;
 use super::output;
-use super::scene_file::Source;
-use super::workers::start_workers;
-use crate::service::ray_query::read_ray;
+use super::scene_args::{SceneArgs, SettingsArgs};
+use super::session::Session;
 use crate::service::scheduler::pool::Workers;
+use clap::Args;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
-use std::sync::Arc;
-use strahl::inspect::query::answer;
+use strahl::inspect::query::{RayQuery, answer};
 use strahl::render::Cancelled;
 use strahl::scene::Scene;
+
+/// `strahl rays`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A ray:  {\"origin\":[0,0,5],\"direction\":[0,0,-1],\"t_min\":0,\"t_max\":null}
+The direction is taken as given: t counts in its units. If SCENE is -, the rays cannot come from standard input as well: \
+use --rays FILE.")]
+pub(super) struct RaysArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// File with the rays.
+    #[arg(long, value_name = "FILE", default_value = "-")]
+    rays: String,
+    #[command(flatten)]
+    settings: SettingsArgs,
+}
 
 /// Bytes read ahead, which is also about how much is answered at one time.
 const BATCH: usize = 1 << 20;
@@ -25,9 +39,8 @@ pub(super) fn run(args: &RaysArgs) -> Result<(), Failure> {
             "the scene and the rays cannot both come from standard input: use --rays FILE".into(),
         ));
     }
-    let workers = start_workers(args.settings.threads, &Arc::default())?;
-    let source = Source::read(&args.scene)?;
-    let loaded = workers.work(|| source.load(&args.settings.overrides()))??;
+    let session = Session::start(&args.scene, &args.settings)?;
+    let scene = session.load()?.scene;
     let name = if args.rays == "-" { "standard input" } else { args.rays.as_str() };
     let cannot = |error: io::Error| Failure::Input(format!("{name} cannot be read: {error}"));
     let rays: Box<dyn Read> =
@@ -41,7 +54,7 @@ pub(super) fn run(args: &RaysArgs) -> Result<(), Failure> {
         if lines.is_empty() {
             break;
         }
-        let (text, wrong_here) = answer_lines(&loaded.scene, &lines, next_line, &workers)?;
+        let (text, wrong_here) = answer_lines(&scene, &lines, next_line, &session.workers)?;
         output::print(&text)?;
         next_line += lines.len();
         wrong += wrong_here;
@@ -93,6 +106,6 @@ fn answer_lines(
 
 fn answer_line(scene: &Scene, line: &[u8]) -> Result<String, String> {
     let line = std::str::from_utf8(line).map_err(|_| "this is not UTF-8 text")?;
-    let ray = read_ray(line)?;
+    let ray: RayQuery = line.parse()?;
     serde_json::to_string(&answer(scene, &ray)).map_err(|error| error.to_string())
 }

@@ -1,23 +1,40 @@
 //! `strahl render`: a scene into a picture file.
 
 use super::failure::Failure;
-use super::scene_file::Source;
-use super::workers::{region_of, start_workers};
-use super::{PictureFormat, RenderArgs};
-use super::{interrupt, output, progress};
-use crate::http::extract::accept::QUALITY;
-use crate::service::pictures::render;
-use crate::service::pictures::render::{Finished, Shot};
+use super::scene_args::{PictureArgs, SceneArgs, SettingsArgs};
+use super::session::{Session, region_of};
+use super::values::word;
+use super::{output, progress};
+use crate::service::pictures::render::{self, Finished, Shot};
 use crate::service::pictures::report::Report;
-use crate::service::scenes::prepared::Ready;
+use clap::Args;
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
-use strahl::film::FileFormat;
-use strahl::render::Control;
+use std::path::PathBuf;
+use strahl::film::{FileFormat, PictureFormat};
 use strahl::scene::Problem;
+
+/// `strahl render`.
+#[derive(Debug, Args)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Picture file: .png, .jpg, .webp, or .exr or .pfm for linear floats; - for standard output, which needs --format.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Format of the picture [default: by file name].
+    #[arg(long, value_parser = word::<PictureFormat>())]
+    format: Option<PictureFormat>,
+    /// Bits per channel of a PNG: 8 or 16 [default: 8].
+    #[arg(long, value_parser = bits)]
+    bits: Option<u8>,
+    /// Quality of a JPEG, 1 to 100 [default: 90].
+    #[arg(long, value_name = "QUALITY", value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: Option<u8>,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+}
 
 /// Renders.
 pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
@@ -30,21 +47,14 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
         output::check_folder(path)?;
     }
 
-    let control = Arc::new(Control::default());
-    let workers = start_workers(args.settings.threads, &control)?;
-    interrupt::cancel_on_ctrl_c(&control)?;
-
-    let started = Instant::now();
-    let source = Source::read(&args.scene)?;
-    let ready = workers.work(|| source.load(&args.settings.overrides()).map(Ready::from))??;
-    if control.cancelled.load(Ordering::Relaxed) {
-        return Err(Failure::Interrupted);
-    }
-    warn(&source.name, &ready.scene.warnings);
+    let session = Session::start(&args.scene, &args.settings)?;
+    session.cancel_on_ctrl_c()?;
+    let ready = session.prepare()?;
+    warn(&session.file.name, &ready.scene.warnings);
     let region = region_of(&ready.scene, args.picture.region)?;
     let shot = Shot { note: true, predict: stats.is_some(), ..Shot::of(&ready.scene, region, format) };
-    let make = || render::make(started, &ready, ready.loading, &shot, &workers, &control);
-    let Finished { file, report } = progress::while_showing(&control, make)?;
+    let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control);
+    let Finished { file, report } = progress::while_showing(&session.control, make)?;
 
     output::write(&args.output, &file)?;
     if let Some(path) = stats {
@@ -62,39 +72,19 @@ fn file_format(args: &RenderArgs) -> Result<FileFormat, Failure> {
                 "a picture on standard output needs --format png, jpg, webp, exr or pfm".into(),
             ));
         }
-        None => by_name(&args.output)?,
+        None => PictureFormat::by_file(&args.output).ok_or_else(|| {
+            let name = args.output.display();
+            Failure::Usage(format!("{name} names no format: use .png, .jpg, .webp, .exr or .pfm, or give --format"))
+        })?,
     };
-    if args.quality.is_some() && format != PictureFormat::Jpg {
-        return Err(Failure::Usage("--quality is for JPEG; the other formats lose nothing".into()));
-    }
-    match (format, args.bits.as_str()) {
-        (PictureFormat::Png, "16") => Ok(FileFormat::Png16),
-        (PictureFormat::Png, _) => Ok(FileFormat::Png8),
-        (_, "16") => {
-            Err(Failure::Usage("--bits is for PNG; EXR and PFM hold 32-bit floats, JPEG and WebP 8 bits".into()))
-        }
-        (PictureFormat::Jpg, _) => Ok(FileFormat::Jpeg(args.quality.unwrap_or(QUALITY))),
-        (PictureFormat::Webp, _) => Ok(FileFormat::WebP),
-        (PictureFormat::Exr, _) => Ok(FileFormat::Exr),
-        (PictureFormat::Pfm, _) => Ok(FileFormat::Pfm),
-    }
+    format.with(args.bits, args.quality).map_err(|wrong| {
+        let wrong = wrong.iter().map(|wrong| format!("--{}: {}", wrong.parameter, wrong.why));
+        Failure::Usage(wrong.collect::<Vec<_>>().join("\n"))
+    })
 }
 
-fn by_name(path: &Path) -> Result<PictureFormat, Failure> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    match extension.as_str() {
-        "png" => Ok(PictureFormat::Png),
-        "jpg" | "jpeg" => Ok(PictureFormat::Jpg),
-        "webp" => Ok(PictureFormat::Webp),
-        "exr" => Ok(PictureFormat::Exr),
-        "pfm" => Ok(PictureFormat::Pfm),
-        _ => {
-            let name = path.display();
-            Err(Failure::Usage(format!(
-                "{name} names no format: use .png, .jpg, .webp, .exr or .pfm, or give --format"
-            )))
-        }
-    }
+fn bits(text: &str) -> Result<u8, &'static str> {
+    text.parse().ok().filter(|bits| matches!(bits, 8 | 16)).ok_or("expected 8 or 16")
 }
 
 /// Warnings are no errors: the picture comes all the same.

@@ -1,7 +1,7 @@
 //! What commands about scenes share: where the scene comes from, and what is put over it.
 
-use super::values::{accuracy, precision, region, threads, up_to, weight};
-use clap::{Args, ValueEnum};
+use super::values::{region, threads, up_to, weight, word};
+use clap::Args;
 use std::path::PathBuf;
 use strahl::film::Region;
 use strahl::scene::description::{Accuracy, Precision};
@@ -9,38 +9,20 @@ use strahl::scene::{Format, Overrides, limits};
 
 /// Where a scene comes from.
 #[derive(Debug, Args)]
-pub(crate) struct SceneArgs {
+pub(super) struct SceneArgs {
     /// Scene file (.json, .nff or .nff.gz), or - for standard input.
-    pub(crate) scene: String,
+    pub(super) scene: String,
     /// Format of the scene [default: by file name, else by content].
-    #[arg(long, value_name = "FORMAT")]
-    pub(crate) input: Option<InputFormat>,
-}
-
-/// Names of scene formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum InputFormat {
-    /// Scene JSON.
-    Json,
-    /// Neutral File Format, plain or gzip.
-    Nff,
-}
-
-impl From<InputFormat> for Format {
-    fn from(format: InputFormat) -> Self {
-        match format {
-            InputFormat::Json => Self::Json,
-            InputFormat::Nff => Self::Nff,
-        }
-    }
+    #[arg(long, value_name = "FORMAT", value_parser = word::<Format>())]
+    pub(super) input: Option<Format>,
 }
 
 /// Settings put over those in the scene, and the threads to use.
 #[derive(Debug, Args)]
-pub(crate) struct SettingsArgs {
+pub(super) struct SettingsArgs {
     /// Threads to render with [default: all the machine, or its container, gives].
     #[arg(long, env = "STRAHL_THREADS", value_parser = threads())]
-    pub(crate) threads: Option<u64>,
+    pub(super) threads: Option<u64>,
     /// Pixels across [default: as the scene says].
     #[arg(long, value_parser = up_to(limits::IMAGE_SIDE))]
     width: Option<u32>,
@@ -55,13 +37,13 @@ pub(crate) struct SettingsArgs {
     min_weight: Option<f64>,
     /// What ends the recursion: fixed, proved:CODES, time:MS, rays:COUNT or statistical:CODES [default: as the scene says, else
     /// proved:1].
-    #[arg(long, value_name = "MODE", value_parser = accuracy)]
+    #[arg(long, value_name = "MODE")]
     accuracy: Option<Accuracy>,
     /// Rays for each pixel [default: as the scene says].
     #[arg(long, value_parser = up_to(limits::SAMPLES))]
     samples: Option<u32>,
     /// Floating-point format of the whole trace: single or double [default: as the scene says].
-    #[arg(long, value_parser = precision)]
+    #[arg(long, value_parser = word::<Precision>(), hide_possible_values = true)]
     precision: Option<Precision>,
     /// Whether pixels that differ from a neighbour get more samples: true or false [default: as the scene says].
     #[arg(long, value_name = "BOOL")]
@@ -76,7 +58,7 @@ pub(crate) struct SettingsArgs {
 
 impl SettingsArgs {
     /// The settings as the renderer takes them.
-    pub(crate) fn overrides(&self) -> Overrides {
+    pub(super) fn overrides(&self) -> Overrides {
         Overrides {
             width: self.width,
             height: self.height,
@@ -94,11 +76,11 @@ impl SettingsArgs {
 
 /// What only commands that render pictures take.
 #[derive(Debug, Args)]
-pub(crate) struct PictureArgs {
+pub(super) struct PictureArgs {
     /// Render only these pixels of the picture: left edge, upper edge, width, height.
     #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
-    pub(crate) region: Option<Region>,
+    pub(super) region: Option<Region>,
     /// Write the cost report as JSON: plan, times, rays. - is standard output.
     #[arg(long, value_name = "FILE.json")]
-    pub(crate) stats: Option<PathBuf>,
+    pub(super) stats: Option<PathBuf>,
 }

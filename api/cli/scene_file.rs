@@ -1,7 +1,7 @@
 //! A scene file or standard input, and which format it has.
 
-use super::SceneArgs;
 use super::failure::Failure;
+use super::scene_args::SceneArgs;
 use crate::service::scenes::texture_folder::Folder;
 use std::io::{self, Read};
 use std::path::Path;
@@ -10,22 +10,22 @@ use strahl::scene::{Files, Format, Loaded, NoFiles, Overrides, load_with};
 
 /// The bytes of a scene.
 #[derive(Debug)]
-pub(crate) struct Source {
+pub(super) struct SceneFile {
     /// File name, or `standard input`: for error messages.
-    pub(crate) name: String,
+    pub(super) name: String,
     /// Everything in it.
-    pub(crate) bytes: Vec<u8>,
+    pub(super) bytes: Vec<u8>,
     /// Which format it is in.
-    pub(crate) format: Format,
+    pub(super) format: Format,
     /// The folder it lies in, where its pictures are.
     folder: Option<Folder>,
 }
 
-impl Source {
+impl SceneFile {
     /// Reads the scene that the arguments name.
-    pub(crate) fn read(scene: &SceneArgs) -> Result<Self, Failure> {
+    pub(super) fn read(scene: &SceneArgs) -> Result<Self, Failure> {
         let (name, bytes) = read(&scene.scene)?;
-        let format = scene.input.map(Format::from).or_else(|| by_name(&scene.scene)).unwrap_or_else(|| sniff(&bytes));
+        let format = scene.input.or_else(|| by_name(&scene.scene)).unwrap_or_else(|| sniff(&bytes));
         // A file in no named folder lies in the working directory.
         let parent = Path::new(&scene.scene).parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = (scene.scene != "-").then(|| Folder::open(parent.unwrap_or(Path::new("."))).ok()).flatten();
@@ -33,12 +33,12 @@ impl Source {
     }
 
     /// The files that the scene may name.
-    pub(crate) fn files(&self) -> &dyn Files {
+    pub(super) fn files(&self) -> &dyn Files {
         self.folder.as_ref().map_or(&NoFiles, |folder| folder)
     }
 
     /// Reads, checks and compiles the scene.
-    pub(crate) fn load(&self, overrides: &Overrides) -> Result<Loaded, Failure> {
+    pub(super) fn load(&self, overrides: &Overrides) -> Result<Loaded, Failure> {
         if self.format == Format::Json && (overrides.two_sided || overrides.spd_counts) {
             let what = "--two-sided and --spd-counts are for NFF files; in JSON, materials have \"one_sided\"";
             return Err(Failure::Usage(what.into()));
@@ -49,7 +49,7 @@ impl Source {
 }
 
 /// The whole of a file, or of standard input for `-`; its name and its bytes.
-pub(crate) fn read(path: &str) -> Result<(String, Vec<u8>), Failure> {
+pub(super) fn read(path: &str) -> Result<(String, Vec<u8>), Failure> {
     let name = if path == "-" { "standard input" } else { path };
     let cannot = |error: io::Error| Failure::Input(format!("{name} cannot be read: {error}"));
     let file: Box<dyn Read> =

@@ -1,8 +1,10 @@
-//! Flags of `strahl serve`, and of the commands around a running service.
+//! `strahl serve`: its flags.
 
-use super::values::{long_seconds, public_url, seconds, threads};
+use super::values::{long_seconds, public_url, seconds, threads, word};
 use crate::http::middleware::cors::Origins;
-use clap::{Args, Subcommand, ValueEnum};
+use clap::Args;
+use schemars::JsonSchema;
+use serde::Deserialize;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -22,7 +24,7 @@ pub(crate) struct ServeArgs {
     #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
     pub(crate) admin_listen: Option<SocketAddr>,
     /// How the log is written.
-    #[arg(long, env = "STRAHL_LOG_FORMAT", value_name = "FORMAT", default_value = "text")]
+    #[arg(long, env = "STRAHL_LOG_FORMAT", value_name = "FORMAT", default_value = "text", value_parser = word::<LogFormat>())]
     pub(crate) log_format: LogFormat,
     /// File of API keys, as `strahl key new` makes them; it is read again when it changes. Without it nobody needs a key.
     #[arg(long, env = "STRAHL_KEYS", value_name = "FILE")]
@@ -127,38 +129,11 @@ pub(crate) struct ServeArgs {
 }
 
 /// Names of log formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum LogFormat {
     /// For people.
     Text,
     /// For programs: one object in each line.
     Json,
-}
-
-/// `strahl config`.
-#[derive(Debug, Subcommand)]
-pub(crate) enum ConfigCommand {
-    /// Check a configuration file.
-    Check {
-        /// The file.
-        file: PathBuf,
-    },
-    /// Print what a service with these flags would use, and where each value comes from.
-    Print(Box<ServeArgs>),
-}
-
-/// `strahl healthcheck`. It goes by what the service itself goes by, so that both say the same in one environment.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Ask on the listener for operators if there is one: on that for clients, a crowd of them may take all connections.")]
-pub(crate) struct HealthcheckArgs {
-    /// What to ask [default: /livez on the listener for operators, or else on that for clients].
-    #[arg(long, env = "STRAHL_HEALTHCHECK_URL")]
-    pub(crate) url: Option<String>,
-    /// Where the service listens for operators.
-    #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
-    pub(crate) admin_listen: Option<SocketAddr>,
-    /// Where the service listens for clients.
-    #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
-    pub(crate) listen: SocketAddr,
 }

@@ -1,19 +1,39 @@
 //! `strahl tradeoff`: what accuracy costs in time, as a page and as JSON.
 
-use super::TradeoffArgs;
 use super::failure::Failure;
-use super::scene_file::Source;
-use super::workers::start_workers;
-use super::{interrupt, output, progress};
+use super::scene_args::{SceneArgs, SettingsArgs};
+use super::session::Session;
+use super::values::seconds;
+use super::{output, progress};
 use crate::service::tradeoff::{Outcome, Stopped, measure};
-use std::path::Path;
-use std::sync::Arc;
-use std::time::Instant;
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 use strahl::accuracy::page::page;
 use strahl::accuracy::plot::plot;
 use strahl::accuracy::tradeoff::Source as ErrorSource;
 use strahl::accuracy::tradeoff::{Cost, Tradeoff};
-use strahl::render::Control;
+
+/// `strahl tradeoff`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The picture is scaled down so that all settings can be compared in the time there is; the report says to what size.")]
+pub(super) struct TradeoffArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Page with plots, table and pictures: .html, or .svg for the plot of error against time alone; - for the page on
+    /// standard output.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Write all points as JSON, too. - is standard output.
+    #[arg(long, value_name = "FILE.json")]
+    json: Option<PathBuf>,
+    /// Seconds that loading and measuring may take.
+    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = seconds)]
+    seconds: Duration,
+    #[command(flatten)]
+    settings: SettingsArgs,
+}
 
 /// Measures.
 pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
@@ -25,19 +45,15 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     for path in [Some(args.output.as_path()), json].into_iter().flatten() {
         output::check_folder(path)?;
     }
-    let control = Arc::new(Control::default());
-    let workers = start_workers(args.settings.threads, &control)?;
-    interrupt::cancel_on_ctrl_c(&control)?;
-
-    let started = Instant::now();
-    let source = Source::read(&args.scene)?;
-    let loaded = workers.work(|| source.load(&args.settings.overrides()))??;
+    let session = Session::start(&args.scene, &args.settings)?;
+    session.cancel_on_ctrl_c()?;
+    let loaded = session.load()?;
     let seconds = args.seconds.as_secs_f64();
-    let work = || measure(loaded, source.files(), started, seconds, &workers, &control);
+    let work = || measure(loaded, session.file.files(), session.started, seconds, &session.workers, &session.control);
     let Outcome { tradeoff, thumbnails } =
-        progress::while_showing(&control, work).map_err(|stopped| match stopped {
+        progress::while_showing(&session.control, work).map_err(|stopped| match stopped {
             Stopped::Cancelled => Failure::Interrupted,
-            Stopped::Refused(problems) => Failure::Scene { name: source.name.clone(), problems },
+            Stopped::Refused(problems) => Failure::Scene { name: session.file.name.clone(), problems },
         })?;
 
     let file = if drawing { error_against_time(&tradeoff) } else { page(&tradeoff, &thumbnails) };

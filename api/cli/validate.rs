@@ -2,15 +2,35 @@
 
 use super::failure::Failure;
 use super::output;
-use super::scene_file::Source;
-use super::{ReportFormat, ValidateArgs};
+use super::scene_args::SceneArgs;
+use super::scene_file::SceneFile;
+use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::fmt::Write;
 use strahl::scene::{Overrides, Problem};
 
+/// `strahl validate`.
+#[derive(Debug, Args)]
+pub(super) struct ValidateArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// How to report.
+    #[arg(long, default_value = "text")]
+    format: ReportFormat,
+}
+
+/// Names of report formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum ReportFormat {
+    /// For people.
+    Text,
+    /// For programs.
+    Json,
+}
+
 /// Validates.
 pub(super) fn run(args: &ValidateArgs) -> Result<(), Failure> {
-    let source = Source::read(&args.scene)?;
+    let source = SceneFile::read(&args.scene)?;
     let checked = source.load(&Overrides::default());
     match args.format {
         ReportFormat::Text => output::print(text(&source.name, &checked?.scene.warnings).as_bytes()),

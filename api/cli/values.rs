@@ -1,10 +1,25 @@
-//! Values of flags as they are written. Query parameters are written the same way.
+//! Values of flags as they are written.
 
-use clap::builder::RangedU64ValueParser;
+use clap::builder::{PossibleValue, PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays, Statistical, Time};
 use strahl::scene::limits::Limit;
+use strahl::words::{choice, expected, words};
+
+/// One of the words of an enum.
+pub(super) fn word<T>() -> impl TypedValueParser<Value = T>
+where
+    T: JsonSchema + DeserializeOwned + Clone + Send + Sync + 'static,
+{
+    let possible = words::<T>().into_iter().map(|word| {
+        let about = word.about.unwrap_or_default();
+        PossibleValue::new(word.name).help(about.trim_end_matches('.').to_owned())
+    });
+    PossibleValuesParser::new(possible.collect::<Vec<_>>())
+        .try_map(|word| choice::<T>(&word).ok_or_else(|| format!("expected {}", expected::<T>())))
+}
 
 /// Threads of a pool.
 pub(super) fn threads() -> RangedU64ValueParser {
@@ -17,57 +32,9 @@ pub(super) fn up_to(limit: Limit) -> RangedU64ValueParser<u32> {
 }
 
 /// A number from 0 to 1.
-pub(crate) fn weight(text: &str) -> Result<f64, String> {
+pub(super) fn weight(text: &str) -> Result<f64, String> {
     let weight: f64 = text.parse().map_err(|_| "expected a number from 0 to 1".to_owned())?;
     if (0.0..=1.0).contains(&weight) { Ok(weight) } else { Err("expected a number from 0 to 1".into()) }
-}
-
-/// An accuracy mode with its parameters: `proved:1`.
-pub(crate) fn accuracy(text: &str) -> Result<Accuracy, String> {
-    let (mode, parameters) = text.split_once(':').unwrap_or((text, ""));
-    let number = |text: &str| text.parse::<f64>().ok();
-    let accuracy = match mode {
-        "fixed" if parameters.is_empty() => Some(Accuracy::Fixed(Fixed {})),
-        "proved" => match parameters {
-            "" => Some(1),
-            codes => codes.parse().ok().filter(|codes| *codes <= 2),
-        }
-        .map(|max_codes| Accuracy::Proved(Proved { max_codes })),
-        "time" => number(parameters).filter(|ms| (1.0..=3.6e6).contains(ms)).map(|ms| Accuracy::Time(Time { ms })),
-        "rays" => {
-            let count = parameters.parse().ok().filter(|count| (1..=1 << 53).contains(count));
-            count.map(|count| Accuracy::Rays(Rays { count }))
-        }
-        "statistical" => statistical(parameters),
-        _ => None,
-    };
-    accuracy.ok_or_else(|| format!("expected {ACCURACY}"))
-}
-
-/// Half width and confidence: `1` or `1,0.99`.
-fn statistical(parameters: &str) -> Option<Accuracy> {
-    let (half_width, confidence) = parameters.split_once(',').unwrap_or((parameters, "0.95"));
-    let half_width = half_width.parse().ok().filter(|width| (0.25..=64.0).contains(width))?;
-    let confidence = confidence.parse().ok().filter(|confidence| (0.5..=0.999).contains(confidence))?;
-    Some(Accuracy::Statistical(Statistical { half_width, confidence }))
-}
-
-/// What an accuracy may be.
-pub(crate) const ACCURACY: &str = "fixed, proved:0 to proved:2, time:MILLISECONDS (1 to 3600000), rays:COUNT, \
-     statistical:CODES (0.25 to 64) or statistical:CODES,CONFIDENCE (0.5 to 0.999)";
-
-/// Reads `single` or `double`.
-pub(crate) fn precision(text: &str) -> Result<Precision, &'static str> {
-    match text {
-        "single" => Ok(Precision::Single),
-        "double" => Ok(Precision::Double),
-        _ => Err("expected single or double"),
-    }
-}
-
-/// Reads the quality of a JPEG.
-pub(crate) fn quality(text: &str) -> Result<u8, &'static str> {
-    text.parse().ok().filter(|quality| (1..=100).contains(quality)).ok_or("expected a whole number from 1 to 100")
 }
 
 fn numbers<const N: usize>(text: &str) -> Option<[u32; N]> {

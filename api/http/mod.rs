@@ -16,7 +16,6 @@ pub(crate) mod server;
 pub(crate) mod write_timeout;
 
 use crate::cli::failure::Failure;
-use crate::cli::workers::start_pool;
 use crate::cli::{LogFormat, ServeArgs};
 use crate::service::jobs::Jobs;
 use crate::service::limits::Limits;
@@ -98,7 +97,8 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         let file = args.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
         Failure::Usage(format!("{file}{error}"))
     })?;
-    let pool = start_pool(args.threads)?;
+    let pool = Pool::start(args.threads)
+        .map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))?;
     let limits = Limits::new(args);
     let textures = args.textures.as_deref().map(|path| {
         Folder::open(path).map_err(|error| Failure::Usage(format!("--textures {}: {error}", path.display())))

@@ -1,6 +1,5 @@
 //! The way from a request to a picture file: it is at hand, or on its way, or a job makes it.
 
-use super::extract::accept;
 use super::problem::{Kind, Problem};
 use super::{App, Service};
 use crate::http::auth::tenant::Tenant;
@@ -238,7 +237,7 @@ pub(crate) fn deliver(
     if let Some(answer) = settled(manner, etag.as_deref()) {
         return answer;
     }
-    let (ending, media_type) = accept::description(excerpt.format);
+    let (ending, media_type) = excerpt.format.names();
     let mut response = Response::new(Held::shared(made.file.clone(), &service.memory));
     if let Some(cost) = cost {
         response.extensions_mut().insert(*cost);

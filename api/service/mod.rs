@@ -5,7 +5,6 @@ pub(crate) mod jobs;
 pub(crate) mod limits;
 pub(crate) mod memory;
 pub(crate) mod pictures;
-pub(crate) mod ray_query;
 pub(crate) mod scenes;
 pub(crate) mod scheduler;
 pub(crate) mod storage;

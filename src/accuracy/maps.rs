@@ -4,11 +4,15 @@ use super::Codes8;
 use crate::film::srgb;
 use crate::film::{Film, Region};
 use crate::render::Picture;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 /// What a map shows of each pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum MapKind {
     /// Most 8-bit codes that it is off, by what is proved; 255 where nothing bounds it.
+    #[default]
     Proved,
     /// Rays of all kinds.
     Rays,

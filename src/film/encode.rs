@@ -1,28 +1,9 @@
 //! Film to the bytes of a file. The same film gives the same bytes, on every machine and with any number of threads.
 
-use super::{Film, Look, compact, exr, pfm, png};
-use serde::{Deserialize, Serialize};
+use super::{FileFormat, Film, Look, compact, exr, pfm, png};
 
 /// Keyword of the text in a PNG.
 pub const NOTE: &str = "strahl";
-
-/// Picture formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum FileFormat {
-    /// PNG, sRGB, 8 bits per channel.
-    Png8,
-    /// PNG, sRGB, 16 bits per channel.
-    Png16,
-    /// JPEG, sRGB, of a quality from 1 to 100.
-    Jpeg(u8),
-    /// Lossless WebP, sRGB, 8 bits per channel.
-    WebP,
-    /// OpenEXR, linear 32-bit floats; the data window is the region, the display window the whole picture.
-    Exr,
-    /// Portable float map, linear, little-endian.
-    Pfm,
-}
 
 /// A film's codes as the file of a format holds them; formats of floats have none.
 #[derive(Debug)]

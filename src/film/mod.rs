@@ -3,13 +3,15 @@
 mod compact;
 pub mod encode;
 mod exr;
+mod format;
 mod look;
 mod pfm;
 mod png;
 pub mod srgb;
 pub mod srgb16;
 
-pub use encode::{Codes, FileFormat, NOTE, encode};
+pub use encode::{Codes, NOTE, encode};
+pub use format::{DEFAULT_QUALITY, FileFormat, Misplaced, PictureFormat};
 pub use look::{Look, Tone};
 
 /// A rectangle of pixels.

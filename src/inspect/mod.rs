@@ -4,3 +4,5 @@ pub mod first_hits;
 pub mod query;
 pub mod tree;
 mod tree_drawing;
+
+pub use tree_drawing::TreeFormat;

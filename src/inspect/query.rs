@@ -6,6 +6,7 @@ use crate::math::{exponent, scale_by_power};
 use crate::ray::Rays;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
+use crate::scene::limits::MAGNITUDE;
 use crate::scene::world::World;
 use crate::shading::media::Media;
 use crate::shading::optics::{fresnel_dielectric, reflect, refract};
@@ -15,9 +16,10 @@ use crate::trace::interface::interface;
 use crate::trace::kernel::first;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 
 /// A ray; `t` counts in units of `direction`, which is taken as given.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RayQuery {
     /// Start.
@@ -30,6 +32,25 @@ pub struct RayQuery {
     /// Hits beyond this t do not count. Default: none is too far.
     #[serde(default)]
     pub t_max: Option<f64>,
+}
+
+/// From JSON; the error is a sentence.
+impl FromStr for RayQuery {
+    type Err = String;
+
+    fn from_str(json: &str) -> Result<Self, String> {
+        let ray: Self = serde_json::from_str(json).map_err(|error| format!("this is not a ray: {error}"))?;
+        if ray.direction == [0.0; 3] {
+            return Err("the direction has length 0; any other length will do".into());
+        }
+        if ray.origin.iter().any(|x| x.abs() > MAGNITUDE) {
+            return Err(format!("the origin must have coordinates between -{MAGNITUDE:e} and {MAGNITUDE:e}"));
+        }
+        if ray.t_max.is_some_and(|t_max| t_max < ray.t_min) {
+            return Err("t_max is below t_min, so no hit could count".into());
+        }
+        Ok(ray)
+    }
 }
 
 /// What a ray hits.
@@ -151,4 +172,19 @@ pub(super) fn name_of<R: Real>(
         .map(str::to_owned);
     let body = (body != top).then_some(body);
     (top, body, name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_need_a_direction() {
+        let read = |json: &str| json.parse::<RayQuery>();
+        assert!(read(r#"{"origin":[0,0,0],"direction":[0,0,-2]}"#).is_ok());
+        assert!(read(r#"{"origin":[0,0,0],"direction":[0,-0,0]}"#).is_err());
+        assert!(read(r#"{"origin":[0,0,0],"direction":[0,0,1e999]}"#).is_err());
+        assert!(read(r#"{"origin":[0,0,0],"direction":[0,0,1],"t_min":2,"t_max":1}"#).is_err());
+        assert!(read(r#"{"origin":[0,0,0],"dir":[0,0,1]}"#).is_err());
+    }
 }

@@ -1,7 +1,22 @@
 //! Pictures of a ray tree: Graphviz text and SVG, coloured by kind as in the lecture's drawings.
 
 use super::tree::{Node, NodeKind, Tree};
+use schemars::JsonSchema;
+use serde::Deserialize;
 use std::fmt::Write;
+
+/// How a ray tree is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum TreeFormat {
+    /// Every ray with all its numbers.
+    #[default]
+    Json,
+    /// Graphviz.
+    Dot,
+    /// A drawing.
+    Svg,
+}
 
 /// Colour of each kind of ray.
 fn color(node: &Node) -> &'static str {

@@ -8,11 +8,12 @@ use super::locate::locate;
 use super::pictures::{Files, NoFiles};
 use super::read::{self, Mended, Unreadable, read_json};
 use super::{Problem, Problems, Scene};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// File formats of scenes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
     /// Scene JSON version 1.

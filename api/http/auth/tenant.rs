@@ -7,11 +7,12 @@
 
 use super::rate_limit::Allowance;
 use axum::http::Extensions;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A kind of thing that a key may allow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Scope {
     /// Send scenes and get an answer at once: pictures, tiles, rays, trees, plans, trade-offs.

@@ -3,49 +3,11 @@
 use crate::http::problem::{Kind, Problem};
 use axum::http::{HeaderMap, header};
 use serde_json::json;
-use strahl::film::FileFormat;
-
-/// Quality of JPEGs for which no other is asked.
-pub(crate) const QUALITY: u8 = 90;
-
-/// Formats by name and media type; of equally acceptable ones the first is taken.
-pub(crate) const AVAILABLE: [(&str, &str, FileFormat); 5] = [
-    ("png", "image/png", FileFormat::Png8),
-    ("jpg", "image/jpeg", FileFormat::Jpeg(QUALITY)),
-    ("webp", "image/webp", FileFormat::WebP),
-    ("exr", "image/x-exr", FileFormat::Exr),
-    ("pfm", "image/x-portable-floatmap", FileFormat::Pfm),
-];
-
-/// The format named in a query or as a file's ending.
-pub(crate) fn by_name(name: &str) -> Option<FileFormat> {
-    let name = if name == "jpeg" { "jpg" } else { name };
-    AVAILABLE.iter().find(|(available, _, _)| *available == name).map(|(_, _, format)| *format)
-}
-
-/// A format's name and media type.
-pub(crate) fn description(format: FileFormat) -> (&'static str, &'static str) {
-    match format {
-        FileFormat::Png8 | FileFormat::Png16 => ("png", "image/png"),
-        FileFormat::Jpeg(_) => ("jpg", "image/jpeg"),
-        FileFormat::WebP => ("webp", "image/webp"),
-        FileFormat::Exr => ("exr", "image/x-exr"),
-        FileFormat::Pfm => ("pfm", "image/x-portable-floatmap"),
-    }
-}
-
-/// What the address of a picture has to say of its format beside the ending: a query or nothing.
-pub(crate) fn details(format: FileFormat) -> String {
-    match format {
-        FileFormat::Png16 => "?bits=16".into(),
-        FileFormat::Jpeg(quality) if quality != QUALITY => format!("?quality={quality}"),
-        _ => String::new(),
-    }
-}
+use strahl::film::PictureFormat;
 
 /// The picture format that the client likes best.
-pub(crate) fn by_accept(headers: &HeaderMap) -> Result<FileFormat, Problem> {
-    best(headers, &AVAILABLE.map(|(_, media_type, format)| (media_type, format)))
+pub(crate) fn by_accept(headers: &HeaderMap) -> Result<PictureFormat, Problem> {
+    best(headers, &PictureFormat::ALL.map(|format| (format.names().1, format)))
 }
 
 /// Of some media types the one that the client likes best, and of equally acceptable ones the first.
@@ -95,24 +57,24 @@ mod tests {
     use super::*;
     use axum::http::HeaderValue;
 
-    fn of(accept: &'static str) -> Option<FileFormat> {
+    fn of(accept: &'static str) -> Option<PictureFormat> {
         by_accept(&HeaderMap::from_iter([(header::ACCEPT, HeaderValue::from_static(accept))])).ok()
     }
 
     #[test]
     fn the_best_liked_format_wins() {
-        assert_eq!(by_accept(&HeaderMap::new()).ok(), Some(FileFormat::Png8));
+        assert_eq!(by_accept(&HeaderMap::new()).ok(), Some(PictureFormat::Png));
         for (accept, format) in [
-            ("*/*", FileFormat::Png8),
-            ("image/*", FileFormat::Png8),
-            ("image/avif,image/webp,image/apng,image/*,*/*;q=0.8", FileFormat::Png8),
-            ("image/x-exr", FileFormat::Exr),
-            ("image/png;q=0.5, image/x-exr", FileFormat::Exr),
-            ("image/png;q=0, */*", FileFormat::Jpeg(QUALITY)),
-            ("IMAGE/X-EXR;q=0.1, text/html", FileFormat::Exr),
-            ("image/x-portable-floatmap", FileFormat::Pfm),
-            ("image/jpeg, image/png;q=0.9", FileFormat::Jpeg(QUALITY)),
-            ("image/webp", FileFormat::WebP),
+            ("*/*", PictureFormat::Png),
+            ("image/*", PictureFormat::Png),
+            ("image/avif,image/webp,image/apng,image/*,*/*;q=0.8", PictureFormat::Png),
+            ("image/x-exr", PictureFormat::Exr),
+            ("image/png;q=0.5, image/x-exr", PictureFormat::Exr),
+            ("image/png;q=0, */*", PictureFormat::Jpg),
+            ("IMAGE/X-EXR;q=0.1, text/html", PictureFormat::Exr),
+            ("image/x-portable-floatmap", PictureFormat::Pfm),
+            ("image/jpeg, image/png;q=0.9", PictureFormat::Jpg),
+            ("image/webp", PictureFormat::Webp),
         ] {
             assert_eq!(of(accept), Some(format), "{accept}");
         }

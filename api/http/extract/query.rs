@@ -1,16 +1,20 @@
 //! Query parameters: all that are wrong are reported at once, unknown ones with a suggestion.
 
-use super::accept;
+use super::accept::by_accept;
 use crate::http::problem::{Kind, Problem};
 use crate::service::scenes::ids::MAX_ZOOM;
 use axum::extract::Query;
 use axum::http::{HeaderMap, Uri};
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use std::str::FromStr;
-use strahl::film::{FileFormat, Region};
+use strahl::film::{FileFormat, PictureFormat, Region};
+use strahl::scene::description::Accuracy;
 use strahl::scene::limits::{self, Limit};
 use strahl::scene::problem::did_you_mean;
 use strahl::scene::{Format, Overrides};
+use strahl::words::{choice, expected};
 
 /// The parameters of a request, taken out one by one.
 #[derive(Debug)]
@@ -121,11 +125,11 @@ impl Parameters {
             width: self.take_up_to("width", limits::IMAGE_SIDE),
             height: self.take_up_to("height", limits::IMAGE_SIDE),
             max_depth: self.take_up_to("max_depth", limits::MAX_DEPTH),
-            min_weight: self.take_as("min_weight", "a number from 0 to 1", |text| crate::cli::weight(text).ok()),
-            accuracy: self.take_as("accuracy", crate::cli::ACCURACY, |text| crate::cli::accuracy(text).ok()),
+            min_weight: self.number_within("min_weight", 0.0, 1.0),
+            accuracy: self.take("accuracy", Accuracy::WRITTEN),
             samples: self.take_up_to("samples", limits::SAMPLES),
             antialias: self.take("antialias", "true or false"),
-            precision: self.take_as("precision", "single or double", |text| crate::cli::precision(text).ok()),
+            precision: self.word("precision"),
             two_sided: two_sided.unwrap_or(false),
             spd_counts: false,
         }
@@ -133,31 +137,20 @@ impl Parameters {
 
     /// The format of the picture: `format`, else what the client accepts, with `bits` or `quality`.
     pub(crate) fn picture_format(&mut self, headers: &HeaderMap) -> Result<FileFormat, Problem> {
-        let named = self.take_as("format", "png, jpg, webp, exr or pfm", accept::by_name);
-        let format = named.map_or_else(|| accept::by_accept(headers), Ok)?;
+        let named = self.take_as("format", &expected::<PictureFormat>(), PictureFormat::by_name);
+        let format = named.map_or_else(|| by_accept(headers), Ok)?;
         Ok(self.format_with_details(format))
     }
 
     /// `bits` of a PNG, `quality` of a JPEG.
-    pub(crate) fn format_with_details(&mut self, format: FileFormat) -> FileFormat {
-        let bits = self.take_as("bits", "8 or 16", |text| matches!(text, "8" | "16").then(|| text == "16"));
-        let quality = self.take_as("quality", "a whole number from 1 to 100", |text| crate::cli::quality(text).ok());
-        if bits.is_some() && format != FileFormat::Png8 {
-            self.wrong(
-                "bits",
-                "unsupported",
-                "it is for PNG; EXR and PFM hold 32-bit floats, JPEG and WebP 8 bits".into(),
-            );
-        }
-        match (format, quality) {
-            (FileFormat::Jpeg(_), Some(quality)) => FileFormat::Jpeg(quality),
-            (FileFormat::Png8, None) if bits == Some(true) => FileFormat::Png16,
-            (_, Some(_)) => {
-                self.wrong("quality", "unsupported", "it is for JPEG; the other formats lose nothing".into());
-                format
-            }
-            _ => format,
-        }
+    pub(crate) fn format_with_details(&mut self, format: PictureFormat) -> FileFormat {
+        let bits = self.take_as("bits", "8 or 16", |text| text.parse().ok().filter(|bits| matches!(bits, 8 | 16)));
+        let quality = self.count("quality", 100).map(|quality| quality as u8);
+        format.with(bits, quality).unwrap_or_else(|wrong| {
+            wrong.iter().for_each(|wrong| self.wrong(wrong.parameter, "unsupported", wrong.why.into()));
+            // With an error noted, `finish` fails, and nobody sees this.
+            FileFormat::Png8
+        })
     }
 
     /// `x`, `y`, `w` and `h`.
@@ -174,6 +167,17 @@ impl Parameters {
     pub(crate) fn seconds(&mut self, most: f64) -> Option<f64> {
         let expected = format!("a number of seconds from 0.1 to {most:.3} (max_tradeoff_seconds)");
         self.take_as("seconds", &expected, |text| text.parse().ok().filter(|s| (0.1..=most).contains(s)))
+    }
+
+    /// A number from `least` to `most`.
+    fn number_within(&mut self, name: &'static str, least: f64, most: f64) -> Option<f64> {
+        let expected = format!("a number from {least} to {most}");
+        self.take_as(name, &expected, |text| text.parse().ok().filter(|number| (least..=most).contains(number)))
+    }
+
+    /// One of the words of an enum.
+    pub(crate) fn word<T: JsonSchema + DeserializeOwned>(&mut self, name: &'static str) -> Option<T> {
+        self.take_as(name, &expected::<T>(), choice)
     }
 
     /// One of some names, by default the first.

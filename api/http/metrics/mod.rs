@@ -8,7 +8,6 @@ mod gauges;
 pub(crate) mod render_cost;
 
 use crate::http::Service;
-use crate::http::extract::accept;
 use crate::service::jobs::record::{Record, State};
 use crate::service::scheduler::task::Lane;
 use axum::http::{Method, StatusCode};
@@ -149,7 +148,7 @@ impl Metrics {
                     queue: duration(stats.queue_ms),
                     render: duration(stats.bvh_ms + stats.render_ms + stats.encode_ms),
                     encode: duration(stats.encode_ms),
-                    format: accept::description(record.order.output).0,
+                    format: record.order.output.names().0,
                 };
                 self.rendered(Lane::Jobs, &cost);
             }

@@ -1,7 +1,6 @@
 //! What an answer has cost. Handlers put it into their response's extensions; quotas are charged and numbers counted
 //! from there.
 
-use crate::http::extract::accept;
 use crate::service::pictures::report::Report;
 use std::time::Duration;
 use strahl::film::FileFormat;
@@ -34,7 +33,7 @@ impl Cost {
             queue: duration(queue_ms + (report.cost.wall_ms - worked).max(0.0)),
             render: duration(worked),
             encode: duration(encode),
-            format: accept::description(format).0,
+            format: format.names().0,
         }
     }
 }

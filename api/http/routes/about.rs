@@ -4,14 +4,13 @@ use crate::http::App;
 use crate::http::auth::tenant::Tenant;
 use crate::http::contract::about::{AllLimits, Formats, Readiness, Version};
 use crate::http::contract::openapi_text;
-use crate::http::extract::accept::{AVAILABLE, QUALITY};
 use crate::http::problem::{Kind, Problem};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{Extensions, StatusCode, Uri, header};
 use axum::response::IntoResponse;
 use serde_json::{Value, json};
-use strahl::film::FileFormat;
+use strahl::film::{DEFAULT_QUALITY, PictureFormat};
 use strahl::render::RENDER_EPOCH;
 use strahl::scene::schema::schema_text;
 
@@ -67,21 +66,22 @@ pub(crate) async fn version() -> Json<Value> {
     responses((status = 200, description = "Names, media types and parameters", body = Formats)),
 )]
 pub(crate) async fn formats() -> Json<Value> {
-    let parameters = |format: FileFormat| match format {
-        FileFormat::Png8 | FileFormat::Png16 => json!({ "bits": { "enum": [8, 16], "default": 8 } }),
-        FileFormat::Jpeg(_) => json!({ "quality": { "minimum": 1, "maximum": 100, "default": QUALITY } }),
-        FileFormat::WebP | FileFormat::Exr | FileFormat::Pfm => json!({}),
-    };
-    let entry = |(name, media_type, format): &(&str, &str, FileFormat)| {
+    let entry = |format: PictureFormat| {
+        let parameters = match format {
+            PictureFormat::Png => json!({ "bits": { "enum": [8, 16], "default": 8 } }),
+            PictureFormat::Jpg => json!({ "quality": { "minimum": 1, "maximum": 100, "default": DEFAULT_QUALITY } }),
+            PictureFormat::Webp | PictureFormat::Exr | PictureFormat::Pfm => json!({}),
+        };
+        let (name, media_type) = format.names();
         json!({
             "name": name,
             "media_type": media_type,
-            "lossless": !matches!(format, FileFormat::Jpeg(_)),
-            "linear": matches!(format, FileFormat::Exr | FileFormat::Pfm),
-            "parameters": parameters(*format),
+            "lossless": format != PictureFormat::Jpg,
+            "linear": format.is_linear(),
+            "parameters": parameters,
         })
     };
-    Json(json!({ "formats": AVAILABLE.iter().map(entry).collect::<Vec<_>>() }))
+    Json(json!({ "formats": PictureFormat::ALL.map(entry).as_slice() }))
 }
 
 /// The JSON Schema of scenes.

@@ -23,6 +23,7 @@ use serde::Serialize;
 use serde_json::json;
 use std::sync::Arc;
 use strahl::film::{FileFormat, Region};
+use strahl::inspect::TreeFormat;
 use strahl::inspect::tree::trace_pixel_while;
 use strahl::scene::{Format, Overrides};
 
@@ -118,16 +119,8 @@ pub(crate) async fn tree(State(service): State<App>, request: Request) -> Result
     ask(service, request, pixel_and_format, answer).await
 }
 
-#[derive(Debug, Clone, Copy)]
-enum TreeFormat {
-    Json,
-    Dot,
-    Svg,
-}
-
 fn pixel_and_format(parameters: &mut Parameters, _: &HeaderMap) -> Result<([u32; 2], TreeFormat), Problem> {
-    let formats = [("json", TreeFormat::Json), ("dot", TreeFormat::Dot), ("svg", TreeFormat::Svg)];
-    Ok((parameters.pixel(), parameters.choice("format", &formats, TreeFormat::Json)))
+    Ok((parameters.pixel(), parameters.word("format").unwrap_or_default()))
 }
 
 fn nothing(_: &mut Parameters, _: &HeaderMap) -> Result<(), Problem> {

@@ -4,7 +4,6 @@ use crate::http::App;
 use crate::http::auth::tenant::Tenant;
 use crate::http::contract::bodies::Picture;
 use crate::http::contract::queries;
-use crate::http::extract::accept;
 use crate::http::extract::query::Parameters;
 use crate::http::problem::{Kind, Problem};
 use crate::http::respond;
@@ -14,7 +13,7 @@ use crate::service::scenes::ids::ImageId;
 use crate::service::scheduler::task::Lane;
 use axum::extract::{Path, Request, State};
 use axum::response::Response;
-use strahl::film::FileFormat;
+use strahl::film::{DEFAULT_QUALITY, FileFormat, PictureFormat};
 
 /// The picture of an image id, in the format of its ending. It is rendered again if need be, as long as its scene is known.
 #[utoipa::path(
@@ -66,14 +65,19 @@ pub(crate) async fn answer(
 
 /// Where an image stays in a format, as long as its scene is known.
 pub(crate) fn place_of(image: &str, format: FileFormat) -> String {
-    format!("/v1/images/{image}.{}{}", accept::description(format).0, accept::details(format))
+    let parameters = match format {
+        FileFormat::Png16 => "?bits=16".into(),
+        FileFormat::Jpeg(quality) if quality != DEFAULT_QUALITY => format!("?quality={quality}"),
+        _ => String::new(),
+    };
+    format!("/v1/images/{image}.{}{parameters}", format.names().0)
 }
 
 /// The image and the format that a file's name says.
-fn file_name(file: &str) -> Result<(ImageId, FileFormat), Problem> {
+fn file_name(file: &str) -> Result<(ImageId, PictureFormat), Problem> {
     let (id, ending) = file.rsplit_once('.').unwrap_or((file, ""));
-    let format = accept::by_name(ending).ok_or_else(|| {
-        let endings: Vec<_> = accept::AVAILABLE.iter().map(|(name, ..)| format!(".{name}")).collect();
+    let format = PictureFormat::by_name(ending).ok_or_else(|| {
+        let endings = PictureFormat::ALL.map(|format| format!(".{}", format.names().0));
         Problem::new(Kind::NotFound, format!("{file} has none of the endings {}", endings.join(", ")))
     })?;
     Ok((image_id(id)?, format))

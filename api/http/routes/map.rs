@@ -50,7 +50,5 @@ pub(crate) async fn map(State(service): State<App>, request: Request) -> Result<
 }
 
 fn kind_and_format(parameters: &mut Parameters, _: &HeaderMap) -> Result<(MapKind, MapFormat), Problem> {
-    let kinds =
-        [("proved", MapKind::Proved), ("rays", MapKind::Rays), ("time", MapKind::Time), ("depth", MapKind::Depth)];
-    Ok((parameters.choice("of", &kinds, MapKind::Proved), parameters.choice("format", &MapFormat::ALL, MapFormat::Png)))
+    Ok((parameters.word("of").unwrap_or_default(), parameters.word("format").unwrap_or_default()))
 }

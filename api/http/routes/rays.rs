@@ -7,7 +7,6 @@ use crate::http::extract::query::Parameters;
 use crate::http::problem::{Kind, Problem};
 use crate::http::{App, Service};
 use crate::service::limits::MAX_RAYS;
-use crate::service::ray_query::read_ray;
 use crate::service::scheduler::admission::Job;
 use axum::extract::{Request, State};
 use axum::http::HeaderMap;
@@ -113,7 +112,7 @@ fn shape(error: &serde_json::Error) -> Problem {
 
 fn read_all(rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {
     let read = |(i, ray): (usize, &&RawValue)| {
-        read_ray(ray.get()).map_err(|detail| {
+        ray.get().parse().map_err(|detail| {
             let entry = json!({ "pointer": format!("#/rays/{i}"), "code": "out-of-range", "detail": detail });
             Problem::new(Kind::InvalidRays, format!("/rays/{i}: {detail}")).with("errors", json!([entry]))
         })

@@ -2,6 +2,8 @@
 
 use crate::service::scheduler::pool::Workers;
 use crate::service::scheduler::time_slices::in_pieces;
+use schemars::JsonSchema;
+use serde::Deserialize;
 use strahl::accuracy::{Map, MapKind};
 use strahl::film::encode::png_of;
 use strahl::film::{FileFormat, Region, encode};
@@ -9,19 +11,16 @@ use strahl::render::{Cancelled, Control, Picture, render, render_one_by_one};
 use strahl::scene::Scene;
 
 /// How a map is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum MapFormat {
     /// In colors, with a scale below.
+    #[default]
     Png,
     /// The numbers themselves.
     Pfm,
     /// The numbers themselves.
     Exr,
-}
-
-impl MapFormat {
-    /// All of them, by name.
-    pub(crate) const ALL: [(&'static str, Self); 3] = [("png", Self::Png), ("pfm", Self::Pfm), ("exr", Self::Exr)];
 }
 
 /// Renders what a map needs to know, and writes the map.

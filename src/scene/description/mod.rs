@@ -10,6 +10,7 @@ mod material;
 mod object;
 mod render;
 mod texture;
+mod written;
 
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera};
 pub use fog::{Fog, FogHeight};

@@ -17,7 +17,6 @@ pub(crate) use xyz::{__path_xyz, __path_xyz_tile, xyz, xyz_tile};
 use crate::http::auth::client::Client;
 use crate::http::auth::tenant::Tenant;
 use crate::http::concurrency_limit::Place;
-use crate::http::extract::accept;
 use crate::http::problem::{Kind, Problem};
 use crate::http::respond;
 use crate::http::respond::{Freshness, Manner, Source};
@@ -33,7 +32,7 @@ use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use strahl::camera::Window;
-use strahl::film::{FileFormat, Look, Region};
+use strahl::film::{FileFormat, Look, PictureFormat, Region};
 
 /// A known image whose scene is built.
 #[derive(Debug)]
@@ -120,7 +119,7 @@ fn tile(grid: Grid, region: Region, format: FileFormat) -> Excerpt {
 
 /// Formats of tiles, by ending.
 fn tile_format(ending: &str) -> Option<FileFormat> {
-    accept::by_name(ending).filter(|format| !matches!(format, FileFormat::Exr | FileFormat::Pfm))
+    PictureFormat::by_name(ending).filter(|format| !format.is_linear())?.with(None, None).ok()
 }
 
 /// `a<between>b.ending` taken apart.

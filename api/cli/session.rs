@@ -1,0 +1,72 @@
+//! What commands about a scene have in common: the threads that render, the scene, and Ctrl-C.
+
+use super::failure::Failure;
+use super::interrupt;
+use super::scene_args::{SceneArgs, SettingsArgs};
+use super::scene_file::SceneFile;
+use crate::service::scenes::prepared::Ready;
+use crate::service::scheduler::pool::{Pool, Workers};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+use strahl::film::Region;
+use strahl::render::Control;
+use strahl::scene::{Loaded, Overrides, Scene};
+
+/// A command at work.
+#[derive(Debug)]
+pub(super) struct Session {
+    /// The threads that render.
+    pub(super) workers: Workers,
+    /// Stops the render, and counts its progress.
+    pub(super) control: Arc<Control>,
+    /// The scene's file.
+    pub(super) file: SceneFile,
+    /// When work on the scene began.
+    pub(super) started: Instant,
+    overrides: Overrides,
+}
+
+impl Session {
+    /// Starts the threads and reads the scene's file.
+    pub(super) fn start(scene: &SceneArgs, settings: &SettingsArgs) -> Result<Self, Failure> {
+        let control = Arc::new(Control::default());
+        let pool = Pool::start(settings.threads)
+            .map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))?;
+        let (workers, started) = (Workers::alone(pool, Arc::clone(&control)), Instant::now());
+        let file = SceneFile::read(scene)?;
+        Ok(Self { workers, control, file, started, overrides: settings.overrides() })
+    }
+
+    /// From now on the first Ctrl-C stops the render, the second ends the process.
+    pub(super) fn cancel_on_ctrl_c(&self) -> Result<(), Failure> {
+        interrupt::cancel_on_ctrl_c(&self.control)
+    }
+
+    /// Checks and builds the scene.
+    pub(super) fn load(&self) -> Result<Loaded, Failure> {
+        let loaded = self.workers.work(|| self.file.load(&self.overrides))??;
+        // Reading and building cannot be cancelled; what comes after them need not begin.
+        if self.control.cancelled.load(Ordering::Relaxed) { Err(Failure::Interrupted) } else { Ok(loaded) }
+    }
+
+    /// Checks and builds the scene, and plans its picture.
+    pub(super) fn prepare(&self) -> Result<Ready, Failure> {
+        let loaded = self.load()?;
+        Ok(self.workers.work(|| Ready::from(loaded))?)
+    }
+}
+
+/// The region asked for, or the whole picture.
+pub(super) fn region_of(scene: &Scene, region: Option<Region>) -> Result<Region, Failure> {
+    let Scene { width, height, .. } = *scene;
+    let region = region.unwrap_or_else(|| Region::whole(width, height));
+    if region.fits(width, height) {
+        Ok(region)
+    } else {
+        Err(Failure::Usage(format!(
+            "--region {},{},{},{} does not lie inside the picture of {width} x {height} pixels",
+            region.x, region.y, region.width, region.height
+        )))
+    }
+}

@@ -1,0 +1,69 @@
+//! Settings as flags and queries write them: `proved:1`.
+
+use super::{Accuracy, Fixed, Proved, Rays, Statistical, Time};
+use std::str::FromStr;
+
+impl Accuracy {
+    /// The ways to write one.
+    pub const WRITTEN: &'static str = "fixed, proved:0 to proved:2, time:MILLISECONDS (1 to 3600000), rays:COUNT, \
+        statistical:CODES (0.25 to 64) or statistical:CODES,CONFIDENCE (0.5 to 0.999)";
+}
+
+/// An accuracy mode with its parameters; the error says what is expected.
+impl FromStr for Accuracy {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (mode, parameters) = text.split_once(':').unwrap_or((text, ""));
+        let accuracy = match mode {
+            "fixed" if parameters.is_empty() => Some(Self::Fixed(Fixed {})),
+            "proved" => match parameters {
+                "" => Some(1),
+                codes => codes.parse().ok().filter(|codes| *codes <= 2),
+            }
+            .map(|max_codes| Self::Proved(Proved { max_codes })),
+            "time" => {
+                let ms = parameters.parse().ok().filter(|ms| (1.0..=3.6e6).contains(ms));
+                ms.map(|ms| Self::Time(Time { ms }))
+            }
+            "rays" => {
+                let count = parameters.parse().ok().filter(|count| (1..=1 << 53).contains(count));
+                count.map(|count| Self::Rays(Rays { count }))
+            }
+            "statistical" => statistical(parameters),
+            _ => None,
+        };
+        accuracy.ok_or_else(|| format!("expected {}", Self::WRITTEN))
+    }
+}
+
+/// Half width and confidence: `1` or `1,0.99`.
+fn statistical(parameters: &str) -> Option<Accuracy> {
+    let (half_width, confidence) = parameters.split_once(',').unwrap_or((parameters, "0.95"));
+    let half_width = half_width.parse().ok().filter(|width| (0.25..=64.0).contains(width))?;
+    let confidence = confidence.parse().ok().filter(|confidence| (0.5..=0.999).contains(confidence))?;
+    Some(Accuracy::Statistical(Statistical { half_width, confidence }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mode_is_read_within_its_range() {
+        for (text, accuracy) in [
+            ("fixed", Accuracy::Fixed(Fixed {})),
+            ("proved", Accuracy::Proved(Proved { max_codes: 1 })),
+            ("proved:0", Accuracy::Proved(Proved { max_codes: 0 })),
+            ("time:200", Accuracy::Time(Time { ms: 200.0 })),
+            ("rays:9007199254740992", Accuracy::Rays(Rays { count: 1 << 53 })),
+            ("statistical:1", Accuracy::Statistical(Statistical { half_width: 1.0, confidence: 0.95 })),
+            ("statistical:1,0.99", Accuracy::Statistical(Statistical { half_width: 1.0, confidence: 0.99 })),
+        ] {
+            assert_eq!(text.parse(), Ok(accuracy), "{text}");
+        }
+        for wrong in ["", "fixed:1", "proved:3", "time:0", "time:inf", "rays:0", "rays:1e3", "statistical", "exact"] {
+            assert!(wrong.parse::<Accuracy>().is_err(), "{wrong}");
+        }
+    }
+}
