@@ -2,6 +2,7 @@
 
 pub mod accel;
 pub mod accuracy;
+pub mod bound;
 pub mod camera;
 pub mod film;
 pub mod inspect;

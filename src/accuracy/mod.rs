@@ -8,7 +8,6 @@ mod maps;
 pub mod page;
 pub mod pareto;
 pub mod plot;
-mod proof;
 mod spread;
 pub mod sweep;
 pub mod tradeoff;
@@ -19,7 +18,6 @@ pub use ciede2000::ciede2000;
 pub use codes::{Codes, codes};
 pub use flip::{PIXELS_PER_DEGREE, flip};
 pub use maps::{Map, MapKind};
-pub use proof::Proof;
 pub use spread::Spread;
 pub use sweep::Errors;
 

@@ -1,8 +1,8 @@
 //! What is known of a picture while it is being rendered in stages.
 
-use super::Lacking;
 use super::contrast::{CONTRAST, codes_of, contrasts};
 use super::packets::Traced;
+use crate::bound::BoundedPixel;
 use crate::trace::counts::RayCounts;
 
 use crate::film::Region;
@@ -100,12 +100,12 @@ impl Canvas {
                 let (shown, highest) = of(at);
                 pixels.push(shown);
                 if highest != shown {
-                    lacking.push(Lacking { at, highest });
+                    lacking.push(BoundedPixel { at, highest });
                 }
             }
             (pixels, lacking)
         };
-        let parts: Vec<(Vec<[f32; 3]>, Vec<Lacking>)> = strips.par_iter().map(fill).collect();
+        let parts: Vec<(Vec<[f32; 3]>, Vec<BoundedPixel>)> = strips.par_iter().map(fill).collect();
         let mut filled = Traced { rays: self.rays, ..Traced::default() };
         filled.pixels.reserve(self.shown.len());
         for (pixels, lacking) in parts {

@@ -3,7 +3,6 @@
 mod canvas;
 mod contrast;
 mod costs;
-mod lacking;
 mod packets;
 mod probe;
 mod progressive;
@@ -13,6 +12,7 @@ mod statistical;
 mod student;
 mod tiles;
 
+use crate::bound::{BoundedPixels, Proof};
 use crate::camera::Window;
 use crate::film::{Film, Region};
 use crate::scene::Scene;
@@ -27,7 +27,6 @@ use std::time::Instant;
 
 pub(crate) use contrast::{CONTRAST, REFINED_SAMPLES, code_in, is_uneven, refines};
 pub use costs::PixelCost;
-pub use lacking::{Lacking, LackingPixels};
 pub(crate) use probe::{PacketCost, Probe};
 pub use progressive::{Progress, Progressive, Stop};
 pub use sampling::{Histogram, Sampling};
@@ -47,8 +46,8 @@ pub struct Picture {
     /// The pixels.
     pub film: Film,
     /// The pixels that may lack light. All others are those of the same samples with recursion
-    /// without end, or to [`Reach::max_depth`](crate::scene::ceiling::Reach::max_depth).
-    pub lacking: LackingPixels,
+    /// without end, or to [`Reach::max_depth`](crate::bound::ceiling::Reach::max_depth).
+    pub lacking: BoundedPixels,
     /// What its samples tell about how far more of them would take it.
     pub sampling: Sampling,
     /// What was traced.
@@ -66,6 +65,11 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// What is proved about it.
+    pub fn proof(&self) -> Proof {
+        Proof::of(&self.film, &self.lacking)
+    }
+
     /// What each pixel is at most, however far the recursion goes, row by row.
     pub fn highest(&self) -> Vec<[f32; 3]> {
         let mut highest = self.film.pixels.clone();

@@ -3,7 +3,7 @@
 use super::costs::PixelCost;
 use super::probe::PacketCost;
 use super::statistical::Reached;
-use super::{Lacking, LackingPixels};
+use crate::bound::{BoundedPixel, BoundedPixels};
 use crate::camera::Camera;
 use crate::film::srgb::Codes8;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch, lanes_of};
@@ -48,7 +48,7 @@ pub(crate) struct Traced {
     /// In the order asked for.
     pub(crate) pixels: Vec<[f32; 3]>,
     /// Those that may lack light, in the same order if they were asked for at once.
-    pub(super) lacking: LackingPixels,
+    pub(super) lacking: BoundedPixels,
     /// How unsure each pixel of several samples is, as they tell: the 8-bit codes from the lower to the upper end of an
     /// interval around it. In the same order.
     pub(super) widths: Vec<u8>,
@@ -134,7 +134,7 @@ fn trace_with<L: Lanes, E: Effects>(
                     show(codes, sum, ends, job.pruning)
                 };
                 out.pixels[first + lane] = shown;
-                all_lacking.push(Lacking { at: packet[lane], highest });
+                all_lacking.push(BoundedPixel { at: packet[lane], highest });
             }
         }
         if samples.count > 1 && !job.low {

@@ -5,8 +5,8 @@
 //! is asked whether the interval of Student's t is narrow enough; since k looks have k chances to be wrong, look k is
 //! allowed only 1/(k(k + 1)) of the doubt. No pixel depends on another, so any crop is that of the whole.
 
-use super::Lacking;
 use super::packets::{Job, Kernel, Traced, show};
+use crate::bound::BoundedPixel;
 use crate::trace::pixel::Samples;
 
 use super::student::student_t;
@@ -147,7 +147,7 @@ pub(super) fn trace<R: Kernel>(
         let ends = std::array::from_fn(|c| [mean[c].next_down().max(0.0), highest[c].next_up()]);
         let (shown, highest) = show(Codes8::get(), mean, ends, job.pruning);
         out.pixels.push(shown);
-        lacking.push(Lacking { at, highest });
+        lacking.push(BoundedPixel { at, highest });
     }
     out.lacking.add(lacking);
 }

@@ -1,10 +1,10 @@
 //! A scene in the kernel's format: what the tracing kernel reads and never changes.
 
 use crate::accel::{Blockers, Geometry, Owner};
+use crate::bound::ceiling::{Ceiling, Reach};
 use crate::camera::Camera;
 use crate::lanes::Real;
 use crate::scene::called::Called;
-use crate::scene::ceiling::{Ceiling, Reach};
 use crate::scene::description::{Accuracy, Proved, RenderSettings};
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;

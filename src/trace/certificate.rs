@@ -1,7 +1,7 @@
 //! What was left out of a pixel, and the proof that it does not matter.
 //!
 //! All radiance is 0 or more, so with the sum of what was traced, lo, the pixel of recursion without end lies in
-//! [lo, lo + R]: R adds up weight times [`Ceiling`](crate::scene::ceiling::Ceiling) over the rays that were not followed, and
+//! [lo, lo + R]: R adds up weight times [`Ceiling`](crate::bound::ceiling::Ceiling) over the rays that were not followed, and
 //! what lights could have added that were not asked for. Since sRGB codes grow with light, the pixel's code lies between
 //! those of both ends.
 //!

@@ -8,8 +8,9 @@ use sha2::{Digest, Sha256};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, Read, Write};
 use std::path::Path;
+use strahl::bound::BoundedPixel;
 use strahl::film::{Film, Region};
-use strahl::render::{Lacking, Picture, RayCounts, Refined, Sampling};
+use strahl::render::{Picture, RayCounts, Refined, Sampling};
 
 /// Bytes of the hash.
 const DIGEST: usize = 16;
@@ -87,7 +88,7 @@ impl Tiles {
         bytes.extend((lacking.len() as u32).to_le_bytes());
         bytes.extend(took);
         bytes.extend(film.pixels.as_flattened().iter().flat_map(|channel| channel.to_le_bytes()));
-        for Lacking { at, highest } in lacking.iter() {
+        for BoundedPixel { at, highest } in lacking.iter() {
             bytes.extend(at.iter().flat_map(|coordinate| coordinate.to_le_bytes()));
             bytes.extend(highest.iter().flat_map(|channel| channel.to_le_bytes()));
         }
@@ -132,7 +133,7 @@ fn read(
     let color = |words: &[u32]| std::array::from_fn(|c| f32::from_bits(words[c]));
     let pixels = words(pixels).chunks_exact(3).map(color).collect();
     let film = Film { region, full_width, full_height, pixels };
-    let lack = |words: &[u32]| Lacking { at: [words[0], words[1]], highest: color(&words[2..]) };
+    let lack = |words: &[u32]| BoundedPixel { at: [words[0], words[1]], highest: color(&words[2..]) };
     let lacking = words(lacking).chunks_exact(5).map(lack).collect();
     let rays = RayCounts { camera_hits, deepest, ..rays };
     let (costs, progress) = (Vec::new(), None);
@@ -169,7 +170,7 @@ mod tests {
         let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], ..black.film.clone() };
         let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, deepest: 4, ..RayCounts::default() };
         let refined = Refined { pixels: 3, rays: RayCounts { shadow: 9, ..RayCounts::default() } };
-        let lacking = [Lacking { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }]
+        let lacking = [BoundedPixel { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }]
             .repeat(number as usize)
             .into_iter()
             .collect();

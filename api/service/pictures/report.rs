@@ -7,13 +7,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
-use strahl::accuracy::Proof;
+use strahl::bound::Proof;
+use strahl::bound::ceiling::Reach;
 use strahl::film::Region;
 use strahl::plan::Plan;
 use strahl::plan::estimate::Estimate;
 use strahl::render::{Picture, Progress, RayCounts, Refined, Sampling};
 use strahl::scene::Scene;
-use strahl::scene::ceiling::Reach;
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Statistical};
 
 /// The cost report.
@@ -159,7 +159,7 @@ impl Proved {
             reach.because = Vec::new();
         }
         Self {
-            proof: Some(Proof::of(picture)).filter(|proof| proof.max_linear.is_some() && reach.ceiling.is_some()),
+            proof: Some(picture.proof()).filter(|proof| proof.max_linear.is_some() && reach.ceiling.is_some()),
             reference: match reach.max_depth {
                 None => "the same samples, recursion without end",
                 Some(_) => "the same samples, recursion to max_depth",

@@ -5,11 +5,10 @@
 
 use super::pool::{Piece, Workers};
 use std::time::{Duration, Instant};
+use strahl::bound::BoundedPixels;
 use strahl::camera::Window;
 use strahl::film::{Film, Region};
-use strahl::render::{
-    Cancelled, Control, LackingPixels, Picture, Progressive, RayCounts, Refined, Sampling, Stop, render_window,
-};
+use strahl::render::{Cancelled, Control, Picture, Progressive, RayCounts, Refined, Sampling, Stop, render_window};
 use strahl::scene::Scene;
 
 /// How long a piece should take.
@@ -111,7 +110,7 @@ pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Pict
     let (rays, refined, sampling) = (RayCounts::default(), Refined::default(), Sampling::default());
     Picture {
         film,
-        lacking: LackingPixels::default(),
+        lacking: BoundedPixels::default(),
         sampling,
         rays,
         refined,

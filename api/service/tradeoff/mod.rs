@@ -14,7 +14,7 @@ use std::time::{Instant, SystemTime};
 use strahl::accuracy::page::Thumbnails;
 use strahl::accuracy::sweep::{Times, points};
 use strahl::accuracy::tradeoff::{Circumstances, Front, HOW_TIMES_ARE_MEASURED, Reference, Tradeoff};
-use strahl::accuracy::{Codes8, Proof, advice};
+use strahl::accuracy::{Codes8, advice};
 use strahl::lanes::instructions;
 use strahl::render::{Cancelled, Control, Cut};
 use strahl::scene::{Files, Loaded, Problems};
@@ -84,7 +84,7 @@ pub(crate) fn measure(
                 point.rays = Some(picture.rays);
                 // The same bounds for all points: recursion without end, which the references come near to.
                 let endless = stage.single.ceiling().reach.max_depth.is_none();
-                let proof = endless.then(|| stage.workers.work(|| Proof::of(&picture))).transpose()?;
+                let proof = endless.then(|| stage.workers.work(|| picture.proof())).transpose()?;
                 point.proved_codes = proof.filter(|p| p.max_linear.is_some()).map(|p| p.max_codes);
                 let codes = Codes8::from(&picture.film);
                 point.measured = references.errors(&stage, point.settings, &codes);

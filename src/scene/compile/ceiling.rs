@@ -9,9 +9,9 @@
 //! some g is too large for that, U of a chain of n rays is max(B, max A + g U of n - 1 rays), and that of none is 0.
 
 use crate::accel::nearness;
+use crate::bound::ceiling::Ceiling;
 use crate::lanes::Real;
 use crate::math::Rgb;
-use crate::scene::ceiling::Ceiling;
 use crate::scene::description::{Accuracy, DEFAULT_MAX_DEPTH, Description};
 use crate::scene::limits::MAX_DEPTH;
 use crate::scene::problem::push_token;

@@ -20,13 +20,13 @@ mod warn;
 pub use camera::camera_of;
 pub(crate) use transform::affine;
 
-use super::ceiling::Ceiling;
 use super::description::{Accuracy, Description, Precision, Statistical};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::Problems;
 use super::world::{Pruning, World};
 use super::{Problem, limits};
 use crate::accel::BvhKind;
+use crate::bound::ceiling::Ceiling;
 use crate::lanes::Real;
 use std::time::Instant;
 

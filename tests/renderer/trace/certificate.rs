@@ -4,12 +4,11 @@ use crate::common::{Random, load_scene, on_own_threads, scene_names};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::ops::AddAssign;
-use strahl::accuracy::Proof;
+use strahl::bound::ceiling::Ceiling;
 use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::film::srgb::code8;
 use strahl::render::{Control, Picture, Progressive, Stop, render, render_until};
-use strahl::scene::ceiling::Ceiling;
 use strahl::scene::compile::Precise;
 use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays};
 use strahl::scene::{Format, Loaded, Overrides, Scene, load};
@@ -114,7 +113,7 @@ impl AddAssign for Tally {
 
 /// Holds a picture against one whose rays were followed further.
 fn hold(picture: &Picture, deep: &Picture, roundings: f64, tally: &mut Tally) {
-    let proof = Proof::of(picture);
+    let proof = picture.proof();
     let (highest, deepest) = (picture.highest(), deep.highest());
     let deeper = deep.film.pixels.iter().zip(&deepest);
     for ((shown, highest), (deep, deepest)) in picture.film.pixels.iter().zip(&highest).zip(deeper) {
@@ -211,7 +210,7 @@ fn no_pixel_of_the_scenes_leaves_its_bounds() {
         let deep = shoot(&small(fixed(depth.unwrap_or(300), 1e-7)));
         for codes in 0..=2 {
             let picture = shoot(&small(proved(codes)));
-            let proof = Proof::of(&picture);
+            let proof = picture.proof();
             assert!(proof.max_codes <= codes.max(1), "{name}: {proof:?}");
             let before = (tally.violations, tally.codes);
             hold(&picture, &deep, 2e-5, &mut tally);

@@ -1,8 +1,8 @@
 //! What is proved about a picture: how far recursion without end could be from it.
 
+use super::{BoundedPixel, BoundedPixels};
 use crate::film::Film;
 use crate::film::srgb::Codes8;
-use crate::render::{Lacking, Picture};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -31,15 +31,12 @@ struct Part {
 }
 
 impl Proof {
-    /// The proof of a picture; each pixel that may lack light says itself what it may be at most.
-    pub fn of(picture: &Picture) -> Self {
-        let Film { region, pixels, .. } = &picture.film;
-        let add = |part: Part, lacking: &Lacking| part.add(pixels[region.index(lacking.at)], lacking);
-        let all = picture
-            .lacking
-            .par_parts()
-            .map(|part| part.iter().fold(Part::default(), add))
-            .reduce(Part::default, Part::and);
+    /// The proof of a picture, given the pixels that may lack light.
+    pub fn of(film: &Film, bounded: &BoundedPixels) -> Self {
+        let Film { region, pixels, .. } = film;
+        let add = |part: Part, lacking: &BoundedPixel| part.add(pixels[region.index(lacking.at)], lacking);
+        let all =
+            bounded.par_parts().map(|part| part.iter().fold(Part::default(), add)).reduce(Part::default, Part::and);
         Self {
             max_codes: all.codes,
             identical_fraction: 1.0 - all.open as f64 / pixels.len() as f64,
@@ -50,7 +47,7 @@ impl Proof {
 }
 
 impl Part {
-    fn add(self, shown: [f32; 3], lacking: &Lacking) -> Self {
+    fn add(self, shown: [f32; 3], lacking: &BoundedPixel) -> Self {
         let (table, highest) = (Codes8::get(), lacking.highest);
         let codes = (0..3).map(|c| table.code(highest[c]).saturating_sub(table.code(shown[c]))).fold(0, u8::max);
         let linear: [f32; 3] = std::array::from_fn(|c| (highest[c] - shown[c]).max(0.0));

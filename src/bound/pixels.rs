@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 /// A pixel of which something was left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lacking {
+pub struct BoundedPixel {
     /// Its column and row in the whole picture.
     pub at: [u32; 2],
     /// What it is at most: what was summed, and the most that what was left out can bring.
@@ -13,11 +13,11 @@ pub struct Lacking {
 
 /// All of them, in no particular order. They stay in the parts they were found in: there may be as many as pixels.
 #[derive(Debug, Clone, Default)]
-pub struct LackingPixels {
-    parts: Vec<Vec<Lacking>>,
+pub struct BoundedPixels {
+    parts: Vec<Vec<BoundedPixel>>,
 }
 
-impl LackingPixels {
+impl BoundedPixels {
     /// How many.
     pub fn len(&self) -> usize {
         self.parts.iter().map(Vec::len).sum()
@@ -29,17 +29,17 @@ impl LackingPixels {
     }
 
     /// One after the other.
-    pub fn iter(&self) -> impl Iterator<Item = &Lacking> {
+    pub fn iter(&self) -> impl Iterator<Item = &BoundedPixel> {
         self.parts.iter().flatten()
     }
 
     /// Part by part, on all threads.
-    pub(crate) fn par_parts(&self) -> impl ParallelIterator<Item = &Vec<Lacking>> {
+    pub(crate) fn par_parts(&self) -> impl ParallelIterator<Item = &Vec<BoundedPixel>> {
         self.parts.par_iter()
     }
 
     /// Adds a part.
-    pub(super) fn add(&mut self, part: Vec<Lacking>) {
+    pub(crate) fn add(&mut self, part: Vec<BoundedPixel>) {
         if !part.is_empty() {
             self.parts.push(part);
         }
@@ -51,13 +51,13 @@ impl LackingPixels {
     }
 
     /// Keeps some of them.
-    pub(super) fn retain(&mut self, keep: impl Fn(&Lacking) -> bool + Sync) {
+    pub(crate) fn retain(&mut self, keep: impl Fn(&BoundedPixel) -> bool + Sync) {
         self.parts.par_iter_mut().for_each(|part| part.retain(&keep));
     }
 }
 
-impl FromIterator<Lacking> for LackingPixels {
-    fn from_iter<I: IntoIterator<Item = Lacking>>(pixels: I) -> Self {
+impl FromIterator<BoundedPixel> for BoundedPixels {
+    fn from_iter<I: IntoIterator<Item = BoundedPixel>>(pixels: I) -> Self {
         let mut all = Self::default();
         all.add(pixels.into_iter().collect());
         all
