@@ -7,7 +7,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// For each material a distance from `point` below which none of its surfaces comes; infinite where there are none.
-pub fn nearness<R: Real>(geometries: &[Geometry<R>], root: usize, point: [f64; 3], materials: usize) -> Vec<f64> {
+pub fn least_distances<R: Real>(
+    geometries: &[Geometry<R>],
+    root: usize,
+    point: [f64; 3],
+    materials: usize,
+) -> Vec<f64> {
     let mut nearest = vec![f64::INFINITY; materials];
     visit(geometries, root, DVec3::from_array(point), 1.0, &mut nearest);
     nearest

@@ -25,7 +25,7 @@ pub use build::{Bvh, BvhKind};
 pub use extent::{Ball, Extent};
 pub use geometry::Geometry;
 pub use item::{Instance, Item, Mesh, Shape};
-pub use least_distance::nearness;
+pub use least_distance::least_distances;
 pub use motion::Motion;
 pub use nearest_hit::{Nearest, Skipped, nearest_hit};
 pub use occlusion::{Blockers, transmittance};

@@ -1,5 +1,13 @@
-//! How bright anything in a scene can be: what a ray that is not followed could have added at most.
+//! The radiance ceiling: how bright anything in a scene can be, so how much a ray that is not followed could have added.
+//!
+//! A surface adds at most A and sends on at most g of what comes. So with the background B (fog and surroundings included)
+//!
+//! U = max(B, max over materials of A / (1 - g)),
+//!
+//! where a material with g = 1 and A = 0 asks for nothing: if U bounds what arrives, A + g U <= U bounds what leaves. Where
+//! some g is too large for that, U of a chain of n rays is max(B, max A + g U of n - 1 rays), and that of none is 0.
 
+use crate::math::Rgb;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -32,23 +40,109 @@ const SLACK: f64 = 1.002;
 /// What stands for infinity: a weight of 0 times it is 0, not NaN.
 const NO_BOUND: f64 = 1e28;
 
+/// Chains whose ceilings are listed one by one.
+const LEVELS: u32 = 4_096;
+
+/// What a material may send on so that pictures are held against recursion without end:
+/// chains of 4,096 rays are as good as that then.
+const MOST_SENT: f64 = 0.99;
+
+/// What one material adds and sends on at most, for each channel.
+#[derive(Debug, Clone)]
+pub struct MaterialBound {
+    /// JSON pointer of the material, if it has one.
+    pub pointer: Option<String>,
+    /// A: what its surfaces add.
+    pub adds: Rgb,
+    /// g: the share of what comes that they send on.
+    pub sends: Rgb,
+}
+
 impl Ceiling {
-    /// The same for all rays.
-    pub fn endless(radiance: [f64; 3], why: String, because: Vec<String>) -> Self {
-        let radiance = radiance.map(|c| c * SLACK);
-        Self { levels: vec![radiance], reach: Reach { max_depth: None, ceiling: Some(radiance), why, because } }
+    /// A ceiling that bounds nothing, for chains of at most `max_depth` rays.
+    pub fn unbounded(max_depth: u32, why: String, because: Vec<String>) -> Self {
+        Self::of_levels(vec![[f64::INFINITY; 3]], max_depth, why, because)
+    }
+
+    /// For recursion without end. Where a material makes that impossible, for chains of at most `max_depth` rays.
+    /// `split` is the largest factor that splitting light into wavelengths puts on it.
+    pub fn endless(beyond: Rgb, materials: &[MaterialBound], split: Rgb, max_depth: u32) -> Self {
+        match steady(beyond, materials) {
+            Ok((most, by)) => {
+                let radiance = (most * split).to_array().map(|c| c * SLACK);
+                let why = match by {
+                    Some(_) => "of what a material adds, and of what it sends on again and again: A/(1 - g)",
+                    None => "nothing is brighter than the background",
+                };
+                let because = by.and_then(|material| material.pointer.clone()).into_iter().collect();
+                let reach = Reach { max_depth: None, ceiling: Some(radiance), why: why.to_owned(), because };
+                Self { levels: vec![radiance], reach }
+            }
+            Err(material) => {
+                let why = "a material sends on nearly all light that it gets, or more, and adds some: recursion \
+                           without end has no bound, or none that would be of use";
+                let because = material.pointer.clone().into_iter().collect();
+                Self::by_depth(beyond, materials, split, max_depth, why.to_owned(), because)
+            }
+        }
+    }
+
+    /// For chains of at most `max_depth` rays.
+    pub fn by_depth(
+        beyond: Rgb,
+        materials: &[MaterialBound],
+        split: Rgb,
+        max_depth: u32,
+        why: String,
+        because: Vec<String>,
+    ) -> Self {
+        let mut levels = vec![[0.0; 3]];
+        let mut below = Rgb::ZERO;
+        for _ in 0..max_depth.min(LEVELS) {
+            below = materials.iter().fold(beyond, |most, m| most.max(m.adds + m.sends * below));
+            levels.push((below * split).to_array());
+        }
+        if max_depth > LEVELS && levels[LEVELS as usize] != levels[LEVELS as usize - 1] {
+            levels.push([f64::INFINITY; 3]);
+        }
+        Self::of_levels(levels, max_depth, why, because)
     }
 
     /// By the number of rays in a chain, entry 0 being that of no ray.
-    pub fn by_depth(levels: Vec<[f64; 3]>, max_depth: u32, why: String, because: Vec<String>) -> Self {
+    fn of_levels(levels: Vec<[f64; 3]>, max_depth: u32, why: String, because: Vec<String>) -> Self {
         let levels: Vec<[f64; 3]> = levels.into_iter().map(|level| level.map(|c| c * SLACK)).collect();
         let ceiling = levels.last().copied().filter(|level| level.iter().all(|c| c.is_finite()));
         let levels = levels.into_iter().map(|level| level.map(|c| c.min(NO_BOUND))).collect();
         Self { levels, reach: Reach { max_depth: Some(max_depth), ceiling, why, because } }
     }
 
+    /// Multiplies it: tests see what pictures do with a ceiling that is too low.
+    pub fn scale(&mut self, factor: f64) {
+        self.levels.iter_mut().flatten().for_each(|level| *level *= factor);
+    }
+
     /// The ceiling of a ray that begins a chain of at most `rays`.
     pub fn of(&self, rays: u32) -> [f64; 3] {
         self.levels[(rays as usize).min(self.levels.len() - 1)]
     }
+}
+
+/// U = max(B, max A / (1 - g)) and the material that decides it, or the material that has no such bound.
+fn steady(beyond: Rgb, materials: &[MaterialBound]) -> Result<(Rgb, Option<&MaterialBound>), &MaterialBound> {
+    let (mut most, mut by) = (beyond, None);
+    for material in materials {
+        for c in 0..3 {
+            let (adds, sends) = (material.adds[c], material.sends[c]);
+            let least = match () {
+                () if adds == 0.0 && sends <= 1.0 => 0.0,
+                () if sends <= MOST_SENT => adds / (1.0 - sends),
+                () => return Err(material),
+            };
+            if least > most[c] {
+                most[c] = least;
+                by = Some(material);
+            }
+        }
+    }
+    Ok((most, by))
 }

@@ -89,7 +89,7 @@ pub(super) fn build<R: Real>(
             },
             spd_counts: options.spd_counts,
         },
-        ceiling: Ceiling::endless([0.0; 3], String::new(), Vec::new()),
+        ceiling: Ceiling::unbounded(0, String::new(), Vec::new()),
     };
     world.ceiling = ceiling(description, &world);
     world.rules.finish(render, &world.ceiling.reach);

@@ -4,7 +4,6 @@ use crate::common::{Random, load_scene, on_own_threads, scene_names};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::ops::AddAssign;
-use strahl::bound::ceiling::Ceiling;
 use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::film::srgb::code8;
@@ -134,17 +133,9 @@ fn hold(picture: &Picture, deep: &Picture, roundings: f64, tally: &mut Tally) {
 
 /// Puts a multiple of a scene's ceiling in its place.
 fn scale_ceiling(scene: &mut Scene, factor: f64) {
-    let scaled = |ceiling: &Ceiling| {
-        let rays = ceiling.reach.max_depth.unwrap_or(0);
-        let levels = (0..=rays).map(|n| ceiling.of(n).map(|c| c * factor)).collect();
-        match ceiling.reach.max_depth {
-            None => Ceiling::endless(ceiling.of(0).map(|c| c * factor), String::new(), Vec::new()),
-            Some(depth) => Ceiling::by_depth(levels, depth, String::new(), Vec::new()),
-        }
-    };
     match &mut scene.world {
-        Precise::Single(world) => world.ceiling = scaled(&world.ceiling),
-        Precise::Double(world) => world.ceiling = scaled(&world.ceiling),
+        Precise::Single(world) => world.ceiling.scale(factor),
+        Precise::Double(world) => world.ceiling.scale(factor),
     }
 }
 
