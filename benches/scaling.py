@@ -3,7 +3,7 @@
 
     cargo build --release
     python3 benches/scaling.py                         # five rounds, some minutes, into target/scaling
-    python3 benches/scaling.py --rounds 15 --record    # and write the figures beside this program
+    python3 benches/scaling.py --rounds 15 --record    # and record numbers and drawing
 
 It needs nothing but Python's own library. What is timed is the trace phase, without antialiasing, in single precision.
 All points are measured in turn in each round, so that what disturbs the machine disturbs them all.
@@ -139,7 +139,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=5, help="times each point is measured")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--strahl", type=Path, default=ROOT / "target/release/strahl", help="the program to time")
-    parser.add_argument("--record", action="store_true", help="write scaling.json and .svg beside this program")
+    parser.add_argument("--record", action="store_true", help="write scaling.json beside this program, and docs/pictures/scaling.svg")
     asked = parser.parse_args()
     if not asked.strahl.exists():
         sys.exit(f"there is no {asked.strahl}: cargo build --release")
@@ -148,9 +148,9 @@ def main():
                "rounds": asked.rounds, "all_threads": asked.threads}
     figures |= measure(asked.strahl, asked.threads, asked.rounds)
     report(figures)
-    for folder in [OUT, HERE] if asked.record else [OUT]:
-        (folder / "scaling.json").write_text(json.dumps(figures, indent=1) + "\n")
-        (folder / "scaling.svg").write_text(figure(figures))
+    for numbers, drawing in [(OUT, OUT), (HERE, ROOT / "docs/pictures")] if asked.record else [(OUT, OUT)]:
+        (numbers / "scaling.json").write_text(json.dumps(figures, indent=1) + "\n")
+        (drawing / "scaling.svg").write_text(figure(figures))
 
 
 if __name__ == "__main__":

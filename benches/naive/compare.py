@@ -197,7 +197,7 @@ def main():
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--no-build", action="store_true", help="time the variants that are built already")
     parser.add_argument("--no-time", action="store_true", help="build and count only")
-    parser.add_argument("--record", action="store_true", help="write robustness.json and .svg beside this program")
+    parser.add_argument("--record", action="store_true", help="write robustness.json beside this program, and docs/pictures/robustness.svg")
     parser.add_argument("--mutations", action="store_true", help="list the tests that notice each patch")
     parser.add_argument("--tests", nargs="+", default=TESTS, help="the test binaries that --mutations runs")
     asked = parser.parse_args()
@@ -227,7 +227,7 @@ def main():
     (WORK / "robustness.svg").write_text(plot(figures))
     if asked.record:
         (HERE / "robustness.json").write_text(text)
-        (HERE / "robustness.svg").write_text(plot(figures))
+        (ROOT / "docs/pictures/robustness.svg").write_text(plot(figures))
     return None
 
 
