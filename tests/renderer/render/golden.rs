@@ -1,9 +1,11 @@
-//! Pictures of every scene, compared with pictures that a person has looked at: `tests/golden/*.png`.
+//! Pictures of every scene, compared with pictures that a person has looked at: `tests/golden/*.png`, and those that the
+//! documents show: `docs/pictures/*.png`.
 //!
 //! They must agree in every pixel: the renderer computes the same bits on every machine. After a change that is meant to
 //! change pictures, look at them and bless them: `UPDATE_GOLDEN=1 cargo test --release --test renderer golden`.
 
-use crate::common::{load_scene, render_whole, root, scene_names};
+use crate::common::{load_scene, read, render_whole, root, scene_names};
+use std::path::PathBuf;
 use strahl::film::{FileFormat, Film, encode};
 use strahl::scene::Overrides;
 
@@ -15,7 +17,12 @@ fn pixels(png: &[u8]) -> image::RgbImage {
 
 /// Compares a film with its golden picture; says what differs.
 fn compare(name: &str, film: &Film) -> Result<(), String> {
-    let path = root().join("tests/golden").join(format!("{name}.png"));
+    compare_in("tests/golden", name, film)
+}
+
+/// Compares a film with the picture of a folder; says what differs.
+fn compare_in(folder: &str, name: &str, film: &Film) -> Result<(), String> {
+    let path = root().join(folder).join(format!("{name}.png"));
     let png = encode(film, FileFormat::Png8);
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
         std::fs::write(&path, png).unwrap();
@@ -29,7 +36,7 @@ fn compare(name: &str, film: &Film) -> Result<(), String> {
     }
     let differing = new.pixels().zip(old.pixels()).filter(|(a, b)| a != b).count();
     if differing > 0 {
-        let shown = root().join("target").join(format!("golden-{}.png", name.replace('/', "-")));
+        let shown = root().join("target").join(format!("{}-{name}.png", folder.replace('/', "-")));
         std::fs::write(&shown, png).unwrap();
         return Err(format!("{name}: {differing} pixels differ; the new picture is {}", shown.display()));
     }
@@ -69,4 +76,22 @@ fn no_golden_picture_has_lost_its_scene() {
         let name = file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned();
         assert!(expected.contains(&name), "tests/golden/{name}.png belongs to no scene");
     }
+}
+
+/// Their names are FOLDER-SCENE or FOLDER-SCENE-depth-N. Pictures of other code, naive-*, are not made by this renderer.
+#[test]
+fn pictures_of_the_documents_are_current() {
+    let scenes = scene_names();
+    let is_picture = |path: &PathBuf| path.extension().is_some_and(|e| e == "png");
+    let folder = std::fs::read_dir(root().join("docs/pictures")).unwrap().map(|file| file.unwrap().path());
+    let names = folder.filter(is_picture).map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned());
+    report(names.filter(|name| !name.starts_with("naive-")).map(|name| {
+        let (scene, depth) =
+            name.split_once("-depth-").map_or((name.as_str(), None), |(scene, n)| (scene, n.parse().ok()));
+        let scene = scenes.iter().find(|known| known.replace('/', "-") == scene);
+        let scene = scene.ok_or_else(|| format!("docs/pictures/{name}.png belongs to no scene"))?;
+        let width = pixels(&read(&format!("docs/pictures/{name}.png"))).width();
+        let overrides = Overrides { max_depth: depth, ..Overrides::default() };
+        compare_in("docs/pictures", &name, &render_whole(&load_scene(scene, width, overrides)))
+    }));
 }

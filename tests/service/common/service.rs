@@ -3,6 +3,7 @@
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -18,9 +19,15 @@ pub(crate) struct Service {
 
 impl Service {
     pub(crate) fn start(flags: &[&str]) -> Self {
+        Self::start_in(Path::new("."), flags)
+    }
+
+    /// Starts it in a folder, from which it sees files.
+    pub(crate) fn start_in(folder: &Path, flags: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_strahl"))
             .args(["serve", "--listen", "127.0.0.1:0"])
             .args(flags)
+            .current_dir(folder)
             .env_remove("STRAHL_LOG")
             .stderr(Stdio::piped())
             .spawn()
