@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::scene_args::{PictureArgs, SceneArgs, SettingsArgs};
 use super::session::{Session, region_of};
 use super::{output, progress};
-use crate::service::pictures::render::{self, Shot};
+use crate::service::pictures::render::{self, RenderSpec};
 use crate::service::pictures::report::{Cost, Report};
 use crate::service::scenes::prepared::{Analyzed, planned};
 use clap::{Args, ValueEnum};
@@ -55,7 +55,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
         };
     }
 
-    let shot = Shot::of(&ready.scene, region, FileFormat::Png8);
+    let shot = RenderSpec::of(&ready.scene, region, FileFormat::Png8);
     let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control);
     let mut report = progress::while_showing(&session.control, make)?.report;
     plan.measure(&pilot, &report.cost.rays, &report.cost.refined, report.cost.phases_ms.trace);

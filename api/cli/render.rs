@@ -5,7 +5,7 @@ use super::scene_args::{PictureArgs, SceneArgs, SettingsArgs};
 use super::session::{Session, region_of};
 use super::values::word;
 use super::{output, progress};
-use crate::service::pictures::render::{self, Finished, Shot};
+use crate::service::pictures::render::{self, RenderSpec, Rendered};
 use crate::service::pictures::report::Report;
 use clap::Args;
 use std::io::{self, IsTerminal, Write};
@@ -52,9 +52,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let ready = session.prepare()?;
     warn(&session.file.name, &ready.scene.warnings);
     let region = region_of(&ready.scene, args.picture.region)?;
-    let shot = Shot { note: true, predict: stats.is_some(), ..Shot::of(&ready.scene, region, format) };
+    let shot = RenderSpec { note: true, predict: stats.is_some(), ..RenderSpec::of(&ready.scene, region, format) };
     let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control);
-    let Finished { file, report } = progress::while_showing(&session.control, make)?;
+    let Rendered { file, report } = progress::while_showing(&session.control, make)?;
 
     output::write(&args.output, &file)?;
     if let Some(path) = stats {

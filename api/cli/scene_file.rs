@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::scene_args::SceneArgs;
-use crate::service::scenes::texture_folder::Folder;
+use crate::service::scenes::texture_folder::TextureFolder;
 use std::io::{self, Read};
 use std::path::Path;
 use strahl::scene::limits::SCENE_BYTES;
@@ -18,7 +18,7 @@ pub(super) struct SceneFile {
     /// Which format it is in.
     pub(super) format: Format,
     /// The folder it lies in, where its pictures are.
-    folder: Option<Folder>,
+    folder: Option<TextureFolder>,
 }
 
 impl SceneFile {
@@ -28,7 +28,7 @@ impl SceneFile {
         let format = scene.input.or_else(|| by_name(&scene.scene)).unwrap_or_else(|| sniff(&bytes));
         // A file in no named folder lies in the working directory.
         let parent = Path::new(&scene.scene).parent().filter(|parent| !parent.as_os_str().is_empty());
-        let folder = (scene.scene != "-").then(|| Folder::open(parent.unwrap_or(Path::new("."))).ok()).flatten();
+        let folder = (scene.scene != "-").then(|| TextureFolder::open(parent.unwrap_or(Path::new("."))).ok()).flatten();
         Ok(Self { name, bytes, format, folder })
     }
 

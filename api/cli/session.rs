@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::interrupt;
 use super::scene_args::{SceneArgs, SettingsArgs};
 use super::scene_file::SceneFile;
-use crate::service::scenes::prepared::Ready;
+use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::{Pool, Workers};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -51,9 +51,9 @@ impl Session {
     }
 
     /// Checks and builds the scene, and plans its picture.
-    pub(super) fn prepare(&self) -> Result<Ready, Failure> {
+    pub(super) fn prepare(&self) -> Result<PreparedScene, Failure> {
         let loaded = self.load()?;
-        Ok(self.workers.work(|| Ready::from(loaded))?)
+        Ok(self.workers.work(|| PreparedScene::from(loaded))?)
     }
 }
 

@@ -8,29 +8,29 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Who has how many.
 #[derive(Debug)]
-pub(crate) struct Places<K>(Arc<Mutex<HashMap<K, u32>>>);
+pub(crate) struct ConcurrencyLimit<K>(Arc<Mutex<HashMap<K, u32>>>);
 
 /// One of them, given back when dropped.
 #[derive(Debug)]
-pub(crate) struct Place<K: Hash + Eq> {
+pub(crate) struct Permit<K: Hash + Eq> {
     places: Arc<Mutex<HashMap<K, u32>>>,
     who: K,
 }
 
-impl<K> Default for Places<K> {
+impl<K> Default for ConcurrencyLimit<K> {
     fn default() -> Self {
         Self(Arc::default())
     }
 }
 
-impl<K: Hash + Eq + Clone> Places<K> {
+impl<K: Hash + Eq + Clone> ConcurrencyLimit<K> {
     /// One more for somebody who may have at most so many; none if that is reached.
-    pub(crate) fn enter(&self, who: K, most: u32) -> Option<Place<K>> {
+    pub(crate) fn enter(&self, who: K, most: u32) -> Option<Permit<K>> {
         let mut taken = locked(&self.0);
         let count = taken.get(&who).copied().unwrap_or(0);
         (count < most).then(|| {
             taken.insert(who.clone(), count + 1);
-            Place { places: Arc::clone(&self.0), who }
+            Permit { places: Arc::clone(&self.0), who }
         })
     }
 
@@ -40,7 +40,7 @@ impl<K: Hash + Eq + Clone> Places<K> {
     }
 }
 
-impl<K: Hash + Eq> Drop for Place<K> {
+impl<K: Hash + Eq> Drop for Permit<K> {
     fn drop(&mut self) {
         let mut taken = locked(&self.places);
         if let Some(count) = taken.get_mut(&self.who) {
@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn each_has_its_share_and_gives_it_back() {
-        let places = Places::default();
+        let places = ConcurrencyLimit::default();
         let held: Vec<_> = (0..2).map(|_| places.enter("a", 2).unwrap()).collect();
         assert!(places.enter("a", 2).is_none());
         assert!(places.enter("b", 2).is_some(), "others have their own");

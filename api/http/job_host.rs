@@ -4,10 +4,10 @@
 use super::auth::Access;
 use super::metrics::Metrics;
 use super::problem::Problem;
-use crate::service::jobs::Host;
+use crate::service::jobs::JobObserver;
 use crate::service::jobs::record::{Failure, Record, State};
-use crate::service::scenes::cache::Scenes;
-use crate::service::scenes::prepared::Ready;
+use crate::service::scenes::cache::SceneCache;
+use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;
 use std::sync::Arc;
 use strahl::scene::{Format, Overrides};
@@ -15,19 +15,19 @@ use strahl::scene::{Format, Overrides};
 /// The service as jobs see it.
 #[derive(Debug)]
 pub(crate) struct JobHost {
-    pub(crate) scenes: Arc<Scenes>,
+    pub(crate) scenes: Arc<SceneCache>,
     pub(crate) access: Arc<Access>,
     pub(crate) metrics: Arc<Metrics>,
 }
 
-impl Host for JobHost {
+impl JobObserver for JobHost {
     fn build(
         &self,
         workers: &Workers,
         text: &[u8],
         format: Format,
         settings: &Overrides,
-    ) -> Result<Arc<Ready>, Failure> {
+    ) -> Result<Arc<PreparedScene>, Failure> {
         let found = self.scenes.find(workers, text, format, settings);
         found.map(|found| found.ready).map_err(|problems| Problem::scene(&problems).into_failure())
     }

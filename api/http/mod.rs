@@ -19,18 +19,18 @@ use crate::cli::failure::Failure;
 use crate::cli::{LogFormat, ServeArgs};
 use crate::service::jobs::Jobs;
 use crate::service::limits::Limits;
-use crate::service::pictures::cache::Pictures;
-use crate::service::scenes::cache::Scenes;
-use crate::service::scenes::store::Texts;
-use crate::service::scenes::texture_folder::Folder;
+use crate::service::pictures::cache::PictureCache;
+use crate::service::scenes::cache::SceneCache;
+use crate::service::scenes::store::SceneStore;
+use crate::service::scenes::texture_folder::TextureFolder;
 use crate::service::scheduler::admission::Queue;
 use crate::service::scheduler::pool::Pool;
-use crate::service::storage::blob_store::Blobs;
+use crate::service::storage::blob_store::BlobStore;
 use crate::service::storage::data_folder::DataFolder;
-use crate::service::storage::lru_cache::Recent;
+use crate::service::storage::lru_cache::LruCache;
 use auth::Access;
 use auth::client::Client;
-use concurrency_limit::Places;
+use concurrency_limit::ConcurrencyLimit;
 use drain::{Drain, StopSignals};
 use job_host::JobHost;
 use metrics::Metrics;
@@ -58,17 +58,17 @@ pub(crate) struct Service {
     /// Who may do what.
     access: Arc<Access>,
     /// Scenes that need not be built again.
-    scenes: Arc<Scenes>,
+    scenes: Arc<SceneCache>,
     /// Pictures that need not be made again.
-    pictures: Pictures,
+    pictures: PictureCache,
     /// Under which address clients see the service, if it was told.
     public_url: Option<String>,
     /// Renders that nobody has to wait for.
     jobs: Arc<Jobs>,
     /// Open event streams of tenants.
-    streams: Places<String>,
+    streams: ConcurrencyLimit<String>,
     /// Tiles that are being answered.
-    tile_clients: Places<Client>,
+    tile_clients: ConcurrencyLimit<Client>,
     /// What a request may ask for.
     limits: Limits,
     /// How much memory bodies and answers may take together, in units of [`body::UNIT`] bytes.
@@ -101,19 +101,19 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         .map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))?;
     let limits = Limits::new(args);
     let textures = args.textures.as_deref().map(|path| {
-        Folder::open(path).map_err(|error| Failure::Usage(format!("--textures {}: {error}", path.display())))
+        TextureFolder::open(path).map_err(|error| Failure::Usage(format!("--textures {}: {error}", path.display())))
     });
     let blobs = |part: &str, budget: u64| {
         let folder = args.cache.as_ref().map(|folder| folder.join(part));
         let open = |folder: PathBuf| {
-            Blobs::open(&folder, budget)
+            BlobStore::open(&folder, budget)
                 .map_err(|error| Failure::Usage(format!("--cache {}: {error}", folder.display())))
         };
         folder.map(open).transpose()
     };
     let texts = blobs("scenes", args.known_scene_bytes)?
-        .map_or_else(|| Texts::Memory(Recent::new(args.known_scene_bytes)), Texts::Folder);
-    let scenes = Arc::new(Scenes::new(args.scene_cache_bytes, textures.transpose()?, texts));
+        .map_or_else(|| SceneStore::Memory(LruCache::new(args.known_scene_bytes)), SceneStore::TextureFolder);
+    let scenes = Arc::new(SceneCache::new(args.scene_cache_bytes, textures.transpose()?, texts));
     let data = DataFolder::open(args.data.as_deref()).map_err(|error| Failure::Usage(error.to_string()))?;
     let (access, metrics) = (Arc::new(access), Arc::<Metrics>::default());
     let host = JobHost { scenes: Arc::clone(&scenes), access: Arc::clone(&access), metrics: Arc::clone(&metrics) };
@@ -123,12 +123,12 @@ pub(crate) fn run(args: &ServeArgs) -> Result<(), Failure> {
         tiles: Queue::new(Arc::clone(&pool), args.tile_queue, TILE_PATIENCE.min(args.timeout)),
         pool,
         access,
-        pictures: Pictures::new(args.picture_cache_bytes, blobs("pictures", args.disk_cache_bytes)?),
+        pictures: PictureCache::new(args.picture_cache_bytes, blobs("pictures", args.disk_cache_bytes)?),
         public_url: args.public_url.clone(),
         scenes,
         jobs,
-        streams: Places::default(),
-        tile_clients: Places::default(),
+        streams: ConcurrencyLimit::default(),
+        tile_clients: ConcurrencyLimit::default(),
         memory: Arc::new(Semaphore::new(extract::body::units(limits.memory_bytes))),
         limits,
         metrics,

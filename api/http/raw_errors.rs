@@ -12,13 +12,13 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 /// A stream whose answers without a body get one, where hyper has given up on the request.
 #[derive(Debug)]
-pub(crate) struct Explained<S> {
+pub(crate) struct RawErrors<S> {
     stream: S,
     /// What goes out in place of hyper's answer.
     pending: Vec<u8>,
 }
 
-impl<S: AsyncWrite + Unpin> Explained<S> {
+impl<S: AsyncWrite + Unpin> RawErrors<S> {
     /// Watches what is written to a stream.
     pub(crate) fn new(stream: S) -> Self {
         Self { stream, pending: Vec::new() }
@@ -66,13 +66,13 @@ fn given_up(bytes: &[u8]) -> Option<Problem> {
     Some(Problem::new(kind, detail))
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for Explained<S> {
+impl<S: AsyncRead + Unpin> AsyncRead for RawErrors<S> {
     fn poll_read(mut self: Pin<&mut Self>, context: &mut Context<'_>, into: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
         Pin::new(&mut self.stream).poll_read(context, into)
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Explained<S> {
+impl<S: AsyncWrite + Unpin> AsyncWrite for RawErrors<S> {
     fn poll_write(mut self: Pin<&mut Self>, context: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         ready!(self.poll_pending(context))?;
         if self.replace(bytes) {

@@ -2,9 +2,9 @@
 
 use super::auth::{capability, client};
 use super::drain::StopSignals;
-use super::raw_errors::Explained;
+use super::raw_errors::RawErrors;
 use super::routes::admin;
-use super::write_timeout::Impatient;
+use super::write_timeout::WriteTimeout;
 use super::{App, routes};
 use crate::cli::ServeArgs;
 use axum::Router;
@@ -82,7 +82,7 @@ async fn connections(listener: TcpListener, app: Router, most: u32, args: &Serve
             next = next_connection(&listener, &places) => next,
             () = &mut end => break,
         };
-        let stream = TokioIo::new(Explained::new(Impatient::new(stream, args.write_timeout)));
+        let stream = TokioIo::new(RawErrors::new(WriteTimeout::new(stream, args.write_timeout)));
         let app = MapRequest::new(app.clone(), move |request| client::arrived(peer.ip(), capability::strip(request)));
         let connection = connections.watch(http.serve_connection(stream, TowerToHyperService::new(app)));
         tokio::spawn(async move {

@@ -199,7 +199,7 @@ impl Limits {
             "tenant": {
                 "jobs": tenant.quotas.jobs,
                 "streams": tenant.quotas.streams,
-                "units_per_minute": tenant.allowance.as_ref().map(|allowance| allowance.per_minute()),
+                "units_per_minute": tenant.rate_limit.as_ref().map(|rate_limit| rate_limit.per_minute()),
             },
             "scene": by_name,
         })

@@ -1,7 +1,7 @@
 //! API keys, `rk_<id>_<secret>`, and the file that says whose they are. The file holds hashes, never keys.
 
 use super::capability::Signers;
-use super::rate_limit::Allowance;
+use super::rate_limit::RateLimit;
 use super::tenant::{Quotas, Scope, Tenant};
 use data_encoding::{BASE32_NOPAD, HEXLOWER};
 use serde::Deserialize;
@@ -120,15 +120,15 @@ impl Keys {
 
 fn reader(name: &str, entry: &TenantEntry, before: Option<&Tenant>) -> Tenant {
     let quotas = Quotas::default();
-    let same = |allowance: &&Arc<Allowance>| Some(allowance.per_minute()) == entry.units_per_minute;
-    let kept = before.and_then(|tenant| tenant.allowance.as_ref()).filter(same).map(Arc::clone);
-    let fresh = || entry.units_per_minute.map(|units| Arc::new(Allowance::new(units)));
+    let same = |rate_limit: &&Arc<RateLimit>| Some(rate_limit.per_minute()) == entry.units_per_minute;
+    let kept = before.and_then(|tenant| tenant.rate_limit.as_ref()).filter(same).map(Arc::clone);
+    let fresh = || entry.units_per_minute.map(|units| Arc::new(RateLimit::new(units)));
     Tenant {
         name: name.to_owned(),
         weight: entry.weight.unwrap_or(1).max(1),
         scopes: vec![Scope::Read],
         quotas: Quotas { jobs: entry.jobs.unwrap_or(quotas.jobs), streams: entry.streams.unwrap_or(quotas.streams) },
-        allowance: kept.or_else(fresh),
+        rate_limit: kept.or_else(fresh),
     }
 }
 
@@ -214,10 +214,10 @@ mod tests {
     fn reading_again_forgives_no_debts() {
         let text = "[tenants.acme]\nunits_per_minute = 10\n";
         let first = Keys::read(text, None).unwrap();
-        let allowance = |keys: &Keys| Arc::clone(keys.reader("acme").unwrap().allowance.as_ref().unwrap());
-        allowance(&first).charge(8_000_000, Instant::now());
-        assert!(allowance(&Keys::read(text, Some(&first)).unwrap()).left(Instant::now()).units < 5);
+        let rate_limit = |keys: &Keys| Arc::clone(keys.reader("acme").unwrap().rate_limit.as_ref().unwrap());
+        rate_limit(&first).charge(8_000_000, Instant::now());
+        assert!(rate_limit(&Keys::read(text, Some(&first)).unwrap()).left(Instant::now()).units < 5);
         let raised = Keys::read("[tenants.acme]\nunits_per_minute = 20\n", Some(&first)).unwrap();
-        assert_eq!(allowance(&raised).left(Instant::now()).units, 20);
+        assert_eq!(rate_limit(&raised).left(Instant::now()).units, 20);
     }
 }

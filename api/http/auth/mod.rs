@@ -48,8 +48,8 @@ impl Access {
     /// key file owe nothing.
     pub(crate) fn charge(&self, tenant: &str, rays: u64) {
         let tenant = self.keys().and_then(|keys| keys.reader(tenant));
-        if let Some(allowance) = tenant.as_ref().and_then(|tenant| tenant.allowance.as_ref()) {
-            allowance.charge(rays, Instant::now());
+        if let Some(rate_limit) = tenant.as_ref().and_then(|tenant| tenant.rate_limit.as_ref()) {
+            rate_limit.charge(rays, Instant::now());
         }
     }
 

@@ -13,7 +13,7 @@ const RAYS: u64 = 1_000_000;
 
 /// A tenant's bucket.
 #[derive(Debug)]
-pub(crate) struct Allowance {
+pub(crate) struct RateLimit {
     per_minute: u32,
     bucket: Mutex<Bucket>,
 }
@@ -35,7 +35,7 @@ pub(crate) struct Left {
     pub(crate) full_in: u32,
 }
 
-impl Allowance {
+impl RateLimit {
     /// A full bucket.
     pub(crate) fn new(per_minute: u32) -> Self {
         Self { per_minute, bucket: Mutex::new(Bucket { units: f64::from(per_minute), at: Instant::now() }) }
@@ -95,26 +95,26 @@ mod tests {
 
     #[test]
     fn a_minute_has_its_units_and_debts_are_waited_for() {
-        let allowance = Allowance::new(60);
+        let rate_limit = RateLimit::new(60);
         let start = Instant::now();
         for _ in 0..60 {
-            assert_eq!(allowance.enter(start), Ok(()));
+            assert_eq!(rate_limit.enter(start), Ok(()));
         }
-        assert_eq!(allowance.enter(start), Err(1));
+        assert_eq!(rate_limit.enter(start), Err(1));
         let later = start + Duration::from_secs(2);
-        assert_eq!(allowance.enter(later), Ok(()));
-        allowance.charge(30_000_000, later);
-        assert_eq!(allowance.enter(later), Err(30));
-        assert_eq!(allowance.left(later), Left { per_minute: 60, units: 0, full_in: 89 });
+        assert_eq!(rate_limit.enter(later), Ok(()));
+        rate_limit.charge(30_000_000, later);
+        assert_eq!(rate_limit.enter(later), Err(30));
+        assert_eq!(rate_limit.left(later), Left { per_minute: 60, units: 0, full_in: 89 });
         let much_later = later + Duration::from_secs(3_600);
-        assert_eq!(allowance.left(much_later), Left { per_minute: 60, units: 60, full_in: 0 });
+        assert_eq!(rate_limit.left(much_later), Left { per_minute: 60, units: 60, full_in: 0 });
     }
 
     #[test]
     fn small_pictures_cost_no_more_than_their_request() {
-        let allowance = Allowance::new(10);
+        let rate_limit = RateLimit::new(10);
         let now = Instant::now();
-        allowance.charge(999_999, now);
-        assert_eq!(allowance.left(now).units, 10);
+        rate_limit.charge(999_999, now);
+        assert_eq!(rate_limit.left(now).units, 10);
     }
 }

@@ -5,7 +5,7 @@
 
 #![allow(dead_code, reason = "the scheduler, which uses the rest, comes next")]
 
-use super::rate_limit::Allowance;
+use super::rate_limit::RateLimit;
 use axum::http::Extensions;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -67,7 +67,7 @@ pub(crate) struct Tenant {
     /// How much it may have at one time.
     pub(crate) quotas: Quotas,
     /// How much it may ask for in a minute; without one, as much as it likes.
-    pub(crate) allowance: Option<Arc<Allowance>>,
+    pub(crate) rate_limit: Option<Arc<RateLimit>>,
 }
 
 impl Tenant {
@@ -78,7 +78,7 @@ impl Tenant {
 
     fn named(name: &str, scopes: &[Scope]) -> Self {
         let (name, scopes) = (name.to_owned(), scopes.to_vec());
-        Self { name, weight: 1, scopes, quotas: Quotas::default(), allowance: None }
+        Self { name, weight: 1, scopes, quotas: Quotas::default(), rate_limit: None }
     }
 
     /// Whose request this is. Where no middleware has said so, nobody's: a tenant that may do nothing.

@@ -13,13 +13,13 @@ use strahl::scene::{Format, Overrides};
 
 /// A request, read completely and checked except for the scene.
 #[derive(Debug)]
-pub(crate) struct Asked<P> {
+pub(crate) struct SceneRequest<P> {
     /// The format of the scene.
     pub(crate) format: Format,
     /// Settings put over the scene's.
     pub(crate) overrides: Overrides,
     /// The parameters that only some requests take.
-    pub(crate) further: P,
+    pub(crate) extra: P,
     /// Who asks.
     pub(crate) tenant: Arc<Tenant>,
     /// The request's method.
@@ -34,15 +34,15 @@ pub(crate) struct Asked<P> {
 pub(crate) async fn read<P>(
     service: &Service,
     request: Request,
-    further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
-) -> Result<Asked<P>, Problem> {
+    extra: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
+) -> Result<SceneRequest<P>, Problem> {
     let (parts, body) = request.into_parts();
-    match check(service, &parts, further) {
-        Ok((format, overrides, further)) => {
+    match check(service, &parts, extra) {
+        Ok((format, overrides, extra)) => {
             let body = body::read(service, &parts.headers, body).await?;
             let tenant = Tenant::of(&parts.extensions);
             let Parts { method, headers, .. } = parts;
-            Ok(Asked { format, overrides, further, tenant, method, headers, body })
+            Ok(SceneRequest { format, overrides, extra, tenant, method, headers, body })
         }
         Err(problem) => {
             body::discard(service, &parts.headers, body).await;
@@ -54,7 +54,7 @@ pub(crate) async fn read<P>(
 fn check<P>(
     service: &Service,
     parts: &Parts,
-    further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
+    extra: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
 ) -> Result<(Format, Overrides, P), Problem> {
     if service.drain.has_begun() {
         return Err(Problem::new(Kind::Draining, "the service is about to stop and takes no new work").retry_after(1));
@@ -62,7 +62,7 @@ fn check<P>(
     let format = body::scene_format(&parts.headers)?;
     let mut parameters = Parameters::of(&parts.uri)?;
     let overrides = parameters.overrides(format);
-    let further = further(&mut parameters, &parts.headers)?;
+    let extra = extra(&mut parameters, &parts.headers)?;
     parameters.finish()?;
-    Ok((format, overrides, further))
+    Ok((format, overrides, extra))
 }

@@ -2,8 +2,8 @@
 
 use crate::http::Service;
 use crate::service::jobs::record::State;
-use crate::service::scheduler::task::Lane;
-use crate::service::storage::hit_counter::Tally;
+use crate::service::scheduler::task::Class;
+use crate::service::storage::hit_counter::HitCounter;
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
@@ -13,11 +13,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The numbers, as they were looked up last.
 #[derive(Debug, Default)]
-pub(crate) struct Levels {
-    running: Family<LaneLabels, Gauge>,
-    waiting: Family<LaneLabels, Gauge>,
-    pool_seconds: Family<LaneLabels, Counter<f64, AtomicU64>>,
-    canceled_seconds: Family<LaneLabels, Counter<f64, AtomicU64>>,
+pub(crate) struct Gauges {
+    running: Family<ClassLabels, Gauge>,
+    waiting: Family<ClassLabels, Gauge>,
+    pool_seconds: Family<ClassLabels, Counter<f64, AtomicU64>>,
+    canceled_seconds: Family<ClassLabels, Counter<f64, AtomicU64>>,
     threads: Gauge,
     threads_busy: Gauge,
     jobs: Family<StateLabels, Gauge>,
@@ -28,15 +28,15 @@ pub(crate) struct Levels {
     cache_misses: Family<CacheLabels, Counter>,
 }
 
-/// A [`Lane`] by name.
+/// A [`Class`] by name.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-pub(crate) struct LaneLabels {
+pub(crate) struct ClassLabels {
     pub(crate) lane: &'static str,
 }
 
-impl From<Lane> for LaneLabels {
-    fn from(lane: Lane) -> Self {
-        Self { lane: lane.name() }
+impl From<Class> for ClassLabels {
+    fn from(class: Class) -> Self {
+        Self { lane: class.name() }
     }
 }
 
@@ -50,7 +50,7 @@ struct CacheLabels {
     cache: &'static str,
 }
 
-impl Levels {
+impl Gauges {
     /// Puts them on the page.
     pub(crate) fn register(&self, to: &mut Registry) {
         to.register("renders_running", "Renders and jobs under way", self.running.clone());
@@ -72,20 +72,20 @@ impl Levels {
     /// Looks everything up.
     pub(crate) fn read(&self, service: &Service) {
         let (jobs_waiting, jobs_open) = service.jobs.counts();
-        let of_queue = [(Lane::Tiles, &service.tiles), (Lane::Renders, &service.queue)];
-        let queues = of_queue.map(|(lane, queue)| (lane, queue.waiting(), queue.running()));
-        for (lane, waiting, running) in queues.into_iter().chain([(Lane::Jobs, jobs_waiting, jobs_open)]) {
-            self.waiting.get_or_create(&lane.into()).set(whole(waiting as u64));
-            self.running.get_or_create(&lane.into()).set(whole(running as u64));
+        let of_queue = [(Class::Tiles, &service.tiles), (Class::Renders, &service.queue)];
+        let queues = of_queue.map(|(class, queue)| (class, queue.waiting(), queue.running()));
+        for (class, waiting, running) in queues.into_iter().chain([(Class::Jobs, jobs_waiting, jobs_open)]) {
+            self.waiting.get_or_create(&class.into()).set(whole(waiting as u64));
+            self.running.get_or_create(&class.into()).set(whole(running as u64));
             self.pool_seconds
-                .get_or_create(&lane.into())
+                .get_or_create(&class.into())
                 .inner()
-                .store(service.pool.spent(lane).to_bits(), Ordering::Relaxed);
+                .store(service.pool.spent(class).to_bits(), Ordering::Relaxed);
         }
-        let canceled = of_queue.map(|(lane, queue)| (lane, queue.canceled()));
-        for (lane, seconds) in canceled.into_iter().chain([(Lane::Jobs, service.jobs.canceled())]) {
+        let canceled = of_queue.map(|(class, queue)| (class, queue.canceled()));
+        for (class, seconds) in canceled.into_iter().chain([(Class::Jobs, service.jobs.canceled())]) {
             self.canceled_seconds
-                .get_or_create(&lane.into())
+                .get_or_create(&class.into())
                 .inner()
                 .store(seconds.as_secs_f64().to_bits(), Ordering::Relaxed);
         }
@@ -99,17 +99,17 @@ impl Levels {
         }
         self.data_bytes.set(whole(service.jobs.bytes()));
         self.streams.set(whole(service.streams.taken()));
-        self.cache("scenes", service.scenes.bytes(), Some(&service.scenes.tally));
+        self.cache("scenes", service.scenes.bytes(), Some(&service.scenes.hits));
         self.cache("known_scenes", service.scenes.texts.bytes(), None);
-        for (name, bytes, tally) in service.pictures.tallies() {
-            self.cache(name, bytes, Some(tally));
+        for (name, bytes, hits) in service.pictures.hit_counters() {
+            self.cache(name, bytes, Some(hits));
         }
     }
 
-    fn cache(&self, cache: &'static str, bytes: u64, tally: Option<&Tally>) {
+    fn cache(&self, cache: &'static str, bytes: u64, hits: Option<&HitCounter>) {
         let labels = CacheLabels { cache };
         self.cache_bytes.get_or_create(&labels).set(whole(bytes));
-        if let Some([hits, misses]) = tally.map(Tally::counts) {
+        if let Some([hits, misses]) = hits.map(HitCounter::counts) {
             self.cache_hits.get_or_create(&labels).inner().store(hits, Ordering::Relaxed);
             self.cache_misses.get_or_create(&labels).inner().store(misses, Ordering::Relaxed);
         }

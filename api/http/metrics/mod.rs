@@ -9,10 +9,10 @@ pub(crate) mod render_cost;
 
 use crate::http::Service;
 use crate::service::jobs::record::{Record, State};
-use crate::service::scheduler::task::Lane;
+use crate::service::scheduler::task::Class;
 use axum::http::{Method, StatusCode};
 use axum::response::Response;
-use gauges::{LaneLabels, Levels};
+use gauges::{ClassLabels, Gauges};
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::encoding::text::encode;
 use prometheus_client::metrics::counter::Counter;
@@ -31,14 +31,14 @@ const SECONDS: [f64; 16] =
 #[derive(Debug)]
 pub(crate) struct Metrics {
     registry: Registry,
-    levels: Levels,
+    gauges: Gauges,
     requests: Family<RequestLabels, Counter>,
     request_seconds: Family<RouteLabels, Histogram>,
     renders: Family<OutcomeLabels, Counter>,
-    render_seconds: Family<LaneLabels, Histogram>,
-    queue_seconds: Family<LaneLabels, Histogram>,
+    render_seconds: Family<ClassLabels, Histogram>,
+    queue_seconds: Family<ClassLabels, Histogram>,
     encode_seconds: Family<FormatLabels, Histogram>,
-    rays: Family<LaneLabels, Counter>,
+    rays: Family<ClassLabels, Counter>,
     shed: Family<ReasonLabels, Counter>,
 }
 
@@ -78,7 +78,7 @@ impl Default for Metrics {
     fn default() -> Self {
         let mut metrics = Self {
             registry: Registry::with_prefix("strahl"),
-            levels: Levels::default(),
+            gauges: Gauges::default(),
             requests: Family::default(),
             request_seconds: Family::new_with_constructor(histogram),
             renders: Family::default(),
@@ -107,7 +107,7 @@ impl Metrics {
         to.register("encode_seconds", "Seconds that writing pictures took", self.encode_seconds.clone());
         to.register("rays", "Rays traced for pictures", self.rays.clone());
         to.register("shed", "Requests refused for lack of room or allowance", self.shed.clone());
-        self.levels.register(to);
+        self.gauges.register(to);
     }
 
     /// A request has been answered.
@@ -117,11 +117,11 @@ impl Metrics {
         self.requests.get_or_create(&labels).inc();
         let labels = RouteLabels { route: route.to_owned() };
         self.request_seconds.get_or_create(&labels).observe(took.as_secs_f64());
-        let Some(lane) = lane_of(route) else { return };
+        let Some(class) = class_of(route) else { return };
         if let Some(cost) = response.extensions().get::<Cost>() {
-            self.rendered(lane, cost);
+            self.rendered(class, cost);
         } else if !status.is_success() && !status.is_redirection() {
-            self.ended(lane, outcome(status));
+            self.ended(class, outcome(status));
         }
     }
 
@@ -132,8 +132,8 @@ impl Metrics {
 
     /// A client went away before its answer.
     pub(crate) fn left(&self, route: &str) {
-        if let Some(lane) = lane_of(route) {
-            self.ended(lane, "canceled");
+        if let Some(class) = class_of(route) {
+            self.ended(class, "canceled");
         }
     }
 
@@ -148,35 +148,35 @@ impl Metrics {
                     queue: duration(stats.queue_ms),
                     render: duration(stats.bvh_ms + stats.render_ms + stats.encode_ms),
                     encode: duration(stats.encode_ms),
-                    format: record.order.output.names().0,
+                    format: record.spec.output.names().0,
                 };
-                self.rendered(Lane::Jobs, &cost);
+                self.rendered(Class::Jobs, &cost);
             }
-            State::Canceled => self.ended(Lane::Jobs, "canceled"),
+            State::Canceled => self.ended(Class::Jobs, "canceled"),
             _ if record.failure.as_ref().is_some_and(|failure| failure.slug == "render-deadline") => {
-                self.ended(Lane::Jobs, "deadline");
+                self.ended(Class::Jobs, "deadline");
             }
-            _ => self.ended(Lane::Jobs, "failed"),
+            _ => self.ended(Class::Jobs, "failed"),
         }
     }
 
     /// A picture was made.
-    fn rendered(&self, lane: Lane, cost: &Cost) {
-        self.ended(lane, "ok");
-        self.rays.get_or_create(&lane.into()).inc_by(cost.rays);
-        self.render_seconds.get_or_create(&lane.into()).observe(cost.render.as_secs_f64());
-        self.queue_seconds.get_or_create(&lane.into()).observe(cost.queue.as_secs_f64());
+    fn rendered(&self, class: Class, cost: &Cost) {
+        self.ended(class, "ok");
+        self.rays.get_or_create(&class.into()).inc_by(cost.rays);
+        self.render_seconds.get_or_create(&class.into()).observe(cost.render.as_secs_f64());
+        self.queue_seconds.get_or_create(&class.into()).observe(cost.queue.as_secs_f64());
         self.encode_seconds.get_or_create(&FormatLabels { format: cost.format }).observe(cost.encode.as_secs_f64());
     }
 
     /// A render has ended: `ok`, `refused`, `failed`, `deadline` or `canceled`.
-    fn ended(&self, lane: Lane, outcome: &'static str) {
-        self.renders.get_or_create(&OutcomeLabels { lane: lane.name(), outcome }).inc();
+    fn ended(&self, class: Class, outcome: &'static str) {
+        self.renders.get_or_create(&OutcomeLabels { lane: class.name(), outcome }).inc();
     }
 
     /// Everything as OpenMetrics text.
     pub(crate) fn text(&self, service: &Service) -> String {
-        self.levels.read(service);
+        self.gauges.read(service);
         let mut text = String::new();
         // Writing to a String cannot fail.
         let _ = encode(&mut text, &self.registry);
@@ -185,13 +185,13 @@ impl Metrics {
 }
 
 /// Paths whose answers are pictures made for them.
-fn lane_of(route: &str) -> Option<Lane> {
+fn class_of(route: &str) -> Option<Class> {
     match route {
-        "/v1/render" | "/v1/images/{image}" => Some(Lane::Renders),
+        "/v1/render" | "/v1/images/{image}" => Some(Class::Renders),
         "/v1/render/tile"
         | "/iiif/3/{image}/{region}/{size}/{rotation}/{file}"
         | "/dzi/{folder}/{level}/{tile}"
-        | "/xyz/{image}/{z}/{x}/{y}" => Some(Lane::Tiles),
+        | "/xyz/{image}/{z}/{x}/{y}" => Some(Class::Tiles),
         _ => None,
     }
 }

@@ -35,24 +35,24 @@ pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Resul
         let detail = format!("this key lacks the scope {}, which {} asks for", scope.name(), request.uri().path());
         return Err(Problem::new(Kind::Forbidden, detail).with("scope", scope.name().into()));
     }
-    let Some(allowance) = &tenant.allowance else {
+    let Some(rate_limit) = &tenant.rate_limit else {
         return Ok(next.run(request).await);
     };
-    let mut response = match allowance.enter(Instant::now()) {
+    let mut response = match rate_limit.enter(Instant::now()) {
         Ok(()) => next.run(request).await,
         Err(seconds) => {
             let detail = format!(
                 "{} has used up its {} units for this minute (units_per_minute)",
                 tenant.name,
-                allowance.per_minute()
+                rate_limit.per_minute()
             );
             Problem::new(Kind::RateLimited, detail).retry_after(seconds).into_response()
         }
     };
     if let Some(cost) = response.extensions().get::<Cost>() {
-        allowance.charge(cost.rays, Instant::now());
+        rate_limit.charge(cost.rays, Instant::now());
     }
-    tell(allowance.left(Instant::now()), response.headers_mut());
+    tell(rate_limit.left(Instant::now()), response.headers_mut());
     Ok(response)
 }
 

@@ -22,7 +22,7 @@ const KEPT: [HeaderName; 3] =
 /// Wraps a handler.
 pub(crate) async fn envelope(State(service): State<App>, request: Request, next: Next) -> Response {
     let id = request_id(request.headers());
-    let visit = Visit::begin(&service, &request, &id);
+    let visit = RequestLog::begin(&service, &request, &id);
     let mut response = next.run(request).await;
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
         if let Some(reason) = problem.shed() {
@@ -77,7 +77,7 @@ fn trace_id(headers: &HeaderMap) -> Option<String> {
 
 /// One request, from its headers to its answer or to its client going away; it ends with a line in the log.
 #[derive(Debug)]
-struct Visit {
+struct RequestLog {
     service: App,
     id: String,
     /// The trace it is part of, as its client says (W3C trace context).
@@ -91,7 +91,7 @@ struct Visit {
     _counted: Counted,
 }
 
-impl Visit {
+impl RequestLog {
     fn begin(service: &App, request: &Request, id: &str) -> Self {
         let matched = request.extensions().get::<MatchedPath>();
         Self {
@@ -113,7 +113,7 @@ impl Visit {
     }
 }
 
-impl Drop for Visit {
+impl Drop for RequestLog {
     fn drop(&mut self) {
         let Self { id, trace, method, path, started, status, .. } = self;
         let trace = trace.as_deref();

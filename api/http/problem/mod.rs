@@ -35,8 +35,8 @@ impl Problem {
     }
 
     /// Adds a member.
-    pub(crate) fn with(mut self, member: &str, value: Value) -> Self {
-        self.members.insert(member.to_owned(), value);
+    pub(crate) fn with(mut self, scheduled: &str, value: Value) -> Self {
+        self.members.insert(scheduled.to_owned(), value);
         self
     }
 

@@ -7,15 +7,15 @@ use crate::http::contract::queries;
 use crate::http::extract::body::Held;
 use crate::http::extract::query::{Parameters, outside};
 use crate::http::extract::scene_request;
-use crate::http::extract::scene_request::Asked;
+use crate::http::extract::scene_request::SceneRequest;
 use crate::http::problem::{Kind, Problem};
 use crate::http::{App, Service};
 use crate::service::pictures::render;
-use crate::service::pictures::render::Shot;
+use crate::service::pictures::render::RenderSpec;
 use crate::service::scenes::cache::Found;
-use crate::service::scenes::prepared::{Analyzed, Ready, planned};
-use crate::service::scheduler::admission::{Job, seat_of};
-use crate::service::scheduler::task::Lane;
+use crate::service::scenes::prepared::{Analyzed, PreparedScene, planned};
+use crate::service::scheduler::admission::{Work, task_of};
+use crate::service::scheduler::task::Class;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
@@ -40,7 +40,7 @@ use strahl::scene::{Format, Overrides};
     responses((status = 200, description = "The plan", body = Explained)),
 )]
 pub(crate) async fn explanation(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, analyze: bool| {
+    let answer = |service: &Service, job: &Work, bytes: &[u8], format, overrides: &Overrides, analyze: bool| {
         let Found { ready, loading, .. } = find(service, job, bytes, format, overrides)?;
         let region = Region::whole(ready.scene.width, ready.scene.height);
         if analyze {
@@ -50,7 +50,7 @@ pub(crate) async fn explanation(State(service): State<App>, request: Request) ->
         if !analyze {
             return to_json(&plan);
         }
-        let shot = Shot::of(&ready.scene, region, FileFormat::Png8);
+        let shot = RenderSpec::of(&ready.scene, region, FileFormat::Png8);
         let made = render::make(job.started, &ready, loading, &shot, &job.workers, &job.control);
         let cost = made.map_err(|_| gone())?.report.cost;
         plan.measure(&pilot, &cost.rays, &cost.refined, cost.phases_ms.trace);
@@ -74,7 +74,7 @@ pub(crate) async fn explanation(State(service): State<App>, request: Request) ->
     responses((status = 200, description = "The scene is valid", body = Valid)),
 )]
 pub(crate) async fn validate(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    let answer = |service: &Service, job: &Job, bytes: &[u8], format, overrides: &Overrides, ()| {
+    let answer = |service: &Service, job: &Work, bytes: &[u8], format, overrides: &Overrides, ()| {
         let found = find(service, job, bytes, format, overrides)?;
         to_json(&json!({ "valid": true, "warnings": found.ready.scene.warnings }))
     };
@@ -95,13 +95,13 @@ pub(crate) async fn validate(State(service): State<App>, request: Request) -> Re
 )]
 pub(crate) async fn tree(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer = |service: &Service,
-                  job: &Job,
+                  job: &Work,
                   bytes: &[u8],
                   format,
                   overrides: &Overrides,
                   (pixel, tree_format): ([u32; 2], _)| {
         let [x, y] = pixel;
-        let Ready { scene, .. } = &*find(service, job, bytes, format, overrides)?.ready;
+        let PreparedScene { scene, .. } = &*find(service, job, bytes, format, overrides)?.ready;
         if x >= scene.width || y >= scene.height {
             return Err(outside(&format!("the pixel x={x}, y={y}"), scene.width, scene.height));
         }
@@ -143,16 +143,16 @@ pub(crate) fn to_json(value: &impl Serialize) -> Result<Answer, Problem> {
 pub(crate) async fn ask<P: Send + 'static>(
     service: App,
     request: Request,
-    further: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
-    answer: impl FnOnce(&Service, &Job, &[u8], Format, &Overrides, P) -> Result<Answer, Problem> + Send + 'static,
+    extra: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
+    answer: impl FnOnce(&Service, &Work, &[u8], Format, &Overrides, P) -> Result<Answer, Problem> + Send + 'static,
 ) -> Result<Response, Problem> {
-    let Asked { format, overrides, further, tenant, body, .. } =
-        scene_request::read(&service, request, further).await?;
+    let SceneRequest { format, overrides, extra, tenant, body, .. } =
+        scene_request::read(&service, request, extra).await?;
     let work = {
         let service = Arc::clone(&service);
-        move |job: &Job| answer(&service, job, body.as_ref(), format, &overrides, further)
+        move |job: &Work| answer(&service, job, body.as_ref(), format, &overrides, extra)
     };
-    let (media_type, bytes) = service.queue.run(seat_of(&tenant, Lane::Renders), work).await?.value;
+    let (media_type, bytes) = service.queue.run(task_of(&tenant, Class::Renders), work).await?.value;
     let body = Held::new(bytes, &service.memory).into_body();
     Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
 }

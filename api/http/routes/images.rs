@@ -7,10 +7,10 @@ use crate::http::contract::queries;
 use crate::http::extract::query::Parameters;
 use crate::http::problem::{Kind, Problem};
 use crate::http::respond;
-use crate::http::respond::{Freshness, Manner, Source};
-use crate::service::pictures::spec::Excerpt;
+use crate::http::respond::{Freshness, ResponseContext, Source};
+use crate::service::pictures::spec::PictureSpec;
 use crate::service::scenes::ids::ImageId;
-use crate::service::scheduler::task::Lane;
+use crate::service::scheduler::task::Class;
 use axum::extract::{Path, Request, State};
 use axum::response::Response;
 use strahl::film::{DEFAULT_QUALITY, FileFormat, PictureFormat};
@@ -31,36 +31,36 @@ pub(crate) async fn image(
 ) -> Result<Response, Problem> {
     let (image, format) = file_name(&file)?;
     let mut parameters = Parameters::of(request.uri())?;
-    let excerpt = Excerpt::plain(None, parameters.format_with_details(format));
+    let spec = PictureSpec::plain(None, parameters.format_with_details(format));
     parameters.finish()?;
     let tenant = Tenant::of(request.extensions());
-    let manner = Manner {
+    let context = ResponseContext {
         method: request.method(),
         headers: request.headers(),
         tenant: &tenant,
         freshness: Freshness::Immutable,
         negotiated: false,
     };
-    answer(&service, &manner, Lane::Renders, image, excerpt).await
+    answer(&service, &context, Class::Renders, image, spec).await
 }
 
 /// The answer that an excerpt of a known image makes.
 pub(crate) async fn answer(
     service: &App,
-    manner: &Manner<'_>,
-    lane: Lane,
+    context: &ResponseContext<'_>,
+    class: Class,
     image: ImageId,
-    excerpt: Excerpt,
+    spec: PictureSpec,
 ) -> Result<Response, Problem> {
-    let name = excerpt.name(&image);
-    if let Some(answer) = respond::settled(manner, Some(&respond::tag(&name))) {
+    let name = spec.name(&image);
+    if let Some(answer) = respond::precondition_response(context, Some(&respond::tag(&name))) {
         return answer;
     }
-    let shown = match respond::kept(service, &image, &excerpt).await {
-        Some(made) => respond::at_hand(made),
-        None => respond::make(service, manner.tenant, lane, Source::Known(image), excerpt).await?,
+    let shown = match respond::kept(service, &image, &spec).await {
+        Some(made) => respond::cached(made),
+        None => respond::make(service, context.tenant, class, Source::Known(image), spec).await?,
     };
-    respond::deliver(service, manner, &shown, &excerpt)
+    respond::deliver(service, context, &shown, &spec)
 }
 
 /// Where an image stays in a format, as long as its scene is known.

@@ -10,7 +10,7 @@ use crate::http::problem::Problem;
 use crate::http::{App, Service};
 use crate::service::pictures::map;
 use crate::service::pictures::map::MapFormat;
-use crate::service::scheduler::admission::Job;
+use crate::service::scheduler::admission::Work;
 use axum::extract::{Request, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -34,7 +34,7 @@ use strahl::scene::{Format, Overrides};
 )]
 pub(crate) async fn map(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let answer =
-        |service: &Service, job: &Job, bytes: &[u8], format: Format, overrides: &Overrides, (kind, file): (_, _)| {
+        |service: &Service, job: &Work, bytes: &[u8], format: Format, overrides: &Overrides, (kind, file): (_, _)| {
             let ready = find(service, job, bytes, format, overrides)?.ready;
             let region = Region::whole(ready.scene.width, ready.scene.height);
             service.limits.check(&ready.scene, region)?;

@@ -7,7 +7,7 @@ use crate::http::extract::query::Parameters;
 use crate::http::problem::{Kind, Problem};
 use crate::http::{App, Service};
 use crate::service::limits::MAX_RAYS;
-use crate::service::scheduler::admission::Job;
+use crate::service::scheduler::admission::Work;
 use axum::extract::{Request, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -39,7 +39,7 @@ fn only_json(_: &mut Parameters, headers: &HeaderMap) -> Result<(), Problem> {
     }
 }
 
-fn answer_all(service: &Service, job: &Job, bytes: &[u8], overrides: &Overrides) -> Result<Answer, Problem> {
+fn answer_all(service: &Service, job: &Work, bytes: &[u8], overrides: &Overrides) -> Result<Answer, Problem> {
     let Questions { scene: text, rays } = serde_json::from_slice(bytes).map_err(|error| shape(&error))?;
     if rays.count > MAX_RAYS {
         let detail = format!("{} rays are too many; one request has at most {MAX_RAYS} (max_rays)", rays.count);
@@ -75,8 +75,8 @@ struct Rays<'a> {
 
 impl<'de: 'a, 'a> Deserialize<'de> for Rays<'a> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Texts;
-        impl<'de> Visitor<'de> for Texts {
+        struct SceneStore;
+        impl<'de> Visitor<'de> for SceneStore {
             type Value = Rays<'de>;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("an array of rays")
@@ -96,7 +96,7 @@ impl<'de: 'a, 'a> Deserialize<'de> for Rays<'a> {
                 Ok(Rays { texts, count })
             }
         }
-        deserializer.deserialize_seq(Texts)
+        deserializer.deserialize_seq(SceneStore)
     }
 }
 
@@ -121,7 +121,7 @@ fn read_all(rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {
 }
 
 /// None if the job was cancelled.
-fn follow(job: &Job, scene: &Scene, rays: &[RayQuery]) -> Option<Vec<RayAnswer>> {
+fn follow(job: &Work, scene: &Scene, rays: &[RayQuery]) -> Option<Vec<RayAnswer>> {
     rays.par_iter().map(|ray| (!job.control.cancelled.load(Ordering::Relaxed)).then(|| answer(scene, ray))).collect()
 }
 

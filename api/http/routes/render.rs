@@ -11,16 +11,16 @@ use crate::http::extract::conditions;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::query::Parameters;
 use crate::http::extract::scene_request;
-use crate::http::extract::scene_request::Asked;
+use crate::http::extract::scene_request::SceneRequest;
 use crate::http::problem::{Kind, Problem};
 use crate::http::respond;
-use crate::http::respond::{Freshness, Manner, Source};
+use crate::http::respond::{Freshness, ResponseContext, Source};
 use crate::http::{App, Service};
 use crate::service::pictures::report::Report;
-use crate::service::pictures::spec::Excerpt;
+use crate::service::pictures::spec::PictureSpec;
 use crate::service::scenes::cache::{Found, Key, key};
-use crate::service::scheduler::admission::Job;
-use crate::service::scheduler::task::Lane;
+use crate::service::scheduler::admission::Work;
+use crate::service::scheduler::task::Class;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -69,41 +69,42 @@ async fn answer(
     request: Request,
     region: impl FnOnce(&mut Parameters) -> Option<Region>,
 ) -> Result<Response, Problem> {
-    let further = |parameters: &mut Parameters, headers: &HeaderMap| {
+    let extra = |parameters: &mut Parameters, headers: &HeaderMap| {
         let negotiated = !parameters.has("format");
         Ok((region(parameters), parameters.picture_format(headers)?, negotiated))
     };
     let client = Client::of(request.extensions());
-    let Asked { format, overrides, further: (region, file_format, negotiated), tenant, method, headers, body } =
-        scene_request::read(&service, request, further).await?;
-    let excerpt = Excerpt::plain(region, file_format);
-    let lane = if region.is_some() { Lane::Tiles } else { Lane::Renders };
+    let SceneRequest { format, overrides, extra: (region, file_format, negotiated), tenant, method, headers, body } =
+        scene_request::read(&service, request, extra).await?;
+    let spec = PictureSpec::plain(region, file_format);
+    let class = if region.is_some() { Class::Tiles } else { Class::Renders };
     let _place = region.map(|_| tiles::place(&service, client)).transpose()?;
     let body = Arc::new(body);
     let key = hash(&body, format, overrides).await?;
     let source = Source::Sent { key, body, format, overrides };
-    let manner = Manner { method: &method, headers: &headers, tenant: &tenant, freshness: Freshness::Once, negotiated };
+    let context =
+        ResponseContext { method: &method, headers: &headers, tenant: &tenant, freshness: Freshness::Once, negotiated };
 
     // A client that has the picture already need not wait until it is traced, only until its scene is known.
     let mut known = service.scenes.recall(&key);
     if known.is_none() && conditions::has_any(&headers) {
-        known = Some(respond::build(&service, &tenant, lane, source.clone()).await?);
+        known = Some(respond::build(&service, &tenant, class, source.clone()).await?);
     }
     if let Some(ready) = known
         && let Some(image) = respond::image_of(&ready)
     {
         // What does not fit the picture is refused before its tag is compared.
-        excerpt.shot(&ready.scene, image.zoom)?;
-        let name = excerpt.name(&image);
-        if let Some(answer) = respond::settled(&manner, Some(&respond::tag(&name))) {
+        spec.shot(&ready.scene, image.zoom)?;
+        let name = spec.name(&image);
+        if let Some(answer) = respond::precondition_response(&context, Some(&respond::tag(&name))) {
             return answer;
         }
-        if let Some(made) = respond::kept(&service, &image, &excerpt).await {
-            return respond::deliver(&service, &manner, &respond::at_hand(made), &excerpt);
+        if let Some(made) = respond::kept(&service, &image, &spec).await {
+            return respond::deliver(&service, &context, &respond::cached(made), &spec);
         }
     }
-    let shown = respond::make(&service, &tenant, lane, source, excerpt).await?;
-    respond::deliver(&service, &manner, &shown, &excerpt)
+    let shown = respond::make(&service, &tenant, class, source, spec).await?;
+    respond::deliver(&service, &context, &shown, &spec)
 }
 
 /// The name of a scene as it was sent. Long texts are hashed where nobody else has to wait for it.
@@ -147,7 +148,7 @@ fn allowed() -> HeaderMap {
 /// The scene that a request is about, as part of its job.
 pub(crate) fn find(
     service: &Service,
-    job: &Job,
+    job: &Work,
     bytes: &[u8],
     format: Format,
     overrides: &Overrides,

@@ -8,16 +8,16 @@ use crate::http::contract::pictures::KnownScene;
 use crate::http::contract::queries;
 use crate::http::extract::query::Parameters;
 use crate::http::extract::scene_request;
-use crate::http::extract::scene_request::Asked;
+use crate::http::extract::scene_request::SceneRequest;
 use crate::http::problem::{Kind, Problem};
 use crate::http::{App, Service};
 use crate::service::pictures::spec::size_of;
 use crate::service::scenes::cache::{key, unknown};
 use crate::service::scenes::ids::{ImageId, canonical, is_scene_id};
-use crate::service::scenes::prepared::{Ready, planned};
+use crate::service::scenes::prepared::{PreparedScene, planned};
 use crate::service::scenes::store::Released;
-use crate::service::scheduler::admission::{Job, seat_of};
-use crate::service::scheduler::task::Lane;
+use crate::service::scheduler::admission::{Work, task_of};
+use crate::service::scheduler::task::Class;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -43,14 +43,14 @@ use strahl::scene::{Format, Loaded, Overrides};
     ),
 )]
 pub(crate) async fn add(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    let further = |parameters: &mut Parameters, _: &HeaderMap| Ok(parameters.zoom());
-    let Asked { format, overrides, further: zoom, tenant, body, .. } =
-        scene_request::read(&service, request, further).await?;
+    let extra = |parameters: &mut Parameters, _: &HeaderMap| Ok(parameters.zoom());
+    let SceneRequest { format, overrides, extra: zoom, tenant, body, .. } =
+        scene_request::read(&service, request, extra).await?;
     let job = {
         let (service, tenant) = (Arc::clone(&service), Arc::clone(&tenant));
-        move |job: &Job| remember(&service, job, &tenant, (body.as_ref(), format, &overrides), zoom)
+        move |job: &Work| remember(&service, job, &tenant, (body.as_ref(), format, &overrides), zoom)
     };
-    let (new, about) = service.queue.run(seat_of(&tenant, Lane::Renders), job).await?.value;
+    let (new, about) = service.queue.run(task_of(&tenant, Class::Renders), job).await?.value;
     let status = if new { StatusCode::CREATED } else { StatusCode::OK };
     let location = about["links"]["self"].as_str().unwrap_or_default().to_owned();
     Ok((status, [(header::LOCATION, location)], Json(about)).into_response())
@@ -59,7 +59,7 @@ pub(crate) async fn add(State(service): State<App>, request: Request) -> Result<
 /// Whether the scene is new to the tenant, and what there is to say about it.
 fn remember(
     service: &Service,
-    job: &Job,
+    job: &Work,
     tenant: &Tenant,
     (bytes, format, overrides): (&[u8], Format, &Overrides),
     zoom: u32,
@@ -71,7 +71,7 @@ fn remember(
         None => {
             let read = |mut loaded: Loaded| {
                 let text = canonical(&mut loaded.description);
-                (Ready::from(loaded), text)
+                (PreparedScene::from(loaded), text)
             };
             let built = service.scenes.build(&job.workers, bytes, format, overrides, read);
             if job.control.cancelled.load(Ordering::Relaxed) {
@@ -101,7 +101,7 @@ fn unwritten(error: &io::Error) -> Problem {
 }
 
 /// What there is to say about a scene.
-fn describe(ready: &Ready, job: &Job, zoom: u32) -> Result<Value, Problem> {
+fn describe(ready: &PreparedScene, job: &Work, zoom: u32) -> Result<Value, Problem> {
     let [width, height] = size_of(&ready.scene, zoom).ok_or_else(|| {
         let detail = "opened this large, neighboring pixels have the same rays: ask for a smaller zoom, or for \
                       render.precision double";
@@ -163,7 +163,7 @@ pub(crate) async fn get(
 async fn of_a_job(service: &App, tenant: &Tenant, id: String) -> Result<Vec<u8>, Problem> {
     let work = {
         let service = Arc::clone(service);
-        move |job: &Job| {
+        move |job: &Work| {
             let order = service.jobs.order_of(&id).ok_or_else(|| unknown(&id))?;
             let text = service.jobs.scene(&order.scene).ok_or_else(|| unknown(&id))?;
             let read = |mut loaded: Loaded| canonical(&mut loaded.description);
@@ -171,7 +171,7 @@ async fn of_a_job(service: &App, tenant: &Tenant, id: String) -> Result<Vec<u8>,
             built.map_err(|problems| Problem::scene(&problems))
         }
     };
-    Ok(service.queue.run(seat_of(tenant, Lane::Renders), work).await?.value)
+    Ok(service.queue.run(task_of(tenant, Class::Renders), work).await?.value)
 }
 
 /// Forgets a scene: it and its pictures go when nobody who has sent it wants it any more.

@@ -10,7 +10,7 @@ use crate::http::contract::queries;
 use crate::http::extract::accept;
 use crate::http::extract::query::Parameters;
 use crate::http::problem::Problem;
-use crate::service::scheduler::admission::Job;
+use crate::service::scheduler::admission::Work;
 use crate::service::tradeoff::{Outcome, Stopped, measure};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, header};
@@ -44,11 +44,11 @@ const FORMS: [(&str, &str, Form); 2] = [("json", "application/json", Form::Json)
 )]
 pub(crate) async fn tradeoff(State(service): State<App>, request: Request) -> Result<Response, Problem> {
     let most = service.limits.tradeoff_seconds();
-    let further = move |parameters: &mut Parameters, headers: &HeaderMap| {
+    let extra = move |parameters: &mut Parameters, headers: &HeaderMap| {
         let seconds = parameters.seconds(most).unwrap_or(SECONDS.min(most));
         Ok((seconds, form(parameters, headers)?))
     };
-    let mut response = ask(service, request, further, answer).await?;
+    let mut response = ask(service, request, extra, answer).await?;
     response.headers_mut().insert(header::VARY, HeaderValue::from_static("Accept"));
     Ok(response)
 }
@@ -60,7 +60,7 @@ fn form(parameters: &mut Parameters, headers: &HeaderMap) -> Result<Form, Proble
 
 fn answer(
     service: &Service,
-    job: &Job,
+    job: &Work,
     bytes: &[u8],
     format: Format,
     overrides: &Overrides,

@@ -1,11 +1,11 @@
 //! From a finished canvas to the picture's file, what is said about it, and the small picture.
 
 use super::canvas::Canvas;
-use super::record::Order;
-use crate::service::pictures::file::{About, Made};
+use super::record::JobSpec;
+use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::pictures::render::{milliseconds, note};
 use crate::service::pictures::report::{Cost, ErrorBounds, Phases, Replay, Report};
-use crate::service::scenes::prepared::Ready;
+use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;
 use std::time::Instant;
 use strahl::film::{Codes, FileFormat, encode};
@@ -13,9 +13,9 @@ use strahl::render::Cancelled;
 
 /// The files of a job.
 #[derive(Debug)]
-pub(super) struct Finished {
+pub(super) struct JobFiles {
     /// The picture and its cost report.
-    pub(super) made: Made,
+    pub(super) made: PictureFile,
     /// The small picture, a PNG.
     pub(super) preview: Vec<u8>,
 }
@@ -24,12 +24,12 @@ pub(super) struct Finished {
 /// of all processes.
 pub(super) fn finish(
     canvas: &Canvas,
-    ready: &Ready,
-    order: &Order,
+    ready: &PreparedScene,
+    order: &JobSpec,
     image: Option<String>,
     workers: &Workers,
     began: Instant,
-) -> Result<Finished, Cancelled> {
+) -> Result<JobFiles, Cancelled> {
     let picture = canvas.picture();
     let encoding = Instant::now();
     let (codes, preview, error) = workers.work(|| {
@@ -48,6 +48,6 @@ pub(super) fn finish(
     };
     let cost = Cost::of(picture, phases, None, began, workers);
     let report = Report { plan: ready.plan.clone(), cost, error, replay };
-    let about = About::new(image, &report, &ready.scene, true);
-    Ok(Finished { made: Made::new(file, about), preview })
+    let about = PictureMeta::new(image, &report, &ready.scene, true);
+    Ok(JobFiles { made: PictureFile::new(file, about), preview })
 }

@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::event_log::Events;
 use super::record::{Failure, Record, State};
-use super::tile_order::{LOOKS, Order, meet};
+use super::tile_order::{REMEMBERED, TileOrder, meet};
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -25,7 +25,7 @@ pub(crate) struct Job {
     /// The picture so far, while it is being rendered.
     pub(super) canvas: Mutex<Option<Canvas>>,
     /// Which tile is next, while it is being rendered.
-    pub(super) order: Mutex<Option<Order>>,
+    pub(super) order: Mutex<Option<TileOrder>>,
     /// Looks at it before it was begun.
     pub(super) early_looks: Mutex<Vec<Region>>,
     /// Tiles by number, and whether they are finished.
@@ -119,7 +119,7 @@ impl Job {
             Some(order) => order.look(region),
             None => {
                 let mut early = locked(&self.early_looks);
-                if early.len() < LOOKS {
+                if early.len() < REMEMBERED {
                     early.push(region);
                 }
             }

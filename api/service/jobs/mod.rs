@@ -20,12 +20,12 @@ mod tile_order;
 pub(crate) use canvas::PREVIEW_SIDE;
 pub(crate) use event_log::Event;
 pub(crate) use job::{Job, Watcher};
-pub(crate) use submission::{Claim, Known, Refused, Submission};
+pub(crate) use submission::{Claim, KeyUse, Refused, Submission};
 
 use crate::service::pictures::render::milliseconds;
-use crate::service::scenes::prepared::Ready;
+use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::{Pool, Workers};
-use crate::service::storage::blob_store::Blobs;
+use crate::service::storage::blob_store::BlobStore;
 use job::{Stopped, locked};
 use record::{Failure, Record, State, now};
 use registry::Registry;
@@ -46,7 +46,7 @@ const PICTURE: &str = "picture";
 const PREVIEW: &str = "preview";
 
 /// What jobs ask of the service around them.
-pub(crate) trait Host: Send + Sync {
+pub(crate) trait JobObserver: Send + Sync {
     /// Reads and builds a scene.
     fn build(
         &self,
@@ -54,7 +54,7 @@ pub(crate) trait Host: Send + Sync {
         text: &[u8],
         format: Format,
         settings: &Overrides,
-    ) -> Result<Arc<Ready>, Failure>;
+    ) -> Result<Arc<PreparedScene>, Failure>;
 
     /// This process works on a tenant's job no more, after so many rays.
     fn spent(&self, tenant: &str, rays: u64);
@@ -83,9 +83,9 @@ pub(crate) struct JobLimits {
 /// All jobs.
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
-    host: Box<dyn Host>,
+    host: Box<dyn JobObserver>,
     store: Store,
-    scenes: Blobs,
+    scenes: BlobStore,
     folder: PathBuf,
     /// Whether jobs outlive the process.
     pub(crate) is_durable: bool,
@@ -111,11 +111,11 @@ impl Jobs {
         is_durable: bool,
         limits: JobLimits,
         pool: Arc<Pool>,
-        host: Box<dyn Host>,
+        host: Box<dyn JobObserver>,
     ) -> io::Result<Arc<Self>> {
         fs::create_dir_all(folder)?;
         let store = Store::open(&folder.join("jobs.redb"))?;
-        let scenes = Blobs::open(&folder.join("scenes"), u64::MAX)?;
+        let scenes = BlobStore::open(&folder.join("scenes"), u64::MAX)?;
         let mut registry = Registry::default();
         let (records, others) = store.all()?;
         for mut record in records {
@@ -241,7 +241,7 @@ impl Jobs {
         if state == State::Succeeded {
             self.weigh(job);
         } else {
-            locked(&self.registry).release_scene(&on_disk.order, &self.scenes);
+            locked(&self.registry).release_scene(&on_disk.spec, &self.scenes);
         }
         if let (false, Some((begun, _))) = (state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);

@@ -1,10 +1,10 @@
 //! What there is to know of jobs, without changing any.
 
 use super::job::{Job, locked};
-use super::record::{Order, Record, State};
+use super::record::{JobSpec, Record, State};
 use super::registry::{estimate, rank, remaining};
 use super::{Jobs, PICTURE, PREVIEW};
-use crate::service::pictures::file::{About, Made};
+use crate::service::pictures::file::{PictureFile, PictureMeta};
 use std::fs::{self, File};
 use std::io::{self, BufReader};
 use std::ops::Bound;
@@ -20,18 +20,18 @@ impl Jobs {
     }
 
     /// The scene of some job that goes by this name, and the settings over it.
-    pub(crate) fn order_of(&self, scene_id: &str) -> Option<Order> {
+    pub(crate) fn order_of(&self, scene_id: &str) -> Option<JobSpec> {
         let registry = locked(&self.registry);
         let same = |job: &Arc<Job>| {
             let record = job.record();
             let same = record.scene_id.as_deref() == Some(scene_id) && record.state.needs_scene();
-            same.then(|| record.order.clone())
+            same.then(|| record.spec.clone())
         };
         registry.jobs.values().find_map(same)
     }
 
     /// The picture of some job that is the whole of this image in this format.
-    pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<Made> {
+    pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<PictureFile> {
         // One that has just been forgotten is as good as none.
         self.with_picture(image_id, format).iter().find_map(|id| self.picture(id).ok())
     }
@@ -41,7 +41,7 @@ impl Jobs {
         let registry = locked(&self.registry);
         let same = |job: &Arc<Job>| {
             let record = job.record();
-            let same = record.image_id.as_deref() == Some(image_id) && record.order.output == format;
+            let same = record.image_id.as_deref() == Some(image_id) && record.spec.output == format;
             (same && record.state == State::Succeeded).then(|| record.id.clone())
         };
         registry.jobs.values().filter_map(same).collect()
@@ -94,13 +94,13 @@ impl Jobs {
     }
 
     /// The picture of a job that has succeeded.
-    pub(crate) fn picture(&self, id: &str) -> io::Result<Made> {
-        Made::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
+    pub(crate) fn picture(&self, id: &str) -> io::Result<PictureFile> {
+        PictureFile::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
     }
 
     /// What is said about it.
-    pub(crate) fn about(&self, id: &str) -> io::Result<About> {
-        About::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
+    pub(crate) fn about(&self, id: &str) -> io::Result<PictureMeta> {
+        PictureMeta::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
     }
 
     /// The text of a scene that a job needs.

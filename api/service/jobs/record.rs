@@ -22,7 +22,8 @@ pub(crate) struct Record {
     /// What its owner calls it.
     pub(crate) labels: Vec<String>,
     /// What it renders.
-    pub(crate) order: Order,
+    #[serde(rename = "order")]
+    pub(crate) spec: JobSpec,
     /// Name of the scene with the settings in it, if its picture has a name.
     pub(crate) scene_id: Option<String>,
     /// Name of the picture, if it has one.
@@ -105,7 +106,7 @@ impl State {
 
 /// A scene, settings over it, and how the picture is written.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Order {
+pub(crate) struct JobSpec {
     /// Name of the file with the scene's text: its SHA-256.
     pub(crate) scene: String,
     /// The format of that text.

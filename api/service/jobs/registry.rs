@@ -2,10 +2,10 @@
 
 use super::JobLimits;
 use super::job::Job;
-use super::record::{Order, Record};
+use super::record::{JobSpec, Record};
 use super::retention::disk_of;
 use crate::service::scheduler::task::aged;
-use crate::service::storage::blob_store::Blobs;
+use crate::service::storage::blob_store::BlobStore;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -38,7 +38,7 @@ impl Registry {
     pub(super) fn add(&mut self, job: &Arc<Job>) {
         let record = job.record();
         if record.state.needs_scene() {
-            *self.scenes.entry(record.order.scene.clone()).or_default() += 1;
+            *self.scenes.entry(record.spec.scene.clone()).or_default() += 1;
         }
         if let Some(same) = &record.idempotency {
             self.keys.insert((record.tenant.clone(), same.key.clone()), Some(record.id.clone()));
@@ -50,7 +50,7 @@ impl Registry {
     }
 
     /// A job needs its scene no more.
-    pub(super) fn release_scene(&mut self, order: &Order, scenes: &Blobs) {
+    pub(super) fn release_scene(&mut self, order: &JobSpec, scenes: &BlobStore) {
         let Some(count) = self.scenes.get_mut(&order.scene) else { return };
         *count -= 1;
         if *count == 0 {

@@ -93,7 +93,7 @@ impl Jobs {
         };
         self.remove_files(&record.id);
         job.kept.store(0, Ordering::Relaxed);
-        locked(&self.registry).release_scene(&record.order, &self.scenes);
+        locked(&self.registry).release_scene(&record.spec, &self.scenes);
         if let Err(error) = self.store.put(&record) {
             tracing::error!(job = record.id, %error, "a record cannot be written");
         }
@@ -116,7 +116,7 @@ impl Jobs {
                 registry.keys.remove(&(record.tenant.clone(), same.key.clone()));
             }
             if record.state.needs_scene() {
-                registry.release_scene(&record.order, &self.scenes);
+                registry.release_scene(&record.spec, &self.scenes);
             }
         }
     }

@@ -8,13 +8,13 @@ use super::checkpoint::{Tile, Tiles};
 use super::finish::finish;
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, Record, State, now};
-use super::tile_order::Order;
+use super::tile_order::TileOrder;
 use super::{Jobs, PICTURE, PREVIEW};
 use crate::service::pictures::render::{file_ms, milliseconds};
-use crate::service::scenes::prepared::Ready;
-use crate::service::scheduler::pool::{Piece, Workers};
-use crate::service::scheduler::task::{Lane, Seat};
-use crate::service::scheduler::time_slices::render_in_turns;
+use crate::service::scenes::prepared::PreparedScene;
+use crate::service::scheduler::pool::{Step, Workers};
+use crate::service::scheduler::task::{Class, Task};
+use crate::service::scheduler::time_slices::render_until;
 use serde_json::json;
 use std::any::Any;
 use std::io;
@@ -65,7 +65,7 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
 
 fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let began = Instant::now();
-    let (seat, order, edge) = {
+    let (task, order, edge) = {
         let mut record = job.record();
         record.state = State::Running;
         let started = now();
@@ -74,12 +74,12 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
             record.stats.queue_ms = started.saturating_sub(record.created) as f64;
         }
         let (tenant, weight) = (record.tenant.as_str().into(), record.weight);
-        let seat =
-            Seat { lane: Lane::Jobs, tenant, weight, priority: Arc::clone(&job.priority), waiting_since: job.since };
-        (seat, record.order.clone(), record.edge)
+        let task =
+            Task { class: Class::Jobs, tenant, weight, priority: Arc::clone(&job.priority), waiting_since: job.since };
+        (task, record.spec.clone(), record.edge)
     };
     jobs.save(job).map_err(|error| disk(&error))?;
-    let workers = Arc::clone(&jobs.pool).join(seat, Arc::clone(&job.control));
+    let workers = Arc::clone(&jobs.pool).join(task, Arc::clone(&job.control));
     let text = jobs.scenes.get(&order.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
     let building = Instant::now();
     let ready = jobs.host.build(&workers, &text, order.format, &order.settings);
@@ -120,13 +120,19 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
 }
 
 /// A picture that a clock or a number of rays ends, or one that no tiles are made of.
-fn whole(job: &Job, ready: &Ready, output: FileFormat, workers: &Workers, began: Instant) -> Result<(), Cancelled> {
+fn whole(
+    job: &Job,
+    ready: &PreparedScene,
+    output: FileFormat,
+    workers: &Workers,
+    began: Instant,
+) -> Result<(), Cancelled> {
     *locked(&job.begun) = Some((Instant::now(), 0));
     let Scene { width, height, .. } = ready.scene;
     let (window, region) = (Window::whole(width, height), Region::whole(width, height));
     let until = |stop: Stop| {
-        let turns = render_in_turns(&ready.scene, &window, region, workers, &job.control, stop, |_| ());
-        turns.map(|(picture, ())| picture)
+        let scheduler = render_until(&ready.scene, &window, region, workers, &job.control, stop, |_| ());
+        scheduler.map(|(picture, ())| picture)
     };
     let picture = match ready.render.accuracy() {
         Accuracy::Time(Time { ms }) => {
@@ -167,7 +173,7 @@ fn recover(job: &Job, path: &std::path::Path) -> io::Result<Tiles> {
     job.record().stats.tiles_recovered = recovered as u64;
     let regions = job.tiles.iter().map(|(region, _)| *region).collect();
     let is_done = |number: usize| job.tiles[number].1.load(Ordering::Relaxed);
-    let mut order = Order::new(regions, Region::whole(width, height), is_done);
+    let mut order = TileOrder::new(regions, Region::whole(width, height), is_done);
     let mut current = locked(&job.order);
     locked(&job.early_looks).drain(..).for_each(|look| order.look(look));
     *current = Some(order);
@@ -177,27 +183,27 @@ fn recover(job: &Job, path: &std::path::Path) -> io::Result<Tiles> {
 }
 
 /// Coarse pictures of it all, each finer than the one before, tile by tile.
-fn passes(job: &Job, ready: &Ready, workers: &Workers, edge: u32) -> Result<(), Cancelled> {
+fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Result<(), Cancelled> {
     let scene = &ready.scene;
     for (pass, level) in PASSES.into_iter().enumerate() {
-        let is_looked_at = || locked(&job.order).as_ref().is_some_and(Order::is_looked_at);
+        let is_looked_at = || locked(&job.order).as_ref().is_some_and(TileOrder::is_looked_at);
         if is_looked_at() || (level < UNWATCHED && !job.is_watched()) {
             break;
         }
         let Some(window) = Window::level(scene.width, scene.height, level as i32) else { continue };
         let mut parts = Region::whole(window.width, window.height).tiles(edge).peekable();
         workers.work_on(|| {
-            let Some(part) = parts.next() else { return Piece::Last(Ok(())) };
+            let Some(part) = parts.next() else { return Step::Done(Ok(())) };
             let picture = match render_window(scene, &window, part, &job.control) {
                 Ok(picture) => picture,
-                Err(cancelled) => return Piece::Last(Err(cancelled)),
+                Err(cancelled) => return Step::Done(Err(cancelled)),
             };
             job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
             if let Some(canvas) = &mut *locked(&job.canvas) {
                 canvas.fill(&picture.film, level);
             }
             // Who looks at a tile wants it more than another pass.
-            if parts.peek().is_some() && !is_looked_at() { Piece::More } else { Piece::Last(Ok(())) }
+            if parts.peek().is_some() && !is_looked_at() { Step::More } else { Step::Done(Ok(())) }
         })??;
         let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
         job.events.publish("preview", json!({ "pass": pass + 1, "scale": 1 << level, "revision": revision }));
@@ -206,31 +212,31 @@ fn passes(job: &Job, ready: &Ready, workers: &Workers, edge: u32) -> Result<(), 
 }
 
 /// All tiles that are not finished, one turn each.
-fn tiles(job: &Job, ready: &Ready, workers: &Workers, file: Tiles) -> Result<(), Cancelled> {
+fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, file: Tiles) -> Result<(), Cancelled> {
     let (finished, to_keep) = sync_channel(WAITING);
     thread::scope(|scope| {
-        let keeper = scope.spawn(move || keep(job, file, to_keep));
+        let writer = scope.spawn(move || persist_tiles(job, file, to_keep));
         let rendered = workers.work_on(|| {
-            let Some((number, region)) = locked(&job.order).as_mut().and_then(Order::next) else {
-                return Piece::Last(Ok(()));
+            let Some((number, region)) = locked(&job.order).as_mut().and_then(TileOrder::next) else {
+                return Step::Done(Ok(()));
             };
             let picture = match render(&ready.scene, region, &job.control) {
                 Ok(picture) => picture,
-                Err(cancelled) => return Piece::Last(Err(cancelled)),
+                Err(cancelled) => return Step::Done(Err(cancelled)),
             };
             job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
             // It fails if the keeper has stopped, which has cancelled the job.
             let kept = finished.send(Tile { number: number as u32, picture });
-            if kept.is_ok() { Piece::More } else { Piece::Last(Err(Cancelled)) }
+            if kept.is_ok() { Step::More } else { Step::Done(Err(Cancelled)) }
         });
         drop(finished);
-        let kept = keeper.join().unwrap_or(Err(Cancelled));
+        let kept = writer.join().unwrap_or(Err(Cancelled));
         rendered?.and(kept)
     })
 }
 
 /// Puts tiles on disk and on the canvas, and tells who watches.
-fn keep(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result<(), Cancelled> {
+fn persist_tiles(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result<(), Cancelled> {
     let mut reported: Option<Instant> = None;
     while let Ok(tile) = finished.recv() {
         if let Err(error) = file.add(&tile) {

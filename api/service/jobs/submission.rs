@@ -1,11 +1,11 @@
 //! Taking a job in: what is known already, what there is no room for, and what becomes a record.
 
 use super::job::{Job, locked};
-use super::record::{Idempotency, Order, Record, State, Stats, now};
+use super::record::{Idempotency, JobSpec, Record, State, Stats, now};
 use super::registry::{Registry, estimate, memory_of, remaining};
 use super::retention::disk_of;
 use super::{Jobs, PICTURE};
-use crate::service::pictures::file::Made;
+use crate::service::pictures::file::PictureFile;
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
@@ -73,7 +73,7 @@ pub(crate) enum Refused {
 
 /// What is known of an idempotency key.
 #[derive(Debug)]
-pub(crate) enum Known {
+pub(crate) enum KeyUse {
     /// The same request has become this job.
     Same(Arc<Job>),
     /// It was another request.
@@ -102,16 +102,16 @@ impl Drop for Claim {
 
 impl Jobs {
     /// Claims an idempotency key for a request, whose bytes are `request`.
-    pub(crate) fn claim(self: &Arc<Self>, tenant: &str, key: &str, request: &[u8]) -> Result<Claim, Known> {
+    pub(crate) fn claim(self: &Arc<Self>, tenant: &str, key: &str, request: &[u8]) -> Result<Claim, KeyUse> {
         let idempotency = Idempotency { key: key.to_owned(), request: hash(request) };
         let mut registry = locked(&self.registry);
         let place = (tenant.to_owned(), key.to_owned());
         match registry.keys.get(&place) {
-            Some(None) => return Err(Known::Pending),
+            Some(None) => return Err(KeyUse::Pending),
             Some(Some(id)) => {
                 if let Some(job) = registry.jobs.get(id) {
                     let same = job.record().idempotency.as_ref() == Some(&idempotency);
-                    return Err(if same { Known::Same(Arc::clone(job)) } else { Known::Other });
+                    return Err(if same { KeyUse::Same(Arc::clone(job)) } else { KeyUse::Other });
                 }
             }
             None => {}
@@ -126,7 +126,7 @@ impl Jobs {
         self: &Arc<Self>,
         submission: Submission,
         claim: Option<&Claim>,
-        made: Option<&Made>,
+        made: Option<&PictureFile>,
     ) -> Result<Arc<Job>, Refused> {
         let scene = hash(&submission.scene);
         let mut record = self.record_of(&submission, scene.clone(), claim);
@@ -155,7 +155,7 @@ impl Jobs {
             // From here on nobody removes the scene.
             *registry.scenes.entry(scene.clone()).or_default() += 1;
         }
-        let order = record.order.clone();
+        let order = record.spec.clone();
         let kept = if self.scenes.get(&scene).is_some() { Ok(()) } else { self.scenes.put(&scene, &submission.scene) };
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.put_picture(&mut record, made)));
         let kept = kept.and_then(|()| self.store.put(&record));
@@ -177,7 +177,7 @@ impl Jobs {
     }
 
     /// Puts a picture that was there already into a job's folder: then the job is finished.
-    fn put_picture(&self, record: &mut Record, made: &Made) -> io::Result<()> {
+    fn put_picture(&self, record: &mut Record, made: &PictureFile) -> io::Result<()> {
         let folder = self.folder_of(&record.id);
         fs::create_dir_all(&folder)?;
         self.write(&folder, PICTURE, &made.to_blob())?;
@@ -204,7 +204,7 @@ impl Jobs {
             state: State::Queued,
             priority,
             labels: labels.clone(),
-            order: Order { scene, format, settings, output },
+            spec: JobSpec { scene, format, settings, output },
             scene_id,
             image_id,
             width,

@@ -3,11 +3,11 @@
 use strahl::film::Region;
 
 /// Looks that are remembered.
-pub(super) const LOOKS: usize = 64;
+pub(super) const REMEMBERED: usize = 64;
 
 /// The tiles that are not begun.
 #[derive(Debug)]
-pub(super) struct Order {
+pub(super) struct TileOrder {
     /// By number.
     regions: Vec<Region>,
     /// Numbers, the one farthest from the centre first.
@@ -16,7 +16,7 @@ pub(super) struct Order {
     looks: Vec<Region>,
 }
 
-impl Order {
+impl TileOrder {
     /// All tiles of a picture but those that `is_done` says are.
     pub(super) fn new(regions: Vec<Region>, picture: Region, is_done: impl Fn(usize) -> bool) -> Self {
         let mut left: Vec<usize> = (0..regions.len()).filter(|number| !is_done(*number)).collect();
@@ -27,7 +27,7 @@ impl Order {
     /// Somebody looks at a region.
     pub(super) fn look(&mut self, region: Region) {
         self.looks.retain(|look| *look != region);
-        if self.looks.len() == LOOKS {
+        if self.looks.len() == REMEMBERED {
             self.looks.remove(0);
         }
         self.looks.push(region);
@@ -77,9 +77,9 @@ fn distance(a: Region, b: Region) -> u64 {
 mod tests {
     use super::*;
 
-    fn order(done: &[usize]) -> Order {
+    fn order(done: &[usize]) -> TileOrder {
         let picture = Region::whole(50, 50);
-        Order::new(picture.tiles(10).collect(), picture, |number| done.contains(&number))
+        TileOrder::new(picture.tiles(10).collect(), picture, |number| done.contains(&number))
     }
 
     #[test]

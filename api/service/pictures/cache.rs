@@ -1,21 +1,21 @@
 //! Pictures that were made lately, as files: in memory, and in a folder if there is one.
 //!
-//! A picture's name says what it shows and how ([`excerpt`](super::spec)), so what is kept never becomes wrong.
+//! A picture's name says what it shows and how ([`spec`](super::spec)), so what is kept never becomes wrong.
 
-use super::file::Made;
-use super::single_flight::Flights;
+use super::file::PictureFile;
+use super::single_flight::SingleFlight;
 use crate::http::metrics::render_cost::Cost;
 use crate::http::problem::Problem;
-use crate::service::storage::blob_store::Blobs;
-use crate::service::storage::hit_counter::Tally;
-use crate::service::storage::lru_cache::Recent;
+use crate::service::storage::blob_store::BlobStore;
+use crate::service::storage::hit_counter::HitCounter;
+use crate::service::storage::lru_cache::LruCache;
 use std::sync::Arc;
 
 /// A picture and what it took this time.
 #[derive(Debug, Clone)]
 pub(crate) struct Shown {
     /// The picture.
-    pub(crate) made: Arc<Made>,
+    pub(crate) made: Arc<PictureFile>,
     /// `Server-Timing`.
     pub(crate) timing: Arc<str>,
     /// What it cost, for whoever had it made.
@@ -24,19 +24,19 @@ pub(crate) struct Shown {
 
 /// The pictures.
 #[derive(Debug)]
-pub(crate) struct Pictures {
-    memory: Recent<String, Arc<Made>>,
-    disk: Option<Blobs>,
+pub(crate) struct PictureCache {
+    memory: LruCache<String, Arc<PictureFile>>,
+    disk: Option<BlobStore>,
     /// How often a picture was in memory, and how often in the folder.
-    tallies: [Tally; 2],
+    hit_counters: [HitCounter; 2],
     /// Those that are being made.
-    pub(crate) flights: Flights<Shown>,
+    pub(crate) flights: SingleFlight<Shown>,
 }
 
-impl Pictures {
+impl PictureCache {
     /// No pictures in memory yet, and those of the folder.
-    pub(crate) fn new(budget: u64, disk: Option<Blobs>) -> Self {
-        Self { memory: Recent::new(budget), disk, tallies: Default::default(), flights: Flights::default() }
+    pub(crate) fn new(budget: u64, disk: Option<BlobStore>) -> Self {
+        Self { memory: LruCache::new(budget), disk, hit_counters: Default::default(), flights: SingleFlight::default() }
     }
 
     /// Whether there is a folder to look into.
@@ -45,35 +45,35 @@ impl Pictures {
     }
 
     /// A picture that is in memory.
-    pub(crate) fn at_hand(&self, name: &str) -> Option<Arc<Made>> {
-        self.memory.get(name).inspect(|_| self.tallies[0].hit())
+    pub(crate) fn cached(&self, name: &str) -> Option<Arc<PictureFile>> {
+        self.memory.get(name).inspect(|_| self.hit_counters[0].hit())
     }
 
     /// A picture, from memory or from the folder, on this thread.
-    pub(crate) fn get(&self, name: &str) -> Option<Arc<Made>> {
-        if let Some(made) = self.at_hand(name) {
+    pub(crate) fn get(&self, name: &str) -> Option<Arc<PictureFile>> {
+        if let Some(made) = self.cached(name) {
             return Some(made);
         }
         let blob = self.disk.as_ref()?.get(name)?;
-        let made = Arc::new(Made::read(&mut &blob[..]).ok()?);
-        self.tallies[1].hit();
+        let made = Arc::new(PictureFile::read(&mut &blob[..]).ok()?);
+        self.hit_counters[1].hit();
         self.remember(name, &made);
         Some(made)
     }
 
     /// Keeps a picture. Writing it into the folder takes place on this thread.
-    pub(crate) fn put(&self, name: &str, made: &Arc<Made>) {
+    pub(crate) fn put(&self, name: &str, made: &Arc<PictureFile>) {
         self.remember(name, made);
         let Some(disk) = &self.disk else { return };
-        self.tallies[1].miss();
+        self.hit_counters[1].miss();
         if let Err(error) = disk.put(name, &made.to_blob()) {
             tracing::warn!(name, %error, "a picture cannot be kept in the folder");
         }
     }
 
     /// What is kept where: a name, the bytes there, and how often they were of use.
-    pub(crate) fn tallies(&self) -> impl Iterator<Item = (&'static str, u64, &Tally)> {
-        let [memory, disk] = &self.tallies;
+    pub(crate) fn hit_counters(&self) -> impl Iterator<Item = (&'static str, u64, &HitCounter)> {
+        let [memory, disk] = &self.hit_counters;
         let folder = self.disk.as_ref().map(|blobs| ("picture_folder", blobs.bytes(), disk));
         [("pictures", self.memory.bytes(), memory)].into_iter().chain(folder)
     }
@@ -99,8 +99,8 @@ impl Pictures {
     }
 
     /// Keeps a picture in memory.
-    pub(crate) fn remember(&self, name: &str, made: &Arc<Made>) {
-        self.tallies[0].miss();
+    pub(crate) fn remember(&self, name: &str, made: &Arc<PictureFile>) {
+        self.hit_counters[0].miss();
         self.memory.put(name.to_owned(), Arc::clone(made), made.bytes());
     }
 }

@@ -14,18 +14,18 @@ use strahl::scene::Scene;
 
 /// A picture file and what is said about it.
 #[derive(Debug)]
-pub(crate) struct Made {
+pub(crate) struct PictureFile {
     /// The file.
     pub(crate) file: Bytes,
     /// What every answer with it says: length, digest, what making it took, how exact it is.
     pub(crate) headers: HeaderMap,
     /// The rest.
-    pub(crate) about: About,
+    pub(crate) about: PictureMeta,
 }
 
 /// What is said about a picture.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct About {
+pub(crate) struct PictureMeta {
     /// The image it is of, if it has a name.
     pub(crate) image: Option<String>,
     /// Headers: which rays were traced, which effects are in it, how exact it is.
@@ -34,7 +34,7 @@ pub(crate) struct About {
     pub(crate) report: Option<Box<RawValue>>,
 }
 
-impl About {
+impl PictureMeta {
     /// What a report says about a picture of a scene; `is_whole` if it is all of the picture.
     pub(crate) fn new(image: Option<String>, report: &Report, scene: &Scene, is_whole: bool) -> Self {
         let rays = report.cost.rays;
@@ -58,9 +58,9 @@ impl About {
     }
 }
 
-impl Made {
+impl PictureFile {
     /// A new file.
-    pub(crate) fn new(file: Vec<u8>, about: About) -> Self {
+    pub(crate) fn new(file: Vec<u8>, about: PictureMeta) -> Self {
         // RFC 9530.
         let digest = format!("sha-256=:{}:", BASE64.encode(&Sha256::digest(&file)));
         let header = |(name, value): (&str, &str)| Some((name.parse().ok()?, HeaderValue::from_str(value).ok()?));
@@ -86,14 +86,14 @@ impl Made {
 
     /// What was kept.
     pub(crate) fn read(from: &mut impl BufRead) -> io::Result<Self> {
-        let about = About::read(from)?;
+        let about = PictureMeta::read(from)?;
         let mut file = Vec::new();
         from.read_to_end(&mut file)?;
         Ok(Self::new(file, about))
     }
 }
 
-impl About {
+impl PictureMeta {
     /// The beginning of what was kept.
     pub(crate) fn read(from: &mut impl BufRead) -> io::Result<Self> {
         let mut line = Vec::new();

@@ -1,7 +1,7 @@
 //! Maps of a picture as files.
 
 use crate::service::scheduler::pool::Workers;
-use crate::service::scheduler::time_slices::in_pieces;
+use crate::service::scheduler::time_slices::sliced;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use strahl::accuracy::{Map, MapKind};
@@ -47,5 +47,5 @@ pub(crate) fn draw(
             MapFormat::Exr => encode(&map.film(), FileFormat::Exr),
         }
     };
-    Ok(in_pieces([scene.width, scene.height], region, workers, piece, file)?.1)
+    Ok(sliced([scene.width, scene.height], region, workers, piece, file)?.1)
 }

@@ -1,9 +1,9 @@
 //! From a loaded scene to a picture file and its cost report.
 
 use super::report::{Cost, ErrorBounds, Phases, Replay, Report};
-use crate::service::scenes::prepared::{Loading, Ready};
+use crate::service::scenes::prepared::{Loading, PreparedScene};
 use crate::service::scheduler::pool::Workers;
-use crate::service::scheduler::time_slices::{render_in_pieces, render_in_turns};
+use crate::service::scheduler::time_slices::{render_sliced, render_until};
 use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
@@ -15,7 +15,7 @@ use strahl::scene::description::{Accuracy, Rays, Time};
 
 /// A picture file and what it cost.
 #[derive(Debug)]
-pub(crate) struct Finished {
+pub(crate) struct Rendered {
     /// The bytes of the file.
     pub(crate) file: Vec<u8>,
     /// What it cost.
@@ -24,7 +24,7 @@ pub(crate) struct Finished {
 
 /// What is made of a scene.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Shot {
+pub(crate) struct RenderSpec {
     /// How large the picture is, and what it shows.
     pub(crate) window: Window,
     /// The part of it that is rendered; it must fit the window.
@@ -41,7 +41,7 @@ pub(crate) struct Shot {
     pub(crate) asked: Option<Instant>,
 }
 
-impl Shot {
+impl RenderSpec {
     /// A part of the scene's own picture.
     pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
         let window = Window::whole(scene.width, scene.height);
@@ -53,14 +53,14 @@ impl Shot {
 /// `loading` what that took.
 pub(crate) fn make(
     started: Instant,
-    ready: &Ready,
+    ready: &PreparedScene,
     loading: Loading,
-    shot: &Shot,
+    shot: &RenderSpec,
     workers: &Workers,
     control: &Control,
-) -> Result<Finished, Cancelled> {
+) -> Result<Rendered, Cancelled> {
     let scene = &ready.scene;
-    let &Shot { window, region, look, format, note, predict, asked } = shot;
+    let &RenderSpec { window, region, look, format, note, predict, asked } = shot;
     let mut plan = ready.plan.clone();
     if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
         workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
@@ -71,7 +71,7 @@ pub(crate) fn make(
         let codes = Codes::new(&picture.film, format).seen(look);
         (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
     };
-    let until = |stop: Stop| render_in_turns(scene, &window, region, workers, control, stop, finish);
+    let until = |stop: Stop| render_until(scene, &window, region, workers, control, stop, finish);
     let (picture, (codes, error, coding_ms)) = match ready.render.accuracy() {
         Accuracy::Time(Time { ms }) => until(Stop::At(
             asked.unwrap_or(started)
@@ -79,7 +79,7 @@ pub(crate) fn make(
         )),
         Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
         Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
-            render_in_pieces(scene, &window, region, workers, control, finish)
+            render_sliced(scene, &window, region, workers, control, finish)
         }
     }?;
     let replay = Replay::of(&picture, ready);
@@ -94,7 +94,7 @@ pub(crate) fn make(
         png: coding_ms + milliseconds(writing),
     };
     let cost = Cost::of(&picture, phases, plan.estimate, started, workers);
-    Ok(Finished { file, report: Report { plan, cost, error, replay } })
+    Ok(Rendered { file, report: Report { plan, cost, error, replay } })
 }
 
 /// What the file says about its picture: of the cost report all that depends on neither the machine nor the moment, since

@@ -1,7 +1,7 @@
 //! What a picture cost: the same JSON on `--stats`, and behind the headers of an answer.
 
 use super::render::milliseconds;
-use crate::service::scenes::prepared::Ready;
+use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -257,7 +257,7 @@ pub(crate) struct Replay {
 
 impl Replay {
     /// What renders a picture of a scene again; one that a clock has stopped is made again by its rays.
-    pub(crate) fn of(picture: &Picture, ready: &Ready) -> Self {
+    pub(crate) fn of(picture: &Picture, ready: &PreparedScene) -> Self {
         let render = match picture.progress {
             Some(Progress { count, .. }) => {
                 RenderSettings { accuracy: Some(Accuracy::Rays(Rays { count })), ..ready.render }

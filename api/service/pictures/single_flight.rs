@@ -9,9 +9,9 @@ use tokio::task::AbortHandle;
 
 /// What is on its way, by name.
 #[derive(Debug)]
-pub(crate) struct Flights<T>(Mutex<HashMap<String, Weak<Flight<T>>>>);
+pub(crate) struct SingleFlight<T>(Mutex<HashMap<String, Weak<Flight<T>>>>);
 
-impl<T> Default for Flights<T> {
+impl<T> Default for SingleFlight<T> {
     fn default() -> Self {
         Self(Mutex::default())
     }
@@ -31,7 +31,7 @@ impl<T> Drop for Flight<T> {
     }
 }
 
-impl<T: Clone + Send + Sync + 'static> Flights<T> {
+impl<T: Clone + Send + Sync + 'static> SingleFlight<T> {
     /// The outcome of the work of that name, which is started unless it is under way.
     pub(crate) async fn share<F>(&self, name: String, work: impl FnOnce() -> F) -> Result<T, Problem>
     where
@@ -85,7 +85,7 @@ mod tests {
 
     #[tokio::test]
     async fn work_is_done_once_and_given_up_with_the_last_who_waits() {
-        let flights = Arc::new(Flights::default());
+        let flights = Arc::new(SingleFlight::default());
         let (started, running) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicUsize::new(0)));
         let go = Arc::new(Notify::new());
         let ask = || {

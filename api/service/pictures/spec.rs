@@ -1,6 +1,6 @@
 //! What of an image is shown, and how. With the image's id it names a file's bytes before they are there.
 
-use super::render::Shot;
+use super::render::RenderSpec;
 use crate::http::extract::query::outside;
 use crate::http::problem::{Kind, Problem};
 use std::fmt::{Display, Write};
@@ -24,7 +24,7 @@ pub(crate) enum Grid {
 
 /// A part of an image and how it is written down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Excerpt {
+pub(crate) struct PictureSpec {
     /// The pixels.
     pub(crate) grid: Grid,
     /// Those that are shown; all without it.
@@ -35,7 +35,7 @@ pub(crate) struct Excerpt {
     pub(crate) format: FileFormat,
 }
 
-impl Excerpt {
+impl PictureSpec {
     /// The whole image, or a region of it.
     pub(crate) fn plain(region: Option<Region>, format: FileFormat) -> Self {
         Self { grid: Grid::Level(0), region, look: Look::default(), format }
@@ -97,7 +97,7 @@ impl Excerpt {
     }
 
     /// What this is of a scene that is opened as 2^zoom times its size.
-    pub(crate) fn shot(&self, scene: &Scene, zoom: u32) -> Result<Shot, Problem> {
+    pub(crate) fn shot(&self, scene: &Scene, zoom: u32) -> Result<RenderSpec, Problem> {
         let window = self.window(scene, zoom).ok_or_else(|| {
             Problem::new(Kind::InvalidParameter, "the picture would be larger than this scene's numbers can tell apart")
         })?;
@@ -107,7 +107,15 @@ impl Excerpt {
             let what = format!("the region x={x}, y={y}, w={width}, h={height}");
             return Err(outside(&what, window.width, window.height));
         }
-        Ok(Shot { window, region, look: self.look, format: self.format, note: false, predict: false, asked: None })
+        Ok(RenderSpec {
+            window,
+            region,
+            look: self.look,
+            format: self.format,
+            note: false,
+            predict: false,
+            asked: None,
+        })
     }
 
     fn window(&self, &Scene { width, height, .. }: &Scene, zoom: u32) -> Option<Window> {
@@ -144,19 +152,19 @@ mod tests {
 
     #[test]
     fn everything_that_changes_the_bytes_changes_the_name() {
-        let plain = Excerpt::plain(None, FileFormat::Png8);
+        let plain = PictureSpec::plain(None, FileFormat::Png8);
         let region = Region { x: 1, y: 2, width: 3, height: 4 };
-        let look = |mirrored, quarters, tone| Excerpt { look: Look { mirrored, quarters, tone }, ..plain };
-        let grid = |grid| Excerpt { grid, ..plain };
+        let look = |mirrored, quarters, tone| PictureSpec { look: Look { mirrored, quarters, tone }, ..plain };
+        let grid = |grid| PictureSpec { grid, ..plain };
         let all = [
             plain,
-            Excerpt::plain(Some(region), FileFormat::Png8),
-            Excerpt::plain(None, FileFormat::Png16),
-            Excerpt::plain(None, FileFormat::Jpeg(9)),
-            Excerpt::plain(None, FileFormat::Jpeg(90)),
-            Excerpt::plain(None, FileFormat::WebP),
-            Excerpt::plain(None, FileFormat::Exr),
-            Excerpt::plain(None, FileFormat::Pfm),
+            PictureSpec::plain(Some(region), FileFormat::Png8),
+            PictureSpec::plain(None, FileFormat::Png16),
+            PictureSpec::plain(None, FileFormat::Jpeg(9)),
+            PictureSpec::plain(None, FileFormat::Jpeg(90)),
+            PictureSpec::plain(None, FileFormat::WebP),
+            PictureSpec::plain(None, FileFormat::Exr),
+            PictureSpec::plain(None, FileFormat::Pfm),
             grid(Grid::Level(1)),
             grid(Grid::Level(-1)),
             grid(Grid::Tiles(0)),
@@ -167,7 +175,7 @@ mod tests {
             look(false, 0, Tone::Gray),
             look(false, 0, Tone::Bitonal),
         ];
-        let mut names: Vec<_> = all.iter().map(Excerpt::suffix).collect();
+        let mut names: Vec<_> = all.iter().map(PictureSpec::suffix).collect();
         assert_eq!(names[..3], [".png", ".1-2-3-4.png", ".png16"]);
         names.sort();
         names.dedup();

@@ -4,15 +4,15 @@
 //! A scene is known by a hash of its bytes and of all that is put over them. Problems are not kept: they are found again.
 //! Nor are scenes with pictures from files, which may have changed by the next time; pictures in the scene are part of it.
 
-use super::prepared::{Loading, Ready};
-use super::store::Texts;
-use super::texture_folder::Folder;
+use super::prepared::{Loading, PreparedScene};
+use super::store::SceneStore;
+use super::texture_folder::TextureFolder;
 use crate::http::problem::{Kind, Problem};
 use crate::service::pictures::render::milliseconds;
-use crate::service::scheduler::admission::Job;
+use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::pool::Workers;
-use crate::service::storage::hit_counter::Tally;
-use crate::service::storage::lru_cache::Recent;
+use crate::service::storage::hit_counter::HitCounter;
+use crate::service::storage::lru_cache::LruCache;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::Instant;
@@ -24,16 +24,16 @@ const NAMES: u64 = 10_000;
 
 /// The scenes, the one that was asked for longest ago first to go.
 #[derive(Debug)]
-pub(crate) struct Scenes {
+pub(crate) struct SceneCache {
     /// Where the pictures are that they name, if they may.
-    textures: Option<Folder>,
-    kept: Recent<Key, Arc<Ready>>,
+    textures: Option<TextureFolder>,
+    kept: LruCache<Key, Arc<PreparedScene>>,
     /// What a scene of a name was last sent as.
-    names: Recent<String, Key>,
+    names: LruCache<String, Key>,
     /// Scenes that can be built again.
-    pub(crate) texts: Texts,
+    pub(crate) texts: SceneStore,
     /// How often a scene was built already.
-    pub(crate) tally: Tally,
+    pub(crate) hits: HitCounter,
 }
 
 /// A hash of a scene as it was sent, and of all that is put over it.
@@ -43,17 +43,17 @@ pub(crate) type Key = [u8; 32];
 #[derive(Debug)]
 pub(crate) struct Found {
     /// The scene.
-    pub(crate) ready: Arc<Ready>,
+    pub(crate) ready: Arc<PreparedScene>,
     /// What this request spent on it.
     pub(crate) loading: Loading,
     /// Whether it was there already.
     pub(crate) kept: bool,
 }
 
-impl Scenes {
+impl SceneCache {
     /// No scenes yet, and later as many as fit.
-    pub(crate) fn new(budget: u64, textures: Option<Folder>, texts: Texts) -> Self {
-        Self { textures, kept: Recent::new(budget), names: Recent::new(NAMES), texts, tally: Tally::default() }
+    pub(crate) fn new(budget: u64, textures: Option<TextureFolder>, texts: SceneStore) -> Self {
+        Self { textures, kept: LruCache::new(budget), names: LruCache::new(NAMES), texts, hits: HitCounter::default() }
     }
 
     /// Bytes of the scenes that are kept.
@@ -75,14 +75,14 @@ impl Scenes {
         if let Some(ready) = self.recall(&key) {
             return Ok(Found { ready, loading: Loading { parse, ..Loading::default() }, kept: true });
         }
-        self.tally.miss();
-        let ready = self.build(workers, bytes, format, overrides, Ready::from)?;
+        self.hits.miss();
+        let ready = self.build(workers, bytes, format, overrides, PreparedScene::from)?;
         let loading = Loading { parse: parse + ready.loading.parse, ..ready.loading };
         Ok(Found { ready: self.keep(key, ready), loading, kept: false })
     }
 
     /// The scene of a name, built or to be built from its text.
-    pub(crate) fn find_known(&self, job: &Job, id: &str) -> Result<Found, Problem> {
+    pub(crate) fn find_known(&self, job: &Work, id: &str) -> Result<Found, Problem> {
         if let Some(ready) = self.recall_known(id) {
             return Ok(Found { ready, loading: Loading::default(), kept: true });
         }
@@ -110,17 +110,17 @@ impl Scenes {
     }
 
     /// The scene that was sent like this, if it is still built.
-    pub(crate) fn recall(&self, key: &Key) -> Option<Arc<Ready>> {
-        self.kept.get(key).inspect(|_| self.tally.hit())
+    pub(crate) fn recall(&self, key: &Key) -> Option<Arc<PreparedScene>> {
+        self.kept.get(key).inspect(|_| self.hits.hit())
     }
 
     /// The scene of a name, if it is still built.
-    pub(crate) fn recall_known(&self, id: &str) -> Option<Arc<Ready>> {
+    pub(crate) fn recall_known(&self, id: &str) -> Option<Arc<PreparedScene>> {
         self.recall(&self.names.get(id)?)
     }
 
     /// Keeps a built scene, unless its pictures are files.
-    pub(crate) fn keep(&self, key: Key, ready: Ready) -> Arc<Ready> {
+    pub(crate) fn keep(&self, key: Key, ready: PreparedScene) -> Arc<PreparedScene> {
         let ready = Arc::new(ready);
         if !ready.scene.from_files {
             self.kept.put(key, Arc::clone(&ready), ready.scene.bytes() as u64);

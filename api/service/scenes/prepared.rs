@@ -14,7 +14,7 @@ use strahl::scene::{Loaded, Scene};
 
 /// A scene without its description, which would take as much memory again.
 #[derive(Debug)]
-pub(crate) struct Ready {
+pub(crate) struct PreparedScene {
     /// The scene.
     pub(crate) scene: Scene,
     /// What rendering it means.
@@ -44,7 +44,7 @@ pub(crate) struct Loading {
     pub(crate) bvh: f64,
 }
 
-impl From<Loaded> for Ready {
+impl From<Loaded> for PreparedScene {
     fn from(Loaded { mut description, scene, two_sided, spd_counts, parse_ms, plan_ms }: Loaded) -> Self {
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
         // The plan takes the description apart.
@@ -59,7 +59,7 @@ impl From<Loaded> for Ready {
 
 /// The plan of a region, with what it is expected to take, and the pilot that says so.
 pub(crate) fn planned(
-    ready: &Ready,
+    ready: &PreparedScene,
     region: Region,
     workers: &Workers,
     control: &Control,

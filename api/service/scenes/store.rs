@@ -3,26 +3,26 @@
 //! A scene belongs to the tenants that have posted it: each has a claim, an entry `SCENE.TENANT` beside the text. It goes
 //! when nobody claims it any more, or when there is no room.
 
-use crate::service::storage::blob_store::Blobs;
-use crate::service::storage::lru_cache::Recent;
+use crate::service::storage::blob_store::BlobStore;
+use crate::service::storage::lru_cache::LruCache;
 use axum::body::Bytes;
 use std::io;
 
 /// The texts, the one asked for longest ago first to go.
 #[derive(Debug)]
-pub(crate) enum Texts {
+pub(crate) enum SceneStore {
     /// They last as long as the process.
-    Memory(Recent<String, Bytes>),
+    Memory(LruCache<String, Bytes>),
     /// They outlast it.
-    Folder(Blobs),
+    TextureFolder(BlobStore),
 }
 
-impl Texts {
+impl SceneStore {
     /// The text of a scene. Call this where waiting for a disk hurts nobody.
     pub(crate) fn get(&self, id: &str) -> Option<Bytes> {
         match self {
             Self::Memory(texts) => texts.get(id),
-            Self::Folder(blobs) => blobs.get(id).map(Bytes::from),
+            Self::TextureFolder(blobs) => blobs.get(id).map(Bytes::from),
         }
     }
 
@@ -33,7 +33,7 @@ impl Texts {
                 let bytes = text.len() as u64;
                 texts.put(id.to_owned(), text.into(), bytes);
             }
-            Self::Folder(blobs) => blobs.put(id, &text)?,
+            Self::TextureFolder(blobs) => blobs.put(id, &text)?,
         }
         Ok(self.has(id))
     }
@@ -42,7 +42,7 @@ impl Texts {
     pub(crate) fn has(&self, id: &str) -> bool {
         match self {
             Self::Memory(texts) => texts.get(id).is_some(),
-            Self::Folder(blobs) => blobs.has(id),
+            Self::TextureFolder(blobs) => blobs.has(id),
         }
     }
 
@@ -50,7 +50,7 @@ impl Texts {
     pub(crate) fn bytes(&self) -> u64 {
         match self {
             Self::Memory(texts) => texts.bytes(),
-            Self::Folder(blobs) => blobs.bytes(),
+            Self::TextureFolder(blobs) => blobs.bytes(),
         }
     }
 
@@ -86,7 +86,7 @@ impl Texts {
     fn claims(&self, id: &str) -> Vec<String> {
         let all = match self {
             Self::Memory(texts) => texts.keys(),
-            Self::Folder(blobs) => blobs.names(),
+            Self::TextureFolder(blobs) => blobs.names(),
         };
         let before = claim_name(id, "");
         all.into_iter().filter(|name| name.starts_with(&before)).collect()
@@ -95,7 +95,7 @@ impl Texts {
     fn remove(&self, name: &str) -> bool {
         match self {
             Self::Memory(texts) => texts.remove(name),
-            Self::Folder(blobs) => blobs.remove(name),
+            Self::TextureFolder(blobs) => blobs.remove(name),
         }
     }
 }
@@ -123,7 +123,10 @@ mod tests {
     #[test]
     fn a_text_stays_as_long_as_somebody_claims_it() {
         let folder = tempfile::tempdir().unwrap();
-        for texts in [Texts::Memory(Recent::new(1_000)), Texts::Folder(Blobs::open(folder.path(), 1_000).unwrap())] {
+        for texts in [
+            SceneStore::Memory(LruCache::new(1_000)),
+            SceneStore::TextureFolder(BlobStore::open(folder.path(), 1_000).unwrap()),
+        ] {
             texts.put("s_a", b"{}".to_vec()).unwrap();
             assert_eq!([texts.claim("s_a", "one"), texts.claim("s_a", "one")].map(Result::unwrap), [true, false]);
             assert!(texts.claim("s_a", "two").unwrap());

@@ -8,9 +8,9 @@ use strahl::scene::limits::PICTURE_BYTES;
 
 /// A folder and what lies below it, links followed only as far as they stay inside.
 #[derive(Debug)]
-pub(crate) struct Folder(PathBuf);
+pub(crate) struct TextureFolder(PathBuf);
 
-impl Folder {
+impl TextureFolder {
     /// A folder that exists.
     pub(crate) fn open(path: &Path) -> io::Result<Self> {
         let path = path.canonicalize()?;
@@ -18,7 +18,7 @@ impl Folder {
     }
 }
 
-impl Files for Folder {
+impl Files for TextureFolder {
     fn read(&self, name: &str) -> Result<Vec<u8>, String> {
         let plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
         if name.is_empty() || !Path::new(name).components().all(plain) {
@@ -50,7 +50,7 @@ mod tests {
         std::fs::create_dir_all(inside.join("deep")).unwrap();
         std::fs::write(root.join("secret"), b"no").unwrap();
         std::fs::write(inside.join("deep/a.png"), b"yes").unwrap();
-        let folder = Folder::open(&inside).unwrap();
+        let folder = TextureFolder::open(&inside).unwrap();
         assert_eq!(folder.read("deep/a.png").unwrap(), b"yes");
         assert_eq!(folder.read("./deep/a.png").unwrap(), b"yes");
         let absolute = root.join("secret");

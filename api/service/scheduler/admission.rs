@@ -5,7 +5,7 @@
 //! only when the job has really ended.
 
 use super::pool::{Pool, Workers};
-use super::task::{Lane, Seat};
+use super::task::{Class, Task};
 use crate::http::auth::tenant::Tenant;
 use crate::http::problem::{Kind, Problem};
 use crate::service::pictures::render::milliseconds;
@@ -37,7 +37,7 @@ pub(crate) struct Queue {
 
 /// What a job works with.
 #[derive(Debug)]
-pub(crate) struct Job {
+pub(crate) struct Work {
     /// The threads that render.
     pub(crate) workers: Workers,
     /// Tells the job to stop.
@@ -49,8 +49,8 @@ pub(crate) struct Job {
 }
 
 /// A tenant's seat for what it waits for.
-pub(crate) fn seat_of(tenant: &Tenant, lane: Lane) -> Seat {
-    Seat::new(lane, &tenant.name, tenant.weight)
+pub(crate) fn task_of(tenant: &Tenant, class: Class) -> Task {
+    Task::new(class, &tenant.name, tenant.weight)
 }
 
 /// What a job has made.
@@ -80,21 +80,21 @@ impl Queue {
     /// Queues a job and waits for it. The job runs on a thread of its own, never on one of tokio's workers.
     pub(crate) async fn run<T: Send + 'static>(
         &self,
-        seat: Seat,
-        job: impl FnOnce(&Job) -> Result<T, Problem> + Send + 'static,
+        task: Task,
+        job: impl FnOnce(&Work) -> Result<T, Problem> + Send + 'static,
     ) -> Result<Done<T>, Problem> {
         let queued = Instant::now();
         let deadline = (queued + self.patience).into();
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| self.saturated())?;
         let control = Arc::new(Control::default());
         let _guard = CancelOnDrop(Arc::clone(&control));
-        let workers = Arc::clone(&self.pool).join(seat, Arc::clone(&control));
+        let workers = Arc::clone(&self.pool).join(task, Arc::clone(&control));
         let turn = timeout_at(deadline, workers.line_up()).await;
         turn.ok().and_then(Result::ok).ok_or_else(|| self.waited())?;
         let queue_ms = milliseconds(queued);
 
-        let held = Held::new(place, &self.running);
-        let job_side = Job { workers, control, asked: queued, started: Instant::now() };
+        let held = Running::new(place, &self.running);
+        let job_side = Work { workers, control, asked: queued, started: Instant::now() };
         let canceled = Arc::clone(&self.canceled);
         let work = tokio::task::spawn_blocking(move || {
             let value = job(&job_side);
@@ -157,19 +157,19 @@ impl Queue {
 
 /// What a job under way occupies, given back however it ends.
 #[derive(Debug)]
-struct Held {
+struct Running {
     _place: OwnedSemaphorePermit,
     running: Arc<AtomicUsize>,
 }
 
-impl Held {
+impl Running {
     fn new(place: OwnedSemaphorePermit, running: &Arc<AtomicUsize>) -> Self {
         running.fetch_add(1, Ordering::Relaxed);
         Self { _place: place, running: Arc::clone(running) }
     }
 }
 
-impl Drop for Held {
+impl Drop for Running {
     fn drop(&mut self) {
         self.running.fetch_sub(1, Ordering::Relaxed);
     }
@@ -233,7 +233,7 @@ mod tests {
     }
 
     /// A job that runs until it is cancelled.
-    fn endless(job: &Job) -> Result<(), Problem> {
+    fn endless(job: &Work) -> Result<(), Problem> {
         let wait = || {
             while !job.control.cancelled.load(Ordering::Relaxed) {
                 sleep(Duration::from_millis(1));
@@ -246,7 +246,7 @@ mod tests {
         Problem::new(Kind::Internal, "nobody waits any more")
     }
 
-    fn panicking(job: &Job) -> Result<(), Problem> {
+    fn panicking(job: &Work) -> Result<(), Problem> {
         job.workers.work(|| panic!("the kernel broke")).map_err(|_| gone())
     }
 
@@ -262,12 +262,12 @@ mod tests {
     async fn a_panicking_job_is_a_500_and_the_next_one_runs() {
         let queue = queue(0, 5_000);
         for _ in 0..5 {
-            let bad = queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), panicking).await;
+            let bad = queue.run(task_of(&Tenant::anonymous(), Class::Renders), panicking).await;
             assert_eq!(status(bad), Some(StatusCode::INTERNAL_SERVER_ERROR));
         }
         assert_eq!(
             queue
-                .run(seat_of(&Tenant::anonymous(), Lane::Renders), |job| job.workers.work(|| 42).map_err(|_| gone()))
+                .run(task_of(&Tenant::anonymous(), Class::Renders), |job| job.workers.work(|| 42).map_err(|_| gone()))
                 .await
                 .unwrap()
                 .value,
@@ -283,14 +283,14 @@ mod tests {
             .map(|_| {
                 let queue = Arc::clone(&queue);
                 tokio::spawn(async move {
-                    queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await.map(|done| done.value)
+                    queue.run(task_of(&Tenant::anonymous(), Class::Renders), endless).await.map(|done| done.value)
                 })
             })
             .collect();
         until(|| (queue.running(), queue.waiting()) == (1, UNDER_WAY)).await;
         let asked = Instant::now();
         assert_eq!(
-            status(queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await),
+            status(queue.run(task_of(&Tenant::anonymous(), Class::Renders), endless).await),
             Some(StatusCode::SERVICE_UNAVAILABLE)
         );
         assert!(asked.elapsed() < Duration::from_millis(100));
@@ -304,7 +304,7 @@ mod tests {
         let request = {
             let queue = Arc::clone(&queue);
             tokio::spawn(async move {
-                queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await.map(|done| done.value)
+                queue.run(task_of(&Tenant::anonymous(), Class::Renders), endless).await.map(|done| done.value)
             })
         };
         until(|| queue.running() == 1).await;
@@ -318,7 +318,7 @@ mod tests {
     async fn a_job_past_its_deadline_is_given_up() {
         let queue = queue(0, 50);
         assert_eq!(
-            status(queue.run(seat_of(&Tenant::anonymous(), Lane::Renders), endless).await),
+            status(queue.run(task_of(&Tenant::anonymous(), Class::Renders), endless).await),
             Some(StatusCode::GATEWAY_TIMEOUT)
         );
         until(|| queue.running() == 0).await;

@@ -7,7 +7,7 @@
 //! them has ended, since each that has begun takes memory. Jobs go one after the other.
 
 use super::shares::Shares;
-use super::task::{Lane, Seat, aged};
+use super::task::{Class, Task, aged};
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
@@ -20,13 +20,13 @@ const BETWEEN_LOOKS: Duration = Duration::from_millis(10);
 
 /// The order, and the line of those who wait.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Turns(Arc<Mutex<State>>);
+pub(crate) struct Scheduler(Arc<Mutex<State>>);
 
 /// Somebody who may want turns; it has left when this is dropped.
 #[derive(Debug)]
-pub(crate) struct Member {
-    turns: Turns,
-    seat: Seat,
+pub(crate) struct Scheduled {
+    scheduler: Scheduler,
+    task: Task,
     number: u64,
     /// Whether it has had a turn.
     begun: Arc<AtomicBool>,
@@ -37,9 +37,9 @@ const AROUND: usize = 2;
 
 /// The pool is its owner's until this is dropped.
 #[derive(Debug)]
-pub(crate) struct Turn {
-    turns: Turns,
-    lane: Lane,
+pub(crate) struct Slice {
+    scheduler: Scheduler,
+    class: Class,
     tenant: Arc<str>,
     weight: u32,
     began: Instant,
@@ -56,26 +56,26 @@ struct State {
 
 struct Waiter {
     id: u64,
-    seat: Seat,
+    task: Task,
     number: u64,
     begun: Arc<AtomicBool>,
     /// Hands the turn over. If nobody takes it any more, it is dropped, and the next one has it.
-    wake: Box<dyn FnOnce(Turn) + Send>,
+    wake: Box<dyn FnOnce(Slice) + Send>,
 }
 
 impl fmt::Debug for Waiter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Waiter").field("id", &self.id).field("seat", &self.seat).finish_non_exhaustive()
+        f.debug_struct("Waiter").field("id", &self.id).field("task", &self.task).finish_non_exhaustive()
     }
 }
 
-impl Turns {
+impl Scheduler {
     /// Somebody joins, at the end of those of equal rank.
-    pub(crate) fn join(&self, seat: Seat) -> Member {
+    pub(crate) fn join(&self, task: Task) -> Scheduled {
         let mut state = self.state();
-        state.shares.join(&seat);
+        state.shares.join(&task);
         let number = state.number();
-        Member { turns: self.clone(), seat, number, begun: Arc::default() }
+        Scheduled { scheduler: self.clone(), task, number, begun: Arc::default() }
     }
 
     /// Whether somebody has the turn.
@@ -84,8 +84,8 @@ impl Turns {
     }
 
     /// Seconds that the turns of a lane have taken.
-    pub(crate) fn spent(&self, lane: Lane) -> f64 {
-        self.state().shares.spent(lane)
+    pub(crate) fn spent(&self, class: Class) -> f64 {
+        self.state().shares.spent(class)
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -99,14 +99,14 @@ impl Turns {
             return;
         }
         let Some(next) = state.next() else { return };
-        let Waiter { seat: Seat { lane, tenant, weight, .. }, wake, begun, .. } = state.waiting.swap_remove(next);
+        let Waiter { task: Task { class, tenant, weight, .. }, wake, begun, .. } = state.waiting.swap_remove(next);
         if !begun.swap(true, Ordering::Relaxed) {
-            state.shares.begin(lane, &tenant);
+            state.shares.begin(class, &tenant);
         }
         state.taken = true;
         drop(state);
         // Without the lock: if the other side has gone, the turn is dropped here, which takes it.
-        wake(Turn { turns: self.clone(), lane, tenant, weight, began: Instant::now() });
+        wake(Slice { scheduler: self.clone(), class, tenant, weight, began: Instant::now() });
     }
 }
 
@@ -118,13 +118,13 @@ impl State {
 
     /// Which waiter is next.
     fn next(&mut self) -> Option<usize> {
-        let (lane, tenant) = self.shares.serve(self.waiting.iter().map(|waiter| &waiter.seat))?;
-        let theirs = |(_, Waiter { seat, .. }): &(usize, &Waiter)| seat.lane == lane && seat.tenant == tenant;
+        let (class, tenant) = self.shares.serve(self.waiting.iter().map(|waiter| &waiter.task))?;
+        let theirs = |(_, Waiter { task, .. }): &(usize, &Waiter)| task.class == class && task.tenant == tenant;
         let theirs = self.waiting.iter().enumerate().filter(theirs);
         let begun = |(_, waiter): &(usize, &Waiter)| waiter.begun.load(Ordering::Relaxed);
         // If all that have begun are busy elsewhere, the pool is not kept waiting for them.
         let full =
-            lane == Lane::Renders && self.shares.begun(lane, &tenant) >= AROUND && theirs.clone().any(|w| begun(&w));
+            class == Class::Renders && self.shares.begun(class, &tenant) >= AROUND && theirs.clone().any(|w| begun(&w));
         theirs.filter(|waiter| !full || begun(waiter)).max_by(|(_, a), (_, b)| a.rank(b)).map(|(next, _)| next)
     }
 }
@@ -137,38 +137,38 @@ impl Waiter {
 
     /// Greater goes first; both are of the same tenant and lane.
     fn rank(&self, other: &Self) -> std::cmp::Ordering {
-        let aged = |waiter: &Self| aged(waiter.seat.priority(), waiter.seat.waiting_since);
-        let by_age = match self.seat.lane {
-            Lane::Tiles => self.number.cmp(&other.number),
-            Lane::Renders => other.place().cmp(&self.place()),
-            Lane::Jobs => other.number.cmp(&self.number),
+        let aged = |waiter: &Self| aged(waiter.task.priority(), waiter.task.waiting_since);
+        let by_age = match self.task.class {
+            Class::Tiles => self.number.cmp(&other.number),
+            Class::Renders => other.place().cmp(&self.place()),
+            Class::Jobs => other.number.cmp(&self.number),
         };
-        match self.seat.lane {
-            Lane::Jobs => aged(self).total_cmp(&aged(other)).then(by_age),
-            Lane::Tiles | Lane::Renders => self.seat.priority().cmp(&other.seat.priority()).then(by_age),
+        match self.task.class {
+            Class::Jobs => aged(self).total_cmp(&aged(other)).then(by_age),
+            Class::Tiles | Class::Renders => self.task.priority().cmp(&other.task.priority()).then(by_age),
         }
     }
 }
 
-impl Member {
+impl Scheduled {
     /// Waits without a thread. Who stops waiting is out of the line at once.
-    pub(crate) async fn turn(&self) -> Result<Turn, Cancelled> {
+    pub(crate) async fn turn(&self) -> Result<Slice, Cancelled> {
         let (sender, receiver) = oneshot::channel();
         let _place = self.line_up(None, move |turn| drop(sender.send(turn)));
         receiver.await.map_err(|_| Cancelled)
     }
 
     /// Waits on this thread.
-    pub(crate) fn turn_or(&self, cancelled: &AtomicBool) -> Result<Turn, Cancelled> {
+    pub(crate) fn turn_or(&self, cancelled: &AtomicBool) -> Result<Slice, Cancelled> {
         self.wait(None, cancelled)
     }
 
     /// Gives a turn back and asks for the next, so that whoever is first in line has it: perhaps the same member.
-    pub(crate) fn pass(&self, turn: Turn, cancelled: &AtomicBool) -> Result<Turn, Cancelled> {
+    pub(crate) fn pass(&self, turn: Slice, cancelled: &AtomicBool) -> Result<Slice, Cancelled> {
         self.wait(Some(turn), cancelled)
     }
 
-    fn wait(&self, before: Option<Turn>, cancelled: &AtomicBool) -> Result<Turn, Cancelled> {
+    fn wait(&self, before: Option<Slice>, cancelled: &AtomicBool) -> Result<Slice, Cancelled> {
         let (sender, receiver) = mpsc::channel();
         let _place = self.line_up(before, move |turn| drop(sender.send(turn)));
         loop {
@@ -183,46 +183,46 @@ impl Member {
         }
     }
 
-    fn line_up(&self, before: Option<Turn>, wake: impl FnOnce(Turn) + Send + 'static) -> Place {
-        let mut state = self.turns.state();
+    fn line_up(&self, before: Option<Slice>, wake: impl FnOnce(Slice) + Send + 'static) -> InLine {
+        let mut state = self.scheduler.state();
         let id = state.number();
-        let (seat, number, begun) = (self.seat.clone(), self.number, Arc::clone(&self.begun));
-        state.waiting.push(Waiter { id, seat, number, begun, wake: Box::new(wake) });
+        let (task, number, begun) = (self.task.clone(), self.number, Arc::clone(&self.begun));
+        state.waiting.push(Waiter { id, task, number, begun, wake: Box::new(wake) });
         // Its end must come after its owner stands in line again, or the next one would be chosen without it.
         drop(state);
         drop(before);
-        self.turns.hand_over(self.turns.state());
-        Place { turns: self.turns.clone(), id }
+        self.scheduler.hand_over(self.scheduler.state());
+        InLine { scheduler: self.scheduler.clone(), id }
     }
 }
 
-impl Drop for Member {
+impl Drop for Scheduled {
     fn drop(&mut self) {
-        let mut state = self.turns.state();
-        state.shares.leave(&self.seat, self.begun.load(Ordering::Relaxed));
+        let mut state = self.scheduler.state();
+        state.shares.leave(&self.task, self.begun.load(Ordering::Relaxed));
     }
 }
 
-impl Drop for Turn {
+impl Drop for Slice {
     fn drop(&mut self) {
-        let turns = self.turns.clone();
-        let mut state = turns.state();
+        let scheduler = self.scheduler.clone();
+        let mut state = scheduler.state();
         state.taken = false;
-        state.shares.charge(self.lane, &self.tenant, self.weight, self.began.elapsed());
-        turns.hand_over(state);
+        state.shares.charge(self.class, &self.tenant, self.weight, self.began.elapsed());
+        scheduler.hand_over(state);
     }
 }
 
 /// A place in the line, left when dropped.
 #[derive(Debug)]
-struct Place {
-    turns: Turns,
+struct InLine {
+    scheduler: Scheduler,
     id: u64,
 }
 
-impl Drop for Place {
+impl Drop for InLine {
     fn drop(&mut self) {
-        self.turns.state().waiting.retain(|waiter| waiter.id != self.id);
+        self.scheduler.state().waiting.retain(|waiter| waiter.id != self.id);
     }
 }
 
@@ -234,31 +234,31 @@ mod tests {
 
     static GOING_ON: AtomicBool = AtomicBool::new(false);
 
-    fn seat(lane: Lane, tenant: &str) -> Seat {
-        Seat::new(lane, tenant, 1)
+    fn task(class: Class, tenant: &str) -> Task {
+        Task::new(class, tenant, 1)
     }
 
     /// Lets all take turns of a millisecond while one thread holds the first, and says who had which.
-    fn order(turns: &Turns, members: Vec<(Member, &'static str)>, each: usize) -> Vec<&'static str> {
+    fn order(scheduler: &Scheduler, members: Vec<(Scheduled, &'static str)>, each: usize) -> Vec<&'static str> {
         let served = Mutex::new(Vec::new());
-        let first = turns.join(seat(Lane::Renders, "first"));
+        let first = scheduler.join(task(Class::Renders, "first"));
         let held = first.turn_or(&GOING_ON).unwrap();
         thread::scope(|scope| {
             let count = members.len();
-            for (member, name) in members {
+            for (scheduled, name) in members {
                 let served = &served;
                 scope.spawn(move || {
-                    let mut turn = member.turn_or(&GOING_ON).unwrap();
+                    let mut turn = scheduled.turn_or(&GOING_ON).unwrap();
                     for round in 1..=each {
                         served.lock().unwrap().push(name);
                         thread::sleep(Duration::from_millis(1));
                         if round < each {
-                            turn = member.pass(turn, &GOING_ON).unwrap();
+                            turn = scheduled.pass(turn, &GOING_ON).unwrap();
                         }
                     }
                 });
             }
-            while turns.state().waiting.len() < count {
+            while scheduler.state().waiting.len() < count {
                 thread::yield_now();
             }
             drop(held);
@@ -268,88 +268,88 @@ mod tests {
 
     #[test]
     fn one_tenants_many_jobs_delay_anothers_by_a_round() {
-        let turns = Turns::default();
-        let mut members: Vec<_> = (0..50).map(|_| (turns.join(seat(Lane::Jobs, "many")), "many")).collect();
-        members.push((turns.join(seat(Lane::Jobs, "one")), "one"));
-        let served = order(&turns, members, 1);
+        let scheduler = Scheduler::default();
+        let mut members: Vec<_> = (0..50).map(|_| (scheduler.join(task(Class::Jobs, "many")), "many")).collect();
+        members.push((scheduler.join(task(Class::Jobs, "one")), "one"));
+        let served = order(&scheduler, members, 1);
         assert!(served.iter().position(|name| *name == "one") <= Some(1), "{served:?}");
     }
 
     #[test]
     fn interactive_work_has_half_of_the_turns_and_jobs_the_rest() {
-        let turns = Turns::default();
+        let scheduler = Scheduler::default();
         let members = vec![
-            (turns.join(seat(Lane::Jobs, "a")), "job"),
-            (turns.join(seat(Lane::Jobs, "b")), "job"),
-            (turns.join(seat(Lane::Renders, "a")), "render"),
+            (scheduler.join(task(Class::Jobs, "a")), "job"),
+            (scheduler.join(task(Class::Jobs, "b")), "job"),
+            (scheduler.join(task(Class::Renders, "a")), "render"),
         ];
-        let served = order(&turns, members, 40);
+        let served = order(&scheduler, members, 40);
         let renders = served[..60].iter().filter(|name| **name == "render").count();
         assert!((25..=35).contains(&renders), "{renders} of 60: {served:?}");
     }
 
     #[test]
     fn weights_share_out_a_lane() {
-        let turns = Turns::default();
-        let heavy = Seat { weight: 3, ..seat(Lane::Jobs, "heavy") };
-        let members = vec![(turns.join(heavy), "heavy"), (turns.join(seat(Lane::Jobs, "light")), "light")];
-        let served = order(&turns, members, 40);
+        let scheduler = Scheduler::default();
+        let heavy = Task { weight: 3, ..task(Class::Jobs, "heavy") };
+        let members = vec![(scheduler.join(heavy), "heavy"), (scheduler.join(task(Class::Jobs, "light")), "light")];
+        let served = order(&scheduler, members, 40);
         let heavy = served[..40].iter().filter(|name| **name == "heavy").count();
         assert!((26..=34).contains(&heavy), "{heavy} of 40: {served:?}");
     }
 
     #[test]
     fn priorities_come_before_age_and_tiles_are_newest_first() {
-        let turns = Turns::default();
-        let important = Seat { priority: Arc::new(AtomicU8::new(90)), ..seat(Lane::Jobs, "a") };
+        let scheduler = Scheduler::default();
+        let important = Task { priority: Arc::new(AtomicU8::new(90)), ..task(Class::Jobs, "a") };
         let members = vec![
-            (turns.join(seat(Lane::Jobs, "a")), "first"),
-            (turns.join(seat(Lane::Jobs, "a")), "second"),
-            (turns.join(important), "important"),
+            (scheduler.join(task(Class::Jobs, "a")), "first"),
+            (scheduler.join(task(Class::Jobs, "a")), "second"),
+            (scheduler.join(important), "important"),
         ];
-        assert_eq!(order(&turns, members, 2), ["important", "important", "first", "first", "second", "second"]);
-        let render = |name| (turns.join(seat(Lane::Renders, "a")), name);
+        assert_eq!(order(&scheduler, members, 2), ["important", "important", "first", "first", "second", "second"]);
+        let render = |name| (scheduler.join(task(Class::Renders, "a")), name);
         let members = vec![render("first"), render("second"), render("third")];
-        assert_eq!(order(&turns, members, 2), ["first", "second", "first", "second", "third", "third"]);
-        let tile = |name| (turns.join(seat(Lane::Tiles, "a")), name);
-        assert_eq!(order(&turns, vec![tile("old"), tile("middle"), tile("new")], 1), ["new", "middle", "old"]);
+        assert_eq!(order(&scheduler, members, 2), ["first", "second", "first", "second", "third", "third"]);
+        let tile = |name| (scheduler.join(task(Class::Tiles, "a")), name);
+        assert_eq!(order(&scheduler, vec![tile("old"), tile("middle"), tile("new")], 1), ["new", "middle", "old"]);
     }
 
     #[test]
     fn who_has_been_away_has_saved_nothing() {
-        let turns = Turns::default();
-        let busy = turns.join(seat(Lane::Jobs, "busy"));
+        let scheduler = Scheduler::default();
+        let busy = scheduler.join(task(Class::Jobs, "busy"));
         let mut turn = busy.turn_or(&GOING_ON).unwrap();
         for _ in 0..20 {
             thread::sleep(Duration::from_millis(1));
             turn = busy.pass(turn, &GOING_ON).unwrap();
         }
         drop(turn);
-        let members = vec![(busy, "busy"), (turns.join(seat(Lane::Jobs, "new")), "new")];
-        let served = order(&turns, members, 20);
+        let members = vec![(busy, "busy"), (scheduler.join(task(Class::Jobs, "new")), "new")];
+        let served = order(&scheduler, members, 20);
         let new = served[..20].iter().filter(|name| **name == "new").count();
         assert!((8..=12).contains(&new), "{new} of 20: {served:?}");
     }
 
     #[test]
     fn who_stops_waiting_is_passed_over() {
-        let turns = Turns::default();
-        let [first, second, third] = [(); 3].map(|()| turns.join(seat(Lane::Jobs, "a")));
+        let scheduler = Scheduler::default();
+        let [first, second, third] = [(); 3].map(|()| scheduler.join(task(Class::Jobs, "a")));
         let held = first.turn_or(&GOING_ON).unwrap();
         let given_up = AtomicBool::new(true);
         assert!(second.turn_or(&given_up).is_err());
-        assert!(turns.state().waiting.is_empty());
+        assert!(scheduler.state().waiting.is_empty());
         drop(held);
         assert!(third.turn_or(&GOING_ON).is_ok());
     }
 
     #[tokio::test]
     async fn a_future_that_is_dropped_leaves_the_line_and_loses_no_turn() {
-        let turns = Turns::default();
-        let [first, second, third] = [(); 3].map(|()| turns.join(seat(Lane::Renders, "a")));
+        let scheduler = Scheduler::default();
+        let [first, second, third] = [(); 3].map(|()| scheduler.join(task(Class::Renders, "a")));
         let held = first.turn().await.unwrap();
         let waiting = tokio::time::timeout(Duration::from_millis(20), second.turn()).await;
-        assert!(waiting.is_err() && turns.state().waiting.is_empty());
+        assert!(waiting.is_err() && scheduler.state().waiting.is_empty());
         drop(held);
         assert!(third.turn().await.is_ok());
     }

@@ -1,7 +1,7 @@
 //! The threads that render. There is one pool, and one piece of work has all of it at a time.
 
-use super::fair_queue::{Member, Turn, Turns};
-use super::task::{Lane, Seat};
+use super::fair_queue::{Scheduled, Scheduler, Slice};
+use super::task::{Class, Task};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::sync::{Arc, Mutex, PoisonError};
 use strahl::render::{Cancelled, Control};
@@ -13,18 +13,18 @@ use strahl::render::{Cancelled, Control};
 #[derive(Debug)]
 pub(crate) struct Pool {
     threads: ThreadPool,
-    turns: Turns,
+    scheduler: Scheduler,
 }
 
 /// The pool as one of those who share it sees it.
 #[derive(Debug)]
 pub(crate) struct Workers {
     pool: Arc<Pool>,
-    member: Member,
+    scheduled: Scheduled,
     control: Arc<Control>,
     alone: bool,
     /// A turn that was waited for before there was a thread to work on.
-    first: Mutex<Option<Turn>>,
+    first: Mutex<Option<Slice>>,
 }
 
 impl Pool {
@@ -32,12 +32,12 @@ impl Pool {
     pub(crate) fn start(threads: Option<u64>) -> Result<Arc<Self>, ThreadPoolBuildError> {
         let threads = threads.map_or(0, |threads| usize::try_from(threads).unwrap_or(usize::MAX));
         let threads = ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("render-{i}")).build()?;
-        Ok(Arc::new(Self { threads, turns: Turns::default() }))
+        Ok(Arc::new(Self { threads, scheduler: Scheduler::default() }))
     }
 
     /// Somebody who wants turns; waiting for them ends when `control` is cancelled.
-    pub(crate) fn join(self: Arc<Self>, seat: Seat, control: Arc<Control>) -> Workers {
-        Workers { member: self.turns.join(seat), pool: self, control, alone: false, first: Mutex::new(None) }
+    pub(crate) fn join(self: Arc<Self>, task: Task, control: Arc<Control>) -> Workers {
+        Workers { scheduled: self.scheduler.join(task), pool: self, control, alone: false, first: Mutex::new(None) }
     }
 
     /// How many threads there are.
@@ -47,25 +47,25 @@ impl Pool {
 
     /// Whether they have work.
     pub(crate) fn is_busy(&self) -> bool {
-        self.turns.is_taken()
+        self.scheduler.is_taken()
     }
 
     /// Seconds that they have spent on a kind of work.
-    pub(crate) fn spent(&self, lane: Lane) -> f64 {
-        self.turns.spent(lane)
+    pub(crate) fn spent(&self, class: Class) -> f64 {
+        self.scheduler.spent(class)
     }
 }
 
 impl Workers {
     /// For one who shares the pool with nobody.
     pub(crate) fn alone(pool: Arc<Pool>, control: Arc<Control>) -> Self {
-        let seat = Seat::new(Lane::Renders, "", 1);
-        Self { alone: true, ..pool.join(seat, control) }
+        let task = Task::new(Class::Renders, "", 1);
+        Self { alone: true, ..pool.join(task, control) }
     }
 
     /// Waits for the first turn without a thread, and keeps it for the first piece of work.
     pub(crate) async fn line_up(&self) -> Result<(), Cancelled> {
-        let turn = self.member.turn().await?;
+        let turn = self.scheduled.turn().await?;
         *self.first() = Some(turn);
         Ok(())
     }
@@ -77,22 +77,22 @@ impl Workers {
     }
 
     /// Does pieces of work, of which each returns whether there is another, and lets others in between.
-    pub(crate) fn work_on<T: Send>(&self, mut piece: impl FnMut() -> Piece<T> + Send) -> Result<T, Cancelled> {
+    pub(crate) fn work_on<T: Send>(&self, mut piece: impl FnMut() -> Step<T> + Send) -> Result<T, Cancelled> {
         let mut turn = self.turn()?;
         loop {
             match self.pool.threads.install(&mut piece) {
-                Piece::Last(value) => return Ok(value),
-                Piece::More => turn = self.member.pass(turn, &self.control.cancelled)?,
+                Step::Done(value) => return Ok(value),
+                Step::More => turn = self.scheduled.pass(turn, &self.control.cancelled)?,
             }
         }
     }
 
-    fn turn(&self) -> Result<Turn, Cancelled> {
+    fn turn(&self) -> Result<Slice, Cancelled> {
         let first = self.first().take();
-        first.map_or_else(|| self.member.turn_or(&self.control.cancelled), Ok)
+        first.map_or_else(|| self.scheduled.turn_or(&self.control.cancelled), Ok)
     }
 
-    fn first(&self) -> std::sync::MutexGuard<'_, Option<Turn>> {
+    fn first(&self) -> std::sync::MutexGuard<'_, Option<Slice>> {
         self.first.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -109,9 +109,9 @@ impl Workers {
 
 /// What a piece of work has come to.
 #[derive(Debug)]
-pub(crate) enum Piece<T> {
+pub(crate) enum Step<T> {
     /// There are more.
     More,
     /// It was the last.
-    Last(T),
+    Done(T),
 }

@@ -11,7 +11,7 @@ const SECONDS_A_POINT: f64 = 6.0;
 
 /// What kind of work it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Lane {
+pub(crate) enum Class {
     /// Parts of pictures that somebody looks at; the newest first, since who looks has moved on from the older ones.
     Tiles,
     /// Requests that somebody waits for; the oldest first.
@@ -20,7 +20,7 @@ pub(crate) enum Lane {
     Jobs,
 }
 
-impl Lane {
+impl Class {
     /// Its name for those who look at numbers.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -33,9 +33,9 @@ impl Lane {
 
 /// Who wants turns.
 #[derive(Debug, Clone)]
-pub(crate) struct Seat {
+pub(crate) struct Task {
     /// The kind of work.
-    pub(crate) lane: Lane,
+    pub(crate) class: Class,
     /// Whose work it is.
     pub(crate) tenant: Arc<str>,
     /// The tenant's share beside others, at least 1.
@@ -46,11 +46,11 @@ pub(crate) struct Seat {
     pub(crate) waiting_since: Instant,
 }
 
-impl Seat {
+impl Task {
     /// A seat from now on, of the usual priority.
-    pub(crate) fn new(lane: Lane, tenant: &str, weight: u32) -> Self {
+    pub(crate) fn new(class: Class, tenant: &str, weight: u32) -> Self {
         let priority = Arc::new(AtomicU8::new(PRIORITY));
-        Self { lane, tenant: tenant.into(), weight, priority, waiting_since: Instant::now() }
+        Self { class, tenant: tenant.into(), weight, priority, waiting_since: Instant::now() }
     }
 
     /// Its priority now.

@@ -3,7 +3,7 @@
 //! A piece is byte for byte that crop of the whole, so nobody sees the cuts; where antialiasing compares neighbours, rays
 //! of the pixels along a cut are traced for both sides, and count twice.
 
-use super::pool::{Piece, Workers};
+use super::pool::{Step, Workers};
 use std::time::{Duration, Instant};
 use strahl::bound::BoundedPixels;
 use strahl::camera::Window;
@@ -12,7 +12,7 @@ use strahl::render::{Cancelled, Control, Picture, Progressive, RayCounts, Refine
 use strahl::scene::Scene;
 
 /// How long a piece should take.
-const TURN: Duration = Duration::from_millis(100);
+const SLICE: Duration = Duration::from_millis(100);
 /// Edge of the first piece, and the least height of others.
 const EDGE: u32 = 64;
 /// Sides are multiples of the edge of the renderer's own tiles.
@@ -21,7 +21,7 @@ const STEP: u32 = 32;
 const GROWTH: f64 = 8.0;
 
 /// Renders a region of what a window shows, which must fit it; `finish` is done in the turn of the last piece.
-pub(crate) fn render_in_pieces<T: Send>(
+pub(crate) fn render_sliced<T: Send>(
     scene: &Scene,
     window: &Window,
     region: Region,
@@ -30,41 +30,41 @@ pub(crate) fn render_in_pieces<T: Send>(
     finish: impl Fn(&Picture) -> T + Sync,
 ) -> Result<(Picture, T), Cancelled> {
     let render = |piece: Region| render_window(scene, window, piece, control);
-    in_pieces([window.width, window.height], region, workers, render, finish)
+    sliced([window.width, window.height], region, workers, render, finish)
 }
 
 /// Likewise, with whatever `render` makes of a piece of a picture of some width and height.
-pub(crate) fn in_pieces<T: Send>(
+pub(crate) fn sliced<T: Send>(
     full_size: [u32; 2],
     region: Region,
     workers: &Workers,
     render: impl Fn(Region) -> Result<Picture, Cancelled> + Sync,
     finish: impl Fn(&Picture) -> T + Sync,
 ) -> Result<(Picture, T), Cancelled> {
-    let mut cut = if workers.is_alone() { Cut::whole(region) } else { Cut::new(region) };
+    let mut cut = if workers.is_alone() { Slices::whole(region) } else { Slices::new(region) };
     let mut whole: Option<Picture> = None;
     workers.work_on(|| {
         let piece = cut.next();
         let started = Instant::now();
         let picture = match render(piece) {
             Ok(picture) => picture,
-            Err(cancelled) => return Piece::Last(Err(cancelled)),
+            Err(cancelled) => return Step::Done(Err(cancelled)),
         };
         cut.took(piece, started.elapsed());
         match whole.take() {
             None if piece == region => {
                 let finished = finish(&picture);
-                Piece::Last(Ok((picture, finished)))
+                Step::Done(Ok((picture, finished)))
             }
             before => {
                 let mut joined = before.unwrap_or_else(|| empty(full_size, region));
                 join(&mut joined, &picture);
                 if !cut.is_done() {
                     whole = Some(joined);
-                    return Piece::More;
+                    return Step::More;
                 }
                 let finished = finish(&joined);
-                Piece::Last(Ok((joined, finished)))
+                Step::Done(Ok((joined, finished)))
             }
         }
     })?
@@ -72,7 +72,7 @@ pub(crate) fn in_pieces<T: Send>(
 
 /// Renders a region of what a window shows until there is reason to stop, in turns of the same length: what is done stays
 /// done in between. `finish` is done in the last turn.
-pub(crate) fn render_in_turns<T: Send>(
+pub(crate) fn render_until<T: Send>(
     scene: &Scene,
     window: &Window,
     region: Region,
@@ -85,20 +85,20 @@ pub(crate) fn render_in_turns<T: Send>(
     workers.work_on(|| {
         let now = Instant::now();
         // Who gives the pool away may get it back late.
-        let ends_soon = matches!(stop, Stop::At(end) if end < now + 2 * TURN);
-        let pause = (!workers.is_alone() && !ends_soon).then_some(now + TURN);
+        let ends_soon = matches!(stop, Stop::At(end) if end < now + 2 * SLICE);
+        let pause = (!workers.is_alone() && !ends_soon).then_some(now + SLICE);
         let mut progressive = begun.take().unwrap_or_else(|| Progressive::new(scene, window, region, control, stop));
         match progressive.go_on(pause) {
             Ok(true) => {
                 begun = Some(progressive);
-                Piece::More
+                Step::More
             }
             Ok(false) => {
                 let picture = progressive.picture();
                 let finished = finish(&picture);
-                Piece::Last(Ok((picture, finished)))
+                Step::Done(Ok((picture, finished)))
             }
-            Err(cancelled) => Piece::Last(Err(cancelled)),
+            Err(cancelled) => Step::Done(Err(cancelled)),
         }
     })?
 }
@@ -145,7 +145,7 @@ fn paste(whole: &mut Film, piece: &Film) {
 }
 
 /// Where the next piece is: in bands from the top, and in each from the left.
-struct Cut {
+struct Slices {
     region: Region,
     /// Rows above the band, rows of the band, and columns of it that are done.
     top: u32,
@@ -155,7 +155,7 @@ struct Cut {
     pixels: f64,
 }
 
-impl Cut {
+impl Slices {
     fn new(region: Region) -> Self {
         let height = EDGE.min(region.height);
         Self { region, top: 0, height, left: 0, pixels: f64::from(EDGE * EDGE) }
@@ -179,7 +179,7 @@ impl Cut {
 
     fn took(&mut self, piece: Region, time: Duration) {
         let pixels = piece.pixels() as f64;
-        let in_time = pixels * TURN.as_secs_f64() / time.as_secs_f64().max(1e-9);
+        let in_time = pixels * SLICE.as_secs_f64() / time.as_secs_f64().max(1e-9);
         self.pixels = in_time.min(pixels * GROWTH);
         if self.left == 0 {
             // Rounded down, or the piece would not reach from side to side.
@@ -197,12 +197,12 @@ impl Cut {
 mod tests {
     use super::*;
     use crate::service::scheduler::pool::Pool;
-    use crate::service::scheduler::task::{Lane, Seat};
+    use crate::service::scheduler::task::{Class, Task};
     use std::sync::Arc;
 
     /// The pieces of a region, of which each pixel takes so long.
     fn pieces(region: Region, pixel: Duration) -> Vec<Region> {
-        let mut cut = Cut::new(region);
+        let mut cut = Slices::new(region);
         let mut pieces = Vec::new();
         while !cut.is_done() {
             let piece = cut.next();
@@ -231,7 +231,7 @@ mod tests {
         let region = Region::whole(1_920, 1_080);
         assert!(pieces(region, Duration::from_nanos(20)).len() <= 6);
         let longest = pieces(region, Duration::from_micros(20)).iter().map(Region::pixels).max().unwrap();
-        assert!(Duration::from_micros(20 * longest) <= TURN * 3 / 2, "{longest} pixels");
+        assert!(Duration::from_micros(20 * longest) <= SLICE * 3 / 2, "{longest} pixels");
     }
 
     #[test]
@@ -239,13 +239,13 @@ mod tests {
         let text = include_bytes!("../../../scenes/whitted/whitted.json");
         let overrides = strahl::scene::Overrides { width: Some(333), height: Some(190), ..Default::default() };
         let scene = strahl::scene::load(text, strahl::scene::Format::Json, &overrides).unwrap().scene;
-        let seat = Seat::new(Lane::Renders, "somebody", 1);
-        let workers = Pool::start(Some(2)).unwrap().join(seat, Arc::default());
+        let task = Task::new(Class::Renders, "somebody", 1);
+        let workers = Pool::start(Some(2)).unwrap().join(task, Arc::default());
         let control = Control::default();
         let region = Region { x: 3, y: 5, width: 320, height: 181 };
         let window = Window::whole(scene.width, scene.height);
         let count = |picture: &Picture| picture.film.pixels.len();
-        let (cut, pixels) = render_in_pieces(&scene, &window, region, &workers, &control, count).unwrap();
+        let (cut, pixels) = render_sliced(&scene, &window, region, &workers, &control, count).unwrap();
         assert_eq!(pixels, cut.film.pixels.len());
         assert!(cut.film == workers.work(|| strahl::render::render(&scene, region, &control)).unwrap().unwrap().film);
     }

@@ -3,7 +3,7 @@
 //! Names are those of what the bytes are made from, so a name never gets other bytes, and nothing has to be invalidated.
 //! Each file begins with the SHA-256 of the rest: what a failing disk or a power cut has spoilt is as good as not there.
 
-use super::lru_cache::Recent;
+use super::lru_cache::LruCache;
 use sha2::{Digest, Sha256};
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
@@ -18,13 +18,13 @@ const UNFINISHED: &str = "tmp~";
 
 /// The folder. One process has it at a time.
 #[derive(Debug)]
-pub(crate) struct Blobs {
+pub(crate) struct BlobStore {
     folder: PathBuf,
-    index: Recent<String, ()>,
+    index: LruCache<String, ()>,
     unfinished: AtomicU64,
 }
 
-impl Blobs {
+impl BlobStore {
     /// Opens a folder, or makes it. What is there counts as asked for when it was last written or read; if it is more
     /// than the budget, the oldest goes. A budget of `u64::MAX` keeps everything.
     pub(crate) fn open(folder: &Path, budget: u64) -> io::Result<Self> {
@@ -42,7 +42,7 @@ impl Blobs {
             }
         }
         found.sort();
-        let blobs = Self { folder: folder.to_owned(), index: Recent::new(budget), unfinished: AtomicU64::new(0) };
+        let blobs = Self { folder: folder.to_owned(), index: LruCache::new(budget), unfinished: AtomicU64::new(0) };
         for (_, name, bytes) in found {
             if bytes > budget {
                 blobs.delete(&name);
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn what_was_put_is_there_after_a_restart_and_what_is_spoilt_is_not() {
         let folder = folder("restart");
-        let blobs = Blobs::open(&folder, 1_000).unwrap();
+        let blobs = BlobStore::open(&folder, 1_000).unwrap();
         blobs.put("i_a.png", b"picture").unwrap();
         blobs.put("i_b.png", b"other").unwrap();
         fs::write(folder.join(format!("7.{UNFINISHED}")), b"half").unwrap();
@@ -154,7 +154,7 @@ mod tests {
         let spoilt = fs::read(folder.join("i_b.png")).unwrap();
         fs::write(folder.join("i_b.png"), &spoilt[..spoilt.len() - 1]).unwrap();
 
-        let blobs = Blobs::open(&folder, 1_000).unwrap();
+        let blobs = BlobStore::open(&folder, 1_000).unwrap();
         assert_eq!(blobs.get("i_a.png").as_deref(), Some(&b"picture"[..]));
         assert_eq!(blobs.get("i_b.png"), None);
         assert_eq!((blobs.names(), blobs.bytes()), (vec!["i_a.png".to_owned()], 39));
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn the_oldest_goes_when_there_is_no_room() {
         let folder = folder("room");
-        let blobs = Blobs::open(&folder, 2 * 40).unwrap();
+        let blobs = BlobStore::open(&folder, 2 * 40).unwrap();
         for name in ["a", "b"] {
             blobs.put(name, &[0; 8]).unwrap();
         }
@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn no_name_leads_out_of_the_folder() {
         let folder = folder("names");
-        let blobs = Blobs::open(&folder, 1_000).unwrap();
+        let blobs = BlobStore::open(&folder, 1_000).unwrap();
         for name in ["", "..", "../a", "a/b", ".a", "a\0", "ä", &"a".repeat(300)] {
             assert!(blobs.put(name, b"").is_err(), "{name}");
         }

@@ -4,12 +4,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Counts since the service began.
 #[derive(Debug, Default)]
-pub(crate) struct Tally {
+pub(crate) struct HitCounter {
     hits: AtomicU64,
     misses: AtomicU64,
 }
 
-impl Tally {
+impl HitCounter {
     /// It was there.
     pub(crate) fn hit(&self) {
         self.hits.fetch_add(1, Ordering::Relaxed);

@@ -1,13 +1,12 @@
 //! Values by key within a number of bytes; the one asked for longest ago goes first.
 
-use lru::LruCache;
 use std::borrow::Borrow;
 use std::hash::Hash;
 use std::sync::{Mutex, PoisonError};
 
 /// The values. Those that are shared are cheap to clone, as an `Arc` or `Bytes` is.
 #[derive(Debug)]
-pub(crate) struct Recent<K: Hash + Eq, V> {
+pub(crate) struct LruCache<K: Hash + Eq, V> {
     /// Bytes they may take together; 0 keeps none.
     budget: u64,
     kept: Mutex<Kept<K, V>>,
@@ -15,14 +14,14 @@ pub(crate) struct Recent<K: Hash + Eq, V> {
 
 #[derive(Debug)]
 struct Kept<K: Hash + Eq, V> {
-    values: LruCache<K, (V, u64)>,
+    values: lru::LruCache<K, (V, u64)>,
     bytes: u64,
 }
 
-impl<K: Hash + Eq, V: Clone> Recent<K, V> {
+impl<K: Hash + Eq, V: Clone> LruCache<K, V> {
     /// No values yet, and later as many as fit.
     pub(crate) fn new(budget: u64) -> Self {
-        Self { budget, kept: Mutex::new(Kept { values: LruCache::unbounded(), bytes: 0 }) }
+        Self { budget, kept: Mutex::new(Kept { values: lru::LruCache::unbounded(), bytes: 0 }) }
     }
 
     /// The value of a key, which is then the one asked for last.
@@ -94,7 +93,7 @@ mod tests {
 
     #[test]
     fn the_value_asked_for_longest_ago_goes_first() {
-        let recent = Recent::new(2);
+        let recent = LruCache::new(2);
         assert!(recent.put("a", 1, 1).is_empty() && recent.put("b", 2, 1).is_empty());
         assert_eq!(recent.get("a"), Some(1));
         assert_eq!(recent.put("c", 3, 1), ["b"]);
@@ -107,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_value_larger_than_the_budget_throws_nothing_out() {
-        let recent = Recent::new(2);
+        let recent = LruCache::new(2);
         recent.put("small", (), 1);
         recent.put("large", (), 3);
         assert_eq!(["small", "large"].map(|key| recent.get(key)), [Some(()), None]);

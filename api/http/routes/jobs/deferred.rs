@@ -7,7 +7,7 @@ use super::until_final;
 use crate::http::App;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::scene_request;
-use crate::http::extract::scene_request::Asked;
+use crate::http::extract::scene_request::SceneRequest;
 use crate::http::problem::Problem;
 use crate::service::jobs::record::State;
 use crate::service::scheduler::task::PRIORITY;
@@ -19,7 +19,7 @@ use std::time::Duration;
 pub(crate) async fn render_later(service: App, request: Request, prefer: Prefer) -> Result<Response, Problem> {
     let headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
-    let Asked { format, overrides, further: output, tenant, method, body, .. } =
+    let SceneRequest { format, overrides, extra: output, tenant, method, body, .. } =
         scene_request::read(&service, request, |parameters, headers| parameters.picture_format(headers)).await?;
     // The query is part of what is submitted.
     let whole = [query.as_bytes(), b"\n", body.as_ref()].concat();

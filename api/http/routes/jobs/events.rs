@@ -2,7 +2,7 @@
 
 use crate::http::App;
 use crate::http::auth::tenant::Tenant;
-use crate::http::concurrency_limit::Place;
+use crate::http::concurrency_limit::Permit;
 use crate::http::contract::bodies::StreamedEvent;
 use crate::http::extract::named_job::Named;
 use crate::http::extract::named_job::find;
@@ -124,7 +124,7 @@ struct Watching {
     draining: watch::Receiver<bool>,
     /// Whether the service is about to end.
     ended: bool,
-    _place: Place<String>,
+    _place: Permit<String>,
 }
 
 impl Watching {

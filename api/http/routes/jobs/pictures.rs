@@ -11,15 +11,15 @@ use crate::http::extract::prefer::Prefer;
 use crate::http::extract::query::{Parameters, outside};
 use crate::http::problem::{Kind, Problem};
 use crate::http::respond;
-use crate::http::respond::{Freshness, Manner, Source};
+use crate::http::respond::{Freshness, ResponseContext, Source};
 use crate::http::{App, Service};
 use crate::service::jobs::Job;
 use crate::service::jobs::PREVIEW_SIDE;
 use crate::service::jobs::record::State as JobState;
-use crate::service::pictures::spec::{Excerpt, Grid};
+use crate::service::pictures::spec::{Grid, PictureSpec};
 use crate::service::scenes::cache::key;
-use crate::service::scheduler::admission::{Job as Work, seat_of};
-use crate::service::scheduler::task::Lane;
+use crate::service::scheduler::admission::{Work, task_of};
+use crate::service::scheduler::task::Class;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -58,7 +58,7 @@ pub(crate) async fn picture_of(
 ) -> Result<Response, Problem> {
     let (state, id, output) = {
         let record = job.record();
-        (record.state, record.id.clone(), record.order.output)
+        (record.state, record.id.clone(), record.spec.output)
     };
     if state != JobState::Succeeded {
         return Err(no_picture(job));
@@ -71,8 +71,8 @@ pub(crate) async fn picture_of(
         tracing::error!(job = id, %error, "a picture cannot be read");
         Problem::new(Kind::Internal, "the picture cannot be read")
     })?;
-    let manner = Manner { method, headers, tenant, freshness: Freshness::Once, negotiated: false };
-    respond::deliver(service, &manner, &respond::at_hand(Arc::new(made)), &Excerpt::plain(None, output))
+    let context = ResponseContext { method, headers, tenant, freshness: Freshness::Once, negotiated: false };
+    respond::deliver(service, &context, &respond::cached(Arc::new(made)), &PictureSpec::plain(None, output))
 }
 
 /// The newest preview, at most 1,024 pixels wide and high, as a PNG.
@@ -149,10 +149,10 @@ pub(crate) async fn job_preview(
 }
 
 /// All of a picture in as many pixels as a preview has.
-fn small(job: &Job) -> Excerpt {
+fn small(job: &Job) -> PictureSpec {
     let record = job.record();
     let level = record.width.max(record.height).div_ceil(PREVIEW_SIDE).next_power_of_two().ilog2();
-    Excerpt { grid: Grid::Level(level as i32), ..Excerpt::plain(None, FileFormat::Png8) }
+    PictureSpec { grid: Grid::Level(level as i32), ..PictureSpec::plain(None, FileFormat::Png8) }
 }
 
 fn tag(revision: u64, is_last: bool) -> String {
@@ -190,7 +190,7 @@ pub(crate) async fn job_tile(
     let png = match film {
         Some(film) => to_png(&service, &tenant, film).await?,
         None if job.record().state == JobState::Succeeded => {
-            again(&service, &tenant, &job, Excerpt::plain(Some(region), FileFormat::Png8)).await?
+            again(&service, &tenant, &job, PictureSpec::plain(Some(region), FileFormat::Png8)).await?
         }
         None => return Err(no_picture(&job)),
     };
@@ -225,8 +225,8 @@ fn region_of(job: &Job, request: &Request) -> Result<Region, Problem> {
 }
 
 /// An excerpt of a picture that was finished before: rendered again, to the same bytes, unless it is at hand.
-async fn again(service: &App, tenant: &Tenant, job: &Job, excerpt: Excerpt) -> Result<Vec<u8>, Problem> {
-    let order = job.record().order.clone();
+async fn again(service: &App, tenant: &Tenant, job: &Job, spec: PictureSpec) -> Result<Vec<u8>, Problem> {
+    let order = job.record().spec.clone();
     let text = {
         let (jobs, scene) = (Arc::clone(&service.jobs), order.scene.clone());
         blocking(move || jobs.scene(&scene)).await?
@@ -234,12 +234,12 @@ async fn again(service: &App, tenant: &Tenant, job: &Job, excerpt: Excerpt) -> R
     let text = text.ok_or_else(|| Problem::new(Kind::Gone, "the job's scene is gone"))?;
     let (key, body) = (key(&text, order.format, &order.settings), Arc::new(Held::new(text, &service.memory)));
     let source = Source::Sent { key, body, format: order.format, overrides: order.settings };
-    Ok(respond::make(service, tenant, Lane::Tiles, source, excerpt).await?.made.file.to_vec())
+    Ok(respond::make(service, tenant, Class::Tiles, source, spec).await?.made.file.to_vec())
 }
 
 async fn to_png(service: &Service, tenant: &Tenant, film: Film) -> Result<Vec<u8>, Problem> {
     let encode = move |work: &Work| {
         work.workers.work(|| encode(&film, FileFormat::Png8)).map_err(|_| crate::http::routes::render::gone())
     };
-    Ok(service.queue.run(seat_of(tenant, Lane::Tiles), encode).await?.value)
+    Ok(service.queue.run(task_of(tenant, Class::Tiles), encode).await?.value)
 }

@@ -12,13 +12,13 @@ use crate::http::respond;
 use crate::http::respond::image_of;
 use crate::http::routes::render::{find as find_scene, gone};
 use crate::http::{App, Service};
-use crate::service::jobs::{Claim, Job, Known, Refused, Submission};
+use crate::service::jobs::{Claim, Job, KeyUse, Refused, Submission};
 use crate::service::limits::Limits;
-use crate::service::pictures::spec::Excerpt;
+use crate::service::pictures::spec::PictureSpec;
 use crate::service::scenes::ids::ImageId;
 use crate::service::scenes::prepared::planned;
-use crate::service::scheduler::admission::{Job as Work, seat_of};
-use crate::service::scheduler::task::{Lane, PRIORITY};
+use crate::service::scheduler::admission::{Work, task_of};
+use crate::service::scheduler::task::{Class, PRIORITY};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -155,12 +155,12 @@ pub(crate) fn claim(
         })?;
     match service.jobs.claim(&tenant.name, key, request) {
         Ok(claim) => Ok(Claimed::Now(Some(claim))),
-        Err(Known::Same(job)) => Ok(Claimed::Before(job)),
-        Err(Known::Other) => {
+        Err(KeyUse::Same(job)) => Ok(Claimed::Before(job)),
+        Err(KeyUse::Other) => {
             let detail = "this Idempotency-Key was used for another request; use a new one for a new job";
             Err(Problem::new(Kind::IdempotencyKeyReused, detail))
         }
-        Err(Known::Pending) => {
+        Err(KeyUse::Pending) => {
             let detail =
                 "the first request with this Idempotency-Key is still being accepted; send it again in a moment";
             Err(Problem::new(Kind::Conflict, detail).retry_after(1))
@@ -204,9 +204,9 @@ pub(crate) async fn accept(
             })
         }
     };
-    let submission = service.queue.run(seat_of(tenant, Lane::Renders), check).await?.value;
+    let submission = service.queue.run(task_of(tenant, Class::Renders), check).await?.value;
     let made = match submission.names.as_ref().and_then(|[_, image]| ImageId::read(image)) {
-        Some(image) => respond::kept(service, &image, &Excerpt::plain(None, submission.output)).await,
+        Some(image) => respond::kept(service, &image, &PictureSpec::plain(None, submission.output)).await,
         None => None,
     };
     let jobs = Arc::clone(&service.jobs);

@@ -143,7 +143,7 @@ pub(crate) fn view(service: &Service, job: &Arc<Job>) -> Value {
     });
     if let (Some(scene), Some(image)) = (&record.scene_id, &record.image_id) {
         let [iiif, dzi, xyz] = tiles_of(image);
-        let (scene, picture) = (format!("/v1/scenes/{scene}"), place_of(image, record.order.output));
+        let (scene, picture) = (format!("/v1/scenes/{scene}"), place_of(image, record.spec.output));
         for (name, link) in [("scene", scene), ("picture", picture), ("iiif", iiif), ("dzi", dzi), ("xyz", xyz)] {
             links[name] = link.into();
         }

@@ -1,6 +1,6 @@
 //! IIIF Image API 3.0, level 2: images, and the way from an image's address to its description.
 
-use super::iiif_parse::{Asked, understand};
+use super::iiif_parse::{ImageRequest, understand};
 use super::{everywhere, open, place, show};
 use crate::http::auth::capability::Capability;
 use crate::http::auth::client::Client;
@@ -48,10 +48,10 @@ pub(crate) async fn iiif_image(
     let _place = place(&service, Client::of(&parts.extensions))?;
     let opened = open(&service, &tenant, &id).await?;
     let max_area = service.limits.max_area(&opened.ready.scene);
-    let asked = Asked { region: &region, size: &size, rotation: &rotation, file: &file };
+    let asked = ImageRequest { region: &region, size: &size, rotation: &rotation, file: &file };
     let understood = understand(asked, opened.size, max_area)?;
     let canonical = format!("{}/{}", address(&service, &parts, &id), understood.canonical);
-    let mut response = show(&service, &tenant, &parts, opened.image, understood.excerpt).await?;
+    let mut response = show(&service, &tenant, &parts, opened.image, understood.spec).await?;
     let links = format!("<{canonical}>;rel=\"canonical\", <http://iiif.io/api/image/3/level2.json>;rel=\"profile\"");
     put(response.headers_mut(), header::LINK, &links);
     Ok(response)

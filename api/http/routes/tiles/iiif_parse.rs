@@ -1,12 +1,12 @@
 //! What an IIIF Image API 3.0 request asks for: region, size, rotation, quality and format (section 4 of the API).
 
 use crate::http::problem::{Kind, Problem};
-use crate::service::pictures::spec::{Excerpt, Grid};
+use crate::service::pictures::spec::{Grid, PictureSpec};
 use strahl::film::{FileFormat, Look, Region, Tone};
 
 /// The parts of an image request's path.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Asked<'a> {
+pub(crate) struct ImageRequest<'a> {
     pub(crate) region: &'a str,
     pub(crate) size: &'a str,
     pub(crate) rotation: &'a str,
@@ -17,19 +17,19 @@ pub(crate) struct Asked<'a> {
 /// A request understood, and the same in canonical form.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Understood {
-    pub(crate) excerpt: Excerpt,
+    pub(crate) spec: PictureSpec,
     /// `region/size/rotation/quality.format`.
     pub(crate) canonical: String,
 }
 
 /// Understands a request about an image of some size, of which one answer has at most so many pixels.
-pub(crate) fn understand(asked: Asked<'_>, image: [u32; 2], max_area: u64) -> Result<Understood, Problem> {
+pub(crate) fn understand(asked: ImageRequest<'_>, image: [u32; 2], max_area: u64) -> Result<Understood, Problem> {
     let from = region(asked.region, image)?;
     let (enlarges, size) = size(asked.size, from, max_area)?;
     let (mirrored, quarters) = rotation(asked.rotation)?;
     let (tone, quality, format, ending) = quality_and_format(asked.file)?;
     let (grid, shown) = grid(from, size, image);
-    let excerpt = Excerpt { grid, region: shown, look: Look { mirrored, quarters, tone }, format };
+    let spec = PictureSpec { grid, region: shown, look: Look { mirrored, quarters, tone }, format };
 
     let Region { x, y, width, height } = from;
     let whole = from == Region::whole(image[0], image[1]);
@@ -39,7 +39,7 @@ pub(crate) fn understand(asked: Asked<'_>, image: [u32; 2], max_area: u64) -> Re
         [w, h] => format!("{}{w},{h}", if w > width || h > height { "^" } else { "" }),
     };
     let rotation = format!("{}{}", if mirrored { "!" } else { "" }, u32::from(quarters) * 90);
-    Ok(Understood { excerpt, canonical: format!("{region}/{size}/{rotation}/{quality}.{ending}") })
+    Ok(Understood { spec, canonical: format!("{region}/{size}/{rotation}/{quality}.{ending}") })
 }
 
 fn bad(what: &str, given: &str, expected: &str) -> Problem {
@@ -195,12 +195,12 @@ mod tests {
 
     fn of(path: &str) -> Result<Understood, Problem> {
         let [region, size, rotation, file] = path.split('/').collect::<Vec<_>>().try_into().unwrap();
-        understand(Asked { region, size, rotation, file }, [1_000, 600], 1_000_000)
+        understand(ImageRequest { region, size, rotation, file }, [1_000, 600], 1_000_000)
     }
 
     fn shown(path: &str) -> (Grid, Option<Region>) {
-        let Understood { excerpt, .. } = of(path).unwrap();
-        (excerpt.grid, excerpt.region)
+        let Understood { spec, .. } = of(path).unwrap();
+        (spec.grid, spec.region)
     }
 
     fn rectangle(x: u32, y: u32, width: u32, height: u32) -> Region {

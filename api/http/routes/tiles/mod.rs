@@ -16,17 +16,17 @@ pub(crate) use xyz::{__path_xyz, __path_xyz_tile, xyz, xyz_tile};
 
 use crate::http::auth::client::Client;
 use crate::http::auth::tenant::Tenant;
-use crate::http::concurrency_limit::Place;
+use crate::http::concurrency_limit::Permit;
 use crate::http::problem::{Kind, Problem};
 use crate::http::respond;
-use crate::http::respond::{Freshness, Manner, Source};
+use crate::http::respond::{Freshness, ResponseContext, Source};
 use crate::http::routes::images;
 use crate::http::{App, Service};
-use crate::service::pictures::spec::{Excerpt, Grid, TILE, size_of};
+use crate::service::pictures::spec::{Grid, PictureSpec, TILE, size_of};
 use crate::service::scenes::cache::unknown;
 use crate::service::scenes::ids::ImageId;
-use crate::service::scenes::prepared::Ready;
-use crate::service::scheduler::task::Lane;
+use crate::service::scenes::prepared::PreparedScene;
+use crate::service::scheduler::task::Class;
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -38,7 +38,7 @@ use strahl::film::{FileFormat, Look, PictureFormat, Region};
 #[derive(Debug)]
 struct Opened {
     image: ImageId,
-    ready: Arc<Ready>,
+    ready: Arc<PreparedScene>,
     /// Pixels across and down.
     size: [u32; 2],
 }
@@ -48,14 +48,14 @@ async fn open(service: &App, tenant: &Tenant, id: &str) -> Result<Opened, Proble
     let image = images::image_id(id)?;
     let ready = match service.scenes.recall_known(&image.scene) {
         Some(ready) => ready,
-        None => respond::build(service, tenant, Lane::Tiles, Source::Known(image.clone())).await?,
+        None => respond::build(service, tenant, Class::Tiles, Source::Known(image.clone())).await?,
     };
     let size = size_of(&ready.scene, image.zoom).ok_or_else(|| unknown(&image.scene))?;
     Ok(Opened { image, ready, size })
 }
 
 /// A place for one more tile of a client, who has it until the tile is made.
-pub(crate) fn place(service: &Service, client: Client) -> Result<Place<Client>, Problem> {
+pub(crate) fn place(service: &Service, client: Client) -> Result<Permit<Client>, Problem> {
     let most = service.limits.client_tiles;
     service.tile_clients.enter(client, most).ok_or_else(|| {
         let detail = format!("you are waiting for {most} tiles already (client_tiles)");
@@ -69,16 +69,16 @@ async fn show(
     tenant: &Tenant,
     parts: &Parts,
     image: ImageId,
-    excerpt: Excerpt,
+    spec: PictureSpec,
 ) -> Result<Response, Problem> {
-    let manner = Manner {
+    let context = ResponseContext {
         method: &parts.method,
         headers: &parts.headers,
         tenant,
         freshness: Freshness::Immutable,
         negotiated: false,
     };
-    let mut response = images::answer(service, &manner, Lane::Tiles, image, excerpt).await?;
+    let mut response = images::answer(service, &context, Class::Tiles, image, spec).await?;
     everywhere(&mut response);
     Ok(response)
 }
@@ -113,8 +113,8 @@ fn tile_of(size: [u32; 2], level: u32, column: u32, row: u32) -> Option<Region> 
 }
 
 /// A tile of an image.
-fn tile(grid: Grid, region: Region, format: FileFormat) -> Excerpt {
-    Excerpt { grid, region: Some(region), look: Look::default(), format }
+fn tile(grid: Grid, region: Region, format: FileFormat) -> PictureSpec {
+    PictureSpec { grid, region: Some(region), look: Look::default(), format }
 }
 
 /// Formats of tiles, by ending.

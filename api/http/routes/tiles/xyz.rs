@@ -84,7 +84,7 @@ pub(crate) async fn xyz_tile(
     let grid = Grid::Tiles(i32::try_from(level).map_err(|_| missing())?);
     let (left, top) = (column.checked_mul(TILE).ok_or_else(missing)?, row.checked_mul(TILE).ok_or_else(missing)?);
     let region = Region { x: left, y: top, width: TILE, height: TILE };
-    let excerpt = tile(grid, region, format);
-    excerpt.shot(&opened.ready.scene, opened.image.zoom).map_err(|_| missing())?;
-    show(&service, &tenant, &parts, opened.image, excerpt).await
+    let spec = tile(grid, region, format);
+    spec.shot(&opened.ready.scene, opened.image.zoom).map_err(|_| missing())?;
+    show(&service, &tenant, &parts, opened.image, spec).await
 }
