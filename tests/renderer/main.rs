@@ -24,6 +24,7 @@ mod plan {
 }
 mod project {
     mod house_rules;
+    mod layers;
     mod machine_code;
 }
 mod reference {
