@@ -1,7 +1,6 @@
 //! From a scene's text to the [`Scene`] that a render needs: read, check, compile.
 
 pub mod called;
-pub mod color;
 pub mod compile;
 pub mod description;
 pub mod ear_clipping;

@@ -3,8 +3,7 @@
 //! Everything about a picture that can be bombed is checked before its texels are: the number of its bytes, its sides,
 //! and the pixels of all pictures together.
 
-use super::color::Diffuse;
-use super::description::{Description, ImageMap, Relief};
+use super::description::{Description, Diffuse, ImageMap, Relief};
 use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token};
 use crate::math;

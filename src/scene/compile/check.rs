@@ -3,10 +3,9 @@
 use super::check_objects::check_objects;
 use super::path::Path;
 use crate::camera::Basis;
-use crate::scene::color::{Color, Diffuse};
 use crate::scene::description::{
-    Accuracy, Area, Bump, Camera, Description, Environment, Falloff, ImageMap, Light, Mapping, Material, Proved, Rays,
-    Relief, Statistical, Time, Vec3,
+    Accuracy, Area, Bump, Camera, Color, Description, Diffuse, Environment, Falloff, ImageMap, Light, Mapping,
+    Material, Proved, Rays, Relief, Statistical, Time, Vec3,
 };
 use crate::scene::limits::{self, Limit};
 use crate::scene::problem::{Code, Problem, Problems};

@@ -3,8 +3,7 @@
 use super::build::{exact_inverse, narrow_rgb};
 use crate::lanes::Real;
 use crate::math::Rgb;
-use crate::scene::color::{Color, Diffuse};
-use crate::scene::description::{self as d, ImageMap, Mapping, PlanarAxes};
+use crate::scene::description::{self as d, Color, Diffuse, ImageMap, Mapping, PlanarAxes};
 use crate::scene::pictures::{Meaning, Pictures};
 use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::checker::BaseColor;

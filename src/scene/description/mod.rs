@@ -4,6 +4,8 @@
 //! units, angles in degrees (the key says so), colours are linear RGB. Right-handed, y up by convention.
 
 mod camera;
+mod color;
+mod diffuse;
 mod fog;
 mod light;
 mod material;
@@ -13,6 +15,8 @@ mod texture;
 mod written;
 
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera};
+pub use color::Color;
+pub use diffuse::Diffuse;
 pub use fog::{Fog, FogHeight};
 pub use light::{
     AngularArea, Area, DirectionalLight, DiscArea, Falloff, Light, LinearFalloff, ParallelogramArea, PointLight,
@@ -35,8 +39,6 @@ use super::named::Named;
 use crate::math::Rgb;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-pub use super::color::{Color, Diffuse};
 
 /// A point, direction or extent: three finite numbers.
 pub type Vec3 = [f64; 3];
