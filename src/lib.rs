@@ -1,13 +1,13 @@
 //! strahl renders JSON scenes with Whitted's recursive ray tracing (CACM 23(6), 1980).
 
 pub mod accel;
-pub mod accuracy;
 pub mod bound;
 pub mod camera;
 pub mod film;
 pub mod inspect;
 pub mod lanes;
 pub mod math;
+pub mod metrics;
 pub mod plan;
 pub mod ray;
 pub mod reference;
@@ -16,4 +16,5 @@ pub mod scene;
 pub mod shading;
 pub mod shape;
 pub mod trace;
+pub mod tradeoff;
 pub mod words;

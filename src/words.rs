@@ -48,7 +48,7 @@ pub fn expected<T: JsonSchema>() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accuracy::MapKind;
+    use crate::inspect::maps::MapKind;
     use crate::scene::description::Precision;
 
     #[test]

@@ -8,8 +8,8 @@ use super::{output, progress};
 use crate::service::pictures::map::{self, MapFormat};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use strahl::accuracy::MapKind;
 use strahl::film::Region;
+use strahl::inspect::maps::MapKind;
 use strahl::words::choice;
 
 /// `strahl map`.

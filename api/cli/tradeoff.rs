@@ -9,10 +9,10 @@ use crate::service::tradeoff::{Outcome, Stopped, measure};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use strahl::accuracy::page::page;
-use strahl::accuracy::plot::plot;
-use strahl::accuracy::tradeoff::Source as ErrorSource;
-use strahl::accuracy::tradeoff::{Cost, Tradeoff};
+use strahl::tradeoff::Source as ErrorSource;
+use strahl::tradeoff::page::page;
+use strahl::tradeoff::plot::plot;
+use strahl::tradeoff::{Cost, Tradeoff};
 
 /// `strahl tradeoff`.
 #[derive(Debug, Args)]
@@ -76,7 +76,6 @@ fn is_drawing(path: &Path) -> Result<bool, Failure> {
 
 /// The drawing of the error that settings of the recursion make: the plane this renderer can say most about.
 fn error_against_time(tradeoff: &Tradeoff) -> String {
-    let wanted =
-        |front: &&strahl::accuracy::tradeoff::Front| (front.error, front.cost) == (ErrorSource::Truncation, Cost::Time);
+    let wanted = |front: &&strahl::tradeoff::Front| (front.error, front.cost) == (ErrorSource::Truncation, Cost::Time);
     tradeoff.fronts.iter().find(wanted).map(|front| plot(&tradeoff.points, front, true)).unwrap_or_default() + "\n"
 }

@@ -12,11 +12,11 @@ mod hard_cases;
 mod accel {
     mod watertight;
 }
-mod accuracy {
-    mod image_metrics;
-}
 mod camera {
     mod windows;
+}
+mod metrics {
+    mod image_metrics;
 }
 mod plan {
     mod depth;

@@ -5,13 +5,13 @@ use crate::service::pictures::report::Report;
 use crate::service::scenes::prepared::Analyzed;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
-use strahl::accuracy::tradeoff::Tradeoff as MeasuredTradeoff;
 use strahl::inspect::query::RayAnswer as AnsweredRay;
 use strahl::inspect::tree::Tree;
 use strahl::plan::Plan;
 use strahl::plan::estimate::Estimate as PlanEstimate;
 use strahl::scene::problem::Problem;
 use strahl::scene::schema::schema;
+use strahl::tradeoff::Tradeoff as MeasuredTradeoff;
 use utoipa::openapi::{ObjectBuilder, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 

@@ -14,8 +14,8 @@ use crate::service::scheduler::admission::Work;
 use axum::extract::{Request, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
-use strahl::accuracy::MapKind;
 use strahl::film::Region;
+use strahl::inspect::maps::MapKind;
 use strahl::scene::{Format, Overrides};
 
 /// A map of the picture.

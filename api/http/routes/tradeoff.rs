@@ -15,9 +15,9 @@ use crate::service::tradeoff::{Outcome, Stopped, measure};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
-use strahl::accuracy::page::page;
 use strahl::film::Region;
 use strahl::scene::{Format, Overrides, load_with};
+use strahl::tradeoff::page::page;
 
 /// Seconds it takes where nobody says how many.
 const SECONDS: f64 = 10.0;

@@ -4,9 +4,9 @@ use crate::service::scheduler::pool::Workers;
 use crate::service::scheduler::time_slices::sliced;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use strahl::accuracy::{Map, MapKind};
 use strahl::film::encode::png_of;
 use strahl::film::{FileFormat, Region, encode};
+use strahl::inspect::maps::{Map, MapKind};
 use strahl::render::{Cancelled, Control, Picture, render, render_one_by_one};
 use strahl::scene::Scene;
 

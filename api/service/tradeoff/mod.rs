@@ -11,13 +11,14 @@ use references::References;
 use stage::Stage;
 use std::sync::atomic::Ordering;
 use std::time::{Instant, SystemTime};
-use strahl::accuracy::page::Thumbnails;
-use strahl::accuracy::sweep::{Times, points};
-use strahl::accuracy::tradeoff::{Circumstances, Front, HOW_TIMES_ARE_MEASURED, Reference, Tradeoff};
-use strahl::accuracy::{Codes8, advice};
 use strahl::lanes::instructions;
+use strahl::metrics::Image8;
 use strahl::render::{Cancelled, Control, Cut};
 use strahl::scene::{Files, Loaded, Problems};
+use strahl::tradeoff::advice;
+use strahl::tradeoff::page::Thumbnails;
+use strahl::tradeoff::sweep::{Times, points};
+use strahl::tradeoff::{Circumstances, Front, HOW_TIMES_ARE_MEASURED, Reference, Tradeoff};
 use trial::Trial;
 
 /// Rounds that the size of the picture is chosen for, and that there are at most.
@@ -86,7 +87,7 @@ pub(crate) fn measure(
                 let endless = stage.single.ceiling().reach.max_depth.is_none();
                 let proof = endless.then(|| stage.workers.work(|| picture.proof())).transpose()?;
                 point.proved_codes = proof.filter(|p| p.max_linear.is_some()).map(|p| p.max_codes);
-                let codes = Codes8::from(&picture.film);
+                let codes = Image8::from(&picture.film);
                 point.measured = references.errors(&stage, point.settings, &codes);
                 thumbnails[i] = Some(references.thumbnails(point.settings, &codes));
             }

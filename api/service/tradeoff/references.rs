@@ -2,11 +2,13 @@
 
 use super::ENDS;
 use super::stage::Stage;
-use strahl::accuracy::page::Thumbnails;
-use strahl::accuracy::sweep::{Difference, Point, REFERENCE_SAMPLES, Settings};
-use strahl::accuracy::{Codes8, Errors};
+use strahl::metrics::Difference;
+use strahl::metrics::Image8;
 use strahl::render::Cancelled;
 use strahl::scene::description::Precision;
+use strahl::tradeoff::Errors;
+use strahl::tradeoff::page::Thumbnails;
+use strahl::tradeoff::sweep::{Point, REFERENCE_SAMPLES, Settings};
 
 /// Where samples may lie, each once, the fewest samples first.
 pub(super) fn positions(points: &[Point]) -> Vec<(u32, bool)> {
@@ -25,7 +27,7 @@ pub(super) fn reference((max_depth, min_weight): (u32, f64), (samples, antialias
 pub(super) struct References {
     /// Their depth and weight.
     recursion: (u32, f64),
-    by_positions: Vec<((u32, bool), Codes8)>,
+    by_positions: Vec<((u32, bool), Image8)>,
     /// What each of them misses for having too few samples.
     sampling: Vec<Option<Difference>>,
 }
@@ -41,11 +43,11 @@ impl References {
         for positions in positions(points) {
             if let Some(picture) = stage.shoot(reference(recursion, positions), ENDS[1])? {
                 dropped += picture.rays.dropped;
-                by_positions.push((positions, Codes8::from(&picture.film)));
+                by_positions.push((positions, Image8::from(&picture.film)));
             }
         }
         let mut references = Self { recursion, by_positions, sampling: Vec::new() };
-        let sampling = |(_, codes): &(_, Codes8)| references.best().and_then(|best| stage.compare(best, codes));
+        let sampling = |(_, codes): &(_, Image8)| references.best().and_then(|best| stage.compare(best, codes));
         references.sampling = references.by_positions.iter().map(sampling).collect();
         Ok((references, dropped))
     }
@@ -54,16 +56,16 @@ impl References {
         self.by_positions.iter().position(|(known, _)| *known == positions)
     }
 
-    fn same(&self, settings: Settings) -> Option<&Codes8> {
+    fn same(&self, settings: Settings) -> Option<&Image8> {
         self.place(settings.positions()).map(|i| &self.by_positions[i].1)
     }
 
-    fn best(&self) -> Option<&Codes8> {
+    fn best(&self) -> Option<&Image8> {
         self.place((REFERENCE_SAMPLES, false)).map(|i| &self.by_positions[i].1)
     }
 
     /// Errors of a picture; no truncation of one that follows rays further than its reference.
-    pub(super) fn errors(&self, stage: &Stage<'_>, settings: Settings, picture: &Codes8) -> Errors {
+    pub(super) fn errors(&self, stage: &Stage<'_>, settings: Settings, picture: &Image8) -> Errors {
         let (depth, weight) = self.recursion;
         let comparable = settings.max_codes.is_some() || settings.max_depth <= depth && settings.min_weight >= weight;
         Errors {
@@ -73,7 +75,7 @@ impl References {
         }
     }
 
-    pub(super) fn thumbnails(&self, settings: Settings, picture: &Codes8) -> Thumbnails {
+    pub(super) fn thumbnails(&self, settings: Settings, picture: &Image8) -> Thumbnails {
         Thumbnails {
             picture: picture.thumbnail(),
             truncation: self.same(settings).map(|same| picture.difference(same)),

@@ -7,13 +7,14 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
-use strahl::accuracy::Codes8;
-use strahl::accuracy::sweep::{Difference, Settings};
 use strahl::film::Region;
+use strahl::metrics::Difference;
+use strahl::metrics::Image8;
 use strahl::render::{Cancelled, Control, Picture, render};
 use strahl::scene::compile::{CompileOptions, compile_from};
 use strahl::scene::description::{Accuracy, Camera, Fixed, Precision, Proved};
 use strahl::scene::{Files, Loaded, Scene};
+use strahl::tradeoff::sweep::Settings;
 
 /// Pause between two looks at the time and at the client.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(4);
@@ -111,7 +112,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Compares two pictures on the pool; none if nobody wants to know any more.
-    pub(super) fn compare(&self, reference: &Codes8, test: &Codes8) -> Option<Difference> {
+    pub(super) fn compare(&self, reference: &Image8, test: &Image8) -> Option<Difference> {
         self.workers.work(|| Difference::of(reference, test)).ok()
     }
 }

@@ -6,10 +6,10 @@ use super::stage::Stage;
 use super::{ENDS, ROUNDS};
 use crate::service::pictures::render::milliseconds;
 use std::time::Instant;
-use strahl::accuracy::Codes8;
-use strahl::accuracy::sweep::{Point, Settings};
-use strahl::accuracy::tradeoff::Finer;
+use strahl::metrics::Image8;
 use strahl::render::Cancelled;
+use strahl::tradeoff::Finer;
+use strahl::tradeoff::sweep::{Point, Settings};
 
 /// Pixels of the small picture.
 const TRIAL_PIXELS: f64 = 2304.0;
@@ -56,7 +56,7 @@ impl Trial {
             if let Some(picture) = stage.shoot(point.settings, 0.5 * ENDS[0])? {
                 trial.round += picture.trace_ms / 1e3;
                 if trial.comparison == 0.0 {
-                    let codes = Codes8::from(&picture.film);
+                    let codes = Image8::from(&picture.film);
                     let begun = Instant::now();
                     stage.compare(&codes, &codes);
                     trial.comparison = milliseconds(begun) / 1e3;
@@ -66,7 +66,7 @@ impl Trial {
         let samples: f64 =
             positions(points).iter().map(|&(n, smooth)| f64::from(n) + if smooth { 5.0 } else { 0.0 }).sum();
         // One after the other: weight, picture, seconds of all references.
-        let mut steps: Vec<(f64, Codes8, f64)> = Vec::new();
+        let mut steps: Vec<(f64, Image8, f64)> = Vec::new();
         let mut patience = f64::INFINITY;
         for min_weight in WEIGHTS.map(|weight| weight.min(asked.min_weight)) {
             if steps.last().is_some_and(|(before, ..)| *before == min_weight) {
@@ -77,7 +77,7 @@ impl Trial {
             let Some(picture) = stage.shoot(settings, end)? else { break };
             let one = picture.trace_ms / 1e3;
             patience = 20.0 * one + 0.05;
-            steps.push((min_weight, Codes8::from(&picture.film), samples * one));
+            steps.push((min_weight, Image8::from(&picture.film), samples * one));
             // Better references leave smaller pictures: beyond the weights of the points they take as long as two rounds at
             // most. One more is only looked at.
             if min_weight < FINEST && samples * one > 2.0 * trial.round {
@@ -111,7 +111,7 @@ fn scaled([width, height]: [u32; 2], pixels: f64) -> [u32; 2] {
     [width, height].map(|side| ((f64::from(side) * factor).round() as u32).max(1))
 }
 
-fn largest_difference(a: &Codes8, b: &Codes8) -> u8 {
+fn largest_difference(a: &Image8, b: &Image8) -> u8 {
     a.pixels.as_flattened().iter().zip(b.pixels.as_flattened()).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0)
 }
 

@@ -1,6 +1,6 @@
 //! The settings that a trade-off compares, and what is found out about each.
 
-use super::{Codes, Codes8, Spread, ciede2000, codes, flip};
+use crate::metrics::Difference;
 use crate::scene::description::Precision;
 use crate::trace::counts::RayCounts;
 use schemars::JsonSchema;
@@ -72,28 +72,6 @@ pub struct Errors {
     pub sampling: Option<Difference>,
     /// Of both: against the reference with 64 samples.
     pub total: Option<Difference>,
-}
-
-/// How far a picture is from its reference, by every measure.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-pub struct Difference {
-    /// In 8-bit codes of the worst channel.
-    pub codes: Codes,
-    /// Square root of the mean square over all channels, in codes.
-    pub rms_codes: f64,
-    /// FLIP, 0 to 1.
-    pub flip: Spread,
-    /// CIEDE2000; 1 is just visible.
-    pub ciede2000: Spread,
-}
-
-impl Difference {
-    /// Compares two pictures of one size.
-    pub fn of(reference: &Codes8, test: &Codes8) -> Self {
-        let codes = codes(reference, test);
-        let rms_codes = codes.psnr.map_or(0.0, |psnr| 255.0 / crate::math::pow(10.0, psnr / 20.0));
-        Self { codes, rms_codes, flip: flip(reference, test), ciede2000: ciede2000(reference, test) }
-    }
 }
 
 /// Repeated times of the same work, in milliseconds.
@@ -248,6 +226,7 @@ pub(super) fn brief(weight: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::Image8;
 
     #[test]
     fn there_are_24_points_whatever_a_scene_asks_for_and_none_twice() {
@@ -283,10 +262,10 @@ mod tests {
 
     #[test]
     fn the_same_picture_differs_by_nothing() {
-        let a = Codes8 { width: 2, pixels: vec![[10, 20, 30], [0, 255, 0]] };
+        let a = Image8 { width: 2, pixels: vec![[10, 20, 30], [0, 255, 0]] };
         let same = Difference::of(&a, &a);
         assert_eq!((same.codes.error.max, same.rms_codes, same.flip.max, same.ciede2000.max), (0.0, 0.0, 0.0, 0.0));
-        let b = Codes8 { width: 2, pixels: vec![[10, 23, 30], [0, 255, 0]] };
+        let b = Image8 { width: 2, pixels: vec![[10, 23, 30], [0, 255, 0]] };
         assert!((Difference::of(&a, &b).rms_codes - 1.5f64.sqrt()).abs() < 1e-12);
     }
 }

@@ -1,11 +1,11 @@
 //! The measures of difference, on golden pictures, against what published programs say of them.
 
-use strahl::accuracy::{Codes8, ciede2000, codes, flip};
+use strahl::metrics::{Image8, ciede2000, code_errors, flip};
 
-fn golden(name: &str) -> Codes8 {
+fn golden(name: &str) -> Image8 {
     let path = format!("{}/tests/golden/{name}.png", env!("CARGO_MANIFEST_DIR"));
     let picture = image::open(path).unwrap().to_rgb8();
-    Codes8 { width: picture.width() as usize, pixels: picture.pixels().map(|p| p.0).collect() }
+    Image8 { width: picture.width() as usize, pixels: picture.pixels().map(|p| p.0).collect() }
 }
 
 /// Mean, 95 %, 99 %, 99.9 % and largest value of the package flip-evaluator 1.7 on PyPI, which is the authors' own code, in
@@ -33,7 +33,7 @@ fn deeper_pictures_are_nearer_by_every_measure() {
     let [shallow, deep] = ["mirrors-hall-depth-3", "mirrors-hall-depth-5"].map(golden);
     assert!(flip(&reference, &shallow).mean > flip(&reference, &deep).mean);
     assert!(ciede2000(&reference, &shallow).mean > ciede2000(&reference, &deep).mean);
-    let (a, b) = (codes(&reference, &shallow), codes(&reference, &deep));
+    let (a, b) = (code_errors(&reference, &shallow), code_errors(&reference, &deep));
     assert!(a.error.mean > b.error.mean && a.identical < b.identical && a.psnr.unwrap() < b.psnr.unwrap());
     assert_eq!(flip(&reference, &reference).max, 0.0);
     assert_eq!(ciede2000(&reference, &reference).max, 0.0);

@@ -1,7 +1,8 @@
 //! A whole trade-off: its points, the fronts among them, and how all of it was measured.
 
 use super::pareto::{Compromise, front, knee};
-use super::sweep::{Difference, Point};
+use super::sweep::Point;
+use crate::metrics::Difference;
 use schemars::JsonSchema;
 use serde::Serialize;
 

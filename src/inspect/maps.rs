@@ -1,8 +1,8 @@
 //! Maps of a picture: what is proved of each pixel, and what each of them took, with a scale of colors.
 
-use super::Codes8;
 use crate::film::srgb;
 use crate::film::{Film, Region};
+use crate::metrics::Image8;
 use crate::render::Picture;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -69,7 +69,7 @@ impl Map {
 
     /// The map in colors, from dark blue to yellow, with its scale below: linear for codes and depths, logarithmic for rays
     /// and times.
-    pub fn draw(&self) -> Codes8 {
+    pub fn draw(&self) -> Image8 {
         let most = self.values.iter().copied().fold(0.0, f32::max);
         let (low, high) = match self.kind {
             MapKind::Proved => (0.0, most.max(1.0)),
@@ -105,7 +105,7 @@ impl Map {
         if from > ADVANCE * (left.len() + 1) {
             write(&mut pixels[line..], width, from, &right);
         }
-        Codes8 { width, pixels }
+        Image8 { width, pixels }
     }
 }
 

@@ -1,11 +1,11 @@
 //! A trade-off as a page that needs nothing else: no network, no program, light and dark.
 
-use super::Codes8;
 use super::advice::{figure, percent};
+use super::findings::{Cost, Finer, HOW_TIMES_ARE_MEASURED, Source, Tradeoff};
 use super::plot;
-use super::sweep::{Difference, Point, brief};
-use super::tradeoff::{Cost, Finer, HOW_TIMES_ARE_MEASURED, Source, Tradeoff};
+use super::sweep::{Point, brief};
 use crate::film::encode::png_of;
+use crate::metrics::{Difference, Image8};
 use crate::scene::description::Precision;
 use std::fmt::Write;
 
@@ -13,11 +13,11 @@ use std::fmt::Write;
 #[derive(Debug, Clone)]
 pub struct Thumbnails {
     /// The picture.
-    pub picture: Codes8,
+    pub picture: Image8,
     /// How it differs from the same samples with the reference's recursion.
-    pub truncation: Option<Codes8>,
+    pub truncation: Option<Image8>,
     /// How it differs from the reference with 64 samples.
-    pub total: Option<Codes8>,
+    pub total: Option<Image8>,
 }
 
 /// Pixels across a small picture.
@@ -25,7 +25,7 @@ const THUMBNAIL: usize = 144;
 /// What differences are multiplied by to be seen.
 const MAGNIFIED: u16 = 16;
 
-impl Codes8 {
+impl Image8 {
     /// A smaller copy: the mean of the codes in each square.
     #[must_use]
     pub fn thumbnail(&self) -> Self {
@@ -260,14 +260,14 @@ mod tests {
     #[test]
     fn small_pictures_keep_single_wrong_pixels() {
         let (width, height) = (3 * THUMBNAIL + 1, 5);
-        let black = Codes8 { width, pixels: vec![[0; 3]; width * height] };
+        let black = Image8 { width, pixels: vec![[0; 3]; width * height] };
         let mut one = black.clone();
         one.pixels[2 * width + 7] = [0, 2, 200];
         let small = one.difference(&black);
         assert_eq!((small.width, small.height()), (109, 2));
         assert_eq!(small.pixels[1], [0, 32, 255]);
         assert_eq!(small.pixels.iter().filter(|p| **p != [0; 3]).count(), 1);
-        let grey = Codes8 { width, pixels: vec![[9; 3]; width * height] };
+        let grey = Image8 { width, pixels: vec![[9; 3]; width * height] };
         assert!(grey.thumbnail().pixels.iter().all(|p| *p == [9; 3]));
     }
 

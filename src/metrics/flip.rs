@@ -1,7 +1,7 @@
 //! FLIP, the difference that a person sees when two pictures are flipped on a screen (Andersson, Nilsson, Akenine-Möller,
 //! Oskarsson, Åström, Fairchild, FLIP: A Difference Evaluator for Alternating Images, HPG 2020), for 8-bit pictures.
 
-use super::{Codes8, Spread};
+use super::{Image8, Spread};
 use crate::math::{exp, pow, srgb_to_linear};
 use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
@@ -12,11 +12,11 @@ pub const PIXELS_PER_DEGREE: f64 = 67.020_643_276_582_25;
 type Rgb = [f64; 3];
 
 /// FLIP of each pixel of two pictures of one size, from 0, the same, to 1.
-pub fn flip(reference: &Codes8, test: &Codes8) -> Spread {
+pub fn flip(reference: &Image8, test: &Image8) -> Spread {
     Spread::of(flip_map(reference, test))
 }
 
-fn flip_map(reference: &Codes8, test: &Codes8) -> Vec<f64> {
+fn flip_map(reference: &Image8, test: &Image8) -> Vec<f64> {
     let (a, b) = (Seen::new(reference), Seen::new(test));
     let most = pow(hyab(hunt([0.0, 1.0, 0.0]), hunt([0.0, 0.0, 1.0])), 0.7);
     let pixel = |i: usize| {
@@ -46,7 +46,7 @@ struct Seen {
 }
 
 impl Seen {
-    fn new(picture: &Codes8) -> Self {
+    fn new(picture: &Image8) -> Self {
         let (width, height) = (picture.width, picture.height());
         let table: Vec<f64> = (0..=255u8).map(|code| srgb_to_linear(f64::from(code) / 255.0)).collect();
         let opponent: Vec<[f64; 3]> =
@@ -196,8 +196,8 @@ fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    fn picture(width: usize, pixels: impl IntoIterator<Item = [u8; 3]>) -> Codes8 {
-        Codes8 { width, pixels: pixels.into_iter().collect() }
+    fn picture(width: usize, pixels: impl IntoIterator<Item = [u8; 3]>) -> Image8 {
+        Image8 { width, pixels: pixels.into_iter().collect() }
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Error against cost as a drawing: SVG with logarithmic axes. The same trade-off gives the same text.
 
 use super::advice::figure;
+use super::findings::{Cost, Front, Source};
 use super::sweep::{Point, Sweep};
-use super::tradeoff::{Cost, Front, Source};
 use crate::scene::description::Precision;
 use std::fmt::Write;
 

@@ -1,7 +1,7 @@
 //! What a trade-off means for whoever chooses settings, in sentences.
 
+use super::findings::{Cost, Front, Source};
 use super::sweep::{Point, Sweep, brief};
-use super::tradeoff::{Cost, Front, Source};
 use crate::scene::description::Precision;
 
 /// Sentences about measured points; nothing is said of what was not measured.
@@ -233,9 +233,9 @@ pub(super) fn figure(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sweep::{Difference, Settings, Times, points};
-    use super::super::{Codes8, Errors};
+    use super::super::sweep::{Errors, Settings, Times, points};
     use super::*;
+    use crate::metrics::{Difference, Image8};
 
     /// Points whose truncation error is so many codes, everywhere, and whose time is so many milliseconds.
     fn measured(codes: impl Fn(&Settings) -> u8, time: impl Fn(&Settings) -> f64) -> Vec<Point> {
@@ -247,11 +247,11 @@ mod tests {
             antialias: true,
             precision: Precision::Single,
         };
-        let reference = Codes8 { width: 1, pixels: vec![[100; 3]] };
+        let reference = Image8 { width: 1, pixels: vec![[100; 3]] };
         let mut points = points(asked);
         for point in &mut points {
             let error =
-                Difference::of(&reference, &Codes8 { width: 1, pixels: vec![[100 + codes(&point.settings); 3]] });
+                Difference::of(&reference, &Image8 { width: 1, pixels: vec![[100 + codes(&point.settings); 3]] });
             point.time = Times::of(&[time(&point.settings)]);
             point.measured = Errors { truncation: Some(error), sampling: Some(error), total: Some(error) };
         }
