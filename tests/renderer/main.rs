@@ -23,6 +23,7 @@ mod plan {
     mod estimates;
 }
 mod project {
+    mod examples;
     mod house_rules;
     mod layers;
     mod machine_code;
