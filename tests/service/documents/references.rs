@@ -158,6 +158,19 @@ fn flags_that_are_named_exist() {
 }
 
 #[test]
+fn recipes_that_are_named_exist() {
+    let recipes = std::fs::read_to_string(root().join("justfile")).unwrap();
+    let has =
+        |name: &str| recipes.lines().any(|line| line.split([' ', ':']).next() == Some(name) && line.contains(':'));
+    for page in documents() {
+        for (place, code) in page.inline_code() {
+            let recipe = code.strip_prefix("just ").and_then(|rest| rest.split(' ').next());
+            assert!(recipe.is_none_or(has), "{place}: the justfile has no recipe of `{code}`");
+        }
+    }
+}
+
+#[test]
 fn the_readme_is_short_and_shows_every_folder_of_scenes() {
     let pages = book();
     let readme = pages.iter().find(|page| page.path == "README.md").unwrap();
