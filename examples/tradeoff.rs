@@ -8,8 +8,8 @@
 
 use std::error::Error;
 use std::path::Path;
-use strahl::accuracy::{Codes8, codes};
 use strahl::film::Region;
+use strahl::metrics::{Image8, code_errors};
 use strahl::render::{Control, Picture, render};
 use strahl::scene::description::{Accuracy, Precision, Proved};
 use strahl::scene::{Format, Overrides, load};
@@ -34,13 +34,13 @@ pub fn run(file: &Path, width: u32, height: u32) -> Result<String, Box<dyn Error
     };
     let exact = Accuracy::Proved(Proved { max_codes: 0 });
     let reference = picture(Overrides { accuracy: Some(exact), precision: Some(Precision::Double), ..size })?;
-    let reference = Codes8::from(&reference.film);
+    let reference = Image8::from(&reference.film);
 
     let mut text = "depth        rays      ms   mean error   largest   proved\n".to_owned();
     for depth in DEPTHS {
         let picture =
             picture(Overrides { max_depth: Some(depth), accuracy: Some(Accuracy::Fixed(Default::default())), ..size })?;
-        let error = codes(&reference, &Codes8::from(&picture.film)).error;
+        let error = code_errors(&reference, &Image8::from(&picture.film)).error;
         text += &format!(
             "{depth:>5}{:>12}{:>8.1}{:>13.2}{:>10}{:>9}\n",
             picture.rays.total(),

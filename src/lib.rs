@@ -78,11 +78,11 @@
 //!
 //! ```text
 //! oracle     reference: a slow, independent tracer for the tests
-//! answers    plan: effects and estimates   accuracy: errors and trade-offs
-//! pictures   render: tiles, antialiasing   inspect: single rays, ray trees
+//! answers    plan: effects and estimates   tradeoff: what accuracy costs
+//! pictures   render: tiles, antialiasing   inspect: single rays, ray trees, maps
 //! rays       trace: the recursion
 //! scene      scene: text -> Description -> Scene
-//! parts      shape  film  accel  shading  camera  bound: what is proved
+//! parts      shape  film  metrics  accel  shading  camera  bound: what is proved
 //! numbers    words  math  lanes  ray
 //! ```
 //!
