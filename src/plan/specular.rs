@@ -1,9 +1,9 @@
 //! The bodies that send rays on, as the graph of [`depth`](super::depth) sees them: flat, convex or anything.
 
 use crate::accel::Bounds;
-use crate::scene::compile::affine;
 use crate::scene::description::{Description, Material, Mesh, Object, Vec3};
 use crate::scene::problem::push_token;
+use crate::scene::transform::affine;
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 

@@ -1,6 +1,7 @@
 //! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
 
-use super::compile::{CompileOptions, check, compile_from, settings_are_sound};
+use super::check::{check, settings_are_sound};
+use super::compile::{CompileOptions, compile_from};
 use super::description::{Accuracy, Description, Precision};
 use super::import::nff::{self, NffOptions};
 use super::limits::PROBLEMS;

@@ -1,6 +1,7 @@
 //! From a scene's text to the [`Scene`] that a render needs: read, check, compile.
 
 pub mod called;
+pub mod check;
 pub mod compile;
 pub mod description;
 pub mod ear_clipping;
@@ -13,6 +14,7 @@ pub mod pictures;
 pub mod problem;
 pub mod read;
 pub mod schema;
+pub(crate) mod transform;
 pub mod world;
 
 pub use compile::Scene;

@@ -2,7 +2,7 @@
 
 use crate::accel::{Mesh, Shape};
 use crate::lanes::Real;
-use crate::scene::description::{Look, Object, Vec3};
+use crate::scene::description::{Look, Object, Vec3, is_collapsed};
 use crate::scene::ear_clipping::triangulate;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
 use glam::DVec3;
@@ -29,12 +29,6 @@ pub(super) fn volume(object: &Object) -> f64 {
         }
         _ => f64::INFINITY,
     }
-}
-
-/// Whether a face has two corners in one place.
-pub(crate) fn is_collapsed<T: PartialEq>(vertices: &[T], face: &[u32; 3]) -> bool {
-    let [a, b, c] = face.map(|i| &vertices[i as usize]);
-    a == b || b == c || c == a
 }
 
 /// `needs_uvs`: whether its material looks at texture coordinates.

@@ -1,25 +1,20 @@
-//! Description to [`Scene`]: the only step that can fail.
+//! From a description to a [`Scene`].
 
 pub(crate) mod bodies;
 pub(crate) mod build;
 mod called;
 mod camera;
 mod ceiling;
-mod check;
-mod check_objects;
 mod contact;
 mod extent;
 mod lights;
-mod path;
 mod shared_eye;
 mod textures;
-mod transform;
 mod vary;
-mod warn;
 
 pub use camera::camera_of;
-pub(crate) use transform::affine;
 
+use super::check::{check, warnings};
 use super::description::{Accuracy, Description, Precision, Statistical};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::Problems;
@@ -145,16 +140,6 @@ pub struct CompileOptions {
     pub spd_counts: bool,
 }
 
-/// Checks a description completely, without building anything.
-pub fn check(description: &Description) -> Result<(), Problems> {
-    check::check(description)
-}
-
-/// Whether the settings that may be overridden are in range as they are written.
-pub(in crate::scene) fn settings_are_sound(description: &Description) -> bool {
-    check::settings_are_sound(description)
-}
-
 /// Checks a description completely and builds the scene.
 pub fn compile(description: &Description) -> Result<Scene, Problems> {
     compile_with(description, CompileOptions::default())
@@ -167,7 +152,7 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
 
 /// [`compile_with`], with the files that a scene may name.
 pub fn compile_from(description: &Description, options: CompileOptions, files: &dyn Files) -> Result<Scene, Problems> {
-    let pictures = match (check::check(description), Pictures::read(description, files)) {
+    let pictures = match (check(description), Pictures::read(description, files)) {
         (Ok(()), Ok(pictures)) => pictures,
         (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => return Err(problems),
         (Err(Problems(mut problems)), Err(Problems(mut more))) => {
@@ -211,7 +196,7 @@ pub fn compile_from(description: &Description, options: CompileOptions, files: &
         },
         world,
         sources: built.sources,
-        warnings: warn::warnings(description),
+        warnings: warnings(description),
         expanded_primitives: built.expanded as u64,
         picture_bytes: pictures.bytes(),
         from_files: pictures.from_files,

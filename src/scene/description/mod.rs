@@ -23,6 +23,7 @@ pub use light::{
     SpotLight,
 };
 pub use material::{Axes, Checker, Fresnel, Material};
+pub(crate) use object::is_collapsed;
 pub use object::{
     AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation, Scale,
     Sphere, Torus, Transform, Triangle,

@@ -6,7 +6,7 @@ use crate::scene::problem::{Code, Problem, push_token};
 use std::collections::HashMap;
 
 /// Warnings of a checked description.
-pub(super) fn warnings(description: &Description) -> Vec<Problem> {
+pub(in crate::scene) fn warnings(description: &Description) -> Vec<Problem> {
     let mut warnings = Vec::new();
     for (name, material) in description.materials.iter() {
         let (r_s, r_t) = (material.reflection.0, material.transmission.0);

@@ -1,7 +1,7 @@
 //! A scene's `transform` as an affine map.
 
-use crate::scene::description::{Scale, Transform};
-use crate::scene::limits;
+use super::description::{Scale, Transform};
+use super::limits;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 /// The map, or what is wrong with it.

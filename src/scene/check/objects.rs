@@ -1,12 +1,12 @@
 //! Checks of objects and definitions: geometry, references, cycles, and limits on their number.
 
-use super::check::Findings;
+use super::findings::Findings;
 use super::path::Path;
-use super::transform::affine;
-use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Vec3};
+use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Vec3, is_collapsed};
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::limits;
 use crate::scene::problem::{Code, did_you_mean};
+use crate::scene::transform::affine;
 use glam::DVec3;
 
 /// Checks all objects and definitions.
@@ -262,8 +262,7 @@ fn check_mesh(findings: &mut Findings, at: Path<'_>, mesh: &Mesh) {
     if let Some((i, k)) = mesh.faces.iter().enumerate().find_map(|(i, face)| stray(face).map(|k| (i, k))) {
         let detail = format!("no vertex {}: the mesh has {count}, counted from 0", mesh.faces[i][k]);
         findings.add(at.key("faces").index(i).index(k), Code::UnknownReference, detail);
-    } else if !mesh.faces.is_empty() && mesh.faces.iter().all(|face| super::bodies::is_collapsed(&mesh.vertices, face))
-    {
+    } else if !mesh.faces.is_empty() && mesh.faces.iter().all(|face| is_collapsed(&mesh.vertices, face)) {
         findings.add(at.key("faces"), Code::Degenerate, "no face has an area");
     }
     if let Some(normals) = &mesh.normals {
