@@ -28,9 +28,8 @@ ROOT = HERE.parent
 sys.path.append(str(HERE))
 from machine import machine  # noqa: E402
 
-# The profile for daily work, and where cargo puts its programs.
-DAILY = ["--profile", "daily"]
-DAILY_PROGRAM = "daily/strahl"
+# In the target folder.
+PROGRAM = "release/strahl"
 
 # Edits that change machine code, as a day's work does: in the one file below a folder that has a line, it becomes another.
 EDITS = {
@@ -83,10 +82,9 @@ class Place:
         # What the network gives is not measured.
         subprocess.run(["cargo", "fetch", "--quiet", "--locked"], cwd=self.clone, check=True)
 
-    def run(self, *command, serve=None):
-        """Runs a command, then a program as a service until it listens; what both took."""
-        env = {**os.environ, "CARGO_TARGET_DIR": str(self.target), "CI": "true"}
-        env.pop("CARGO_INCREMENTAL", None)
+    def run(self, *command, serve=False, daily=False):
+        """Runs a command, and the service until it listens; what both took. Daily work is incremental."""
+        env = {**os.environ, "CARGO_TARGET_DIR": str(self.target), "CARGO_INCREMENTAL": "1" if daily else "0"}
         before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
         with open(self.log, "w") as log:
             process = subprocess.Popen(command, cwd=self.clone, env=env, stdin=subprocess.DEVNULL, stdout=log,
@@ -104,7 +102,7 @@ class Place:
             tail = "\n".join(self.log.read_text().splitlines()[-30:])
             sys.exit(f"{' '.join(map(str, command))} failed:\n{tail}")
         if serve:
-            listen(self.target / serve)
+            listen(self.target / PROGRAM)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         return Took(time.monotonic() - start, cpu, memory.most)
@@ -136,14 +134,15 @@ def listen(program):
 
 def fresh(place):
     place.forget()
-    return place.run("cargo", "build", "--release", "--locked", serve="release/strahl")
+    return place.run("cargo", "build", "--release", "--locked", serve=True)
 
 
 def after_edit(what):
     def row(place):
-        place.run("cargo", "build", "--locked", *DAILY)
+        build = ["cargo", "build", "--release", "--locked"]
+        place.run(*build, daily=True)
         place.edit(what)
-        return place.run("cargo", "build", "--locked", *DAILY, serve=DAILY_PROGRAM)
+        return place.run(*build, serve=True, daily=True)
 
     return row
 
@@ -154,9 +153,10 @@ def tests_cold(place):
 
 
 def tests_after_edit(place):
-    place.run("cargo", "test", "--release", "--locked", "--no-run")
+    test = ["cargo", "test", "--release", "--locked"]
+    place.run(*test, "--no-run", daily=True)
     place.edit("kernel")
-    return place.run("cargo", "test", "--release", "--locked")
+    return place.run(*test, daily=True)
 
 
 def ci(place):
