@@ -5,7 +5,7 @@ use super::output;
 use super::scene_file;
 use clap::Args;
 use std::path::PathBuf;
-use strahl::scene::import::nff::{NffOptions, read_nff};
+use strahl::scene::nff::{NffOptions, read_nff};
 
 /// `strahl import`.
 #[derive(Debug, Args)]

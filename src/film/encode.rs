@@ -1,9 +1,6 @@
 //! Film to the bytes of a file. The same film gives the same bytes, on every machine and with any number of threads.
 
-use super::{FileFormat, Film, Look, compact, exr, pfm, png};
-
-/// Keyword of the text in a PNG.
-pub const NOTE: &str = "strahl";
+use super::{Adjustment, FileFormat, Film, exr, pfm, png, web_formats};
 
 /// A film's codes as the file of a format holds them; formats of floats have none.
 #[derive(Debug)]
@@ -23,10 +20,10 @@ impl Codes {
         Self { size: [film.region.width, film.region.height], codes }
     }
 
-    /// Codes of 8 bits, changed as a look says.
+    /// Codes of 8 bits, mirrored, turned and without colour as asked.
     #[must_use]
-    pub fn seen(self, look: Look) -> Self {
-        let (size, codes) = look.apply(self.size, self.codes);
+    pub fn adjusted(self, adjustment: Adjustment) -> Self {
+        let (size, codes) = adjustment.apply(self.size, self.codes);
         Self { size, codes }
     }
 
@@ -36,13 +33,13 @@ impl Codes {
     }
 
     /// [`Self::file`], with a text about the picture if the format has a place for it, which is PNG: an iTXt chunk of the
-    /// keyword [`NOTE`].
+    /// keyword [`NOTE`](super::NOTE).
     pub fn file_with(&self, film: &Film, format: FileFormat, note: Option<&str>) -> Vec<u8> {
         match format {
             FileFormat::Png8 => png::file(self.size, &self.codes, ::png::BitDepth::Eight, note),
             FileFormat::Png16 => png::file(self.size, &self.codes, ::png::BitDepth::Sixteen, note),
-            FileFormat::Jpeg(quality) => compact::jpeg(self.size, &self.codes, quality),
-            FileFormat::WebP => compact::webp(self.size, &self.codes),
+            FileFormat::Jpeg(quality) => web_formats::jpeg(self.size, &self.codes, quality),
+            FileFormat::WebP => web_formats::webp(self.size, &self.codes),
             FileFormat::Exr => exr::encode(film),
             FileFormat::Pfm => pfm::encode(film),
         }

@@ -1,18 +1,19 @@
 //! Pixels and the files they go into.
 
-mod compact;
+mod adjust;
 pub mod encode;
 mod exr;
 mod format;
-mod look;
 mod pfm;
 mod png;
 pub mod srgb;
 pub mod srgb16;
+mod web_formats;
 
-pub use encode::{Codes, NOTE, encode};
+pub use adjust::{Adjustment, Tone};
+pub use encode::{Codes, encode};
 pub use format::{DEFAULT_QUALITY, FileFormat, Misplaced, PictureFormat};
-pub use look::{Look, Tone};
+pub use png::NOTE;
 
 /// A rectangle of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]

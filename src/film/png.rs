@@ -1,11 +1,13 @@
 //! PNG (ISO/IEC 15948): RGB of 8 or 16 bits, marked as sRGB.
 
 use super::Film;
-use super::encode::NOTE;
 use super::srgb::Codes8;
 use super::srgb16::Codes16;
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
 use rayon::prelude::*;
+
+/// Keyword of the text in a PNG.
+pub const NOTE: &str = "strahl";
 
 /// Channels that a thread converts in one go: some 30 microseconds at 8 bits.
 const STRIP: usize = 1 << 15;

@@ -3,9 +3,9 @@
 use super::check::{check, settings_are_sound};
 use super::compile::{CompileOptions, compile_from};
 use super::description::{Accuracy, Description, Precision};
-use super::import::nff::{self, NffOptions};
 use super::limits::PROBLEMS;
 use super::locate::locate;
+use super::nff::{self, NffOptions};
 use super::pictures::{Files, NoFiles};
 use super::read::{self, Mended, Unreadable, read_json};
 use super::{Problem, Problems, Scene};

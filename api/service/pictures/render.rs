@@ -7,7 +7,7 @@ use crate::service::scheduler::time_slices::{render_sliced, render_until};
 use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
-use strahl::film::{Codes, FileFormat, Look, Region};
+use strahl::film::{Adjustment, Codes, FileFormat, Region};
 use strahl::plan::pilot::Effort;
 use strahl::render::{Cancelled, Control, Picture, Stop};
 use strahl::scene::Scene;
@@ -30,7 +30,7 @@ pub(crate) struct RenderSpec {
     /// The part of it that is rendered; it must fit the window.
     pub(crate) region: Region,
     /// What is done to its codes, for formats of 8 bits.
-    pub(crate) look: Look,
+    pub(crate) adjustment: Adjustment,
     /// The format of the file.
     pub(crate) format: FileFormat,
     /// Whether the file says what is proved about it and what makes it again, if its format has a place for that.
@@ -45,7 +45,7 @@ impl RenderSpec {
     /// A part of the scene's own picture.
     pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
         let window = Window::whole(scene.width, scene.height);
-        Self { window, region, look: Look::default(), format, note: false, predict: false, asked: None }
+        Self { window, region, adjustment: Adjustment::default(), format, note: false, predict: false, asked: None }
     }
 }
 
@@ -60,7 +60,7 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Rendered, Cancelled> {
     let scene = &ready.scene;
-    let &RenderSpec { window, region, look, format, note, predict, asked } = shot;
+    let &RenderSpec { window, region, adjustment, format, note, predict, asked } = shot;
     let mut plan = ready.plan.clone();
     if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
         workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
@@ -68,7 +68,7 @@ pub(crate) fn make(
     // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
     let finish = |picture: &Picture| {
         let coding = Instant::now();
-        let codes = Codes::new(&picture.film, format).seen(look);
+        let codes = Codes::new(&picture.film, format).adjusted(adjustment);
         (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
     };
     let until = |stop: Stop| render_until(scene, &window, region, workers, control, stop, finish);

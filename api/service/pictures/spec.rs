@@ -5,7 +5,7 @@ use crate::http::extract::query::outside;
 use crate::http::problem::{Kind, Problem};
 use std::fmt::{Display, Write};
 use strahl::camera::Window;
-use strahl::film::{FileFormat, Look, Region, Tone};
+use strahl::film::{Adjustment, FileFormat, Region, Tone};
 use strahl::scene::Scene;
 
 /// Edge of tiles.
@@ -30,7 +30,7 @@ pub(crate) struct PictureSpec {
     /// Those that are shown; all without it.
     pub(crate) region: Option<Region>,
     /// What is done to them.
-    pub(crate) look: Look,
+    pub(crate) adjustment: Adjustment,
     /// The format of the file.
     pub(crate) format: FileFormat,
 }
@@ -38,12 +38,12 @@ pub(crate) struct PictureSpec {
 impl PictureSpec {
     /// The whole image, or a region of it.
     pub(crate) fn plain(region: Option<Region>, format: FileFormat) -> Self {
-        Self { grid: Grid::Level(0), region, look: Look::default(), format }
+        Self { grid: Grid::Level(0), region, adjustment: Adjustment::default(), format }
     }
 
     /// Whether it is all of an image as it is.
     pub(crate) fn is_whole(&self) -> bool {
-        self.grid == Grid::Level(0) && self.region.is_none() && self.look == Look::default()
+        self.grid == Grid::Level(0) && self.region.is_none() && self.adjustment == Adjustment::default()
     }
 
     /// The part of a name that comes after the image's id.
@@ -68,8 +68,8 @@ impl PictureSpec {
             name.push('.');
             list(&mut name, region);
         }
-        if self.look != Look::default() {
-            let Look { mirrored, quarters, tone } = self.look;
+        if self.adjustment != Adjustment::default() {
+            let Adjustment { mirrored, quarters, tone } = self.adjustment;
             let tone = match tone {
                 Tone::Color => "c",
                 Tone::Gray => "g",
@@ -110,7 +110,7 @@ impl PictureSpec {
         Ok(RenderSpec {
             window,
             region,
-            look: self.look,
+            adjustment: self.adjustment,
             format: self.format,
             note: false,
             predict: false,
@@ -154,7 +154,8 @@ mod tests {
     fn everything_that_changes_the_bytes_changes_the_name() {
         let plain = PictureSpec::plain(None, FileFormat::Png8);
         let region = Region { x: 1, y: 2, width: 3, height: 4 };
-        let look = |mirrored, quarters, tone| PictureSpec { look: Look { mirrored, quarters, tone }, ..plain };
+        let adjustment =
+            |mirrored, quarters, tone| PictureSpec { adjustment: Adjustment { mirrored, quarters, tone }, ..plain };
         let grid = |grid| PictureSpec { grid, ..plain };
         let all = [
             plain,
@@ -170,10 +171,10 @@ mod tests {
             grid(Grid::Tiles(0)),
             grid(Grid::Part(region, [5, 6])),
             grid(Grid::Part(region, [5, 7])),
-            look(true, 0, Tone::Color),
-            look(false, 1, Tone::Color),
-            look(false, 0, Tone::Gray),
-            look(false, 0, Tone::Bitonal),
+            adjustment(true, 0, Tone::Color),
+            adjustment(false, 1, Tone::Color),
+            adjustment(false, 0, Tone::Gray),
+            adjustment(false, 0, Tone::Bitonal),
         ];
         let mut names: Vec<_> = all.iter().map(PictureSpec::suffix).collect();
         assert_eq!(names[..3], [".png", ".1-2-3-4.png", ".png16"]);

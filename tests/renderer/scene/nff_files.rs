@@ -2,7 +2,7 @@
 
 use strahl::scene::Description;
 use strahl::scene::description::Object;
-use strahl::scene::import::nff::{NffOptions, read_nff};
+use strahl::scene::nff::{NffOptions, read_nff};
 use strahl::scene::problem::{Code, Problems};
 
 fn read(name: &str) -> Result<Description, Problems> {

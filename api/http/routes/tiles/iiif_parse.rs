@@ -2,7 +2,7 @@
 
 use crate::http::problem::{Kind, Problem};
 use crate::service::pictures::spec::{Grid, PictureSpec};
-use strahl::film::{FileFormat, Look, Region, Tone};
+use strahl::film::{Adjustment, FileFormat, Region, Tone};
 
 /// The parts of an image request's path.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +29,7 @@ pub(crate) fn understand(asked: ImageRequest<'_>, image: [u32; 2], max_area: u64
     let (mirrored, quarters) = rotation(asked.rotation)?;
     let (tone, quality, format, ending) = quality_and_format(asked.file)?;
     let (grid, shown) = grid(from, size, image);
-    let spec = PictureSpec { grid, region: shown, look: Look { mirrored, quarters, tone }, format };
+    let spec = PictureSpec { grid, region: shown, adjustment: Adjustment { mirrored, quarters, tone }, format };
 
     let Region { x, y, width, height } = from;
     let whole = from == Region::whole(image[0], image[1]);

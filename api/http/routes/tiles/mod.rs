@@ -32,7 +32,7 @@ use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use strahl::camera::Window;
-use strahl::film::{FileFormat, Look, PictureFormat, Region};
+use strahl::film::{Adjustment, FileFormat, PictureFormat, Region};
 
 /// A known image whose scene is built.
 #[derive(Debug)]
@@ -114,7 +114,7 @@ fn tile_of(size: [u32; 2], level: u32, column: u32, row: u32) -> Option<Region> 
 
 /// A tile of an image.
 fn tile(grid: Grid, region: Region, format: FileFormat) -> PictureSpec {
-    PictureSpec { grid, region: Some(region), look: Look::default(), format }
+    PictureSpec { grid, region: Some(region), adjustment: Adjustment::default(), format }
 }
 
 /// Formats of tiles, by ending.

@@ -2,7 +2,7 @@
 
 /// What to do, in this order: mirror, turn, take the color away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Look {
+pub struct Adjustment {
     /// Left becomes right.
     pub mirrored: bool,
     /// Quarters of a turn clockwise, 0 to 3.
@@ -23,7 +23,7 @@ pub enum Tone {
     Bitonal,
 }
 
-impl Look {
+impl Adjustment {
     /// Applies it to a picture of some width and height with three codes for each pixel; its size afterwards.
     pub(super) fn apply(self, [width, height]: [u32; 2], codes: Vec<u8>) -> ([u32; 2], Vec<u8>) {
         if self == Self::default() {
@@ -70,7 +70,7 @@ mod tests {
     /// 3 x 2 pixels: 1 2 3 / 4 5 6.
     fn seen(mirrored: bool, quarters: u8) -> ([u32; 2], Vec<u8>) {
         let codes = (1..=6).flat_map(|i| [i; 3]).collect();
-        let (size, codes) = Look { mirrored, quarters, tone: Tone::Color }.apply([3, 2], codes);
+        let (size, codes) = Adjustment { mirrored, quarters, tone: Tone::Color }.apply([3, 2], codes);
         (size, codes.chunks(3).map(|pixel| pixel[0]).collect())
     }
 

@@ -1,3 +1,0 @@
-//! Other formats, turned into a [`Description`](super::Description).
-
-pub mod nff;
