@@ -17,7 +17,7 @@ pub struct Rays<L: Lanes> {
     pub active: L::Mask,
 }
 
-/// What is asked of a meeting. A shape whose surface costs more than its distance may leave it out.
+/// How much of an intersection is computed. A shape may leave the surface out where it costs more than the distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wanted {
     /// `t` and `hit` only.
@@ -26,7 +26,7 @@ pub enum Wanted {
     Surface,
 }
 
-/// Where a ray meets one shape: all that traversal asks for, and what the surface there follows from.
+/// Where a ray meets one shape. Traversal needs no more than this, and the surface can be computed from it.
 #[derive(Debug, Clone, Copy)]
 pub struct Place<L: Lanes> {
     /// Ray parameter.
@@ -56,9 +56,9 @@ impl<L: Lanes> Place<L> {
 pub struct Meeting<L: Lanes> {
     /// Where.
     pub place: Place<L>,
-    /// The point, moved onto the surface as exactly as the format allows.
+    /// The point, as near to the surface as the format allows.
     pub point: V3<L>,
-    /// Bound on the error of each coordinate of `point`, its own rounding when it is moved included.
+    /// Bound on the error of each coordinate of `point`, with the rounding of moving it onto the surface.
     pub error: V3<L>,
     /// Outward geometric normal, any length but 0.
     pub normal: V3<L>,
@@ -86,8 +86,8 @@ pub fn gamma<R: Real>(n: f64) -> f64 {
     n * R::ROUNDOFF / (1.0 - n * R::ROUNDOFF)
 }
 
-/// Error bound for a point near `point` of a body near `center`: `own` roundings of the vector between them, and two of
-/// adding it to the centre and moving it along the normal.
+/// Error bound of `point` on a body around `center`: the vector from the centre to it has `own` roundings; adding that
+/// vector to the centre and moving the point along the normal have one each.
 #[inline(always)]
 pub fn error_around<L: Lanes>(s: L::Simd, point: V3<L>, center: V3<L>, own: f64, from_center: V3<L>) -> V3<L> {
     let own = L::lit(s, gamma::<L::Real>(own));
@@ -95,8 +95,8 @@ pub fn error_around<L: Lanes>(s: L::Simd, point: V3<L>, center: V3<L>, own: f64,
     from_center.abs() * own + (point.abs() + center.abs()) * sum
 }
 
-/// Origin of a ray that leaves the surface at `point` on the side `side` points to (a unit normal, signed): the point,
-/// moved along the normal by the extent of its error box, `delta = |n| . error` (Pharr et al., PBRT 4, section 6.8.6).
+/// Origin of a ray that leaves the surface at `point` on the side that the unit normal `side` points to. The point moves
+/// along the normal by the extent of its error box, `delta = |n| . error` (Pharr et al., PBRT 4, section 6.8.6).
 #[inline(always)]
 pub fn leave<L: Lanes>(point: V3<L>, error: V3<L>, side: V3<L>) -> V3<L> {
     point + side * side.abs().dot(error)

@@ -1,11 +1,11 @@
-//! The radiance ceiling: how bright anything in a scene can be, so how much a ray that is not followed could have added.
+//! The radiance ceiling: an upper bound on the radiance of any ray in a scene, so on what an omitted ray could have added.
 //!
 //! A surface adds at most A and sends on at most g of what comes. So with the background B (fog and surroundings included)
 //!
 //! U = max(B, max over materials of A / (1 - g)),
 //!
-//! where a material with g = 1 and A = 0 asks for nothing: if U bounds what arrives, A + g U <= U bounds what leaves. Where
-//! some g is too large for that, U of a chain of n rays is max(B, max A + g U of n - 1 rays), and that of none is 0.
+//! where materials with A = 0 and g <= 1 do not count: if U bounds what arrives, A + g U <= U bounds what leaves. Where some
+//! g is too large for that, U_n = max(B, max A + g U_(n-1)) bounds chains of at most n rays, with U_0 = 0.
 
 use crate::math::Rgb;
 use schemars::JsonSchema;
@@ -14,8 +14,8 @@ use serde::Serialize;
 /// An upper bound on the radiance of any ray, for each channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ceiling {
-    /// By the rays that a chain may still have, the ray itself included; the last entry is for as many and more.
-    /// [`NO_BOUND`] where nothing bounds it.
+    /// U by the number of rays that a chain may still have, the ray itself included; the last entry is for that number and
+    /// all larger ones. [`NO_BOUND`] where there is no bound.
     levels: Vec<[f64; 3]>,
     /// What it is about.
     pub reach: Reach,
@@ -34,17 +34,17 @@ pub struct Reach {
     pub because: Vec<String>,
 }
 
-/// Factor on ceilings, for the roundings of the kernel: those of a highlight's power above all.
+/// Factor on ceilings for the roundings of the kernel, mainly those of a highlight's power.
 const SLACK: f64 = 1.002;
 
 /// What stands for infinity: a weight of 0 times it is 0, not NaN.
 const NO_BOUND: f64 = 1e28;
 
-/// Chains whose ceilings are listed one by one.
+/// Longest chains whose ceilings are computed one by one.
 const LEVELS: u32 = 4_096;
 
-/// What a material may send on so that pictures are held against recursion without end:
-/// chains of 4,096 rays are as good as that then.
+/// The largest g with which a scene counts as bounded without a limit of depth: chains of 4,096 rays come as near to that
+/// as any format can tell.
 const MOST_SENT: f64 = 0.99;
 
 /// What one material adds and sends on at most, for each channel.
@@ -116,7 +116,7 @@ impl Ceiling {
         Self { levels, reach: Reach { max_depth: Some(max_depth), ceiling, why, because } }
     }
 
-    /// Multiplies it: tests see what pictures do with a ceiling that is too low.
+    /// Multiplies it. Tests use it to see that a ceiling which is too low is noticed.
     pub fn scale(&mut self, factor: f64) {
         self.levels.iter_mut().flatten().for_each(|level| *level *= factor);
     }
@@ -127,7 +127,7 @@ impl Ceiling {
     }
 }
 
-/// U = max(B, max A / (1 - g)) and the material that decides it, or the material that has no such bound.
+/// U = max(B, max A / (1 - g)) and the material that decides it; or the material whose g is too large.
 fn steady(beyond: Rgb, materials: &[MaterialBound]) -> Result<(Rgb, Option<&MaterialBound>), &MaterialBound> {
     let (mut most, mut by) = (beyond, None);
     for material in materials {

@@ -1,5 +1,5 @@
-//! What is proved about pictures: how bright anything in a scene can be at most, which pixels lack light, and how far
-//! recursion without end can be from what is shown.
+//! Error bounds that are proved: the radiance ceiling of a scene, the pixels that may miss light, and the largest error of
+//! a picture.
 
 pub mod ceiling;
 mod pixels;

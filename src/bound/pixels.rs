@@ -1,17 +1,18 @@
-//! The pixels of a picture of which something was left out.
+//! The pixels of a picture that miss light, because rays were omitted, each with its upper bound.
 
 use rayon::prelude::*;
 
-/// A pixel of which something was left out.
+/// A pixel that may miss light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundedPixel {
     /// Its column and row in the whole picture.
     pub at: [u32; 2],
-    /// What it is at most: what was summed, and the most that what was left out can bring.
+    /// Its upper bound: the sum of what was traced, and the most that the omitted rays could add.
     pub highest: [f32; 3],
 }
 
-/// All of them, in no particular order. They stay in the parts they were found in: there may be as many as pixels.
+/// All such pixels of a picture, in no particular order. There may be as many as pixels, so they stay in the parts in
+/// which the tiles found them.
 #[derive(Debug, Clone, Default)]
 pub struct BoundedPixels {
     parts: Vec<Vec<BoundedPixel>>,

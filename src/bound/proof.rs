@@ -1,4 +1,4 @@
-//! What is proved about a picture: how far recursion without end could be from it.
+//! The proof of a picture: how far it is at most from the picture of recursion without end.
 
 use super::{BoundedPixel, BoundedPixels};
 use crate::film::Film;
@@ -65,7 +65,7 @@ impl Part {
     }
 }
 
-/// The worse of two pixels; of equal ones that further up and left, whatever thread it comes from.
+/// The worse of two pixels. Of equal ones it is the upper left one, so the order of threads does not matter.
 fn worse(a: Option<(u8, f32, [u32; 2])>, b: Option<(u8, f32, [u32; 2])>) -> Option<(u8, f32, [u32; 2])> {
     let (Some((codes, most, [x, y])), Some((other_codes, other_most, [other_x, other_y]))) = (a, b) else {
         return a.or(b);

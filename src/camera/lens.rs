@@ -1,4 +1,4 @@
-//! A thin lens: everything off the plane in focus is blurred.
+//! A thin lens: what lies off the plane in focus is blurred.
 
 use super::{Basis, Primary};
 use crate::lanes::{Lanes, Real, V3, circle};
@@ -24,8 +24,8 @@ impl<R: Real> Lens<R> {
         }
     }
 
-    /// The rays that meet those through the middle of the lens in the plane in focus, from the points of the lens that
-    /// (a, b) in the unit square stand for.
+    /// Rays from points of the lens, one for each (a, b) in the unit square, that meet the rays through the lens's middle in
+    /// the plane in focus.
     #[inline(always)]
     pub fn bend<L: Lanes<Real = R>>(&self, s: L::Simd, primary: &Primary<L>, [a, b]: [L; 2]) -> Primary<L> {
         let [x, y] = circle(s, a);

@@ -31,7 +31,7 @@ pub struct Primary<L: Lanes> {
     pub origin: V3<L>,
     /// Unit direction.
     pub dir: V3<L>,
-    /// Lanes whose point of the picture shows anything; the others are background.
+    /// Lanes whose point lies inside the picture's circle; the others show the background.
     pub seen: L::Mask,
 }
 
@@ -107,7 +107,7 @@ impl<R: Real> Camera<R> {
         if let Self::Lens(_, lens) = self { Some(lens) } else { None }
     }
 
-    /// The cone of a pixel: that of the picture's middle, or of its vertical where that differs.
+    /// The cone of a pixel in the middle of the picture.
     pub fn cone(&self) -> Cone {
         match self {
             Self::Flat(flat) | Self::Lens(flat, _) => flat.cone(),
@@ -115,8 +115,8 @@ impl<R: Real> Camera<R> {
         }
     }
 
-    /// Primary rays through the points (x, y) of the picture, in pixels from its upper left corner; where there is a lens,
-    /// those through its middle.
+    /// Primary rays through the points (x, y) of the picture, in pixels from its upper left corner. With a lens, they pass
+    /// through its middle.
     #[inline(always)]
     pub fn primary<L: Lanes<Real = R>>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
         match self {

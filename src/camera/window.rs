@@ -1,7 +1,7 @@
-//! Which part of its picture a camera shows, and how large: any part at any size.
+//! A window of the camera: any part of its picture at any size.
 //!
-//! A window is a grid of pixels over the plane of the scene's own picture, in whose pixels it is measured. Nothing is
-//! resampled: rays go through the window's own pixels, so a larger picture shows more detail, not larger pixels.
+//! A window is a grid of pixels over the plane of the scene's own picture, measured in that picture's pixels. Nothing is
+//! resampled: rays go through the window's pixels, so a larger window shows more detail, not larger pixels.
 
 /// A grid of pixels over the scene's picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,9 +22,9 @@ impl Window {
         Self { origin: [0.0; 2], step: [1.0; 2], width, height }
     }
 
-    /// All of a picture of some size, each of whose pixels is 2^`level` wide and high in the window: enlarged for negative
-    /// levels, with exactly the pixels needed for positive ones, whose last column and row may reach beyond the picture.
-    /// `None` if it would have 2^32 pixels or more across or down.
+    /// The whole picture in pixels that are 2^`level` wide and high: enlarged for negative levels, reduced for positive ones,
+    /// where the last column and row may reach beyond the picture. `None` if it would have 2^32 pixels or more across or
+    /// down.
     pub fn level(width: u32, height: u32, level: i32) -> Option<Self> {
         let scaled = |length: u32| match level {
             0.. => Some(u64::from(length).div_ceil(1_u64.checked_shl(level.unsigned_abs())?)),

@@ -1,6 +1,6 @@
-//! What a picture of 8-bit codes may be turned into before it is written: mirrored, turned, gray, black and white.
+//! Adjustments of a picture of 8-bit codes before it is written: mirror, rotation, gray, black and white.
 
-/// What to do, in this order: mirror, turn, take the color away.
+/// What is done, in this order: mirror, rotate, remove color.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Adjustment {
     /// Left becomes right.
@@ -11,7 +11,7 @@ pub struct Adjustment {
     pub tone: Tone,
 }
 
-/// Which colors are left.
+/// Which colors remain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Tone {
     /// All.
@@ -24,7 +24,7 @@ pub enum Tone {
 }
 
 impl Adjustment {
-    /// Applies it to a picture of some width and height with three codes for each pixel; its size afterwards.
+    /// Applies it to a picture with three codes for each pixel. Returns the new size and codes.
     pub(super) fn apply(self, [width, height]: [u32; 2], codes: Vec<u8>) -> ([u32; 2], Vec<u8>) {
         if self == Self::default() {
             return ([width, height], codes);
@@ -36,7 +36,7 @@ impl Adjustment {
         let mut seen = Vec::with_capacity(codes.len());
         for y in 0..size[1] as usize {
             for x in 0..size[0] as usize {
-                // Where this pixel was before the turn, and before the mirror.
+                // Where this pixel was before the rotation, and before the mirror.
                 let (before, row) = match self.quarters % 4 {
                     0 => (x, y),
                     1 => (y, down - 1 - x),

@@ -1,8 +1,8 @@
-//! Film to the bytes of a file. The same film gives the same bytes, on every machine and with any number of threads.
+//! From a film to the bytes of a file. The same film gives the same bytes on every machine and with any number of threads.
 
 use super::{Adjustment, FileFormat, Film, exr, pfm, png, web_formats};
 
-/// A film's codes as the file of a format holds them; formats of floats have none.
+/// A film's integer codes as a format stores them; none for formats of floats.
 #[derive(Debug)]
 pub struct Codes {
     size: [u32; 2],
@@ -10,7 +10,7 @@ pub struct Codes {
 }
 
 impl Codes {
-    /// The half of encoding that goes over all channels on its own: the current rayon pool does it.
+    /// The first half of encoding: channels to codes, on the current rayon pool.
     pub fn new(film: &Film, format: FileFormat) -> Self {
         let codes = match format {
             FileFormat::Png8 | FileFormat::Jpeg(_) | FileFormat::WebP => png::codes8(film),
@@ -27,13 +27,13 @@ impl Codes {
         Self { size, codes }
     }
 
-    /// The other half, on one thread: the file. `film` and `format` are those that the codes are from.
+    /// The second half, on one thread: codes to the file. `film` and `format` must be those that the codes are from.
     pub fn file(&self, film: &Film, format: FileFormat) -> Vec<u8> {
         self.file_with(film, format, None)
     }
 
-    /// [`Self::file`], with a text about the picture if the format has a place for it, which is PNG: an iTXt chunk of the
-    /// keyword [`NOTE`](super::NOTE).
+    /// [`Self::file`], with a text about the picture. Only PNG has a place for it: an iTXt chunk with the keyword
+    /// [`NOTE`](super::NOTE).
     pub fn file_with(&self, film: &Film, format: FileFormat, note: Option<&str>) -> Vec<u8> {
         match format {
             FileFormat::Png8 => png::file(self.size, &self.codes, ::png::BitDepth::Eight, note),

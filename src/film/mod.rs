@@ -1,4 +1,4 @@
-//! Pixels and the files they go into.
+//! Pictures in memory, and the files they are written to.
 
 mod adjust;
 pub mod encode;

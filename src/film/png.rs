@@ -28,7 +28,7 @@ pub(super) fn codes16(film: &Film) -> Vec<u8> {
     })
 }
 
-/// Converts the channels to so many bytes each.
+/// Converts each channel to `BYTES` bytes.
 fn strips<const BYTES: usize>(film: &Film, convert: impl Fn(&[f32], &mut [u8]) + Sync) -> Vec<u8> {
     let channels = film.pixels.as_flattened();
     let mut bytes = vec![0; channels.len() * BYTES];

@@ -1,8 +1,8 @@
-//! Linear light to sRGB codes (IEC 61966-2-1): exact, and at the speed of a table.
+//! Linear light to 8-bit sRGB codes (IEC 61966-2-1), exact and by table.
 //!
 //! The 8-bit code of x is `floor(255 oetf(clamp(x, 0, 1)) + 0.5)`. A power function for each channel would take
-//! longer than tracing a simple pixel, so the 255 values where the code changes are found once; a table over the
-//! leading bits of x then names the only threshold that can lie near x.
+//! longer than tracing a simple pixel. So the 255 thresholds where the code changes are computed once, and a table over
+//! the leading bits of x names the only threshold that can lie near x.
 
 use crate::math;
 use std::sync::OnceLock;
@@ -16,15 +16,15 @@ const CEILING: f32 = 1.0 - f32::EPSILON / 2.0;
 const BUCKET_BITS: u32 = 7;
 const SHIFT: u32 = f32::MANTISSA_DIGITS - 1 - BUCKET_BITS;
 
-/// Values that are looked up together.
+/// Values that are looked up at a time.
 const BLOCK: usize = 32;
 
 /// The table behind [`code8`].
 #[derive(Debug)]
 pub struct Codes8 {
-    /// One number for each bucket of values whose bits agree down to [`SHIFT`]: the code of its first value above these
-    /// lower bits, and in them what carries into the code when the lower bits of the threshold, or of a value beyond
-    /// it, are added.
+    /// One number for each bucket of values whose bits agree down to [`SHIFT`]. Its upper bits are the code of the bucket's
+    /// first value. Its lower bits are chosen so that adding a value's lower bits carries into the code from the threshold
+    /// on.
     steps: Vec<u32>,
 }
 
@@ -63,7 +63,7 @@ impl Codes8 {
         self.look_up(place(linear))
     }
 
-    /// The codes of a value and of one that is not far below, most often with one look into the table.
+    /// The codes of a value and of one a little below it, in most cases with one lookup.
     #[inline]
     pub(crate) fn code_and_lower(&self, linear: f32, lower: f32) -> [u8; 2] {
         let (place, lower) = (place(linear), place(lower));
@@ -89,8 +89,8 @@ impl Codes8 {
         f32::from_bits(high)
     }
 
-    /// The codes of as many values. Their places are found for a block at a time, which the compiler does for several at
-    /// once, and only the table is read one by one: half the time of one by one altogether.
+    /// The codes of many values. The indices of a block are computed first, which the compiler vectorises, and only the table
+    /// is read one by one: half the time of one by one altogether.
     pub fn codes(&self, linear: &[f32], codes: &mut [u8]) {
         let (blocks, rest) = linear.as_chunks::<BLOCK>();
         let (codes_of_blocks, codes_of_rest) = codes.as_chunks_mut::<BLOCK>();

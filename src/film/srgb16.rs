@@ -1,7 +1,7 @@
 //! Linear light to 16-bit sRGB codes: exact, and eight times as fast as a power function for each channel.
 //!
-//! With 65,536 codes several thresholds share any bucket of a table that is not larger than the caches. So the curve
-//! between two points of a coarse table gives the code or one of its neighbours, and the thresholds decide.
+//! With 65,536 codes, several thresholds share a bucket of any table that fits into the caches. So linear interpolation in
+//! a coarse table gives the code or a neighbour of it, and the thresholds around it decide.
 
 use super::srgb::{clamp, code16};
 use crate::math;
@@ -19,7 +19,7 @@ const SHIFT: u32 = f32::MANTISSA_DIGITS - 1 - CURVE_BITS;
 pub struct Codes16 {
     /// 65535 oetf(x) + 0.5 at the floats whose lower bits are 0, from [`FLOOR`] to beyond 1.
     curve: Vec<f32>,
-    /// The least value of each code; that of 65536, which there is not, is infinite.
+    /// The least value of each code, and infinity behind the last.
     thresholds: Vec<f32>,
 }
 

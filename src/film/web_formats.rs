@@ -7,7 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 /// Why writing cannot fail.
 const FITS: &str = "memory takes any amount of bytes, and pictures are at most as large as the formats allow";
 
-/// A JPEG file of a picture of some width and height; quality 1 to 100.
+/// A JPEG file; quality 1 to 100.
 pub(super) fn jpeg([width, height]: [u32; 2], codes: &[u8], quality: u8) -> Vec<u8> {
     let mut file = Vec::new();
     let encoder = JpegEncoder::new_with_quality(&mut file, quality);
@@ -15,7 +15,7 @@ pub(super) fn jpeg([width, height]: [u32; 2], codes: &[u8], quality: u8) -> Vec<
     file
 }
 
-/// A WebP file, which holds exactly these codes.
+/// A lossless WebP file.
 pub(super) fn webp([width, height]: [u32; 2], codes: &[u8]) -> Vec<u8> {
     let mut file = Vec::new();
     let encoder = WebPEncoder::new_lossless(&mut file);

@@ -1,4 +1,4 @@
-//! FLIP, the difference that a person sees when two pictures are flipped on a screen (Andersson, Nilsson, Akenine-Möller,
+//! FLIP, the difference that a person sees who flips between two pictures (Andersson, Nilsson, Akenine-Möller,
 //! Oskarsson, Åström, Fairchild, FLIP: A Difference Evaluator for Alternating Images, HPG 2020), for 8-bit pictures.
 
 use super::{Image8, Spread};
@@ -35,7 +35,7 @@ fn spread_out(error: f64, most: f64) -> f64 {
     if error < knee { error * 0.95 / knee } else { 0.95 + (error - knee) / (most - knee) * 0.05 }
 }
 
-/// What the eye makes of a picture.
+/// A picture as the eye filters it.
 struct Seen {
     /// Hunt-adjusted CIELAB after the eye's blur.
     color: Vec<[f64; 3]>,

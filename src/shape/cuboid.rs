@@ -29,7 +29,7 @@ impl<R: Real> Cuboid<R> {
         for axis in 0..3 {
             let (o, d) = (origin[axis], dir[axis]);
             let (low, high) = (L::splat(s, self.min[axis]), L::splat(s, self.max[axis]));
-            // A ray parallel to a pair of planes is between them for ever or never; o on a plane would give 0/0.
+            // A ray parallel to a pair of planes is always or never between them; an origin on a plane would give 0/0.
             let parallel = d.eq(zero);
             inside = inside & (!parallel | (low.le(o) & o.le(high)));
             let (a, b) = ((low - o) / d, (high - o) / d);
@@ -49,8 +49,8 @@ impl<R: Real> Cuboid<R> {
         let t = L::select(first, t_in, t_out);
         let axis = L::select(first, axis_in, axis_out);
 
-        // The coordinate across the face is the face's own; the others stay within the box, and by a few roundings away
-        // from its edges: a ray that leaves from there must not start beyond the neighbouring face.
+        // The coordinate across the face is that of the face. The others stay inside the box, a few roundings away from its
+        // edges: a ray that leaves from there must not start beyond the neighbouring face.
         let at = rays.at(t);
         let at = [at.x, at.y, at.z];
         let mut point = [zero; 3];

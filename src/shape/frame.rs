@@ -51,8 +51,8 @@ impl<R: Real> Frame<R> {
         V3::splat(s, self.u) * d.x + V3::splat(s, self.v) * d.y + V3::splat(s, self.w) * d.z
     }
 
-    /// A point of the frame in the coordinates outside, and the bound on its error: the roundings of turning it there
-    /// and back again, and of adding the origin.
+    /// A point of the frame in outer coordinates, and its error bound: the roundings of rotating it there and back, and of
+    /// adding the origin.
     #[inline(always)]
     pub fn point_out<L: Lanes<Real = R>>(&self, s: L::Simd, p: V3<L>) -> (V3<L>, V3<L>) {
         let origin = V3::<L>::splat(s, self.origin);

@@ -24,8 +24,8 @@ pub struct Frustum<R> {
 impl<R: Real> Frustum<R> {
     /// Nearest meeting in range.
     ///
-    /// The origin is first moved along the ray towards the place on the axis that the ray's line is closest to, so that
-    /// distance does not cancel. With o, d the parts across the axis, m = k dz and r = r0 + k oz:
+    /// First the origin moves along the ray to where its line is closest to the axis, so that a large distance does not
+    /// cancel digits. With o, d the parts across the axis, m = k dz and r = r0 + k oz:
     /// a = d.d - m^2, b' = -(o.d - m r), c = (|o|-r)(|o|+r), and the discriminant b'^2 - a c is
     /// (A - B)(A + B) with A = |r d - m o|, B = |o x d|. q = b' + sign(b') s covers a = 0, a ray parallel to a generator.
     #[inline(always)]
@@ -42,7 +42,7 @@ impl<R: Real> Frustum<R> {
 
         let far = self.frame.point_in(s, rays.origin);
         let d = self.frame.vector_in(s, rays.dir);
-        // Between the ends, since a ray along the axis is close to all of it.
+        // Clamped to the ends: a ray along the axis is close to all of it.
         let closest = far.z - d.z * ((far.x * d.x + far.y * d.y) / (d.x * d.x + d.y * d.y));
         let closest = L::select(closest.eq(closest), closest, far.z).max(zero).min(height);
         let shift = (V3 { x: zero, y: zero, z: closest } - far).dot(d) / d.dot(d);
@@ -60,15 +60,15 @@ impl<R: Real> Frustum<R> {
         let discriminant = (big - small) * (big + small);
         let real = discriminant.ge(zero);
         let root = discriminant.max(zero).sqrt();
-        // |q| is at least sqrt(|a c|). Where a grazing ray's discriminant has rounded to less, c/q would be anywhere.
+        // |q| is at least sqrt(|a c|). Where the discriminant of a grazing ray has rounded to less, c/q would be noise.
         let q = (b.abs() + root).max((a * c).abs().sqrt());
         let q = L::select(b.gt(zero), q, -q);
         let line = Line { o, d, shift, a, m, c, q, u: c / q, v: q / a, real };
         if self.capped { self.meet_solid(s, rays, sides, wanted, &line) } else { self.meet_open(s, rays, sides, &line) }
     }
 
-    /// The body is what lies inside the side and between the ends at once, so a ray is in it from the later entry to the
-    /// earlier exit. Nothing is decided at the rim, so no ray slips through there or meets it from beyond.
+    /// The body is the intersection of the inside of the side with the space between the ends, so a ray is in it from the
+    /// later entry to the earlier exit. No decision depends on the rim, so no ray slips through there.
     #[inline(always)]
     fn meet_solid<L: Lanes<Real = R>>(
         &self,
@@ -116,7 +116,7 @@ impl<R: Real> Frustum<R> {
         let (_, error) = self.frame.point_out(s, V3 { x: p.x, y: p.y, z: height });
         let away = error.x.max(error.y).max(error.z) * (L::lit(s, 1.0) + L::lit(s, 2.0) * k.abs());
         let half = L::lit(s, 0.5);
-        // In at the top going down, or out there going up.
+        // A ray that goes down enters at the top, one that goes up leaves there.
         let upper = (first & d.z.lt(zero)) | (!first & d.z.gt(zero));
         let end_radius = L::select(upper, r1, r0);
         let rho = (p.x * p.x + p.y * p.y).sqrt();
@@ -142,8 +142,8 @@ impl<R: Real> Frustum<R> {
         let (r0, r1, k) = (L::splat(s, self.base_radius), L::splat(s, self.top_radius), L::splat(s, self.slope));
         let Line { o, d, shift, u, v, real, .. } = *line;
         let mut best = Candidate { t: L::lit(s, f64::INFINITY), found: L::mask(s, 0), point: o, normal: o };
-        // The rounding at the ends is that of where the ray is, not of the whole body: a long tube ends as sharply as a
-        // short one.
+        // The rounding at an end depends on where the ray is, not on the size of the body: a long tube ends as sharply as
+        // a short one.
         let slack = L::lit(s, 16.0 * R::ROUNDOFF);
         let width = r0.max(r1) + o.z.abs();
         for t in [u, v] {
@@ -155,7 +155,7 @@ impl<R: Real> Frustum<R> {
             let (x, y) = (p.x * fit, p.y * fit);
             let slack = slack * (width + p.z.abs());
             let on = real & (p.z - z).abs().le(slack) & zero.le(r0 + k * p.z + slack);
-            // On the axis there is only the tip, where the surface faces along it.
+            // The only surface on the axis is the tip, whose normal is the axis.
             let tip = rho.eq(zero);
             let on = on & (!tip | radius.le(slack));
             let (x, y) = (L::select(tip, zero, x), L::select(tip, zero, y));

@@ -1,8 +1,8 @@
-//! Intersection of rays with each kind of shape, in the shape's own space, and nothing else.
+//! Intersection of rays with each kind of shape, in the shape's own space.
 //!
 //! Each shape has one function `intersect`, which finds the nearest meeting inside the ray's range with its point,
-//! error bound and normal. Spheres and triangles have two: one for the place, which is all that traversal needs, and one
-//! for the surface there, so that it need not be found again.
+//! error bound and normal. Spheres and triangles have two: one for the distance, which is all that traversal needs, and
+//! one that computes the surface from what the first has found.
 
 mod cuboid;
 mod disc;

@@ -1,4 +1,4 @@
-//! Plane, written with `p - o` so that a plane far from the origin does not cancel.
+//! Plane, written with `p - o` so that a plane far from the origin does not lose digits.
 
 use super::Sides;
 use crate::lanes::{Lanes, Real, V3};
@@ -26,8 +26,8 @@ impl<R: Real> Plane<R> {
         let seen = sides.outside::<L>(s, cosine.lt(zero)) | sides.inside::<L>(s, cosine.gt(zero));
         let hit = rays.active & rays.in_range(t) & seen;
 
-        // o + t d is off by roundings of t d; one projection puts it back. What remains are the roundings of n.(q - p),
-        // a sum in which no distance along the plane counts if the plane is parallel to an axis.
+        // o + t d is off the plane by the roundings of t d; one projection corrects it. What remains are the roundings of
+        // n.(q - p), where distances along the plane do not count if the plane is parallel to an axis.
         let q = rays.at(t);
         let point = q - n * n.dot(q - p);
         let off = n.abs().dot((point - p).abs()) * L::lit(s, gamma::<R>(8.0));

@@ -23,9 +23,9 @@ impl Roots {
     }
 }
 
-/// Where `f` changes its sign on [low, high], given the places `turns` (in increasing order) between which it is
-/// monotone. Touching zero without crossing is no root, and neither is a zero at `low`: values of at most `noise` there
-/// may be zero, so the sign is that of the slope.
+/// Where `f` changes its sign on [low, high]. It is monotone between the `turns`, which are in increasing order. Touching
+/// zero without crossing it is not a root, and a zero at `low` is not one either: values of at most `noise` there count
+/// as zero, and the slope decides the sign.
 pub(super) fn sign_changes(
     f: impl Fn(f64) -> f64,
     slope: impl Fn(f64) -> f64,

@@ -1,4 +1,4 @@
-//! Which sides of a surface exist for rays.
+//! Which sides of a surface rays can hit.
 
 use crate::lanes::Lanes;
 
@@ -7,9 +7,9 @@ use crate::lanes::Lanes;
 pub enum Sides {
     /// Both: the usual case.
     Both,
-    /// Only against the outward normal: a one-sided surface.
+    /// Only by rays against the outward normal: a one-sided surface.
     Outside,
-    /// Only along the outward normal: a one-sided surface of a hollow body.
+    /// Only by rays along the outward normal: a one-sided surface of a hollow body.
     Inside,
 }
 

@@ -1,5 +1,5 @@
-//! Sphere: the quadratic that survives distance (Haines, Günther, Akenine-Möller, Ray Tracing Gems ch. 7) joined with
-//! the plain one, which is better for origins on or inside the sphere.
+//! Sphere: from afar the quadratic that does not cancel (Haines, Günther, Akenine-Möller, Ray Tracing Gems ch. 7), else the
+//! plain one, which is more exact for origins on or inside the sphere.
 
 use super::Sides;
 use crate::lanes::{Lanes, Mask, Real, V3};
@@ -48,8 +48,8 @@ pub fn sphere_surface<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Ray
     let Place { t, hit, .. } = *place;
     let f = rays.origin - center;
 
-    // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. From so far away that even this is 0, the
-    // sphere faces its ray.
+    // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. Where even this vector is 0, the normal is
+    // set against the ray.
     let from_center = f + rays.dir * t;
     let length = from_center.length();
     let mut normal = from_center * (L::lit(s, 1.0) / length);
@@ -98,7 +98,7 @@ fn quadratic<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>) -> 
     let a = rays.dir.dot(rays.dir);
     let b = -f.dot(rays.dir);
     let bb = b * b;
-    // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Rays that pass by more than any rounding, or leave from
+    // |f|^2 a - b'^2 = a l^2, off by less than 16 u |f|^2 a. Rays that miss by more than that, or point away from
     // outside, need no roots.
     let slack = 64.0 * L::Real::ROUNDOFF;
     let ff = f.dot(f) * a * L::lit(s, 1.0 - slack);
@@ -109,8 +109,8 @@ fn quadratic<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>) -> 
         return None;
     }
 
-    // Near the sphere b'^2 - ac is exact enough; from afar it cancels, and the distance l of the line does not. Whole
-    // packets are clearly near or far most of the time, and square roots are dear.
+    // Near the sphere b'^2 - ac is exact enough; from afar it cancels, and the distance l of the line does not. Most
+    // packets are all near or all far, which saves a square root.
     let half = L::lit(s, 0.5) * bb;
     let (mut near, mut c) = (L::mask(s, 0), zero);
     if (close & !(ff - rr).gt(half)).any() {
@@ -129,7 +129,7 @@ fn quadratic<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>) -> 
     let toward = b.gt(zero);
     let signed = L::select(toward, root, -root);
     let q = b + signed;
-    // From afar b' - sign(b') s does not cancel, and has two roundings less than c/q.
+    // From afar b' - sign(b') s does not cancel, and it has two roundings less than c/q.
     let small = L::select(near, c, b - signed) / L::select(near, q, a);
     Some(Quadratic { a, q, toward, small, real })
 }

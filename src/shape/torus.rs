@@ -1,4 +1,4 @@
-//! Torus: a quartic, solved in f64 for each lane, since few rays reach it.
+//! Torus: a quartic, solved in f64 lane by lane, since few rays reach it.
 //!
 //! Lengths are divided by the major radius and the origin is moved to where the ray enters the bounding sphere, so the
 //! quartic's coefficients are of order 1 from any distance. The quartic only says where the ray's distance to the tube
@@ -88,8 +88,8 @@ impl<R: Real> Torus<R> {
         let quartic = [k * k - 4.0 * across, -8.0 * along, 2.0 * k - 4.0 * lean, 0.0, 1.0];
         let bends = turns(quartic, low, high);
 
-        // A ray that starts on the tube, to a few roundings, does not meet it there. Origins of rays that leave it lie
-        // further off, so this never decides against them.
+        // A ray that starts within a few roundings of the tube does not meet it there. Rays that leave it start further
+        // off, so this does not affect them.
         let noise = 8.0 * f64::EPSILON * r;
         let roots = sign_changes(g, slope, bends.as_slice(), low, high, noise);
         roots.as_slice().iter().find_map(|&x| {

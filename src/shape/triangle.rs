@@ -137,7 +137,7 @@ pub fn place_on_triangle<L: Lanes>(
             let [bx, by, _] = b.lane(lane).map(Real::to_f64);
             let [cx, cy, _] = c.lane(lane).map(Real::to_f64);
             let areas = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
-            // Rounded corners may lie a little beside the ray, so that a weight has the wrong sign: it is none.
+            // Rounded corners may lie a little beside the ray, so that a weight has the wrong sign: it becomes 0.
             let front = (areas[0] + areas[1] + areas[2]).signum();
             let weights = areas.map(|area| (area * front).max(0.0));
             let sum = weights[0] + weights[1] + weights[2];
@@ -153,7 +153,7 @@ pub fn place_on_triangle<L: Lanes>(
         w = L::select(flat, area(2), w);
         det = u + v + w;
     }
-    // Divided, not multiplied by a reciprocal: at a vertex its weight is exactly 1, and all triangles there agree on t.
+    // A division, not a product with the reciprocal: at a vertex the weight is exactly 1, so all triangles there agree on t.
     let (b0, b1, b2) = (u / det, v / det, w / det);
     let t = (b0 * a.z + b1 * b.z + b2 * c.z) * shear.sz;
 
@@ -169,8 +169,8 @@ pub fn triangle_surface<L: Lanes>(s: L::Simd, [v0, v1, v2]: [V3<L>; 3], place: &
     let Place { hit, weights: [b0, b1, b2], .. } = *place;
     let (e1, e2) = (v1 - v0, v2 - v0);
 
-    // t is a mean of the corners' depths, so a ray that starts on the triangle is placed to a few roundings of the
-    // triangle's own size, in whatever direction that extends.
+    // t is a weighted mean of the corners' depths, so a point on the triangle is off by a few roundings of the
+    // triangle's own size.
     let reach = (v0.abs() * b0.abs() + v1.abs() * b1.abs() + v2.abs() * b2.abs()) + v0.abs();
     let size = e1.abs() + e2.abs();
     let size = size.x.max(size.y).max(size.z);
@@ -181,15 +181,16 @@ pub fn triangle_surface<L: Lanes>(s: L::Simd, [v0, v1, v2]: [V3<L>; 3], place: &
     let scale = L::lit(s, 1.0) / size;
     let (f1, f2) = (e1 * scale, e2 * scale);
     let normal = f1.cross(f2);
-    // A sliver whose normal has no finite reciprocal faces its ray.
+    // The normal of a sliver that has no finite reciprocal length is set against the ray.
     let size = normal.abs();
     let measurable = (size.x + size.y + size.z).gt(L::lit(s, L::Real::SMALLEST / 4.0));
     let normal = V3::select(measurable, normal, -dir);
 
-    // Away from the edges by more than the error: a ray that leaves from there must not start beyond a neighbour.
+    // The point stays away from the edges by more than its error: a ray that leaves from there must not start beyond a
+    // neighbour.
     let off = (error.x + error.y + error.z) * scale;
     let (mut p0, mut p1, mut p2) = (b0, b1, b2);
-    // No edge of f1, f2 is longer than 2, and few points are near any.
+    // No edge of f1, f2 is longer than 2, and few points are near an edge.
     let least = b0.min(b1).min(b2);
     let amid = (least * least * normal.dot(normal)).gt(L::lit(s, 4.0) * off * off);
     if (hit & !amid).any() {
