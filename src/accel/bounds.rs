@@ -56,8 +56,8 @@ impl Bounds {
 
     /// The box in another format, rounded outwards.
     pub(super) fn narrowed<R: Real>(self) -> Slab<R> {
-        // One rounding to nearest moves a coordinate by at most u of itself; twice that outwards covers it. As much of
-        // the box's width keeps a ray inside that runs in a side at 0, where coordinates give no room.
+        // Rounding to nearest moves a coordinate by at most u of itself; twice that outwards covers it. The same share of
+        // the box's width is added for a ray that runs in a side at coordinate 0, where u of the coordinate is nothing.
         let width = (self.max - self.min).max(DVec3::ZERO);
         let room = (self.min.abs().max(self.max.abs()) + width) * (2.0 * R::ROUNDOFF) + f64::MIN_POSITIVE;
         Slab { min: (self.min - room).to_array().map(R::from_f64), max: (self.max + room).to_array().map(R::from_f64) }
@@ -79,23 +79,23 @@ impl<R: Real> Slab<R> {
     }
 }
 
-/// Roundings that all of a slab test may be off, a primitive's own included.
+/// Roundings of a slab test and of a primitive's own t together.
 pub(super) const SLACK: f64 = 16.0;
 
 /// What the slab test needs of a ray: 1/d, with zero components replaced so that nothing is 0/0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reciprocal<L> {
     pub(super) inverse: V3<L>,
-    /// Whether some ray looks for hits behind its origin, where a larger factor means less.
+    /// Whether some ray may hit behind its origin. There t is negative, and a larger factor makes it smaller.
     pub(super) backwards: bool,
 }
 
 impl<L: Lanes> Reciprocal<L> {
     #[inline(always)]
     pub(super) fn new(s: L::Simd, rays: &Rays<L>) -> Self {
-        // A parallel ray crosses its slab at once or never: with a tiny d, (b - o)/d is huge with the right sign, and
-        // 0 where o lies on the boundary, which belongs to the box. The tiniest normal number has a finite reciprocal,
-        // and with it a box may be smaller than its distance by as many orders as the format has.
+        // A ray parallel to a slab is always or never in it. With a tiny d instead of 0, (b - o)/d is huge with the right
+        // sign, and 0 where o lies on the boundary, which belongs to the box. The smallest normal number has a finite
+        // reciprocal, and it is small enough for boxes at any distance.
         let tiny = L::lit(s, L::Real::SMALLEST);
         let zero = L::lit(s, 0.0);
         let one = L::lit(s, 1.0);
@@ -118,8 +118,8 @@ impl<L: Lanes> Reciprocal<L> {
         Self { inverse: V3::splat(s, self.inverse.lane(lane)), backwards: self.backwards }
     }
 
-    /// The lanes whose ray passes its box inside its range, and where it enters: never false for a ray that meets something in
-    /// the box.
+    /// The lanes whose ray passes its box inside its range, and where it enters. Conservative: never false for a ray that hits
+    /// something in the box.
     #[inline(always)]
     pub(super) fn crosses_boxes(&self, s: L::Simd, min: V3<L>, max: V3<L>, rays: &Rays<L>) -> (L::Mask, L) {
         let (low, high) = (min - rays.origin, max - rays.origin);
@@ -127,7 +127,7 @@ impl<L: Lanes> Reciprocal<L> {
         let enter = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
         let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
         // (b - o) * (1/d) has three roundings, so each bound may be off by gamma(3) and the primitive's t by as much
-        // again; all of it is given to the far side at once (after Ize, JCGT 2(2) 2013).
+        // again; the far side gets all of it (after Ize, JCGT 2(2) 2013).
         let exit = self.widened(s, exit.min(rays.t_max));
         (rays.active & enter.max(rays.t_min).le(exit), enter)
     }
@@ -138,7 +138,7 @@ impl<L: Lanes> Reciprocal<L> {
         enter.le(self.widened(s, t_max))
     }
 
-    /// A bound on t, moved out by all roundings.
+    /// A bound on t, enlarged by all roundings.
     #[inline(always)]
     fn widened(&self, s: L::Simd, t: L) -> L {
         let widen = L::lit(s, 1.0 + gamma::<L::Real>(SLACK));

@@ -1,19 +1,19 @@
-//! The binary hierarchy: split from the top, its upper levels on all threads.
+//! Building the binary hierarchy from the top down, its upper levels on all threads.
 //!
 //! Boxes are in the kernel's format and already rounded outwards, so a union is exact: a node holds what its primitives'
-//! boxes hold, whatever the order. Every split depends on the parts alone, so any number of threads builds the same.
+//! boxes hold, in any order. A split depends on nothing but the primitives, so any number of threads builds the same tree.
 
 use super::bounds::Slab;
-use super::build_primitive::{Hull, Part, Place};
+use super::build_primitive::{Box4, BuildPrimitive, NodeBounds};
 use super::sah::Binning;
 use crate::lanes::Real;
 use std::ops::Range;
 
 /// Most primitives in a leaf.
 const LEAF_SIZE: usize = 8;
-/// Below this depth the heuristic may choose; further down nodes are halved, so that depth stays bounded.
+/// Down to this depth the heuristic chooses; below it nodes are halved, so that the depth stays bounded.
 const SAH_DEPTH: usize = 40;
-/// Longest path, which is what the stack of a search grows with: [`SAH_DEPTH`] and then at most 32 halvings of 2^32 primitives.
+/// Longest path, which bounds the stack of a search: [`SAH_DEPTH`], then at most 32 halvings of 2^32 primitives.
 #[cfg(test)]
 const MAX_DEPTH: usize = SAH_DEPTH + 33;
 
@@ -25,7 +25,7 @@ pub enum BvhKind {
     Sah,
     /// In the middle of the primitives, in their order along the widest axis.
     Median,
-    /// Not at all: one leaf holds everything. The slow twin.
+    /// Not at all: one leaf holds everything. Slow; tests compare the others with it.
     Flat,
 }
 
@@ -39,20 +39,20 @@ pub struct Bvh<R> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Node<R> {
     pub(super) slab: Slab<R>,
-    /// First child, or first place in the order of the leaves.
+    /// First child, or for a leaf the index of its first primitive.
     pub(super) first: u32,
-    /// Primitives of a leaf, or for an inner node -1 minus the axis along which its children lie apart.
+    /// Primitives of a leaf, or for an inner node -1 minus the axis of its split.
     count: i32,
 }
 
 impl<R> Node<R> {
-    /// Axis along which the children lie apart; none for a leaf.
+    /// Axis of the split; none for a leaf.
     #[inline(always)]
     pub(super) fn axis(&self) -> Option<usize> {
         (self.count < 0).then_some(!self.count as usize)
     }
 
-    /// Places of a leaf's primitives.
+    /// Indices of a leaf's primitives.
     #[inline(always)]
     pub(super) fn places(&self) -> Range<usize> {
         self.first as usize..self.first as usize + self.count as usize
@@ -60,20 +60,20 @@ impl<R> Node<R> {
 }
 
 impl<R: Real> Bvh<R> {
-    /// Builds a hierarchy over primitives and brings them into the order of its leaves.
-    pub(super) fn build(parts: &mut [Part<R>], kind: BvhKind) -> Self {
+    /// Builds a hierarchy over primitives and sorts them into the order of its leaves.
+    pub(super) fn build(primitives: &mut [BuildPrimitive<R>], kind: BvhKind) -> Self {
         let mut nodes = Vec::new();
-        if !parts.is_empty() {
-            let tree = tree(parts, 0, Place::of(parts), kind, 0);
+        if !primitives.is_empty() {
+            let tree = tree(primitives, 0, NodeBounds::of(primitives), kind, 0);
             nodes.reserve_exact(tree.len());
-            nodes.push(Node { slab: Hull::empty().slab(), first: 0, count: 0 });
+            nodes.push(Node { slab: Box4::empty().slab(), first: 0, count: 0 });
             tree.lay_out(0, &mut nodes);
         }
         Self { nodes }
     }
 }
 
-/// Fewer primitives are one thread's work.
+/// Fewer primitives are built by one thread.
 const PARALLEL: usize = 8192;
 
 /// A hierarchy as it is built.
@@ -96,7 +96,7 @@ impl<R: Real> Tree<R> {
         }
     }
 
-    /// Puts the root in place `root` of `nodes`, and all that is below it at the end.
+    /// Puts the root at index `root` of `nodes`, and all below it at the end.
     fn lay_out(self, root: usize, nodes: &mut Vec<Node<R>>) {
         match self {
             Self::Small(own) => {
@@ -121,50 +121,62 @@ impl<R: Real> Tree<R> {
     }
 }
 
-/// The hierarchy over `parts`, the first of which stands at `start` in the order of the leaves.
-fn tree<R: Real>(parts: &mut [Part<R>], start: usize, place: Place<R>, kind: BvhKind, depth: usize) -> Tree<R> {
-    if parts.len() > PARALLEL
-        && let Some(Split { axis, middle, places: [left, right] }) = split(parts, &place, kind, depth)
+/// The hierarchy over `primitives`, the first of which has the index `start` in the order of the leaves.
+fn tree<R: Real>(
+    primitives: &mut [BuildPrimitive<R>],
+    start: usize,
+    bounds: NodeBounds<R>,
+    kind: BvhKind,
+    depth: usize,
+) -> Tree<R> {
+    if primitives.len() > PARALLEL
+        && let Some(Split { axis, middle, halves: [left, right] }) = split(primitives, &bounds, kind, depth)
     {
-        let (before, behind) = parts.split_at_mut(middle);
+        let (before, behind) = primitives.split_at_mut(middle);
         let (left, right) = rayon::join(
             || tree(before, start, left, kind, depth + 1),
             || tree(behind, start + middle, right, kind, depth + 1),
         );
-        return Tree::Large { slab: place.hull.slab(), axis, children: Box::new([left, right]) };
+        return Tree::Large { slab: bounds.around.slab(), axis, children: Box::new([left, right]) };
     }
-    Tree::Small(nodes(parts, start, place, kind, depth))
+    Tree::Small(nodes(primitives, start, bounds, kind, depth))
 }
 
 struct Task<R> {
     node: usize,
-    part: Range<usize>,
-    place: Place<R>,
+    range: Range<usize>,
+    bounds: NodeBounds<R>,
     depth: usize,
 }
 
 /// [`tree`], by one thread.
-fn nodes<R: Real>(parts: &mut [Part<R>], start: usize, place: Place<R>, kind: BvhKind, depth: usize) -> Vec<Node<R>> {
-    let leaf = |place: &Place<R>, part: &Range<usize>| Node {
-        slab: place.hull.slab(),
-        first: (start + part.start) as u32,
-        count: part.len() as i32,
+fn nodes<R: Real>(
+    primitives: &mut [BuildPrimitive<R>],
+    start: usize,
+    bounds: NodeBounds<R>,
+    kind: BvhKind,
+    depth: usize,
+) -> Vec<Node<R>> {
+    let leaf = |bounds: &NodeBounds<R>, range: &Range<usize>| Node {
+        slab: bounds.around.slab(),
+        first: (start + range.start) as u32,
+        count: range.len() as i32,
     };
-    let all = 0..parts.len();
-    let mut nodes = Vec::with_capacity(parts.len());
-    nodes.push(leaf(&place, &all));
-    let mut tasks = vec![Task { node: 0, part: all, place, depth }];
-    while let Some(Task { node, part, place, depth }) = tasks.pop() {
-        let Some(Split { axis, middle, places }) = split(&mut parts[part.clone()], &place, kind, depth) else {
+    let all = 0..primitives.len();
+    let mut nodes = Vec::with_capacity(primitives.len());
+    nodes.push(leaf(&bounds, &all));
+    let mut tasks = vec![Task { node: 0, range: all, bounds, depth }];
+    while let Some(Task { node, range, bounds, depth }) = tasks.pop() {
+        let Some(Split { axis, middle, halves }) = split(&mut primitives[range.clone()], &bounds, kind, depth) else {
             continue;
         };
         let first = nodes.len();
         nodes[node] = Node { first: first as u32, count: !(axis as i32), ..nodes[node] };
-        let middle = part.start + middle;
-        for (side, (part, place)) in [part.start..middle, middle..part.end].into_iter().zip(places).enumerate() {
-            nodes.push(leaf(&place, &part));
-            if part.len() > 1 {
-                tasks.push(Task { node: first + side, part, place, depth: depth + 1 });
+        let middle = range.start + middle;
+        for (side, (range, bounds)) in [range.start..middle, middle..range.end].into_iter().zip(halves).enumerate() {
+            nodes.push(leaf(&bounds, &range));
+            if range.len() > 1 {
+                tasks.push(Task { node: first + side, range, bounds, depth: depth + 1 });
             }
         }
     }
@@ -173,32 +185,40 @@ fn nodes<R: Real>(parts: &mut [Part<R>], start: usize, place: Place<R>, kind: Bv
 
 struct Split<R> {
     axis: usize,
-    /// Number of parts in the first half, and where both are.
+    /// Number of primitives in the first half, and the bounds of both halves.
     middle: usize,
-    places: [Place<R>; 2],
+    halves: [NodeBounds<R>; 2],
 }
 
-/// Reorders `parts` into two halves; `None` for a leaf.
-fn split<R: Real>(parts: &mut [Part<R>], place: &Place<R>, kind: BvhKind, depth: usize) -> Option<Split<R>> {
-    let may_be_leaf = parts.len() <= LEAF_SIZE;
-    if parts.len() <= 1 || kind == BvhKind::Flat || (may_be_leaf && kind == BvhKind::Median) {
+/// Reorders `primitives` into two halves; `None` for a leaf.
+fn split<R: Real>(
+    primitives: &mut [BuildPrimitive<R>],
+    bounds: &NodeBounds<R>,
+    kind: BvhKind,
+    depth: usize,
+) -> Option<Split<R>> {
+    let may_be_leaf = primitives.len() <= LEAF_SIZE;
+    if primitives.len() <= 1 || kind == BvhKind::Flat || (may_be_leaf && kind == BvhKind::Median) {
         return None;
     }
     if kind == BvhKind::Sah && depth < SAH_DEPTH {
-        let binning = Binning::new(&place.centers, parts.len());
-        let best = binning.best(parts, &place.hull);
-        if may_be_leaf && best.is_none_or(|(plane, _)| plane.cost >= parts.len() as f64) {
+        let binning = Binning::new(&bounds.centers, primitives.len());
+        let best = binning.best(primitives, &bounds.around);
+        if may_be_leaf && best.is_none_or(|(plane, _)| plane.cost >= primitives.len() as f64) {
             return None;
         }
         if let Some((plane, [before, behind])) = best {
-            let (middle, centers) = partition(parts, |part| binning.is_before(&plane, part));
-            let places = [Place { hull: before, centers: centers[0] }, Place { hull: behind, centers: centers[1] }];
-            return Some(Split { axis: plane.axis, middle, places });
+            let (middle, centers) = partition(primitives, |primitive| binning.is_before(&plane, primitive));
+            let halves = [
+                NodeBounds { around: before, centers: centers[0] },
+                NodeBounds { around: behind, centers: centers[1] },
+            ];
+            return Some(Split { axis: plane.axis, middle, halves });
         }
     } else if may_be_leaf {
         return None;
     }
-    let (_, [x, y, z, _]) = place.centers.sides();
+    let (_, [x, y, z, _]) = bounds.centers.sides();
     let axis = if x >= y && x >= z {
         0
     } else if y >= z {
@@ -206,27 +226,30 @@ fn split<R: Real>(parts: &mut [Part<R>], place: &Place<R>, kind: BvhKind, depth:
     } else {
         2
     };
-    let middle = parts.len() / 2;
-    let key = |part: &Part<R>| (part.center()[axis].to_f64(), part.index());
-    parts.select_nth_unstable_by(middle, |a, b| {
+    let middle = primitives.len() / 2;
+    let key = |primitive: &BuildPrimitive<R>| (primitive.center()[axis].to_f64(), primitive.index());
+    primitives.select_nth_unstable_by(middle, |a, b| {
         let (a, b) = (key(a), key(b));
         a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
     });
-    let (before, behind) = parts.split_at(middle);
-    Some(Split { axis, middle, places: [Place::of(before), Place::of(behind)] })
+    let (before, behind) = primitives.split_at(middle);
+    Some(Split { axis, middle, halves: [NodeBounds::of(before), NodeBounds::of(behind)] })
 }
 
-/// Moves the parts that are `first` to the front; how many there are, and where the centres of both kinds are. Without a
-/// branch on each part, which no processor could foresee.
-fn partition<R: Real>(parts: &mut [Part<R>], first: impl Fn(&Part<R>) -> bool) -> (usize, [Hull<R>; 2]) {
-    let mut centers = [Hull::empty(); 2];
+/// Moves the primitives that are `first` to the front. Returns how many there are, and the boxes around the centres of
+/// both kinds. It has no branch on a primitive, which no processor could predict.
+fn partition<R: Real>(
+    primitives: &mut [BuildPrimitive<R>],
+    first: impl Fn(&BuildPrimitive<R>) -> bool,
+) -> (usize, [Box4<R>; 2]) {
+    let mut centers = [Box4::empty(); 2];
     let mut count = 0;
-    for i in 0..parts.len() {
-        let part = parts[i];
-        let is_first = first(&part);
+    for i in 0..primitives.len() {
+        let primitive = primitives[i];
+        let is_first = first(&primitive);
         let centers = &mut centers[usize::from(!is_first)];
-        *centers = centers.union(part.center_hull());
-        parts.swap(i, count);
+        *centers = centers.union(primitive.center_box());
+        primitives.swap(i, count);
         count += usize::from(is_first);
     }
     (count, centers)
@@ -242,8 +265,8 @@ mod tests {
         Bounds::around([DVec3::splat(x), DVec3::splat(x + 0.5)])
     }
 
-    fn parts(boxes: &[Bounds]) -> Vec<Part<f32>> {
-        boxes.iter().zip(0..).map(|(b, i)| Part::new(&b.narrowed(), i)).collect()
+    fn primitives(boxes: &[Bounds]) -> Vec<BuildPrimitive<f32>> {
+        boxes.iter().zip(0..).map(|(b, i)| BuildPrimitive::new(&b.narrowed(), i)).collect()
     }
 
     fn depth(bvh: &Bvh<f32>, node: usize) -> usize {
@@ -263,14 +286,14 @@ mod tests {
     fn holds_every_primitive_once_whatever_the_input() {
         for boxes in shapes() {
             for kind in [BvhKind::Sah, BvhKind::Median, BvhKind::Flat] {
-                let mut parts = parts(&boxes);
-                let bvh = Bvh::build(&mut parts, kind);
+                let mut primitives = primitives(&boxes);
+                let bvh = Bvh::build(&mut primitives, kind);
                 let mut places: Vec<usize> =
                     bvh.nodes.iter().filter(|node| node.axis().is_none()).flat_map(Node::places).collect();
                 places.sort_unstable();
                 assert!(places.into_iter().eq(0..boxes.len()));
-                parts.sort_unstable_by_key(Part::index);
-                assert!(parts.iter().map(|part| part.index() as usize).eq(0..boxes.len()));
+                primitives.sort_unstable_by_key(BuildPrimitive::index);
+                assert!(primitives.iter().map(|primitive| primitive.index() as usize).eq(0..boxes.len()));
                 if !boxes.is_empty() {
                     assert!(depth(&bvh, 0) <= MAX_DEPTH);
                 }
@@ -283,9 +306,9 @@ mod tests {
         let boxes: Vec<Bounds> = (0..50_000).map(|i| cube(f64::from(i * 7919 % 50_021).sqrt())).collect();
         let built = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let mut parts = parts(&boxes);
-            let bvh = pool.install(|| Bvh::build(&mut parts, BvhKind::Sah));
-            (bvh.nodes, parts)
+            let mut primitives = primitives(&boxes);
+            let bvh = pool.install(|| Bvh::build(&mut primitives, BvhKind::Sah));
+            (bvh.nodes, primitives)
         };
         let (nodes, order) = built(1);
         assert!(built(4) == (nodes, order));
@@ -294,11 +317,14 @@ mod tests {
     #[test]
     fn a_node_is_around_what_is_below_it() {
         for boxes in shapes() {
-            let mut parts = parts(&boxes);
-            let bvh = Bvh::build(&mut parts, BvhKind::Sah);
+            let mut primitives = primitives(&boxes);
+            let bvh = Bvh::build(&mut primitives, BvhKind::Sah);
             for node in &bvh.nodes {
                 let below = match node.axis() {
-                    None => parts[node.places()].iter().fold(Hull::empty(), |hull, part| hull.union(part.0)).slab(),
+                    None => primitives[node.places()]
+                        .iter()
+                        .fold(Box4::empty(), |around, primitive| around.union(primitive.0))
+                        .slab(),
                     Some(_) => {
                         let [a, b] = [0, 1].map(|side| bvh.nodes[node.first as usize + side].slab);
                         Slab {

@@ -1,16 +1,17 @@
-//! Primitives on their way into a hierarchy: their boxes, side by side in memory and moved rather than pointed at.
+//! Primitives while a hierarchy is built: their boxes lie side by side in memory, and are moved instead of pointed at.
 
 use super::bounds::Slab;
 use crate::lanes::Real;
 
-/// A box of four coordinates, of which three are space: unions of four are one instruction for each side, of three not.
+/// A box of four coordinates, three of which are space. The union of two takes one instruction for each side; with three
+/// coordinates it takes more.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Hull<R> {
+pub(super) struct Box4<R> {
     min: [R; 4],
     max: [R; 4],
 }
 
-impl<R: Real> Hull<R> {
+impl<R: Real> Box4<R> {
     /// The box without points.
     pub(super) fn empty() -> Self {
         Self { min: [R::from_f64(f64::INFINITY); 4], max: [R::from_f64(f64::NEG_INFINITY); 4] }
@@ -25,7 +26,7 @@ impl<R: Real> Hull<R> {
         }
     }
 
-    /// Lowest corner, and the way from there to the highest.
+    /// Lowest corner and extent.
     #[inline(always)]
     pub(super) fn sides(&self) -> ([R; 4], [R; 4]) {
         (self.min, std::array::from_fn(|i| self.max[i] - self.min[i]))
@@ -48,16 +49,16 @@ fn larger<R: Real>(a: R, b: R) -> R {
     if a > b { a } else { b }
 }
 
-/// The box of a primitive, and its index in two halves of 16 bits, which every format holds exactly, as the fourth
-/// coordinates: 32 bytes in single precision.
+/// The box of a primitive. The fourth coordinates hold its index, in two halves of 16 bits, which every format represents
+/// exactly. It takes 32 bytes in single precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Part<R>(pub(super) Hull<R>);
+pub(super) struct BuildPrimitive<R>(pub(super) Box4<R>);
 
-impl<R: Real> Part<R> {
+impl<R: Real> BuildPrimitive<R> {
     pub(super) fn new(slab: &Slab<R>, index: u32) -> Self {
         let half = |bits: u32| R::from_f64(f64::from(bits));
         let ([a, b, c], [x, y, z]) = (slab.min, slab.max);
-        Self(Hull { min: [a, b, c, half(index & 0xffff)], max: [x, y, z, half(index >> 16)] })
+        Self(Box4 { min: [a, b, c, half(index & 0xffff)], max: [x, y, z, half(index >> 16)] })
     }
 
     /// Index of the primitive.
@@ -73,25 +74,25 @@ impl<R: Real> Part<R> {
 
     /// The box that is (twice) the centre.
     #[inline(always)]
-    pub(super) fn center_hull(&self) -> Hull<R> {
+    pub(super) fn center_box(&self) -> Box4<R> {
         let center = self.center();
-        Hull { min: center, max: center }
+        Box4 { min: center, max: center }
     }
 }
 
-/// Where some parts are: the box around them, and the box around (twice) their centres.
+/// The box around some primitives, and the box around (twice) their centres.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place<R> {
-    pub(super) hull: Hull<R>,
-    pub(super) centers: Hull<R>,
+pub(super) struct NodeBounds<R> {
+    pub(super) around: Box4<R>,
+    pub(super) centers: Box4<R>,
 }
 
-impl<R: Real> Place<R> {
-    pub(super) fn of(parts: &[Part<R>]) -> Self {
-        let empty = Self { hull: Hull::empty(), centers: Hull::empty() };
-        parts.iter().fold(empty, |place, part| Self {
-            hull: place.hull.union(part.0),
-            centers: place.centers.union(part.center_hull()),
+impl<R: Real> NodeBounds<R> {
+    pub(super) fn of(primitives: &[BuildPrimitive<R>]) -> Self {
+        let empty = Self { around: Box4::empty(), centers: Box4::empty() };
+        primitives.iter().fold(empty, |bounds, primitive| Self {
+            around: bounds.around.union(primitive.0),
+            centers: bounds.centers.union(primitive.center_box()),
         })
     }
 }

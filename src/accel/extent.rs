@@ -1,12 +1,12 @@
-//! Where bounded things lie: inside boxes and balls.
+//! Extents of bounded things: boxes and balls around them.
 
 use super::bounds::Bounds;
 use crate::lanes::{Lanes, Real, V3};
 use crate::ray::Rays;
 use glam::DVec3;
 
-/// Where something bounded lies: inside a box and inside a ball. Under rotations boxes around boxes grow with each level
-/// of nesting; balls around balls do not.
+/// A box and a ball around something. With rotations, a box around a box grows at each level of nesting; a ball around a
+/// ball does not.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
     /// The box.
@@ -21,19 +21,19 @@ impl Extent {
     /// The extent of nothing.
     pub const EMPTY: Self = Self { bounds: Bounds::EMPTY, center: DVec3::ZERO, radius: -1.0 };
 
-    /// What is known of something inside a box.
+    /// The extent of something inside a box.
     pub fn of_box(bounds: Bounds) -> Self {
         Self { bounds, center: bounds.center(), radius: 0.5 * (bounds.max - bounds.min).length() }
     }
 
-    /// Box around everything in both box and ball.
+    /// The box around the intersection of box and ball.
     pub(super) fn tight_box(&self) -> Bounds {
         let ball = Bounds::around([self.center]).grown(self.radius);
         Bounds { min: self.bounds.min.max(ball.min), max: self.bounds.max.min(ball.max) }
     }
 }
 
-/// A ball that holds something.
+/// A ball around something.
 #[derive(Debug, Clone, Copy)]
 pub struct Ball<R> {
     /// Centre.
@@ -43,7 +43,7 @@ pub struct Ball<R> {
 }
 
 impl<R: Real> Ball<R> {
-    /// The ball of an extent, larger by the roundings of its own numbers.
+    /// The ball of an extent, enlarged by the roundings of its own numbers.
     pub fn new(extent: &Extent) -> Self {
         let size = extent.center.abs().max_element() + extent.radius;
         Self {

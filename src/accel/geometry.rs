@@ -1,15 +1,15 @@
-//! What rays meet: items in one coordinate system, and the hierarchy over them.
+//! Geometries: items in one coordinate system, and the hierarchy over them.
 //!
 //! A scene is a graph of [`Geometry`]: the root, and one for each group or definition, placed by [`Instance`] items.
-//! Nothing is ever expanded. Each primitive of the expanded scene still has a number, its *expanded index*: the sum of
+//! Instances are never expanded. Each primitive of the expanded scene still has a number, its *expanded index*: the sum of
 //! the offsets along its path. It fits in 64 bits because `compile` limits the count.
 
 use super::bounds::Bounds;
 use super::build::{Bvh, BvhKind};
-use super::build_primitive::Part;
+use super::build_primitive::BuildPrimitive;
 use super::extent::Extent;
 use super::item::{Item, Mesh, Primitive, Shape};
-use super::wide_bvh::{Wide, WideNode};
+use super::wide_bvh::{WideBvh, WideNode};
 use crate::lanes::Real;
 use crate::shape::{Frustum, Torus};
 use rayon::prelude::*;
@@ -25,7 +25,7 @@ pub struct Geometry<R> {
     /// Item and face of each bounded primitive, in the order of the hierarchy's leaves.
     pub(super) primitives: Vec<Primitive>,
     /// The hierarchy over them, if there are any.
-    pub(super) wide: Option<Wide<R>>,
+    pub(super) wide: Option<WideBvh<R>>,
     /// Around everything bounded.
     pub extent: Extent,
     /// Number of primitives when expanded.
@@ -33,28 +33,28 @@ pub struct Geometry<R> {
 }
 
 impl<R: Real> Geometry<R> {
-    /// Builds the hierarchy over items. `extents` says where they lie, `None` for an item without bounds; those of
-    /// meshes do not matter.
+    /// Builds the hierarchy over items. `extents` has the extent of each, `None` for an item without bounds; those of meshes
+    /// are not used.
     pub fn new(items: Vec<Item<R>>, extents: &[Option<Extent>], kind: BvhKind) -> Self {
         let mut unbounded = Vec::new();
         let mut sources = Vec::new();
-        let mut parts: Vec<Part<R>> = Vec::new();
+        let mut build: Vec<BuildPrimitive<R>> = Vec::new();
         let mut bounds = Bounds::EMPTY;
         for (index, (item, extent)) in items.iter().zip(extents).enumerate() {
             let item_index = index as u32;
             if let Shape::Mesh(mesh) = &item.shape {
-                let first = parts.len() as u32;
+                let first = build.len() as u32;
                 let faces = 0..mesh.faces.len() as u32;
                 let boxes = faces.clone().into_par_iter().map(|face| Bounds::around(mesh.points(face as usize)));
-                parts.par_extend(
-                    boxes.clone().zip(faces.clone()).map(|(b, face)| Part::new(&b.narrowed(), first + face)),
+                build.par_extend(
+                    boxes.clone().zip(faces.clone()).map(|(b, face)| BuildPrimitive::new(&b.narrowed(), first + face)),
                 );
                 bounds = bounds.union(boxes.reduce(|| Bounds::EMPTY, Bounds::union));
                 sources.extend(faces.map(|face| Primitive { item: item_index, face }));
             } else if let Some(extent) = extent {
                 if extent.radius >= 0.0 {
                     let tight = extent.tight_box();
-                    parts.push(Part::new(&tight.narrowed(), parts.len() as u32));
+                    build.push(BuildPrimitive::new(&tight.narrowed(), build.len() as u32));
                     bounds = bounds.union(tight);
                     sources.push(Primitive { item: item_index, face: 0 });
                 }
@@ -63,15 +63,16 @@ impl<R: Real> Geometry<R> {
             }
         }
 
-        let bvh = Bvh::build(&mut parts, kind);
-        let primitives: Vec<Primitive> = parts.par_iter().map(|part| sources[part.index() as usize]).collect();
-        drop((parts, sources));
+        let bvh = Bvh::build(&mut build, kind);
+        let primitives: Vec<Primitive> =
+            build.par_iter().map(|primitive| sources[primitive.index() as usize]).collect();
+        drop((build, sources));
         let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
         let wide = match kind {
             _ if primitives.is_empty() => None,
-            BvhKind::Flat => Some(Wide::flat(bvh.nodes[0].slab, primitives.len())),
-            BvhKind::Sah | BvhKind::Median => Some(Wide::new(&bvh, &items, &primitives)),
+            BvhKind::Flat => Some(WideBvh::flat(bvh.nodes[0].slab, primitives.len())),
+            BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &primitives)),
         };
         Self { unbounded, wide, primitives, extent, expanded, items }
     }
@@ -81,7 +82,7 @@ impl<R: Real> Geometry<R> {
         !self.unbounded.is_empty()
     }
 
-    /// Bytes of its items, of what they hold, and of its hierarchy; almost exact.
+    /// Bytes of its items with what they own, and of its hierarchy; almost exact.
     pub fn bytes(&self) -> usize {
         let of_items: usize = self.items.iter().map(|item| size_of::<Item<R>>() + boxed(&item.shape)).sum();
         let wide = self.wide.as_ref().map_or(0, |wide| {
@@ -94,14 +95,14 @@ impl<R: Real> Geometry<R> {
 
     /// The item that owns an expanded index of this geometry.
     pub(super) fn owner(&self, expanded: u64) -> &Item<R> {
-        // Where every item has one primitive, the index names the item; and often the last one has most.
+        // Where every item has one primitive, the index is the item's; and often the last item has most primitives.
         for item in self.items.get(expanded as usize).into_iter().chain(self.items.last()) {
             if expanded.wrapping_sub(item.offset) < item.expanded {
                 return item;
             }
         }
         let after = self.items.partition_point(|item| item.offset <= expanded);
-        // Items without primitives share their offset with the next, so the last one at or below owns the index.
+        // Items without primitives share their offset with the next, so the owner is the last one at or below the index.
         &self.items[after - 1]
     }
 }
@@ -125,7 +126,7 @@ fn extent_of<R: Real>(items: &[Item<R>], extents: &[Option<Extent>], bounds: Bou
     Extent { radius: radius.min(of_box.radius), ..of_box }
 }
 
-/// What a shape holds beside itself.
+/// Bytes that a shape owns beside itself.
 fn boxed<R>(shape: &Shape<R>) -> usize {
     match shape {
         Shape::Mesh(Mesh { vertices, faces, normals, uvs }) => {

@@ -1,12 +1,12 @@
-//! Rays against one primitive of any kind.
+//! Intersection of rays with one primitive of any kind.
 
 use super::item::{Item, Shape};
 use crate::lanes::{Lanes, V3};
 use crate::ray::{Meeting, Rays, Wanted};
 use crate::shape::{Shear, place_on_triangle, triangle_surface};
 
-/// Meeting of rays with one primitive of an item that is no instance. A function of its own: a copy of each shape in every
-/// caller would only cost compile time.
+/// Intersection of rays with one primitive of an item that is not an instance. Not inlined: a copy of every shape in each
+/// caller would cost compile time and gain nothing.
 pub(super) fn intersect_item<L: Lanes>(
     s: L::Simd,
     item: &Item<L::Real>,
@@ -34,7 +34,7 @@ pub(super) fn intersect_item<L: Lanes>(
     )
 }
 
-/// What belongs to the vertices of one face, in all lanes.
+/// The data of the three vertices of one face, in all lanes.
 #[inline(always)]
 pub(super) fn splat_corners<L: Lanes>(s: L::Simd, points: &[[L::Real; 3]], [a, b, c]: [u32; 3]) -> [V3<L>; 3] {
     [V3::splat(s, points[a as usize]), V3::splat(s, points[b as usize]), V3::splat(s, points[c as usize])]

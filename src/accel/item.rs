@@ -9,24 +9,24 @@ use crate::ray::Rays;
 use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
 
-/// One thing in a geometry: a body, a surface or a placed geometry.
+/// An item of a geometry: a body, a surface or a placed geometry.
 #[derive(Debug, Clone)]
 pub struct Item<R> {
     /// Its geometry.
     pub shape: Shape<R>,
     /// Index of its material.
     pub material: u32,
-    /// Sides that rays can meet.
+    /// Sides that rays can hit.
     pub sides: Sides,
     /// Whether the body is turned inside out.
     pub hollow: bool,
-    /// Whether it encloses a region that light is refracted into.
+    /// Whether it encloses a region, into which light is refracted.
     pub closed: bool,
     /// Whether its surface might touch another one.
     pub may_touch: bool,
-    /// What it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets.
+    /// The volume it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets.
     pub volume: f64,
-    /// Transmission of one crossing, for shadow rays; 0 blocks.
+    /// What a shadow ray keeps of each channel at one crossing; 0 blocks it.
     pub transmission: [R; 3],
     /// Index of its source in the scene's table of names.
     pub source: u32,
@@ -37,7 +37,7 @@ pub struct Item<R> {
 }
 
 impl<R: Real> Item<R> {
-    /// Whether it transmits light in some channel; shadow rays pass it, attenuated, if the scene's shadows do that.
+    /// Whether it transmits light in some channel. Then shadow rays pass it attenuated, if the scene has transmissive shadows.
     pub fn lets_light_through(&self) -> bool {
         self.transmission.iter().any(|c| *c > R::from_f64(0.0))
     }
@@ -47,7 +47,7 @@ impl<R: Real> Item<R> {
         matches!(self.shape, Shape::Instance(_))
     }
 
-    /// Whether its facets stand for a curved surface, whose normals are interpolated.
+    /// Whether its facets approximate a curved surface, with interpolated normals.
     pub fn is_smooth(&self) -> bool {
         matches!(&self.shape, Shape::Mesh(mesh) if !mesh.normals.is_empty())
     }
@@ -76,7 +76,7 @@ pub struct Mesh<R> {
     pub faces: Vec<[u32; 3]>,
     /// A shading normal for each vertex, or nothing.
     pub normals: Vec<[R; 3]>,
-    /// Texture coordinates of each vertex, or nothing; only where a texture asks for them.
+    /// Texture coordinates of each vertex, or nothing; kept only where a texture needs them.
     pub uvs: Vec<[R; 2]>,
 }
 
@@ -98,12 +98,12 @@ impl<R: Real> Mesh<R> {
 pub struct Instance<R> {
     /// Index of the geometry.
     pub geometry: u32,
-    /// From the geometry's coordinates to those around it.
+    /// From the geometry's coordinates to the outer ones.
     pub to_world: Placement<R>,
     /// The inverse.
     pub to_local: Placement<R>,
-    /// A power of two by which directions are divided and ray parameters multiplied inside, so that directions keep a
-    /// length around 1 at any scale and their squares neither vanish nor overflow. It changes no digit.
+    /// A power of two: inside, directions are divided by it and ray parameters multiplied. So directions keep a length
+    /// around 1 at any scale, and their squares neither vanish nor overflow. It changes no digit.
     pub unit: R,
     /// Ball around the placed geometry, if it has bounds: most rays that pass its box miss it.
     pub ball: Option<Ball<R>>,
@@ -130,7 +130,8 @@ impl<R: Real> Instance<R> {
 }
 
 impl<R: Real> Instance<R> {
-    /// Rays in the coordinates of the instance's geometry, without those that pass by; t is multiplied by the unit.
+    /// Rays in the coordinates of the instance's geometry; t is multiplied by the unit. Rays that miss the ball are switched
+    /// off.
     #[inline(always)]
     pub(super) fn rays_in<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, time: Option<&L>) -> Rays<L> {
         let active = match &self.ball {

@@ -1,4 +1,4 @@
-//! How near surfaces come to a point: a lower bound, for lights that grow without end towards themselves.
+//! Lower bounds on the distance of surfaces from a point, for lights whose strength grows without bound towards them.
 
 use super::geometry::Geometry;
 use super::item::{Instance, Item, Shape};
@@ -6,7 +6,7 @@ use crate::lanes::Real;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// For each material a distance from `point` below which none of its surfaces comes; infinite where there are none.
+/// For each material a lower bound on the distance of its surfaces from `point`; infinite if it has no surface.
 pub fn least_distances<R: Real>(
     geometries: &[Geometry<R>],
     root: usize,
@@ -18,13 +18,13 @@ pub fn least_distances<R: Real>(
     nearest
 }
 
-/// `scale` bounds the length of what has length 1 in the geometry from below.
+/// A length of 1 in the geometry is at least `scale` in the scene.
 fn visit<R: Real>(geometries: &[Geometry<R>], geometry: usize, point: DVec3, scale: f64, nearest: &mut [f64]) {
     for item in &geometries[geometry].items {
         if let Shape::Instance(instance) = &item.shape {
             let inside = instance.geometry as usize;
             if instance.motion.is_some() {
-                // Where it passes is not looked at.
+                // Its path is not examined: its distance may be 0.
                 forget(geometries, inside, nearest);
             } else {
                 let scale = scale / instance.to_local.largest_stretch();
@@ -73,7 +73,7 @@ fn distance<R: Real>(item: &Item<R>, p: DVec3) -> f64 {
             ((across - torus.major_radius.to_f64()).hypot(height) - torus.minor_radius.to_f64()).abs()
         }
         Shape::Frustum(frustum) => {
-            // From the hull of its two circles; inside of it nothing is known.
+            // The distance from the convex hull of its two circles; 0 inside of it.
             let [across, height] = frustum.frame.cylindrical(p);
             let widest = frustum.base_radius.to_f64().max(frustum.top_radius.to_f64());
             let beyond = (-height).max(height - frustum.height.to_f64()).max(0.0);

@@ -1,4 +1,4 @@
-//! Bounding volume hierarchies: what a ray meets, without asking everything.
+//! Bounding volume hierarchies: what a ray hits, without testing every primitive.
 
 mod bounds;
 mod build;

@@ -1,7 +1,7 @@
-//! Placed geometries that move while the shutter is open: where they are at each lane's time.
+//! Motion of placed geometries while the shutter is open, at a time of its own for each lane.
 //!
-//! Nothing is interpolated but the way: an angle and a shift, so that turning bodies keep their shape. Rays are moved back
-//! to where everything stood when the shutter opened, and surfaces forth.
+//! A motion is an angle and a shift, which are interpolated, so turning bodies keep their shape. Rays are moved back to
+//! where the body stood when the shutter opened, and surfaces are moved forth.
 
 use super::extent::Extent;
 use super::surface::Surface;
@@ -10,7 +10,7 @@ use crate::math;
 use crate::ray::{Rays, gamma};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// A steady motion; all of it is done at time 1.
+/// A steady motion, complete at time 1.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion<R> {
     shift: [R; 3],
@@ -28,10 +28,10 @@ struct Turn<R> {
     turns: R,
 }
 
-/// Roundings of moving a point: 6 of a product of a rotation with it, 4 of the rotation's own numbers, 4 of two sums.
+/// Roundings of moving a point: 6 of its product with a rotation, 4 of the rotation's numbers, 4 of two sums.
 const ROUNDINGS: f64 = 16.0;
 
-/// Steps in which the way is followed to find out where something may be.
+/// Steps in which a motion is followed to bound where a body may be.
 const STEPS: u32 = 32;
 
 impl<R: Real> Motion<R> {
@@ -42,7 +42,7 @@ impl<R: Real> Motion<R> {
         Self { shift: narrow(shift), turn: (degrees != 0.0).then_some(turn) }
     }
 
-    /// Where it has got to at each lane's time.
+    /// The pose at each lane's time.
     #[inline(always)]
     fn pose<L: Lanes<Real = R>>(&self, s: L::Simd, time: L) -> Pose<L> {
         let shift = V3::<L>::splat(s, self.shift) * time;
@@ -66,10 +66,10 @@ impl<R: Real> Motion<R> {
         shift * DAffine3 { matrix3, translation: center - matrix3 * center }
     }
 
-    /// Around something on all of its way.
+    /// The extent of a moving body over all times.
     pub fn swept(&self, extent: &Extent) -> Extent {
         let wide = |v: [R; 3]| DVec3::from_array(v.map(Real::to_f64));
-        // No point is farther from the middle of the nearest step than half a step takes it.
+        // A point moves by at most half a step's arc and shift from where it is in the middle of the step.
         let arm = self.turn.as_ref().map_or(0.0, |turn| {
             let reach = extent.center.distance(wide(turn.center)) + extent.radius;
             turn.turns.to_f64().abs() * std::f64::consts::TAU * reach
@@ -89,7 +89,7 @@ impl<R: Real> Motion<R> {
         swept
     }
 
-    /// Rays as they pass what has not moved yet.
+    /// Rays in the coordinates of the body at time 0.
     pub(super) fn back<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, time: L) -> Rays<L> {
         L::vectorize(
             s,
@@ -112,8 +112,8 @@ impl<R: Real> Motion<R> {
         }
     }
 
-    /// A surface where it has got to. Its error grows by the roundings of the way there, and by those of moving the origin
-    /// of the next ray back.
+    /// A surface at each lane's time. Its error grows by the roundings of this move, and by those of moving the origin of the
+    /// next ray back.
     pub(super) fn forth<L: Lanes<Real = R>>(&self, s: L::Simd, surface: Surface<L>, time: L) -> Surface<L> {
         L::vectorize(
             s,
@@ -149,7 +149,7 @@ impl<R: Real> Motion<R> {
     }
 }
 
-/// Where a motion has got to.
+/// A motion at each lane's time.
 struct Pose<L: Lanes> {
     shift: V3<L>,
     turned: Option<Turned<L>>,
@@ -163,7 +163,7 @@ struct Turned<L: Lanes> {
 }
 
 impl<L: Lanes> Turned<L> {
-    /// Rodrigues' formula, with a sine that may be that of the angle back.
+    /// Rodrigues' formula; the sine is negative for the rotation back.
     #[inline(always)]
     fn vector(&self, s: L::Simd, v: V3<L>, sin: L) -> V3<L> {
         let along = self.axis.dot(v) * (L::lit(s, 1.0) - self.cos);

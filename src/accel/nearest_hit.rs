@@ -1,10 +1,10 @@
-//! The nearest meeting of each ray of a packet.
+//! The nearest hit of each ray of a packet.
 
 use super::geometry::Geometry;
 use super::intersect::intersect_item;
 use super::item::{Item, Shape};
-use super::traversal::{Course, Prepared, Stack, Waiting, first};
-use super::wide_bvh::{Kind, Leaf, Wide};
+use super::traversal::{Course, Prepared, Stack, StackEntry, first};
+use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
 use crate::ray::{Place, Rays, Wanted};
 use crate::shape::{place_on_sphere, place_on_triangle};
@@ -30,14 +30,14 @@ impl<'a, L: Lanes> Nearest<'a, L> {
         Self { found: 0, expanded: L::Ids::splat(s, 0), weights: [zero, zero, zero], skipped: None }
     }
 
-    /// The same for rays that pass some bodies as if they were not there.
+    /// The same for rays that skip some bodies.
     #[inline(always)]
     pub fn without(s: L::Simd, skipped: &'a Skipped) -> Self {
         Self { skipped: Some(skipped), ..Self::none(s) }
     }
 
-    /// Takes a primitive where it is nearer, or equally near and earlier in the scene; the latter makes the answer
-    /// independent of the order of traversal.
+    /// Takes a primitive where it is nearer, or equally near and earlier in the scene. So the answer does not depend on the
+    /// order of traversal.
     #[inline(always)]
     fn offer(&mut self, s: L::Simd, rays: &mut Rays<L>, place: &Place<L>, expanded: u64) {
         let Place { t, hit, weights: [b0, b1, b2] } = *place;
@@ -63,7 +63,7 @@ impl<'a, L: Lanes> Nearest<'a, L> {
         }
     }
 
-    /// The same for one lane's ray and some of several primitives: `places` has a lane for each.
+    /// The same for one lane's ray and several primitives, one for each lane of `places`.
     #[inline(always)]
     fn offer_alone(
         &mut self,
@@ -99,7 +99,7 @@ impl<'a, L: Lanes> Nearest<'a, L> {
     }
 }
 
-/// Bodies that each lane does not meet, as ranges of expanded indices.
+/// Bodies that each lane skips, as ranges of expanded indices.
 #[derive(Debug, Clone)]
 pub struct Skipped {
     /// One body of each lane, as its first index and the number of its primitives.
@@ -162,9 +162,9 @@ impl<L: Lanes> Search<'_, '_, L> {
         let active = rays.active;
         let floor = self.stack.len();
         let enter = L::Real::from_f64(f64::NEG_INFINITY);
-        self.stack.push(Waiting { child: wide.root, lanes: active.bits(), enter });
+        self.stack.push(StackEntry { child: wide.root, lanes: active.bits(), enter });
         while self.stack.len() > floor {
-            let Some(Waiting { child, lanes, enter }) = self.stack.pop() else { break };
+            let Some(StackEntry { child, lanes, enter }) = self.stack.pop() else { break };
             let lanes = lanes & prepared.reciprocal.reaches(s, L::splat(s, enter), rays.t_max).bits();
             if lanes == 0 {
                 continue;
@@ -186,7 +186,7 @@ impl<L: Lanes> Search<'_, '_, L> {
         &mut self,
         s: L::Simd,
         here: &Geometry<L::Real>,
-        wide: &Wide<L::Real>,
+        wide: &WideBvh<L::Real>,
         leaf: &Leaf,
         base: u64,
         rays: &mut Rays<L>,
@@ -243,7 +243,7 @@ impl<L: Lanes> Search<'_, '_, L> {
         }
     }
 
-    /// Tests one primitive of any kind, or descends into an instance. Compiled once: few scenes hold many.
+    /// Tests one primitive of any kind, or descends into an instance. Not inlined: few scenes hold many of these.
     fn visit(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, base: u64, rays: &mut Rays<L>) {
         L::vectorize(
             s,
@@ -268,7 +268,7 @@ impl<L: Lanes> Search<'_, '_, L> {
     }
 }
 
-/// Ties are for [`Nearest::offer`] to settle, so the range is closed at its far end.
+/// The range is closed at its far end: [`Nearest::offer`] decides between equal distances.
 #[inline(always)]
 fn closed<L: Lanes>(s: L::Simd, rays: &Rays<L>) -> Rays<L> {
     Rays { t_max: rays.t_max * L::lit(s, 1.0 + 4.0 * L::Real::ROUNDOFF), ..*rays }

@@ -1,10 +1,10 @@
-//! What lies between a point and a light: shadow rays.
+//! Shadow rays: how much light passes between two points.
 
 use super::geometry::Geometry;
 use super::intersect::intersect_item;
 use super::item::{Item, Shape};
-use super::traversal::{Course, Prepared, Stack, Waiting, first};
-use super::wide_bvh::{Kind, Leaf, Wide};
+use super::traversal::{Course, Prepared, Stack, StackEntry, first};
+use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
 use crate::shape::{place_on_triangle, sphere_crossings};
@@ -22,8 +22,8 @@ pub enum Blockers {
 
 /// How much of each colour passes along each active ray between `t_min` and `t_max`.
 ///
-/// The order of factors decides the last bit of a product, and the order of traversal depends on the other rays and on
-/// the scene's order. So the factors are gathered, and multiplied by size.
+/// The order of factors decides the last bit of a product, and the order of traversal depends on the other rays and on the
+/// order of the scene. So the factors are collected and multiplied in the order of their size.
 #[inline(always)]
 pub fn transmittance<L: Lanes>(
     s: L::Simd,
@@ -35,12 +35,13 @@ pub fn transmittance<L: Lanes>(
     time: Option<&L>,
 ) -> V3<L> {
     let cast = rays.active.bits();
-    let mut passage = Passage { geometries, blockers, course, time, crossings: SmallVec::new(), stack: Stack::new() };
+    let mut passage =
+        ShadowSearch { geometries, blockers, course, time, crossings: SmallVec::new(), stack: Stack::new() };
     passage.attenuate(s, root, &mut rays);
-    let Passage { mut crossings, .. } = passage;
+    let ShadowSearch { mut crossings, .. } = passage;
     let blocked = cast & !rays.active.bits();
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
-    // Equal factors have no order: most scenes have one kind of glass.
+    // Equal factors need no sorting: most scenes have one kind of glass.
     if crossings.windows(2).any(|pair| pair[0].1 != pair[1].1) {
         crossings.sort_by(|(_, f), (_, g)| by_size(f, g));
     }
@@ -51,13 +52,13 @@ pub fn transmittance<L: Lanes>(
     V3::select(L::mask(s, blocked), V3 { x: zero, y: zero, z: zero }, passed)
 }
 
-/// Some order of colours that does not depend on where they come from.
+/// An order of colours by nothing but their values.
 fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
     a.map(Real::to_f64).partial_cmp(&b.map(Real::to_f64)).unwrap_or(Ordering::Equal)
 }
 
 /// Shadow rays on their way.
-struct Passage<'a, L: Lanes> {
+struct ShadowSearch<'a, L: Lanes> {
     geometries: &'a [Geometry<L::Real>],
     blockers: Blockers,
     course: Course,
@@ -68,8 +69,8 @@ struct Passage<'a, L: Lanes> {
     stack: Stack<L::Real>,
 }
 
-impl<L: Lanes> Passage<'_, L> {
-    /// Gathers what the surfaces of one geometry let through, and switches off the lanes that are blocked.
+impl<L: Lanes> ShadowSearch<'_, L> {
+    /// Collects the factors of the surfaces of one geometry, and switches off the lanes that are blocked.
     fn attenuate(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
         L::vectorize(
             s,
@@ -88,9 +89,9 @@ impl<L: Lanes> Passage<'_, L> {
         let Some(wide) = &here.wide else { return };
         let floor = self.stack.len();
         let enter = L::Real::from_f64(f64::NEG_INFINITY);
-        self.stack.push(Waiting { child: wide.root, lanes: rays.active.bits(), enter });
+        self.stack.push(StackEntry { child: wide.root, lanes: rays.active.bits(), enter });
         while self.stack.len() > floor {
-            let Some(Waiting { child, lanes, .. }) = self.stack.pop() else { break };
+            let Some(StackEntry { child, lanes, .. }) = self.stack.pop() else { break };
             let lanes = lanes & rays.active.bits();
             if lanes == 0 {
                 continue;
@@ -116,7 +117,7 @@ impl<L: Lanes> Passage<'_, L> {
         &mut self,
         s: L::Simd,
         here: &Geometry<L::Real>,
-        wide: &Wide<L::Real>,
+        wide: &WideBvh<L::Real>,
         leaf: &Leaf,
         rays: &mut Rays<L>,
         prepared: &mut Prepared<L>,
@@ -192,7 +193,7 @@ impl<L: Lanes> Passage<'_, L> {
         }
     }
 
-    /// Tests one primitive of any kind, or descends into an instance. Compiled once: few scenes hold many.
+    /// Tests one primitive of any kind, or descends into an instance. Not inlined: few scenes hold many of these.
     fn visit(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
         L::vectorize(
             s,

@@ -5,12 +5,12 @@ use super::item::{Instance, Item, Shape};
 use crate::lanes::{Ids, Lanes, Mask, Real};
 use glam::DVec3;
 
-/// The body that owns a primitive, and where it stands in the expanded scene.
+/// The body that a primitive belongs to, and its path in the expanded scene.
 #[derive(Debug)]
 pub struct Owner<'a, R> {
     /// The item.
     pub item: &'a Item<R>,
-    /// Expanded index of its first primitive: the identity of the placed body.
+    /// Expanded index of its first primitive, which identifies the placed body.
     pub body: u64,
     /// The placed geometries around it, outermost first.
     pub instances: Vec<&'a Item<R>>,
@@ -44,7 +44,7 @@ impl<'a, R: Real> Owner<'a, R> {
         }
     }
 
-    /// What the placed body encloses.
+    /// Volume of the placed body.
     pub fn volume(&self) -> f64 {
         let scale = |item: &&Item<R>| match &item.shape {
             Shape::Instance(instance) => instance.to_world.volume_scale(),
@@ -53,7 +53,7 @@ impl<'a, R: Real> Owner<'a, R> {
         self.item.volume * self.instances.iter().map(scale).product::<f64>()
     }
 
-    /// The lanes of `among` that have met this body.
+    /// The lanes of `among` that have hit this body.
     #[inline(always)]
     pub fn lanes<L: Lanes<Real = R>>(&self, s: L::Simd, expanded: L::Ids, among: u32) -> u32 {
         let first = L::Ids::splat(s, self.body);

@@ -1,5 +1,5 @@
-//! All rays of a packet at once, against all children of a node at once: bounds on where the first ray may enter a box and
-//! the last one leave it (Boulos, Wald, Shirley, Geometric and Arithmetic Culling Methods for Entire Ray Packets, 2006).
+//! All rays of a packet against all children of a node at once: bounds on where the first ray may enter a box and the last
+//! one leave it (Boulos, Wald, Shirley, Geometric and Arithmetic Culling Methods for Entire Ray Packets, 2006).
 
 use super::bounds::{Reciprocal, SLACK};
 use super::wide_bvh::WideNode;
@@ -8,7 +8,7 @@ use crate::ray::{Rays, gamma};
 
 /// Bounds on rays whose directions have the same signs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Beam<R> {
+pub(super) struct PacketBounds<R> {
     axes: [Axis<R>; 3],
     t_min: R,
 }
@@ -17,15 +17,15 @@ pub(super) struct Beam<R> {
 struct Axis<R> {
     /// Whether coordinates grow along the rays.
     forward: bool,
-    /// The origin that lies furthest along the rays, and the one furthest back.
+    /// The origin furthest along the rays, and the one furthest back.
     ahead: R,
     back: R,
     /// The smallest and the largest 1/d.
     inverse: [R; 2],
 }
 
-impl<R: Real> Beam<R> {
-    /// The beam of the active rays, if there is one.
+impl<R: Real> PacketBounds<R> {
+    /// The bounds of the active rays, if their directions have the same signs.
     #[inline(always)]
     pub(super) fn new<L: Lanes<Real = R>>(s: L::Simd, rays: &Rays<L>, reciprocal: &Reciprocal<L>) -> Option<Self> {
         if reciprocal.backwards {
@@ -42,10 +42,10 @@ impl<R: Real> Beam<R> {
         })
     }
 
-    /// The children that some ray of the beam may pass, and a bound on where it enters.
+    /// The children that some ray of the packet may pass, and a lower bound on where it enters.
     ///
-    /// Rounding is monotone: with the origin and the reciprocal that make each difference and product smallest, it is not
-    /// above that of any ray, and so nothing that [`Reciprocal::crosses_boxes`] passes is left out.
+    /// Rounding is monotone: with the origin and the reciprocal that make each difference and product smallest, the result is
+    /// not above that of any ray. So every box that [`Reciprocal::crosses_boxes`] accepts is accepted here.
     #[inline(always)]
     pub(super) fn crosses<L: Lanes<Real = R>>(&self, s: L::Simd, node: &WideNode<R>) -> (L::Mask, L) {
         let (x_in, x_out) = self.axes[0].span::<L>(s, &node.min[0], &node.max[0]);
@@ -72,7 +72,7 @@ impl<R: Real> Axis<R> {
         Some(Self { forward, ahead, back, inverse })
     }
 
-    /// Where rays may enter and leave each slab.
+    /// Bounds on where rays enter and leave each slab.
     #[inline(always)]
     fn span<L: Lanes<Real = R>>(&self, s: L::Simd, min: &[R], max: &[R]) -> (L, L) {
         let (near, far) = if self.forward { (min, max) } else { (max, min) };

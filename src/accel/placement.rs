@@ -69,7 +69,7 @@ impl<R: Real> Placement<R> {
         row(0).max(row(1)).max(row(2)).sqrt()
     }
 
-    /// The image of a box of errors: absolute values throughout.
+    /// The error bounds of a mapped point: the map's absolute values times the point's error bounds.
     #[inline(always)]
     pub(super) fn spread<L: Lanes<Real = R>>(&self, s: L::Simd, e: V3<L>) -> V3<L> {
         let [x, y, z] = self.columns::<L>(s);

@@ -1,4 +1,4 @@
-//! From the number of a primitive to the surface a ray has met there, in the coordinates of the scene.
+//! From the expanded index of a primitive to the surface that a ray hits there, in the coordinates of the scene.
 
 use super::intersect::{intersect_item, splat_corners};
 use super::item::{Mesh, Shape};
@@ -8,9 +8,9 @@ use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::ray::{Meeting, Place, Rays, Wanted};
 use crate::shape::{Shear, Sides, place_on_sphere, place_on_triangle, sphere_surface, triangle_surface};
 
-/// The surfaces that the `lanes` of `rays` (as they were cast) meet on the primitives `expanded` of one body, at the places
-/// that are known from traversal. Spheres inside instances, rare shapes, and everything where no place is known, are met
-/// again.
+/// The surfaces that the `lanes` of `rays` (as they were cast) hit on the primitives `expanded` of one body, computed from
+/// what traversal has found. Spheres inside instances, rare shapes, and everything of which nothing is known, are
+/// intersected again.
 #[inline(always)]
 pub fn resolve<L: Lanes>(
     s: L::Simd,
@@ -46,7 +46,7 @@ pub fn resolve<L: Lanes>(
         Shape::Sphere(sphere) => {
             let (center, radius) = (V3::splat(s, sphere.center), L::splat(s, sphere.radius));
             let place = match known {
-                // Ray parameters are others inside instances.
+                // Inside instances ray parameters have another unit.
                 Some(place) if owner.instances.is_empty() => *place,
                 _ => place_on_sphere(s, center, radius, &inner, owner.item.sides),
             };
@@ -69,7 +69,7 @@ pub fn resolve<L: Lanes>(
     surface
 }
 
-/// Spheres that are no part of anything placed, one for each lane.
+/// Spheres outside of instances, one for each lane.
 #[derive(Debug)]
 pub struct Spheres<R> {
     /// Lanes that have one.
@@ -86,7 +86,7 @@ impl<R: Real> Spheres<R> {
         Self { lanes: 0, hollow: 0, columns: [[R::default(); MAX_LANES]; 4] }
     }
 
-    /// Takes a sphere that some lanes have met; not if it is something else, or one-sided.
+    /// Takes a sphere that some lanes have hit; returns false if it is another shape, or one-sided.
     #[inline(always)]
     pub fn take(&mut self, owner: &Owner<'_, R>, lanes: u32) -> bool {
         let Shape::Sphere(sphere) = &owner.item.shape else { return false };
@@ -124,15 +124,15 @@ impl<R: Real> Spheres<R> {
 
 /// A face of a mesh for each lane.
 enum Faces<L: Lanes> {
-    /// Most packets see no more of large triangles.
+    /// The same in all lanes: most packets on large triangles.
     One([u32; 3]),
-    /// Lanes of the mask have met the second face, others the first.
+    /// Lanes of the mask have hit the second face, others the first.
     Two(L::Mask, [[u32; 3]; 2]),
     Many([[u32; 3]; MAX_LANES]),
 }
 
 impl<L: Lanes> Faces<L> {
-    /// The faces that some lanes have met.
+    /// The faces that some lanes have hit.
     #[inline(always)]
     fn new(s: L::Simd, owner: &Owner<'_, L::Real>, mesh: &Mesh<L::Real>, expanded: L::Ids, lanes: u32) -> Self {
         let face = |id: u64| mesh.faces[(id - owner.body) as usize];
@@ -152,7 +152,7 @@ impl<L: Lanes> Faces<L> {
         Self::Many(faces)
     }
 
-    /// What belongs to their three vertices.
+    /// The data of their three vertices.
     #[inline(always)]
     fn corners(&self, s: L::Simd, points: &[[L::Real; 3]]) -> [V3<L>; 3] {
         match self {
@@ -180,10 +180,10 @@ impl<L: Lanes> Faces<L> {
 }
 
 impl<L: Lanes> Surface<L> {
-    /// The same with interpolated normals: the shading normal on the side of `ng`, and the way from the facet to the
-    /// surface whose tangent planes at the corners are those of the normals,
+    /// The same with interpolated normals: the shading normal on the side of `ng`, and the vector from the facet to the
+    /// curved surface whose tangent planes at the corners belong to the normals,
     /// P' - P = sum b_k max(0, n_k.(v_k - P)) n_k, with the normals turned to the ray's side (Hanika, Hacking the Shadow
-    /// Terminator, Ray Tracing Gems II, ch. 4). Where the surface is hollow it is 0.
+    /// Terminator, Ray Tracing Gems II, ch. 4). Where the surface is concave the vector is 0.
     #[inline(always)]
     fn curved(
         self,
@@ -198,7 +198,7 @@ impl<L: Lanes> Surface<L> {
         let normals = faces.corners(s, &mesh.normals);
         let [_, b1, b2] = meeting.place.weights;
         let weights = [L::lit(s, 1.0) - b1 - b2, b1, b2];
-        // Interpolated normals may cancel, and some files have them pointing inwards.
+        // Interpolated normals may cancel, and in some files they point inwards.
         let ns = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
         let unit = ns.normalized(s);
         let side = unit.dot(self.ng);

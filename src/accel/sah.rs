@@ -1,21 +1,21 @@
 //! Where to split a node: the surface area heuristic over bins of centres (Goldsmith and Salmon 1987; Wald 2007), on all
 //! three axes in one pass.
 
-use super::build_primitive::{Hull, Part};
+use super::build_primitive::{Box4, BuildPrimitive};
 use crate::lanes::Real;
 use rayon::prelude::*;
 
 /// Most bins on an axis.
 const BINS: usize = 16;
-/// So many parts get one bin more than the fewest.
-const PARTS_PER_BIN: usize = 20;
+/// One bin is added to the fewest for each of these.
+const PRIMITIVES_PER_BIN: usize = 20;
 const FEWEST_BINS: usize = 4;
 /// Cost of visiting a node relative to testing a primitive.
 const NODE_COST: f64 = 2.0;
-/// More parts are counted by several threads.
+/// Larger nodes are counted by several threads.
 const CHUNK: usize = 32_768;
 
-/// How the centres of a node's parts are divided into bins.
+/// How the centres of a node's primitives are divided into bins.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Binning<R> {
     bins: usize,
@@ -35,42 +35,42 @@ pub(super) struct Plane {
 }
 
 impl<R: Real> Binning<R> {
-    pub(super) fn new(centers: &Hull<R>, parts: usize) -> Self {
-        let bins = (FEWEST_BINS + parts / PARTS_PER_BIN).min(BINS);
+    pub(super) fn new(centers: &Box4<R>, primitives: usize) -> Self {
+        let bins = (FEWEST_BINS + primitives / PRIMITIVES_PER_BIN).min(BINS);
         let (low, extent) = centers.sides();
         let zero = R::default();
-        // A little less than a whole number of bins, so that no rounding leads beyond the last.
+        // A little below the whole number of bins, so that rounding never leads beyond the last.
         let end = R::from_f64(bins as f64 * (1.0 - 8.0 * R::ROUNDOFF));
         let scale = |i: usize| if i < 3 && extent[i] > zero { end / extent[i] } else { zero };
         Self { bins, low, scale: std::array::from_fn(scale) }
     }
 
-    /// Where a part is on each axis, as a number of bins; no number where a centre overflows.
+    /// The position of a primitive on each axis in units of bins; NaN where a centre overflows.
     #[inline(always)]
-    fn place(&self, part: &Part<R>) -> [R; 4] {
-        let (Self { low, scale, .. }, center) = (self, part.center());
+    fn place(&self, primitive: &BuildPrimitive<R>) -> [R; 4] {
+        let (Self { low, scale, .. }, center) = (self, primitive.center());
         std::array::from_fn(|i| (center[i] - low[i]) * scale[i])
     }
 
-    /// Whether a part is in front of a plane: a comparison that says the same as [`bin`].
+    /// Whether a primitive is in front of a plane. It agrees with [`bin`].
     #[inline(always)]
-    pub(super) fn is_before(&self, plane: &Plane, part: &Part<R>) -> bool {
-        let is_behind = self.place(part)[plane.axis] >= R::from_f64(plane.bins as f64);
+    pub(super) fn is_before(&self, plane: &Plane, primitive: &BuildPrimitive<R>) -> bool {
+        let is_behind = self.place(primitive)[plane.axis] >= R::from_f64(plane.bins as f64);
         !is_behind
     }
 
-    /// The cheapest plane with parts on both sides.
-    pub(super) fn best(&self, parts: &[Part<R>], hull: &Hull<R>) -> Option<(Plane, [Hull<R>; 2])> {
-        let bins = if parts.len() > CHUNK { self.count_in_parallel(parts) } else { self.count(parts) };
+    /// The cheapest plane with primitives on both sides.
+    pub(super) fn best(&self, primitives: &[BuildPrimitive<R>], around: &Box4<R>) -> Option<(Plane, [Box4<R>; 2])> {
+        let bins = if primitives.len() > CHUNK { self.count_in_parallel(primitives) } else { self.count(primitives) };
         // Areas relative to the longest side neither vanish nor overflow, at any scale.
-        let (_, [x, y, z, _]) = hull.sides();
+        let (_, [x, y, z, _]) = around.sides();
         let longest = [y, z].into_iter().fold(x, |a, b| if b > a { b } else { a });
         let unit = R::from_f64(1.0) / longest;
-        let whole = half_area(hull, unit).to_f64();
+        let whole = half_area(around, unit).to_f64();
         let planes = (0..3).filter_map(|axis| self.best_on(axis, &bins, unit, whole));
         let plane = planes.reduce(|a, b| if b.cost < a.cost { b } else { a })?;
-        let (before, behind) = bins.hulls[plane.axis].split_at(plane.bins);
-        let around = |hulls: &[Hull<R>]| hulls.iter().fold(Hull::empty(), |a, b| a.union(*b));
+        let (before, behind) = bins.boxes[plane.axis].split_at(plane.bins);
+        let around = |boxes: &[Box4<R>]| boxes.iter().fold(Box4::empty(), |a, b| a.union(*b));
         Some((plane, [around(before), around(behind)]))
     }
 
@@ -79,21 +79,21 @@ impl<R: Real> Binning<R> {
             return None;
         }
         let mut behind = [(0.0, 0); BINS];
-        let (mut hull, mut count) = (Hull::empty(), 0);
+        let (mut around, mut count) = (Box4::empty(), 0);
         for bin in (1..self.bins).rev() {
-            hull = hull.union(bins.hulls[axis][bin]);
+            around = around.union(bins.boxes[axis][bin]);
             count += bins.counts[axis][bin];
-            behind[bin - 1] = (half_area(&hull, unit).to_f64() * f64::from(count), count);
+            behind[bin - 1] = (half_area(&around, unit).to_f64() * f64::from(count), count);
         }
         let mut best: Option<Plane> = None;
-        let (mut hull, mut count) = (Hull::empty(), 0);
+        let (mut around, mut count) = (Box4::empty(), 0);
         for bin in 0..self.bins - 1 {
-            hull = hull.union(bins.hulls[axis][bin]);
+            around = around.union(bins.boxes[axis][bin]);
             count += bins.counts[axis][bin];
             let (cost_behind, count_behind) = behind[bin];
             if count > 0 && count_behind > 0 {
-                let parts = half_area(&hull, unit).to_f64() * f64::from(count) + cost_behind;
-                let cost = NODE_COST + parts / whole;
+                let primitives = half_area(&around, unit).to_f64() * f64::from(count) + cost_behind;
+                let cost = NODE_COST + primitives / whole;
                 if cost < best.map_or(f64::INFINITY, |best| best.cost) {
                     best = Some(Plane { axis, bins: bin + 1, cost });
                 }
@@ -102,14 +102,14 @@ impl<R: Real> Binning<R> {
         best
     }
 
-    fn count(&self, parts: &[Part<R>]) -> Bins<R> {
-        let mut bins = Bins { hulls: [[Hull::empty(); BINS]; 3], counts: [[0; BINS]; 3] };
-        for &part in parts {
-            let place = self.place(&part);
+    fn count(&self, primitives: &[BuildPrimitive<R>]) -> Bins<R> {
+        let mut bins = Bins { boxes: [[Box4::empty(); BINS]; 3], counts: [[0; BINS]; 3] };
+        for &primitive in primitives {
+            let place = self.place(&primitive);
             for axis in 0..3 {
                 let bin = bin(place[axis]);
-                let hull = &mut bins.hulls[axis][bin];
-                *hull = hull.union(part.0);
+                let around = &mut bins.boxes[axis][bin];
+                *around = around.union(primitive.0);
                 bins.counts[axis][bin] += 1;
             }
         }
@@ -117,8 +117,8 @@ impl<R: Real> Binning<R> {
     }
 
     /// [`Self::count`] on all threads. Unions and counts are exact, so the order of chunks does not matter.
-    fn count_in_parallel(&self, parts: &[Part<R>]) -> Bins<R> {
-        parts.par_chunks(CHUNK).map(|chunk| self.count(chunk)).reduce(|| self.count(&[]), Bins::merged)
+    fn count_in_parallel(&self, primitives: &[BuildPrimitive<R>]) -> Bins<R> {
+        primitives.par_chunks(CHUNK).map(|chunk| self.count(chunk)).reduce(|| self.count(&[]), Bins::merged)
     }
 }
 
@@ -130,8 +130,8 @@ fn bin<R: Real>(place: R) -> usize {
 
 /// Half the surface area of a box that is not empty, with lengths multiplied by `unit`.
 #[inline(always)]
-fn half_area<R: Real>(hull: &Hull<R>, unit: R) -> R {
-    let (_, [x, y, z, _]) = hull.sides();
+fn half_area<R: Real>(around: &Box4<R>, unit: R) -> R {
+    let (_, [x, y, z, _]) = around.sides();
     let (x, y, z) = (x * unit, y * unit, z * unit);
     x * y + y * z + z * x
 }
@@ -139,7 +139,7 @@ fn half_area<R: Real>(hull: &Hull<R>, unit: R) -> R {
 /// What is in the bins of each axis.
 #[derive(Debug, Clone, PartialEq)]
 struct Bins<R> {
-    hulls: [[Hull<R>; BINS]; 3],
+    boxes: [[Box4<R>; BINS]; 3],
     counts: [[u32; BINS]; 3],
 }
 
@@ -147,8 +147,8 @@ impl<R: Real> Bins<R> {
     fn merged(mut self, other: Self) -> Self {
         for axis in 0..3 {
             for bin in 0..BINS {
-                let hull = &mut self.hulls[axis][bin];
-                *hull = hull.union(other.hulls[axis][bin]);
+                let around = &mut self.boxes[axis][bin];
+                *around = around.union(other.boxes[axis][bin]);
                 self.counts[axis][bin] += other.counts[axis][bin];
             }
         }
@@ -159,33 +159,33 @@ impl<R: Real> Bins<R> {
 #[cfg(test)]
 mod tests {
     use super::super::bounds::Bounds;
-    use super::super::build_primitive::Place;
+    use super::super::build_primitive::NodeBounds;
     use super::*;
     use glam::DVec3;
 
-    fn parts(count: u32) -> Vec<Part<f32>> {
+    fn primitives(count: u32) -> Vec<BuildPrimitive<f32>> {
         let corner = |i: u32| DVec3::new(crate::math::sin_cos(f64::from(i) * 0.7).0, f64::from(i * 31 % 97), 5.0);
-        (0..count).map(|i| Part::new(&Bounds::around([corner(i), corner(i) + 0.01]).narrowed(), i)).collect()
+        (0..count).map(|i| BuildPrimitive::new(&Bounds::around([corner(i), corner(i) + 0.01]).narrowed(), i)).collect()
     }
 
     #[test]
     fn chunks_count_what_one_pass_counts() {
-        let parts = parts(3 * CHUNK as u32 + 7);
-        let binning = Binning::new(&Place::of(&parts).centers, parts.len());
-        assert!(binning.count(&parts) == binning.count_in_parallel(&parts));
+        let primitives = primitives(3 * CHUNK as u32 + 7);
+        let binning = Binning::new(&NodeBounds::of(&primitives).centers, primitives.len());
+        assert!(binning.count(&primitives) == binning.count_in_parallel(&primitives));
     }
 
     #[test]
     fn a_plane_lies_between_the_bins() {
         for count in [5, 100, 5000] {
-            let parts = parts(count);
-            let binning = Binning::new(&Place::of(&parts).centers, parts.len());
+            let primitives = primitives(count);
+            let binning = Binning::new(&NodeBounds::of(&primitives).centers, primitives.len());
             for axis in 0..2 {
                 for bins in 1..binning.bins {
                     let plane = Plane { axis, bins, cost: 0.0 };
-                    for part in &parts {
-                        assert_eq!(binning.is_before(&plane, part), bin(binning.place(part)[axis]) < bins);
-                        assert!(bin(binning.place(part)[axis]) < binning.bins);
+                    for primitive in &primitives {
+                        assert_eq!(binning.is_before(&plane, primitive), bin(binning.place(primitive)[axis]) < bins);
+                        assert!(bin(binning.place(primitive)[axis]) < binning.bins);
                     }
                 }
             }

@@ -15,11 +15,11 @@ pub struct Surface<L: Lanes> {
     pub ng: V3<L>,
     /// Shading normal: unit, on the same side as `ng`.
     pub ns: V3<L>,
-    /// From the point to the curved surface that interpolated normals pretend, on the side the ray comes from.
+    /// From the point to the curved surface that interpolated normals suggest, on the side the ray comes from.
     pub lift: V3<L>,
     /// The point in the coordinates in which the body is written.
     pub local: V3<L>,
-    /// Lanes whose ray does meet the body; the rest holds nothing.
+    /// Lanes whose ray hits the body; the others hold no surface.
     pub met: L::Mask,
 }
 
@@ -32,10 +32,10 @@ fn unit<L: Lanes>(s: L::Simd, v: V3<L>) -> V3<L> {
 }
 
 impl<L: Lanes> Surface<L> {
-    /// The surface at a meeting, in the body's coordinates. `outward` is -1 for bodies turned inside out.
+    /// The surface at an intersection, in the body's coordinates. `outward` is -1 for bodies turned inside out.
     #[inline(always)]
     pub(super) fn flat(s: L::Simd, meeting: &Meeting<L>, outward: L, dir: V3<L>) -> Self {
-        // The tip of a cone has no normal; it faces its ray.
+        // The tip of a cone has no normal: it is set against the ray.
         let ng = if meeting.normalized {
             meeting.normal * outward
         } else {
@@ -62,9 +62,9 @@ impl<L: Lanes> Surface<L> {
         }
     }
 
-    /// The surface in the coordinates around a placed geometry. The error grows by the roundings of this map, and by
-    /// those of mapping the origin of the next ray back (Wächter and Binder's and NVIDIA's bounds, with
-    /// gamma(3)(|M||p| + |t|) each way).
+    /// The surface in the coordinates outside of a placed geometry. The error grows by the roundings of this map, and by
+    /// those of mapping the origin of the next ray back (bounds of Wächter and Binder, and of NVIDIA, with
+    /// gamma(3)(|M||p| + |t|) in each direction).
     #[inline(always)]
     pub(super) fn placed(
         self,

@@ -1,33 +1,33 @@
-//! From node to node: which rays go on to which children.
+//! Traversal of a node: which rays go on to which children.
 //!
-//! A node is asked in the cheapest of three ways: all its boxes against all rays at once, where these form a beam; each
-//! box against all rays; or all boxes against each ray (not where the kernel has one lane only). So rays that keep together
-//! cost little, and rays that go their own ways no more than alone. Which way is taken changes no answer.
+//! A node is tested in the cheapest of three ways: all its boxes against bounds on all rays, where the rays are coherent;
+//! each box against all rays; or all boxes against each ray (not with one lane). So coherent rays cost little, and
+//! incoherent ones cost no more than alone. The answer does not depend on the way.
 
 use super::bounds::Reciprocal;
 use super::geometry::Geometry;
-use super::packet_bounds::Beam;
+use super::packet_bounds::PacketBounds;
 use super::wide_bvh::{Child, WideNode};
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::shape::Shear;
 use smallvec::SmallVec;
 
-/// Fewer rays are not worth the bounds around them.
-const BEAM: u32 = 4;
+/// For fewer rays, bounds on all of them do not pay.
+const FEWEST_RAYS: u32 = 4;
 
 /// A child still to visit.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Waiting<R> {
+pub(super) struct StackEntry<R> {
     pub(super) child: Child,
     /// The rays that pass its box.
     pub(super) lanes: u32,
-    /// None of them enters it before this.
+    /// A lower bound on where they enter it.
     pub(super) enter: R,
 }
 
 /// The children still to visit, the next one last.
-pub(super) type Stack<R> = SmallVec<[Waiting<R>; 64]>;
+pub(super) type Stack<R> = SmallVec<[StackEntry<R>; 64]>;
 
 /// Whether the rays of a packet keep together: camera rays and the shadow rays from what they hit do, others rarely.
 /// What they hit does not depend on it.
@@ -39,11 +39,11 @@ pub enum Course {
     Apart,
 }
 
-/// What boxes and triangles of one geometry need of rays.
+/// Rays, prepared for the boxes and triangles of one geometry.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prepared<L: Lanes> {
     pub(super) reciprocal: Reciprocal<L>,
-    beam: Option<Beam<L::Real>>,
+    bounds: Option<PacketBounds<L::Real>>,
     /// All rays of the search.
     active: L::Mask,
     shear: Option<Shear<L>>,
@@ -56,11 +56,11 @@ impl<L: Lanes> Prepared<L> {
         let reciprocal = Reciprocal::new(s, rays);
         let many =
             L::COUNT > 1 && course == Course::Together && here.wide.as_ref().is_some_and(|wide| wide.nodes.len() > 1);
-        let beam = if many { Beam::new(s, rays, &reciprocal) } else { None };
-        Self { reciprocal, beam, active: rays.active, shear: None }
+        let bounds = if many { PacketBounds::new(s, rays, &reciprocal) } else { None };
+        Self { reciprocal, bounds, active: rays.active, shear: None }
     }
 
-    /// The shear of the rays, made when they come to the first triangle.
+    /// The shear of the rays, computed when they come to the first triangle.
     #[inline(always)]
     pub(super) fn shear(&mut self, s: L::Simd, rays: &Rays<L>) -> &Shear<L> {
         if self.shear.is_none() {
@@ -69,7 +69,7 @@ impl<L: Lanes> Prepared<L> {
         self.shear.as_ref().unwrap_or_else(|| unreachable!("it has just been made"))
     }
 
-    /// Puts the children of a node that some of the rays `lanes` pass on the stack, the nearest last.
+    /// Stacks the children of a node that some of the rays `lanes` pass, the nearest last.
     pub(super) fn open(
         &self,
         s: L::Simd,
@@ -89,26 +89,26 @@ impl<L: Lanes> Prepared<L> {
     fn open_in(&self, s: L::Simd, node: &WideNode<L::Real>, lanes: u32, rays: &Rays<L>, stack: &mut Stack<L::Real>) {
         let top = stack.len();
         let (count, children) = (lanes.count_ones(), first(node.count));
-        match &self.beam {
-            Some(beam) if count >= BEAM => {
-                let (inside, enter) = beam.crosses::<L>(s, node);
+        match &self.bounds {
+            Some(bounds) if count >= FEWEST_RAYS => {
+                let (inside, enter) = bounds.crosses::<L>(s, node);
                 for child in lanes_of(inside.bits() & children) {
                     let lanes = self.box_against_rays(s, node, child, lanes, rays).0.bits();
                     let enter = enter.lane(child);
-                    add(stack, top, Waiting { child: node.children[child], lanes, enter });
+                    add(stack, top, StackEntry { child: node.children[child], lanes, enter });
                 }
             }
             _ if node.count <= count || L::COUNT == 1 => {
                 for child in lanes_of(children) {
                     let (inside, enter) = self.box_against_rays(s, node, child, lanes, rays);
                     let enter = L::select(inside, enter, L::lit(s, f64::INFINITY)).smallest();
-                    add(stack, top, Waiting { child: node.children[child], lanes: inside.bits(), enter });
+                    add(stack, top, StackEntry { child: node.children[child], lanes: inside.bits(), enter });
                 }
             }
             _ if count == 1 => {
                 let (inside, enter) = self.boxes_against_ray(s, node, lanes.trailing_zeros() as usize, rays);
                 for child in lanes_of(inside.bits()) {
-                    add(stack, top, Waiting { child: node.children[child], lanes, enter: enter.lane(child) });
+                    add(stack, top, StackEntry { child: node.children[child], lanes, enter: enter.lane(child) });
                 }
             }
             _ => {
@@ -127,7 +127,7 @@ impl<L: Lanes> Prepared<L> {
                 }
                 for child in lanes_of(any) {
                     let (lanes, enter) = met[child];
-                    add(stack, top, Waiting { child: node.children[child], lanes, enter });
+                    add(stack, top, StackEntry { child: node.children[child], lanes, enter });
                 }
             }
         }
@@ -158,9 +158,9 @@ impl<L: Lanes> Prepared<L> {
     }
 }
 
-/// Puts a child that some rays pass on the stack, below nearer ones of the same node.
+/// Stacks a child that some rays pass, below nearer ones of the same node.
 #[inline(always)]
-fn add<R: Real>(stack: &mut Stack<R>, top: usize, waiting: Waiting<R>) {
+fn add<R: Real>(stack: &mut Stack<R>, top: usize, waiting: StackEntry<R>) {
     if waiting.lanes == 0 {
         return;
     }

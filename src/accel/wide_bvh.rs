@@ -1,7 +1,8 @@
-//! The hierarchy: nodes of as many boxes, and leaves of as many spheres or triangles, as the format has lanes, so that one
-//! ray is tested against all of them at once, or all rays of a packet against one.
+//! The wide hierarchy: each node has one box for each lane, and each leaf one sphere or triangle for each lane. So one ray
+//! is tested against all of them at once, or all rays of a packet against one.
 //!
-//! It is the binary hierarchy with most of its levels left out (Wald, Benthin, Boulos, Getting Rid of Packets, 2008).
+//! It is made from the binary hierarchy by leaving out most of its levels (Wald, Benthin, Boulos, Getting Rid of Packets,
+//! 2008).
 
 use super::bounds::Slab;
 use super::build::{Bvh, Node};
@@ -13,11 +14,11 @@ use std::ops::Range;
 
 /// A hierarchy over the primitives of a binary one, in the order of its leaves.
 #[derive(Debug, Clone)]
-pub(super) struct Wide<R> {
+pub(super) struct WideBvh<R> {
     pub(super) nodes: Vec<WideNode<R>>,
     pub(super) leaves: Vec<Leaf>,
     pub(super) root: Child,
-    /// Numbers of the spheres (centre, radius) and triangles (three corners), by place in the order of the leaves.
+    /// Coordinates of the spheres (centre, radius) and triangles (three corners), in the order of the leaves.
     pub(super) columns: Vec<Vec<R>>,
 }
 
@@ -73,8 +74,8 @@ pub(super) enum Kind {
     Mixed,
 }
 
-impl<R: Real> Wide<R> {
-    /// Everything in one leaf, tested one by one: the slow twin.
+impl<R: Real> WideBvh<R> {
+    /// Everything in one leaf, tested one by one. Slow; tests compare the others with it.
     pub(super) fn flat(slab: Slab<R>, count: usize) -> Self {
         let leaf = Leaf { start: 0, count: count as u32, kind: Kind::Mixed };
         let mut wide = Self { nodes: Vec::new(), leaves: vec![leaf], root: Child::leaf(0), columns: Vec::new() };
@@ -82,8 +83,8 @@ impl<R: Real> Wide<R> {
         wide
     }
 
-    /// Puts a node around a root that is a leaf: no primitive is asked about rays that pass the box around it. Triangles
-    /// too small for their distance rely on that.
+    /// Puts a node around a root that is a leaf, so that no primitive is tested against a ray that misses the box around it.
+    /// Triangles that are tiny for their distance rely on that.
     fn wrap(&mut self, slab: Slab<R>) {
         if self.root.index().is_ok() {
             return;
@@ -141,14 +142,14 @@ impl<R: Real> Wide<R> {
         }
     }
 
-    /// Leaves out levels of a binary hierarchy that is not empty.
+    /// From a binary hierarchy that is not empty.
     pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Self {
         let columns = columns(items, primitives);
         let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns };
         let collapse = Collapse { bvh, below: &below(bvh, items, primitives) };
         wide.root = wide.child(&collapse, 0);
         let mut next = 0;
-        // Nodes wait with their binary node's index in place of the first child.
+        // Until a node is filled, its `count` is the index of its binary node.
         while next < wide.nodes.len() {
             let binary = wide.nodes[next].count as usize;
             let children = collapse.opened(binary);
@@ -174,7 +175,7 @@ impl<R: Real> Wide<R> {
         wide
     }
 
-    /// The leaf or the waiting node that a binary node becomes.
+    /// The leaf, or the node to be filled, that a binary node becomes.
     fn child(&mut self, collapse: &Collapse<'_, R>, binary: usize) -> Child {
         if let Some(leaf) = collapse.leaf(binary) {
             self.leaves.push(leaf);
@@ -219,7 +220,7 @@ impl Below {
     }
 }
 
-/// What is below each binary node. Children stand behind their parents.
+/// What is below each binary node. Children come behind their parents.
 fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Vec<Below> {
     let alone = |node: &Node<R>| {
         let places = node.places();
@@ -252,8 +253,9 @@ impl<R: Real> Collapse<'_, R> {
         (below.leaves == 1).then_some(below.leaf)
     }
 
-    /// The descendants of a binary node that become the children of one node: the largest is opened as long as there is
-    /// room. One that would be a node of leaves only is opened completely or not at all, so that nodes are well filled.
+    /// The descendants of a binary node that become the children of one wide node: the largest is replaced by its children
+    /// while there is room. A descendant whose children would all be leaves is replaced completely or not at all, so that
+    /// nodes are well filled.
     fn opened(&self, binary: usize) -> Vec<usize> {
         let slab = |child: usize| &self.bvh.nodes[child].slab;
         let leaves = |child: usize| self.below[child].leaves as usize;
@@ -278,10 +280,10 @@ impl<R: Real> Collapse<'_, R> {
     }
 }
 
-/// Places of [`Wide::columns`] that one thread fills at a time.
+/// Entries of [`WideBvh::columns`] that one thread fills at a time.
 const CHUNK: usize = 16_384;
 
-/// The columns of [`Wide`]; as many more numbers as there are lanes, so that whole bundles can be loaded at the end.
+/// The columns of [`WideBvh`], longer by one number for each lane, so that whole bundles can be loaded at the end.
 fn columns<R: Real>(items: &[Item<R>], primitives: &[Primitive]) -> Vec<Vec<R>> {
     let has = |test: fn(&Shape<R>) -> bool| items.iter().any(|item| test(&item.shape));
     let count = match () {
