@@ -99,8 +99,17 @@ impl Angular {
         spread * self.step[1]
     }
 
+    #[inline(never)]
+    pub(super) fn primary<L: Lanes>(&self, s: L::Simd, x: &L, y: &L) -> Primary<L> {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.primary_in(s, *x, *y),
+        )
+    }
+
     #[inline(always)]
-    pub(super) fn primary<L: Lanes>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
+    fn primary_in<L: Lanes>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
         let mut dirs = [self.basis.forward; MAX_LANES];
         let mut seen = 0;
         for lane in 0..L::COUNT {

@@ -121,7 +121,7 @@ impl<R: Real> Camera<R> {
     pub fn primary<L: Lanes<Real = R>>(&self, s: L::Simd, x: L, y: L) -> Primary<L> {
         match self {
             Self::Flat(flat) | Self::Lens(flat, _) => flat.primary(s, x, y),
-            Self::Angular(angular) => angular.primary(s, x, y),
+            Self::Angular(angular) => angular.primary(s, &x, &y),
         }
     }
 }

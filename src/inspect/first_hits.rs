@@ -29,14 +29,22 @@ pub struct FirstHit {
 pub fn first_hits(scene: &Scene, rays: &[RayQuery]) -> Vec<Option<FirstHit>> {
     let mut answers = Vec::with_capacity(rays.len());
     match &scene.world {
-        Precise::Single(world) => dispatch!(Level::new(), s => follow::<f32x16<_>>(s, world, rays, &mut answers)),
-        Precise::Double(world) => dispatch!(Level::new(), s => follow::<f64x8<_>>(s, world, rays, &mut answers)),
+        Precise::Single(world) => dispatch!(Level::new(), follow::<f32x16, f32>(world, rays, &mut answers)),
+        Precise::Double(world) => dispatch!(Level::new(), follow::<f64x8, f64>(world, rays, &mut answers)),
     }
     answers
 }
 
-#[inline(always)]
 fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answers: &mut Vec<Option<FirstHit>>) {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || follow_in::<L>(s, world, rays, answers),
+    );
+}
+
+#[inline(always)]
+fn follow_in<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answers: &mut Vec<Option<FirstHit>>) {
     let mut hits = Hits::none(s);
     for (index, packet) in rays.chunks(L::COUNT).enumerate() {
         // Lanes without a ray of their own repeat the last one, switched off.

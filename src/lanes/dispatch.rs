@@ -1,35 +1,26 @@
-//! Choosing the instruction set at run time, once per tile.
+//! Choosing the instruction set at run time.
 
-/// Runs `$body` with the best instructions of a level, `$s` being their proof. On x86-64 there are three copies of the
-/// kernel, AVX-512, AVX2 and SSE2: one for SSE4.2 would cost a quarter of the build time, for processors before 2013.
-#[cfg(target_arch = "x86_64")]
+/// Calls a function `f::<Bundle, Real>(...)`, which is generic over lanes, with the widest bundle that a level has
+/// instructions for, or with one lane below AVX2. The proof of the instructions becomes its first argument.
 macro_rules! dispatch {
-    ($level:expr, $s:ident => $body:expr) => {{
-        use fearless_simd::Simd;
-        if let Some($s) = $level.as_avx512() {
-            $s.vectorize(
-                #[inline(always)]
-                || $body,
-            )
-        } else if let Some($s) = $level.as_avx2() {
-            $s.vectorize(
-                #[inline(always)]
-                || $body,
-            )
-        } else if let Some($s) = $level.as_sse2() {
-            $s.vectorize(
-                #[inline(always)]
-                || $body,
-            )
-        } else {
-            unreachable!("every x86-64 processor has SSE2")
+    ($level:expr, $f:ident::<$wide:ident, $one:ident>($($argument:expr),*)) => {{
+        let level = $level;
+        #[cfg(target_arch = "x86_64")]
+        match (level.as_avx512(), level.as_avx2()) {
+            (Some(s), _) => $f::<$wide<_>>(s, $($argument),*),
+            (None, Some(s)) => $f::<$wide<_>>(s, $($argument),*),
+            (None, None) => $f::<$one>((), $($argument),*),
+        }
+        #[cfg(target_arch = "aarch64")]
+        match level.as_neon() {
+            Some(s) => $f::<$wide<_>>(s, $($argument),*),
+            None => $f::<$one>((), $($argument),*),
+        }
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        {
+            let _ = level;
+            $f::<$one>((), $($argument),*)
         }
     }};
-}
-#[cfg(not(target_arch = "x86_64"))]
-macro_rules! dispatch {
-    ($level:expr, $s:ident => $body:expr) => {
-        fearless_simd::dispatch!($level, $s => $body)
-    };
 }
 pub(crate) use dispatch;

@@ -5,17 +5,20 @@ use fearless_simd::Level;
 /// The instruction set that kernels are run with at a level, by name.
 pub fn instructions(level: Level) -> &'static str {
     #[cfg(target_arch = "x86_64")]
-    {
-        if level.as_avx512().is_some() {
-            "AVX-512"
-        } else if level.as_avx2().is_some() {
-            "AVX2"
-        } else {
-            "SSE2"
-        }
+    match () {
+        () if level.as_avx512().is_some() => "AVX-512",
+        () if level.as_avx2().is_some() => "AVX2",
+        () => "no SIMD",
     }
-    #[cfg(not(target_arch = "x86_64"))]
+    #[cfg(target_arch = "aarch64")]
+    if level.as_neon().is_some() {
+        "NEON"
+    } else {
+        "no SIMD"
+    }
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
     {
-        if format!("{level:?}").starts_with("Neon") { "NEON" } else { "no SIMD" }
+        let _ = level;
+        "no SIMD"
     }
 }

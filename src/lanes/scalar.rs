@@ -55,7 +55,8 @@ macro_rules! scalar {
             type Simd = ();
             const COUNT: usize = 1;
 
-            #[inline(always)]
+            // What is a function of its own over sixteen lanes is one here, too.
+            #[inline(never)]
             fn vectorize<T>((): (), f: impl FnOnce() -> T) -> T {
                 f()
             }

@@ -126,7 +126,6 @@ simd!(f64x8, mask64x8, f64, u64x8, Wide, 8);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::dispatch;
     use fearless_simd::Level;
 
     /// Every pair of these in some lane: the answer must be that of one lane, to the bit.
@@ -154,13 +153,13 @@ mod tests {
     #[test]
     fn smaller_and_larger_are_those_of_one_lane_with_nan_and_zeros() {
         let best = Level::new();
-        dispatch!(best, s => compare(s));
+        fearless_simd::dispatch!(best, s => compare(s));
         #[cfg(target_arch = "x86_64")]
         {
             let lower =
                 [best.as_sse2().map(Level::Sse2), best.as_sse4_2().map(Level::Sse4_2), best.as_avx2().map(Level::Avx2)];
             for level in lower.into_iter().flatten() {
-                dispatch!(level, s => compare(s));
+                fearless_simd::dispatch!(level, s => compare(s));
             }
         }
     }

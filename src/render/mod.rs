@@ -3,6 +3,7 @@
 mod canvas;
 mod contrast;
 mod costs;
+mod kernels;
 mod packets;
 mod probe;
 mod progressive;

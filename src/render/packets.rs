@@ -6,16 +6,16 @@ use super::statistical::Reached;
 use crate::bound::{BoundedPixel, BoundedPixels};
 use crate::camera::Camera;
 use crate::film::srgb::Codes8;
-use crate::lanes::{Lanes, MAX_LANES, Real, V3, dispatch, lanes_of};
+use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::Medium;
 use crate::trace::certificate::{ends, raised};
 use crate::trace::counts::RayCounts;
 use crate::trace::hits::Hits;
 use crate::trace::kernel::Tracer;
-use crate::trace::pixel::{Samples, add_samples, eye_media, is_of_second_half};
-use crate::trace::variants::{Clear, Detailed, DetailedMirrors, Effects, Everything, Local, Mirrors, Specialised};
-use fearless_simd::{Level, f32x16, f64x8};
+use crate::trace::pixel::{Samples, add_samples, is_of_second_half};
+use crate::trace::variants::{Effects, Specialised};
+use fearless_simd::Level;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -78,32 +78,9 @@ impl Traced {
     }
 }
 
-macro_rules! kernel {
-    ($real:ident, $lanes:ident) => {
-        impl Kernel for $real {
-            fn trace(level: Level, job: &Job<'_, Self>, at: &[[u32; 2]], samples: Samples, out: &mut Traced) {
-                dispatch!(level, s => match job.kernel {
-                    Specialised::Local => trace_with::<$lanes<_>, Local>(s, job, at, samples, out),
-                    Specialised::Mirrors => trace_with::<$lanes<_>, Mirrors>(s, job, at, samples, out),
-                    Specialised::Clear => trace_with::<$lanes<_>, Clear>(s, job, at, samples, out),
-                    Specialised::DetailedMirrors => trace_with::<$lanes<_>, DetailedMirrors>(s, job, at, samples, out),
-                    Specialised::Detailed => trace_with::<$lanes<_>, Detailed>(s, job, at, samples, out),
-                    Specialised::Everything => trace_with::<$lanes<_>, Everything>(s, job, at, samples, out),
-                });
-            }
-            fn eye_media(world: &World<Self>) -> Vec<Medium<Self>> {
-                eye_media::<Self>((), world)
-            }
-        }
-    };
-}
-
-kernel!(f32, f32x16);
-kernel!(f64, f64x8);
-
-/// Names the instruction set's type once, so that the macro's argument can be a type over it.
+/// Traces the pixels at `at`, a packet at a time.
 #[inline(always)]
-fn trace_with<L: Lanes, E: Effects>(
+pub(super) fn trace_with<L: Lanes, E: Effects>(
     s: L::Simd,
     job: &Job<'_, L::Real>,
     at: &[[u32; 2]],
@@ -112,7 +89,7 @@ fn trace_with<L: Lanes, E: Effects>(
 ) {
     let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.camera, &job.eye, job.cancelled, job.pruning, ());
     let mut hits = Hits::none(s);
-    let (codes, mut all_lacking) = (Codes8::get(), Vec::new());
+    let mut all_lacking = Vec::new();
     let of_second = (0..samples.count).filter(|sample| is_of_second_half(*sample)).count() as f32;
     for packet in at.chunks(L::COUNT) {
         let started = job.watched.then(Instant::now);
@@ -124,18 +101,7 @@ fn trace_with<L: Lanes, E: Effects>(
         out.pixels.extend((0..packet.len()).map(|lane| [red[lane], green[lane], blue[lane]].map(narrow)));
         let lacking = tracer.lacking() & active;
         if lacking != 0 {
-            let (rest, roundings) = (tracer.rest(), tracer.roundings());
-            for lane in lanes_of(lacking) {
-                let sum = [red[lane], green[lane], blue[lane]];
-                let ends = ends(sum, rest.lane(lane), roundings.lane(lane));
-                let (shown, highest) = if job.low {
-                    (ends.map(|[low, _]| low), ends.map(|[_, high]| high))
-                } else {
-                    show(codes, sum, ends, job.pruning)
-                };
-                out.pixels[first + lane] = shown;
-                all_lacking.push(BoundedPixel { at: packet[lane], highest });
-            }
+            show_lacking(&tracer, job.low, packet, lacking, &sum, &mut out.pixels[first..], &mut all_lacking);
         }
         if samples.count > 1 && !job.low {
             let halves = lanes(half);
@@ -152,6 +118,37 @@ fn trace_with<L: Lanes, E: Effects>(
     }
     out.lacking.add(all_lacking);
     out.rays = out.rays + tracer.counts;
+}
+
+/// Shows the pixels of a packet that lack light, and lists how bright they may be.
+#[inline(never)]
+fn show_lacking<L: Lanes, E: Effects>(
+    tracer: &Tracer<'_, L, (), E>,
+    low: bool,
+    packet: &[[u32; 2]],
+    lanes: u32,
+    sum: &V3<L>,
+    pixels: &mut [[f32; 3]],
+    lacking: &mut Vec<BoundedPixel>,
+) {
+    L::vectorize(
+        tracer.simd(),
+        #[inline(always)]
+        || {
+            let (codes, rest, roundings) = (Codes8::get(), tracer.rest(), tracer.roundings());
+            for lane in lanes_of(lanes) {
+                let sum = sum.lane(lane);
+                let ends = ends(sum, rest.lane(lane), roundings.lane(lane));
+                let (shown, highest) = if low {
+                    (ends.map(|[low, _]| low), ends.map(|[_, high]| high))
+                } else {
+                    show(codes, sum, ends, tracer.pruning)
+                };
+                pixels[lane] = shown;
+                lacking.push(BoundedPixel { at: packet[lane], highest });
+            }
+        },
+    );
 }
 
 /// The numbers in each lane, channel by channel.

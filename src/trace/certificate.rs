@@ -147,7 +147,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     pub(crate) fn choose(&mut self, index: u32) {
         self.certificate.sample = index;
         self.end_of_round();
-        if E::SAMPLED {
+        if E::DETAILS {
             self.sampler = Sampler::new(&self.certificate.corners, self.certificate.batch, index);
         }
     }
@@ -200,16 +200,20 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     }
 
     /// Puts rays of some lanes aside, or leaves them out where nothing is to be proved.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn put_aside(&mut self, rays: &Followed<L>, lanes: u32) {
-        match self.pruning {
-            Pruning::Proved { .. } if !self.certificate.straight => {
-                let come = if E::DETAILS { self.cones.end } else { L::lit(self.s, 0.0) };
-                let rays = Followed { active: lanes, ..*rays };
-                self.certificate.aside.push(Aside { rays, come, sample: self.certificate.sample });
-            }
-            _ => self.give_up(rays, lanes),
-        }
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || match self.pruning {
+                Pruning::Proved { .. } if !self.certificate.straight => {
+                    let come = if E::DETAILS { self.cones.end } else { L::lit(self.s, 0.0) };
+                    let rays = Followed { active: lanes, ..*rays };
+                    self.certificate.aside.push(Aside { rays, come, sample: self.certificate.sample });
+                }
+                _ => self.give_up(rays, lanes),
+            },
+        );
     }
 
     /// Whether lights that would add this much to the lanes of `lit` need not be asked for; what they lack is noted.
@@ -226,6 +230,26 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     #[inline(always)]
     pub(crate) fn prove(&mut self, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
         let Pruning::Proved { max_codes } = self.pruning else { return false };
+        let certificate = &self.certificate;
+        if certificate.aside.is_empty() && certificate.waiting.is_empty() && self.lacking() & active == 0 {
+            self.end_of_round();
+            self.certificate.open = 0;
+            return false;
+        }
+        self.prove_within(max_codes, active, hits, sum)
+    }
+
+    #[inline(never)]
+    fn prove_within(&mut self, max_codes: u8, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || self.next_round(max_codes, active, hits, sum),
+        )
+    }
+
+    #[inline(always)]
+    fn next_round(&mut self, max_codes: u8, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
         loop {
             while let Some(Aside { mut rays, come, sample }) = self.certificate.waiting.pop() {
                 let open = self.certificate.open;
@@ -286,6 +310,20 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         if !proves || (self.certificate.aside.is_empty() && self.lacking() & active == 0) {
             return 0;
         }
+        self.leave_out_rest(active, sum)
+    }
+
+    #[inline(never)]
+    fn leave_out_rest(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || self.leave_out_rest_in(active, sum),
+        )
+    }
+
+    #[inline(always)]
+    fn leave_out_rest_in(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
         let s = self.s;
         let mut left = std::mem::take(&mut self.certificate.aside);
         for aside in left.drain(..) {
@@ -336,7 +374,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     fn resume(&mut self, sample: u32, hits: &mut Hits<L>) {
         if sample != self.certificate.sample {
             self.certificate.sample = sample;
-            if E::SAMPLED {
+            if E::DETAILS {
                 self.sampler = Sampler::new(&self.certificate.corners, self.certificate.batch, sample);
             }
             self.make_choices(hits);

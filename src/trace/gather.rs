@@ -13,8 +13,23 @@ use crate::shading::material::Coefficients;
 use crate::trace::variants::Effects;
 
 /// Stacks the rays that bring what diffuse surfaces see.
-#[inline(always)]
+#[inline(never)]
 pub(super) fn gather<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &mut Tracer<'_, L, O, E>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    number: u32,
+) {
+    L::vectorize(
+        tracer.s,
+        #[inline(always)]
+        || gather_in(tracer, rays, hits, coefficients, number),
+    );
+}
+
+#[inline(always)]
+fn gather_in<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
     rays: &Followed<L>,
     hits: &Hits<L>,

@@ -126,7 +126,7 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     /// Rays waiting to be followed.
     pub(super) stack: Vec<Followed<L>>,
     /// What ends chains of rays, but for their length.
-    pub(super) pruning: Pruning,
+    pub(crate) pruning: Pruning,
     /// The smallest weight followed, times the sample's own, or w U where something is to be proved.
     pub(super) min_weight: L,
     /// The weight of a sample.
@@ -222,7 +222,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         }
 
         let mut primary = self.camera.primary(s, x, y);
-        if E::SAMPLED
+        if E::DETAILS
             && let Some(lens) = self.camera.lens()
         {
             primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
@@ -230,19 +230,18 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         self.make_choices(hits);
         let seen = primary.seen.bits() & active;
         let weight = V3 { x: weight, y: weight, z: weight };
-        *rays = Followed {
-            origin: primary.origin,
-            dir: primary.dir,
-            t_min: L::lit(s, 0.0),
-            weight,
-            active: seen,
-            media: self.media_at_eye(&primary.origin, seen, hits.time),
-            depth: 1,
-            kind: RayKind::Camera,
-            path: 0,
-            dispersed: 0,
-            parent: 0,
-        };
+        // Field by field: as a whole it would be made elsewhere and copied.
+        rays.origin = primary.origin;
+        rays.dir = primary.dir;
+        rays.t_min = L::lit(s, 0.0);
+        rays.weight = weight;
+        rays.active = seen;
+        rays.media = self.media_at_eye(&primary.origin, seen, hits.time);
+        rays.depth = 1;
+        rays.kind = RayKind::Camera;
+        rays.path = 0;
+        rays.dispersed = 0;
+        rays.parent = 0;
         if seen != active {
             let background = weight.times(V3::splat(s, self.world.background));
             self.add(sum, active & !seen, background);
@@ -258,12 +257,12 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     #[inline(always)]
     pub(super) fn make_choices(&mut self, hits: &mut Hits<L>) {
         let s = self.s;
-        if E::SAMPLED
+        if E::DETAILS
             && let Some(spectrum) = &self.world.spectrum
         {
             self.waves = Waves::choose(s, spectrum, &self.sampler);
         }
-        let moves = E::SAMPLED && self.world.called.motion;
+        let moves = E::DETAILS && self.world.called.motion;
         hits.time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
     }
 
@@ -299,7 +298,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     #[inline(always)]
     fn media_at_eye(&mut self, origin: &V3<L>, active: u32, time: Option<L>) -> L::Ids {
         let s = self.s;
-        if !E::TRANSMISSION || !self.world.transmits {
+        if !E::SECONDARY || !self.world.transmits {
             return L::Ids::splat(s, u64::from(OUTSIDE));
         }
         if self.world.shared_eye {
@@ -326,7 +325,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
-        if E::TRANSMISSION {
+        if E::SECONDARY {
             hits.find(s, self.world, &mut cast, rays.course());
         } else {
             hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.course());
@@ -375,7 +374,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         if rays.kind == RayKind::Gathered {
             return;
         }
-        if E::SAMPLED && self.world.called.bleeding {
+        if E::DETAILS && self.world.called.bleeding {
             gather(self, rays, hits, &coefficients, number);
         }
         scatter(self, rays, hits, &coefficients, number);
@@ -424,11 +423,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         let beyond = (active & self.followed.ge(L::lit(self.s, RAYS_PER_SAMPLE.max as f64))).bits();
         let beyond = beyond | self.endless(&rays);
         if beyond != 0 {
-            self.counts.dropped += u64::from(beyond.count_ones());
-            self.leave_out(beyond, rays.weight, rays.depth);
-            if O::WATCHING {
-                self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Budget);
-            }
+            self.drop_rays(&rays, beyond);
             rays.active &= !beyond;
         }
         if rays.active != 0 {
@@ -446,6 +441,34 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             }
         }
     }
+
+    /// Leaves out rays of some lanes that are beyond the limit on rays.
+    #[inline(never)]
+    fn drop_rays(&mut self, rays: &Followed<L>, lanes: u32) {
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || {
+                self.counts.dropped += u64::from(lanes.count_ones());
+                self.leave_out(lanes, rays.weight, rays.depth);
+                if O::WATCHING {
+                    self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Budget);
+                }
+            },
+        );
+    }
+}
+
+/// Runs a stage of the kernel: in a function of its own in the general variant, which is too large for one, and inline in
+/// the others, where the call would cost up to 4 % of all instructions.
+#[inline(always)]
+pub(super) fn stage<L: Lanes, E: Effects, T>(s: L::Simd, f: impl FnOnce() -> T) -> T {
+    if E::DETAILS { outlined::<L, T>(s, f) } else { f() }
+}
+
+#[inline(never)]
+fn outlined<L: Lanes, T>(s: L::Simd, f: impl FnOnce() -> T) -> T {
+    L::vectorize(s, f)
 }
 
 /// A one-lane number of the kernel's format, for events.

@@ -2,7 +2,7 @@
 
 use super::colored_shadows::left_by_bodies;
 use super::hits::Hits;
-use super::kernel::{Followed, RayKind, Tracer};
+use super::kernel::{Followed, RayKind, Tracer, stage};
 use super::observer::Observer;
 use super::sampling::Choice;
 use crate::accel::transmittance;
@@ -36,10 +36,27 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     number: u32,
     sum: &mut V3<L>,
 ) {
+    stage::<L, E, _>(
+        tracer.s,
+        #[inline(always)]
+        || illuminate_in(tracer, rays, hits, coefficients, own, number, sum),
+    );
+}
+
+#[inline(always)]
+fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &mut Tracer<'_, L, O, E>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    own: V3<L>,
+    number: u32,
+    sum: &mut V3<L>,
+) {
     let s = tracer.s;
     let world = tracer.world;
     // Gathered light takes the place of ambient light.
-    let gathers = E::SAMPLED && world.called.bleeding && rays.kind != RayKind::Gathered;
+    let gathers = E::DETAILS && world.called.bleeding && rays.kind != RayKind::Gathered;
     if E::DETAILS || !gathers {
         let mut ambient = rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient)));
         if E::DETAILS {
@@ -62,7 +79,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     let smooth = hits.smooth & !spd;
     for (index, light) in world.lights.iter().enumerate() {
         let mut place = light.middle(s);
-        if E::SAMPLED
+        if E::DETAILS
             && let Some(area) = &light.area
         {
             let chosen = tracer.sampler.square(s, rays.path, Choice::Light(index));
@@ -96,7 +113,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
             let shadow = shadow_rays(s, &place, origin, cast);
             let time = hits.time.as_ref();
             passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course(), time);
-            if E::DETAILS && E::TRANSMISSION && world.called.colored_shadows {
+            if E::DETAILS && world.called.colored_shadows {
                 let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
                 let shadow = Rays { active: open, ..shadow };
                 passed = passed.times(left_by_bodies(s, world, &mut tracer.media, shadow, rays.media, hits.time));

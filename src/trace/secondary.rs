@@ -3,7 +3,7 @@
 use super::fresnel::{Bent, at_angles, conductors};
 use super::hits::Hits;
 use super::interface::{Interface, interface};
-use super::kernel::{Followed, RayKind, Tracer, first};
+use super::kernel::{Followed, RayKind, Tracer, first, stage};
 use super::observer::{NotFollowed, Observer, Snell};
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
@@ -23,7 +23,22 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     coefficients: &Coefficients<L>,
     number: u32,
 ) {
-    if !E::REFLECTION && !E::TRANSMISSION {
+    stage::<L, E, _>(
+        tracer.s,
+        #[inline(always)]
+        || scatter_in(tracer, rays, hits, coefficients, number),
+    );
+}
+
+#[inline(always)]
+fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
+    tracer: &mut Tracer<'_, L, O, E>,
+    rays: &Followed<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    number: u32,
+) {
+    if !E::SECONDARY {
         return;
     }
     let s = tracer.s;
@@ -35,7 +50,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     if by_angle {
         mirror |= conductors(s, tracer.world, hits);
     }
-    let clear = if E::TRANSMISSION { hits.clear & hits.found } else { 0 };
+    let clear = if E::SECONDARY { hits.clear & hits.found } else { 0 };
     if mirror | clear == 0 {
         return;
     }
@@ -58,7 +73,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     }
 
     let rough =
-        if E::SAMPLED && tracer.world.called.gloss { coefficients.alpha.gt(zero).bits() & (mirror | clear) } else { 0 };
+        if E::DETAILS && tracer.world.called.gloss { coefficients.alpha.gt(zero).bits() & (mirror | clear) } else { 0 };
     let mut ns = hits.ns;
     if rough != 0 {
         let chosen = tracer.sampler.square(s, rays.path, Choice::Facet);
@@ -83,7 +98,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
         let joined = reflected_weight + rays.weight.times(r_t);
         reflected_weight = V3::select(L::mask(s, total), joined, reflected_weight);
         let mut transmitted_weight = rays.weight.times(r_t);
-        if E::SAMPLED && tracer.world.called.dispersion {
+        if E::DETAILS && tracer.world.called.dispersion {
             // Light is split where it is bent, and where its reflection depends on the index.
             let [before, behind] = crossing.dispersion;
             split = before.max(behind).gt(zero).bits() & clear & !rays.dispersed;
@@ -224,7 +239,7 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     let s = tracer.s;
     let Interface { mut n1, mut n2, dispersion, behind } =
         interface(s, tracer.world, &mut tracer.media, hits, rays.media, clear & hits.closed);
-    if E::SAMPLED && tracer.world.called.dispersion {
+    if E::DETAILS && tracer.world.called.dispersion {
         n1 = n1 + dispersion[0] * tracer.waves.bend;
         n2 = n2 + dispersion[1] * tracer.waves.bend;
     }

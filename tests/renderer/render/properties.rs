@@ -162,7 +162,7 @@ fn each_kernel_gives_the_bytes_of_the_general_one() {
         let opaque = without(&scene, &["transmission"]);
         let matt = without(&opaque, &["reflection"]);
         for (scene, expected) in
-            [(scene, Specialised::Clear), (opaque, Specialised::Mirrors), (matt, Specialised::Local)]
+            [(scene, Specialised::Whitted), (opaque, Specialised::Whitted), (matt, Specialised::Local)]
         {
             let loaded = loaded(&scene);
             let kernel = match &loaded.scene.world {
