@@ -1,4 +1,4 @@
-//! Points of the unit circle, by polynomials that use nothing but what rounds alike on every machine.
+//! Points of the unit circle, by polynomials of operations that round alike on every machine.
 
 use super::{Lanes, Real};
 use std::f64::consts::TAU;
@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 /// Cosine and sine of a number of turns in [0, 1].
 #[inline(always)]
 pub fn circle<L: Lanes>(s: L::Simd, turns: L) -> [L; 2] {
-    // Whole quarters, and a rest of at most an eighth on either side.
+    // Whole quarters of a turn, and a rest of at most an eighth.
     let quarter = (turns * L::lit(s, 4.0) + L::lit(s, 0.5)).floor();
     let angle = (turns - quarter * L::lit(s, 0.25)) * L::lit(s, TAU);
     let square = angle * angle;

@@ -1,12 +1,12 @@
-//! Exponential decay, by polynomials that use nothing but what rounds alike on every machine.
+//! Exponential decay, by polynomials of operations that round alike on every machine.
 
 use super::power::{exp2, is_single};
 use super::{Lanes, Real};
 use std::f64::consts::LOG2_E;
 
-/// e^-x of numbers of at least 0, infinity included; what no normal number can hold is 0.
+/// e^-x of numbers of at least 0, infinity included; results below the smallest normal number are 0.
 ///
-/// 2^(-x log2(e)), whose relative error is a few roundings times 1 + x: no absolute error is above a few roundings.
+/// 2^(-x log2(e)), whose relative error is a few roundings times 1 + x, and whose absolute error is a few roundings.
 #[inline(always)]
 pub fn exp_minus<L: Lanes>(s: L::Simd, x: L) -> L {
     let lowest = L::lit(s, -L::Real::LOWEST);
@@ -21,7 +21,7 @@ pub fn mean_decay<L: Lanes>(s: L::Simd, x: L) -> L {
     L::select(x.lt(one), mean_to_one(s, x.min(one)), (one - exp_minus(s, x)) / x)
 }
 
-/// 1 - e^-x of numbers of at least 0, infinity included: what a medium of optical depth x takes away.
+/// 1 - e^-x of numbers of at least 0, infinity included: the light that a medium of optical depth x absorbs.
 #[inline(always)]
 pub fn opacity<L: Lanes>(s: L::Simd, x: L) -> L {
     let one = L::lit(s, 1.0);

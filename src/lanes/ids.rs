@@ -1,30 +1,30 @@
-//! Names of primitives, bodies, materials and lists of media, one for each lane.
+//! Identifiers of primitives, bodies, materials and lists of media, one for each lane.
 
 use super::Mask;
 use fearless_simd::{Simd, SimdBase, mask32x16, mask64x8, prelude::*, u32x16, u64x8};
 use std::fmt::Debug;
 
-/// A 64-bit name in each lane: compared and selected, never computed with.
+/// A 64-bit identifier in each lane: compared and selected, never computed with.
 pub trait Ids: Copy + Debug {
     /// Proof that the processor has the instructions.
     type Simd: Copy;
     /// What a comparison gives.
     type Mask: Mask;
 
-    /// The same name in all lanes.
+    /// The same identifier in all lanes.
     fn splat(s: Self::Simd, id: u64) -> Self;
     /// Lane i gets `f(i)`.
     fn from_fn(s: Self::Simd, f: impl FnMut(usize) -> u64) -> Self;
-    /// The name in lane `i`.
+    /// The identifier in lane `i`.
     fn lane(self, i: usize) -> u64;
-    /// Where both have the same name.
+    /// Where both are the same.
     fn eq(self, other: Self) -> Self::Mask;
-    /// Where this one's name is not below the other's.
+    /// Where this one is not below the other.
     fn ge(self, other: Self) -> Self::Mask;
     /// `a` where the mask is true, `b` elsewhere.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
 
-    /// The lanes of `among` with the name of the lowest of them, which comes with them.
+    /// The identifier of the lowest lane of `among`, and the lanes of `among` that have it.
     #[inline(always)]
     fn same_as_first(self, s: Self::Simd, among: u32) -> (u64, u32) {
         let id = self.lane(among.trailing_zeros() as usize);
@@ -32,7 +32,7 @@ pub trait Ids: Copy + Debug {
     }
 }
 
-/// Beside 32-bit numbers: the lower and the upper halves.
+/// For lanes of 32-bit numbers: the lower and the upper halves.
 #[derive(Debug, Clone, Copy)]
 pub struct Narrow<S: Simd> {
     low: u32x16<S>,
@@ -74,7 +74,7 @@ impl<S: Simd> Ids for Narrow<S> {
     }
 }
 
-/// Beside 64-bit numbers.
+/// For lanes of 64-bit numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Wide<S: Simd>(u64x8<S>);
 

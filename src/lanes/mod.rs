@@ -1,4 +1,4 @@
-//! The numbers the tracing kernel is written over: several reals handled at once.
+//! SIMD lanes: the numbers that the tracing kernel is written over.
 //!
 //! Camera, intersection, shading and the loop over rays exist once, generic over [`Lanes`]. Instances are 16 lanes of
 //! f32 (`single`), 8 lanes of f64 (`double`) on [`fearless_simd`], and one lane, where a bare `f32` or `f64` is its
@@ -30,7 +30,7 @@ pub use vector::V3;
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// Most lanes any bundle has. Per-lane data that is no number (identifiers) lies in arrays of this length.
+/// Most lanes of any bundle. Arrays with one entry for each lane have this length.
 pub const MAX_LANES: usize = 16;
 
 /// f32 or f64.
@@ -81,11 +81,11 @@ pub trait Lanes:
     + Neg<Output = Self>
     + 'static
 {
-    /// What each lane holds.
+    /// The number in each lane.
     type Real: Real;
-    /// What a comparison gives.
+    /// The result of a comparison.
     type Mask: Mask;
-    /// A name in each lane.
+    /// An identifier in each lane.
     type Ids: Ids<Simd = Self::Simd, Mask = Self::Mask>;
     /// Proof that the processor has the instructions.
     type Simd: Copy;

@@ -1,9 +1,10 @@
-//! Powers, by polynomials that use nothing but what rounds alike on every machine.
+//! Powers, by polynomials of operations that round alike on every machine.
 
 use super::{Lanes, Real};
 use std::f64::consts::{LN_2, LOG2_E, SQRT_2};
 
-/// `base^exponent` for bases in [0, 1] and exponents of at least 0; 0^0 is 1, and what no normal number can hold is 0.
+/// `base^exponent` for bases in [0, 1] and exponents of at least 0; 0^0 is 1, and results below the smallest normal number
+/// are 0.
 ///
 /// 2^(exponent log2(base)), whose relative error is a few roundings times the logarithm of the result.
 #[inline(always)]

@@ -8,7 +8,7 @@ pub(super) struct Layout<R>(std::marker::PhantomData<R>);
 impl Layout<f32> {
     /// Bits below the exponent.
     pub(super) const SHIFT: u32 = 23;
-    /// The first number from which on the last bit counts 1.
+    /// The least number whose last bit counts 1.
     pub(super) const WHOLE: f32 = 8_388_608.0;
     /// The exponent field of 1.
     pub(super) const BIAS: f32 = 127.0;

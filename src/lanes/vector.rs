@@ -55,7 +55,7 @@ impl<L: Lanes> V3<L> {
         self * (L::lit(s, 1.0) / self.length())
     }
 
-    /// Two unit vectors that stand on this unit vector and on each other (Duff et al., Building an Orthonormal Basis,
+    /// Two unit vectors perpendicular to this unit vector and to each other (Duff et al., Building an Orthonormal Basis,
     /// Revisited, JCGT 6(1), 2017).
     #[inline(always)]
     pub fn across(self, s: L::Simd) -> [Self; 2] {

@@ -1,4 +1,4 @@
-//! Flat things: plane, disc, polygon and the box.
+//! Shapes with flat sides: plane, disc, polygon and box.
 
 use super::ray::{Ball, Crossing, Ray};
 use glam::{DVec2, DVec3};

@@ -37,8 +37,8 @@ impl Mesh {
 
     /// The line passes inside if the volumes it spans with the edges (Pluecker) have one sign.
     ///
-    /// The tolerance is what rounding can do to a volume, so no line slips between neighbours or through a vertex;
-    /// one through an edge may cross both neighbours at the same t.
+    /// The tolerance is the rounding error of a volume, so no line slips between neighbours or through a vertex; one through
+    /// an edge may cross both neighbours at the same t.
     fn face_crossing(&self, face: [usize; 3], middle: f64, line: &Ray) -> Option<Crossing> {
         let [a, b, c] = face.map(|i| self.vertices[i] - self.ball.center);
         let normal = (b - a).cross(c - a);
@@ -49,7 +49,7 @@ impl Mesh {
         let volume = |p: DVec3, q: DVec3| line.dir.dot(p.cross(q - p));
         let (u, v, w) = (volume(b, c), volume(c, a), volume(a, b));
         let sum = u + v + w;
-        // Edge-on triangles show nothing but their edges, which belong to the neighbours.
+        // A triangle seen edge-on shows only its edges, which belong to its neighbours too.
         if (u.min(v).min(w) < -rounding && u.max(v).max(w) > rounding) || sum.abs() <= 1e3 * rounding {
             return None;
         }

@@ -1,8 +1,8 @@
-//! The slow, independent tracer that the tests hold the fast one against: Whitted's method (CACM 23(6), 1980) read
-//! straight from the [`Description`], in f64, by recursion, one ray at a time.
+//! The slow, independent tracer that tests compare the fast one with: Whitted's method (CACM 23(6), 1980) straight from
+//! the [`Description`], in f64, by recursion, one ray at a time.
 //!
-//! It shares no intersection, traversal or shading code with the fast path, and prefers the plain formula to the quick
-//! one. The description must be valid: [`compile`](crate::scene::compile::compile) is what checks it.
+//! It shares no intersection, traversal or shading code with the fast tracer, and prefers plain formulas to fast ones. The
+//! description must be valid: [`check`](crate::scene::check::check) says whether it is.
 
 mod camera;
 mod flat;
@@ -43,7 +43,7 @@ pub struct Reference {
     min_weight: f64,
 }
 
-/// Depth and weight at which it ends recursion that is to have no end: both change no code of a picture.
+/// Depth and weight at which it ends recursion without end. Rays beyond them change no code of a picture.
 const DEEP: u32 = 60;
 const LIGHT: f64 = 1e-6;
 

@@ -79,7 +79,7 @@ impl Media {
         self.0.is_empty()
     }
 
-    /// What passing the surface of a body with `inner_ior` does: n1, n2 and the media behind the surface.
+    /// A ray passes the surface of a body with `inner_ior`: n1, n2 and the media behind the surface.
     pub(super) fn pass(&self, intersection: &Intersection<'_>, inner_ior: f64) -> (f64, f64, Self) {
         let body = &intersection.path;
         let mut without = self.clone();

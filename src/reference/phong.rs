@@ -14,7 +14,7 @@ pub(super) struct Incident {
     pub(super) radiance: Rgb,
 }
 
-/// What a light sends to `point`; none if that is nothing.
+/// The light that a light source sends to `point`; none if it sends none.
 pub(super) fn incident(light: &Light, point: DVec3) -> Option<Incident> {
     let incident = match light {
         Light::Directional(sun) => Incident {

@@ -1,4 +1,4 @@
-//! Rays, what they cross, and the balls that let whole groups be skipped. Everything in f64, one ray at a time.
+//! Rays, their crossings of surfaces, and bounding balls. Everything in f64, one ray at a time.
 
 use glam::{DAffine3, DVec3};
 
@@ -39,7 +39,7 @@ pub(super) struct Crossing {
     pub(super) normal: DVec3,
     /// Interpolated normal, where the shape has one.
     pub(super) shading: Option<DVec3>,
-    /// Way to the curved surface that the interpolated normals pretend, on the side the ray comes from.
+    /// Vector to the curved surface that interpolated normals suggest, on the side the ray comes from.
     pub(super) lift: DVec3,
 }
 

@@ -1,4 +1,4 @@
-//! What happens to light between surfaces: absorption inside bodies, fog outside of them, coloured shadows.
+//! Light between surfaces: absorption inside bodies, fog outside of them, coloured shadows.
 
 use super::optics::Media;
 use super::ray::Ray;
@@ -12,7 +12,7 @@ fn remaining(sigma: Rgb, distance: f64) -> Rgb {
     sigma.map(|sigma| if sigma > 0.0 { math::pow(E, -sigma * distance) } else { 1.0 })
 }
 
-/// What passes along a ray and what fog adds on the way.
+/// The share of light that passes along a ray, and the light that fog adds.
 pub(super) fn along(fog: Option<&Fog>, media: &Media, ray: &Ray, distance: f64) -> (Rgb, Rgb) {
     let passed = remaining(media.absorption(), distance);
     match fog.filter(|fog| fog.density > 0.0 && media.is_empty()) {
@@ -37,7 +37,7 @@ fn optical_depth(fog: &Fog, ray: &Ray, distance: f64) -> f64 {
     fog.density * (total(start + slope * distance) - total(start)) / slope
 }
 
-/// What the bodies along a straight way from within `media` leave of light.
+/// The share of light that the bodies along a straight line from within `media` let pass.
 pub(super) fn colored_shadow(world: &World, media: &Media, ray: &Ray, near: f64, far: f64) -> Rgb {
     let mut crossings = Vec::new();
     world.each_intersection(ray, near, far, |crossing| {

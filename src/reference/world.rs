@@ -64,7 +64,7 @@ pub(super) struct Intersection<'a> {
     pub(super) ns: DVec3,
     /// Whether `ns` is interpolated.
     pub(super) smooth: bool,
-    /// Way to the curved surface that interpolated normals pretend, on the side the ray comes from.
+    /// Vector to the curved surface that interpolated normals suggest, on the side the ray comes from.
     pub(super) lift: DVec3,
     /// Whether the ray passes into the space the shape encloses.
     pub(super) goes_in: bool,
@@ -103,7 +103,7 @@ impl World {
         closest
     }
 
-    /// Shows `visit` the intersections with near < t < far, in no order. It answers the new far.
+    /// Calls `visit` with the intersections of near < t < far, in no order. It returns the new far.
     pub(super) fn each_intersection<'a>(
         &'a self,
         ray: &Ray,

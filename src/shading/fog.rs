@@ -1,15 +1,15 @@
-//! Fog: how much of it lies along a ray, in closed form.
+//! Fog: its optical depth along a ray, in closed form.
 
 use crate::lanes::{Lanes, Real, exp_minus, mean_decay, opacity};
 
 /// Fog in the kernel's format.
 #[derive(Debug, Clone, Copy)]
 pub struct Fog<R> {
-    /// Radiance of fog that nothing is seen through.
+    /// Radiance of infinitely deep fog.
     pub color: [R; 3],
     /// Optical depth of a unit of length, above 0.
     pub density: R,
-    /// How it thins out with height; else it is the same everywhere.
+    /// How it thins out with height; none if it is the same everywhere.
     pub height: Option<Height<R>>,
 }
 
@@ -18,7 +18,7 @@ pub struct Fog<R> {
 pub struct Height<R> {
     /// Where it begins to thin out.
     pub base: R,
-    /// Height in which it thins out to 1/e, above 0.
+    /// Height over which it thins out to 1/e, above 0.
     pub falloff: R,
 }
 
@@ -36,10 +36,10 @@ impl<R: Real> Fog<R> {
 }
 
 impl<R: Real> Height<R> {
-    /// The length in full density that is as deep as the ray.
+    /// The length in full density with the optical depth of the ray.
     ///
-    /// With u = (y - base)/falloff a ray has a stretch B below the base and a stretch A above. Along A, whose lowest point
-    /// has u = a and where u changes by w in a unit of length, it meets e^-a (1 - e^-(w A))/w.
+    /// With u = (y - base)/falloff, a ray runs a length B below the base and a length A above it. If the lowest point of the
+    /// upper part has u = a, and u changes by w in a unit of length, that part has the depth e^-a (1 - e^-(w A))/w.
     #[inline(always)]
     fn equivalent<L: Lanes<Real = R>>(&self, s: L::Simd, y: L, slope: L, length: L) -> L {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
@@ -49,17 +49,17 @@ impl<R: Real> Height<R> {
         let starts_above = u.ge(zero);
         let falls = slope.lt(zero);
         let crosses = (starts_above & falls) | (!starts_above & slope.gt(zero));
-        // Level rays and those that end before come to no base: infinity, or NaN at the base itself.
+        // Level rays never cross the base: infinity, or NaN at the base itself.
         let until_base = (u.abs() / w).min(length);
         let first = L::select(crosses, until_base, length);
         let second = L::select(crosses & until_base.lt(length), length - until_base, zero);
         let above = L::select(starts_above, first, second);
         let below = L::select(starts_above, second, first);
         let lowest = L::select(starts_above, L::select(falls, (u - w * above).max(zero), u), zero);
-        // What level rays lose is the same all along.
+        // Along level rays the density is constant.
         let change = L::select(w.gt(zero), w * above, zero);
         let mean = L::select(change.lt(one), above * mean_decay(s, change), opacity(s, change) / w);
-        // However long, where there is no fog there is none.
+        // No density gives no depth, even over an infinite length.
         let thinned = exp_minus(s, lowest);
         let above = L::select(thinned.gt(zero), thinned * mean, zero);
         (below + above).max(zero)

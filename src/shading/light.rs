@@ -2,7 +2,7 @@
 
 use crate::lanes::{Lanes, Real, V3, circle};
 
-/// Largest factor of an inverse-square light, so that a point beside the light is bright, not infinite.
+/// Largest factor of an inverse-square light: a point beside the light is bright, not infinite.
 const MAX_STRENGTH: f64 = 1e15;
 
 /// A light in the kernel's format.
@@ -12,16 +12,17 @@ pub struct Light<R> {
     pub source: Source<R>,
     /// Colour times intensity.
     pub color: [R; 3],
-    /// How it fades with distance.
+    /// Falloff with distance.
     pub falloff: Falloff<R>,
-    /// What it shines from, if that is more than a point.
+    /// Its area, if it is more than a point.
     pub area: Option<Area<R>>,
 }
 
 /// Areas around a light's position, or in the sky.
 #[derive(Debug, Clone, Copy)]
 pub enum Area<R> {
-    /// A disc that faces each point it lights; its radius for positions, the tangent of half its angle in the sky.
+    /// A disc that faces each point it lights. For lights with a position it has a radius, for lights in the sky the tangent
+    /// of half its angle.
     Disc {
         /// Radius.
         radius: R,
@@ -70,21 +71,21 @@ pub enum Source<R> {
     },
 }
 
-/// How light fades.
+/// Falloff with the distance d.
 #[derive(Debug, Clone, Copy)]
 pub enum Falloff<R> {
     /// Not at all.
     None,
     /// 1 - d/reach, never below 0.
     Linear {
-        /// Distance at which the light is gone.
+        /// Distance at which the light is 0.
         reach: R,
     },
     /// 1/d^2.
     InverseSquare,
 }
 
-/// Light arriving at points.
+/// Light that arrives at points.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrival<L: Lanes> {
     /// Unit direction towards the light; NaN at a point light's own position.
@@ -103,7 +104,7 @@ impl<R: Real> Light<R> {
         }
     }
 
-    /// The place of the light's area that a point (a, b) of the unit square stands for, seen from `point`.
+    /// Maps a point (a, b) of the unit square to a place on the light's area, seen from `point`.
     #[inline(always)]
     pub fn place<L: Lanes<Real = R>>(&self, s: L::Simd, area: &Area<R>, point: V3<L>, [a, b]: [L; 2]) -> Place<L> {
         let middle = self.middle(s);
@@ -133,7 +134,7 @@ impl<R: Real> Light<R> {
         }
     }
 
-    /// What arrives at points from a place of the light if nothing is in between.
+    /// The light that arrives at points from a place of the light if nothing is in between.
     #[inline(always)]
     pub fn arrive<L: Lanes<Real = R>>(&self, s: L::Simd, point: V3<L>, place: &Place<L>) -> Arrival<L> {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
@@ -154,7 +155,7 @@ impl<R: Real> Light<R> {
             let (inner, outer) = (L::splat(s, inner), L::splat(s, outer));
             let axis = V3::splat(s, axis);
             let cosine = -to_light.dot(axis);
-            // 1 - cos(a) = sin^2(a) / (1 + cos(a)) keeps its digits in narrow cones, where the cosine has none left.
+            // 1 - cos(a) = sin^2(a) / (1 + cos(a)) does not cancel in narrow cones, where the cosine is near 1.
             let across = to_light.cross(axis);
             let versine = across.dot(across) / (one + cosine);
             let versine = L::select(cosine.gt(zero), versine, one - cosine);

@@ -27,7 +27,7 @@ pub struct Material<R> {
     pub dispersion: R,
     /// sigma: what bodies of it absorb per unit of length.
     pub absorption: [R; 3],
-    /// Radiance of its own.
+    /// Emitted radiance.
     pub emission: [R; 3],
     /// How r_s and r_t depend on the angle of incidence.
     pub fresnel: Fresnel,
@@ -52,19 +52,19 @@ impl<R: Real> Material<R> {
         self.reflection.iter().any(|c| *c > R::from_f64(0.0))
     }
 
-    /// Whether a surface between equal media shows nothing of this material: all light passes, none is added.
+    /// Whether a surface of this material between equal media is invisible: all light passes, none is added.
     pub fn is_perfectly_clear(&self) -> bool {
         let black = [R::from_f64(0.0); 3];
         let unlit =
             [self.ambient.as_ref(), Some(&self.diffuse)].into_iter().flatten().all(|t| *t == BaseColor::Uniform(black));
         let dark = self.specular == black && self.emission == black;
-        // Between equal media nothing is left of a dielectric's reflection.
+        // Between equal media a dielectric does not reflect.
         let mirrors = self.fresnel == Fresnel::Conductor || (self.fresnel == Fresnel::None && self.reflection != black);
         unlit && dark && !mirrors && self.transmission == [R::from_f64(1.0); 3]
     }
 }
 
-/// A colour of the material under each ray, as [`Coefficients::look_up`] finds the others.
+/// A colour of the material under each ray that is not among the [`Coefficients`].
 #[inline(always)]
 pub fn look_up<L: Lanes>(
     s: L::Simd,
@@ -97,8 +97,8 @@ pub struct Coefficients<L: Lanes> {
 }
 
 impl<L: Lanes> Coefficients<L> {
-    /// Looks the materials up, one trip for each distinct one among the lanes of `active`, of which there is one at least.
-    /// Other lanes hold anything.
+    /// Looks up the materials of the lanes of `active`, at least one: once for each distinct material. Other lanes hold
+    /// anything.
     #[inline(always)]
     pub fn look_up(s: L::Simd, materials: &[Material<L::Real>], index: L::Ids, active: u32, local: V3<L>) -> Self {
         let (first, same) = index.same_as_first(s, active);

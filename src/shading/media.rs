@@ -1,7 +1,8 @@
 //! Which media a ray is in: a list keyed by body, so that nested, touching and overlapping bodies may be left in any
-//! order (after Schmidt and Budge, Simple Nested Dielectrics, 2002). Their priorities are given by the scene's author;
-//! ours is the volume: where bodies overlap, the smaller one decides the index, and of equal ones the one written last.
-//! A body inside another is always the smaller, so nesting needs no order, and what light sees does not depend on its way.
+//! order (after Schmidt and Budge, Simple Nested Dielectrics, 2002). There the author of the scene gives priorities; here
+//! the volume does: where bodies overlap, the smaller one decides the index, and of equal ones the one written last. A body
+//! inside another is always smaller, so nesting needs no priorities, and the media of a point do not depend on the path to
+//! it.
 //!
 //! Lists share their tails in an arena, so a ray carries one number and a packet's tree of rays may be any size.
 
@@ -22,7 +23,7 @@ struct Node<R> {
     below: MediumList,
 }
 
-/// What a body is filled with.
+/// The medium inside a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Medium<R> {
     /// Identity of the placed body.
@@ -36,7 +37,7 @@ pub struct Medium<R> {
 }
 
 impl<R> Medium<R> {
-    /// Whether this medium decides where both are.
+    /// Whether this medium decides where both overlap.
     fn outranks(&self, other: &Self) -> bool {
         self.volume < other.volume || (self.volume == other.volume && self.body > other.body)
     }
@@ -87,8 +88,7 @@ impl<R: Real> Media<R> {
         self.nodes[list as usize].medium.dispersion
     }
 
-    /// The list inside a body that has been entered; the same list if the ray was in it, or if there are as many as the
-    /// limit `media` already.
+    /// The list after a body has been entered; the same list if the ray was in it already, or if it holds [`MAX_MEDIA`].
     pub fn enter(&mut self, list: MediumList, medium: Medium<R>) -> MediumList {
         if self.contains(list, medium.body) || self.entries(list).count() >= MAX_MEDIA {
             return list;

@@ -2,14 +2,14 @@
 
 use crate::lanes::{Lanes, V3, circle};
 
-/// The facet, as its unit normal, that a point (a, b) of the unit square stands for, among those of a surface of width
-/// `alpha` that are seen from the direction `to_eye` (unit, on the side of the unit normal `ns`): a reflection that is
-/// uniform on a spherical cap (Dupuy and Benyoub, Sampling Visible GGX Normals with Spherical Caps, 2023).
+/// Maps a point (a, b) of the unit square to a facet, as its unit normal, among those of a surface of width `alpha` that
+/// are visible from the direction `to_eye` (unit, on the side of the unit normal `ns`): the reflections are uniform on a
+/// spherical cap (Dupuy and Benyoub, Sampling Visible GGX Normals with Spherical Caps, 2023).
 #[inline(always)]
 pub fn visible_facet<L: Lanes>(s: L::Simd, ns: V3<L>, to_eye: V3<L>, alpha: L, [a, b]: [L; 2]) -> V3<L> {
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let [right, up] = ns.across(s);
-    // The eye, where the surface is stretched to a hemisphere.
+    // The direction to the eye, where the surface is stretched to a hemisphere.
     let eye = V3 { x: to_eye.dot(right) * alpha, y: to_eye.dot(up) * alpha, z: to_eye.dot(ns).max(zero) }.normalized(s);
     let z = (one - b) * (one + eye.z) - eye.z;
     let reach = (one - z * z).max(zero).sqrt();
@@ -19,8 +19,8 @@ pub fn visible_facet<L: Lanes>(s: L::Simd, ns: V3<L>, to_eye: V3<L>, alpha: L, [
     (right * facet.x + up * facet.y + ns * facet.z).normalized(s)
 }
 
-/// Part of the light in a unit direction that no other facet hides: Smith's G1 = 2 / (1 + sqrt(1 + alpha^2 tan^2)). It is
-/// the weight of a ray that leaves from a facet which the eye sees.
+/// Share of the light in a unit direction that other facets do not hide: Smith's
+/// G1 = 2 / (1 + sqrt(1 + alpha^2 tan^2)). It is the weight of a ray that leaves from a facet visible to the eye.
 #[inline(always)]
 pub fn unhidden<L: Lanes>(s: L::Simd, ns: V3<L>, dir: V3<L>, alpha: L) -> L {
     let one = L::lit(s, 1.0);
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
     use crate::math;
 
-    /// The share of a hemisphere's light that a rough mirror sends on, by its definition: the integral of
+    /// The share of a hemisphere's light that a rough mirror reflects, by its definition: the integral of
     /// G1(v) G1(l) D(m) / (4 n.v) over all l, where D is the distribution of facets.
     fn albedo(cos: f64, alpha: f64) -> f64 {
         let sine = (1.0 - cos * cos).sqrt();

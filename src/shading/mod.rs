@@ -1,4 +1,4 @@
-//! What surfaces do with light: pure functions over lanes, without access to the scene.
+//! Materials, lights and media: pure functions over lanes, without access to the scene.
 
 pub mod fog;
 pub mod light;

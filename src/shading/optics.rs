@@ -1,4 +1,4 @@
-//! Mirror, Snell and Fresnel, in forms that do not cancel.
+//! Mirror direction, Snell's law and Fresnel's reflectance, in forms that do not cancel.
 
 use crate::lanes::{Lanes, Mask, V3};
 
@@ -8,7 +8,7 @@ pub fn reflect<L: Lanes>(s: L::Simd, d: V3<L>, n: V3<L>) -> V3<L> {
     d - n * (L::lit(s, 2.0) * d.dot(n))
 }
 
-/// What Snell's law makes of a ray at a surface.
+/// A refracted ray by Snell's law.
 #[derive(Debug, Clone, Copy)]
 pub struct Refraction<L: Lanes> {
     /// Unit transmitted direction; meaningless under total internal reflection.
@@ -49,11 +49,11 @@ pub fn refract<L: Lanes>(s: L::Simd, d: V3<L>, n: V3<L>, eta: L) -> Refraction<L
     let across = d.cross(n);
     let sin_squared = across.dot(across);
     let radicand = one - eta * eta * sin_squared;
-    // At the critical angle itself all is reflected; equal media have none.
+    // At the critical angle all light is reflected; equal media have no critical angle.
     let total = radicand.le(zero) & !eta.eq(one);
     let c2 = radicand.max(zero).sqrt();
     let bend = (eta - one) * (eta + one) / (eta * c1 + c2);
-    // Equal media at grazing incidence: 0/0 where nothing bends.
+    // Equal media at grazing incidence: 0/0, where the ray keeps its direction.
     let bend = L::select(eta.eq(one), zero, bend);
     Refraction {
         dir: d * eta + n * bend,

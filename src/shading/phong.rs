@@ -3,7 +3,7 @@
 use super::optics::reflect;
 use crate::lanes::{self, Lanes, Mask, Real, V3};
 
-/// Largest exponent taken by repeated squaring; its error grows like m u, as that of any power of a rounded base does.
+/// Largest exponent computed by repeated squaring; the error grows like m u, as that of any power of a rounded base does.
 const MAX_SQUARED: f64 = 1024.0;
 
 /// cos of the angle between the mirrored light direction and the viewer, at least 0. All vectors are unit; `to_light`

@@ -9,13 +9,13 @@ pub const WAVELENGTHS: usize = 64;
 /// Nanometres of Fraunhofer's lines F, d and C.
 const LINES: [f64; 3] = [486.1, 587.6, 656.3];
 
-/// The wavelengths of light: what each adds to a colour, and how it is bent.
+/// The wavelengths of light: the colour and the refraction of each.
 #[derive(Debug, Clone)]
 pub struct Spectrum<R> {
     /// Factor on linear red, green and blue. Their mean is 1, so that white stays white.
     pub colors: [[R; 3]; WAVELENGTHS],
-    /// 1/lambda^2 - 1/lambda_d^2, as a multiple of 1/lambda_F^2 - 1/lambda_C^2: what a body's mean dispersion is multiplied
-    /// with and added to its index of refraction (Cauchy's formula n = A + B/lambda^2).
+    /// (1/lambda^2 - 1/lambda_d^2) / (1/lambda_F^2 - 1/lambda_C^2): this times a body's mean dispersion is added to its index
+    /// of refraction (Cauchy's formula n = A + B/lambda^2).
     pub bend: [R; WAVELENGTHS],
 }
 
@@ -35,7 +35,7 @@ impl<R: Real> Spectrum<R> {
     }
 }
 
-/// Linear sRGB of a wavelength in nanometres, without the negative parts of colours that no screen can show.
+/// Linear sRGB of a wavelength in nanometres; negative channels are 0.
 fn rgb(nanometres: f64) -> [f64; 3] {
     // Wyman, Sloan, Shirley, Simple Analytic Approximations to the CIE XYZ Color Matching Functions, JCGT 2(2), 2013.
     let lobe = |middle: f64, below: f64, above: f64| {

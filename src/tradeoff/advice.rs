@@ -1,10 +1,10 @@
-//! What a trade-off means for whoever chooses settings, in sentences.
+//! Advice on settings, in sentences, from a measured trade-off.
 
 use super::findings::{Cost, Front, Source};
 use super::sweep::{Point, Sweep, brief};
 use crate::scene::description::Precision;
 
-/// Sentences about measured points; nothing is said of what was not measured.
+/// Sentences about measured points only.
 pub fn advice(points: &[Point], fronts: &[Front]) -> Vec<String> {
     let measured: Vec<&Point> = points.iter().filter(|p| p.time.is_some() && p.measured.truncation.is_some()).collect();
     let sentences =
@@ -183,7 +183,7 @@ fn cheaper(points: &[Point], fronts: &[Front]) -> Option<String> {
     let error = asked.measured.total?.rms_codes;
     let better = |p: &&Point| p.measured.total.is_some_and(|e| e.rms_codes <= error);
     let best = front.points.iter().map(|&i| &points[i]).find(better)?;
-    // Less than a tenth is within what times vary by.
+    // Times vary by up to a tenth.
     if ms(best) > 0.9 * ms(asked) {
         return Some(format!(
             "The scene's own settings ({}) are a good compromise: nothing measured here is as near in clearly less time.",
@@ -204,7 +204,7 @@ fn cheaper(points: &[Point], fronts: &[Front]) -> Option<String> {
 /// A share of 1.
 pub(super) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
-    // What is not all must not look like all.
+    // Rounded down, so that 99.99 % does not become 100 %.
     if percent > 99.9 && percent < 100.0 {
         return "over 99.9 %".into();
     }
@@ -215,7 +215,7 @@ pub(super) fn percent(share: f64) -> String {
     }
 }
 
-/// Three digits that count.
+/// Three significant digits.
 pub(super) fn figure(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");

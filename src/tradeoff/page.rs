@@ -1,4 +1,4 @@
-//! A trade-off as a page that needs nothing else: no network, no program, light and dark.
+//! A trade-off as a self-contained HTML page: no network, no script, light and dark.
 
 use super::advice::{figure, percent};
 use super::findings::{Cost, Finer, HOW_TIMES_ARE_MEASURED, Source, Tradeoff};
@@ -22,7 +22,7 @@ pub struct Thumbnails {
 
 /// Pixels across a small picture.
 const THUMBNAIL: usize = 144;
-/// What differences are multiplied by to be seen.
+/// Differences are multiplied by this to make them visible.
 const MAGNIFIED: u16 = 16;
 
 impl Image8 {

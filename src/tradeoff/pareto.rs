@@ -1,6 +1,6 @@
-//! Which of many compromises are worth having: those that no other beats in both cost and error, and the knee among them.
+//! Pareto fronts: the compromises that no other beats in both cost and error, and the knee among them.
 
-/// What something costs and how wrong it is; less of either is better.
+/// Cost and error of one setting; less of either is better.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compromise {
     /// Time or rays, above 0.
@@ -25,10 +25,10 @@ pub fn front(all: &[Compromise]) -> Vec<usize> {
 /// How far below the line a knee lies at least.
 const CLEARLY: f64 = 0.1;
 
-/// Where a front, by growing cost, bends most: after it, more cost buys ever less. That is the point farthest below the
-/// straight line between its ends, in logarithms of both. None if nothing lies clearly below.
+/// The knee of a front by growing cost: the point farthest below the straight line between the ends, in logarithms of both
+/// axes. After it, more cost gains less and less. None if no point lies clearly below the line.
 ///
-/// Both axes go from 0 to 1 between the ends, so that neither counts for more, and clearly is a fixed part of that.
+/// Both axes are scaled to 0 to 1 between the ends, and "clearly" is a fixed part of that.
 /// An error of 0, which has no logarithm, counts as a tenth of the least other error.
 pub fn knee(front: &[Compromise]) -> Option<usize> {
     let least = front.iter().map(|c| c.error).filter(|e| *e > 0.0).fold(f64::INFINITY, f64::min);

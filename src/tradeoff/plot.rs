@@ -1,4 +1,4 @@
-//! Error against cost as a drawing: SVG with logarithmic axes. The same trade-off gives the same text.
+//! Plots of error against cost: SVG with logarithmic axes. The same trade-off gives the same text.
 
 use super::advice::figure;
 use super::findings::{Cost, Front, Source};
@@ -11,7 +11,7 @@ const HEIGHT: f64 = 400.0;
 const LEFT: f64 = 58.0;
 const RIGHT: f64 = 600.0;
 const TOP: f64 = 34.0;
-/// Where the smallest positive error may lie; below it is the row of errors of 0.
+/// Lowest place of a positive error; the row of errors of 0 lies below.
 const LOWEST: f64 = 322.0;
 const ZERO: f64 = 342.0;
 const BOTTOM: f64 = 354.0;
@@ -75,7 +75,7 @@ impl<'a> Dot<'a> {
     fn of(index: usize, point: &'a Point, front: &Front) -> Option<Self> {
         let error = point.error(front.error)?;
         let cost = point.cost(front.cost).filter(|cost| *cost > 0.0)?;
-        // What is proved is the truncation, not what too few samples add.
+        // The proof is about truncation, not about too few samples.
         let proved = point.proved_codes.filter(|_| front.error == Source::Truncation).map(f64::from);
         Some(Self { index, point, cost, rms: error.rms_codes, largest: error.codes.error.max, proved })
     }
@@ -217,7 +217,7 @@ fn on_front<'a>(dots: &'a [Dot<'a>], front: &Front) -> impl Iterator<Item = &'a 
     front.points.iter().filter_map(|index| dots.iter().find(|dot| dot.index == *index))
 }
 
-/// Names of what is on the front and of what the scene asks for, where there is room.
+/// Names of the points on the front and of the scene's own settings, where there is room.
 fn labels(svg: &mut String, dots: &[Dot<'_>], front: &Front, scales: &Scales) {
     const HIGH: f64 = 12.0;
     let mut taken: Vec<[f64; 4]> = dots

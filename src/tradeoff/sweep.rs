@@ -1,4 +1,4 @@
-//! The settings that a trade-off compares, and what is found out about each.
+//! The settings that a trade-off compares, and the measurements of each.
 
 use crate::metrics::Difference;
 use crate::scene::description::Precision;
@@ -103,7 +103,7 @@ impl Times {
 
 /// Samples of the picture that sampling is measured against.
 pub const REFERENCE_SAMPLES: u32 = 64;
-/// The lecture's depths, 3, 5, 10 and 100, and some between.
+/// Depths 3, 5, 10 and 100, as in the lecture on Whitted's method, and some between.
 const DEPTHS: [u32; 6] = [2, 3, 5, 10, 20, 100];
 const DOUBLE_DEPTHS: [u32; 4] = [3, 5, 10, 100];
 /// Contribution cut-offs; 1/255 is POV-Ray's.
@@ -155,7 +155,7 @@ pub fn points(asked: Settings) -> Vec<Point> {
 }
 
 impl Settings {
-    /// Something that grows with the time they take, to put cheap ones first.
+    /// A number that grows with the time they take, to sort cheap ones first.
     fn effort(&self) -> f64 {
         let samples = f64::from(self.samples) + if self.antialias { 4.0 } else { 0.0 };
         let depth = f64::from(self.max_depth.min(100));
@@ -164,7 +164,7 @@ impl Settings {
         samples * libm::log(1.0 + depth) * lightest * double
     }
 
-    /// Where its samples lie: those whose pictures have the same one can only differ by recursion and rounding.
+    /// Where its samples lie. Pictures with the same samples differ only by recursion and rounding.
     pub fn positions(&self) -> (u32, bool) {
         (self.samples, self.antialias && self.samples < crate::render::REFINED_SAMPLES)
     }

@@ -1,8 +1,8 @@
-//! Bumps: shading normals that tell of a surface which is not there (Blinn 1978), as surface gradients (Mikkelsen, Surface
-//! Gradient-Based Bump Mapping Framework, JCGT 9(3), 2020).
+//! Bump maps: shading normals of a surface with heights that its geometry does not have (Blinn 1978), as surface gradients
+//! (Mikkelsen, Surface Gradient-Based Bump Mapping Framework, JCGT 9(3), 2020).
 //!
-//! A height h over a surface with normal n turns the normal to n - grad h, grad h without its part along n. So neither a
-//! tangent frame nor handedness has to be carried along, and a mirrored picture gives mirrored bumps.
+//! A height h over a surface with normal n turns the normal to n - grad h, grad h without its part along n. This needs no
+//! tangent frame and no handedness, and a mirrored picture gives mirrored bumps.
 
 use super::image::{ImageTexture, Lookup};
 use super::noise::Fractal;
@@ -33,7 +33,7 @@ pub enum BumpMap {
 const STEEPEST: f64 = 1.0 / 128.0;
 
 impl BumpMap {
-    /// The unit normal of a raised place on a surface with a unit normal in object space; the same one where it is flat.
+    /// The unit normal with bumps of a surface with a unit normal, in object space; the same normal where the bumps are flat.
     pub fn tilt(&self, lookup: &Lookup, normal: DVec3) -> DVec3 {
         let gradient = match self {
             Self::Noise { fractal, height } => fractal.at(lookup.point, lookup.width()).1 * *height,
@@ -49,13 +49,13 @@ impl BumpMap {
 }
 
 impl ImageTexture {
-    /// dh/du grad u + dh/dv grad v, with differences over one texel of the level seen: linear between texels, where a
-    /// bilinear height itself has creases.
+    /// dh/du grad u + dh/dv grad v, with differences over one texel of the mipmap level: they are linear between texels, where
+    /// the slope of a bilinear height jumps.
     fn height_gradient(&self, lookup: &Lookup) -> DVec3 {
         let coord = self.coord(lookup);
         let [[a, b], [c, d]] = coord.axes(lookup);
         let [width, height] = self.mipmap.size();
-        // What is seen in one direction only would alias in the other.
+        // The longer axis of the footprint decides the level, or the other one would alias.
         let square = |u: f64, v: f64| (u * width).powi(2) + (v * height).powi(2);
         let texels = square(a, b).max(square(c, d)).sqrt();
         let level = self.mipmap.level(texels);

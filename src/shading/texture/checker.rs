@@ -1,4 +1,4 @@
-//! The colour of a material that every kernel knows: uniform, or a checkerboard.
+//! The colour of a material in every kernel: uniform, or a checkerboard.
 
 use crate::lanes::{Lanes, Real, V3};
 

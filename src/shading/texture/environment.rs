@@ -1,4 +1,4 @@
-//! Surroundings infinitely far away, from an equirectangular picture.
+//! Environment map: surroundings infinitely far away, from an equirectangular picture.
 
 use super::mipmap::{Mipmap, Wrap};
 use crate::math;
@@ -18,8 +18,8 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// What a ray of a unit direction sees, with a footprint of `spread` radians. Towards the poles texels become narrow;
-    /// the footprint is measured by their height, as those of a panorama's pixels are.
+    /// The radiance in a unit direction, over a footprint of `spread` radians. Towards the poles texels become narrow; the
+    /// footprint is measured by their height, as that of a panorama's pixel is.
     pub fn radiance(&self, dir: DVec3, spread: f64) -> [f64; 3] {
         let longitude = math::atan2(dir.x, -dir.z) / (2.0 * PI) + self.turn;
         let latitude = math::atan2(dir.y, (dir.x * dir.x + dir.z * dir.z).sqrt()) / PI;

@@ -1,4 +1,4 @@
-//! A picture on a surface, and the place in it that a ray sees.
+//! A picture on a surface, and its lookup for a ray.
 
 use super::mipmap::{Mipmap, Wrap};
 use super::uv::{Face, TexCoord, UvMapping};
@@ -10,13 +10,13 @@ use std::sync::Arc;
 pub struct ImageTexture {
     /// Its texels.
     pub mipmap: Arc<Mipmap>,
-    /// Where it lies.
+    /// How it is laid on the surface.
     pub mapping: UvMapping,
     /// What lies beyond its edges, across and along.
     pub wrap: [Wrap; 2],
 }
 
-/// The place on a surface that a ray sees.
+/// The point of a surface that a ray hits, and its footprint there.
 #[derive(Debug, Clone, Copy)]
 pub struct Lookup {
     /// The point in object space.
@@ -35,12 +35,12 @@ impl Lookup {
 }
 
 impl ImageTexture {
-    /// Where a place lies in it.
+    /// Texture coordinates of a lookup.
     pub fn coord(&self, lookup: &Lookup) -> TexCoord {
         self.mapping.at(lookup.point, lookup.face.as_ref())
     }
 
-    /// The colour of a place, the mean over the footprint.
+    /// The mean colour over the footprint.
     pub(super) fn at(&self, lookup: &Lookup) -> [f64; 3] {
         let coord = self.coord(lookup);
         self.mipmap.average(coord.uv, coord.axes(lookup), self.wrap)

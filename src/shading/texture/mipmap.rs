@@ -1,7 +1,7 @@
-//! Pictures as textures: a pyramid (mipmap) of ever smaller copies in linear light (Williams, Pyramidal Parametrics, 1983), looked
-//! up between two of its levels, with several looks along a footprint that is longer than wide (Heckbert 1989).
+//! Mipmaps: a picture and ever smaller copies of it in linear light (Williams, Pyramidal Parametrics, 1983). A lookup
+//! interpolates between two levels, and takes several samples along a footprint that is longer than wide (Heckbert 1989).
 //!
-//! All of it is f64 for a single ray: gathering texels is what takes the time, and the bits are the same everywhere.
+//! All of it is f64 for one ray at a time: fetching texels takes most of the time, and the bits are the same everywhere.
 
 use crate::math;
 
@@ -19,7 +19,7 @@ struct Level {
     texels: Vec<[f32; 3]>,
 }
 
-/// What lies beyond the edges of a picture, across and along.
+/// What lies beyond the edges of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wrap {
     /// The picture again.
@@ -28,7 +28,7 @@ pub enum Wrap {
     Clamp,
 }
 
-/// Most looks along a long footprint; longer ones are blurred.
+/// Most samples along a footprint; longer footprints are blurred.
 const MOST_LOOKS: f64 = 16.0;
 
 impl Mipmap {
@@ -106,7 +106,7 @@ impl Mipmap {
 }
 
 impl Level {
-    /// Half as large in each direction, at least one texel: means over equal parts, so that the mean of all stays.
+    /// Half as large in each direction, at least one texel. Texels are means over equal parts, so the mean of all stays.
     fn halved(&self) -> Option<Self> {
         if self.texels.len() == 1 {
             return None;
@@ -141,7 +141,7 @@ impl Level {
     }
 }
 
-/// For each of `fewer` equal parts of a row of `many` texels: which texels it covers, and their shares in it.
+/// For each of `fewer` equal parts of a row of `many` texels: the texels it covers, and their shares in it.
 fn shares(many: usize, fewer: usize) -> Vec<Vec<(usize, f64)>> {
     // In units of 1/fewer of a texel all borders are whole numbers.
     let part = |i: usize| {
@@ -152,7 +152,7 @@ fn shares(many: usize, fewer: usize) -> Vec<Vec<(usize, f64)>> {
     (0..fewer).map(part).collect()
 }
 
-/// The two texels whose centres a place in a row, 0 to 1, lies between, and how far it is from the first to the second.
+/// The two texels whose centres enclose a place in a row, 0 to 1, and how far it lies from the first to the second.
 fn neighbours(place: f64, count: usize, wrap: Wrap) -> (usize, usize, f64) {
     let inside = match wrap {
         Wrap::Repeat => place - place.floor(),

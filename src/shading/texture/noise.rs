@@ -27,7 +27,7 @@ pub fn noise(p: DVec3, seed: u64) -> (f64, DVec3) {
 
 /// The directions at the corners of a cell: bits 0, 1 and 2 of their numbers say on which side in x, y and z they are.
 fn directions(cell: DVec3, seed: u64) -> [DVec3; 8] {
-    // Beyond 2^63 the lattice stands still, as the coordinates of such points do.
+    // Beyond 2^63 all cells are the same; coordinates of such points are coarser than cells anyway.
     let step = |hash: u64, x: f64| scramble(hash ^ (x as i64 as u64));
     let side = |bit: usize| bit as f64;
     let by_x = [step(seed, cell.x), step(seed, cell.x + 1.0)];
@@ -50,7 +50,7 @@ fn direction(hash: u64) -> DVec3 {
     }
 }
 
-/// A bijection without pattern (the finaliser of SplitMix64).
+/// A hash without collisions (the finaliser of SplitMix64).
 fn scramble(mut x: u64) -> u64 {
     x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -58,7 +58,7 @@ fn scramble(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// How a fractal sum of noise is made.
+/// A fractal sum of noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fractal {
     /// Cells of the coarsest octave in a unit of length.
@@ -68,8 +68,8 @@ pub struct Fractal {
 }
 
 impl Fractal {
-    /// The sum at a point, from 0 to 1, and its gradient. Octaves too fine for a footprint of a given width fade out
-    /// before they alias: noise has no wave shorter than a cell or so.
+    /// The sum at a point, from 0 to 1, and its gradient. Octaves too fine for a footprint of a given width fade out before
+    /// they alias: the shortest wave of noise is about one cell.
     pub fn at(&self, p: DVec3, width: f64) -> (f64, DVec3) {
         let (mut value, mut gradient, mut all) = (0.0, DVec3::ZERO, 0.0);
         let (mut frequency, mut strength) = (self.frequency, 1.0);

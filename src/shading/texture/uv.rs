@@ -1,4 +1,4 @@
-//! Where a picture lies on a surface: texture coordinates of a point in object space, and their gradients.
+//! UV mapping: texture coordinates of a point in object space, and their gradients.
 //!
 //! A gradient says how fast a coordinate grows along each axis of object space. That is all that filtering and bumps need
 //! (Mikkelsen, Surface Gradient-Based Bump Mapping Framework, JCGT 9(3), 2020).
@@ -28,7 +28,7 @@ pub enum UvMapping {
     },
 }
 
-/// The face of a mesh with texture coordinates that a ray has met.
+/// The face, with texture coordinates, that a ray has hit.
 #[derive(Debug, Clone, Copy)]
 pub struct Face {
     /// Its corners in object space.
@@ -47,10 +47,10 @@ pub struct TexCoord {
 }
 
 impl UvMapping {
-    /// A globe around a centre, whose north pole lies in a direction, any length but 0.
+    /// A globe around a centre; `axis` points to the north pole, and has any length but 0.
     pub fn globe(center: DVec3, axis: DVec3) -> Self {
         let north = axis.normalize();
-        // Seen from +z the middle of the picture is in front, unless that is the pole.
+        // The middle of the picture faces +z, unless the pole does.
         let towards = |v: DVec3| v - north * north.dot(v);
         let front = towards(DVec3::Z);
         let front = if front.length_squared() > 1e-12 { front } else { towards(DVec3::NEG_Y) }.normalize();
@@ -68,7 +68,7 @@ impl UvMapping {
                 let around = x * x + z * z;
                 let rho = around.sqrt();
                 let square = around + y * y;
-                // The poles have every longitude, and the centre every direction.
+                // The poles have no longitude, and the centre has no direction.
                 if !(around > 0.0 && square > 0.0) {
                     let v = if y < 0.0 { 0.0 } else { 1.0 };
                     return TexCoord { uv: [0.5, v], gradients: [DVec3::ZERO; 2] };
