@@ -1,4 +1,4 @@
-//! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
+//! From the bytes of a file to a compiled scene, with every problem located in the text.
 
 use super::check::{check, settings_are_sound};
 use super::compile::{CompileOptions, compile_from};
@@ -23,7 +23,7 @@ pub enum Format {
     Nff,
 }
 
-/// Settings that the command line or a query string puts over those in the scene.
+/// Settings of the command line or a query string that replace those of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Overrides {
@@ -43,23 +43,20 @@ pub struct Overrides {
     pub antialias: Option<bool>,
     /// Floating-point format.
     pub precision: Option<Precision>,
-    /// Whether NFF surfaces are seen from both sides (NFF only; by the format's rules opaque ones are not).
-    pub two_sided: bool,
-    /// Whether to follow the SPD's counting rules (NFF only).
-    pub spd_counts: bool,
+    /// Options of NFF files.
+    #[serde(flatten)]
+    pub nff: NffOptions,
 }
 
-/// A scene and how long it took to get.
+/// A loaded scene, and how long loading took.
 #[derive(Debug)]
 pub struct Loaded {
     /// What the file said, with the overrides.
     pub description: Description,
     /// The scene.
     pub scene: Scene,
-    /// Whether an NFF file was read as two-sided.
-    pub two_sided: bool,
-    /// Whether an NFF file was read by the SPD's counting rules.
-    pub spd_counts: bool,
+    /// The options that an NFF file was read with.
+    pub nff: NffOptions,
     /// Milliseconds spent reading.
     pub parse_ms: f64,
     /// Milliseconds spent checking and compiling, without building hierarchies.
@@ -77,8 +74,7 @@ pub fn load_with(bytes: &[u8], format: Format, overrides: &Overrides, files: &dy
         Format::Json => load_json(read::strip_mark(bytes), overrides, files),
         Format::Nff => {
             let start = Instant::now();
-            let options = NffOptions { two_sided: overrides.two_sided, spd_counts: overrides.spd_counts };
-            let mut description = nff::read_nff(bytes, options)?;
+            let mut description = nff::read_nff(bytes, overrides.nff)?;
             overrides.apply(&mut description);
             compiled(description, overrides, files, start)
         }
@@ -89,15 +85,16 @@ fn load_json(text: &[u8], overrides: &Overrides, files: &dyn Files) -> Result<Lo
     let start = Instant::now();
     match read_json(text) {
         Ok(mut description) => {
-            // A mistake is one even where something else is put over it; all are told together.
+            // A mistake in the scene is reported even where an override replaces it.
             let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
             let mut loaded =
-                compiled(description, &Overrides { two_sided: false, spd_counts: false, ..overrides }, files, start)
-                    .map_err(|Problems(mut problems)| {
+                compiled(description, &Overrides { nff: NffOptions::default(), ..overrides }, files, start).map_err(
+                    |Problems(mut problems)| {
                         overrides.locate(text, &mut problems);
                         Problems(problems)
-                    })?;
+                    },
+                )?;
             overrides.locate(text, &mut loaded.scene.warnings);
             Ok(loaded)
         }
@@ -116,13 +113,14 @@ fn compiled(
 ) -> Result<Loaded, Problems> {
     let parse_ms = milliseconds(start);
     let start = Instant::now();
-    let &Overrides { two_sided, spd_counts, .. } = overrides;
-    let scene = compile_from(&description, CompileOptions { spd_counts, ..CompileOptions::default() }, files)?;
+    let nff = overrides.nff;
+    let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };
+    let scene = compile_from(&description, options, files)?;
     let plan_ms = (milliseconds(start) - scene.bvh_ms).max(0.0);
-    Ok(Loaded { description, scene, two_sided, spd_counts, parse_ms, plan_ms })
+    Ok(Loaded { description, scene, nff, parse_ms, plan_ms })
 }
 
-/// Adds to the problems of a scene's shape what else is wrong with it.
+/// Adds the problems of content to those of shape.
 fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overrides) -> Problems {
     let Problems(mut problems) = shape;
     if problems.len() as u64 >= PROBLEMS.max {
@@ -142,7 +140,7 @@ fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overr
 }
 
 impl Overrides {
-    /// Puts the settings into a description.
+    /// Replaces the settings of a description.
     pub fn apply(&self, description: &mut Description) {
         let Description { image, render, .. } = description;
         image.width = self.width.unwrap_or(image.width);
@@ -155,7 +153,7 @@ impl Overrides {
         render.precision = self.precision.unwrap_or(render.precision);
     }
 
-    /// Finds problems in the text. What an override says does not stand there.
+    /// Locates problems in the text. Overrides are not in the text.
     fn locate(&self, text: &[u8], problems: &mut [Problem]) {
         let overridden = [
             ("/image/width", self.width.is_some()),

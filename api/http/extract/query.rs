@@ -12,6 +12,7 @@ use std::str::FromStr;
 use strahl::film::{FileFormat, PictureFormat, Region};
 use strahl::scene::description::Accuracy;
 use strahl::scene::limits::{self, Limit};
+use strahl::scene::nff::NffOptions;
 use strahl::scene::problem::did_you_mean;
 use strahl::scene::{Format, Overrides};
 use strahl::words::{choice, expected};
@@ -130,8 +131,7 @@ impl Parameters {
             samples: self.take_up_to("samples", limits::SAMPLES),
             antialias: self.take("antialias", "true or false"),
             precision: self.word("precision"),
-            two_sided: two_sided.unwrap_or(false),
-            spd_counts: false,
+            nff: NffOptions { two_sided: two_sided.unwrap_or(false), ..NffOptions::default() },
         }
     }
 
