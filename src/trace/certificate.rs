@@ -88,6 +88,16 @@ impl<L: Lanes> Certificate<L> {
             sample: 0,
         }
     }
+
+    /// Columns or rows of samples of a batch, which are shifted by multiples of 2^-32 of a pixel.
+    #[inline(never)]
+    fn shift(&self, axis: usize, offset: f64, at: &mut [L::Real; MAX_LANES]) {
+        let shifts = shifts(&self.corners, self.batch, axis);
+        for lane in 0..L::COUNT {
+            let within = offset + f64::from(shifts[lane]) / 4_294_967_296.0;
+            at[lane] = L::Real::from_f64(f64::from(self.corners[axis][lane]) + within - within.floor());
+        }
+    }
 }
 
 impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
@@ -132,12 +142,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
                 at[lane] = L::Real::from_f64(f64::from(certificate.corners[axis][lane]) + offset);
             }
         } else {
-            // Batches are shifted, by so many 2^-32 of a pixel.
-            let shifts = shifts(&certificate.corners, certificate.batch, axis);
-            for lane in 0..L::COUNT {
-                let within = offset + f64::from(shifts[lane]) / 4_294_967_296.0;
-                at[lane] = L::Real::from_f64(f64::from(certificate.corners[axis][lane]) + within - within.floor());
-            }
+            certificate.shift(axis, offset, &mut at);
         }
         L::load(self.s, &at)
     }
