@@ -3,7 +3,7 @@
 use super::Case;
 use super::evidence::Evidence;
 use super::lab::{Lab, ask, ball, description, from_front, picture, rows, square, truth, vector};
-use super::lecture::{Object, Shape, Tracer};
+use super::textbook::{Object, Shape, Tracer};
 use crate::common::naive;
 use crate::common::on_own_threads;
 use glam::DVec3;
