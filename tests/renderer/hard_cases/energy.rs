@@ -39,7 +39,7 @@ fn panes(reflection: f64, transmission: f64, depth: u32, min_weight: f64) -> Val
     description(json!(faces().map(pane).collect::<Vec<_>>()), more)
 }
 
-/// How many rays the lecture's tracer follows through the panes, and the light it finds; it is stopped after as many
+/// How many rays the textbook's tracer follows through the panes, and the light it finds; it is stopped after as many
 /// rays as strahl allows a sample.
 fn naive_panes(lab: &Lab, reflection: f64, transmission: f64, depth: u32) -> (u64, f64) {
     let pane = |(low, high)| Object {
