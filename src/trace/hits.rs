@@ -1,6 +1,6 @@
 //! What the rays of a packet hit: surfaces, bodies and coefficients, gathered for shading.
 
-use super::touching;
+use super::coincident;
 use crate::accel::{Course, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Place, Rays};
@@ -97,7 +97,7 @@ impl<L: Lanes> Hits<L> {
     pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &mut Rays<L>, course: Course) {
         self.find_nearest(s, world, rays, &Nearest::none(s), course);
         if self.may_touch & self.clear != 0 {
-            touching::find(s, world, rays, self);
+            coincident::find(s, world, rays, self);
         }
     }
 

@@ -2,22 +2,22 @@
 
 mod attenuation;
 pub(crate) mod certificate;
+mod coincident;
+mod color_bleeding;
 mod colored_shadows;
-mod cones;
 pub mod control;
 pub mod counts;
-pub mod enclosing;
+pub mod eye_media;
 mod fresnel;
-mod gather;
 pub mod hits;
 pub mod interface;
 pub mod kernel;
 pub mod lighting;
 pub mod observer;
 pub mod pixel;
+mod ray_cones;
 pub mod sampling;
 pub mod secondary;
 mod texturing;
-mod touching;
 pub mod variants;
-mod waves;
+mod wavelengths;

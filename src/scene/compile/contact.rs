@@ -1,5 +1,5 @@
 //! Marks bodies that might touch others. Only at their surfaces the kernel searches for other surfaces in the same place
-//! (`trace/touching.rs`). Bodies that are clearly apart, or clearly inside a ball or a box, cost nothing.
+//! (`trace/coincident.rs`). Bodies that are clearly apart, or clearly inside a ball or a box, cost nothing.
 //!
 //! The marks are conservative: a body without one is further from everything than any rounding.
 
