@@ -2,7 +2,6 @@
 //! a picture.
 
 pub mod ceiling;
-pub(crate) mod interval;
 mod pixels;
 mod proof;
 

@@ -45,7 +45,7 @@ pub enum FileFormat {
 pub struct Misplaced {
     /// Its name.
     pub parameter: &'static str,
-    /// Which format it is for.
+    /// Which format it is for, as a sentence about it.
     pub why: &'static str,
 }
 
@@ -82,9 +82,9 @@ impl PictureFormat {
 
     /// The format with its parameters: bits of a channel for PNG, 8 or 16, and quality for JPEG, 1 to 100.
     pub fn with(self, bits: Option<u8>, quality: Option<u8>) -> Result<FileFormat, Vec<Misplaced>> {
-        let why = "it is for PNG; EXR and PFM hold 32-bit floats, JPEG and WebP 8 bits";
+        let why = "is for PNG; EXR and PFM hold 32-bit floats, JPEG and WebP 8 bits";
         let bits_misplaced = (self != Self::Png && bits.is_some()).then_some(Misplaced { parameter: "bits", why });
-        let why = "it is for JPEG; the other formats lose nothing";
+        let why = "is for JPEG; the other formats lose nothing";
         let quality_misplaced =
             (self != Self::Jpg && quality.is_some()).then_some(Misplaced { parameter: "quality", why });
         let misplaced: Vec<_> = bits_misplaced.into_iter().chain(quality_misplaced).collect();

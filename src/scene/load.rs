@@ -1,4 +1,4 @@
-//! From the bytes of a file to a compiled scene, with every problem located in the text.
+//! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
 
 use super::check::{check, settings_are_sound};
 use super::compile::{CompileOptions, compile_from};
@@ -11,6 +11,7 @@ use super::read::{self, Mended, Unreadable, read_json};
 use super::{Problem, Problems, Scene};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::convert::Infallible;
 use std::time::Instant;
 
 /// File formats of scenes.
@@ -23,7 +24,7 @@ pub enum Format {
     Nff,
 }
 
-/// Settings of the command line or a query string that replace those of the scene.
+/// Settings that the command line or a query string puts over those in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Overrides {
@@ -43,20 +44,23 @@ pub struct Overrides {
     pub antialias: Option<bool>,
     /// Floating-point format.
     pub precision: Option<Precision>,
-    /// Options of NFF files.
-    #[serde(flatten)]
-    pub nff: NffOptions,
+    /// Whether NFF surfaces are seen from both sides (NFF only; by the format's rules opaque ones are not).
+    pub two_sided: bool,
+    /// Whether to follow the SPD's counting rules (NFF only).
+    pub spd_counts: bool,
 }
 
-/// A loaded scene, and how long loading took.
+/// A scene and how long it took to get.
 #[derive(Debug)]
 pub struct Loaded {
     /// What the file said, with the overrides.
     pub description: Description,
     /// The scene.
     pub scene: Scene,
-    /// The options that an NFF file was read with.
-    pub nff: NffOptions,
+    /// Whether an NFF file was read as two-sided.
+    pub two_sided: bool,
+    /// Whether an NFF file was read by the SPD's counting rules.
+    pub spd_counts: bool,
     /// Milliseconds spent reading.
     pub parse_ms: f64,
     /// Milliseconds spent checking and compiling, without building hierarchies.
@@ -70,57 +74,98 @@ pub fn load(bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loade
 
 /// [`load`], with the files that a scene may name.
 pub fn load_with(bytes: &[u8], format: Format, overrides: &Overrides, files: &dyn Files) -> Result<Loaded, Problems> {
+    let accept = |_: &Description| Ok::<_, Infallible>(());
+    load_if(bytes, format, overrides, files, accept).map_err(|NotLoaded::Problems(problems)| problems)
+}
+
+/// Why a scene is not loaded.
+#[derive(Debug)]
+pub enum NotLoaded<E> {
+    /// It has problems.
+    Problems(Problems),
+    /// It has none, but is not wanted.
+    Refused(E),
+}
+
+impl<E> From<Problems> for NotLoaded<E> {
+    fn from(problems: Problems) -> Self {
+        Self::Problems(problems)
+    }
+}
+
+/// [`load_with`], if `accept` wants the scene: it is asked when the scene has been read, before anything is built.
+pub fn load_if<E>(
+    bytes: &[u8],
+    format: Format,
+    overrides: &Overrides,
+    files: &dyn Files,
+    accept: impl FnOnce(&Description) -> Result<(), E>,
+) -> Result<Loaded, NotLoaded<E>> {
     match format {
-        Format::Json => load_json(read::strip_mark(bytes), overrides, files),
+        Format::Json => load_json(read::strip_mark(bytes), overrides, files, accept),
         Format::Nff => {
             let start = Instant::now();
-            let mut description = nff::read_nff(bytes, overrides.nff)?;
+            let options = NffOptions { two_sided: overrides.two_sided, spd_counts: overrides.spd_counts };
+            let mut description = nff::read_nff(bytes, options)?;
             overrides.apply(&mut description);
-            compiled(description, overrides, files, start)
+            compiled(description, overrides, files, start, accept)
         }
     }
 }
 
-fn load_json(text: &[u8], overrides: &Overrides, files: &dyn Files) -> Result<Loaded, Problems> {
+fn load_json<E>(
+    text: &[u8],
+    overrides: &Overrides,
+    files: &dyn Files,
+    accept: impl FnOnce(&Description) -> Result<(), E>,
+) -> Result<Loaded, NotLoaded<E>> {
     let start = Instant::now();
     match read_json(text) {
         Ok(mut description) => {
-            // A mistake in the scene is reported even where an override replaces it.
+            // A mistake is one even where something else is put over it; all are told together.
             let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
-            let mut loaded =
-                compiled(description, &Overrides { nff: NffOptions::default(), ..overrides }, files, start).map_err(
-                    |Problems(mut problems)| {
-                        overrides.locate(text, &mut problems);
-                        Problems(problems)
-                    },
-                )?;
-            overrides.locate(text, &mut loaded.scene.warnings);
-            Ok(loaded)
+            let of_json = Overrides { two_sided: false, spd_counts: false, ..overrides };
+            match compiled(description, &of_json, files, start, accept) {
+                Ok(mut loaded) => {
+                    overrides.locate(text, &mut loaded.scene.warnings);
+                    Ok(loaded)
+                }
+                Err(NotLoaded::Problems(Problems(mut problems))) => {
+                    overrides.locate(text, &mut problems);
+                    Err(Problems(problems).into())
+                }
+                Err(refused) => Err(refused),
+            }
         }
-        Err(Unreadable { problems, mended }) => Err(match mended {
+        Err(Unreadable { problems, mended }) => Err(NotLoaded::Problems(match mended {
             Some(mended) => with_rest(text, problems, *mended, overrides),
             None => problems,
-        }),
+        })),
     }
 }
 
-fn compiled(
+fn compiled<E>(
     description: Description,
     overrides: &Overrides,
     files: &dyn Files,
     start: Instant,
-) -> Result<Loaded, Problems> {
+    accept: impl FnOnce(&Description) -> Result<(), E>,
+) -> Result<Loaded, NotLoaded<E>> {
+    if let Err(refused) = accept(&description) {
+        // Its author should learn of its problems first.
+        check(&description)?;
+        return Err(NotLoaded::Refused(refused));
+    }
     let parse_ms = milliseconds(start);
     let start = Instant::now();
-    let nff = overrides.nff;
-    let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };
-    let scene = compile_from(&description, options, files)?;
+    let &Overrides { two_sided, spd_counts, .. } = overrides;
+    let scene = compile_from(&description, CompileOptions { spd_counts, ..CompileOptions::default() }, files)?;
     let plan_ms = (milliseconds(start) - scene.bvh_ms).max(0.0);
-    Ok(Loaded { description, scene, nff, parse_ms, plan_ms })
+    Ok(Loaded { description, scene, two_sided, spd_counts, parse_ms, plan_ms })
 }
 
-/// Adds the problems of content to those of shape.
+/// Adds to the problems of a scene's shape what else is wrong with it.
 fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overrides) -> Problems {
     let Problems(mut problems) = shape;
     if problems.len() as u64 >= PROBLEMS.max {
@@ -140,7 +185,7 @@ fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overr
 }
 
 impl Overrides {
-    /// Replaces the settings of a description.
+    /// Puts the settings into a description.
     pub fn apply(&self, description: &mut Description) {
         let Description { image, render, .. } = description;
         image.width = self.width.unwrap_or(image.width);
@@ -153,7 +198,7 @@ impl Overrides {
         render.precision = self.precision.unwrap_or(render.precision);
     }
 
-    /// Locates problems in the text. Overrides are not in the text.
+    /// Finds problems in the text. What an override says does not stand there.
     fn locate(&self, text: &[u8], problems: &mut [Problem]) {
         let overridden = [
             ("/image/width", self.width.is_some()),

@@ -19,6 +19,6 @@ pub mod world;
 
 pub use compile::Scene;
 pub use description::Description;
-pub use load::{Format, Loaded, Overrides, load, load_with};
+pub use load::{Format, Loaded, NotLoaded, Overrides, load, load_if, load_with};
 pub use pictures::{Files, NoFiles};
 pub use problem::{Problem, Problems};

@@ -1,4 +1,4 @@
-//! A scene in the kernel's format. The kernel reads it and never changes it.
+//! A scene in the kernel's format: what the tracing kernel reads and never changes.
 
 use crate::accel::{Blockers, Geometry, Owner};
 use crate::bound::ceiling::{Ceiling, Reach};
@@ -31,11 +31,11 @@ pub struct World<R> {
     pub background: [R; 3],
     /// Fog, if there is any.
     pub fog: Option<Fog<R>>,
-    /// The environment map, which replaces the background, if there is one.
+    /// What they see instead, if there are surroundings.
     pub environment: Option<Environment>,
     /// The camera.
     pub camera: Camera<R>,
-    /// The rules of the recursion.
+    /// What ends the recursion, and what counts.
     pub rules: Rules,
     /// How bright anything can be.
     pub ceiling: Ceiling,
@@ -51,7 +51,7 @@ pub struct World<R> {
     pub spectrum: Option<Box<Spectrum<R>>>,
 }
 
-/// What ends chains of rays before `max_depth`.
+/// What ends chains of rays before they have their full length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pruning {
     /// A ray whose weight is below this in every channel is not followed.
@@ -63,11 +63,12 @@ pub enum Pruning {
     },
 }
 
-/// Longest chain of recursion without end: light that keeps 0.99 of itself on each ray is far below every code by then.
+/// Longest chain that stands for recursion without end: light that keeps 0.99 of itself on each ray has then been below
+/// every code for long.
 pub const ENDLESS: u32 = 1_000;
 
 impl Pruning {
-    /// The pruning for an accuracy.
+    /// What an accuracy asks for.
     pub fn of(accuracy: Accuracy, min_weight: f64) -> Self {
         match accuracy {
             Accuracy::Fixed(_) => Self::Weight(min_weight),
@@ -86,20 +87,19 @@ pub struct Rules {
     pub pruning: Pruning,
     /// What shadow rays meet; `None` for no shadows.
     pub shadows: Option<Blockers>,
-    /// Trace all rays that the Standard Procedural Databases count, also those that add nothing: a reflected ray from every
-    /// transmitting surface, and a shadow ray wherever the geometric normal faces the light (SPD Readme, "Testing
-    /// Procedures").
+    /// Trace what the Standard Procedural Databases count, needed or not: a reflected ray from every transmitting
+    /// surface, and a shadow ray wherever the geometric normal faces the light (SPD Readme, "Testing Procedures").
     pub spd_counts: bool,
 }
 
 impl Rules {
-    /// Sets the rules that depend on the ceiling.
+    /// Sets what depends on how bright the scene can be.
     pub(crate) fn finish(&mut self, render: &RenderSettings, reach: &Reach) {
         if self.pruning == Pruning::Weight(render.fixed_weight()) {
             return;
         }
         if reach.ceiling == Some([0.0; 3]) {
-            // In a black scene every ray would be pruned; ray trees should still show some.
+            // Where nothing shines no ray matters; whoever looks at its rays wants to see some.
             self.pruning = Pruning::Weight(render.fixed_weight());
         } else if reach.max_depth.is_none() && render.max_depth.is_none() {
             self.max_depth = ENDLESS;
