@@ -1,5 +1,6 @@
 //! Why a command failed: one block of text on standard error, and the exit code.
 
+use crate::service::error::StartError;
 use std::fmt;
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -54,6 +55,15 @@ impl Failure {
 impl From<Cancelled> for Failure {
     fn from(Cancelled: Cancelled) -> Self {
         Self::Interrupted
+    }
+}
+
+impl From<StartError> for Failure {
+    fn from(error: StartError) -> Self {
+        match error {
+            StartError::Settings(what) => Self::Usage(what),
+            StartError::Machine(what) => Self::Input(what),
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 mod config;
 mod config_file;
 mod explain;
-pub(crate) mod failure;
+mod failure;
 mod healthcheck;
 mod import;
 mod interrupt;
@@ -23,8 +23,6 @@ mod tradeoff;
 mod tree;
 mod validate;
 mod values;
-
-pub(crate) use serve::{LogFormat, ServeArgs};
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -78,7 +76,7 @@ enum Command {
     #[command(subcommand)]
     Config(config::ConfigCommand),
     /// Serve renders over HTTP.
-    Serve(Box<ServeArgs>),
+    Serve(Box<serve::ServeArgs>),
     /// Ask a running service whether it is alive; exit code 0 if it is.
     Healthcheck(healthcheck::HealthcheckArgs),
 }
@@ -107,7 +105,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Openapi => openapi::run(),
         Command::Config(command) => config::run(&command),
         Command::Key(command) => key::run(&command),
-        Command::Serve(args) => crate::http::run(&args),
+        Command::Serve(args) => serve::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),
     }
 }

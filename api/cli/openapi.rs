@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::output;
-use crate::http::contract::openapi_text;
+use crate::http::openapi_text;
 
 /// Prints it.
 pub(super) fn run() -> Result<(), Failure> {

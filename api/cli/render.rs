@@ -78,7 +78,7 @@ fn file_format(args: &RenderArgs) -> Result<FileFormat, Failure> {
         })?,
     };
     format.with(args.bits, args.quality).map_err(|wrong| {
-        let wrong = wrong.iter().map(|wrong| format!("--{}: {}", wrong.parameter, wrong.why));
+        let wrong = wrong.iter().map(|wrong| format!("--{} {}", wrong.parameter, wrong.why));
         Failure::Usage(wrong.collect::<Vec<_>>().join("\n"))
     })
 }

@@ -1,11 +1,11 @@
 //! What commands about scenes share: where the scene comes from, and what is put over it.
 
-use super::values::{region, threads, up_to, weight, word};
+use super::values::{region, up_to, weight, word};
+use crate::service::values::threads;
 use clap::Args;
 use std::path::PathBuf;
 use strahl::film::Region;
 use strahl::scene::description::{Accuracy, Precision};
-use strahl::scene::nff::NffOptions;
 use strahl::scene::{Format, Overrides, limits};
 
 /// Where a scene comes from.
@@ -69,7 +69,8 @@ impl SettingsArgs {
             samples: self.samples,
             antialias: self.antialias,
             precision: self.precision,
-            nff: NffOptions { two_sided: self.two_sided, spd_counts: self.spd_counts },
+            two_sided: self.two_sided,
+            spd_counts: self.spd_counts,
         }
     }
 }

@@ -3,9 +3,9 @@
 use super::failure::Failure;
 use super::scene_args::{SceneArgs, SettingsArgs};
 use super::session::Session;
-use super::values::seconds;
 use super::{output, progress};
 use crate::service::tradeoff::{Outcome, Stopped, measure};
+use crate::service::values::seconds;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -3,10 +3,10 @@
 use super::auth::{capability, client};
 use super::drain::StopSignals;
 use super::raw_errors::RawErrors;
-use super::routes::admin;
+use super::routes;
+use super::settings::HttpSettings;
+use super::state::App;
 use super::write_timeout::WriteTimeout;
-use super::{App, routes};
-use crate::cli::ServeArgs;
 use axum::Router;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -39,20 +39,19 @@ pub(crate) struct Listeners {
 }
 
 /// Serves until a signal comes and the running requests have finished or run out of time.
-pub(crate) async fn serve(listeners: Listeners, signals: StopSignals, service: App, args: &ServeArgs) {
+pub(crate) async fn serve(listeners: Listeners, signals: StopSignals, app: App, settings: &HttpSettings) {
     let Listeners { clients, admin } = listeners;
     // Operators are answered until the very end.
     let admin = admin.map(|listener| {
         announce(&listener, "admin listening");
-        let (service, args) = (Arc::clone(&service), args.clone());
+        let (routes, settings) = (routes::admin(Arc::clone(&app)), settings.clone());
         tokio::spawn(async move {
-            let routes = admin::routes(service);
-            connections(listener, routes, ADMIN_CONNECTIONS, &args, std::future::pending()).await;
+            connections(listener, routes, ADMIN_CONNECTIONS, &settings, std::future::pending()).await;
         })
     });
     announce(&clients, "listening");
-    let end = drained(&service, signals, args.drain_timeout);
-    connections(clients, routes::routes(Arc::clone(&service)), args.max_connections, args, end).await;
+    let end = drained(&app, signals, settings.drain_timeout);
+    connections(clients, routes::router(Arc::clone(&app)), settings.max_connections, settings, end).await;
     if let Some(admin) = admin {
         admin.abort();
     }
@@ -67,12 +66,19 @@ fn announce(listener: &TcpListener, what: &str) {
 }
 
 /// Accepts connections until the end, then gives those that are open some time to finish.
-async fn connections(listener: TcpListener, app: Router, most: u32, args: &ServeArgs, end: impl Future<Output = ()>) {
+async fn connections(
+    listener: TcpListener,
+    router: Router,
+    most: u32,
+    settings: &HttpSettings,
+    end: impl Future<Output = ()>,
+) {
+    let limits = &settings.limits;
     let places = Arc::new(Semaphore::new(most as usize));
     let connections = GracefulShutdown::new();
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new())
-        .header_read_timeout(args.header_timeout)
+        .header_read_timeout(limits.header_timeout)
         .max_buf_size(MAX_HEADER_BYTES)
         .max_headers(MAX_HEADERS);
 
@@ -82,9 +88,10 @@ async fn connections(listener: TcpListener, app: Router, most: u32, args: &Serve
             next = next_connection(&listener, &places) => next,
             () = &mut end => break,
         };
-        let stream = TokioIo::new(RawErrors::new(WriteTimeout::new(stream, args.write_timeout)));
-        let app = MapRequest::new(app.clone(), move |request| client::arrived(peer.ip(), capability::strip(request)));
-        let connection = connections.watch(http.serve_connection(stream, TowerToHyperService::new(app)));
+        let stream = TokioIo::new(RawErrors::new(WriteTimeout::new(stream, limits.write_timeout)));
+        let router =
+            MapRequest::new(router.clone(), move |request| client::arrived(peer.ip(), capability::strip(request)));
+        let connection = connections.watch(http.serve_connection(stream, TowerToHyperService::new(router)));
         tokio::spawn(async move {
             if let Err(error) = connection.await {
                 tracing::debug!(%error, "connection ended early");
@@ -99,14 +106,14 @@ async fn connections(listener: TcpListener, app: Router, most: u32, args: &Serve
 }
 
 /// Waits for the signal, then for the requests. Connections are still accepted meanwhile, so that probes learn why.
-async fn drained(service: &App, mut signals: StopSignals, patience: Duration) {
+async fn drained(app: &App, mut signals: StopSignals, patience: Duration) {
     let signal = signals.next().await;
-    service.drain.begin();
+    app.drain.begin();
     tracing::info!(signal, "draining: no new work is taken");
-    service.jobs.close();
+    app.service.jobs.close();
     let done = async {
-        service.drain.idle().await;
-        service.jobs.idle().await;
+        app.drain.idle().await;
+        app.service.jobs.idle().await;
     };
     tokio::select! {
         () = done => {}

@@ -1,107 +1,175 @@
-//! What one request may ask of the service. What a scene may say is in `strahl::scene::limits`.
+//! The service's limits and where it keeps things: one list for flags, for checks, and for `GET /v1/limits`. What a scene
+//! may say is in `strahl::scene::limits`.
 
-use super::jobs::JobLimits;
+use super::error::Error;
 use super::memory;
-use crate::cli::ServeArgs;
-use crate::http::auth::tenant::Tenant;
-use crate::http::problem::{Kind, Problem};
-use crate::service::scenes::ids::MAX_ZOOM;
-use serde_json::{Value, json};
+use super::values::{as_seconds, long_seconds, seconds};
+use clap::{Args, value_parser};
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+use std::path::PathBuf;
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::{Scene, limits as scene};
+use strahl::scene::description::ImageSize;
+use strahl::scene::{Description, Scene};
 
 /// Rays of one `POST /v1/rays`.
 pub(crate) const MAX_RAYS: usize = 100_000;
-/// Seconds of one `POST /v1/tradeoff`, however long a request may take.
+/// Seconds of one trade-off, however long a request may take.
 const MAX_TRADEOFF_SECONDS: f64 = 300.0;
-/// Bodies of the largest size that memory is set aside for.
-const BODIES: u64 = 8;
 
-/// Limits by the names that errors quote.
-#[derive(Debug)]
-pub(crate) struct Limits {
-    pub(crate) max_body_bytes: u64,
-    /// Bytes of all bodies and answers together.
-    pub(crate) memory_bytes: u64,
-    pub(crate) body_timeout: Duration,
-    timeout: Duration,
-    header_timeout: Duration,
-    write_timeout: Duration,
-    queue: u32,
-    max_pixels: u64,
-    max_samples_total: u64,
-    scene_cache_bytes: u64,
-    picture_cache_bytes: u64,
-    known_scene_bytes: u64,
-    disk_cache_bytes: Option<u64>,
-    tile_queue: u32,
-    /// Tiles of one client at one time.
-    pub(crate) client_tiles: u32,
-    job_max_pixels: u64,
-    job_max_samples_total: u64,
-    /// Bytes that open jobs may take together.
-    pub(crate) job_memory_bytes: u64,
-    /// Bytes of all files of jobs.
-    pub(crate) data_bytes: u64,
-    jobs: u32,
-    job_timeout: Duration,
-    keep_pictures: Duration,
-    keep_records: Duration,
-    is_durable: bool,
+/// Everything that the service itself is told.
+#[derive(Debug, Clone, Args)]
+#[group(skip)]
+pub(crate) struct Settings {
+    /// Limits of one answer.
+    #[command(flatten)]
+    pub(crate) answers: AnswerLimits,
+    /// The caches.
+    #[command(flatten)]
+    pub(crate) caches: CacheLimits,
+    /// Jobs.
+    #[command(flatten)]
+    pub(crate) jobs: JobLimits,
+    /// Folder of pictures that scenes may name as textures. Without it scenes have to contain their textures.
+    #[arg(long, env = "STRAHL_TEXTURES", value_name = "DIR", help_heading = "Folders")]
+    pub(crate) textures: Option<PathBuf>,
 }
 
-impl Limits {
-    /// As the command line says.
-    pub(crate) fn new(args: &ServeArgs) -> Self {
-        Self {
-            max_body_bytes: args.max_body_bytes,
-            memory_bytes: args.max_body_bytes.saturating_mul(BODIES).max(512 << 20),
-            body_timeout: args.body_timeout,
-            timeout: args.timeout,
-            header_timeout: args.header_timeout,
-            write_timeout: args.write_timeout,
-            queue: args.queue,
-            max_pixels: args.max_pixels,
-            max_samples_total: args.max_samples_total,
-            scene_cache_bytes: args.scene_cache_bytes,
-            picture_cache_bytes: args.picture_cache_bytes,
-            known_scene_bytes: args.known_scene_bytes,
-            disk_cache_bytes: args.cache.as_ref().map(|_| args.disk_cache_bytes),
-            tile_queue: args.tile_queue,
-            client_tiles: args.client_tiles,
-            job_max_pixels: args.job_max_pixels,
-            job_max_samples_total: args.job_max_samples_total,
-            job_memory_bytes: args.job_memory_bytes.unwrap_or_else(|| memory::available() / 2),
-            data_bytes: args.data_bytes,
-            jobs: args.jobs,
-            job_timeout: args.job_timeout,
-            keep_pictures: args.keep_pictures,
-            keep_records: args.keep_records,
-            is_durable: args.data.is_some(),
-        }
-    }
+/// Limits of one answer.
+#[derive(Debug, Clone, Args, Serialize, JsonSchema)]
+#[group(skip)]
+#[command(next_help_heading = "Limits of one request")]
+pub(crate) struct AnswerLimits {
+    /// Pixels of one answer.
+    #[arg(long, env = "STRAHL_MAX_PIXELS", value_name = "PIXELS", default_value_t = 8_300_000)]
+    pub(crate) max_pixels: u64,
+    /// Samples of one answer: its pixels times the samples of each.
+    #[arg(long, env = "STRAHL_MAX_SAMPLES_TOTAL", value_name = "SAMPLES", default_value_t = 64_000_000)]
+    pub(crate) max_samples_total: u64,
+    /// Seconds until a request is answered or given up.
+    #[arg(long, env = "STRAHL_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    #[serde(rename = "timeout_s", serialize_with = "as_seconds")]
+    #[schemars(with = "f64")]
+    pub(crate) timeout: Duration,
+    /// Requests that may wait for the renderer; one more is answered with 503.
+    #[arg(long, env = "STRAHL_QUEUE", default_value_t = 32, value_parser = value_parser!(u32).range(..=100_000))]
+    pub(crate) queue: u32,
+    /// Tiles that may wait for the renderer, at most 25 seconds each; one more is answered with 503.
+    #[arg(long, env = "STRAHL_TILE_QUEUE", default_value_t = 512, value_parser = value_parser!(u32).range(..=100_000))]
+    pub(crate) tile_queue: u32,
+}
 
+/// How much is kept of what was built and made.
+#[derive(Debug, Clone, Args, Serialize, JsonSchema)]
+#[group(skip)]
+#[command(next_help_heading = "Caches")]
+pub(crate) struct CacheLimits {
+    /// Bytes of built scenes in memory: another request about the same scene skips reading and building it. 0 keeps none.
+    #[arg(long, env = "STRAHL_SCENE_CACHE_BYTES", value_name = "BYTES", default_value_t = 512 << 20)]
+    pub(crate) scene_cache_bytes: u64,
+    /// Bytes of finished pictures in memory. 0 keeps none.
+    #[arg(long, env = "STRAHL_PICTURE_CACHE_BYTES", value_name = "BYTES", default_value_t = 256 << 20)]
+    pub(crate) picture_cache_bytes: u64,
+    /// Bytes of the scenes that POST /v1/scenes remembers.
+    #[arg(long, env = "STRAHL_KNOWN_SCENE_BYTES", value_name = "BYTES", default_value_t = 256 << 20)]
+    pub(crate) known_scene_bytes: u64,
+    /// Bytes of finished pictures in the folder of --cache.
+    #[arg(long, env = "STRAHL_DISK_CACHE_BYTES", value_name = "BYTES", default_value_t = 10 << 30)]
+    #[serde(skip)]
+    pub(crate) disk_cache_bytes: u64,
+    /// Folder where finished pictures and remembered scenes outlive the service. Without it they are kept in memory only.
+    #[arg(long, env = "STRAHL_CACHE", value_name = "DIR", help_heading = "Folders")]
+    #[serde(skip)]
+    pub(crate) cache: Option<PathBuf>,
+}
+
+/// Limits of jobs, and how long they are kept.
+#[derive(Debug, Clone, Args, Serialize, JsonSchema)]
+#[group(skip)]
+#[command(next_help_heading = "Jobs")]
+pub(crate) struct JobLimits {
+    /// Jobs that wait or run; one more is answered with 503.
+    #[arg(long, env = "STRAHL_JOBS", default_value_t = 10_000, value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) jobs: u32,
+    /// Pixels of a job's picture.
+    #[arg(long, env = "STRAHL_JOB_MAX_PIXELS", value_name = "PIXELS", default_value_t = 100_000_000)]
+    pub(crate) job_max_pixels: u64,
+    /// Samples of a job's picture: its pixels times the samples of each.
+    #[arg(long, env = "STRAHL_JOB_MAX_SAMPLES_TOTAL", value_name = "SAMPLES", default_value_t = 20_000_000_000)]
+    pub(crate) job_max_samples_total: u64,
+    /// Bytes of memory that running jobs may take together [default: half of what the machine, or its container, has].
+    #[arg(long, env = "STRAHL_JOB_MEMORY_BYTES", value_name = "BYTES", default_value_t = memory::available() / 2, hide_default_value = true)]
+    pub(crate) job_memory_bytes: u64,
+    /// Bytes that the scenes and pictures of jobs may take on disk. If there is no room, the oldest pictures are deleted. The
+    /// scene of one job may take half of it, and so may its tiles and its picture.
+    #[arg(long, env = "STRAHL_DATA_BYTES", value_name = "BYTES", default_value_t = 10 << 30)]
+    pub(crate) data_bytes: u64,
+    /// Seconds that a job may run.
+    #[arg(long, env = "STRAHL_JOB_TIMEOUT", value_name = "SECONDS", default_value = "3600", value_parser = seconds)]
+    #[serde(rename = "job_timeout_s", serialize_with = "as_seconds")]
+    #[schemars(with = "f64")]
+    pub(crate) job_timeout: Duration,
+    /// Seconds that a job's picture is kept.
+    #[arg(long, env = "STRAHL_KEEP_PICTURES", value_name = "SECONDS", default_value = "604800", value_parser = long_seconds)]
+    #[serde(rename = "keep_pictures_s", serialize_with = "as_seconds")]
+    #[schemars(with = "f64")]
+    pub(crate) keep_pictures: Duration,
+    /// Seconds that a job is remembered after its end, or after its picture was deleted.
+    #[arg(long, env = "STRAHL_KEEP_RECORDS", value_name = "SECONDS", default_value = "86400", value_parser = long_seconds)]
+    #[serde(rename = "keep_records_s", serialize_with = "as_seconds")]
+    #[schemars(with = "f64")]
+    pub(crate) keep_records: Duration,
+    /// Folder where jobs outlive the service. Without it they are kept in a temporary folder and end with the service.
+    #[arg(long, env = "STRAHL_DATA", value_name = "DIR", help_heading = "Folders")]
+    #[serde(rename = "durable", serialize_with = "is_some")]
+    #[schemars(with = "bool", description = "Whether jobs outlive the service.")]
+    pub(crate) data: Option<PathBuf>,
+}
+
+fn is_some<S: Serializer>(folder: &Option<PathBuf>, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_bool(folder.is_some())
+}
+
+impl CacheLimits {
+    /// Bytes of finished pictures on disk, if there is a folder for them.
+    pub(crate) fn on_disk(&self) -> Option<u64> {
+        self.cache.as_ref().map(|_| self.disk_cache_bytes)
+    }
+}
+
+impl AnswerLimits {
     /// Refuses a region that is too much work for one answer.
-    pub(crate) fn check(&self, scene: &Scene, region: Region) -> Result<(), Problem> {
-        let pixels = u64::from(region.width) * u64::from(region.height);
-        if pixels > self.max_pixels {
+    pub(crate) fn check(&self, region: Region, samples: u32) -> Result<(), Error> {
+        let Region { width, height, .. } = region;
+        let (pixels, max) = (region.pixels(), self.max_pixels);
+        if pixels > max {
             let detail = format!(
-                "{} x {} is {pixels} pixels; one answer has at most {} (max_pixels): ask for tiles",
-                region.width, region.height, self.max_pixels
+                "{width} x {height} is {pixels} pixels; one answer has at most {max} (max_pixels): ask for tiles"
             );
-            return Err(Problem::limit(Kind::CostLimit, "max_pixels", self.max_pixels, detail));
+            return Err(Error::Limit { name: "max_pixels", max, detail });
         }
-        let samples = pixels * u64::from(scene.samples);
-        if samples > self.max_samples_total {
+        let (total, max) = (pixels.saturating_mul(u64::from(samples)), self.max_samples_total);
+        if total > max {
             let detail = format!(
-                "{pixels} pixels with {} samples each are {samples} samples; one answer has at most {} \
-                 (max_samples_total): ask for tiles or fewer samples",
-                scene.samples, self.max_samples_total
+                "{pixels} pixels with {samples} samples each are {total} samples; one answer has at most {max} \
+                 (max_samples_total): ask for tiles or fewer samples"
             );
-            return Err(Problem::limit(Kind::CostLimit, "max_samples_total", self.max_samples_total, detail));
+            return Err(Error::Limit { name: "max_samples_total", max, detail });
         }
         Ok(())
+    }
+
+    /// Refuses a picture of a scene, or a region of it, as far as its description says how much work it is. The samples that
+    /// effects call for are known only when the scene is built.
+    pub(crate) fn check_unbuilt(&self, scene: &Description, region: Option<Region>) -> Result<(), Error> {
+        let ImageSize { width, height } = scene.image;
+        let region = region.unwrap_or_else(|| Region::whole(width, height));
+        // A region outside of the picture is another mistake.
+        if !region.fits(width, height) {
+            return Ok(());
+        }
+        self.check(region, scene.render.samples.unwrap_or(1))
     }
 
     /// Pixels that one answer about a scene may have.
@@ -109,99 +177,25 @@ impl Limits {
         self.max_pixels.min(self.max_samples_total / u64::from(scene.samples))
     }
 
-    /// Refuses a picture that is too much work for a job.
-    pub(crate) fn check_job(&self, scene: &Scene) -> Result<(), Problem> {
-        let pixels = u64::from(scene.width) * u64::from(scene.height);
-        for (what, count, name, max) in [
-            ("pixels", pixels, "job_max_pixels", self.job_max_pixels),
-            ("samples", pixels * u64::from(scene.samples), "job_max_samples_total", self.job_max_samples_total),
-        ] {
-            if count > max {
-                let detail = format!("the picture has {count} {what}; that of a job has at most {max} ({name})");
-                return Err(Problem::limit(Kind::CostLimit, name, max, detail));
-            }
-        }
-        Ok(())
-    }
-
-    /// Limits that jobs know themselves.
-    pub(crate) fn of_jobs(&self) -> JobLimits {
-        JobLimits {
-            jobs: self.jobs as usize,
-            memory_bytes: self.job_memory_bytes,
-            data_bytes: self.data_bytes,
-            timeout: self.job_timeout,
-            keep_pictures: self.keep_pictures,
-            keep_records: self.keep_records,
-        }
-    }
-
-    /// Seconds that one trade-off may ask for: some of the time of any request is left for waiting and for writing it down.
+    /// Seconds that one trade-off may ask for: the rest of a request's time is for waiting and for writing the answer.
     pub(crate) fn tradeoff_seconds(&self) -> f64 {
         (self.timeout.as_secs_f64() * 2.0 / 3.0).min(MAX_TRADEOFF_SECONDS)
     }
+}
 
-    /// `GET /v1/limits`, for whoever asks.
-    pub(crate) fn to_json(&self, tenant: &Tenant) -> Value {
-        let scene_limits = [
-            scene::SCENE_BYTES,
-            scene::JSON_DEPTH,
-            scene::NESTING,
-            scene::OBJECTS,
-            scene::TRIANGLES,
-            scene::LIGHTS,
-            scene::POLYGON_VERTICES,
-            scene::EXPANDED_PRIMITIVES,
-            scene::IMAGE_SIDE,
-            scene::PIXELS,
-            scene::SAMPLES,
-            scene::MAX_DEPTH,
-            scene::RAYS_PER_SAMPLE,
-            scene::TREE_RAYS,
-            scene::PROBLEMS,
-        ];
-        let mut by_name: serde_json::Map<_, _> =
-            scene_limits.iter().map(|limit| (limit.name.to_owned(), json!(limit.max))).collect();
-        by_name.insert("magnitude".into(), json!(scene::MAGNITUDE));
-        by_name.insert("smallest_length".into(), json!(scene::SMALLEST_LENGTH));
-        json!({
-            "request": {
-                "max_body_bytes": self.max_body_bytes,
-                "memory_bytes": self.memory_bytes,
-                "max_pixels": self.max_pixels,
-                "max_samples_total": self.max_samples_total,
-                "max_rays": MAX_RAYS,
-                "max_tradeoff_seconds": self.tradeoff_seconds(),
-                "scene_cache_bytes": self.scene_cache_bytes,
-                "picture_cache_bytes": self.picture_cache_bytes,
-                "known_scene_bytes": self.known_scene_bytes,
-                "disk_cache_bytes": self.disk_cache_bytes,
-                "max_zoom": MAX_ZOOM,
-                "queue": self.queue,
-                "tile_queue": self.tile_queue,
-                "client_tiles": self.client_tiles,
-                "header_timeout_s": self.header_timeout.as_secs_f64(),
-                "body_timeout_s": self.body_timeout.as_secs_f64(),
-                "write_timeout_s": self.write_timeout.as_secs_f64(),
-                "timeout_s": self.timeout.as_secs_f64(),
-            },
-            "jobs": {
-                "durable": self.is_durable,
-                "jobs": self.jobs,
-                "job_max_pixels": self.job_max_pixels,
-                "job_max_samples_total": self.job_max_samples_total,
-                "job_memory_bytes": self.job_memory_bytes,
-                "data_bytes": self.data_bytes,
-                "job_timeout_s": self.job_timeout.as_secs_f64(),
-                "keep_pictures_s": self.keep_pictures.as_secs_f64(),
-                "keep_records_s": self.keep_records.as_secs_f64(),
-            },
-            "tenant": {
-                "jobs": tenant.quotas.jobs,
-                "streams": tenant.quotas.streams,
-                "units_per_minute": tenant.rate_limit.as_ref().map(|rate_limit| rate_limit.per_minute()),
-            },
-            "scene": by_name,
-        })
+impl JobLimits {
+    /// Refuses a picture that is too much work for a job.
+    pub(crate) fn check(&self, [width, height]: [u32; 2], samples: u32) -> Result<(), Error> {
+        let pixels = u64::from(width) * u64::from(height);
+        for (what, count, name, max) in [
+            ("pixels", pixels, "job_max_pixels", self.job_max_pixels),
+            ("samples", pixels.saturating_mul(u64::from(samples)), "job_max_samples_total", self.job_max_samples_total),
+        ] {
+            if count > max {
+                let detail = format!("the picture has {count} {what}; that of a job has at most {max} ({name})");
+                return Err(Error::Limit { name, max, detail });
+            }
+        }
+        Ok(())
     }
 }

@@ -1,11 +1,15 @@
 //! What the program does, for its commands and for HTTP alike: scenes, pictures, jobs, and the scheduler of the threads that
 //! render.
 
+pub(crate) mod clock;
+pub(crate) mod error;
 pub(crate) mod jobs;
 pub(crate) mod limits;
 pub(crate) mod memory;
 pub(crate) mod pictures;
+pub(crate) mod requests;
 pub(crate) mod scenes;
 pub(crate) mod scheduler;
 pub(crate) mod storage;
 pub(crate) mod tradeoff;
+pub(crate) mod values;

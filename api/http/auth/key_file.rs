@@ -1,7 +1,7 @@
 //! The key file is read again whenever it changes, so that keys come and go without a restart.
 
+use super::Access;
 use super::keys::Keys;
-use crate::http::App;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, SystemTime};
@@ -54,9 +54,9 @@ impl KeyFile {
     }
 }
 
-/// Looks at the key file until the service ends.
-pub(crate) async fn watch(service: App) {
-    let Some(file) = &service.access.keys else { return };
+/// Reads the key file again whenever it changes, until the service ends.
+pub(crate) async fn watch(access: Arc<Access>) {
+    let Some(file) = &access.keys else { return };
     let mut ticks = interval(PERIOD);
     loop {
         ticks.tick().await;

@@ -1,4 +1,4 @@
-//! Who may do what: keys, capability URLs, quotas, and which pages may ask.
+//! Who may do what: keys, capability URLs, quotas.
 
 pub(crate) mod capability;
 pub(crate) mod client;
@@ -9,8 +9,8 @@ pub(crate) mod tenant;
 
 pub(crate) use keys::{new_key, new_signer};
 
-use crate::http::middleware::cors::Origins;
 use crate::http::problem::{Kind, Problem};
+use crate::service::clock::unix_time;
 use axum::extract::Request;
 use axum::http::header;
 use capability::{Capability, Signers};
@@ -19,7 +19,7 @@ use keys::Keys;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 use tenant::Tenant;
 
 /// What decides about a request's tenant.
@@ -30,17 +30,15 @@ pub(crate) struct Access {
     anonymous: Arc<Tenant>,
     /// Signs capabilities where the key file names no secrets; they end with the process.
     own: Signers,
-    pub(crate) origins: Origins,
 }
 
 impl Access {
     /// Reads the key file, if there is one.
-    pub(crate) fn open(path: Option<&Path>, origins: Origins) -> io::Result<Self> {
+    pub(crate) fn open(path: Option<&Path>) -> io::Result<Self> {
         Ok(Self {
             keys: path.map(KeyFile::open).transpose()?,
             anonymous: Arc::new(Tenant::anonymous()),
             own: Signers::random()?,
-            origins,
         })
     }
 
@@ -64,7 +62,7 @@ impl Access {
         let keys = self.keys();
         if let Some(capability) = request.extensions().get::<Capability>() {
             let signers = keys.as_ref().and_then(|keys| keys.signers.as_ref()).unwrap_or(&self.own);
-            let name = capability.check(signers, request, now())?;
+            let name = capability.check(signers, request, unix_time().as_secs())?;
             let Some(keys) = &keys else { return Ok(Some(Arc::clone(&self.anonymous))) };
             let gone = || Problem::new(Kind::Forbidden, "the tenant of this capability is no longer in the key file");
             return keys.reader(&name).ok_or_else(gone).map(Some);
@@ -85,9 +83,4 @@ impl Access {
         let keys = self.keys();
         keys.as_ref().and_then(|keys| keys.signers.as_ref()).unwrap_or(&self.own).sign(id, tenant, expires)
     }
-}
-
-/// Seconds since 1970.
-pub(crate) fn now() -> u64 {
-    SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }

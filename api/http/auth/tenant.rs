@@ -3,9 +3,8 @@
 //! A middleware puts an `Arc<Tenant>` into each request's extensions; [`Tenant::of`] takes it out. Without keys everybody
 //! is the tenant "anonymous" and may do everything.
 
-#![allow(dead_code, reason = "the scheduler, which uses the rest, comes next")]
-
 use super::rate_limit::RateLimit;
+use crate::service::scheduler::task::{Class, Task};
 use axum::http::Extensions;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -89,6 +88,11 @@ impl Tenant {
     /// Whether there are no keys, so that everybody sees the same.
     pub(crate) fn is_anonymous(&self) -> bool {
         self.name == "anonymous"
+    }
+
+    /// A task of its own for the scheduler.
+    pub(crate) fn task(&self, class: Class) -> Task {
+        Task::new(class, &self.name, self.weight)
     }
 
     /// Whether its key allows this.

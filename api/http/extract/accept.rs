@@ -2,7 +2,6 @@
 
 use crate::http::problem::{Kind, Problem};
 use axum::http::{HeaderMap, header};
-use serde_json::json;
 use strahl::film::PictureFormat;
 
 /// The picture format that the client likes best.
@@ -11,7 +10,7 @@ pub(crate) fn by_accept(headers: &HeaderMap) -> Result<PictureFormat, Problem> {
 }
 
 /// Of some media types the one that the client likes best, and of equally acceptable ones the first.
-pub(crate) fn best<T: Copy>(headers: &HeaderMap, available: &[(&str, T)]) -> Result<T, Problem> {
+pub(crate) fn best<T: Copy>(headers: &HeaderMap, available: &[(&'static str, T)]) -> Result<T, Problem> {
     let accept: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
     let accept = accept.join(",");
     // No header accepts anything.
@@ -28,7 +27,7 @@ pub(crate) fn best<T: Copy>(headers: &HeaderMap, available: &[(&str, T)]) -> Res
         .ok_or_else(|| {
             let available: Vec<_> = available.iter().map(|(media_type, _)| *media_type).collect();
             let detail = format!("Accept: {accept} asks for none of {}", available.join(", "));
-            Problem::new(Kind::NotAcceptable, detail).with("available", json!(available))
+            Problem::new(Kind::NotAcceptable, detail).with_available(available)
         })
 }
 

@@ -1,39 +1,40 @@
-//! The job that a path names, for handlers: there is one, and who asks may see it.
+//! The job that a path names, if its client may see it.
 
-use crate::http::App;
 use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::problem::{Kind, Problem};
+use crate::http::state::{App, AppState};
+use crate::service::clock::unix_time;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::Record;
 use axum::extract::{FromRequestParts, Path};
 use axum::http::request::Parts;
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 use uuid::Uuid;
 
 /// A job, and who asks about it.
 #[derive(Debug)]
-pub(crate) struct Named {
+pub(crate) struct NamedJob {
     pub(crate) job: Arc<Job>,
     pub(crate) tenant: Arc<Tenant>,
 }
 
-impl FromRequestParts<App> for Named {
+impl FromRequestParts<App> for NamedJob {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, service: &App) -> Result<Self, Problem> {
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let tenant = Tenant::of(&parts.extensions);
-        let Path(id) = Path::<String>::from_request_parts(parts, service)
+        let Path(id) = Path::<String>::from_request_parts(parts, app)
             .await
             .map_err(|_| Problem::new(Kind::NotFound, "a job's id is text"))?;
-        find(service, &tenant, &id).map(|job| Self { job, tenant })
+        find(app, &tenant, &id).map(|job| Self { job, tenant })
     }
 }
 
 /// The job of an id, if the tenant may see it.
-pub(crate) fn find(service: &App, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
-    let found = service.jobs.find(id).filter(|job| may_see(tenant, &job.record()));
-    found.ok_or_else(|| missing(service, id))
+pub(crate) fn find(app: &AppState, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
+    let found = app.service.jobs.find(id).filter(|job| may_see(tenant, &job.record()));
+    found.ok_or_else(|| missing(app, id))
 }
 
 /// Whether a tenant may see a job: its own, and operators all.
@@ -41,8 +42,8 @@ pub(crate) fn may_see(tenant: &Tenant, record: &Record) -> bool {
     record.tenant == tenant.name || tenant.may(Scope::Admin)
 }
 
-fn missing(service: &App, id: &str) -> Problem {
-    let limits = service.jobs.limits;
+fn missing(app: &AppState, id: &str) -> Problem {
+    let limits = &app.service.jobs.limits;
     let kept = limits.keep_records.min(limits.keep_pictures + limits.keep_records);
     if is_older(id, kept) {
         Problem::new(Kind::Gone, format!("there is no job {id} any more, if there ever was"))
@@ -54,6 +55,5 @@ fn missing(service: &App, id: &str) -> Problem {
 /// Whether an id is that of a job from so long ago that it may have been forgotten.
 fn is_older(id: &str, age: Duration) -> bool {
     let made = Uuid::try_parse(id).ok().and_then(|id| id.get_timestamp()).map(|made| made.to_unix());
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    made.is_some_and(|(seconds, _)| now.as_secs().saturating_sub(seconds) >= age.as_secs().max(1))
+    made.is_some_and(|(seconds, _)| unix_time().as_secs().saturating_sub(seconds) >= age.as_secs().max(1))
 }

@@ -1,71 +1,171 @@
-//! Query parameters: all that are wrong are reported at once, unknown ones with a suggestion.
+//! Query parameters. All that are wrong are reported at once, unknown ones with a suggestion. The same code that reads them
+//! describes them for the contract ([`Query::describe`]).
 
 use super::accept::by_accept;
-use crate::http::problem::{Kind, Problem};
+use crate::http::problem::{ErrorEntry, Kind, Problem};
 use crate::service::scenes::ids::MAX_ZOOM;
-use axum::extract::Query;
+use axum::extract::Query as Pairs;
 use axum::http::{HeaderMap, Uri};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
-use std::str::FromStr;
 use strahl::film::{FileFormat, PictureFormat, Region};
-use strahl::scene::description::Accuracy;
+use strahl::scene::description::{Accuracy, Precision};
 use strahl::scene::limits::{self, Limit};
-use strahl::scene::nff::NffOptions;
 use strahl::scene::problem::did_you_mean;
 use strahl::scene::{Format, Overrides};
-use strahl::words::{choice, expected};
+use strahl::words::{choice, words};
 
 /// The parameters of a request, taken out one by one.
-#[derive(Debug)]
-pub(crate) struct Parameters {
+#[derive(Debug, Default)]
+pub(crate) struct Query {
     given: Vec<(String, String)>,
     known: Vec<&'static str>,
-    errors: Vec<Value>,
+    errors: Vec<ErrorEntry>,
+    /// The parameters that are read, if this is about the contract.
+    described: Option<Vec<Parameter>>,
 }
 
-impl Parameters {
-    /// Takes the query apart.
+/// A parameter, for the contract.
+#[derive(Debug)]
+pub(crate) struct Parameter {
+    /// Its name.
+    pub(crate) name: &'static str,
+    /// What it means.
+    pub(crate) about: &'static str,
+    /// Whether it must be given.
+    pub(crate) required: bool,
+    values: Values,
+}
+
+/// What a parameter may be.
+#[derive(Debug, Clone)]
+enum Values {
+    Text,
+    /// Any number of texts, each as a parameter of the same name.
+    Texts,
+    Flag,
+    /// A whole number within a range, and the limit it comes from.
+    Whole(u64, u64, Option<&'static str>),
+    /// A number of at least the first, and at most the second, which a limit says.
+    Number(f64, Option<f64>, Option<&'static str>),
+    Words(Vec<String>),
+    Accuracy,
+}
+
+/// The largest whole number that the contract's format int64 holds.
+const MAX_WHOLE: u64 = i64::MAX as u64;
+
+/// Pixels that can be counted; no picture has as many.
+const MAX_PIXELS: u64 = u32::MAX as u64;
+
+/// What [`Accuracy`] reads, as far as a pattern can say it.
+const ACCURACY: &str = "^(fixed|proved(:[0-2])?|time:[1-9][0-9]{0,5}|rays:[1-9][0-9]{0,14}|\
+    statistical:(0[.](25|5|75)|[1-9]([.][0-9])?|[1-5][0-9])(,0[.][5-9][0-9]?)?)$";
+
+impl Parameter {
+    /// Its schema.
+    pub(crate) fn schema(&self) -> Value {
+        match &self.values {
+            Values::Text => json!({ "type": "string" }),
+            Values::Texts => json!({ "type": "array", "items": { "type": "string" } }),
+            Values::Flag => json!({ "type": "boolean" }),
+            Values::Whole(least, MAX_PIXELS, _) => json!({ "type": "integer", "format": "int32", "minimum": least }),
+            Values::Whole(least, MAX_WHOLE, _) => json!({ "type": "integer", "format": "int64", "minimum": least }),
+            Values::Whole(least, most, _) => {
+                json!({ "type": "integer", "format": "int32", "minimum": least, "maximum": most })
+            }
+            Values::Number(least, most, _) => {
+                let mut schema = json!({ "type": "number", "format": "double", "minimum": least });
+                if let Some(most) = most {
+                    schema["maximum"] = json!(most);
+                }
+                schema
+            }
+            Values::Words(words) => json!({ "type": "string", "enum": words }),
+            Values::Accuracy => json!({ "type": "string", "pattern": ACCURACY }),
+        }
+    }
+}
+
+impl Values {
+    /// What is expected, in a sentence.
+    fn expected(&self) -> String {
+        match self {
+            Self::Text | Self::Texts => "text".into(),
+            Self::Flag => "true or false".into(),
+            Self::Whole(_, MAX_PIXELS, _) => "a whole number of pixels".into(),
+            Self::Whole(_, MAX_WHOLE, _) => "a whole number below 2^63".into(),
+            Self::Whole(least, most, None) => format!("a whole number from {least} to {most}"),
+            Self::Whole(least, most, Some(limit)) => format!("a whole number from {least} to {most} ({limit})"),
+            Self::Number(least, None, _) => format!("a number of at least {least}"),
+            Self::Number(least, Some(most), None) => format!("a number from {least} to {most}"),
+            Self::Number(least, Some(most), Some(limit)) => format!("a number from {least} to {most:.3} ({limit})"),
+            Self::Words(words) => match words.split_last() {
+                Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+                _ => words.concat(),
+            },
+            Self::Accuracy => Accuracy::WRITTEN.into(),
+        }
+    }
+}
+
+/// How a picture is written, as far as a query says it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Output {
+    /// The format, if it is named.
+    pub(crate) format: Option<PictureFormat>,
+    bits: Option<u8>,
+    quality: Option<u8>,
+}
+
+impl Query {
+    /// Takes the query of a request apart.
     pub(crate) fn of(uri: &Uri) -> Result<Self, Problem> {
-        let Query(given) = Query::try_from_uri(uri)
+        let Pairs(given) = Pairs::try_from_uri(uri)
             .map_err(|error| Problem::new(Kind::InvalidParameter, format!("the query cannot be read: {error}")))?;
-        Ok(Self { given, known: Vec::new(), errors: Vec::new() })
+        Ok(Self { given, ..Self::default() })
     }
 
-    /// Whether a parameter is given.
-    pub(crate) fn has(&self, name: &str) -> bool {
-        self.given.iter().any(|(given, _)| given == name)
-    }
-
-    /// `zoom`: as how many times its size, 2^zoom, a scene is opened.
-    pub(crate) fn zoom(&mut self) -> u32 {
-        let expected = format!("a whole number from 0 to {MAX_ZOOM}");
-        self.take_as("zoom", &expected, |text| text.parse().ok().filter(|zoom| *zoom <= MAX_ZOOM)).unwrap_or(0)
-    }
-
-    /// Parameters that are keys of a JSON object, with numbers, words and truth values.
+    /// The keys of a JSON object, with numbers, words and truth values, as parameters.
     pub(crate) fn given(object: Map<String, Value>) -> Self {
         let text = |value: Value| if let Value::String(text) = value { text } else { value.to_string() };
         let given = object.into_iter().map(|(name, value)| (name, text(value))).collect();
-        Self { given, known: Vec::new(), errors: Vec::new() }
+        Self { given, ..Self::default() }
+    }
+
+    /// The parameters that some code reads.
+    pub(crate) fn describe(read: fn(&mut Self)) -> Vec<Parameter> {
+        let mut query = Self { described: Some(Vec::new()), ..Self::default() };
+        read(&mut query);
+        query.described.unwrap_or_default()
+    }
+
+    /// Reads everything with one function.
+    pub(crate) fn read<T>(uri: &Uri, read: impl FnOnce(&mut Self) -> T) -> Result<T, Problem> {
+        let mut query = Self::of(uri)?;
+        let read = read(&mut query);
+        query.finish().map(|()| read)
     }
 
     /// Any text.
-    pub(crate) fn text(&mut self, name: &'static str) -> Option<String> {
-        self.take(name, "text")
+    pub(crate) fn text(&mut self, name: &'static str, about: &'static str) -> Option<String> {
+        self.take(name, about, Values::Text, |text| Some(text.to_owned()))
     }
 
     /// A whole number, of those that the contract's format int64 holds.
-    pub(crate) fn number(&mut self, name: &'static str) -> Option<u64> {
-        let read = |text: &str| text.parse().ok().filter(|n| i64::try_from(*n).is_ok());
-        self.take_as(name, "a whole number below 2^63", read)
+    pub(crate) fn whole(&mut self, name: &'static str, about: &'static str) -> Option<u64> {
+        self.take(name, about, Values::Whole(0, MAX_WHOLE, None), |text| text.parse().ok().filter(|n| *n <= MAX_WHOLE))
     }
 
-    /// A parameter that is given once or several times, but at most so often.
-    pub(crate) fn several(&mut self, name: &'static str, most: usize) -> Vec<String> {
+    /// A parameter that is given once or several times, up to `most`.
+    pub(crate) fn several(&mut self, name: &'static str, about: &'static str, most: usize) -> Vec<String> {
+        if self.described.is_some() {
+            self.note(name, about, true, Values::Texts);
+            return Vec::new();
+        }
         let mut values = Vec::new();
-        while let Some(value) = self.text(name) {
+        while let Some(value) = self.text(name, about) {
             values.push(value);
         }
         if !(1..=most).contains(&values.len()) {
@@ -76,115 +176,188 @@ impl Parameters {
     }
 
     /// A whole number from 1 to `most`.
-    pub(crate) fn count(&mut self, name: &'static str, most: usize) -> Option<usize> {
-        let expected = format!("a whole number from 1 to {most}");
-        self.take_as(name, &expected, |text| text.parse().ok().filter(|n| (1..=most).contains(n)))
+    pub(crate) fn count(&mut self, name: &'static str, about: &'static str, most: u32) -> Option<u32> {
+        self.within(name, about, 1, u64::from(most), None)
+    }
+
+    fn within(
+        &mut self,
+        name: &'static str,
+        about: &'static str,
+        least: u32,
+        most: u64,
+        limit: Option<&'static str>,
+    ) -> Option<u32> {
+        let values = Values::Whole(u64::from(least), most, limit);
+        self.take(name, about, values, |text| text.parse().ok().filter(|n| *n >= least && u64::from(*n) <= most))
+    }
+
+    /// A whole number from 1 to a limit of scenes.
+    fn up_to(&mut self, name: &'static str, about: &'static str, limit: Limit) -> Option<u32> {
+        self.within(name, about, 1, limit.max, Some(limit.name))
+    }
+
+    /// `true` or `false`.
+    pub(crate) fn flag(&mut self, name: &'static str, about: &'static str) -> Option<bool> {
+        self.take(name, about, Values::Flag, |text| match text {
+            "true" | "1" => Some(true),
+            "false" | "0" => Some(false),
+            _ => None,
+        })
+    }
+
+    /// One of the words of an enum.
+    pub(crate) fn word<T: JsonSchema + DeserializeOwned>(
+        &mut self,
+        name: &'static str,
+        about: &'static str,
+    ) -> Option<T> {
+        let names = words::<T>().into_iter().map(|word| word.name).collect();
+        self.take(name, about, Values::Words(names), choice)
     }
 
     /// The value of a parameter, as `read` understands it.
-    fn take_as<T>(&mut self, name: &'static str, expected: &str, read: impl FnOnce(&str) -> Option<T>) -> Option<T> {
+    fn take<T>(
+        &mut self,
+        name: &'static str,
+        about: &'static str,
+        values: Values,
+        read: impl FnOnce(&str) -> Option<T>,
+    ) -> Option<T> {
+        if self.described.is_some() {
+            self.note(name, about, false, values);
+            return None;
+        }
         self.known.push(name);
         let at = self.given.iter().position(|(given, _)| given == name)?;
         let (_, text) = self.given.remove(at);
         let value = read(&text);
         if value.is_none() {
-            self.wrong(name, "out-of-range", format!("expected {expected}, got \"{text}\""));
+            self.wrong(name, "out-of-range", format!("expected {}, got \"{text}\"", values.expected()));
         }
         value
     }
 
-    fn take<T: FromStr>(&mut self, name: &'static str, expected: &str) -> Option<T> {
-        self.take_as(name, expected, |text| text.parse().ok())
+    fn note(&mut self, name: &'static str, about: &'static str, required: bool, values: Values) {
+        self.described.iter_mut().for_each(|all| all.push(Parameter { name, about, required, values: values.clone() }));
     }
 
-    /// A whole number from 1 to a limit.
-    fn take_up_to(&mut self, name: &'static str, limit: Limit) -> Option<u32> {
-        let expected = format!("a whole number from 1 to {} ({})", limit.max, limit.name);
-        self.take_as(name, &expected, |text| text.parse().ok().filter(|n| (1..=limit.max).contains(&u64::from(*n))))
-    }
-
-    fn require(&mut self, name: &'static str) -> u32 {
-        if !self.has(name) {
+    /// A number of pixels that must be given.
+    fn pixels(&mut self, name: &'static str, about: &'static str, least: u32) -> u32 {
+        if let Some(all) = &mut self.described {
+            let values = Values::Whole(u64::from(least), MAX_PIXELS, None);
+            all.push(Parameter { name, about, required: true, values });
+            return 0;
+        }
+        if !self.given.iter().any(|(given, _)| given == name) {
             self.wrong(name, "missing-key", "it is required: a whole number of pixels".into());
         }
-        // With an error noted, `finish` fails, and nobody sees the 0.
-        self.take(name, "a whole number of pixels").unwrap_or(0)
+        // With an error noted, `finish` fails, and the 0 is not used.
+        self.within(name, about, 0, MAX_PIXELS, None).unwrap_or(0)
     }
 
-    fn wrong(&mut self, parameter: &str, code: &str, detail: String) {
-        self.errors.push(json!({ "parameter": parameter, "code": code, "detail": detail }));
+    fn wrong(&mut self, parameter: &str, code: &'static str, detail: String) {
+        self.errors.push(ErrorEntry { parameter: Some(parameter.into()), ..ErrorEntry::new(code, detail) });
     }
 
     /// The settings that a query may put over the scene's.
-    pub(crate) fn overrides(&mut self, format: Format) -> Overrides {
-        let two_sided = self.take("two_sided", "true or false");
+    pub(crate) fn settings(&mut self, format: Format) -> Overrides {
+        // It is only for NFF, whose text has no place for it.
+        let two_sided = match self.described {
+            Some(_) => None,
+            None => self.flag("two_sided", "See opaque surfaces from behind, too (NFF only)."),
+        };
         if two_sided.is_some() && format == Format::Json {
             let detail = "it is for NFF; in JSON, materials have \"one_sided\"";
             self.wrong("two_sided", "unsupported", detail.into());
         }
         Overrides {
-            width: self.take_up_to("width", limits::IMAGE_SIDE),
-            height: self.take_up_to("height", limits::IMAGE_SIDE),
-            max_depth: self.take_up_to("max_depth", limits::MAX_DEPTH),
-            min_weight: self.number_within("min_weight", 0.0, 1.0),
-            accuracy: self.take("accuracy", Accuracy::WRITTEN),
-            samples: self.take_up_to("samples", limits::SAMPLES),
-            antialias: self.take("antialias", "true or false"),
-            precision: self.word("precision"),
-            nff: NffOptions { two_sided: two_sided.unwrap_or(false), ..NffOptions::default() },
+            width: self.up_to("width", "Pixels across, in place of the scene's.", limits::IMAGE_SIDE),
+            height: self.up_to("height", "Pixels down, in place of the scene's.", limits::IMAGE_SIDE),
+            max_depth: self.up_to("max_depth", "Longest chain of rays; the primary ray counts 1.", limits::MAX_DEPTH),
+            min_weight: self.take(
+                "min_weight",
+                "Weight below which a ray is not followed.",
+                Values::Number(0.0, Some(1.0), None),
+                |text| text.parse().ok().filter(|weight| (0.0..=1.0).contains(weight)),
+            ),
+            accuracy: self.take(
+                "accuracy",
+                "What ends the recursion: `fixed`, `proved:CODES`, `time:MILLISECONDS`, `rays:COUNT`, or \
+                 `statistical:CODES` with `,CONFIDENCE` after it or not.",
+                Values::Accuracy,
+                |text| text.parse().ok(),
+            ),
+            samples: self.up_to("samples", "Samples for each pixel.", limits::SAMPLES),
+            antialias: self.flag("antialias", "Whether pixels that differ from a neighbor get more samples."),
+            precision: self.word::<Precision>("precision", "Floating-point format of the whole trace."),
+            two_sided: two_sided.unwrap_or(false),
+            spd_counts: false,
         }
     }
 
-    /// The format of the picture: `format`, else what the client accepts, with `bits` or `quality`.
-    pub(crate) fn picture_format(&mut self, headers: &HeaderMap) -> Result<FileFormat, Problem> {
-        let named = self.take_as("format", &expected::<PictureFormat>(), PictureFormat::by_name);
-        let format = named.map_or_else(|| by_accept(headers), Ok)?;
-        Ok(self.format_with_details(format))
+    /// `format`, `bits` and `quality`.
+    pub(crate) fn output(&mut self) -> Output {
+        let names = words::<PictureFormat>().into_iter().map(|word| word.name).collect();
+        let about = "Format of the picture, whatever `Accept` says.";
+        let format = self.take("format", about, Values::Words(names), PictureFormat::by_name);
+        Output { format, ..self.details() }
     }
 
-    /// `bits` of a PNG, `quality` of a JPEG.
-    pub(crate) fn format_with_details(&mut self, format: PictureFormat) -> FileFormat {
-        let bits = self.take_as("bits", "8 or 16", |text| text.parse().ok().filter(|bits| matches!(bits, 8 | 16)));
-        let quality = self.count("quality", 100).map(|quality| quality as u8);
-        format.with(bits, quality).unwrap_or_else(|wrong| {
-            wrong.iter().for_each(|wrong| self.wrong(wrong.parameter, "unsupported", wrong.why.into()));
-            // With an error noted, `finish` fails, and nobody sees this.
+    /// `bits` and `quality`.
+    pub(crate) fn details(&mut self) -> Output {
+        let bits = self.take(
+            "bits",
+            "Bits for each channel of a PNG; other formats refuse it.",
+            Values::Words(vec!["8".into(), "16".into()]),
+            |text| text.parse().ok().filter(|bits| matches!(bits, 8 | 16)),
+        );
+        let about = "Quality of a JPEG, 90 if it is not given; other formats refuse it.";
+        let quality = self.count("quality", about, 100).map(|quality| quality as u8);
+        Output { format: None, bits, quality }
+    }
+
+    /// The picture's format: the one that is named, or else the one that the client accepts.
+    pub(crate) fn picture_format(&mut self, output: Output, headers: &HeaderMap) -> Result<FileFormat, Problem> {
+        let format = output.format.map_or_else(|| by_accept(headers), Ok)?;
+        Ok(self.with_details(format, output))
+    }
+
+    /// A format with `bits` or `quality`, if it takes them.
+    pub(crate) fn with_details(&mut self, format: PictureFormat, output: Output) -> FileFormat {
+        format.with(output.bits, output.quality).unwrap_or_else(|wrong| {
+            wrong.iter().for_each(|wrong| self.wrong(wrong.parameter, "unsupported", format!("it {}", wrong.why)));
+            // With an error noted, `finish` fails, and this is not used.
             FileFormat::Png8
         })
     }
 
-    /// `x`, `y`, `w` and `h`.
-    pub(crate) fn region(&mut self) -> Region {
-        Region { x: self.require("x"), y: self.require("y"), width: self.require("w"), height: self.require("h") }
+    /// `zoom`: a scene may be opened as 2^zoom times its size.
+    pub(crate) fn zoom(&mut self) -> u32 {
+        self.within("zoom", "The scene is opened as 2^zoom times its size.", 0, u64::from(MAX_ZOOM), None).unwrap_or(0)
     }
 
-    /// `x` and `y`.
+    /// `x`, `y`, `w` and `h`: a region of the picture, which has to lie inside it.
+    pub(crate) fn region(&mut self) -> Region {
+        Region {
+            x: self.pixels("x", "Left edge, from 0.", 0),
+            y: self.pixels("y", "Upper edge, from 0.", 0),
+            width: self.pixels("w", "Width in pixels.", 1),
+            height: self.pixels("h", "Height in pixels.", 1),
+        }
+    }
+
+    /// `x` and `y`: a pixel of the picture.
     pub(crate) fn pixel(&mut self) -> [u32; 2] {
-        [self.require("x"), self.require("y")]
+        [self.pixels("x", "Column, from 0 at the left.", 0), self.pixels("y", "Row, from 0 at the top.", 0)]
     }
 
     /// `seconds`: a number from 0.1 to a limit.
-    pub(crate) fn seconds(&mut self, most: f64) -> Option<f64> {
-        let expected = format!("a number of seconds from 0.1 to {most:.3} (max_tradeoff_seconds)");
-        self.take_as("seconds", &expected, |text| text.parse().ok().filter(|s| (0.1..=most).contains(s)))
-    }
-
-    /// A number from `least` to `most`.
-    fn number_within(&mut self, name: &'static str, least: f64, most: f64) -> Option<f64> {
-        let expected = format!("a number from {least} to {most}");
-        self.take_as(name, &expected, |text| text.parse().ok().filter(|number| (least..=most).contains(number)))
-    }
-
-    /// One of the words of an enum.
-    pub(crate) fn word<T: JsonSchema + DeserializeOwned>(&mut self, name: &'static str) -> Option<T> {
-        self.take_as(name, &expected::<T>(), choice)
-    }
-
-    /// One of some names, by default the first.
-    pub(crate) fn choice<T: Copy>(&mut self, name: &'static str, choices: &[(&str, T)], default: T) -> T {
-        let names: Vec<_> = choices.iter().map(|(name, _)| *name).collect();
-        let by_name = |text: &str| choices.iter().find(|(name, _)| *name == text).map(|(_, value)| *value);
-        self.take_as(name, &format!("one of {}", names.join(", ")), by_name).unwrap_or(default)
+    pub(crate) fn seconds(&mut self, most: Option<f64>) -> Option<f64> {
+        let about = "Seconds that loading and measuring may take, at most `max_tradeoff_seconds` of `/v1/limits`.";
+        let values = Values::Number(0.1, most, Some("max_tradeoff_seconds"));
+        let fits = |seconds: &f64| *seconds >= 0.1 && most.is_none_or(|most| *seconds <= most);
+        self.take("seconds", about, values, |text| text.parse().ok().filter(fits))
     }
 
     /// Everything has been taken: what is left is unknown or there twice.
@@ -200,48 +373,38 @@ impl Parameters {
         if self.errors.is_empty() {
             return Ok(());
         }
-        let sentences: Vec<_> = self
-            .errors
-            .iter()
-            .map(|error| format!("{}: {}", text(&error["parameter"]), text(&error["detail"])))
-            .collect();
-        Err(Problem::new(Kind::InvalidParameter, sentences.join("; ")).with("errors", self.errors.into()))
+        let sentence =
+            |error: &ErrorEntry| format!("{}: {}", error.parameter.as_deref().unwrap_or_default(), error.detail);
+        let sentences: Vec<_> = self.errors.iter().map(sentence).collect();
+        Err(Problem::new(Kind::InvalidParameter, sentences.join("; ")).with_errors(self.errors))
     }
-}
-
-/// A region or pixel of a request that the picture does not have.
-pub(crate) fn outside(what: &str, width: u32, height: u32) -> Problem {
-    let detail = format!("{what} does not lie inside the picture of {width} x {height} pixels");
-    Problem::new(Kind::InvalidParameter, detail)
-}
-
-fn text(value: &Value) -> &str {
-    value.as_str().unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn parameters(query: &str) -> Parameters {
-        Parameters::of(&format!("/v1/render?{query}").parse().unwrap()).unwrap()
+    fn query(query: &str) -> Query {
+        Query::of(&format!("/v1/render?{query}").parse().unwrap()).unwrap()
     }
 
-    fn complaint(query: &str) -> String {
-        let mut parameters = parameters(query);
-        parameters.overrides(Format::Json);
-        parameters.picture_format(&HeaderMap::new()).unwrap();
-        parameters.finish().err().map(|problem| format!("{problem:?}")).unwrap_or_default()
+    fn complaint(text: &str) -> String {
+        let mut query = query(text);
+        query.settings(Format::Json);
+        let output = query.output();
+        query.picture_format(output, &HeaderMap::new()).unwrap();
+        query.finish().err().map(|problem| format!("{problem:?}")).unwrap_or_default()
     }
 
     #[test]
     fn good_parameters_are_taken() {
-        let mut parameters = parameters("width=64&min_weight=0.5&precision=double&antialias=false&bits=16");
-        let overrides = parameters.overrides(Format::Json);
+        let mut query = query("width=64&min_weight=0.5&precision=double&antialias=false&bits=16");
+        let overrides = query.settings(Format::Json);
         assert_eq!((overrides.width, overrides.height), (Some(64), None));
         assert_eq!((overrides.min_weight, overrides.antialias), (Some(0.5), Some(false)));
-        assert_eq!(parameters.picture_format(&HeaderMap::new()).unwrap(), FileFormat::Png16);
-        assert!(parameters.finish().is_ok());
+        let output = query.output();
+        assert_eq!(query.picture_format(output, &HeaderMap::new()).unwrap(), FileFormat::Png16);
+        assert!(query.finish().is_ok());
     }
 
     #[test]
@@ -261,8 +424,20 @@ mod tests {
 
     #[test]
     fn tiles_need_all_four_numbers() {
-        let mut parameters = parameters("x=0&y=0&w=8");
-        parameters.region();
-        assert!(format!("{:?}", parameters.finish()).contains("required"));
+        let mut query = query("x=0&y=0&w=8");
+        query.region();
+        assert!(format!("{:?}", query.finish()).contains("required"));
+    }
+
+    #[test]
+    fn what_is_read_is_described() {
+        let all = Query::describe(|query| {
+            query.settings(Format::Json);
+            query.region();
+        });
+        let of = |name: &str| all.iter().find(|parameter| parameter.name == name).unwrap();
+        assert_eq!(of("samples").schema()["maximum"], limits::SAMPLES.max);
+        assert_eq!(of("precision").schema()["enum"], json!(["single", "double"]));
+        assert!(of("w").required && !of("width").required);
     }
 }

@@ -1,10 +1,11 @@
-//! What all requests about a scene share: a content type, parameters, and the scene itself as the body.
+//! What all requests about a scene share: a content type, a query, and the scene itself as the body.
 
-use super::body::{self, Held};
-use super::query::Parameters;
-use crate::http::Service;
+use super::body;
+use super::query::Query;
 use crate::http::auth::tenant::Tenant;
+use crate::http::memory_budget::MeteredBytes;
 use crate::http::problem::{Kind, Problem};
+use crate::http::state::AppState;
 use axum::extract::Request;
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, Method};
@@ -27,42 +28,50 @@ pub(crate) struct SceneRequest<P> {
     /// Its headers.
     pub(crate) headers: HeaderMap,
     /// The scene.
-    pub(crate) body: Held,
+    pub(crate) body: MeteredBytes,
 }
 
-/// Reads a request; `further` takes the parameters that only this kind of request has.
+/// Reads a request; `extra` takes the parameters that only this kind of request has.
 pub(crate) async fn read<P>(
-    service: &Service,
+    app: &AppState,
     request: Request,
-    extra: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
+    extra: impl FnOnce(&mut Query, &HeaderMap) -> Result<P, Problem>,
 ) -> Result<SceneRequest<P>, Problem> {
     let (parts, body) = request.into_parts();
-    match check(service, &parts, extra) {
-        Ok((format, overrides, extra)) => {
-            let body = body::read(service, &parts.headers, body).await?;
+    match check(app, &parts, extra) {
+        Ok((declared, overrides, extra)) => {
+            let body = body::read(app, &parts.headers, body).await?;
+            let format = body::check_content(declared, body.as_ref())?;
             let tenant = Tenant::of(&parts.extensions);
             let Parts { method, headers, .. } = parts;
             Ok(SceneRequest { format, overrides, extra, tenant, method, headers, body })
         }
         Err(problem) => {
-            body::discard(service, &parts.headers, body).await;
+            body::discard(app, &parts.headers, body).await;
             Err(problem)
         }
     }
 }
 
-fn check<P>(
-    service: &Service,
-    parts: &Parts,
-    extra: impl FnOnce(&mut Parameters, &HeaderMap) -> Result<P, Problem>,
-) -> Result<(Format, Overrides, P), Problem> {
-    if service.drain.has_begun() {
-        return Err(Problem::new(Kind::Draining, "the service is about to stop and takes no new work").retry_after(1));
+/// Refuses new work when the service is about to stop.
+pub(crate) fn accepts_work(app: &AppState) -> Result<(), Problem> {
+    if app.drain.has_begun() {
+        let detail = "the service is about to stop and takes no new work";
+        return Err(Problem::new(Kind::Draining, detail).retry_after(1));
     }
-    let format = body::scene_format(&parts.headers)?;
-    let mut parameters = Parameters::of(&parts.uri)?;
-    let overrides = parameters.overrides(format);
-    let extra = extra(&mut parameters, &parts.headers)?;
-    parameters.finish()?;
-    Ok((format, overrides, extra))
+    Ok(())
+}
+
+fn check<P>(
+    app: &AppState,
+    parts: &Parts,
+    extra: impl FnOnce(&mut Query, &HeaderMap) -> Result<P, Problem>,
+) -> Result<(Option<Format>, Overrides, P), Problem> {
+    accepts_work(app)?;
+    let declared = body::declared_format(&parts.headers)?;
+    let mut query = Query::of(&parts.uri)?;
+    let overrides = query.settings(declared.unwrap_or(Format::Json));
+    let extra = extra(&mut query, &parts.headers)?;
+    query.finish()?;
+    Ok((declared, overrides, extra))
 }

@@ -1,7 +1,7 @@
-//! Numbers that are looked up when Prometheus asks, since somebody else keeps them: what waits, what runs, what is kept.
+//! Gauges: what waits, what runs and what is kept, looked up when Prometheus asks.
 
-use crate::http::Service;
 use crate::service::jobs::record::State;
+use crate::service::requests::Service;
 use crate::service::scheduler::task::Class;
 use crate::service::storage::hit_counter::HitCounter;
 use prometheus_client::encoding::EncodeLabelSet;
@@ -70,7 +70,7 @@ impl Gauges {
     }
 
     /// Looks everything up.
-    pub(crate) fn read(&self, service: &Service) {
+    pub(crate) fn read(&self, service: &Service, streams: u64) {
         let (jobs_waiting, jobs_open) = service.jobs.counts();
         let of_queue = [(Class::Tiles, &service.tiles), (Class::Renders, &service.queue)];
         let queues = of_queue.map(|(class, queue)| (class, queue.waiting(), queue.running()));
@@ -98,9 +98,9 @@ impl Gauges {
             self.jobs.get_or_create(&StateLabels { state }).set(whole(count as u64));
         }
         self.data_bytes.set(whole(service.jobs.bytes()));
-        self.streams.set(whole(service.streams.taken()));
+        self.streams.set(whole(streams));
         self.cache("scenes", service.scenes.bytes(), Some(&service.scenes.hits));
-        self.cache("known_scenes", service.scenes.texts.bytes(), None);
+        self.cache("known_scenes", service.scenes.store.bytes(), None);
         for (name, bytes, hits) in service.pictures.hit_counters() {
             self.cache(name, bytes, Some(hits));
         }

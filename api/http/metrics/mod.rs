@@ -1,14 +1,14 @@
 //! Numbers for Prometheus, at `/metrics` of the admin listener.
 //!
-//! The envelope counts every request, by the status of its response, and by the [`Cost`] that is in it if something was
-//! rendered; jobs tell when they end. What others keep is looked up when it is asked for (`levels.rs`). Tenants are no labels:
-//! there may be thousands.
+//! The request log counts every request by the status of its answer, and by the [`Cost`] in it if something was rendered.
+//! Jobs report when they end. Gauges are looked up when Prometheus asks (`gauges.rs`). Tenants are no labels, since there may
+//! be thousands.
 
 mod gauges;
 pub(crate) mod render_cost;
 
-use crate::http::Service;
 use crate::service::jobs::record::{Record, State};
+use crate::service::requests::Service;
 use crate::service::scheduler::task::Class;
 use axum::http::{Method, StatusCode};
 use axum::response::Response;
@@ -175,8 +175,8 @@ impl Metrics {
     }
 
     /// Everything as OpenMetrics text.
-    pub(crate) fn text(&self, service: &Service) -> String {
-        self.gauges.read(service);
+    pub(crate) fn text(&self, service: &Service, streams: u64) -> String {
+        self.gauges.read(service, streams);
         let mut text = String::new();
         // Writing to a String cannot fail.
         let _ = encode(&mut text, &self.registry);

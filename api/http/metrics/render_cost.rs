@@ -1,7 +1,7 @@
-//! What an answer has cost. Handlers put it into their response's extensions; quotas are charged and numbers counted
-//! from there.
+//! What an answer has cost. Handlers put it into their response's extensions; quotas are charged and numbers counted from
+//! there.
 
-use crate::service::pictures::report::Report;
+use crate::service::pictures::cache::Took;
 use std::time::Duration;
 use strahl::film::FileFormat;
 
@@ -10,7 +10,7 @@ use strahl::film::FileFormat;
 pub(crate) struct Cost {
     /// Rays of all kinds.
     pub(crate) rays: u64,
-    /// How long it waited before its turn.
+    /// How long it waited.
     pub(crate) queue: Duration,
     /// How long it took, without waiting.
     pub(crate) render: Duration,
@@ -21,19 +21,16 @@ pub(crate) struct Cost {
 }
 
 impl Cost {
-    /// From the report, and the milliseconds in the queue.
-    pub(crate) fn of(report: &Report, queue_ms: f64, format: FileFormat) -> Self {
-        let phases = report.cost.phases_ms.list();
-        let worked: f64 = phases.iter().map(|(_, ms)| ms).sum();
-        let encode = phases.last().map_or(0.0, |(_, ms)| *ms);
+    /// What a picture cost the request that had it made; none if it was there, or another request had it made.
+    pub(crate) fn of(took: &Took, format: FileFormat) -> Option<Self> {
+        let (phases, rays) = took.render.filter(|_| !took.is_shared)?;
         let duration = |ms: f64| Duration::try_from_secs_f64(ms / 1e3).unwrap_or_default();
-        Self {
-            rays: report.cost.rays.total(),
-            // What no phase accounts for was spent waiting for a turn on the pool.
-            queue: duration(queue_ms + (report.cost.wall_ms - worked).max(0.0)),
-            render: duration(worked),
-            encode: duration(encode),
+        Some(Self {
+            rays,
+            queue: duration(took.queue_ms),
+            render: duration(phases.list().iter().map(|(_, ms)| ms).sum()),
+            encode: duration(phases.png),
             format: format.names().0,
-        }
+        })
     }
 }

@@ -1,10 +1,10 @@
-//! The gate before the handlers: first who asks, then whether they may, and whether they have not asked too often.
+//! Authorization: whose request it is, whether its key allows it, and whether the tenant is within its rate limit.
 
-use crate::http::App;
 use crate::http::auth::rate_limit::Left;
 use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::metrics::render_cost::Cost;
 use crate::http::problem::{Kind, Problem};
+use crate::http::state::App;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue};
 use axum::middleware::Next;
@@ -12,20 +12,16 @@ use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Puts the tenant into the request's extensions. A request without a key has none where keys are asked for; a key or a
-/// capability that is not good is refused, whatever it was shown for.
-pub(crate) async fn identify(
-    State(service): State<App>,
-    mut request: Request,
-    next: Next,
-) -> Result<Response, Problem> {
-    if let Some(tenant) = service.access.tenant(&request)? {
+/// Puts the tenant into the request's extensions. A request without a key has no tenant if the service needs keys. A wrong
+/// key or capability is refused, also on paths that need none.
+pub(crate) async fn identify(State(app): State<App>, mut request: Request, next: Next) -> Result<Response, Problem> {
+    if let Some(tenant) = app.access.tenant(&request)? {
         request.extensions_mut().insert(tenant);
     }
     Ok(next.run(request).await)
 }
 
-/// Lets those through who may do such a thing, and charges them for it.
+/// Lets requests through whose key allows it, and charges the tenant.
 pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Result<Response, Problem> {
     let tenant = request.extensions().get::<Arc<Tenant>>().map(Arc::clone).ok_or_else(|| {
         let detail = "this service asks for a key: send Authorization: Bearer rk_...";
@@ -33,7 +29,7 @@ pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Resul
     })?;
     if !tenant.may(scope) {
         let detail = format!("this key lacks the scope {}, which {} asks for", scope.name(), request.uri().path());
-        return Err(Problem::new(Kind::Forbidden, detail).with("scope", scope.name().into()));
+        return Err(Problem::new(Kind::Forbidden, detail).with_scope(scope.name()));
     }
     let Some(rate_limit) = &tenant.rate_limit else {
         return Ok(next.run(request).await);

@@ -1,8 +1,8 @@
-//! What every answer has, whatever it is about: a request id, safe headers, problems as JSON, one line in the log.
+//! What every answer has: a request id, security headers, problems as JSON, and a line in the log.
 
-use crate::http::App;
 use crate::http::drain::Counted;
 use crate::http::problem::Problem;
+use crate::http::state::App;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
@@ -19,14 +19,14 @@ const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const KEPT: [HeaderName; 3] =
     [header::ALLOW, HeaderName::from_static("ratelimit"), HeaderName::from_static("ratelimit-policy")];
 
-/// Wraps a handler.
-pub(crate) async fn envelope(State(service): State<App>, request: Request, next: Next) -> Response {
+/// Wraps all handlers.
+pub(crate) async fn request_log(State(app): State<App>, request: Request, next: Next) -> Response {
     let id = request_id(request.headers());
-    let visit = RequestLog::begin(&service, &request, &id);
+    let visit = RequestLog::begin(&app, &request, &id);
     let mut response = next.run(request).await;
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
         if let Some(reason) = problem.shed() {
-            service.metrics.shed(reason);
+            app.metrics.shed(reason);
         }
         let found = std::mem::take(response.headers_mut());
         response = problem.answer(&id);
@@ -78,7 +78,7 @@ fn trace_id(headers: &HeaderMap) -> Option<String> {
 /// One request, from its headers to its answer or to its client going away; it ends with a line in the log.
 #[derive(Debug)]
 struct RequestLog {
-    service: App,
+    app: App,
     id: String,
     /// The trace it is part of, as its client says (W3C trace context).
     trace: Option<String>,
@@ -92,10 +92,10 @@ struct RequestLog {
 }
 
 impl RequestLog {
-    fn begin(service: &App, request: &Request, id: &str) -> Self {
+    fn begin(app: &App, request: &Request, id: &str) -> Self {
         let matched = request.extensions().get::<MatchedPath>();
         Self {
-            service: Arc::clone(service),
+            app: Arc::clone(app),
             trace: trace_id(request.headers()),
             route: matched.map_or("unmatched", MatchedPath::as_str).to_owned(),
             id: id.to_owned(),
@@ -103,13 +103,13 @@ impl RequestLog {
             path: request.uri().path().to_owned(),
             started: Instant::now(),
             status: None,
-            _counted: service.drain.request(),
+            _counted: app.drain.request(),
         }
     }
 
     fn end(mut self, response: &Response) {
         self.status = Some(response.status());
-        self.service.metrics.answered(&self.route, &self.method, response, self.started.elapsed());
+        self.app.metrics.answered(&self.route, &self.method, response, self.started.elapsed());
     }
 }
 
@@ -125,7 +125,7 @@ impl Drop for RequestLog {
             }
             Some(status) => tracing::info!(request = %id, trace, %method, %path, status, ms, "answered"),
             None => {
-                self.service.metrics.left(&self.route);
+                self.app.metrics.left(&self.route);
                 tracing::info!(request = %id, trace, %method, %path, ms, "the client went away");
             }
         }

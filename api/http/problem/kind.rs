@@ -1,7 +1,6 @@
 //! The kinds of problems there are, in one table: a new one needs a line here, and has its page then.
 
 use axum::http::StatusCode;
-use serde_json::{Value, json};
 
 /// Makes the enum, the list of all, and their pages from one table.
 macro_rules! kinds {
@@ -50,7 +49,7 @@ kinds! {
         "`limit` names the limit. Ask for tiles (POST /v1/render/tile), a smaller picture or fewer samples.";
     InvalidEncoding = "invalid-encoding", BAD_REQUEST, "The body cannot be decompressed",
         "A body with Content-Encoding: gzip has to be a complete gzip file.";
-    MalformedRequest = "malformed-request", BAD_REQUEST, "This is not HTTP",
+    MalformedRequest = "malformed-request", BAD_REQUEST, "Malformed HTTP request",
         "The service speaks HTTP/1.1 without TLS.";
     UriTooLong = "uri-too-long", URI_TOO_LONG, "The URI is too long",
         "Scenes go into the body, not into the URI.";
@@ -60,19 +59,19 @@ kinds! {
         "Send Authorization: Bearer and a key that the operator of this service has made with `strahl key new`.";
     Forbidden = "forbidden", FORBIDDEN, "This is not allowed",
         "`detail` says what the key lacks, or what the capability is for.";
-    RateLimited = "rate-limited", TOO_MANY_REQUESTS, "Too much in too short a time",
+    RateLimited = "rate-limited", TOO_MANY_REQUESTS, "Too many requests",
         "Try again after the seconds in the Retry-After header. A request costs a unit, and so does each million \
          rays traced for it; the RateLimit header says how many units are left.";
-    NotFound = "not-found", NOT_FOUND, "There is nothing here",
+    NotFound = "not-found", NOT_FOUND, "Not found",
         "Renders are at POST /v1/render.";
-    BadIiifRequest = "bad-iiif-request", BAD_REQUEST, "This is no IIIF request",
+    BadIiifRequest = "bad-iiif-request", BAD_REQUEST, "Invalid IIIF request",
         "/iiif/3/{id}/{region}/{size}/{rotation}/{quality}.{format}, as in the IIIF Image API 3.0; info.json says \
          what there is.";
     MethodNotAllowed = "method-not-allowed", METHOD_NOT_ALLOWED, "Wrong method",
         "The Allow header lists the methods there are.";
-    Gone = "gone", GONE, "It is there no more",
+    Gone = "gone", GONE, "No longer available",
         "Submit the job again.";
-    Conflict = "conflict", CONFLICT, "It is not in a state for that",
+    Conflict = "conflict", CONFLICT, "Job state does not allow this",
         "`detail` says which state it is in. Jobs that have ended stay as they are.";
     JobNotFinished = "job-not-finished", CONFLICT, "The job is not done yet",
         "Try again after the seconds in the Retry-After header, or follow the job's events.";
@@ -82,9 +81,9 @@ kinds! {
         "The idempotency key belongs to another request",
         "Use a new Idempotency-Key for each new job, and the same one only to send the same request again.";
     PreconditionFailed = "precondition-failed", PRECONDITION_FAILED,
-        "It is not what If-Match or If-None-Match asks for",
-        "A job has been changed meanwhile: get it, look at it, and send the change again with its new ETag. A \
-         picture that a client has already is said to be so, with 304, to GET and QUERY only.";
+        "Precondition failed",
+        "A job: somebody else has changed it; get it again and send the change with its new ETag. A picture: only \
+         GET and QUERY answer 304 to a client that has it already.";
     BodyTimeout = "body-timeout", REQUEST_TIMEOUT, "The body took too long to arrive",
         "Send it faster or make it smaller; NFF may be sent compressed.";
     Saturated = "saturated", SERVICE_UNAVAILABLE, "The service is busy",
@@ -93,15 +92,13 @@ kinds! {
         "Try again after the seconds in the Retry-After header, or at another instance.";
     RenderDeadline = "render-deadline", GATEWAY_TIMEOUT, "The render took too long",
         "Ask for tiles, a smaller picture, fewer samples or a lower max_depth.";
-    Internal = "internal", INTERNAL_SERVER_ERROR, "The service has made a mistake",
-        "It is the service's fault, not the request's. The log has more under the id in `instance`.";
+    Internal = "internal", INTERNAL_SERVER_ERROR, "Internal error",
+        "The service failed, not the request. Its log has more under the id in `instance`.";
 }
 
 impl Kind {
-    /// A problem as a part of another document, of which the slug is known.
-    pub(crate) fn document(slug: &str, detail: &str) -> Value {
-        let kind = Self::ALL.iter().copied().find(|kind| kind.page().0 == slug).unwrap_or(Self::Internal);
-        let (slug, status, title, _) = kind.page();
-        json!({ "type": format!("/problems/{slug}"), "title": title, "status": status.as_u16(), "detail": detail })
+    /// The kind of a name.
+    pub(crate) fn by_slug(slug: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|kind| kind.page().0 == slug)
     }
 }

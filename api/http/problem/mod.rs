@@ -1,42 +1,156 @@
-//! Errors as RFC 9457 problem details. Handlers return a [`Problem`]; the envelope writes it, with the request's id.
+//! Errors as RFC 9457 problem documents. Handlers return a [`Problem`]; the request log writes it, with the request's id.
 
 mod kind;
 
 pub(crate) use kind::Kind;
 
+use crate::service::error::Error;
 use crate::service::jobs::record::Failure;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde_json::{Map, Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
 use std::fmt::Write;
 use strahl::scene;
 use strahl::scene::limits::PROBLEMS;
-use strahl::scene::problem::Code;
 
 /// An error on its way to a client.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem {
     kind: Kind,
     detail: String,
-    /// Further members of the JSON.
-    members: Map<String, Value>,
+    members: Box<Members>,
     retry_after: Option<u32>,
+}
+
+/// A problem (RFC 9457).
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct ProblemDocument {
+    #[serde(flatten)]
+    summary: ProblemSummary,
+    /// The request's id, as in `X-Request-Id`.
+    instance: String,
+    #[serde(flatten)]
+    members: Members,
+}
+
+/// A problem inside of another document.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "JobFailure")]
+pub(crate) struct ProblemSummary {
+    /// Path of the page about this kind of problem, `/problems/{slug}`.
+    #[schemars(extend("format" = "uri-reference", "example" = "/problems/invalid-scene"))]
+    r#type: String,
+    /// What kind of problem it is.
+    title: &'static str,
+    /// The status that an answer with this problem has.
+    #[schemars(range(min = 400, max = 599))]
+    status: u16,
+    /// What is wrong, and what to do.
+    detail: String,
+}
+
+/// Members that only some problems have.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+struct Members {
+    /// Everything that is wrong, one by one, up to the limit `problems`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    errors: Vec<ErrorEntry>,
+    /// The limit that was exceeded; `/v1/limits` has all limits. With the limit `problems` there may be more errors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limit: Option<LimitEntry>,
+    /// With 406: the formats there are.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    available: Vec<&'static str>,
+    /// With 403: the scope that the key lacks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scope: Option<&'static str>,
+    /// What to do instead, in one word.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    suggest: Option<&'static str>,
+}
+
+/// One thing that is wrong.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+pub(crate) struct ErrorEntry {
+    /// Its place in the body: a JSON pointer as a URI fragment.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("example" = "#/objects/3/sphere/radius"))]
+    pub(crate) pointer: Option<String>,
+    /// The query parameter that is wrong.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) parameter: Option<String>,
+    /// What kind of mistake it is.
+    #[schemars(with = "String")]
+    pub(crate) code: Value,
+    /// What is wrong, and what to do.
+    pub(crate) detail: String,
+    /// Line in the body, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) line: Option<u64>,
+    /// Column in the line, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) column: Option<u64>,
+}
+
+/// A limit by name.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+struct LimitEntry {
+    /// Its name in `/v1/limits`.
+    name: &'static str,
+    /// The largest value allowed.
+    max: u64,
+}
+
+impl ErrorEntry {
+    /// A mistake of some kind.
+    pub(crate) fn new(code: &'static str, detail: impl Into<String>) -> Self {
+        Self { code: code.into(), detail: detail.into(), ..Self::default() }
+    }
+}
+
+impl ProblemSummary {
+    /// The problem that a job has failed with.
+    pub(crate) fn of(failure: &Failure) -> Self {
+        let kind = Kind::by_slug(&failure.slug).unwrap_or(Kind::Internal);
+        Self::new(kind, failure.detail.clone())
+    }
+
+    fn new(kind: Kind, detail: String) -> Self {
+        let (slug, status, title, _) = kind.page();
+        Self { r#type: format!("/problems/{slug}"), title, status: status.as_u16(), detail }
+    }
 }
 
 impl Problem {
     /// A problem with a sentence that says what to do.
     pub(crate) fn new(kind: Kind, detail: impl Into<String>) -> Self {
-        Self { kind, detail: detail.into(), members: Map::new(), retry_after: None }
+        Self { kind, detail: detail.into(), members: Box::default(), retry_after: None }
     }
 
     /// A limit, by name.
-    pub(crate) fn limit(kind: Kind, name: &str, max: u64, detail: impl Into<String>) -> Self {
-        Self::new(kind, detail).with("limit", json!({ "name": name, "max": max }))
+    pub(crate) fn limit(kind: Kind, name: &'static str, max: u64, detail: impl Into<String>) -> Self {
+        let mut problem = Self::new(kind, detail);
+        problem.members.limit = Some(LimitEntry { name, max });
+        problem
     }
 
-    /// Adds a member.
-    pub(crate) fn with(mut self, scheduled: &str, value: Value) -> Self {
-        self.members.insert(scheduled.to_owned(), value);
+    /// Adds what is wrong, one by one.
+    pub(crate) fn with_errors(mut self, errors: Vec<ErrorEntry>) -> Self {
+        self.members.errors = errors;
+        self
+    }
+
+    /// Adds the formats there are.
+    pub(crate) fn with_available(mut self, available: Vec<&'static str>) -> Self {
+        self.members.available = available;
+        self
+    }
+
+    /// Adds the scope that the key lacks.
+    pub(crate) fn with_scope(mut self, scope: &'static str) -> Self {
+        self.members.scope = Some(scope);
         self
     }
 
@@ -46,32 +160,16 @@ impl Problem {
         self
     }
 
-    /// Its slug and sentence: what a job remembers of it.
-    pub(crate) fn into_failure(self) -> Failure {
-        Failure { slug: self.kind.page().0.into(), detail: self.detail }
-    }
-
-    /// Problems of a scene. Text that cannot even be read as its format is the request's fault, not the scene's.
+    /// Problems of a scene.
     pub(crate) fn scene(problems: &scene::Problems) -> Self {
-        let kind = match problems.0.first().map(|first| first.code) {
-            Some(Code::InvalidJson) => Kind::InvalidJson,
-            Some(Code::InvalidNff) => Kind::InvalidNff,
-            _ => Kind::InvalidScene,
+        let Failure { slug, detail } = problems.into();
+        let kind = Kind::by_slug(&slug).unwrap_or(Kind::InvalidScene);
+        let problem = if problems.0.len() as u64 >= PROBLEMS.max {
+            Self::limit(kind, PROBLEMS.name, PROBLEMS.max, detail)
+        } else {
+            Self::new(kind, detail)
         };
-        let first = problems.0.first().map_or_else(String::new, ToString::to_string);
-        let found = problems.0.len();
-        // No more are looked for, so nobody knows how many there would be.
-        let cut = found as u64 >= PROBLEMS.max;
-        let detail = match found {
-            0 | 1 => first,
-            n if cut => {
-                format!("{n} problems, and perhaps more, which are not looked for (problems); the first: {first}")
-            }
-            n => format!("{n} problems; the first: {first}"),
-        };
-        let problem =
-            if cut { Self::limit(kind, PROBLEMS.name, PROBLEMS.max, detail) } else { Self::new(kind, detail) };
-        problem.with("errors", problems.0.iter().map(error_entry).collect())
+        problem.with_errors(problems.0.iter().map(error_entry).collect())
     }
 
     /// Its status.
@@ -80,7 +178,7 @@ impl Problem {
         status
     }
 
-    /// Why a request was refused that would have been welcome at another time.
+    /// Why the service refused a request that it would have accepted at another time.
     pub(crate) fn shed(&self) -> Option<&'static str> {
         let (slug, _, _, _) = self.kind.page();
         matches!(self.kind, Kind::Saturated | Kind::Draining | Kind::RateLimited).then_some(slug)
@@ -88,15 +186,10 @@ impl Problem {
 
     /// The document; the request's id completes it.
     pub(crate) fn document(self, request_id: &str) -> String {
-        let (slug, status, title, _) = self.kind.page();
-        let mut body = Map::new();
-        body.insert("type".into(), format!("/problems/{slug}").into());
-        body.insert("title".into(), title.into());
-        body.insert("status".into(), status.as_u16().into());
-        body.insert("detail".into(), self.detail.into());
-        body.insert("instance".into(), request_id.into());
-        body.extend(self.members);
-        Value::Object(body).to_string()
+        let summary = ProblemSummary::new(self.kind, self.detail);
+        let document = ProblemDocument { summary, instance: request_id.into(), members: *self.members };
+        // Texts and numbers always become JSON.
+        serde_json::to_string(&document).unwrap_or_default()
     }
 
     /// The answer; the request's id completes it.
@@ -115,8 +208,33 @@ impl Problem {
     }
 }
 
+impl From<Error> for Problem {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Scene(problems) => Self::scene(&problems),
+            Error::UnknownScene(id) => {
+                let detail = format!("the scene {id} is not known here, or no longer: send it to POST /v1/scenes");
+                Self::new(Kind::NotFound, detail)
+            }
+            Error::NoIds(detail) => Self::new(Kind::InvalidScene, detail),
+            Error::OutOfRange(detail) => Self::new(Kind::InvalidParameter, detail),
+            Error::Limit { name, max, detail } => Self::limit(Kind::CostLimit, name, max, detail),
+            Error::TooLarge(detail) => Self::new(Kind::TooLarge, detail),
+            Error::Busy { detail, retry_after } => Self::new(Kind::Saturated, detail).retry_after(retry_after),
+            Error::TenantBusy { detail, retry_after } => Self::new(Kind::RateLimited, detail).retry_after(retry_after),
+            Error::Deadline(detail) => {
+                let mut problem = Self::new(Kind::RenderDeadline, detail);
+                problem.members.suggest = Some("tiles");
+                problem
+            }
+            Error::Cancelled => Self::new(Kind::RenderDeadline, "the request was given up"),
+            Error::Internal(detail) => Self::new(Kind::Internal, detail),
+        }
+    }
+}
+
 impl IntoResponse for Problem {
-    /// Only carries the problem to the envelope, which knows the request's id.
+    /// Only carries the problem to the request log, which knows the request's id.
     fn into_response(self) -> Response {
         let mut response = self.status().into_response();
         response.extensions_mut().insert(self);
@@ -125,18 +243,15 @@ impl IntoResponse for Problem {
 }
 
 /// A scene's problem as an entry of `errors`.
-fn error_entry(problem: &scene::Problem) -> Value {
-    let mut entry = json!({
-        "pointer": format!("#{}", fragment(&problem.pointer)),
-        "code": problem.code,
-        "detail": problem.detail,
-    });
-    for (key, value) in [("line", problem.line), ("column", problem.column)] {
-        if let Some(value) = value {
-            entry[key] = value.into();
-        }
+fn error_entry(problem: &scene::Problem) -> ErrorEntry {
+    ErrorEntry {
+        pointer: Some(format!("#{}", fragment(&problem.pointer))),
+        code: serde_json::to_value(problem.code).unwrap_or_default(),
+        detail: problem.detail.clone(),
+        line: problem.line.map(u64::from),
+        column: problem.column.map(u64::from),
+        ..ErrorEntry::default()
     }
-    entry
 }
 
 /// A JSON pointer as a URI fragment (RFC 6901 section 6): bytes that a fragment cannot hold are percent-encoded.
@@ -156,6 +271,7 @@ fn fragment(pointer: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use strahl::scene::problem::Code;
 
     #[test]
     fn slugs_are_unique() {

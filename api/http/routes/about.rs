@@ -1,71 +1,180 @@
-//! About the service itself: is it alive, is it ready, its limits, the scene's schema, its contract.
+//! About the service itself: its limits, its version, the formats of pictures, the scene's schema, the contract.
 
-use crate::http::App;
 use crate::http::auth::tenant::Tenant;
-use crate::http::contract::about::{AllLimits, Formats, Readiness, Version};
-use crate::http::contract::openapi_text;
-use crate::http::problem::{Kind, Problem};
+use crate::http::contract::{Content, Route};
+use crate::http::settings::ConnectionLimits;
+use crate::http::state::App;
+use crate::service::limits::{AnswerLimits, CacheLimits, JobLimits, MAX_RAYS};
+use crate::service::scenes::ids::MAX_ZOOM;
 use axum::Json;
 use axum::extract::State;
-use axum::http::{Extensions, StatusCode, Uri, header};
-use axum::response::IntoResponse;
-use serde_json::{Value, json};
+use axum::http::{Extensions, header};
+use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::{Number, Value, json};
+use std::collections::BTreeMap;
 use strahl::film::{DEFAULT_QUALITY, PictureFormat};
 use strahl::render::RENDER_EPOCH;
+use strahl::scene::limits as scene;
 use strahl::scene::schema::schema_text;
 
-/// Whether the process answers.
-#[utoipa::path(
-    get, path = "/livez", operation_id = "livez", tag = "service", security(()),
-    responses((status = 200, description = "It does", body = String)),
-)]
-pub(crate) async fn livez() -> impl IntoResponse {
-    (no_store(), "alive\n")
+pub(super) fn routes() -> Vec<Route> {
+    let object = |media_type| Content::of(media_type, |_| json!({ "type": "object" }));
+    vec![
+        Route::get(
+            "/v1/limits",
+            limits,
+            ["limits", "service", "The limits of requests, of jobs, of scenes, and of the caller's tenant."],
+        )
+        .answer(200, "All limits by name", &[Content::json::<AllLimits<'_>>()]),
+        Route::get(
+            "/v1/version",
+            version,
+            ["version", "service", "The version of the service, and of what its pictures depend on."],
+        )
+        .answer(200, "Name and numbers", &[Content::json::<Version>()]),
+        Route::get("/v1/formats", formats, ["formats", "service", "The formats of pictures."]).answer(
+            200,
+            "Names, media types and parameters",
+            &[Content::json::<Formats>()],
+        ),
+        Route::get("/schema/scene.json", schema, ["sceneSchema", "service", "The JSON Schema of scenes."]).answer(
+            200,
+            "Draft 2020-12",
+            &[object("application/schema+json")],
+        ),
+        Route::get("/openapi.json", openapi, ["openapi", "service", "This document."]).answer(
+            200,
+            "OpenAPI 3.1",
+            &[object("application/json")],
+        ),
+    ]
 }
 
-/// Whether the service takes work. Being busy is no reason not to be ready; only stopping is.
-#[utoipa::path(
-    get, path = "/readyz", operation_id = "readyz", tag = "service", security(()),
-    responses(
-        (status = 200, description = "It takes work", body = Readiness),
-        (status = 503, description = "It is about to stop", body = Readiness),
-    ),
-)]
-pub(crate) async fn readyz(State(service): State<App>) -> impl IntoResponse {
-    let (status, word) = if service.drain.has_begun() {
-        (StatusCode::SERVICE_UNAVAILABLE, "draining")
-    } else {
-        (StatusCode::OK, "ready")
+/// All limits by the names that problems quote.
+#[derive(Debug, Serialize, JsonSchema)]
+struct AllLimits<'a> {
+    /// What one request may ask for: bytes, seconds (`_s`) and counts. Null: there is no such thing here.
+    request: RequestLimits<'a>,
+    /// What jobs may ask for.
+    jobs: &'a JobLimits,
+    /// Concurrency limits of the caller's tenant, and units in a minute. Null: unlimited.
+    tenant: TenantLimits,
+    /// What a scene may say.
+    #[schemars(with = "BTreeMap<String, f64>")]
+    scene: BTreeMap<&'static str, Number>,
+}
+
+/// What one request may ask for.
+#[derive(Debug, Serialize, JsonSchema)]
+struct RequestLimits<'a> {
+    #[serde(flatten)]
+    connection: &'a ConnectionLimits,
+    #[serde(flatten)]
+    answer: &'a AnswerLimits,
+    #[serde(flatten)]
+    caches: &'a CacheLimits,
+    /// Bytes of finished pictures on disk.
+    disk_cache_bytes: Option<u64>,
+    /// Bytes of all bodies and answers together.
+    memory_bytes: u64,
+    /// Rays of one `POST /v1/rays`.
+    max_rays: usize,
+    /// Seconds of one `POST /v1/tradeoff`.
+    max_tradeoff_seconds: f64,
+    /// Largest zoom: a scene may be opened as 2^zoom times its size.
+    max_zoom: u32,
+}
+
+/// What the caller's tenant may have.
+#[derive(Debug, Serialize, JsonSchema)]
+struct TenantLimits {
+    /// Jobs that wait or run.
+    jobs: u32,
+    /// Open event streams.
+    streams: u32,
+    /// Units of cost in a minute: one for each request, and one for each million rays.
+    units_per_minute: Option<u32>,
+}
+
+async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
+    let tenant = Tenant::of(&extensions);
+    let scene_limits = [
+        scene::SCENE_BYTES,
+        scene::JSON_DEPTH,
+        scene::NESTING,
+        scene::OBJECTS,
+        scene::TRIANGLES,
+        scene::LIGHTS,
+        scene::POLYGON_VERTICES,
+        scene::EXPANDED_PRIMITIVES,
+        scene::IMAGE_SIDE,
+        scene::PIXELS,
+        scene::SAMPLES,
+        scene::MAX_DEPTH,
+        scene::RAYS_PER_SAMPLE,
+        scene::TREE_RAYS,
+        scene::PROBLEMS,
+    ];
+    let counts = scene_limits.into_iter().map(|limit| (limit.name, Number::from(limit.max)));
+    let lengths = [("magnitude", scene::MAGNITUDE), ("smallest_length", scene::SMALLEST_LENGTH)];
+    let lengths = lengths.into_iter().filter_map(|(name, length)| Some((name, Number::from_f64(length)?)));
+    let settings = &app.service.settings;
+    let request = RequestLimits {
+        connection: &app.limits,
+        answer: &settings.answers,
+        caches: &settings.caches,
+        disk_cache_bytes: settings.caches.on_disk(),
+        memory_bytes: app.limits.memory_bytes(),
+        max_rays: MAX_RAYS,
+        max_tradeoff_seconds: settings.answers.tradeoff_seconds(),
+        max_zoom: MAX_ZOOM,
     };
-    let (waiting, running) = service.jobs.counts();
-    let body = json!({ "status": word, "running": service.queue.running(), "waiting": service.queue.waiting(), "jobs": { "waiting": waiting, "running": running } });
-    (status, no_store(), Json(body))
+    let units_per_minute = tenant.rate_limit.as_ref().map(|limit| limit.per_minute());
+    let tenant = TenantLimits { jobs: tenant.quotas.jobs, streams: tenant.quotas.streams, units_per_minute };
+    Json(AllLimits { request, jobs: &settings.jobs, tenant, scene: counts.chain(lengths).collect() }).into_response()
 }
 
-/// What a request and a scene may ask for, and what whoever asks may have at one time.
-#[utoipa::path(
-    get, path = "/v1/limits", operation_id = "limits", tag = "service", security(()),
-    responses((status = 200, description = "All limits by name", body = AllLimits)),
-)]
-pub(crate) async fn limits(State(service): State<App>, extensions: Extensions) -> Json<Value> {
-    Json(service.limits.to_json(&Tenant::of(&extensions)))
+/// The program and its renderer.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Version {
+    /// `strahl`.
+    name: &'static str,
+    /// The program's version.
+    version: &'static str,
+    /// Changes whenever pixels do.
+    render_epoch: u32,
 }
 
-/// The version of the service, and of what its pictures depend on.
-#[utoipa::path(
-    get, path = "/v1/version", operation_id = "version", tag = "service", security(()),
-    responses((status = 200, description = "Name and numbers", body = Version)),
-)]
-pub(crate) async fn version() -> Json<Value> {
-    Json(json!({ "name": "strahl", "version": env!("CARGO_PKG_VERSION"), "render_epoch": RENDER_EPOCH }))
+async fn version() -> Json<Version> {
+    Json(Version { name: "strahl", version: env!("CARGO_PKG_VERSION"), render_epoch: RENDER_EPOCH })
 }
 
-/// The formats that pictures may have.
-#[utoipa::path(
-    get, path = "/v1/formats", operation_id = "formats", tag = "service", security(()),
-    responses((status = 200, description = "Names, media types and parameters", body = Formats)),
-)]
-pub(crate) async fn formats() -> Json<Value> {
+/// The formats of pictures.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Formats {
+    /// One by one.
+    formats: Vec<FormatEntry>,
+}
+
+/// A format of pictures.
+#[derive(Debug, Serialize, JsonSchema)]
+struct FormatEntry {
+    /// Its name in queries, and its file ending.
+    name: &'static str,
+    /// Its media type.
+    media_type: &'static str,
+    /// Whether it holds exactly the codes that were computed.
+    lossless: bool,
+    /// Whether it holds linear floats.
+    linear: bool,
+    /// Query parameters that are only for it, each as a JSON Schema.
+    #[schemars(with = "BTreeMap<String, serde_json::Map<String, Value>>")]
+    parameters: Value,
+}
+
+async fn formats() -> Json<Formats> {
     let entry = |format: PictureFormat| {
         let parameters = match format {
             PictureFormat::Png => json!({ "bits": { "enum": [8, 16], "default": 8 } }),
@@ -73,48 +182,15 @@ pub(crate) async fn formats() -> Json<Value> {
             PictureFormat::Webp | PictureFormat::Exr | PictureFormat::Pfm => json!({}),
         };
         let (name, media_type) = format.names();
-        json!({
-            "name": name,
-            "media_type": media_type,
-            "lossless": format != PictureFormat::Jpg,
-            "linear": format.is_linear(),
-            "parameters": parameters,
-        })
+        FormatEntry { name, media_type, lossless: format != PictureFormat::Jpg, linear: format.is_linear(), parameters }
     };
-    Json(json!({ "formats": PictureFormat::ALL.map(entry).as_slice() }))
+    Json(Formats { formats: PictureFormat::ALL.map(entry).into() })
 }
 
-/// The JSON Schema of scenes.
-#[utoipa::path(
-    get, path = "/schema/scene.json", operation_id = "sceneSchema", tag = "service", security(()),
-    responses((status = 200, description = "Draft 2020-12", body = Object, content_type = "application/schema+json")),
-)]
-pub(crate) async fn schema() -> impl IntoResponse {
+async fn schema() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/schema+json")], schema_text())
 }
 
-/// This document.
-#[utoipa::path(
-    get, path = "/openapi.json", operation_id = "openapi", tag = "service", security(()),
-    responses((status = 200, description = "OpenAPI 3.1", body = Object, content_type = "application/json")),
-)]
-pub(crate) async fn openapi() -> impl IntoResponse {
-    ([(header::CONTENT_TYPE, "application/json")], openapi_text())
-}
-
-/// Any other path.
-pub(crate) async fn not_found(uri: Uri) -> Problem {
-    Problem::new(Kind::NotFound, format!("there is nothing at {}", uri.path()))
-}
-
-/// A path with another method than its own.
-pub(crate) async fn method_not_allowed(uri: Uri) -> Problem {
-    Problem::new(
-        Kind::MethodNotAllowed,
-        format!("{} does not take this method; Allow lists those it takes", uri.path()),
-    )
-}
-
-fn no_store() -> [(header::HeaderName, &'static str); 1] {
-    [(header::CACHE_CONTROL, "no-store")]
+async fn openapi(State(app): State<App>) -> impl IntoResponse {
+    ([(header::CONTENT_TYPE, "application/json")], app.contract.clone())
 }

@@ -1,57 +1,63 @@
 //! `POST /v1/capabilities`.
 
-use crate::http::App;
 use crate::http::auth::capability::PREFIX;
-use crate::http::auth::now;
-use crate::http::auth::tenant::Tenant;
+use crate::http::auth::tenant::{Scope, Tenant};
+use crate::http::contract::{Body, Content, Route};
 use crate::http::extract::body;
 use crate::http::problem::{Kind, Problem};
+use crate::http::state::App;
+use crate::service::clock::unix_time;
 use axum::Json;
 use axum::extract::{Request, State};
 use axum::http::StatusCode;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
-/// Seconds a capability lasts where nobody says how many.
+pub(super) fn routes() -> Vec<Route> {
+    let about = "A URL prefix that lets pages without a key look at one job or picture.";
+    vec![
+        Route::post("/v1/capabilities", mint, ["mintCapability", "service", about])
+            .needs(Scope::Read)
+            .body(Body::json::<Wanted>("What it is for"))
+            .answer(201, "The capability", &[Content::json::<Minted>()]),
+    ]
+}
+
+/// Seconds a capability lasts by default.
 const TTL: u64 = 3_600;
 /// Seconds a capability lasts at most.
 const MAX_TTL: u64 = 7 * 86_400;
 
-/// What shall be opened: a job or a picture.
-#[derive(Debug, Deserialize, ToSchema)]
+/// What a capability is for: a job or a picture.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Wanted {
+struct Wanted {
     /// Id of a picture.
-    #[schema(min_length = 1, max_length = 64, pattern = "^[A-Za-z0-9_-]+$")]
+    #[schemars(length(min = 1, max = 64), regex(pattern = "^[A-Za-z0-9_-]+$"))]
     image_id: Option<String>,
     /// Id of a job.
-    #[schema(min_length = 1, max_length = 64, pattern = "^[A-Za-z0-9_-]+$")]
+    #[schemars(length(min = 1, max = 64), regex(pattern = "^[A-Za-z0-9_-]+$"))]
     job_id: Option<String>,
-    /// Seconds it lasts; 3600 if nobody says.
-    #[schema(minimum = 1, maximum = 604_800)]
+    /// Seconds it lasts, 3600 by default.
+    #[schemars(range(min = 1, max = 604_800))]
     ttl: Option<u64>,
 }
 
 /// A capability.
-#[derive(Debug, Serialize, ToSchema)]
-pub(crate) struct Minted {
+#[derive(Debug, Serialize, JsonSchema)]
+struct Minted {
     /// What to put before paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`.
     prefix: String,
     /// When it ends, in seconds since 1970.
     expires: u64,
 }
 
-/// A URL prefix that lets pages without a key look at one job or picture.
-#[utoipa::path(
-    post, path = "/v1/capabilities", operation_id = "mintCapability", tag = "service",
-    request_body = Wanted,
-    responses((status = 201, description = "The capability", body = Minted)),
-)]
-pub(crate) async fn mint(State(service): State<App>, request: Request) -> Result<(StatusCode, Json<Minted>), Problem> {
+async fn mint(State(app): State<App>, request: Request) -> Result<(StatusCode, Json<Minted>), Problem> {
     let (parts, body) = request.into_parts();
     let tenant = Tenant::of(&parts.extensions);
-    body::json_only(&parts.headers)?;
-    let body = body::read(&service, &parts.headers, body).await?;
+    let declared = body::declares_json(&parts.headers)?;
+    let body = body::read(&app, &parts.headers, body).await?;
+    body::check_content(declared, body.as_ref())?;
     let wanted: Wanted = serde_json::from_slice(body.as_ref())
         .map_err(|error| Problem::new(Kind::InvalidRequest, format!("this is not what is expected: {error}")))?;
     let id = match (wanted.image_id, wanted.job_id) {
@@ -65,8 +71,8 @@ pub(crate) async fn mint(State(service): State<App>, request: Request) -> Result
     if !(1..=MAX_TTL).contains(&ttl) {
         return Err(invalid(&format!("ttl must be 1 to {MAX_TTL} seconds")));
     }
-    let expires = now() + ttl;
-    let text = service.access.sign(&id, &tenant.name, expires);
+    let expires = unix_time().as_secs() + ttl;
+    let text = app.access.sign(&id, &tenant.name, expires);
     Ok((StatusCode::CREATED, Json(Minted { prefix: format!("{PREFIX}{text}"), expires })))
 }
 

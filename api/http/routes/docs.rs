@@ -1,9 +1,22 @@
 //! `/docs`: the contract as a page. All of it is in this program, so that it works without a network.
 
+use crate::http::contract::{Content, Route};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use flate2::read::GzDecoder;
 use std::io::Read;
+
+pub(super) fn routes() -> Vec<Route> {
+    vec![
+        Route::get("/docs", page, ["docs", "service", "The contract as a page, which works without a network."])
+            .answer(200, "The page", &[Content::text("text/html")]),
+        Route::get("/docs/rapidoc.js", viewer, ["docsViewer", "service", "The program that `/docs` runs."]).answer(
+            200,
+            "JavaScript",
+            &[Content::text("text/javascript")],
+        ),
+    ]
+}
 
 /// RapiDoc 9.3.8, MIT, from npm: `package/dist/rapidoc-min.js.gz`, unchanged. Its licence lies beside it.
 const VIEWER: &[u8] = include_bytes!("../../docs/rapidoc-9.3.8.min.js.gz");
@@ -29,21 +42,11 @@ const PAGE: &str = r#"<!doctype html>
 </html>
 "#;
 
-/// The contract as a page, which works without a network.
-#[utoipa::path(
-    get, path = "/docs", operation_id = "docs", tag = "service", security(()),
-    responses((status = 200, description = "The page", body = String, content_type = "text/html")),
-)]
-pub(crate) async fn page() -> impl IntoResponse {
+async fn page() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "text/html; charset=utf-8"), (header::CONTENT_SECURITY_POLICY, POLICY)], PAGE)
 }
 
-/// What `/docs` runs.
-#[utoipa::path(
-    get, path = "/docs/rapidoc.js", operation_id = "docsViewer", tag = "service", security(()),
-    responses((status = 200, description = "JavaScript", body = String, content_type = "text/javascript")),
-)]
-pub(crate) async fn viewer(headers: HeaderMap) -> Response {
+async fn viewer(headers: HeaderMap) -> Response {
     let about = [(header::CONTENT_TYPE, "text/javascript; charset=utf-8"), (header::CACHE_CONTROL, DAY)];
     let about = (about, [(header::VARY, "Accept-Encoding")]);
     let compressed =

@@ -1,54 +1,57 @@
 //! `POST /v1/map`: what is proved of each pixel, or what each of them takes, as a picture.
 
-use super::explain::ask;
-use super::render::{find, gone};
-use crate::http::contract::bodies::Bytes;
-use crate::http::contract::generated::Scene;
-use crate::http::contract::queries;
-use crate::http::extract::query::Parameters;
+use crate::http::auth::tenant::Scope;
+use crate::http::contract::{Body, Content, Route};
+use crate::http::extract::query::Query;
 use crate::http::problem::Problem;
-use crate::http::{App, Service};
-use crate::service::pictures::map;
-use crate::service::pictures::map::MapFormat;
-use crate::service::scheduler::admission::Work;
+use crate::http::respond::Answer;
+use crate::http::scene_job::{Question, ask};
+use crate::http::state::App;
+use crate::service::error::Error;
+use crate::service::pictures::map::{self, MapFormat};
 use axum::extract::{Request, State};
-use axum::http::HeaderMap;
 use axum::response::Response;
-use strahl::film::Region;
+use strahl::film::{PictureFormat, Region};
 use strahl::inspect::maps::MapKind;
-use strahl::scene::{Format, Overrides};
+use strahl::scene::Format;
 
-/// A map of the picture.
-///
-/// `rays`, `time` and `depth` trace each pixel alone, which takes several times as long as the picture.
-#[utoipa::path(
-    post, path = "/v1/map", operation_id = "map", tag = "render",
-    params(queries::MapOf, queries::Settings),
-    request_body(
-        description = "The scene; NFF plain or gzip",
-        content((Scene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
-    ),
-    responses((status = 200, description = "The map: in colors with a scale below, or the numbers as floats", content(
-        (Bytes = "image/png"), (Bytes = "image/x-portable-floatmap"), (Bytes = "image/x-exr")
-    ))),
-)]
-pub(crate) async fn map(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    let answer =
-        |service: &Service, job: &Work, bytes: &[u8], format: Format, overrides: &Overrides, (kind, file): (_, _)| {
-            let ready = find(service, job, bytes, format, overrides)?.ready;
-            let region = Region::whole(ready.scene.width, ready.scene.height);
-            service.limits.check(&ready.scene, region)?;
-            let bytes = map::draw(&ready.scene, region, kind, file, &job.workers, &job.control).map_err(|_| gone())?;
-            let media_type = match file {
-                MapFormat::Png => "image/png",
-                MapFormat::Pfm => "image/x-portable-floatmap",
-                MapFormat::Exr => "image/x-exr",
-            };
-            Ok((media_type, bytes))
-        };
-    ask(service, request, kind_and_format, answer).await
+pub(super) fn routes() -> Vec<Route> {
+    let about = "A map of the picture.\n\n`rays`, `time` and `depth` trace each pixel alone, which takes several times as \
+                 long as the picture.";
+    let contents = [PictureFormat::Png, PictureFormat::Pfm, PictureFormat::Exr].map(|of| Content::file(of.names().1));
+    vec![
+        Route::post("/v1/map", map, ["map", "render", about])
+            .needs(Scope::Render)
+            .query(|query| {
+                kind_and_format(query);
+                query.settings(Format::Json);
+            })
+            .body(Body::scene())
+            .answer(200, "The map: in colors with a scale below, or the numbers as floats", &contents),
+    ]
 }
 
-fn kind_and_format(parameters: &mut Parameters, _: &HeaderMap) -> Result<(MapKind, MapFormat), Problem> {
-    Ok((parameters.word("of").unwrap_or_default(), parameters.word("format").unwrap_or_default()))
+async fn map(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+    ask(app, request, |query, _| Ok(kind_and_format(query)), answer).await
+}
+
+fn kind_and_format(query: &mut Query) -> (MapKind, MapFormat) {
+    let of = "What is proved of each pixel, in 8-bit codes; the rays of each; nanoseconds of each, traced alone; rays in the \
+              longest chain of each. Default `proved`.";
+    let format = "PNG with a scale, or the numbers. Default `png`.";
+    (query.word("of", of).unwrap_or_default(), query.word("format", format).unwrap_or_default())
+}
+
+fn answer(Question { app, work, sent }: Question<'_>, (kind, format): (MapKind, MapFormat)) -> Result<Answer, Problem> {
+    let limits = &app.service.settings.answers;
+    let ready = app.service.scenes.find_if(&work.workers, sent, |scene| limits.check_unbuilt(scene, None))?.ready;
+    let region = Region::whole(ready.scene.width, ready.scene.height);
+    limits.check(region, ready.scene.samples)?;
+    let bytes = map::draw(&ready.scene, region, kind, format, &work.workers, &work.control).map_err(Error::from)?;
+    let format = match format {
+        MapFormat::Png => PictureFormat::Png,
+        MapFormat::Pfm => PictureFormat::Pfm,
+        MapFormat::Exr => PictureFormat::Exr,
+    };
+    Ok((format.names().1, bytes))
 }

@@ -1,5 +1,6 @@
 //! `/problems/{slug}`: what each kind of problem means, as text, or as a page for a browser.
 
+use crate::http::contract::{Content, Route};
 use crate::http::extract::accept;
 use crate::http::problem::{Kind, Problem};
 use axum::extract::Path;
@@ -7,6 +8,21 @@ use axum::extract::rejection::PathRejection;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use std::fmt::Write;
+
+pub(super) fn routes() -> Vec<Route> {
+    let forms = [Content::text("text/plain"), Content::text("text/html")];
+    vec![
+        Route::get("/problems", list, ["problems", "service", "All kinds of problems."])
+            .answer(200, "The list", &forms),
+        Route::get(
+            "/problems/{slug}",
+            page,
+            ["problem", "service", "What a kind of problem means, and what to do about it."],
+        )
+        .path("slug", "The last part of a problem's `type`.")
+        .answer(200, "The page", &forms),
+    ]
+}
 
 /// How a page is written.
 #[derive(Debug, Clone, Copy)]
@@ -17,12 +33,7 @@ enum Form {
 
 const FORMS: [(&str, Form); 2] = [("text/plain", Form::Text), ("text/html", Form::Html)];
 
-/// All kinds of problems.
-#[utoipa::path(
-    get, path = "/problems", operation_id = "problems", tag = "service", security(()),
-    responses((status = 200, description = "The list", content((String = "text/plain"), (String = "text/html")))),
-)]
-pub(crate) async fn list(headers: HeaderMap) -> Result<Response, Problem> {
+async fn list(headers: HeaderMap) -> Result<Response, Problem> {
     let mut text = String::new();
     let form = accept::best(&headers, &FORMS)?;
     for (slug, status, title, _) in Kind::ALL.iter().map(|kind| kind.page()) {
@@ -39,13 +50,7 @@ pub(crate) async fn list(headers: HeaderMap) -> Result<Response, Problem> {
     })
 }
 
-/// What a kind of problem means, and what to do about it.
-#[utoipa::path(
-    get, path = "/problems/{slug}", operation_id = "problem", tag = "service", security(()),
-    params(("slug" = String, Path, description = "The last part of a problem's `type`.")),
-    responses((status = 200, description = "The page", content((String = "text/plain"), (String = "text/html")))),
-)]
-pub(crate) async fn page(slug: Result<Path<String>, PathRejection>, headers: HeaderMap) -> Result<Response, Problem> {
+async fn page(slug: Result<Path<String>, PathRejection>, headers: HeaderMap) -> Result<Response, Problem> {
     let slug = slug.map_or_else(|_| String::new(), |Path(slug)| slug);
     let page = Kind::ALL.iter().map(|kind| kind.page()).find(|(known, ..)| *known == slug);
     let unknown = || Problem::new(Kind::NotFound, "there is no problem of that name; /problems lists those there are");

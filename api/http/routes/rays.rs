@@ -1,69 +1,83 @@
 //! `POST /v1/rays`: a scene and rays in, what each ray hits first out.
 
-use super::explain::{Answer, ask, to_json};
-use super::render::gone;
-use crate::http::contract::{bodies, generated, queries};
-use crate::http::extract::query::Parameters;
-use crate::http::problem::{Kind, Problem};
-use crate::http::{App, Service};
+use crate::http::auth::tenant::Scope;
+use crate::http::contract::{Body, Content, Route, example_scene, scene_reference};
+use crate::http::extract::body::declares_json;
+use crate::http::problem::{ErrorEntry, Kind, Problem};
+use crate::http::respond::{Answer, to_json};
+use crate::http::scene_job::{Question, ask};
+use crate::http::state::App;
+use crate::service::error::Error;
 use crate::service::limits::MAX_RAYS;
+use crate::service::scenes::cache::SentScene;
 use crate::service::scheduler::admission::Work;
 use axum::extract::{Request, State};
-use axum::http::HeaderMap;
 use axum::response::Response;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde::de::{Deserialize, Deserializer, IgnoredAny, SeqAccess, Visitor};
 use serde_json::json;
 use serde_json::value::RawValue;
 use std::fmt;
 use std::sync::atomic::Ordering;
-use strahl::inspect::query::{RayAnswer, RayQuery, answer};
-use strahl::scene::{Format, Overrides, Problems, Scene, problem};
+use strahl::inspect::query::{RayAnswer, RayQuery, answer as follow};
+use strahl::render::Cancelled;
+use strahl::scene::{Format, Problems, Scene, problem};
 
-/// A scene and rays in, what each ray hits first out.
-#[utoipa::path(
-    post, path = "/v1/rays", operation_id = "rays", tag = "render",
-    params(queries::Settings),
-    request_body = Questions,
-    responses((status = 200, description = "What the rays hit", body = bodies::Answers)),
-)]
-pub(crate) async fn rays(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    ask(service, request, only_json, |service, job, bytes, _, overrides, ()| answer_all(service, job, bytes, overrides))
-        .await
+pub(super) fn routes() -> Vec<Route> {
+    let about = "A scene and rays in, what each ray hits first out.";
+    let example = json!({ "scene": example_scene(), "rays": [{ "origin": [0, 1, 5], "direction": [0, 0, -1] }] });
+    vec![
+        Route::post("/v1/rays", rays, ["rays", "render", about])
+            .needs(Scope::Render)
+            .query(|query| {
+                query.settings(Format::Json);
+            })
+            .body(Body::json::<Questions<'_>>("The scene and the rays").example(example))
+            .answer(200, "What the rays hit", &[Content::json::<Answers>()]),
+    ]
 }
 
-fn only_json(_: &mut Parameters, headers: &HeaderMap) -> Result<(), Problem> {
-    match crate::http::extract::body::scene_format(headers)? {
-        Format::Json => Ok(()),
-        Format::Nff => Err(Problem::new(Kind::UnsupportedMediaType, "rays come with their scene, as application/json")),
-    }
+/// A scene and rays. Both stay text: each part is read on its own, so that errors say where they are.
+#[derive(Debug, serde::Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Questions<'a> {
+    /// The scene the rays are sent into.
+    #[serde(borrow)]
+    #[schemars(schema_with = "scene_reference")]
+    scene: &'a RawValue,
+    /// The rays.
+    #[serde(borrow)]
+    #[schemars(with = "Vec<RayQuery>", length(max = 100_000))]
+    rays: Rays<'a>,
 }
 
-fn answer_all(service: &Service, job: &Work, bytes: &[u8], overrides: &Overrides) -> Result<Answer, Problem> {
-    let Questions { scene: text, rays } = serde_json::from_slice(bytes).map_err(|error| shape(&error))?;
+/// What the rays hit, in their order.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Answers {
+    /// One for each ray.
+    answers: Vec<RayAnswer>,
+}
+
+async fn rays(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+    ask(app, request, |_, headers| declares_json(headers).map(drop), answer).await
+}
+
+fn answer(Question { app, work, sent }: Question<'_>, (): ()) -> Result<Answer, Problem> {
+    let Questions { scene: text, rays } = serde_json::from_slice(sent.text).map_err(|error| shape(&error))?;
     if rays.count > MAX_RAYS {
         let detail = format!("{} rays are too many; one request has at most {MAX_RAYS} (max_rays)", rays.count);
         return Err(Problem::limit(Kind::TooLarge, "max_rays", MAX_RAYS as u64, detail));
     }
     let rays = read_all(&rays.texts)?;
-    let found = service.scenes.find(&job.workers, text.get().as_bytes(), Format::Json, overrides);
-    let found = found.map_err(|problems| Problem::scene(&inside(bytes, text, problems)))?;
-    let answers = job.workers.work(|| follow(job, &found.ready.scene, &rays)).ok().flatten().ok_or_else(gone)?;
-    to_json(&json!({ "answers": answers }))
-}
-
-/// The body. Its parts stay text: each is read on its own, so that errors say which one it is.
-#[derive(Debug, serde::Deserialize, utoipa::ToSchema)]
-#[serde(deny_unknown_fields)]
-struct Questions<'a> {
-    /// The scene the rays are sent into.
-    #[serde(borrow)]
-    #[schema(value_type = generated::Scene)]
-    scene: &'a RawValue,
-    /// The rays.
-    #[serde(borrow)]
-    #[schema(value_type = Vec<bodies::RayQuestion>, max_items = 100_000)]
-    rays: Rays<'a>,
+    let scene = SentScene::new(text.get().as_bytes(), Format::Json, &sent.overrides);
+    let found = app.service.scenes.find(&work.workers, &scene).map_err(|error| match error {
+        Error::Scene(problems) => Error::Scene(inside(sent.text, text, problems)),
+        error => error,
+    })?;
+    let answers = work.workers.work(|| follow_all(work, &found.ready.scene, &rays)).and_then(|answers| answers);
+    to_json(&Answers { answers: answers.map_err(Error::from)? })
 }
 
 /// As many rays as are allowed, and how many there are: a reference takes several times the memory of `0,`.
@@ -104,25 +118,29 @@ fn shape(error: &serde_json::Error) -> Problem {
     let (kind, code) =
         if error.is_data() { (Kind::InvalidRays, "wrong-type") } else { (Kind::InvalidJson, "invalid-json") };
     let detail = error.to_string();
-    let entry = json!({
-        "pointer": "#", "code": code, "detail": detail, "line": error.line(), "column": error.column()
-    });
-    Problem::new(kind, detail).with("errors", json!([entry]))
+    let entry = ErrorEntry {
+        pointer: Some("#".into()),
+        line: Some(error.line() as u64),
+        column: Some(error.column() as u64),
+        ..ErrorEntry::new(code, detail.clone())
+    };
+    Problem::new(kind, detail).with_errors(vec![entry])
 }
 
 fn read_all(rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {
     let read = |(i, ray): (usize, &&RawValue)| {
-        ray.get().parse().map_err(|detail| {
-            let entry = json!({ "pointer": format!("#/rays/{i}"), "code": "out-of-range", "detail": detail });
-            Problem::new(Kind::InvalidRays, format!("/rays/{i}: {detail}")).with("errors", json!([entry]))
+        ray.get().parse().map_err(|detail: String| {
+            let problem = Problem::new(Kind::InvalidRays, format!("/rays/{i}: {detail}"));
+            let entry = ErrorEntry { pointer: Some(format!("#/rays/{i}")), ..ErrorEntry::new("out-of-range", detail) };
+            problem.with_errors(vec![entry])
         })
     };
     rays.iter().enumerate().map(read).collect()
 }
 
-/// None if the job was cancelled.
-fn follow(job: &Work, scene: &Scene, rays: &[RayQuery]) -> Option<Vec<RayAnswer>> {
-    rays.par_iter().map(|ray| (!job.control.cancelled.load(Ordering::Relaxed)).then(|| answer(scene, ray))).collect()
+fn follow_all(work: &Work, scene: &Scene, rays: &[RayQuery]) -> Result<Vec<RayAnswer>, Cancelled> {
+    let is_cancelled = || work.control.cancelled.load(Ordering::Relaxed);
+    rays.par_iter().map(|ray| if is_cancelled() { Err(Cancelled) } else { Ok(follow(scene, ray)) }).collect()
 }
 
 /// The problems of a scene that is a part of a larger text, as places in that text.

@@ -1,128 +1,68 @@
 //! `POST` and `QUERY /v1/render`, `POST /v1/render/tile`: a scene in, a picture out.
 
-use super::jobs::render_later;
-use super::tiles;
 use crate::http::auth::client::Client;
-use crate::http::contract::bodies::{Bytes, Picture};
-use crate::http::contract::generated::Scene as AnyScene;
-use crate::http::contract::queries;
-use crate::http::extract::body::Held;
+use crate::http::auth::tenant::Scope;
+use crate::http::contract::{Body, Route};
 use crate::http::extract::conditions;
 use crate::http::extract::prefer::Prefer;
-use crate::http::extract::query::Parameters;
-use crate::http::extract::scene_request;
-use crate::http::extract::scene_request::SceneRequest;
+use crate::http::extract::query::Query;
+use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::problem::{Kind, Problem};
-use crate::http::respond;
-use crate::http::respond::{Freshness, ResponseContext, Source};
-use crate::http::{App, Service};
-use crate::service::pictures::report::Report;
+use crate::http::respond::image::tile_permit;
+use crate::http::respond::job::{Claimed, accepted, claim, picture_of, until_final};
+use crate::http::respond::picture::{self, Freshness, ResponseContext};
+use crate::http::state::App;
+use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
-use crate::service::scenes::cache::{Found, Key, key};
-use crate::service::scheduler::admission::Work;
-use crate::service::scheduler::task::Class;
+use crate::service::requests::jobs::WantedJob;
+use crate::service::requests::pictures::{Source, Upload, image_of};
+use crate::service::scheduler::task::{Class, PRIORITY};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::{Format, Overrides};
+use strahl::scene::Format;
 
-/// Bytes of a scene that are hashed between two requests.
-const HASHED_AT_ONCE: usize = 64 << 10;
+pub(super) fn routes() -> Vec<Route> {
+    let about = "A region of the picture: the same bytes as that part of the whole.";
+    vec![
+        Route::post("/v1/render", whole, ["render", "render", "A scene in, a picture out."])
+            .needs(Scope::Render)
+            .or_else(other_methods)
+            .query(|query| {
+                query.settings(Format::Json);
+                query.output();
+            })
+            .body(Body::scene())
+            .picture(),
+        Route::post("/v1/render/tile", tile, ["renderTile", "render", about])
+            .needs(Scope::Render)
+            .query(|query| {
+                query.region();
+                query.settings(Format::Json);
+                query.output();
+            })
+            .body(Body::scene())
+            .picture(),
+    ]
+}
 
-/// A scene in, a picture out.
-#[utoipa::path(
-    post, path = "/v1/render", operation_id = "render", tag = "render",
-    params(queries::Settings, queries::Output),
-    request_body(
-        description = "The scene; NFF plain or gzip",
-        content((AnyScene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
-    ),
-    responses((status = 200, response = Picture)),
-)]
-pub(crate) async fn whole(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+async fn whole(State(app): State<App>, request: Request) -> Result<Response, Problem> {
     let prefer = Prefer::of(request.headers());
     if prefer != Prefer::default() {
-        return render_later(service, request, prefer).await;
+        return as_job(app, request, prefer).await;
     }
-    answer(service, request, |_| None).await
+    answer(app, request, |_| None).await
 }
 
-/// A region of the picture: the same bytes as that part of the whole.
-#[utoipa::path(
-    post, path = "/v1/render/tile", operation_id = "renderTile", tag = "render",
-    params(queries::Region, queries::Settings, queries::Output),
-    request_body(
-        description = "The scene; NFF plain or gzip",
-        content((AnyScene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
-    ),
-    responses((status = 200, response = Picture)),
-)]
-pub(crate) async fn tile(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    answer(service, request, |parameters| Some(parameters.region())).await
+async fn tile(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+    answer(app, request, |query| Some(query.region())).await
 }
 
-async fn answer(
-    service: App,
-    request: Request,
-    region: impl FnOnce(&mut Parameters) -> Option<Region>,
-) -> Result<Response, Problem> {
-    let extra = |parameters: &mut Parameters, headers: &HeaderMap| {
-        let negotiated = !parameters.has("format");
-        Ok((region(parameters), parameters.picture_format(headers)?, negotiated))
-    };
-    let client = Client::of(request.extensions());
-    let SceneRequest { format, overrides, extra: (region, file_format, negotiated), tenant, method, headers, body } =
-        scene_request::read(&service, request, extra).await?;
-    let spec = PictureSpec::plain(region, file_format);
-    let class = if region.is_some() { Class::Tiles } else { Class::Renders };
-    let _place = region.map(|_| tiles::place(&service, client)).transpose()?;
-    let body = Arc::new(body);
-    let key = hash(&body, format, overrides).await?;
-    let source = Source::Sent { key, body, format, overrides };
-    let context =
-        ResponseContext { method: &method, headers: &headers, tenant: &tenant, freshness: Freshness::Once, negotiated };
-
-    // A client that has the picture already need not wait until it is traced, only until its scene is known.
-    let mut known = service.scenes.recall(&key);
-    if known.is_none() && conditions::has_any(&headers) {
-        known = Some(respond::build(&service, &tenant, class, source.clone()).await?);
-    }
-    if let Some(ready) = known
-        && let Some(image) = respond::image_of(&ready)
-    {
-        // What does not fit the picture is refused before its tag is compared.
-        spec.shot(&ready.scene, image.zoom)?;
-        let name = spec.name(&image);
-        if let Some(answer) = respond::precondition_response(&context, Some(&respond::tag(&name))) {
-            return answer;
-        }
-        if let Some(made) = respond::kept(&service, &image, &spec).await {
-            return respond::deliver(&service, &context, &respond::cached(made), &spec);
-        }
-    }
-    let shown = respond::make(&service, &tenant, class, source, spec).await?;
-    respond::deliver(&service, &context, &shown, &spec)
-}
-
-/// The name of a scene as it was sent. Long texts are hashed where nobody else has to wait for it.
-async fn hash(body: &Arc<Held>, format: Format, overrides: Overrides) -> Result<Key, Problem> {
-    let work = {
-        let body = Arc::clone(body);
-        move || key((*body).as_ref(), format, &overrides)
-    };
-    if (**body).as_ref().len() < HASHED_AT_ONCE {
-        return Ok(work());
-    }
-    let hashed = tokio::task::spawn_blocking(work).await;
-    hashed.map_err(|_| Problem::new(Kind::Internal, "the scene cannot be hashed"))
-}
-
-/// `QUERY /v1/render` (RFC 10008): as `POST`, but safe, so that a client that has the picture is told so. Other methods are
-/// refused.
-pub(crate) async fn query(State(service): State<App>, request: Request) -> Result<Response, Problem> {
+/// `QUERY /v1/render` (RFC 10008): as `POST`, but safe, so that a client that has the picture is told so. The router knows no
+/// QUERY, so it comes here with all other methods, which are refused.
+async fn other_methods(State(app): State<App>, request: Request) -> Result<Response, Problem> {
     if *request.method() == Method::OPTIONS {
         return Ok((StatusCode::NO_CONTENT, allowed()).into_response());
     }
@@ -132,7 +72,7 @@ pub(crate) async fn query(State(service): State<App>, request: Request) -> Resul
         response.headers_mut().extend(allowed());
         return Ok(response);
     }
-    answer(service, request, |_| None).await
+    answer(app, request, |_| None).await
 }
 
 fn allowed() -> HeaderMap {
@@ -145,37 +85,72 @@ fn allowed() -> HeaderMap {
     ])
 }
 
-/// The scene that a request is about, as part of its job.
-pub(crate) fn find(
-    service: &Service,
-    job: &Work,
-    bytes: &[u8],
-    format: Format,
-    overrides: &Overrides,
-) -> Result<Found, Problem> {
-    let found = service.scenes.find(&job.workers, bytes, format, overrides);
-    if job.control.cancelled.load(Ordering::Relaxed) {
-        return Err(gone());
+async fn answer(
+    app: App,
+    request: Request,
+    region: impl FnOnce(&mut Query) -> Option<Region>,
+) -> Result<Response, Problem> {
+    let extra = |query: &mut Query, headers: &HeaderMap| {
+        let (region, output) = (region(query), query.output());
+        Ok((region, query.picture_format(output, headers)?, output.format.is_none()))
+    };
+    let client = Client::of(request.extensions());
+    let SceneRequest { format, overrides, extra: (region, file_format, negotiated), tenant, method, headers, body } =
+        scene_request::read(&app, request, extra).await?;
+    let spec = PictureSpec::plain(region, file_format);
+    let task = tenant.task(if region.is_some() { Class::Tiles } else { Class::Renders });
+    let _permit = region.map(|_| tile_permit(&app, client)).transpose()?;
+    let upload = Upload::new(body, format, overrides).await?;
+    let context =
+        ResponseContext { method: &method, headers: &headers, tenant: &tenant, freshness: Freshness::Once, negotiated };
+
+    // A client that has the picture already need not wait until it is traced, only until its scene is known.
+    let mut ready = app.service.scenes.cached(&upload.sent().key);
+    if ready.is_none() && conditions::has_any(&headers) {
+        ready = Some(app.service.build_scene(task.clone(), Source::Sent(upload.clone())).await?);
     }
-    found.map_err(|problems| Problem::scene(&problems))
+    if let Some(ready) = ready
+        && let Some(image) = image_of(&ready)
+    {
+        // What does not fit the picture is refused before its tag is compared.
+        spec.shot(&ready.scene, image.zoom)?;
+        let name = spec.name(&image);
+        if let Some(answer) = picture::precondition_response(&context, Some(&picture::tag(&name))) {
+            return answer;
+        }
+        if let Some(file) = app.service.stored_picture(&image, &spec).await {
+            return picture::deliver(&app, &context, &picture::stored(file), &spec);
+        }
+    }
+    let made = app.service.make_picture(task, Source::Sent(upload), spec).await?;
+    picture::deliver(&app, &context, &made, &spec)
 }
 
-/// A job noticed that it was cancelled. Nobody waits for this answer any more: its client has gone or has been
-/// answered.
-pub(crate) fn gone() -> Problem {
-    Problem::new(Kind::RenderDeadline, "the request was given up")
-}
-
-/// `Server-Timing`: what this answer took, if its picture had to be made.
-pub(crate) fn timing(report: Option<&Report>, queue_ms: f64, kept: bool) -> String {
-    let scene = format!("scene;desc={}", if kept { "hit" } else { "miss" });
-    let Some(report) = report else { return scene + ", picture;desc=hit" };
-    let phases = report.cost.phases_ms.list();
-    // What no phase accounts for was spent waiting for a turn on the pool.
-    let waited = report.cost.wall_ms - phases.iter().map(|(_, ms)| ms).sum::<f64>();
-    let durations = [("queue", queue_ms + waited.max(0.0))].into_iter().chain(phases);
-    let refine = format!("refine;dur={:.3};desc=\"part of trace\"", report.cost.phases_ms.refine);
-    let durations = durations.map(|(phase, ms)| format!("{phase};dur={ms:.3}"));
-    let timing: Vec<String> = [scene].into_iter().chain(durations).chain([refine]).collect();
-    timing.join(", ")
+/// With `Prefer: respond-async` or `wait=N` the render becomes a job. The answer is the picture if it is done in time, else
+/// the job.
+async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, Problem> {
+    let headers = request.headers().clone();
+    let query = request.uri().query().unwrap_or_default().to_owned();
+    let extra = |query: &mut Query, headers: &HeaderMap| {
+        let output = query.output();
+        query.picture_format(output, headers)
+    };
+    let SceneRequest { format, overrides, extra: output, tenant, method, body, .. } =
+        scene_request::read(&app, request, extra).await?;
+    // The query is part of what is submitted.
+    let whole = [query.as_bytes(), b"\n", body.as_ref()].concat();
+    let job = match claim(&app, &tenant, &headers, &whole)? {
+        Claimed::Before(job) => return Ok(accepted(&app, &job, true, prefer).await),
+        Claimed::Now(claim) => {
+            let scene = body.as_ref().to_vec();
+            drop((body, whole));
+            let wanted = WantedJob { scene, format, overrides, output, priority: PRIORITY, labels: Vec::new() };
+            app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?
+        }
+    };
+    until_final(&app, &job, prefer.wait.unwrap_or(Duration::ZERO)).await;
+    if job.record().state == JobState::Succeeded {
+        return picture_of(&app, &tenant, &method, &headers, &job).await;
+    }
+    Ok(accepted(&app, &job, false, prefer).await)
 }

@@ -1,83 +1,81 @@
 //! `POST /v1/tradeoff`: what accuracy costs for a scene, as JSON or as a page, within `?seconds=`.
 
-use super::explain::{Answer, ask, to_json};
-use super::render::gone;
-use crate::http::App;
-use crate::http::Service;
-use crate::http::contract::bodies::Bytes;
-use crate::http::contract::generated::{Scene, Tradeoff as Report};
-use crate::http::contract::queries;
+use crate::http::auth::tenant::Scope;
+use crate::http::contract::{Body, Content, Route};
 use crate::http::extract::accept;
-use crate::http::extract::query::Parameters;
+use crate::http::extract::query::Query;
 use crate::http::problem::Problem;
-use crate::service::scheduler::admission::Work;
+use crate::http::respond::{Answer, to_json};
+use crate::http::scene_job::{Question, ask};
+use crate::http::state::App;
+use crate::service::error::Error;
 use crate::service::tradeoff::{Outcome, Stopped, measure};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
+use schemars::JsonSchema;
+use serde::Deserialize;
 use strahl::film::Region;
-use strahl::scene::{Format, Overrides, load_with};
+use strahl::scene::Format;
+use strahl::tradeoff::Tradeoff;
 use strahl::tradeoff::page::page;
 
-/// Seconds it takes where nobody says how many.
+/// Seconds it takes by default.
 const SECONDS: f64 = 10.0;
 
-/// How an answer is written.
-#[derive(Debug, Clone, Copy)]
+/// How the answer is written.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 enum Form {
     Json,
     Html,
 }
 
-/// Forms by name and media type; of equally acceptable ones the first is taken.
-const FORMS: [(&str, &str, Form); 2] = [("json", "application/json", Form::Json), ("html", "text/html", Form::Html)];
+/// Forms by media type; of equally acceptable ones the first is taken.
+const FORMS: [(&str, Form); 2] = [("application/json", Form::Json), ("text/html", Form::Html)];
 
-/// What accuracy costs for a scene: many settings, their errors and times.
-#[utoipa::path(
-    post, path = "/v1/tradeoff", operation_id = "tradeoff", tag = "render",
-    params(queries::Measure, queries::Settings),
-    request_body(
-        description = "The scene; NFF plain or gzip",
-        content((Scene = "application/json"), (String = "text/x-nff"), (Bytes = "application/gzip"))
-    ),
-    responses((status = 200, description = "The report", content((Report = "application/json"), (String = "text/html")))),
-)]
-pub(crate) async fn tradeoff(State(service): State<App>, request: Request) -> Result<Response, Problem> {
-    let most = service.limits.tradeoff_seconds();
-    let extra = move |parameters: &mut Parameters, headers: &HeaderMap| {
-        let seconds = parameters.seconds(most).unwrap_or(SECONDS.min(most));
-        Ok((seconds, form(parameters, headers)?))
+pub(super) fn routes() -> Vec<Route> {
+    let about = "What accuracy costs for a scene: many settings, their errors and times.";
+    vec![
+        Route::post("/v1/tradeoff", tradeoff, ["tradeoff", "render", about])
+            .needs(Scope::Render)
+            .query(|query| {
+                query.seconds(None);
+                form(query);
+                query.settings(Format::Json);
+            })
+            .body(Body::scene())
+            .answer(200, "The report", &[Content::json::<Tradeoff>(), Content::text("text/html")]),
+    ]
+}
+
+async fn tradeoff(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+    let most = app.service.settings.answers.tradeoff_seconds();
+    let extra = move |query: &mut Query, headers: &HeaderMap| {
+        let seconds = query.seconds(Some(most)).unwrap_or(SECONDS.min(most));
+        let form = form(query).map_or_else(|| accept::best(headers, &FORMS), Ok)?;
+        Ok((seconds, form))
     };
-    let mut response = ask(service, request, extra, answer).await?;
+    let mut response = ask(app, request, extra, answer).await?;
     response.headers_mut().insert(header::VARY, HeaderValue::from_static("Accept"));
     Ok(response)
 }
 
-fn form(parameters: &mut Parameters, headers: &HeaderMap) -> Result<Form, Problem> {
-    let named = parameters.choice("format", &FORMS.map(|(name, _, form)| (name, Some(form))), None);
-    named.map_or_else(|| accept::best(headers, &FORMS.map(|(_, media_type, form)| (media_type, form))), Ok)
+fn form(query: &mut Query) -> Option<Form> {
+    query.word("format", "Format of the report, whatever `Accept` says.")
 }
 
-fn answer(
-    service: &Service,
-    job: &Work,
-    bytes: &[u8],
-    format: Format,
-    overrides: &Overrides,
-    (seconds, form): (f64, Form),
-) -> Result<Answer, Problem> {
-    // Kept scenes have no description any more, and settings are put over this one.
-    let files = service.scenes.files();
-    let loaded = job
-        .workers
-        .work(|| load_with(bytes, format, overrides, files))
-        .map_err(|_| gone())?
-        .map_err(|problems| Problem::scene(&problems))?;
-    service.limits.check(&loaded.scene, Region::whole(loaded.scene.width, loaded.scene.height))?;
-    let measured = measure(loaded, files, job.started, seconds, &job.workers, &job.control);
+fn answer(Question { app, work, sent }: Question<'_>, (seconds, form): (f64, Form)) -> Result<Answer, Problem> {
+    // Built scenes in the cache have no description, and settings are put over this one.
+    let scenes = &app.service.scenes;
+    let limits = &app.service.settings.answers;
+    let loaded = scenes.build(&work.workers, sent, |scene| limits.check_unbuilt(scene, None), |loaded| loaded)?;
+    let region = Region::whole(loaded.scene.width, loaded.scene.height);
+    limits.check(region, loaded.scene.samples)?;
+    let measured = measure(loaded, scenes.files(), work.started, seconds, &work.workers, &work.control);
     let Outcome { tradeoff, thumbnails } = measured.map_err(|stopped| match stopped {
-        Stopped::Cancelled => gone(),
-        Stopped::Refused(problems) => Problem::scene(&problems),
+        Stopped::Cancelled => Error::Cancelled,
+        Stopped::Refused(problems) => Error::Scene(problems),
     })?;
     match form {
         Form::Json => to_json(&tradeoff),

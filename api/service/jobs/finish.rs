@@ -2,8 +2,9 @@
 
 use super::canvas::Canvas;
 use super::record::JobSpec;
+use crate::service::clock::milliseconds;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
-use crate::service::pictures::render::{milliseconds, note};
+use crate::service::pictures::render::note;
 use crate::service::pictures::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;

@@ -20,11 +20,13 @@ mod tile_order;
 pub(crate) use canvas::PREVIEW_SIDE;
 pub(crate) use event_log::Event;
 pub(crate) use job::{Job, Watcher};
-pub(crate) use submission::{Claim, KeyUse, Refused, Submission};
+pub(crate) use submission::{Claim, KeyUse, Submission};
 
-use crate::service::pictures::render::milliseconds;
-use crate::service::scenes::prepared::PreparedScene;
-use crate::service::scheduler::pool::{Pool, Workers};
+use crate::service::clock::milliseconds;
+use crate::service::limits::JobLimits;
+use crate::service::scenes::cache::SceneCache;
+use crate::service::scheduler::pool::Pool;
+
 use crate::service::storage::blob_store::BlobStore;
 use job::{Stopped, locked};
 use record::{Failure, Record, State, now};
@@ -37,7 +39,6 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 use store::Store;
-use strahl::scene::{Format, Overrides};
 use tokio::sync::watch;
 
 /// The finished picture's file in the folder of a job.
@@ -45,50 +46,23 @@ const PICTURE: &str = "picture";
 /// The small picture's.
 const PREVIEW: &str = "preview";
 
-/// What jobs ask of the service around them.
+/// Who charges tenants for jobs, and counts them.
 pub(crate) trait JobObserver: Send + Sync {
-    /// Reads and builds a scene.
-    fn build(
-        &self,
-        workers: &Workers,
-        text: &[u8],
-        format: Format,
-        settings: &Overrides,
-    ) -> Result<Arc<PreparedScene>, Failure>;
-
-    /// This process works on a tenant's job no more, after so many rays.
+    /// This process has stopped working on a tenant's job, after tracing this number of rays for it.
     fn spent(&self, tenant: &str, rays: u64);
 
     /// A job has ended, in this state.
     fn ended(&self, record: &Record, state: State);
 }
 
-/// Limits on jobs.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct JobLimits {
-    /// Jobs that wait or run.
-    pub(crate) jobs: usize,
-    /// Bytes that open jobs may take together.
-    pub(crate) memory_bytes: u64,
-    /// Bytes that the files of all jobs may take.
-    pub(crate) data_bytes: u64,
-    /// How long a job may run in one process.
-    pub(crate) timeout: Duration,
-    /// How long pictures are kept.
-    pub(crate) keep_pictures: Duration,
-    /// How long records are kept after there is no picture (any more).
-    pub(crate) keep_records: Duration,
-}
-
 /// All jobs.
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
-    host: Box<dyn JobObserver>,
+    cache: Arc<SceneCache>,
+    observer: Box<dyn JobObserver>,
     store: Store,
     scenes: BlobStore,
     folder: PathBuf,
-    /// Whether jobs outlive the process.
-    pub(crate) is_durable: bool,
     /// The limits.
     pub(crate) limits: JobLimits,
     registry: Mutex<Registry>,
@@ -108,12 +82,11 @@ impl Jobs {
     /// Opens a folder and goes on with the jobs in it.
     pub(crate) fn open(
         folder: &Path,
-        is_durable: bool,
         limits: JobLimits,
         pool: Arc<Pool>,
-        host: Box<dyn JobObserver>,
+        cache: Arc<SceneCache>,
+        observer: Box<dyn JobObserver>,
     ) -> io::Result<Arc<Self>> {
-        fs::create_dir_all(folder)?;
         let store = Store::open(&folder.join("jobs.redb"))?;
         let scenes = BlobStore::open(&folder.join("scenes"), u64::MAX)?;
         let mut registry = Registry::default();
@@ -128,11 +101,11 @@ impl Jobs {
         }
         let jobs = Arc::new(Self {
             pool,
-            host,
+            cache,
+            observer,
             store,
             scenes,
             folder: folder.to_owned(),
-            is_durable,
             limits,
             registry: Mutex::new(registry),
             open: watch::Sender::new(0),
@@ -191,7 +164,7 @@ impl Jobs {
     pub(crate) fn close(&self) {
         let mut registry = locked(&self.registry);
         registry.closing = true;
-        if self.is_durable {
+        if self.limits.data.is_some() {
             registry.open.iter().for_each(|job| job.stop(Stopped::Suspended));
         }
     }
@@ -246,7 +219,7 @@ impl Jobs {
         if let (false, Some((begun, _))) = (state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
         }
-        self.host.ended(&on_disk, state);
+        self.observer.ended(&on_disk, state);
         tracing::info!(job = id, state = state.name(), "a job has ended");
         job.events.publish(state.name(), data);
     }

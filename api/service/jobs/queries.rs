@@ -20,7 +20,7 @@ impl Jobs {
     }
 
     /// The scene of some job that goes by this name, and the settings over it.
-    pub(crate) fn order_of(&self, scene_id: &str) -> Option<JobSpec> {
+    pub(crate) fn spec_of(&self, scene_id: &str) -> Option<JobSpec> {
         let registry = locked(&self.registry);
         let same = |job: &Arc<Job>| {
             let record = job.record();
@@ -98,8 +98,8 @@ impl Jobs {
         PictureFile::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
     }
 
-    /// What is said about it.
-    pub(crate) fn about(&self, id: &str) -> io::Result<PictureMeta> {
+    /// What is known about it.
+    pub(crate) fn meta(&self, id: &str) -> io::Result<PictureMeta> {
         PictureMeta::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
     }
 

@@ -1,10 +1,13 @@
 //! What is known of a job, and outlives the process.
 
+use crate::service::clock::unix_time;
+use crate::service::error::Error;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::time::{SystemTime, UNIX_EPOCH};
 use strahl::film::FileFormat;
-use strahl::scene::{Format, Overrides};
-use utoipa::ToSchema;
+use strahl::scene::limits::PROBLEMS;
+use strahl::scene::problem::Code;
+use strahl::scene::{Format, Overrides, Problems};
 
 /// A job.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -59,9 +62,9 @@ pub(crate) struct Record {
 }
 
 /// Where a job stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-#[schema(as = JobState)]
+#[schemars(rename = "JobState")]
 pub(crate) enum State {
     /// It waits.
     Queued,
@@ -127,8 +130,8 @@ pub(crate) struct Idempotency {
 }
 
 /// What a job took, in all processes that worked on it.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, ToSchema)]
-#[schema(as = JobStats)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "JobStats")]
 pub(crate) struct Stats {
     /// Milliseconds until it was first begun.
     pub(crate) queue_ms: f64,
@@ -157,8 +160,37 @@ pub(crate) struct Failure {
     pub(crate) detail: String,
 }
 
+impl From<&Problems> for Failure {
+    /// Text that cannot even be read as its format is another kind of problem than a scene that is not valid.
+    fn from(problems: &Problems) -> Self {
+        let slug = match problems.0.first().map(|first| first.code) {
+            Some(Code::InvalidJson) => "invalid-json",
+            Some(Code::InvalidNff) => "invalid-nff",
+            _ => "invalid-scene",
+        };
+        let first = problems.0.first().map_or_else(String::new, ToString::to_string);
+        let detail = match problems.0.len() {
+            0 | 1 => first,
+            // The search ends there, so the number of all problems is not known.
+            n if n as u64 >= PROBLEMS.max => {
+                format!("{n} problems, and perhaps more, which are not looked for (problems); the first: {first}")
+            }
+            n => format!("{n} problems; the first: {first}"),
+        };
+        Self { slug: slug.into(), detail }
+    }
+}
+
+impl From<&Error> for Failure {
+    fn from(error: &Error) -> Self {
+        match error {
+            Error::Scene(problems) => problems.into(),
+            _ => Self { slug: "internal".into(), detail: "the scene cannot be built".into() },
+        }
+    }
+}
+
 /// Milliseconds since 1970.
 pub(crate) fn now() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
+    u64::try_from(unix_time().as_millis()).unwrap_or(u64::MAX)
 }

@@ -1,9 +1,9 @@
 //! Which jobs there are, and which of those that wait is opened next.
 
-use super::JobLimits;
 use super::job::Job;
 use super::record::{JobSpec, Record};
 use super::retention::disk_of;
+use crate::service::limits::JobLimits;
 use crate::service::scheduler::task::aged;
 use crate::service::storage::blob_store::BlobStore;
 use std::collections::{BTreeMap, HashMap};
@@ -82,8 +82,8 @@ impl Registry {
             let record = job.record();
             let (count, priority) = open.get(&record.tenant).copied().unwrap_or_default();
             let has_place = count < OPEN || (count < MOST_OPEN && record.priority > priority);
-            let fits =
-                memory + memory_of(&record) <= limits.memory_bytes && disk + disk_of(&record) <= limits.data_bytes / 2;
+            let fits = memory + memory_of(&record) <= limits.job_memory_bytes
+                && disk + disk_of(&record) <= limits.data_bytes / 2;
             has_place && (self.open.is_empty() || fits)
         };
         let few = |job: &Arc<Job>| open.get(&job.record().tenant).map_or(0, |(count, _)| *count);

@@ -4,10 +4,11 @@
 //! Of the bytes there are, texts of scenes may take one half, and what open jobs may write the other. So there is room for
 //! every job that was accepted, once pictures that are done have gone.
 
+use super::Jobs;
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, Record, State, now};
 use super::registry::Registry;
-use super::{JobLimits, Jobs};
+use crate::service::limits::JobLimits;
 use std::fs;
 use std::io;
 use std::sync::Arc;
@@ -23,8 +24,8 @@ impl Jobs {
             let registry = locked(&self.registry);
             for job in &registry.open {
                 let begun = *locked(&job.begun);
-                if begun.is_some_and(|(begun, _)| begun.elapsed() > self.limits.timeout) {
-                    let seconds = self.limits.timeout.as_secs_f64();
+                if begun.is_some_and(|(begun, _)| begun.elapsed() > self.limits.job_timeout) {
+                    let seconds = self.limits.job_timeout.as_secs_f64();
                     let detail = format!("the job was not done after {seconds} s (job_timeout)");
                     job.stop(Stopped::Failed(Failure { slug: "render-deadline".into(), detail }));
                 }

@@ -10,13 +10,15 @@ use super::job::{Job, Stopped, locked};
 use super::record::{Failure, Record, State, now};
 use super::tile_order::TileOrder;
 use super::{Jobs, PICTURE, PREVIEW};
-use crate::service::pictures::render::{file_ms, milliseconds};
+use crate::service::clock::milliseconds;
+use crate::service::error::panic_text;
+use crate::service::pictures::render::file_ms;
+use crate::service::scenes::cache::SentScene;
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::{Step, Workers};
 use crate::service::scheduler::task::{Class, Task};
 use crate::service::scheduler::time_slices::render_until;
 use serde_json::json;
-use std::any::Any;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -46,14 +48,14 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
         Ok(Ok(())) => None,
         Ok(Err(stopped)) => Some(stopped),
         Err(panic) => {
-            tracing::error!(job = job.record().id, panic = message(&*panic), "a job panicked");
+            tracing::error!(job = job.record().id, panic = panic_text(&*panic), "a job panicked");
             Some(Stopped::Failed(internal("the render failed; the service goes on, and its log says more")))
         }
     };
     *locked(&job.canvas) = None;
     *locked(&job.order) = None;
     let tenant = job.record().tenant.clone();
-    jobs.host.spent(&tenant, job.spent.load(Ordering::Relaxed));
+    jobs.observer.spent(&tenant, job.spent.load(Ordering::Relaxed));
     match end {
         // What is on disk suffices to go on.
         Some(Stopped::Suspended) => {}
@@ -65,7 +67,7 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
 
 fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let began = Instant::now();
-    let (task, order, edge) = {
+    let (task, spec, edge) = {
         let mut record = job.record();
         record.state = State::Running;
         let started = now();
@@ -80,11 +82,11 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     };
     jobs.save(job).map_err(|error| disk(&error))?;
     let workers = Arc::clone(&jobs.pool).join(task, Arc::clone(&job.control));
-    let text = jobs.scenes.get(&order.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
+    let text = jobs.scenes.get(&spec.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
     let building = Instant::now();
-    let ready = jobs.host.build(&workers, &text, order.format, &order.settings);
+    let found = jobs.cache.find(&workers, &SentScene::new(&text, spec.format, &spec.settings));
     drop(text);
-    let ready = ready.map_err(|failure| stopped_or(job, Stopped::Failed(failure)))?;
+    let ready = found.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?.ready;
     let bvh_ms = milliseconds(building);
     job.record().stats.bvh_ms = bvh_ms;
     job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
@@ -94,7 +96,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     std::fs::create_dir_all(&folder).map_err(|error| disk(&error))?;
     let rendering = Instant::now();
     if edge == 0 {
-        whole(job, &ready, order.output, &workers, began).map_err(|Cancelled| stopped(job))?;
+        whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| stopped(job))?;
     } else {
         let file = recover(job, &folder.join("tiles")).map_err(|error| disk(&error))?;
         *locked(&job.begun) = Some((rendering, job.done.load(Ordering::Relaxed)));
@@ -108,14 +110,14 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let encoding = Instant::now();
     let canvas = locked(&job.canvas).take().ok_or_else(|| stopped(job))?;
     let image = job.record().image_id.clone();
-    let finished = finish(&canvas, &ready, &order, image, &workers, began).map_err(|Cancelled| stopped(job))?;
+    let finished = finish(&canvas, &ready, &spec, image, &workers, began).map_err(|Cancelled| stopped(job))?;
     let written = jobs.write(&folder, PICTURE, &finished.made.to_blob());
     let written = written.and_then(|()| jobs.write(&folder, PREVIEW, &finished.preview));
     written.map_err(|error| disk(&error))?;
     let mut record = job.record();
     record.stats.encode_ms = milliseconds(encoding);
     record.stats.rays = canvas.picture().rays.total();
-    record.stats.picture_bytes = finished.made.file.len() as u64;
+    record.stats.picture_bytes = finished.made.bytes.len() as u64;
     Ok(())
 }
 
@@ -284,10 +286,4 @@ fn internal(detail: &str) -> Failure {
 /// A file of the job cannot be read or written.
 fn disk(error: &io::Error) -> Stopped {
     Stopped::Failed(internal(&format!("a file of the job cannot be read or written: {}", error.kind())))
-}
-
-/// The text of a panic, for the log only.
-fn message(payload: &(dyn Any + Send)) -> String {
-    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".to_owned())
 }

@@ -5,6 +5,7 @@ use super::record::{Idempotency, JobSpec, Record, State, Stats, now};
 use super::registry::{Registry, estimate, memory_of, remaining};
 use super::retention::disk_of;
 use super::{Jobs, PICTURE};
+use crate::service::error::Error;
 use crate::service::pictures::file::PictureFile;
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
@@ -52,23 +53,6 @@ pub(crate) struct Submission {
     pub(crate) estimate_ms: f64,
     /// Bytes of the built scene.
     pub(crate) scene_bytes: u64,
-}
-
-/// A submission that was not taken.
-#[derive(Debug)]
-pub(crate) enum Refused {
-    /// There are as many jobs as there may be; seconds until a tenth of them should be done.
-    Full(u32),
-    /// The tenant has as many as it may have; likewise.
-    TenantFull(u32),
-    /// Open jobs never have so much memory: bytes it would take.
-    TooLarge(u64),
-    /// Neither its scene nor its files ever have so much room on disk: bytes they would take.
-    TooLargeForDisk(u64),
-    /// The scenes of other jobs take all the room there is for them; seconds until a tenth of the jobs should be done.
-    NoRoom(u32),
-    /// It cannot be written down.
-    Disk(io::Error),
 }
 
 /// What is known of an idempotency key.
@@ -127,30 +111,38 @@ impl Jobs {
         submission: Submission,
         claim: Option<&Claim>,
         made: Option<&PictureFile>,
-    ) -> Result<Arc<Job>, Refused> {
+    ) -> Result<Arc<Job>, Error> {
         let scene = hash(&submission.scene);
         let mut record = self.record_of(&submission, scene.clone(), claim);
-        let needs = memory_of(&record);
-        if needs > self.limits.memory_bytes {
-            return Err(Refused::TooLarge(needs));
+        let (needs, max) = (memory_of(&record), self.limits.job_memory_bytes);
+        if needs > max {
+            let detail = format!("it would take {needs} bytes of memory; jobs have at most {max} (job_memory_bytes)");
+            return Err(Error::Limit { name: "job_memory_bytes", max, detail });
         }
         let text = submission.scene.len() as u64;
-        let written = text.max(disk_of(&record));
-        if written > self.limits.data_bytes / 2 {
-            return Err(Refused::TooLargeForDisk(written));
+        let (written, max) = (text.max(disk_of(&record)), self.limits.data_bytes);
+        if written > max / 2 {
+            let detail = format!(
+                "its scene or its picture with all tiles would take {written} bytes on disk; half of {max} is there for \
+                 either (data_bytes)"
+            );
+            return Err(Error::Limit { name: "data_bytes", max, detail });
         }
         if !self.scenes.has(&scene) && !self.make_room_for_scene(text) {
-            return Err(Refused::NoRoom(locked(&self.registry).seconds_for_a_tenth()));
+            let detail = "the scenes of other jobs take all the room there is for them (data_bytes)".into();
+            return Err(Error::Busy { detail, retry_after: locked(&self.registry).seconds_for_a_tenth() });
         }
         {
             let mut registry = locked(&self.registry);
             let of_tenant = |job: &&Arc<Job>| job.record().tenant == submission.tenant;
             let mine = registry.queued.iter().chain(&registry.open).filter(of_tenant).count();
-            if made.is_none() && registry.queued.len() + registry.open.len() >= self.limits.jobs {
-                return Err(Refused::Full(registry.seconds_for_a_tenth()));
+            let retry_after = registry.seconds_for_a_tenth();
+            if made.is_none() && registry.queued.len() + registry.open.len() >= self.limits.jobs as usize {
+                return Err(Error::Busy { detail: "as many jobs wait as there may be (jobs)".into(), retry_after });
             }
             if made.is_none() && mine >= submission.most {
-                return Err(Refused::TenantFull(registry.seconds_for_a_tenth()));
+                let detail = "you have as many jobs that wait or run as you may have (jobs of your tenant)".into();
+                return Err(Error::TenantBusy { detail, retry_after });
             }
             // From here on nobody removes the scene.
             *registry.scenes.entry(scene.clone()).or_default() += 1;
@@ -167,7 +159,10 @@ impl Jobs {
         // Its own count is there by now.
         registry.release_scene(&order, &self.scenes);
         drop(registry);
-        kept.map_err(Refused::Disk)?;
+        kept.map_err(|error| {
+            tracing::error!(%error, "a job cannot be written down");
+            Error::Internal("the job cannot be written down")
+        })?;
         if made.is_some() {
             self.weigh(&job);
             self.make_room();
@@ -183,7 +178,7 @@ impl Jobs {
         self.write(&folder, PICTURE, &made.to_blob())?;
         record.state = State::Succeeded;
         (record.started, record.finished, record.last_event) = (Some(record.created), Some(record.created), Some(1));
-        record.stats = Stats { picture_bytes: made.file.len() as u64, reused: true, ..Stats::default() };
+        record.stats = Stats { picture_bytes: made.bytes.len() as u64, reused: true, ..Stats::default() };
         Ok(())
     }
 

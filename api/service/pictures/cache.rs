@@ -1,11 +1,11 @@
-//! Pictures that were made lately, as files: in memory, and in a folder if there is one.
+//! Pictures that were file lately, as files: in memory, and in a folder if there is one.
 //!
 //! A picture's name says what it shows and how ([`spec`](super::spec)), so what is kept never becomes wrong.
 
 use super::file::PictureFile;
+use super::report::{Phases, Report};
 use super::single_flight::SingleFlight;
-use crate::http::metrics::render_cost::Cost;
-use crate::http::problem::Problem;
+use crate::service::error::Error;
 use crate::service::storage::blob_store::BlobStore;
 use crate::service::storage::hit_counter::HitCounter;
 use crate::service::storage::lru_cache::LruCache;
@@ -13,13 +13,40 @@ use std::sync::Arc;
 
 /// A picture and what it took this time.
 #[derive(Debug, Clone)]
-pub(crate) struct Shown {
+pub(crate) struct MadePicture {
     /// The picture.
-    pub(crate) made: Arc<PictureFile>,
-    /// `Server-Timing`.
-    pub(crate) timing: Arc<str>,
-    /// What it cost, for whoever had it made.
-    pub(crate) cost: Option<Cost>,
+    pub(crate) file: Arc<PictureFile>,
+    /// What it took.
+    pub(crate) took: Took,
+}
+
+/// What a picture took this time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Took {
+    /// Whether its scene was built already.
+    pub(crate) scene_cached: bool,
+    /// Milliseconds of waiting for the renderer.
+    pub(crate) queue_ms: f64,
+    /// Milliseconds and rays of rendering it; none if it was there.
+    pub(crate) render: Option<(Phases, u64)>,
+    /// Whether another request paid for it.
+    pub(crate) is_shared: bool,
+}
+
+impl Took {
+    /// What a picture takes that is there.
+    pub(crate) const CACHED: Self = Self { scene_cached: true, queue_ms: 0.0, render: None, is_shared: false };
+
+    /// What rendering took: the report, and the milliseconds in the queue.
+    pub(crate) fn new(report: Option<&Report>, queue_ms: f64, scene_cached: bool) -> Self {
+        let waited = report.map_or(0.0, |report| {
+            let worked: f64 = report.cost.phases_ms.list().iter().map(|(_, ms)| ms).sum();
+            // Time that no phase accounts for was spent waiting for time slices.
+            (report.cost.wall_ms - worked).max(0.0)
+        });
+        let render = report.map(|report| (report.cost.phases_ms, report.cost.rays.total()));
+        Self { scene_cached, queue_ms: queue_ms + waited, render, is_shared: false }
+    }
 }
 
 /// The pictures.
@@ -29,8 +56,8 @@ pub(crate) struct PictureCache {
     disk: Option<BlobStore>,
     /// How often a picture was in memory, and how often in the folder.
     hit_counters: [HitCounter; 2],
-    /// Those that are being made.
-    pub(crate) flights: SingleFlight<Shown>,
+    /// Those that are being file.
+    flights: SingleFlight<MadePicture>,
 }
 
 impl PictureCache {
@@ -51,22 +78,22 @@ impl PictureCache {
 
     /// A picture, from memory or from the folder, on this thread.
     pub(crate) fn get(&self, name: &str) -> Option<Arc<PictureFile>> {
-        if let Some(made) = self.cached(name) {
-            return Some(made);
+        if let Some(file) = self.cached(name) {
+            return Some(file);
         }
         let blob = self.disk.as_ref()?.get(name)?;
-        let made = Arc::new(PictureFile::read(&mut &blob[..]).ok()?);
+        let file = Arc::new(PictureFile::read(&mut &blob[..]).ok()?);
         self.hit_counters[1].hit();
-        self.remember(name, &made);
-        Some(made)
+        self.remember(name, &file);
+        Some(file)
     }
 
     /// Keeps a picture. Writing it into the folder takes place on this thread.
-    pub(crate) fn put(&self, name: &str, made: &Arc<PictureFile>) {
-        self.remember(name, made);
+    pub(crate) fn put(&self, name: &str, file: &Arc<PictureFile>) {
+        self.remember(name, file);
         let Some(disk) = &self.disk else { return };
         self.hit_counters[1].miss();
-        if let Err(error) = disk.put(name, &made.to_blob()) {
+        if let Err(error) = disk.put(name, &file.to_blob()) {
             tracing::warn!(name, %error, "a picture cannot be kept in the folder");
         }
     }
@@ -79,9 +106,9 @@ impl PictureCache {
     }
 
     /// The picture of a name, made by `work` unless it is there or on its way.
-    pub(crate) async fn share<F>(&self, name: String, work: impl FnOnce() -> F) -> Result<Shown, Problem>
+    pub(crate) async fn share<F>(&self, name: String, work: impl FnOnce() -> F) -> Result<MadePicture, Error>
     where
-        F: Future<Output = Result<Shown, Problem>> + Send + 'static,
+        F: Future<Output = Result<MadePicture, Error>> + Send + 'static,
     {
         self.flights.share(name, work).await
     }
@@ -99,8 +126,8 @@ impl PictureCache {
     }
 
     /// Keeps a picture in memory.
-    pub(crate) fn remember(&self, name: &str, made: &Arc<PictureFile>) {
+    pub(crate) fn remember(&self, name: &str, file: &Arc<PictureFile>) {
         self.hit_counters[0].miss();
-        self.memory.put(name.to_owned(), Arc::clone(made), made.bytes());
+        self.memory.put(name.to_owned(), Arc::clone(file), file.size());
     }
 }

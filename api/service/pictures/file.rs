@@ -1,10 +1,7 @@
-//! A picture file and what is said about it, whoever asks for it and when. Both are kept as one file: a line of JSON, and
-//! the picture.
+//! A picture file and its meta data. Both are stored as one file: a line of JSON, and the picture.
 
 use super::report::Report;
 use super::warnings;
-use axum::body::Bytes;
-use axum::http::{HeaderMap, HeaderValue, header};
 use data_encoding::BASE64;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
@@ -12,24 +9,25 @@ use sha2::{Digest, Sha256};
 use std::io::{self, BufRead};
 use strahl::scene::Scene;
 
-/// A picture file and what is said about it.
+/// A picture file and its meta data.
 #[derive(Debug)]
 pub(crate) struct PictureFile {
     /// The file.
-    pub(crate) file: Bytes,
-    /// What every answer with it says: length, digest, what making it took, how exact it is.
-    pub(crate) headers: HeaderMap,
-    /// The rest.
-    pub(crate) about: PictureMeta,
+    pub(crate) bytes: Vec<u8>,
+    /// SHA-256 of the file, in base 64.
+    pub(crate) digest: String,
+    /// What is known about it.
+    pub(crate) meta: PictureMeta,
 }
 
-/// What is said about a picture.
+/// What is known about a picture, independent of who asks for it and when.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct PictureMeta {
-    /// The image it is of, if it has a name.
+    /// Id of its image, if it has one.
     pub(crate) image: Option<String>,
-    /// Headers: which rays were traced, which effects are in it, how exact it is.
-    pub(crate) headers: Vec<(String, String)>,
+    /// Lines by name: which rays were traced, which effects are in it, how exact it is. Answers have them as headers.
+    #[serde(rename = "headers")]
+    pub(crate) lines: Vec<(String, String)>,
     /// The cost report of a whole picture; parts have none.
     pub(crate) report: Option<Box<RawValue>>,
 }
@@ -46,55 +44,50 @@ impl PictureMeta {
             kinds += &format!(", gathered={}", rays.gathered);
         }
         let on: Vec<_> = report.plan.explanation.names_on().collect();
-        let mut headers = vec![
-            ("render-error".to_owned(), report.error.header()),
+        let mut lines = vec![
+            ("render-error".to_owned(), report.error.line()),
             ("render-rays".to_owned(), kinds),
             ("render-plan".to_owned(), on.join(", ")),
         ];
-        headers.extend(warnings::header(&scene.warnings).map(|value| ("render-warnings".to_owned(), value)));
+        lines.extend(warnings::line(&scene.warnings).map(|value| ("render-warnings".to_owned(), value)));
         // Reports are made of what JSON can say.
         let report = is_whole.then(|| serde_json::value::to_raw_value(report).ok()).flatten();
-        Self { image, headers, report }
+        Self { image, lines, report }
     }
 }
 
 impl PictureFile {
     /// A new file.
-    pub(crate) fn new(file: Vec<u8>, about: PictureMeta) -> Self {
-        // RFC 9530.
-        let digest = format!("sha-256=:{}:", BASE64.encode(&Sha256::digest(&file)));
-        let header = |(name, value): (&str, &str)| Some((name.parse().ok()?, HeaderValue::from_str(value).ok()?));
-        let named = about.headers.iter().map(|(name, value)| (name.as_str(), value.as_str()));
-        let mut headers: HeaderMap = named.chain([("repr-digest", digest.as_str())]).filter_map(header).collect();
-        headers.insert(header::CONTENT_LENGTH, file.len().into());
-        Self { file: file.into(), headers, about }
+    pub(crate) fn new(bytes: Vec<u8>, meta: PictureMeta) -> Self {
+        let digest = BASE64.encode(&Sha256::digest(&bytes));
+        Self { bytes, digest, meta }
     }
 
-    /// Bytes that it takes, about.
-    pub(crate) fn bytes(&self) -> u64 {
-        let report = self.about.report.as_ref().map_or(0, |report| report.get().len());
-        (self.file.len() + report + 1_024) as u64
+    /// Bytes of memory that it takes, about.
+    pub(crate) fn size(&self) -> u64 {
+        let report = self.meta.report.as_ref().map_or(0, |report| report.get().len());
+        (self.bytes.len() + report + 1_024) as u64
     }
 
-    /// What is kept of it.
+    /// Both as they are stored.
     pub(crate) fn to_blob(&self) -> Vec<u8> {
-        let mut blob = serde_json::to_vec(&self.about).unwrap_or_default();
+        let mut blob = serde_json::to_vec(&self.meta).unwrap_or_default();
         blob.push(b'\n');
-        blob.extend_from_slice(&self.file);
+        blob.extend_from_slice(&self.bytes);
         blob
     }
 
-    /// What was kept.
+    /// Reads both as they were stored.
     pub(crate) fn read(from: &mut impl BufRead) -> io::Result<Self> {
-        let about = PictureMeta::read(from)?;
-        let mut file = Vec::new();
-        from.read_to_end(&mut file)?;
-        Ok(Self::new(file, about))
+        let meta = PictureMeta::read(from)?;
+        let mut bytes = Vec::new();
+        from.read_to_end(&mut bytes)?;
+        Ok(Self::new(bytes, meta))
     }
 }
 
 impl PictureMeta {
-    /// The beginning of what was kept.
+    /// Reads the beginning of what was stored.
     pub(crate) fn read(from: &mut impl BufRead) -> io::Result<Self> {
         let mut line = Vec::new();
         from.read_until(b'\n', &mut line)?;

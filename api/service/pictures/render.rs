@@ -1,6 +1,7 @@
 //! From a loaded scene to a picture file and its cost report.
 
 use super::report::{Cost, ErrorBounds, Phases, Replay, Report};
+use crate::service::clock::milliseconds;
 use crate::service::scenes::prepared::{Loading, PreparedScene};
 use crate::service::scheduler::pool::Workers;
 use crate::service::scheduler::time_slices::{render_sliced, render_until};
@@ -111,9 +112,4 @@ pub(crate) fn file_ms(region: Region, format: FileFormat, threads: usize) -> f64
         _ => 100.0,
     };
     1.5 + region.pixels() as f64 * (file + 30.0 / threads as f64) * 1e-6
-}
-
-/// Milliseconds since an instant.
-pub(crate) fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
 }

@@ -1,6 +1,6 @@
 //! What a picture cost: the same JSON on `--stats`, and behind the headers of an answer.
 
-use super::render::milliseconds;
+use crate::service::clock::milliseconds;
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;
 use schemars::JsonSchema;
@@ -15,7 +15,6 @@ use strahl::plan::estimate::Estimate;
 use strahl::render::{Picture, Progress, RayCounts, Refined, Sampling};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Statistical};
-use strahl::scene::nff::NffOptions;
 
 /// The cost report.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -80,6 +79,16 @@ impl Cost {
     }
 }
 
+/// A plan, and what carrying it out has cost.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct Analyzed<'a> {
+    /// The plan, with the rays and milliseconds of each effect.
+    #[serde(flatten)]
+    pub(crate) plan: &'a Plan,
+    /// Time and rays.
+    pub(crate) actual: &'a Cost,
+}
+
 /// Milliseconds by phase, in order.
 #[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 #[schemars(rename = "PhaseTimes")]
@@ -133,7 +142,7 @@ pub(crate) struct Proved {
 }
 
 impl Proved {
-    fn header(&self) -> String {
+    fn line(&self) -> String {
         let mut field = match &self.proof {
             // Rounded down, so that 1 means all.
             Some(Proof { max_codes, identical_fraction, .. }) => {
@@ -230,8 +239,8 @@ impl ErrorBounds {
 
     /// As a structured field (RFC 9651): `proved=1, identical=0.982, depth=10, estimated=2.5`, with `depth` where the
     /// reference of the proof has one; `proved=?0` where there is no bound.
-    pub(crate) fn header(&self) -> String {
-        let mut field = self.proved.header();
+    pub(crate) fn line(&self) -> String {
+        let mut field = self.proved.line();
         if let Some(Estimated { half_width_codes, .. }) = &self.estimated {
             let _ = write!(field, ", estimated={half_width_codes:.1}");
         }
@@ -250,9 +259,10 @@ pub(crate) struct Replay {
     pub(crate) region: Region,
     /// The settings, after overrides.
     pub(crate) render: RenderSettings,
-    /// How an NFF file was read.
-    #[serde(flatten)]
-    pub(crate) nff: NffOptions,
+    /// Whether an NFF file's opaque surfaces were seen from behind, too.
+    pub(crate) two_sided: bool,
+    /// Whether an NFF file was rendered by the SPD's counting rules.
+    pub(crate) spd_counts: bool,
 }
 
 impl Replay {
@@ -269,7 +279,8 @@ impl Replay {
             image: [picture.film.full_width, picture.film.full_height],
             region: picture.film.region,
             render,
-            nff: ready.nff,
+            two_sided: ready.two_sided,
+            spd_counts: ready.spd_counts,
         }
     }
 }

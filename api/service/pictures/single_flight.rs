@@ -1,7 +1,7 @@
 //! The same work is done once: who asks for what is already on its way waits for it with the others. The work is given up
 //! when the last of them has gone.
 
-use crate::http::problem::{Kind, Problem};
+use crate::service::error::Error;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tokio::sync::watch;
@@ -20,7 +20,7 @@ impl<T> Default for SingleFlight<T> {
 /// Work that some wait for.
 #[derive(Debug)]
 struct Flight<T> {
-    outcome: watch::Receiver<Option<Result<T, Problem>>>,
+    outcome: watch::Receiver<Option<Result<T, Error>>>,
     task: AbortHandle,
 }
 
@@ -33,20 +33,20 @@ impl<T> Drop for Flight<T> {
 
 impl<T: Clone + Send + Sync + 'static> SingleFlight<T> {
     /// The outcome of the work of that name, which is started unless it is under way.
-    pub(crate) async fn share<F>(&self, name: String, work: impl FnOnce() -> F) -> Result<T, Problem>
+    pub(crate) async fn share<F>(&self, name: String, work: impl FnOnce() -> F) -> Result<T, Error>
     where
-        F: Future<Output = Result<T, Problem>> + Send + 'static,
+        F: Future<Output = Result<T, Error>> + Send + 'static,
     {
         let flight = self.join(name, work);
         let mut outcome = flight.outcome.clone();
         let outcome = outcome.wait_for(Option::is_some).await.ok().and_then(|outcome| outcome.clone());
         // Without an outcome the task has panicked, which the log tells.
-        outcome.unwrap_or_else(|| Err(Problem::new(Kind::Internal, "the work broke off; the service's log says more")))
+        outcome.unwrap_or_else(|| Err(Error::Internal("the work broke off; the service's log says more")))
     }
 
     fn join<F>(&self, name: String, work: impl FnOnce() -> F) -> Arc<Flight<T>>
     where
-        F: Future<Output = Result<T, Problem>> + Send + 'static,
+        F: Future<Output = Result<T, Error>> + Send + 'static,
     {
         // Nothing below panics.
         let mut flights = self.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,8 +1,7 @@
 //! What of an image is shown, and how. With the image's id it names a file's bytes before they are there.
 
 use super::render::RenderSpec;
-use crate::http::extract::query::outside;
-use crate::http::problem::{Kind, Problem};
+use crate::service::error::Error;
 use std::fmt::{Display, Write};
 use strahl::camera::Window;
 use strahl::film::{Adjustment, FileFormat, Region, Tone};
@@ -97,9 +96,9 @@ impl PictureSpec {
     }
 
     /// What this is of a scene that is opened as 2^zoom times its size.
-    pub(crate) fn shot(&self, scene: &Scene, zoom: u32) -> Result<RenderSpec, Problem> {
+    pub(crate) fn shot(&self, scene: &Scene, zoom: u32) -> Result<RenderSpec, Error> {
         let window = self.window(scene, zoom).ok_or_else(|| {
-            Problem::new(Kind::InvalidParameter, "the picture would be larger than this scene's numbers can tell apart")
+            Error::OutOfRange("the picture would be larger than this scene's numbers can tell apart".into())
         })?;
         let region = self.region.unwrap_or_else(|| Region::whole(window.width, window.height));
         if !region.fits(window.width, window.height) {
@@ -133,6 +132,11 @@ impl PictureSpec {
             }
         }
     }
+}
+
+/// A region or pixel that the picture does not have.
+pub(crate) fn outside(what: &str, width: u32, height: u32) -> Error {
+    Error::OutOfRange(format!("{what} does not lie inside the picture of {width} x {height} pixels"))
 }
 
 /// Pixels across and down of a scene that is opened as 2^zoom times its size. Beyond 2^19 neighbouring pixels have the same

@@ -1,4 +1,4 @@
-//! A scene's warnings beside its picture, as the header `Render-Warnings`: a list of texts (RFC 9651). All of them, with
+//! A scene's warnings in one line, as the header `Render-Warnings` has them: a list of texts (RFC 9651). All of them, with
 //! line and column, are what `POST /v1/scenes/validate` answers.
 
 use strahl::scene::Problem;
@@ -8,8 +8,8 @@ const SHOWN: usize = 5;
 /// Characters of each.
 const LONGEST: usize = 200;
 
-/// The header's value, if there are any.
-pub(crate) fn header(warnings: &[Problem]) -> Option<String> {
+/// The line, if there are any.
+pub(crate) fn line(warnings: &[Problem]) -> Option<String> {
     let texts: Vec<String> = warnings.iter().take(SHOWN).map(text).collect();
     (!texts.is_empty()).then(|| texts.join(", "))
 }
@@ -30,9 +30,9 @@ mod tests {
     #[test]
     fn warnings_become_one_line_of_ascii() {
         let warning = |detail: &str| Problem::new("/materials/gl\u{e4}s", Code::OutOfRange, detail);
-        let value = header(&[warning("say \"so\""), warning("twice\n")]).unwrap();
+        let value = line(&[warning("say \"so\""), warning("twice\n")]).unwrap();
         assert_eq!(value, r#""/materials/gl?s: say \"so\"", "/materials/gl?s: twice?""#);
-        assert!(header(&[]).is_none());
-        assert_eq!(header(&vec![warning("again"); 9]).unwrap().matches("again").count(), SHOWN);
+        assert!(line(&[]).is_none());
+        assert_eq!(line(&vec![warning("again"); 9]).unwrap().matches("again").count(), SHOWN);
     }
 }

@@ -1,43 +1,67 @@
-//! Scenes that were asked for lately, so that asking again skips reading and building: a picture of a large scene takes
-//! less time than its hierarchies.
+//! The LRU cache of built scenes: a second request about a scene skips reading and building it, which takes longer than a
+//! picture of a large scene.
 //!
 //! A scene is known by a hash of its bytes and of all that is put over them. Problems are not kept: they are found again.
-//! Nor are scenes with pictures from files, which may have changed by the next time; pictures in the scene are part of it.
+//! Nor are scenes with pictures from files, which may change between requests; pictures in the scene are part of it.
 
 use super::prepared::{Loading, PreparedScene};
 use super::store::SceneStore;
 use super::texture_folder::TextureFolder;
-use crate::http::problem::{Kind, Problem};
-use crate::service::pictures::render::milliseconds;
-use crate::service::scheduler::admission::Work;
+use crate::service::clock::milliseconds;
+use crate::service::error::Error;
 use crate::service::scheduler::pool::Workers;
 use crate::service::storage::hit_counter::HitCounter;
 use crate::service::storage::lru_cache::LruCache;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::Instant;
-use strahl::render::Cancelled;
-use strahl::scene::{Files, Format, Loaded, NoFiles, Overrides, Problems, load_with};
+use strahl::scene::{Description, Files, Format, Loaded, NoFiles, NotLoaded, Overrides, load_if};
 
-/// Scenes that are remembered by id only to find them by what they were sent as.
-const NAMES: u64 = 10_000;
+/// Scene ids that lead to a built scene.
+const IDS: u64 = 10_000;
 
-/// The scenes, the one that was asked for longest ago first to go.
+/// The scenes.
 #[derive(Debug)]
 pub(crate) struct SceneCache {
-    /// Where the pictures are that they name, if they may.
+    /// Where the pictures are that scenes may name, if they may.
     textures: Option<TextureFolder>,
-    kept: LruCache<Key, Arc<PreparedScene>>,
-    /// What a scene of a name was last sent as.
-    names: LruCache<String, Key>,
+    built: LruCache<Key, Arc<PreparedScene>>,
+    /// What the scene of an id was last sent as.
+    ids: LruCache<String, Key>,
     /// Scenes that can be built again.
-    pub(crate) texts: SceneStore,
+    pub(crate) store: SceneStore,
     /// How often a scene was built already.
     pub(crate) hits: HitCounter,
 }
 
 /// A hash of a scene as it was sent, and of all that is put over it.
 pub(crate) type Key = [u8; 32];
+
+/// A scene as it was sent.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SentScene<'a> {
+    /// Its text.
+    pub(crate) text: &'a [u8],
+    /// The format of the text.
+    pub(crate) format: Format,
+    /// Settings over the scene's.
+    pub(crate) overrides: Overrides,
+    /// Names all of this.
+    pub(crate) key: Key,
+    /// Milliseconds that hashing took.
+    pub(crate) hash_ms: f64,
+}
+
+impl<'a> SentScene<'a> {
+    /// Hashes the text, which takes a while if it is long.
+    pub(crate) fn new(text: &'a [u8], format: Format, overrides: &Overrides) -> Self {
+        let start = Instant::now();
+        // The overrides go in as they print for debugging, which no field can be missing from.
+        let settings = format!("{format:?} {overrides:?}\n");
+        let key = Sha256::new().chain_update(settings).chain_update(text).finalize().into();
+        Self { text, format, overrides: *overrides, key, hash_ms: milliseconds(start) }
+    }
+}
 
 /// A scene that a request is about.
 #[derive(Debug)]
@@ -46,97 +70,97 @@ pub(crate) struct Found {
     pub(crate) ready: Arc<PreparedScene>,
     /// What this request spent on it.
     pub(crate) loading: Loading,
-    /// Whether it was there already.
-    pub(crate) kept: bool,
+    /// Whether it was built already.
+    pub(crate) cached: bool,
 }
 
 impl SceneCache {
     /// No scenes yet, and later as many as fit.
-    pub(crate) fn new(budget: u64, textures: Option<TextureFolder>, texts: SceneStore) -> Self {
-        Self { textures, kept: LruCache::new(budget), names: LruCache::new(NAMES), texts, hits: HitCounter::default() }
+    pub(crate) fn new(budget: u64, textures: Option<TextureFolder>, store: SceneStore) -> Self {
+        Self { textures, built: LruCache::new(budget), ids: LruCache::new(IDS), store, hits: HitCounter::default() }
     }
 
-    /// Bytes of the scenes that are kept.
+    /// Bytes of the built scenes.
     pub(crate) fn bytes(&self) -> u64 {
-        self.kept.bytes()
+        self.built.bytes()
     }
 
-    /// The scene, from before or else read, checked and compiled on the pool.
-    pub(crate) fn find(
+    /// The scene, from the cache or else read, checked and compiled on the pool.
+    pub(crate) fn find(&self, workers: &Workers, sent: &SentScene<'_>) -> Result<Found, Error> {
+        self.find_if(workers, sent, |_| Ok(()))
+    }
+
+    /// The same, but only a scene that `accept` wants is built.
+    pub(crate) fn find_if(
         &self,
         workers: &Workers,
-        bytes: &[u8],
-        format: Format,
-        overrides: &Overrides,
-    ) -> Result<Found, Problems> {
-        let hashing = Instant::now();
-        let key = key(bytes, format, overrides);
-        let parse = milliseconds(hashing);
-        if let Some(ready) = self.recall(&key) {
-            return Ok(Found { ready, loading: Loading { parse, ..Loading::default() }, kept: true });
+        sent: &SentScene<'_>,
+        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
+    ) -> Result<Found, Error> {
+        if let Some(ready) = self.cached(&sent.key) {
+            let loading = Loading { parse: sent.hash_ms, ..Loading::default() };
+            return Ok(Found { ready, loading, cached: true });
         }
         self.hits.miss();
-        let ready = self.build(workers, bytes, format, overrides, PreparedScene::from)?;
-        let loading = Loading { parse: parse + ready.loading.parse, ..ready.loading };
-        Ok(Found { ready: self.keep(key, ready), loading, kept: false })
+        let ready = self.build(workers, sent, accept, PreparedScene::from)?;
+        let loading = Loading { parse: sent.hash_ms + ready.loading.parse, ..ready.loading };
+        Ok(Found { ready: self.keep(sent.key, ready), loading, cached: false })
     }
 
-    /// The scene of a name, built or to be built from its text.
-    pub(crate) fn find_known(&self, job: &Work, id: &str) -> Result<Found, Problem> {
-        if let Some(ready) = self.recall_known(id) {
-            return Ok(Found { ready, loading: Loading::default(), kept: true });
+    /// The scene of an id, from the cache or else built from its text in the store.
+    pub(crate) fn find_known(&self, workers: &Workers, id: &str) -> Result<Found, Error> {
+        if let Some(ready) = self.cached_known(id) {
+            return Ok(Found { ready, loading: Loading::default(), cached: true });
         }
-        let text = self.texts.get(id).ok_or_else(|| unknown(id))?;
-        let found = self.find(&job.workers, &text, Format::Json, &Overrides::default());
-        found.map_err(|problems| {
-            // Canonical texts have been scenes; only the renderer's limits may have changed since.
-            Problem::scene(&problems)
-        })
+        let text = self.store.get(id).ok_or_else(|| Error::UnknownScene(id.to_owned()))?;
+        // Stored texts have been valid scenes; they are invalid now only if the renderer's limits have changed.
+        self.find(workers, &SentScene::new(&text, Format::Json, &Overrides::default()))
     }
 
-    /// Reads, checks and compiles a scene; `read` makes of it what is wanted. A job that was cancelled gets no problems.
+    /// Reads a scene, and if `accept` wants it, checks and compiles it; `read` makes the result of it.
     pub(crate) fn build<T: Send>(
         &self,
         workers: &Workers,
-        bytes: &[u8],
-        format: Format,
-        overrides: &Overrides,
+        sent: &SentScene<'_>,
+        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
         read: impl FnOnce(Loaded) -> T + Send,
-    ) -> Result<T, Problems> {
-        let files = self.files();
-        let built = workers.work(|| load_with(bytes, format, overrides, files).map(read));
-        // The caller looks whether it was cancelled.
-        built.unwrap_or_else(|Cancelled| Err(Problems(Vec::new())))
+    ) -> Result<T, Error> {
+        let (files, SentScene { text, format, overrides, .. }) = (self.files(), sent);
+        let built = workers.work(|| load_if(text, *format, overrides, files, accept).map(read))?;
+        built.map_err(|error| match error {
+            NotLoaded::Problems(problems) => Error::Scene(problems),
+            NotLoaded::Refused(error) => error,
+        })
     }
 
     /// The scene that was sent like this, if it is still built.
-    pub(crate) fn recall(&self, key: &Key) -> Option<Arc<PreparedScene>> {
-        self.kept.get(key).inspect(|_| self.hits.hit())
+    pub(crate) fn cached(&self, key: &Key) -> Option<Arc<PreparedScene>> {
+        self.built.get(key).inspect(|_| self.hits.hit())
     }
 
-    /// The scene of a name, if it is still built.
-    pub(crate) fn recall_known(&self, id: &str) -> Option<Arc<PreparedScene>> {
-        self.recall(&self.names.get(id)?)
+    /// The scene of an id, if it is still built.
+    pub(crate) fn cached_known(&self, id: &str) -> Option<Arc<PreparedScene>> {
+        self.cached(&self.ids.get(id)?)
     }
 
     /// Keeps a built scene, unless its pictures are files.
     pub(crate) fn keep(&self, key: Key, ready: PreparedScene) -> Arc<PreparedScene> {
         let ready = Arc::new(ready);
         if !ready.scene.from_files {
-            self.kept.put(key, Arc::clone(&ready), ready.scene.bytes() as u64);
+            self.built.put(key, Arc::clone(&ready), ready.scene.bytes() as u64);
             if ready.reproducible {
-                self.names.put(ready.scene_id.clone(), key, 1);
+                self.ids.put(ready.scene_id.clone(), key, 1);
             }
         }
         ready
     }
 
-    /// Forgets the built scene of a name.
+    /// Forgets the built scene of an id.
     pub(crate) fn forget(&self, id: &str) {
-        if let Some(key) = self.names.get(id) {
-            self.kept.remove(&key);
+        if let Some(key) = self.ids.get(id) {
+            self.built.remove(&key);
         }
-        self.names.remove(id);
+        self.ids.remove(id);
     }
 
     /// The pictures that scenes may name.
@@ -145,34 +169,19 @@ impl SceneCache {
     }
 }
 
-/// No scene has this name, any more or ever.
-pub(crate) fn unknown(id: &str) -> Problem {
-    let detail = format!("the scene {id} is not known here, or no longer: send it to POST /v1/scenes");
-    Problem::new(Kind::NotFound, detail)
-}
-
-/// The overrides go in as they print for debugging, which no field can be missing from.
-pub(crate) fn key(bytes: &[u8], format: Format, overrides: &Overrides) -> Key {
-    Sha256::new().chain_update(format!("{format:?} {overrides:?}\n")).chain_update(bytes).finalize().into()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use strahl::scene::nff::NffOptions;
 
     #[test]
     fn everything_that_changes_a_scene_changes_its_key() {
         let plain = Overrides::default();
-        let of = |bytes: &[u8], format, overrides: &Overrides| key(bytes, format, overrides);
+        let of = |bytes: &[u8], format, overrides: &Overrides| SentScene::new(bytes, format, overrides).key;
         let first = of(b"{}", Format::Json, &plain);
         assert_eq!(first, of(b"{}", Format::Json, &plain));
         assert_ne!(first, of(b"{ }", Format::Json, &plain));
         assert_ne!(first, of(b"{}", Format::Nff, &plain));
         assert_ne!(first, of(b"{}", Format::Json, &Overrides { min_weight: Some(0.5), ..plain }));
-        assert_ne!(
-            first,
-            of(b"{}", Format::Json, &Overrides { nff: NffOptions { two_sided: true, ..plain.nff }, ..plain })
-        );
+        assert_ne!(first, of(b"{}", Format::Json, &Overrides { two_sided: true, ..plain }));
     }
 }

@@ -1,16 +1,12 @@
 //! A scene ready to be rendered, and what every answer about it says.
 
 use super::ids::{is_reproducible, scene_id};
-use crate::service::pictures::report::Cost;
 use crate::service::scheduler::pool::Workers;
-use schemars::JsonSchema;
-use serde::Serialize;
 use strahl::film::Region;
 use strahl::plan::Plan;
 use strahl::plan::pilot::{Effort, Pilot};
 use strahl::render::{Cancelled, Control};
 use strahl::scene::description::RenderSettings;
-use strahl::scene::nff::NffOptions;
 use strahl::scene::{Loaded, Scene};
 
 /// A scene without its description, which would take as much memory again.
@@ -26,8 +22,10 @@ pub(crate) struct PreparedScene {
     pub(crate) scene_id: String,
     /// Whether the same name always means the same picture.
     pub(crate) reproducible: bool,
-    /// The options that an NFF file was read with.
-    pub(crate) nff: NffOptions,
+    /// Whether an NFF file was read as two-sided.
+    pub(crate) two_sided: bool,
+    /// Whether an NFF file was read by the SPD's counting rules.
+    pub(crate) spd_counts: bool,
     /// How long it took.
     pub(crate) loading: Loading,
 }
@@ -44,15 +42,15 @@ pub(crate) struct Loading {
 }
 
 impl From<Loaded> for PreparedScene {
-    fn from(Loaded { mut description, scene, nff, parse_ms, plan_ms }: Loaded) -> Self {
+    fn from(Loaded { mut description, scene, two_sided, spd_counts, parse_ms, plan_ms }: Loaded) -> Self {
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
         // The plan takes the description apart.
         let scene_id = scene_id(&mut description);
         let plan = Plan::new(&mut description, &scene);
-        let reproducible = is_reproducible(&description.render) && !scene.from_files && !nff.spd_counts;
+        let reproducible = is_reproducible(&description.render) && !scene.from_files && !spd_counts;
         // What the scene calls for decides the number it does not name.
         let render = RenderSettings { samples: Some(scene.samples), ..description.render.resolved() };
-        Self { plan, render, scene, scene_id, reproducible, nff, loading }
+        Self { plan, render, scene, scene_id, reproducible, two_sided, spd_counts, loading }
     }
 }
 
@@ -66,14 +64,4 @@ pub(crate) fn planned(
     let mut plan = ready.plan.clone();
     let pilot = workers.work(|| plan.estimate(&ready.scene, region, control, Effort::QUICK))??;
     Ok((plan, pilot))
-}
-
-/// A plan, and what carrying it out has cost.
-#[derive(Debug, Serialize, JsonSchema)]
-pub(crate) struct Analyzed<'a> {
-    /// The plan, with the rays and milliseconds of each effect.
-    #[serde(flatten)]
-    pub(crate) plan: &'a Plan,
-    /// Time and rays.
-    pub(crate) actual: &'a Cost,
 }

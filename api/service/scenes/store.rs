@@ -5,24 +5,24 @@
 
 use crate::service::storage::blob_store::BlobStore;
 use crate::service::storage::lru_cache::LruCache;
-use axum::body::Bytes;
 use std::io;
+use std::sync::Arc;
 
 /// The texts, the one asked for longest ago first to go.
 #[derive(Debug)]
 pub(crate) enum SceneStore {
     /// They last as long as the process.
-    Memory(LruCache<String, Bytes>),
+    Memory(LruCache<String, Arc<[u8]>>),
     /// They outlast it.
-    TextureFolder(BlobStore),
+    Folder(BlobStore),
 }
 
 impl SceneStore {
     /// The text of a scene. Call this where waiting for a disk hurts nobody.
-    pub(crate) fn get(&self, id: &str) -> Option<Bytes> {
+    pub(crate) fn get(&self, id: &str) -> Option<Arc<[u8]>> {
         match self {
             Self::Memory(texts) => texts.get(id),
-            Self::TextureFolder(blobs) => blobs.get(id).map(Bytes::from),
+            Self::Folder(blobs) => blobs.get(id).map(Arc::from),
         }
     }
 
@@ -33,7 +33,7 @@ impl SceneStore {
                 let bytes = text.len() as u64;
                 texts.put(id.to_owned(), text.into(), bytes);
             }
-            Self::TextureFolder(blobs) => blobs.put(id, &text)?,
+            Self::Folder(blobs) => blobs.put(id, &text)?,
         }
         Ok(self.has(id))
     }
@@ -42,7 +42,7 @@ impl SceneStore {
     pub(crate) fn has(&self, id: &str) -> bool {
         match self {
             Self::Memory(texts) => texts.get(id).is_some(),
-            Self::TextureFolder(blobs) => blobs.has(id),
+            Self::Folder(blobs) => blobs.has(id),
         }
     }
 
@@ -50,7 +50,7 @@ impl SceneStore {
     pub(crate) fn bytes(&self) -> u64 {
         match self {
             Self::Memory(texts) => texts.bytes(),
-            Self::TextureFolder(blobs) => blobs.bytes(),
+            Self::Folder(blobs) => blobs.bytes(),
         }
     }
 
@@ -86,7 +86,7 @@ impl SceneStore {
     fn claims(&self, id: &str) -> Vec<String> {
         let all = match self {
             Self::Memory(texts) => texts.keys(),
-            Self::TextureFolder(blobs) => blobs.names(),
+            Self::Folder(blobs) => blobs.names(),
         };
         let before = claim_name(id, "");
         all.into_iter().filter(|name| name.starts_with(&before)).collect()
@@ -95,7 +95,7 @@ impl SceneStore {
     fn remove(&self, name: &str) -> bool {
         match self {
             Self::Memory(texts) => texts.remove(name),
-            Self::TextureFolder(blobs) => blobs.remove(name),
+            Self::Folder(blobs) => blobs.remove(name),
         }
     }
 }
@@ -125,7 +125,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for texts in [
             SceneStore::Memory(LruCache::new(1_000)),
-            SceneStore::TextureFolder(BlobStore::open(folder.path(), 1_000).unwrap()),
+            SceneStore::Folder(BlobStore::open(folder.path(), 1_000).unwrap()),
         ] {
             texts.put("s_a", b"{}".to_vec()).unwrap();
             assert_eq!([texts.claim("s_a", "one"), texts.claim("s_a", "one")].map(Result::unwrap), [true, false]);

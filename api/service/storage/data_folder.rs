@@ -34,9 +34,4 @@ impl DataFolder {
             Self::Temporary(folder) => folder.path(),
         }
     }
-
-    /// Whether what is in it outlives the service.
-    pub(crate) fn is_durable(&self) -> bool {
-        matches!(self, Self::Kept(_))
-    }
 }

@@ -1,4 +1,4 @@
-//! Where bytes are kept: an LRU cache in memory, files on disk.
+//! Where bytes are kept: LRU caches in memory, files on disk.
 
 pub(crate) mod blob_store;
 pub(crate) mod data_folder;

@@ -5,7 +5,7 @@ mod references;
 mod stage;
 mod trial;
 
-use crate::service::pictures::render::milliseconds;
+use crate::service::clock::milliseconds;
 use crate::service::scheduler::pool::Workers;
 use references::References;
 use stage::Stage;

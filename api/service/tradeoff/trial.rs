@@ -4,7 +4,7 @@
 use super::references::{positions, reference};
 use super::stage::Stage;
 use super::{ENDS, ROUNDS};
-use crate::service::pictures::render::milliseconds;
+use crate::service::clock::milliseconds;
 use std::time::Instant;
 use strahl::metrics::Image8;
 use strahl::render::Cancelled;

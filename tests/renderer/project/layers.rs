@@ -22,6 +22,45 @@ fn no_folder_of_the_library_is_in_a_cycle() {
     assert_eq!(Source::read("src").folder_cycles(), [known]);
 }
 
+/// The rooms of `api/` and what is in them, each from the bottom up.
+const ROOMS: [(&str, &str); 3] = [
+    ("", "service http cli"),
+    ("service", "values clock error memory limits storage scheduler scenes pictures jobs tradeoff requests"),
+    (
+        "http",
+        "settings problem drain concurrency_limit memory_budget write_timeout auth metrics job_observer state extract \
+         contract middleware raw_errors respond scene_job routes server start",
+    ),
+];
+
+#[test]
+fn the_program_imports_downwards_only() {
+    let program = Source::read("api");
+    for (room, layers) in ROOMS {
+        let layers: Vec<_> = layers.split_whitespace().collect();
+        let inside = program.room(room);
+        let modules: BTreeSet<_> = inside.files.keys().map(|module| module[0].as_str()).collect();
+        assert_eq!(modules, layers.iter().copied().collect(), "each module of api/{room} has its place in its list");
+        assert_eq!(inside.upward(&layers), [""; 0], "api/{room}");
+    }
+    assert_eq!(program.folder_cycles(), [""; 0]);
+}
+
+#[test]
+fn routes_do_not_import_each_other() {
+    let routes = Source::read("api").room("http").room("routes");
+    let others: Vec<_> = routes.imports().filter(|(from, to)| from[0] != to[0]).collect();
+    assert!(others.is_empty(), "{others:?}");
+}
+
+#[test]
+fn only_serve_and_what_makes_its_files_starts_http() {
+    let program = Source::read("api");
+    let from: BTreeSet<_> = program.imports().filter(|(from, to)| from[0] == "cli" && to[0] == "http").collect();
+    let from: BTreeSet<_> = from.into_iter().map(|(from, _)| from[1].as_str()).collect();
+    assert_eq!(from, BTreeSet::from(["key", "openapi", "serve"]));
+}
+
 #[test]
 fn violations_are_found() {
     let source = Source::of(&[
@@ -80,6 +119,17 @@ impl Source {
         };
         let files = texts.iter().map(|(module, text)| (module.clone(), imports(module, text))).collect();
         Self { files, folders }
+    }
+
+    /// What is in a folder, as if it were all there is.
+    fn room(&self, name: &str) -> Self {
+        if name.is_empty() {
+            return Self { files: self.files.clone(), folders: self.folders.clone() };
+        }
+        let inside = |module: &Vec<String>| (module.len() > 1 && module[0] == name).then(|| module[1..].to_vec());
+        let files =
+            self.files.iter().filter_map(|(from, to)| Some((inside(from)?, to.iter().filter_map(inside).collect())));
+        Self { files: files.collect(), folders: self.folders.iter().filter_map(inside).collect() }
     }
 
     fn imports(&self) -> impl Iterator<Item = (&Vec<String>, &Vec<String>)> {

@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// A service with an admin listener on a free port, and that port's address.
-fn with_admin(flags: &[&str]) -> (Service, SocketAddr) {
+pub(super) fn with_admin(flags: &[&str]) -> (Service, SocketAddr) {
     // Port 0 takes a free one, which is announced first.
     let flags = [&["--admin-listen", "127.0.0.1:0"], flags].concat();
     let service = Service::start(&flags);
@@ -19,7 +19,7 @@ fn with_admin(flags: &[&str]) -> (Service, SocketAddr) {
     (service, address)
 }
 
-fn get(address: SocketAddr, path: &str) -> Answer {
+pub(super) fn get(address: SocketAddr, path: &str) -> Answer {
     let mut stream = TcpStream::connect(address).expect("it accepts connections");
     stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
     write!(stream, "GET {path} HTTP/1.1\r\nHost: strahl\r\nConnection: close\r\n\r\n").unwrap();
@@ -94,7 +94,7 @@ fn numbers_follow_what_happens() {
 }
 
 /// The value of a series.
-fn number(text: &str, series: &str) -> f64 {
+pub(super) fn number(text: &str, series: &str) -> f64 {
     let value = text.lines().find_map(|line| line.strip_prefix(series)?.strip_prefix(' ')?.parse().ok());
     value.unwrap_or_else(|| panic!("{series} in\n{text}"))
 }

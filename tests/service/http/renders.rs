@@ -9,6 +9,19 @@ use std::io::Write;
 const NFF: &str = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nb 0.1 0.2 0.3\n\
                    l 3 3 3\nf 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
 
+/// What curl sends with --data-binary, and what a client sends that says nothing.
+#[test]
+fn json_needs_no_content_type() {
+    let service = Service::start(&[]);
+    let whole = service.post_json("/v1/render", BALL);
+    for headers in [&[][..], &[("Content-Type", "application/x-www-form-urlencoded")]] {
+        let answer = service.send("POST", "/v1/render", headers, BALL.as_bytes());
+        assert_eq!((answer.status, &answer.body), (200, &whole.body), "{headers:?}");
+        let job = format!(r#"{{ "scene": {BALL} }}"#);
+        assert_eq!(service.send("POST", "/v1/jobs", headers, job.as_bytes()).status, 202, "{headers:?}");
+    }
+}
+
 #[test]
 fn a_scene_becomes_a_picture_and_says_what_it_cost() {
     let service = Service::start(&[]);

@@ -1,5 +1,6 @@
 //! A scene that is asked for again is not built again, and nobody can tell but by the time.
 
+use super::operations::{get, number, with_admin};
 use crate::common::BALL;
 use crate::common::service::{Answer, Service};
 
@@ -31,6 +32,32 @@ fn the_second_request_gets_the_same_bytes_without_building() {
         "tiles are of the same scene"
     );
     assert_eq!(scene(&other), "hit", "so are other formats");
+}
+
+/// Width and height are known when the scene has been read, so nothing is built for a picture that is refused.
+#[test]
+fn a_picture_that_is_too_large_is_refused_before_its_scene_is_built() {
+    let (service, admin) = with_admin(&["--job-max-pixels", "1000000"]);
+    let built = || number(&get(admin, "/metrics").text(), "strahl_cache_bytes{cache=\"scenes\"}");
+    let json = [("Content-Type", "application/json")];
+    for (path, limit) in [
+        ("/v1/render?width=16000&height=4000", "max_pixels"),
+        ("/v1/render?width=2000&height=2000&samples=100", "max_samples_total"),
+        ("/v1/render/tile?width=16000&height=4000&x=0&y=0&w=16000&h=4000", "max_pixels"),
+        ("/v1/map?width=16000&height=4000", "max_pixels"),
+        ("/v1/explain?analyze=true&width=16000&height=4000", "max_pixels"),
+    ] {
+        let problem = service.send("POST", path, &json, BALL.as_bytes()).problem(413, "cost-limit");
+        assert_eq!(problem["limit"]["name"], limit, "{path}");
+        assert_eq!(built(), 0.0, "{path}");
+    }
+    let job = format!(r#"{{ "scene": {BALL}, "settings": {{ "width": 2000, "height": 2000 }} }}"#);
+    let problem = service.send("POST", "/v1/jobs", &json, job.as_bytes()).problem(413, "cost-limit");
+    assert_eq!((&problem["limit"]["name"], built()), (&"job_max_pixels".into(), 0.0));
+    let wrong = BALL.replace("0.8", "-0.8");
+    service.send("POST", "/v1/render?width=16000&height=4000", &json, wrong.as_bytes()).problem(422, "invalid-scene");
+    assert_eq!(service.post_json("/v1/render", BALL).status, 200);
+    assert!(built() > 0.0);
 }
 
 #[test]

@@ -1,13 +1,13 @@
 //! `GET /v1/jobs/{id}/events`, `/v1/events?job=...`: what happens to jobs, as it happens (Server-Sent Events).
 
-use crate::http::App;
-use crate::http::auth::tenant::Tenant;
+use super::ID;
+use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::concurrency_limit::Permit;
-use crate::http::contract::bodies::StreamedEvent;
-use crate::http::extract::named_job::Named;
-use crate::http::extract::named_job::find;
-use crate::http::extract::query::Parameters;
-use crate::http::problem::{Kind, Problem};
+use crate::http::contract::{Content, Route};
+use crate::http::extract::named_job::{NamedJob, find};
+use crate::http::extract::query::Query;
+use crate::http::problem::{Kind, Problem, ProblemSummary};
+use crate::http::state::App;
 use crate::service::jobs::record::State as JobState;
 use crate::service::jobs::{Event, Job, Watcher};
 use axum::Extension;
@@ -32,59 +32,84 @@ const RETRY: Duration = Duration::from_secs(2);
 /// Jobs of one stream.
 const MOST: usize = 32;
 
-/// What happens to a job, as it happens, until it has ended.
-#[utoipa::path(
-    get, path = "/v1/jobs/{id}/events", operation_id = "jobEvents", tag = "jobs",
-    params(
-        ("id" = String, Path, description = "The job's id."),
-        ("Last-Event-ID" = Option<String>, Header, description = "The last event that was seen: the stream goes on after it."),
-        ("since" = Option<String>, Query, description = "Likewise, for those who cannot send headers."),
-    ),
-    responses(
-        (status = 200, description = "Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown", body = StreamedEvent, content_type = "text/event-stream"),
-        (status = 204, description = "The last event has been seen; nothing more will come"),
-    ),
-)]
-pub(crate) async fn job_events(
-    State(service): State<App>,
-    Named { job, tenant }: Named,
-    request: Request,
-) -> Result<Response, Problem> {
-    let mut parameters = Parameters::of(request.uri())?;
-    let since = parameters.text("since");
-    parameters.finish()?;
-    stream_of(&service, &tenant, request.headers(), since, vec![job])
+pub(super) fn routes() -> Vec<Route> {
+    let stream = [Content::of("text/event-stream", |_| streamed_event())];
+    let last = "The last event that was seen: the stream goes on after it.";
+    let last_of_several = "The last event that was seen: the stream goes on after it, if it is of the same jobs in the same \
+                           order.";
+    let about_one = "What happens to a job, as it happens, until it has ended.";
+    let about_several = "What happens to several jobs, in one stream, until all have ended: browsers open six connections to a \
+                         host.";
+    let events = "Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown";
+    vec![
+        Route::get("/v1/jobs/{id}/events", of_job, ["jobEvents", "jobs", about_one])
+            .needs(Scope::Read)
+            .path("id", ID)
+            .header("Last-Event-ID", last)
+            .query(|query| {
+                since(query);
+            })
+            .answer(200, events, &stream)
+            .answer(204, "The last event has been seen; nothing more will come", &[]),
+        Route::get("/v1/events", of_jobs, ["events", "jobs", about_several])
+            .needs(Scope::Read)
+            .header("Last-Event-ID", last_of_several)
+            .query(|query| {
+                jobs_and_since(query);
+            })
+            .answer(200, "Events as in the stream of each job; `job` says whose they are", &stream)
+            .answer(204, "The last event of each has been seen; nothing more will come", &[]),
+    ]
 }
 
-/// What happens to several jobs, in one stream, until all have ended: browsers open six connections to a host.
-#[utoipa::path(
-    get, path = "/v1/events", operation_id = "events", tag = "jobs",
-    params(
-        ("job" = Vec<String>, Query, description = "The jobs' ids, at most 32: `job=...&job=...`."),
-        ("Last-Event-ID" = Option<String>, Header, description = "The last event that was seen: the stream goes on after it, if it is of the same jobs in the same order."),
-        ("since" = Option<String>, Query, description = "Likewise, for those who cannot send headers."),
-    ),
-    responses(
-        (status = 200, description = "Events as in the stream of each job; `job` says whose they are", body = StreamedEvent, content_type = "text/event-stream"),
-        (status = 204, description = "The last event of each has been seen; nothing more will come"),
-    ),
-)]
-pub(crate) async fn events(
-    State(service): State<App>,
+/// One of the Server-Sent Events of a stream (WHATWG HTML, 9.2). `axum` writes them.
+fn streamed_event() -> Value {
+    let text = |about: &str| json!({ "type": ["string", "null"], "description": about });
+    json!({
+        "type": "object",
+        "description": "One of the Server-Sent Events of a stream (WHATWG HTML, 9.2).",
+        "properties": {
+            "id": text("What `Last-Event-ID` and `since` name."),
+            "event": text("Its name."),
+            "data": text("A JSON object."),
+            "retry": {
+                "type": ["integer", "null"], "format": "int64",
+                "description": "Milliseconds to wait before connecting again.",
+            },
+        },
+    })
+}
+
+fn since(query: &mut Query) -> Option<String> {
+    query.text("since", "Likewise, for clients that cannot send headers.")
+}
+
+fn jobs_and_since(query: &mut Query) -> (Vec<String>, Option<String>) {
+    (query.several("job", "The jobs' ids, at most 32: `job=...&job=...`.", MOST), since(query))
+}
+
+async fn of_job(
+    State(app): State<App>,
+    NamedJob { job, tenant }: NamedJob,
+    request: Request,
+) -> Result<Response, Problem> {
+    let since = Query::read(request.uri(), since)?;
+    stream_of(&app, &tenant, request.headers(), since, vec![job])
+}
+
+async fn of_jobs(
+    State(app): State<App>,
     Extension(tenant): Extension<Arc<Tenant>>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let mut parameters = Parameters::of(request.uri())?;
-    let ids = parameters.several("job", MOST);
-    let since = parameters.text("since");
-    parameters.finish()?;
-    let jobs = ids.iter().map(|id| find(&service, &tenant, id)).collect::<Result<_, _>>()?;
-    stream_of(&service, &tenant, request.headers(), since, jobs)
+    let (ids, since) = Query::read(request.uri(), jobs_and_since)?;
+    let jobs = ids.iter().map(|id| find(&app, &tenant, id)).collect::<Result<_, _>>()?;
+    stream_of(&app, &tenant, request.headers(), since, jobs)
 }
 
 /// The stream of some jobs' events.
 fn stream_of(
-    service: &App,
+    app: &App,
     tenant: &Tenant,
     headers: &HeaderMap,
     since: Option<String>,
@@ -97,13 +122,13 @@ fn stream_of(
     if jobs.iter().zip(&seen).all(|(job, seen)| seen.is_some() && job.record().last_event == *seen) {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    let place = service.streams.enter(tenant.name.clone(), tenant.quotas.streams).ok_or_else(|| {
+    let permit = app.streams.enter(tenant.name.clone(), tenant.quotas.streams).ok_or_else(|| {
         let detail = format!("you have {} event streams open (streams of your tenant)", tenant.quotas.streams);
         Problem::new(Kind::RateLimited, detail).retry_after(5)
     })?;
     let watching = Watching {
-        draining: service.drain.watch(),
-        _place: place,
+        draining: app.drain.watch(),
+        _permit: permit,
         jobs: jobs.into_iter().zip(seen).map(|(job, seen)| Watched::new(job, seen)).collect(),
         ended: false,
     };
@@ -124,7 +149,7 @@ struct Watching {
     draining: watch::Receiver<bool>,
     /// Whether the service is about to end.
     ended: bool,
-    _place: Permit<String>,
+    _permit: Permit<String>,
 }
 
 impl Watching {
@@ -246,7 +271,7 @@ fn written(job: &Job, event: Event) -> sse::Event {
         }
         "failed" => {
             let failure = record.failure.as_ref();
-            data["problem"] = failure.map_or(Value::Null, |failure| Kind::document(&failure.slug, &failure.detail));
+            data["problem"] = json!(failure.map(ProblemSummary::of));
         }
         _ => {}
     }

@@ -1,69 +1,188 @@
-//! IIIF Image API 3.0, level 2: images, and the way from an image's address to its description.
+//! IIIF Image API 3.0, level 2: images, their description (`info.json`), and the way to it.
 
+use super::grid::last_level;
 use super::iiif_parse::{ImageRequest, understand};
-use super::{everywhere, open, place, show};
 use crate::http::auth::capability::Capability;
 use crate::http::auth::client::Client;
-use crate::http::auth::tenant::Tenant;
-use crate::http::contract::bodies::Picture;
+use crate::http::auth::tenant::{Scope, Tenant};
+use crate::http::contract::{Content, Route};
 use crate::http::problem::Problem;
+use crate::http::respond::image::{self, everywhere, open, tile_permit};
 use crate::http::respond::put;
-use crate::http::{App, Service};
+use crate::http::state::{App, AppState};
+use crate::service::pictures::spec::TILE;
+use crate::service::requests::scenes::OpenedImage;
+use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::request::Parts;
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::Response;
+use schemars::JsonSchema;
+use serde::Serialize;
+use strahl::camera::Window;
 
-/// Leads to the image's description.
-#[utoipa::path(
-    get, path = "/iiif/3/{image}", operation_id = "iiif", tag = "tiles",
-    params(("image" = String, Path, description = "The image's id.")),
-    responses((status = 303, description = "The description is at info.json")),
-)]
-pub(crate) async fn iiif(State(service): State<App>, Path(id): Path<String>, parts: Parts) -> Response {
-    let to = format!("{}/info.json", address(&service, &parts, &id));
-    let mut response = (StatusCode::SEE_OTHER, [(header::LOCATION, to)]).into_response();
-    everywhere(&mut response);
-    response
+const CONTEXT: &str = "http://iiif.io/api/image/3/context.json";
+
+pub(super) fn routes() -> Vec<Route> {
+    let image_id = "The image's id.";
+    let size = "`max`, `w,h`, `w,`, `,h`, `pct:n` or `!w,h`; with `^` before it more detail than the image has.";
+    let about_image = "Any rectangle of an image in any size, mirrored and turned, in color or without.";
+    vec![
+        Route::get("/iiif/3/{image}", to_info, ["iiif", "tiles", "Leads to the image's description."])
+            .needs(Scope::Read)
+            .path("image", image_id)
+            .answer(303, "The description is at info.json", &[]),
+        Route::get("/iiif/3/{image}/info.json", info, ["iiifInfo", "tiles", "The description of an image."])
+            .needs(Scope::Read)
+            .path("image", image_id)
+            .answer(200, "The description", &[Content::json::<ImageInfo>()]),
+        Route::get("/iiif/3/{image}/{region}/{size}/{rotation}/{file}", part, ["iiifImage", "tiles", about_image])
+            .needs(Scope::Read)
+            .path("image", image_id)
+            .path("region", "`full`, `square`, `x,y,w,h` or `pct:x,y,w,h`.")
+            .path("size", size)
+            .path("rotation", "`0`, `90`, `180` or `270`; with `!` before it mirrored.")
+            .path("file", "`default`, `color`, `gray` or `bitonal`, and `.jpg`, `.png` or `.webp`.")
+            .picture(),
+    ]
 }
 
-/// Any rectangle of an image in any size, mirrored and turned, in color or without.
-#[utoipa::path(
-    get, path = "/iiif/3/{image}/{region}/{size}/{rotation}/{file}", operation_id = "iiifImage", tag = "tiles",
-    params(
-        ("image" = String, Path, description = "The image's id."),
-        ("region" = String, Path, description = "`full`, `square`, `x,y,w,h` or `pct:x,y,w,h`."),
-        ("size" = String, Path, description = "`max`, `w,h`, `w,`, `,h`, `pct:n` or `!w,h`; with `^` before it more detail than the image has."),
-        ("rotation" = String, Path, description = "`0`, `90`, `180` or `270`; with `!` before it mirrored."),
-        ("file" = String, Path, description = "`default`, `color`, `gray` or `bitonal`, and `.jpg`, `.png` or `.webp`."),
-    ),
-    responses((status = 200, response = Picture)),
-)]
-pub(crate) async fn iiif_image(
-    State(service): State<App>,
+async fn to_info(State(app): State<App>, Path(id): Path<String>, parts: Parts) -> Response {
+    let to = format!("{}/info.json", address(&app, &parts, &id));
+    everywhere((StatusCode::SEE_OTHER, [(header::LOCATION, to)]))
+}
+
+async fn part(
+    State(app): State<App>,
     Path((id, region, size, rotation, file)): Path<(String, String, String, String, String)>,
     parts: Parts,
 ) -> Result<Response, Problem> {
     let tenant = Tenant::of(&parts.extensions);
-    let _place = place(&service, Client::of(&parts.extensions))?;
-    let opened = open(&service, &tenant, &id).await?;
-    let max_area = service.limits.max_area(&opened.ready.scene);
+    let _permit = tile_permit(&app, Client::of(&parts.extensions))?;
+    let opened = open(&app, &tenant, &id).await?;
+    let max_area = app.service.settings.answers.max_area(&opened.ready.scene);
     let asked = ImageRequest { region: &region, size: &size, rotation: &rotation, file: &file };
     let understood = understand(asked, opened.size, max_area)?;
-    let canonical = format!("{}/{}", address(&service, &parts, &id), understood.canonical);
-    let mut response = show(&service, &tenant, &parts, opened.image, understood.spec).await?;
+    let canonical = format!("{}/{}", address(&app, &parts, &id), understood.canonical);
+    let mut response = image::tile(&app, &tenant, &parts, opened.image, understood.spec).await?;
     let links = format!("<{canonical}>;rel=\"canonical\", <http://iiif.io/api/image/3/level2.json>;rel=\"profile\"");
     put(response.headers_mut(), header::LINK, &links);
     Ok(response)
 }
 
 /// The address of an image as its client sees it.
-pub(crate) fn address(service: &Service, parts: &Parts, id: &str) -> String {
-    let base = service.public_url.clone().unwrap_or_else(|| {
+fn address(app: &AppState, parts: &Parts, id: &str) -> String {
+    let base = app.public_url.clone().unwrap_or_else(|| {
         let host = parts.headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
         format!("http://{host}")
     });
     // With a capability in its path a client has to keep it there.
     let before = parts.extensions.get::<Capability>().map_or_else(String::new, Capability::prefix);
     format!("{base}{before}/iiif/3/{id}")
+}
+
+/// The description of an image by the IIIF Image API 3.0, section 5.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(rename_all = "camelCase")]
+struct ImageInfo {
+    /// Where the words are defined.
+    #[serde(rename = "@context")]
+    context: &'static str,
+    /// The image's address.
+    id: String,
+    /// `ImageService3`.
+    r#type: &'static str,
+    /// Address of the protocol.
+    protocol: &'static str,
+    /// `level2`.
+    profile: &'static str,
+    /// Pixels across.
+    width: u32,
+    /// Pixels down.
+    height: u32,
+    /// Most pixels of one answer.
+    max_area: u64,
+    /// Sizes that the whole image comes in.
+    sizes: Vec<InfoSize>,
+    /// Tiles and how much smaller than the image they may be.
+    tiles: Vec<InfoTile>,
+    /// Formats, the best first.
+    preferred_formats: &'static [&'static str],
+    /// Formats beyond those of level 2.
+    extra_formats: &'static [&'static str],
+    /// Qualities beyond `default`.
+    extra_qualities: &'static [&'static str],
+    /// Features beyond those of level 2.
+    extra_features: &'static [&'static str],
+}
+
+/// A size of an image.
+#[derive(Debug, Serialize, JsonSchema)]
+struct InfoSize {
+    /// `Size`.
+    r#type: &'static str,
+    /// Pixels across.
+    width: u32,
+    /// Pixels down.
+    height: u32,
+}
+
+/// Tiles of an image.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(rename_all = "camelCase")]
+struct InfoTile {
+    /// `Tile`.
+    r#type: &'static str,
+    /// Pixels across.
+    width: u32,
+    /// Pixels down.
+    height: u32,
+    /// How many pixels of the image one of the tile's may stand for, across and down.
+    scale_factors: Vec<u64>,
+}
+
+async fn info(State(app): State<App>, Path(id): Path<String>, parts: Parts) -> Result<Response, Problem> {
+    let opened = open(&app, &Tenant::of(&parts.extensions), &id).await?;
+    let max_area = app.service.settings.answers.max_area(&opened.ready.scene);
+    let mut response = everywhere(Json(ImageInfo::of(address(&app, &parts, &id), &opened, max_area)));
+    if wants_linked_data(&parts.headers) {
+        put(response.headers_mut(), header::CONTENT_TYPE, &format!("application/ld+json;profile=\"{CONTEXT}\""));
+    }
+    put(response.headers_mut(), header::VARY, "Accept");
+    Ok(response)
+}
+
+/// Without `Accept` a client gets what the API prefers; browsers and others that take anything get what they can show.
+fn wants_linked_data(headers: &HeaderMap) -> bool {
+    let accepts: Vec<_> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
+    accepts.is_empty() || accepts.iter().any(|accept| accept.contains("application/ld+json"))
+}
+
+impl ImageInfo {
+    fn of(id: String, opened: &OpenedImage, max_area: u64) -> Self {
+        let [width, height] = opened.size;
+        let levels = 0..=last_level(opened.size, TILE);
+        let sizes = levels.clone().rev().filter_map(|level| {
+            let Window { width, height, .. } = Window::level(width, height, level as i32)?;
+            let fits = u64::from(width) * u64::from(height) <= max_area;
+            fits.then_some(InfoSize { r#type: "Size", width, height })
+        });
+        let scale_factors = levels.map(|level| 1 << level).collect();
+        Self {
+            context: CONTEXT,
+            id,
+            r#type: "ImageService3",
+            protocol: "http://iiif.io/api/image",
+            profile: "level2",
+            width,
+            height,
+            max_area,
+            sizes: sizes.collect(),
+            tiles: vec![InfoTile { r#type: "Tile", width: TILE, height: TILE, scale_factors }],
+            preferred_formats: &["webp", "png", "jpg"],
+            extra_formats: &["webp"],
+            extra_qualities: &["color", "gray", "bitonal"],
+            extra_features: &["canonicalLinkHeader", "mirroring", "profileLinkHeader", "sizeUpscaling"],
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! What an IIIF Image API 3.0 request asks for: region, size, rotation, quality and format (section 4 of the API).
 
+use super::grid::tile_format;
 use crate::http::problem::{Kind, Problem};
 use crate::service::pictures::spec::{Grid, PictureSpec};
 use strahl::film::{Adjustment, FileFormat, Region, Tone};
@@ -157,7 +158,7 @@ fn quality_and_format(file: &str) -> Result<(Tone, &str, FileFormat, &str), Prob
     };
     // The canonical name of the color that it has anyway.
     let quality = if quality == "color" { "default" } else { quality };
-    let format = super::tile_format(ending).filter(|_| ending != "jpeg").ok_or_else(wrong)?;
+    let format = tile_format(ending).filter(|_| ending != "jpeg").ok_or_else(wrong)?;
     Ok((tone, quality, format, ending))
 }
 

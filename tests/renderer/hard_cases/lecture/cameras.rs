@@ -1,4 +1,4 @@
-//! Cameras as textbooks write them.
+//! Cameras as lecture notes write them.
 
 use crate::common::naive;
 use crate::hard_cases::lab::Lab;

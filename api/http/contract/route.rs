@@ -1,0 +1,337 @@
+//! A route: its path, its handler, and its place in the contract.
+
+use super::links;
+use super::schemas::{Schemas, bytes};
+use crate::http::auth::tenant::Scope;
+use crate::http::extract::query::Query;
+use crate::http::state::App;
+use axum::handler::Handler;
+use axum::routing::{MethodFilter, MethodRouter, on};
+use schemars::JsonSchema;
+use serde_json::{Map, Value, json};
+
+/// A route.
+#[derive(Debug)]
+pub(crate) struct Route {
+    /// The path, with parameters in braces.
+    pub(crate) path: &'static str,
+    /// The method in lower case.
+    pub(crate) method: &'static str,
+    /// What a key must allow; open to all without one.
+    pub(crate) scope: Option<Scope>,
+    /// The handler.
+    pub(crate) handler: MethodRouter<App>,
+    name: &'static str,
+    tag: &'static str,
+    about: &'static str,
+    /// Names and meanings of those in the path and the headers.
+    parameters: Vec<(&'static str, Place, &'static str)>,
+    query: Option<fn(&mut Query)>,
+    body: Option<Body>,
+    answers: Vec<(u16, &'static str, Vec<Content>)>,
+    /// Headers of the answers.
+    headers: Vec<(&'static str, &'static str)>,
+    /// Whether it answers 200 with a picture.
+    picture: bool,
+}
+
+/// Where a parameter is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Path,
+    /// In the path, as a whole number.
+    Number,
+    Header,
+}
+
+/// A media type and what it contains.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Content {
+    media_type: &'static str,
+    schema: fn(&mut Schemas) -> Value,
+}
+
+impl Content {
+    /// JSON that is written from a type.
+    pub(crate) fn json<T: JsonSchema>() -> Self {
+        Self { media_type: "application/json", schema: Schemas::answer::<T> }
+    }
+
+    /// Text of a media type.
+    pub(crate) const fn text(media_type: &'static str) -> Self {
+        Self { media_type, schema: |_| json!({ "type": "string" }) }
+    }
+
+    /// A file of a media type.
+    pub(crate) const fn file(media_type: &'static str) -> Self {
+        Self { media_type, schema: |_| bytes() }
+    }
+
+    /// What a schema says.
+    pub(crate) const fn of(media_type: &'static str, schema: fn(&mut Schemas) -> Value) -> Self {
+        Self { media_type, schema }
+    }
+}
+
+/// What a request contains.
+#[derive(Debug)]
+pub(crate) struct Body {
+    about: &'static str,
+    contents: Vec<Content>,
+    /// An example for the first of them.
+    example: Option<Value>,
+}
+
+/// A scene for examples.
+pub(crate) fn example_scene() -> Value {
+    json!({
+        "version": 1,
+        "image": { "width": 48, "height": 32 },
+        "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0.5, 0] } },
+        "objects": [{ "sphere": { "center": [0, 1, 0], "radius": 1 } }],
+    })
+}
+
+/// The same in Neutral File Format.
+const EXAMPLE_NFF: &str = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nl 3 3 3\n\
+                           f 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
+
+impl Body {
+    /// A scene.
+    pub(crate) fn scene() -> Self {
+        let scene = Content::of("application/json", |_| json!({ "$ref": "#/components/schemas/Scene" }));
+        Self {
+            about: "The scene; NFF plain or gzip",
+            contents: vec![scene, Content::text("text/x-nff"), Content::file("application/gzip")],
+            example: Some(example_scene()),
+        }
+    }
+
+    /// JSON that is read into a type.
+    pub(crate) fn json<T: JsonSchema>(about: &'static str) -> Self {
+        let json = Content { media_type: "application/json", schema: Schemas::body::<T> };
+        Self { about, contents: vec![json], example: None }
+    }
+
+    /// The same under a further media type.
+    pub(crate) fn or(mut self, media_type: &'static str) -> Self {
+        self.contents.push(Content { media_type, ..self.contents[0] });
+        self
+    }
+
+    /// An example.
+    pub(crate) fn example(self, example: Value) -> Self {
+        Self { example: Some(example), ..self }
+    }
+
+    fn document(&self, schemas: &mut Schemas) -> Value {
+        let mut contents = contents(&self.contents, schemas);
+        if let Some(example) = &self.example {
+            contents[self.contents[0].media_type]["examples"] = json!({ "a ball": { "value": example } });
+        }
+        if let Some(nff) = contents.get_mut("text/x-nff") {
+            nff["examples"] = json!({ "a ball": { "value": EXAMPLE_NFF } });
+        }
+        json!({ "description": self.about, "required": true, "content": contents })
+    }
+}
+
+impl Route {
+    /// A route of a method: its name, its tag, and what it does, in a line and perhaps a paragraph after it.
+    fn new<H: Handler<T, App>, T: 'static>(
+        (method, filter): (&'static str, MethodFilter),
+        path: &'static str,
+        handler: H,
+        [name, tag, about]: [&'static str; 3],
+    ) -> Self {
+        Self {
+            path,
+            method,
+            scope: None,
+            handler: on(filter, handler),
+            name,
+            tag,
+            about,
+            parameters: Vec::new(),
+            query: None,
+            body: None,
+            answers: Vec::new(),
+            headers: Vec::new(),
+            picture: false,
+        }
+    }
+
+    /// A GET route: its name, its tag, and what it does.
+    pub(crate) fn get<H: Handler<T, App>, T: 'static>(
+        path: &'static str,
+        handler: H,
+        about: [&'static str; 3],
+    ) -> Self {
+        Self::new(("get", MethodFilter::GET), path, handler, about)
+    }
+
+    /// A POST route.
+    pub(crate) fn post<H: Handler<T, App>, T: 'static>(
+        path: &'static str,
+        handler: H,
+        about: [&'static str; 3],
+    ) -> Self {
+        Self::new(("post", MethodFilter::POST), path, handler, about)
+    }
+
+    /// A PATCH route.
+    pub(crate) fn patch<H: Handler<T, App>, T: 'static>(
+        path: &'static str,
+        handler: H,
+        about: [&'static str; 3],
+    ) -> Self {
+        Self::new(("patch", MethodFilter::PATCH), path, handler, about)
+    }
+
+    /// A DELETE route.
+    pub(crate) fn delete<H: Handler<T, App>, T: 'static>(
+        path: &'static str,
+        handler: H,
+        about: [&'static str; 3],
+    ) -> Self {
+        Self::new(("delete", MethodFilter::DELETE), path, handler, about)
+    }
+
+    /// What answers all other methods. Its scope is that of the route.
+    pub(crate) fn or_else<H: Handler<T, App>, T: 'static>(mut self, handler: H) -> Self {
+        self.handler = self.handler.fallback(handler);
+        self
+    }
+
+    /// Keys must allow this.
+    pub(crate) fn needs(self, scope: Scope) -> Self {
+        Self { scope: Some(scope), ..self }
+    }
+
+    /// A parameter in the path.
+    pub(crate) fn path(self, name: &'static str, about: &'static str) -> Self {
+        self.parameter(name, Place::Path, about)
+    }
+
+    /// A whole number in the path.
+    pub(crate) fn number(self, name: &'static str, about: &'static str) -> Self {
+        self.parameter(name, Place::Number, about)
+    }
+
+    /// A header of the request.
+    pub(crate) fn header(self, name: &'static str, about: &'static str) -> Self {
+        self.parameter(name, Place::Header, about)
+    }
+
+    fn parameter(mut self, name: &'static str, place: Place, about: &'static str) -> Self {
+        self.parameters.push((name, place, about));
+        self
+    }
+
+    /// What it reads from the query.
+    pub(crate) fn query(self, read: fn(&mut Query)) -> Self {
+        Self { query: Some(read), ..self }
+    }
+
+    /// What it reads from the body.
+    pub(crate) fn body(self, body: Body) -> Self {
+        Self { body: Some(body), ..self }
+    }
+
+    /// An answer.
+    pub(crate) fn answer(mut self, status: u16, about: &'static str, contents: &[Content]) -> Self {
+        self.answers.push((status, about, contents.to_vec()));
+        self
+    }
+
+    /// A header of its answers.
+    pub(crate) fn answer_header(mut self, name: &'static str, about: &'static str) -> Self {
+        self.headers.push((name, about));
+        self
+    }
+
+    /// It answers 200 with a picture.
+    pub(crate) fn picture(self) -> Self {
+        Self { picture: true, ..self }
+    }
+
+    /// The operation as the contract has it.
+    pub(super) fn operation(&self, schemas: &mut Schemas) -> Value {
+        let (summary, description) = self.about.split_once("\n\n").unwrap_or((self.about, ""));
+        let mut operation = json!({
+            "operationId": self.name,
+            "tags": [self.tag],
+            "summary": summary,
+            "responses": self.responses(schemas),
+        });
+        if !description.is_empty() {
+            operation["description"] = description.into();
+        }
+        let parameters = self.all_parameters();
+        if !parameters.is_empty() {
+            operation["parameters"] = parameters.into();
+        }
+        if let Some(body) = &self.body {
+            operation["requestBody"] = body.document(schemas);
+        }
+        if self.scope.is_none() {
+            operation["security"] = json!([{}]);
+        }
+        operation
+    }
+
+    fn all_parameters(&self) -> Vec<Value> {
+        let mut all = Vec::new();
+        for (name, place, about) in &self.parameters {
+            let (place, schema) = match place {
+                Place::Path => ("path", json!({ "type": "string" })),
+                Place::Number => ("path", json!({ "type": "integer", "format": "int32", "minimum": 0 })),
+                Place::Header => ("header", json!({ "type": ["string", "null"] })),
+            };
+            let required = place == "path";
+            all.push(
+                json!({ "name": name, "in": place, "required": required, "description": about, "schema": schema }),
+            );
+        }
+        for parameter in self.query.map(Query::describe).into_iter().flatten() {
+            all.push(json!({
+                "name": parameter.name,
+                "in": "query",
+                "required": parameter.required,
+                "description": parameter.about,
+                "schema": parameter.schema(),
+            }));
+        }
+        all
+    }
+
+    fn responses(&self, schemas: &mut Schemas) -> Map<String, Value> {
+        let mut responses = Map::new();
+        if self.picture {
+            responses.insert("200".into(), json!({ "$ref": "#/components/responses/Picture" }));
+        }
+        for (status, about, of) in &self.answers {
+            let mut response = json!({ "description": about });
+            if !of.is_empty() {
+                response["content"] = contents(of, schemas).into();
+            }
+            for (name, about) in &self.headers {
+                response["headers"][name] = json!({ "description": about, "schema": { "type": "string" } });
+            }
+            let links = links::of(self.name, &status.to_string());
+            if !links.is_empty() {
+                response["links"] = links.into();
+            }
+            responses.insert(status.to_string(), response);
+        }
+        for status in ["4XX", "5XX"] {
+            responses.insert(status.into(), json!({ "$ref": "#/components/responses/Problem" }));
+        }
+        responses
+    }
+}
+
+fn contents(of: &[Content], schemas: &mut Schemas) -> Map<String, Value> {
+    let content = |content: &Content| (content.media_type.to_owned(), json!({ "schema": (content.schema)(schemas) }));
+    of.iter().map(content).collect()
+}

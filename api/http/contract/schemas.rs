@@ -1,0 +1,112 @@
+//! The schemas of the contract, as schemars makes them of the types that requests are read into and answers written from.
+
+use crate::http::extract::query::{Parameter, Query};
+use schemars::generate::{Contract, SchemaSettings};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde_json::{Map, Value, json};
+use strahl::scene::Format;
+use strahl::scene::schema::schema;
+
+/// Where components are.
+const COMPONENTS: &str = "#/components/schemas/";
+
+/// The schemas that were asked for.
+#[derive(Debug)]
+pub(crate) struct Schemas {
+    answers: SchemaGenerator,
+    bodies: SchemaGenerator,
+}
+
+impl Default for Schemas {
+    fn default() -> Self {
+        let generator = |contract: Contract| {
+            let settings = SchemaSettings::draft2020_12().with(|settings| {
+                settings.definitions_path = COMPONENTS.trim_start_matches('#').into();
+                settings.contract = contract;
+            });
+            settings.into_generator()
+        };
+        Self { answers: generator(Contract::Serialize), bodies: generator(Contract::Deserialize) }
+    }
+}
+
+impl Schemas {
+    /// The schema of something that is written.
+    pub(crate) fn answer<T: JsonSchema>(&mut self) -> Value {
+        self.answers.subschema_for::<T>().to_value()
+    }
+
+    /// The schema of something that is read.
+    pub(crate) fn body<T: JsonSchema>(&mut self) -> Value {
+        self.bodies.subschema_for::<T>().to_value()
+    }
+
+    /// All components by name.
+    pub(super) fn components(mut self) -> Map<String, Value> {
+        let mut components = self.bodies.take_definitions(true);
+        components.extend(self.answers.take_definitions(true));
+        // Settings in an answer are those that a scene may have.
+        let mut scene = schema().clone();
+        rename_references(&mut scene);
+        if let Some(Value::Object(parts)) = scene.as_object_mut().and_then(|scene| scene.remove("$defs")) {
+            components.extend(parts);
+        }
+        for key in ["$schema", "$id"] {
+            scene.as_object_mut().and_then(|scene| scene.remove(key));
+        }
+        components.insert("Scene".into(), scene);
+        components.insert(
+            "Bytes".into(),
+            json!({ "type": "string", "format": "binary", "description": "Anything that is not JSON." }),
+        );
+        components.insert(
+            "Overrides".into(),
+            object("Settings over the scene's.", |query| {
+                query.settings(Format::Json);
+            }),
+        );
+        components.insert(
+            "PictureOutput".into(),
+            object("How a picture is written.", |query| {
+                query.output();
+            }),
+        );
+        components
+    }
+}
+
+/// Query parameters as an object: the settings and the output of a job are those of a render.
+fn object(about: &str, read: fn(&mut Query)) -> Value {
+    let property = |parameter: Parameter| {
+        let mut schema = parameter.schema();
+        schema["description"] = parameter.about.into();
+        (parameter.name.to_owned(), schema)
+    };
+    let properties: Map<_, _> = Query::describe(read).into_iter().map(property).collect();
+    json!({ "type": "object", "description": about, "properties": properties, "additionalProperties": false })
+}
+
+/// A scene inside of a body, which stays text until it is read on its own.
+pub(crate) fn scene_reference(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "$ref": format!("{COMPONENTS}Scene") })
+}
+
+/// Any bytes.
+pub(crate) fn bytes() -> Value {
+    json!({ "$ref": format!("{COMPONENTS}Bytes") })
+}
+
+fn rename_references(value: &mut Value) {
+    match value {
+        Value::Object(object) => {
+            if let Some(Value::String(reference)) = object.get_mut("$ref")
+                && let Some(name) = reference.strip_prefix("#/$defs/")
+            {
+                *reference = format!("{COMPONENTS}{name}");
+            }
+            object.values_mut().for_each(rename_references);
+        }
+        Value::Array(values) => values.iter_mut().for_each(rename_references),
+        _ => {}
+    }
+}

@@ -1,0 +1,89 @@
+//! Known images as answers: the picture of an id, and parts of it in deep zoom.
+
+use super::picture::{self, Freshness, ResponseContext};
+use crate::http::auth::client::Client;
+use crate::http::auth::tenant::Tenant;
+use crate::http::concurrency_limit::Permit;
+use crate::http::problem::{Kind, Problem};
+use crate::http::state::{App, AppState};
+use crate::service::pictures::spec::PictureSpec;
+use crate::service::requests::pictures::Source;
+use crate::service::requests::scenes::OpenedImage;
+use crate::service::scenes::ids::ImageId;
+use crate::service::scheduler::task::{Class, Task};
+use axum::http::request::Parts;
+use axum::http::{HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+
+/// The image that a path names.
+pub(crate) fn image_id(text: &str) -> Result<ImageId, Problem> {
+    ImageId::read(text).ok_or_else(|| {
+        let detail = format!(
+            "{text} is no image of this version of the renderer: POST /v1/render and POST /v1/scenes say a scene's image_id"
+        );
+        Problem::new(Kind::NotFound, detail)
+    })
+}
+
+/// Opens an image that a path names; its scene is built if need be.
+pub(crate) async fn open(app: &App, tenant: &Tenant, id: &str) -> Result<OpenedImage, Problem> {
+    Ok(app.service.open_image(tenant.task(Class::Tiles), image_id(id)?).await?)
+}
+
+/// The answer with a part of a known image.
+pub(crate) async fn answer(
+    app: &App,
+    context: &ResponseContext<'_>,
+    task: Task,
+    image: ImageId,
+    spec: PictureSpec,
+) -> Result<Response, Problem> {
+    let name = spec.name(&image);
+    if let Some(answer) = picture::precondition_response(context, Some(&picture::tag(&name))) {
+        return answer;
+    }
+    let made = match app.service.stored_picture(&image, &spec).await {
+        Some(file) => picture::stored(file),
+        None => app.service.make_picture(task, Source::Known(image), spec).await?,
+    };
+    picture::deliver(app, context, &made, &spec)
+}
+
+/// The answer with a tile, for pages of any origin.
+pub(crate) async fn tile(
+    app: &App,
+    tenant: &Tenant,
+    parts: &Parts,
+    image: ImageId,
+    spec: PictureSpec,
+) -> Result<Response, Problem> {
+    let context = ResponseContext {
+        method: &parts.method,
+        headers: &parts.headers,
+        tenant,
+        freshness: Freshness::Immutable,
+        negotiated: false,
+    };
+    Ok(everywhere(answer(app, &context, tenant.task(Class::Tiles), image, spec).await?))
+}
+
+/// Counts a tile of a client, until the tile is made.
+pub(crate) fn tile_permit(app: &AppState, client: Client) -> Result<Permit<Client>, Problem> {
+    let most = app.limits.client_tiles;
+    app.tile_clients.enter(client, most).ok_or_else(|| {
+        let detail = format!("you are waiting for {most} tiles already (client_tiles)");
+        Problem::new(Kind::RateLimited, detail).retry_after(app.service.tiles.retry_after())
+    })
+}
+
+/// Lets pages of any origin read an answer: a client that has an image's id may see it.
+pub(crate) fn everywhere(answer: impl IntoResponse) -> Response {
+    let mut response = answer.into_response();
+    response.headers_mut().insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, HeaderValue::from_static("*"));
+    response
+}
+
+/// Where an image's tiles are, by convention: IIIF, DZI and XYZ.
+pub(crate) fn tiles_of(image: &str) -> [String; 3] {
+    [format!("/iiif/3/{image}/info.json"), format!("/dzi/{image}.dzi"), format!("/xyz/{image}.json")]
+}

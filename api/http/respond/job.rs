@@ -1,0 +1,352 @@
+//! Jobs as answers: one, many, and waiting for one.
+
+use super::blocking;
+use super::image::tiles_of;
+use super::picture::{self, Freshness, ResponseContext, place_of};
+use crate::http::auth::tenant::Tenant;
+use crate::http::extract::prefer::Prefer;
+use crate::http::problem::{Kind, Problem, ProblemSummary};
+use crate::http::state::{App, AppState};
+use crate::service::error::Error;
+use crate::service::jobs::record::{State as JobState, Stats};
+use crate::service::jobs::{Claim, Job, KeyUse};
+use crate::service::pictures::report::Report;
+use crate::service::pictures::spec::PictureSpec;
+use crate::service::requests::pictures::{Source, Upload};
+use crate::service::scheduler::admission::Work;
+use crate::service::scheduler::task::Class;
+use axum::Json;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::value::RawValue;
+use std::sync::Arc;
+use std::time::{Duration, UNIX_EPOCH};
+use strahl::film::{FileFormat, Film, encode};
+
+/// Letters of an idempotency key.
+const KEY: usize = 255;
+
+/// A job.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct JobView {
+    /// A UUID of version 7.
+    id: String,
+    /// Where it stands.
+    state: JobState,
+    /// How far it is.
+    progress: JobProgress,
+    /// Its place among the tenant's waiting jobs, from 1.
+    position: Option<usize>,
+    /// Milliseconds until it should be done.
+    eta_ms: Option<f64>,
+    /// Milliseconds it should take on a machine that does nothing else.
+    estimate_ms: f64,
+    /// 0 to 100.
+    #[schemars(range(min = 0, max = 100))]
+    priority: u8,
+    /// What its owner calls it.
+    labels: Vec<String>,
+    /// Pixels across.
+    width: u32,
+    /// Pixels down.
+    height: u32,
+    /// Edge of a tile in pixels; 0 if the picture is one tile.
+    tile: u32,
+    /// Id of the scene with the settings in it. Null if its picture depends on a clock or on files.
+    scene_id: Option<String>,
+    /// Id of the picture, if it has one.
+    image_id: Option<String>,
+    /// Whose it is.
+    tenant: String,
+    /// When it was accepted (RFC 3339).
+    created_at: String,
+    /// When it was first begun.
+    started_at: Option<String>,
+    /// When it ended.
+    finished_at: Option<String>,
+    /// Until when it is kept.
+    expires_at: Option<String>,
+    /// Paths of what there is to see.
+    links: JobLinks,
+    /// What it took.
+    stats: Stats,
+    /// Why it failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    problem: Option<ProblemSummary>,
+    /// What the picture cost, and how far it may be from the exact one. Only in the answer about a single job that has
+    /// succeeded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Report>")]
+    report: Option<Box<RawValue>>,
+}
+
+/// How far a job is.
+#[derive(Debug, Serialize, JsonSchema)]
+struct JobProgress {
+    /// From 0 to 1.
+    fraction: f64,
+    /// Finished tiles.
+    tiles_done: usize,
+    /// All tiles.
+    tiles_total: usize,
+    /// Rays of the finished tiles.
+    rays: u64,
+}
+
+/// Paths of what there is to see of a job, and where its picture and tiles are if they have ids.
+#[derive(Debug, Serialize, JsonSchema)]
+struct JobLinks {
+    /// The job.
+    #[serde(rename = "self")]
+    this: String,
+    /// What happens to it.
+    events: String,
+    /// The picture so far.
+    preview: String,
+    /// The picture.
+    image: String,
+    /// Stops it.
+    cancel: String,
+    /// The canonical text of its scene, with the settings in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scene: Option<String>,
+    /// The picture by its id.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    picture: Option<String>,
+    /// The description of the image for IIIF.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    iiif: Option<String>,
+    /// The description of the image for DZI.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dzi: Option<String>,
+    /// The description of the image's tiles for XYZ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    xyz: Option<String>,
+}
+
+impl JobView {
+    /// A job as it is now, without its cost report.
+    pub(crate) fn of(app: &AppState, job: &Arc<Job>) -> Self {
+        let progress = job.progress();
+        let place = app.service.jobs.place(job);
+        let record = job.record().clone();
+        let path = format!("/v1/jobs/{}", record.id);
+        let time = |ms: u64| humantime::format_rfc3339_millis(UNIX_EPOCH + Duration::from_millis(ms)).to_string();
+        let eta_ms = if record.state.is_final() { None } else { place.map(|(_, eta)| eta).or(progress.eta_ms) };
+        let limits = &app.service.jobs.limits;
+        let kept = match record.state {
+            JobState::Succeeded => limits.keep_pictures,
+            JobState::Expired => limits.keep_pictures + limits.keep_records,
+            _ => limits.keep_records,
+        };
+        let ids = record.scene_id.as_ref().zip(record.image_id.as_ref());
+        let tiles = ids.map(|(_, image)| tiles_of(image));
+        let [iiif, dzi, xyz] = tiles.map_or_else(Default::default, |tiles| tiles.map(Some));
+        Self {
+            state: record.state,
+            progress: JobProgress {
+                fraction: progress.done as f64 / progress.total as f64,
+                tiles_done: progress.done,
+                tiles_total: progress.total,
+                rays: progress.rays,
+            },
+            position: place.map(|(position, _)| position),
+            eta_ms: eta_ms.map(f64::round),
+            estimate_ms: record.estimate_ms,
+            priority: record.priority,
+            width: record.width,
+            height: record.height,
+            tile: record.edge,
+            created_at: time(record.created),
+            started_at: record.started.map(time),
+            finished_at: record.finished.map(time),
+            expires_at: record.finished.map(|finished| time(finished + kept.as_millis() as u64)),
+            links: JobLinks {
+                events: format!("{path}/events"),
+                preview: format!("{path}/preview"),
+                image: format!("{path}/image"),
+                cancel: format!("{path}/cancel"),
+                scene: ids.map(|(scene, _)| format!("/v1/scenes/{scene}")),
+                picture: ids.map(|(_, image)| place_of(image, record.spec.output)),
+                iiif,
+                dzi,
+                xyz,
+                this: path,
+            },
+            stats: record.stats,
+            problem: record.failure.as_ref().map(ProblemSummary::of),
+            report: None,
+            id: record.id,
+            labels: record.labels,
+            scene_id: record.scene_id,
+            image_id: record.image_id,
+            tenant: record.tenant,
+        }
+    }
+}
+
+/// A job as an answer: with the cost report once there is a picture, its version as ETag, and when to ask again.
+pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
+    let mut view = JobView::of(app, job);
+    if view.state == JobState::Succeeded {
+        let (app, id) = (Arc::clone(app), view.id.clone());
+        let meta = blocking(move || app.service.jobs.meta(&id)).await;
+        let report = meta.ok().and_then(Result::ok).and_then(|meta| meta.report);
+        view.report = report.or_else(|| RawValue::from_string("null".into()).ok());
+    }
+    let mut headers = HeaderMap::new();
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    let version = job.record().version;
+    if let Ok(version) = HeaderValue::from_str(&etag(version)) {
+        headers.insert(header::ETAG, version);
+    }
+    if !view.state.is_final() {
+        let seconds = view.eta_ms.map_or(1, |eta| (eta / 1e3).ceil() as u32).clamp(1, 10);
+        headers.insert(header::RETRY_AFTER, seconds.into());
+    }
+    (headers, Json(view)).into_response()
+}
+
+/// The ETag of a version of a job.
+pub(crate) fn etag(version: u64) -> String {
+    format!("\"v{version}\"")
+}
+
+/// The answer to a submission; `again` if the same request has become this job before.
+pub(crate) async fn accepted(app: &App, job: &Arc<Job>, again: bool, prefer: Prefer) -> Response {
+    let mut response = (StatusCode::ACCEPTED, shown(app, job).await).into_response();
+    let headers = response.headers_mut();
+    if let Ok(path) = HeaderValue::from_str(&format!("/v1/jobs/{}", job.record().id)) {
+        headers.insert(header::LOCATION, path);
+    }
+    if again {
+        headers.insert(HeaderName::from_static("idempotency-replayed"), HeaderValue::from_static("true"));
+    }
+    let [(name, applied)] = prefer.applied();
+    if let (false, Ok(applied)) = (applied.is_empty(), HeaderValue::from_str(&applied)) {
+        headers.insert(name, applied);
+    }
+    response
+}
+
+/// A submission's idempotency key.
+#[derive(Debug)]
+pub(crate) enum Claimed {
+    /// The same submission has become this job.
+    Before(Arc<Job>),
+    /// It is the first, or has no key.
+    Now(Option<Claim>),
+}
+
+/// Claims the key of a submission, if it has one.
+pub(crate) fn claim(app: &AppState, tenant: &Tenant, headers: &HeaderMap, request: &[u8]) -> Result<Claimed, Problem> {
+    let Some(key) = headers.get("idempotency-key") else { return Ok(Claimed::Now(None)) };
+    let key =
+        key.to_str().ok().filter(|key| (1..=KEY).contains(&key.len())).ok_or_else(|| {
+            Problem::new(Kind::InvalidRequest, format!("Idempotency-Key is 1 to {KEY} letters of ASCII"))
+        })?;
+    match app.service.jobs.claim(&tenant.name, key, request) {
+        Ok(claim) => Ok(Claimed::Now(Some(claim))),
+        Err(KeyUse::Same(job)) => Ok(Claimed::Before(job)),
+        Err(KeyUse::Other) => {
+            let detail = "this Idempotency-Key was used for another request; use a new one for a new job";
+            Err(Problem::new(Kind::IdempotencyKeyReused, detail))
+        }
+        Err(KeyUse::Pending) => {
+            let detail =
+                "the first request with this Idempotency-Key is still being accepted; send it again in a moment";
+            Err(Problem::new(Kind::Conflict, detail).retry_after(1))
+        }
+    }
+}
+
+/// The picture of a job as any other picture is answered, if there is one.
+pub(crate) async fn picture_of(
+    app: &App,
+    tenant: &Tenant,
+    method: &Method,
+    headers: &HeaderMap,
+    job: &Job,
+) -> Result<Response, Problem> {
+    let (state, id, output) = {
+        let record = job.record();
+        (record.state, record.id.clone(), record.spec.output)
+    };
+    if state != JobState::Succeeded {
+        return Err(no_picture(job));
+    }
+    let file = {
+        let (jobs, id) = (Arc::clone(&app.service.jobs), id.clone());
+        blocking(move || jobs.picture(&id)).await?
+    };
+    let file = file.map_err(|error| {
+        tracing::error!(job = id, %error, "a picture cannot be read");
+        Problem::new(Kind::Internal, "the picture cannot be read")
+    })?;
+    let context = ResponseContext { method, headers, tenant, freshness: Freshness::Once, negotiated: false };
+    picture::deliver(app, &context, &picture::stored(Arc::new(file)), &PictureSpec::plain(None, output))
+}
+
+/// A job without a picture, when one is asked for.
+pub(crate) fn no_picture(job: &Job) -> Problem {
+    let record = job.record();
+    let (id, state) = (record.id.clone(), record.state);
+    match state {
+        JobState::Expired => Problem::new(Kind::Gone, format!("the picture of job {id} has expired; submit it again")),
+        JobState::Failed | JobState::Canceled => {
+            let detail = record.failure.as_ref().map_or("it was canceled", |failure| failure.detail.as_str());
+            Problem::new(Kind::JobFailed, format!("job {id} has no picture: {detail}"))
+        }
+        JobState::Queued | JobState::Running | JobState::Succeeded => {
+            drop(record);
+            let eta = job.progress().eta_ms.unwrap_or(1_000.0);
+            let seconds = ((eta / 1e3).ceil() as u32).clamp(1, 10);
+            Problem::new(Kind::JobNotFinished, format!("job {id} is {}", state.name())).retry_after(seconds)
+        }
+    }
+}
+
+/// A part of a picture that was finished before: rendered again, to the same bytes, unless it is in a cache.
+pub(crate) async fn render_again(app: &App, tenant: &Tenant, job: &Job, spec: PictureSpec) -> Result<Vec<u8>, Problem> {
+    let of_job = job.record().spec.clone();
+    let text = {
+        let (jobs, scene) = (Arc::clone(&app.service.jobs), of_job.scene.clone());
+        blocking(move || jobs.scene(&scene)).await?
+    };
+    let text = text.ok_or_else(|| Problem::new(Kind::Gone, "the job's scene is gone"))?;
+    let upload = Upload::new(text, of_job.format, of_job.settings).await?;
+    let made = app.service.make_picture(tenant.task(Class::Tiles), Source::Sent(upload), spec).await?;
+    Ok(made.file.bytes.clone())
+}
+
+/// Pixels as a PNG.
+pub(crate) async fn encode_png(app: &App, tenant: &Tenant, film: Film) -> Result<Vec<u8>, Problem> {
+    let work = move |work: &Work| Ok::<_, Error>(work.workers.work(|| encode(&film, FileFormat::Png8))?);
+    Ok(app.service.queue.run(tenant.task(Class::Tiles), work).await?.value)
+}
+
+/// Waits for something, until the time is over or the service is about to end; none then.
+pub(crate) async fn patiently<T>(app: &AppState, patience: Duration, wait: impl Future<Output = T>) -> Option<T> {
+    let mut draining = app.drain.watch();
+    tokio::select! {
+        done = wait => Some(done),
+        () = tokio::time::sleep(patience) => None,
+        _ = draining.wait_for(|draining| *draining) => None,
+    }
+}
+
+/// Waits until a job is final or the time is over.
+pub(crate) async fn until_final(app: &AppState, job: &Arc<Job>, patience: Duration) {
+    let mut bell = job.events.bell();
+    let ended = async {
+        while !job.record().state.is_final() {
+            if bell.changed().await.is_err() {
+                return;
+            }
+        }
+    };
+    // Either way the caller looks at the state.
+    patiently(app, patience, ended).await;
+}

@@ -1,0 +1,147 @@
+//! A picture as an answer: conditions, headers, caching.
+
+use super::put;
+use crate::http::auth::tenant::Tenant;
+use crate::http::extract::conditions::{Verdict, weigh};
+use crate::http::metrics::render_cost::Cost;
+use crate::http::problem::{Kind, Problem};
+use crate::http::state::AppState;
+use crate::service::pictures::cache::{MadePicture, Took};
+use crate::service::pictures::file::PictureFile;
+use crate::service::pictures::spec::PictureSpec;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+use strahl::film::{DEFAULT_QUALITY, FileFormat};
+
+/// How long others may keep an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Freshness {
+    /// For ever: its address always means this picture.
+    Immutable,
+    /// It answers this request; to be asked about before it is used again.
+    Once,
+}
+
+/// What an answer depends on beside its picture.
+#[derive(Debug)]
+pub(crate) struct ResponseContext<'a> {
+    /// The request's method.
+    pub(crate) method: &'a Method,
+    /// The request's headers.
+    pub(crate) headers: &'a HeaderMap,
+    /// Who asks: shared caches must not keep what only one tenant may see.
+    pub(crate) tenant: &'a Tenant,
+    /// How long others may keep it.
+    pub(crate) freshness: Freshness,
+    /// Whether `Accept` decided on the format.
+    pub(crate) negotiated: bool,
+}
+
+/// The entity tag of a picture: its whole name.
+pub(crate) fn tag(name: &str) -> String {
+    format!("\"{name}\"")
+}
+
+/// The answer of a request whose conditions decide it, before anything is made.
+pub(crate) fn precondition_response(
+    context: &ResponseContext<'_>,
+    etag: Option<&str>,
+) -> Option<Result<Response, Problem>> {
+    match weigh(context.method, context.headers, etag) {
+        Verdict::Proceed => None,
+        Verdict::Failed => {
+            let detail = "the picture is not the one that If-Match or If-None-Match asks for";
+            Some(Err(Problem::new(Kind::PreconditionFailed, detail)))
+        }
+        Verdict::NotModified => {
+            let mut response = StatusCode::NOT_MODIFIED.into_response();
+            put(response.headers_mut(), header::ETAG, etag.unwrap_or_default());
+            caching(response.headers_mut(), context);
+            Some(Ok(response))
+        }
+    }
+}
+
+/// A picture that was there.
+pub(crate) fn stored(file: Arc<PictureFile>) -> MadePicture {
+    MadePicture { file, took: Took::CACHED }
+}
+
+/// The answer with a picture, if the request's conditions allow it.
+pub(crate) fn deliver(
+    app: &AppState,
+    context: &ResponseContext<'_>,
+    MadePicture { file, took }: &MadePicture,
+    spec: &PictureSpec,
+) -> Result<Response, Problem> {
+    let image = file.meta.image.as_ref();
+    let etag = image.map(|image| tag(&spec.name(image)));
+    if let Some(answer) = precondition_response(context, etag.as_deref()) {
+        return answer;
+    }
+    let (ending, media_type) = spec.format.names();
+    let mut response = Response::new(app.memory.picture(file));
+    if let Some(cost) = Cost::of(took, spec.format) {
+        response.extensions_mut().insert(cost);
+    }
+    let headers = response.headers_mut();
+    for (name, value) in &file.meta.lines {
+        // Pictures of an older version may have other lines.
+        if let Ok(name) = name.parse() {
+            put(headers, name, value);
+        }
+    }
+    // RFC 9530.
+    put(headers, HeaderName::from_static("repr-digest"), &format!("sha-256=:{}:", file.digest));
+    headers.insert(header::CONTENT_LENGTH, file.bytes.len().into());
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
+    let name = image.map_or("picture", String::as_str);
+    put(headers, header::CONTENT_DISPOSITION, &format!("inline; filename=\"{name}.{ending}\""));
+    put(headers, HeaderName::from_static("server-timing"), &timing(took));
+    if let (Some(etag), Some(image)) = (&etag, image) {
+        put(headers, header::ETAG, etag);
+        if context.freshness == Freshness::Once && spec.is_whole() {
+            put(headers, header::CONTENT_LOCATION, &place_of(image, spec.format));
+        }
+    }
+    caching(headers, context);
+    if etag.is_none() {
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    }
+    Ok(response)
+}
+
+/// Where an image stays in a format, as long as its scene is known.
+pub(crate) fn place_of(image: &str, format: FileFormat) -> String {
+    let parameters = match format {
+        FileFormat::Png16 => "?bits=16".into(),
+        FileFormat::Jpeg(quality) if quality != DEFAULT_QUALITY => format!("?quality={quality}"),
+        _ => String::new(),
+    };
+    format!("/v1/images/{image}.{}{parameters}", format.names().0)
+}
+
+/// `Server-Timing`: what this answer took, if its picture had to be made.
+fn timing(took: &Took) -> String {
+    let scene = format!("scene;desc={}", if took.scene_cached { "hit" } else { "miss" });
+    let Some((phases, _)) = took.render else { return scene + ", picture;desc=hit" };
+    let durations = [("queue", took.queue_ms)].into_iter().chain(phases.list());
+    let durations = durations.map(|(phase, ms)| format!("{phase};dur={ms:.3}"));
+    let refine = format!("refine;dur={:.3};desc=\"part of trace\"", phases.refine);
+    let timing: Vec<String> = [scene].into_iter().chain(durations).chain([refine]).collect();
+    timing.join(", ")
+}
+
+fn caching(headers: &mut HeaderMap, context: &ResponseContext<'_>) {
+    let everybody = context.tenant.is_anonymous();
+    let value = match context.freshness {
+        Freshness::Immutable if everybody => "public, max-age=31536000, immutable",
+        Freshness::Immutable => "private, max-age=31536000, immutable",
+        Freshness::Once => "no-cache",
+    };
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(value));
+    if context.negotiated {
+        headers.insert(header::VARY, HeaderValue::from_static("Accept"));
+    }
+}

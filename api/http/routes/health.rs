@@ -1,0 +1,68 @@
+//! `GET /livez`, `GET /readyz`: whether the service is alive, and whether it takes work.
+
+use crate::http::contract::{Content, Route};
+use crate::http::state::App;
+use axum::Json;
+use axum::extract::State;
+use axum::http::{StatusCode, header};
+use axum::response::IntoResponse;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+pub(super) fn routes() -> Vec<Route> {
+    vec![
+        Route::get("/livez", livez, ["livez", "service", "Whether the process answers."]).answer(
+            200,
+            "It does",
+            &[Content::text("text/plain")],
+        ),
+        Route::get(
+            "/readyz",
+            readyz,
+            [
+                "readyz",
+                "service",
+                "Whether the service takes work. A busy service is ready; one that is about to stop is not.",
+            ],
+        )
+        .answer(200, "It takes work", &[Content::json::<Readiness>()])
+        .answer(503, "It is about to stop", &[Content::json::<Readiness>()]),
+    ]
+}
+
+/// Whether the service takes work, and how much it has.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Readiness {
+    /// `ready` or `draining`.
+    status: &'static str,
+    /// Requests under way.
+    running: usize,
+    /// Requests that wait.
+    waiting: usize,
+    /// Jobs.
+    jobs: JobCounts,
+}
+
+/// How many jobs there are.
+#[derive(Debug, Serialize, JsonSchema)]
+struct JobCounts {
+    /// Jobs that wait.
+    waiting: usize,
+    /// Jobs that are rendered.
+    running: usize,
+}
+
+const NO_STORE: [(header::HeaderName, &str); 1] = [(header::CACHE_CONTROL, "no-store")];
+
+pub(super) async fn livez() -> impl IntoResponse {
+    (NO_STORE, "alive\n")
+}
+
+pub(super) async fn readyz(State(app): State<App>) -> impl IntoResponse {
+    let (code, status) =
+        if app.drain.has_begun() { (StatusCode::SERVICE_UNAVAILABLE, "draining") } else { (StatusCode::OK, "ready") };
+    let (waiting, running) = app.service.jobs.counts();
+    let queue = &app.service.queue;
+    let jobs = JobCounts { waiting, running };
+    (code, NO_STORE, Json(Readiness { status, running: queue.running(), waiting: queue.waiting(), jobs }))
+}

@@ -1,0 +1,109 @@
+//! A job's picture, and parts of it that are finished, or are rendered next.
+
+use super::ID;
+use crate::http::auth::tenant::Scope;
+use crate::http::contract::{Content, Route};
+use crate::http::extract::named_job::NamedJob;
+use crate::http::extract::query::Query;
+use crate::http::problem::{Kind, Problem};
+use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
+use crate::http::state::App;
+use crate::service::jobs::Job;
+use crate::service::jobs::record::State as JobState;
+use crate::service::pictures::spec::{PictureSpec, outside};
+use axum::extract::{Request, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use std::time::Duration;
+use strahl::film::{FileFormat, Region};
+
+/// How long a request for an unfinished part waits for it: viewers give up after 30 seconds.
+const PART_PATIENCE: Duration = Duration::from_secs(25);
+/// Pixels of a part.
+const PART_PIXELS: u64 = 4 << 20;
+
+pub(super) fn routes() -> Vec<Route> {
+    let about_tile = "A part of the picture as a PNG: at once if it is finished, else as soon as it is. The request makes it the \
+                      next part to be rendered.";
+    let region = |query: &mut Query| {
+        query.region();
+    };
+    vec![
+        Route::get("/v1/jobs/{id}/image", image, ["jobImage", "jobs", "The picture of a job that has succeeded."])
+            .needs(Scope::Read)
+            .path("id", ID)
+            .picture(),
+        Route::get("/v1/jobs/{id}/tile", tile, ["jobTile", "jobs", about_tile])
+            .needs(Scope::Read)
+            .path("id", ID)
+            .query(region)
+            .answer(200, "The part, as it will be in the picture", &[Content::file("image/png")]),
+        Route::post(
+            "/v1/jobs/{id}/look",
+            look,
+            ["lookAtJob", "jobs", "Says that somebody looks at a part of the picture, which is rendered next."],
+        )
+        .needs(Scope::Read)
+        .path("id", ID)
+        .query(region)
+        .answer(204, "It is next", &[]),
+    ]
+}
+
+async fn image(
+    State(app): State<App>,
+    NamedJob { job, tenant }: NamedJob,
+    request: Request,
+) -> Result<Response, Problem> {
+    picture_of(&app, &tenant, request.method(), request.headers(), &job).await
+}
+
+async fn tile(
+    State(app): State<App>,
+    NamedJob { job, tenant }: NamedJob,
+    request: Request,
+) -> Result<Response, Problem> {
+    let region = region_of(&job, &request)?;
+    let mut bell = job.events.bell();
+    let watcher = job.watch();
+    job.look(region);
+    let finished = async {
+        loop {
+            if let Some(film) = job.finished_part(region) {
+                return Some(film);
+            }
+            if job.record().state.is_final() || bell.changed().await.is_err() {
+                return None;
+            }
+        }
+    };
+    let film = patiently(&app, PART_PATIENCE, finished).await.flatten();
+    drop(watcher);
+    let png = match film {
+        Some(film) => encode_png(&app, &tenant, film).await?,
+        None if job.record().state == JobState::Succeeded => {
+            render_again(&app, &tenant, &job, PictureSpec::plain(Some(region), FileFormat::Png8)).await?
+        }
+        None => return Err(no_picture(&job)),
+    };
+    let headers = [(header::CONTENT_TYPE, "image/png"), (header::CACHE_CONTROL, "private, max-age=3600")];
+    Ok((headers, app.memory.body(png)).into_response())
+}
+
+async fn look(NamedJob { job, .. }: NamedJob, request: Request) -> Result<StatusCode, Problem> {
+    job.look(region_of(&job, &request)?);
+    Ok(StatusCode::NO_CONTENT)
+}
+
+fn region_of(job: &Job, request: &Request) -> Result<Region, Problem> {
+    let region = Query::read(request.uri(), Query::region)?;
+    let record = job.record();
+    if !region.fits(record.width, record.height) {
+        return Err(outside("the region", record.width, record.height).into());
+    }
+    if region.pixels() > PART_PIXELS {
+        let detail = format!("a part has at most {PART_PIXELS} pixels (part_pixels)");
+        return Err(Problem::limit(Kind::CostLimit, "part_pixels", PART_PIXELS, detail));
+    }
+    Ok(region)
+}

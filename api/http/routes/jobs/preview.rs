@@ -1,0 +1,111 @@
+//! `GET /v1/jobs/{id}/preview`: the picture so far, small.
+
+use super::ID;
+use crate::http::auth::tenant::Scope;
+use crate::http::contract::{Content, Route};
+use crate::http::extract::named_job::NamedJob;
+use crate::http::extract::prefer::Prefer;
+use crate::http::extract::query::Query;
+use crate::http::problem::Problem;
+use crate::http::respond::blocking;
+use crate::http::respond::job::{encode_png, no_picture, patiently, render_again};
+use crate::http::state::App;
+use crate::service::jobs::record::State as JobState;
+use crate::service::jobs::{Job, PREVIEW_SIDE};
+use crate::service::pictures::spec::{Grid, PictureSpec};
+use axum::extract::{Request, State};
+use axum::http::{HeaderName, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+use std::time::Duration;
+use strahl::film::FileFormat;
+
+/// Longest wait for another preview, in seconds.
+const PATIENCE: u32 = 30;
+
+pub(super) fn routes() -> Vec<Route> {
+    let about = "The newest preview, at most 1,024 pixels wide and high, as a PNG.";
+    let prefer = "`wait=10` waits so many seconds for another preview than that of If-None-Match.";
+    vec![
+        Route::get("/v1/jobs/{id}/preview", preview, ["jobPreview", "jobs", about])
+            .needs(Scope::Read)
+            .path("id", ID)
+            .header("If-None-Match", "The ETag of the preview that the client has.")
+            .header("Prefer", prefer)
+            .query(|query| {
+                after_and_wait(query);
+            })
+            .answer(200, "The preview; its revision is its ETag", &[Content::file("image/png")])
+            .answer(304, "There is no other yet", &[]),
+    ]
+}
+
+fn after_and_wait(query: &mut Query) -> (Option<u64>, Option<u32>) {
+    query.whole("rev", "Any number: another one is another URL, for pages that look again.");
+    let after = query.whole("after", "Waits for a later revision than this.");
+    (after, query.count("wait", "How many seconds at most, 30 if only `after` is given.", PATIENCE))
+}
+
+async fn preview(
+    State(app): State<App>,
+    NamedJob { job, tenant }: NamedJob,
+    request: Request,
+) -> Result<Response, Problem> {
+    let (after, wait) = Query::read(request.uri(), after_and_wait)?;
+    let known = request.headers().get(header::IF_NONE_MATCH).and_then(|tag| tag.to_str().ok()).map(str::to_owned);
+    let patience = wait
+        .or(after.map(|_| PATIENCE))
+        .map(|seconds| Duration::from_secs(u64::from(seconds)))
+        .or(Prefer::of(request.headers()).wait);
+    let is_new = |job: &Job| {
+        let revision = job.revision();
+        let succeeded = job.record().state == JobState::Succeeded;
+        (revision > 0 || succeeded)
+            && after.is_none_or(|after| revision > after || succeeded)
+            && known.as_deref() != Some(tag(revision, succeeded).as_str())
+    };
+    if let Some(patience) = patience {
+        let _watcher = job.watch();
+        let mut bell = job.events.bell();
+        let news = async { while !is_new(&job) && !job.record().state.is_final() && bell.changed().await.is_ok() {} };
+        // Either way the newest is shown.
+        patiently(&app, patience, news).await;
+    }
+    let succeeded = job.record().state == JobState::Succeeded;
+    let (png, revision) = if succeeded {
+        let (jobs, id) = (Arc::clone(&app.service.jobs), job.record().id.clone());
+        let png = match blocking(move || jobs.last_preview(&id)).await? {
+            Ok(png) => png,
+            Err(_) => render_again(&app, &tenant, &job, small(&job)).await?,
+        };
+        (png, job.revision())
+    } else {
+        let (film, revision) = job.preview().ok_or_else(|| no_picture(&job))?;
+        if known.as_deref() == Some(tag(revision, false).as_str()) {
+            (Vec::new(), revision)
+        } else {
+            (encode_png(&app, &tenant, film).await?, revision)
+        }
+    };
+    let tag = tag(revision, succeeded);
+    let headers = [
+        (header::ETAG, tag.clone()),
+        (header::CACHE_CONTROL, "no-cache".to_owned()),
+        (HeaderName::from_static("preview-revision"), revision.to_string()),
+    ];
+    if known.as_ref() == Some(&tag) {
+        return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
+    }
+    Ok((headers, [(header::CONTENT_TYPE, "image/png")], app.memory.body(png)).into_response())
+}
+
+/// All of a picture in as many pixels as a preview has.
+fn small(job: &Job) -> PictureSpec {
+    let record = job.record();
+    let level = record.width.max(record.height).div_ceil(PREVIEW_SIDE).next_power_of_two().ilog2();
+    PictureSpec { grid: Grid::Level(level as i32), ..PictureSpec::plain(None, FileFormat::Png8) }
+}
+
+fn tag(revision: u64, is_last: bool) -> String {
+    if is_last { "\"last\"".to_owned() } else { format!("\"r{revision}\"") }
+}

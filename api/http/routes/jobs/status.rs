@@ -1,0 +1,109 @@
+//! `GET /v1/jobs/{id}`, `GET /v1/jobs`: one job, and the tenant's jobs.
+
+use super::ID;
+use crate::http::auth::tenant::{Scope, Tenant};
+use crate::http::contract::{Content, Route};
+use crate::http::extract::named_job::{NamedJob, may_see};
+use crate::http::extract::prefer::Prefer;
+use crate::http::extract::query::Query;
+use crate::http::problem::Problem;
+use crate::http::respond::job::{JobView, shown, until_final};
+use crate::http::state::App;
+use crate::service::jobs::record::{Record, State as JobState};
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::sync::Arc;
+
+/// Jobs of a page, and how many there may be.
+const PAGE: [u32; 2] = [50, 200];
+
+pub(super) fn routes() -> Vec<Route> {
+    vec![
+        Route::get("/v1/jobs/{id}", job, ["job", "jobs", "A job, whatever its state."])
+            .needs(Scope::Read)
+            .path("id", ID)
+            .header("Prefer", "`wait=20` waits so many seconds for the job to end.")
+            .answer(200, "The job", &[Content::json::<JobView>()]),
+        Route::get("/v1/jobs", jobs, ["jobs", "jobs", "The tenant's jobs, the newest first."])
+            .needs(Scope::Read)
+            .query(|query| {
+                filters(query);
+            })
+            .answer(200, "The jobs; `Link` with `rel=\"next\"` leads to the next page.", &[Content::json::<JobList>()]),
+    ]
+}
+
+/// Jobs, the newest first.
+#[derive(Debug, Serialize, JsonSchema)]
+struct JobList {
+    /// The jobs.
+    jobs: Vec<JobView>,
+    /// `cursor` of the next page; null on the last one.
+    next: Option<String>,
+}
+
+async fn job(State(app): State<App>, NamedJob { job, .. }: NamedJob, headers: HeaderMap) -> Result<Response, Problem> {
+    let prefer = Prefer { respond_async: false, ..Prefer::of(&headers) };
+    if let Some(wait) = prefer.wait {
+        until_final(&app, &job, wait).await;
+    }
+    let view = shown(&app, &job).await;
+    Ok(if prefer.wait.is_some() { (prefer.applied(), view).into_response() } else { view.into_response() })
+}
+
+/// Which jobs are listed.
+struct Filters {
+    state: Option<JobState>,
+    label: Option<String>,
+    limit: usize,
+    cursor: Option<String>,
+}
+
+fn filters(query: &mut Query) -> Filters {
+    Filters {
+        state: query.word("state", "Only those in this state."),
+        label: query.text("label", "Only those with this label."),
+        limit: query.count("limit", "How many at most, 50 by default.", PAGE[1]).unwrap_or(PAGE[0]) as usize,
+        cursor: query.text("cursor", "Where the page before ended: its `next`."),
+    }
+}
+
+async fn jobs(
+    State(app): State<App>,
+    Extension(tenant): Extension<Arc<Tenant>>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let Filters { state, label, limit, cursor } = Query::read(request.uri(), filters)?;
+    let wanted = |record: &Record| {
+        may_see(&tenant, record)
+            && state.is_none_or(|state| record.state == state)
+            && label.as_ref().is_none_or(|label| record.labels.contains(label))
+    };
+    let mut found = app.service.jobs.list(cursor.as_deref(), limit + 1, wanted);
+    let more = found.len() > limit;
+    found.truncate(limit);
+    let next = found.last().filter(|_| more).map(|job| job.record().id.clone());
+    let mut headers = HeaderMap::new();
+    if let Some(next) = &next {
+        let filters = [("state", state.map(|state| state.name().to_owned())), ("label", label)];
+        let filters: String =
+            filters.into_iter().filter_map(|(name, value)| Some(format!("&{name}={}", encoded(&value?)))).collect();
+        let link = format!("</v1/jobs?limit={limit}&cursor={next}{filters}>; rel=\"next\"");
+        if let Ok(link) = HeaderValue::from_str(&link) {
+            headers.insert(header::LINK, link);
+        }
+    }
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    let jobs = found.iter().map(|job| JobView::of(&app, job)).collect();
+    Ok((headers, Json(JobList { jobs, next })).into_response())
+}
+
+/// Text as a part of a query.
+fn encoded(text: &str) -> String {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
+    text.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}

@@ -1,0 +1,154 @@
+//! Settings of the connections: addresses, keys, and what one connection may take.
+
+use crate::service::values::{as_seconds, seconds};
+use axum::http::{HeaderMap, HeaderValue, header};
+use clap::{Args, value_parser};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Where the service listens, and to whom.
+#[derive(Debug, Clone, Args)]
+#[group(skip)]
+#[command(next_help_heading = "Network and keys")]
+pub(crate) struct HttpSettings {
+    /// Address and port to listen on; port 0 takes a free one. An address that other machines can reach needs --keys or
+    /// --insecure-no-auth.
+    #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    pub(crate) listen: SocketAddr,
+    /// Address and port for operators, without keys: /livez, /readyz, /metrics. Usual is 127.0.0.1:9090. Without it there is
+    /// no such listener; /livez and /readyz are answered on --listen, too.
+    #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
+    pub(crate) admin_listen: Option<SocketAddr>,
+    /// File of API keys, as `strahl key new` makes them. The service reads it again when it changes. Without it requests
+    /// need no key.
+    #[arg(long, env = "STRAHL_KEYS", value_name = "FILE")]
+    pub(crate) keys: Option<PathBuf>,
+    /// Accept requests from other machines without keys.
+    #[arg(long, env = "STRAHL_INSECURE_NO_AUTH", conflicts_with = "keys")]
+    pub(crate) insecure_no_auth: bool,
+    /// Web pages that may use the service from a browser: * for all, none, or origins between commas.
+    #[arg(long, env = "STRAHL_CORS_ORIGIN", value_name = "ORIGINS", default_value = "*", value_parser = Origins::read)]
+    pub(crate) cors_origin: Origins,
+    /// Address under which clients see the service, such as https://render.example.org, for the addresses in IIIF answers
+    /// [default: http:// and the request's Host].
+    #[arg(long, env = "STRAHL_PUBLIC_URL", value_name = "URL", value_parser = public_url)]
+    pub(crate) public_url: Option<String>,
+    /// Open connections; one more waits to be accepted.
+    #[arg(long, env = "STRAHL_MAX_CONNECTIONS", default_value_t = 2_048, value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) max_connections: u32,
+    /// Seconds that running requests have to finish after SIGTERM or Ctrl-C.
+    #[arg(long, env = "STRAHL_DRAIN_TIMEOUT", value_name = "SECONDS", default_value = "20", value_parser = seconds)]
+    pub(crate) drain_timeout: Duration,
+    /// What one connection may take.
+    #[command(flatten)]
+    pub(crate) limits: ConnectionLimits,
+}
+
+/// What one connection may take.
+#[derive(Debug, Clone, Args, Serialize, JsonSchema)]
+#[group(skip)]
+#[command(next_help_heading = "Limits of one request")]
+pub(crate) struct ConnectionLimits {
+    /// Bytes of a request body.
+    #[arg(long, env = "STRAHL_MAX_BODY_BYTES", value_name = "BYTES", default_value_t = 64 << 20, value_parser = value_parser!(u64).range(1..=1 << 32))]
+    pub(crate) max_body_bytes: u64,
+    /// Tiles that one client may ask for at one time; one more is answered with 429. A client is an address of a tenant, so
+    /// a proxy that many use needs more.
+    #[arg(long, env = "STRAHL_CLIENT_TILES", value_name = "TILES", default_value_t = 64, value_parser = value_parser!(u32).range(1..=100_000))]
+    pub(crate) client_tiles: u32,
+    /// Seconds a client may take to send a request's headers.
+    #[arg(long, env = "STRAHL_HEADER_TIMEOUT", value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    #[serde(rename = "header_timeout_s", serialize_with = "as_seconds")]
+    #[schemars(with = "f64")]
+    pub(crate) header_timeout: Duration,
+    /// Seconds a client may take to send a request's body.
+    #[arg(long, env = "STRAHL_BODY_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    #[serde(rename = "body_timeout_s", serialize_with = "as_seconds")]
+    #[schemars(with = "f64")]
+    pub(crate) body_timeout: Duration,
+    /// Seconds a client may stop reading its answer.
+    #[arg(long, env = "STRAHL_WRITE_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    #[serde(rename = "write_timeout_s", serialize_with = "as_seconds")]
+    #[schemars(with = "f64")]
+    pub(crate) write_timeout: Duration,
+}
+
+/// Bodies of the largest size that memory is set aside for.
+const BODIES: u64 = 8;
+
+impl ConnectionLimits {
+    /// Bytes of memory that all bodies and answers may take together.
+    pub(crate) fn memory_bytes(&self) -> u64 {
+        self.max_body_bytes.saturating_mul(BODIES).max(512 << 20)
+    }
+}
+
+/// Where clients see the service.
+fn public_url(text: &str) -> Result<String, &'static str> {
+    let host = text.strip_prefix("https://").or_else(|| text.strip_prefix("http://"));
+    match host.is_some_and(|host| !host.is_empty() && text.bytes().all(|byte| byte.is_ascii_graphic())) {
+        true => Ok(text.trim_end_matches('/').to_owned()),
+        false => Err("expected an address that begins with http:// or https://"),
+    }
+}
+
+/// Whose pages may ask.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Origins {
+    /// Everybody's.
+    Any,
+    /// These, such as `https://example.org`; perhaps none.
+    Listed(Vec<String>),
+}
+
+impl Origins {
+    /// From the command line: `*`, `none`, or origins between commas.
+    pub(crate) fn read(text: &str) -> Result<Self, &'static str> {
+        match text.trim() {
+            "*" => Ok(Self::Any),
+            "none" => Ok(Self::Listed(Vec::new())),
+            list => {
+                let origins: Vec<_> = list.split(',').map(|origin| origin.trim().to_owned()).collect();
+                let sound = |origin: &String| {
+                    let host = origin.strip_prefix("https://").or_else(|| origin.strip_prefix("http://"));
+                    host.is_some_and(|host| !host.is_empty() && host.bytes().all(|b| b.is_ascii_graphic() && b != b'/'))
+                };
+                let wrong = "expected *, none, or origins such as https://example.org, separated by commas";
+                origins.iter().all(sound).then_some(Self::Listed(origins)).ok_or(wrong)
+            }
+        }
+    }
+
+    /// What `Access-Control-Allow-Origin` says to a request.
+    pub(crate) fn allowed(&self, headers: &HeaderMap) -> Option<HeaderValue> {
+        match self {
+            Self::Any => Some(HeaderValue::from_static("*")),
+            Self::Listed(origins) => {
+                let origin = headers.get(header::ORIGIN)?;
+                origins.iter().any(|known| known.as_bytes() == origin.as_bytes()).then(|| origin.clone())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn origins_are_read_and_matched_exactly() {
+        let of = |origin: &'static str| HeaderMap::from_iter([(header::ORIGIN, HeaderValue::from_static(origin))]);
+        let listed = Origins::read("https://a.org, http://localhost:3000").unwrap();
+        assert_eq!(listed.allowed(&of("https://a.org")).unwrap(), "https://a.org");
+        assert_eq!(listed.allowed(&of("https://a.org.evil")), None);
+        assert_eq!(listed.allowed(&HeaderMap::new()), None);
+        assert_eq!(Origins::read("*").unwrap().allowed(&HeaderMap::new()).unwrap(), "*");
+        assert_eq!(Origins::read("none").unwrap().allowed(&of("https://a.org")), None);
+        for wrong in ["", "a.org", "https://", "https://a.org/", "https://a.org, *"] {
+            assert!(Origins::read(wrong).is_err(), "{wrong}");
+        }
+    }
+}

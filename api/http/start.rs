@@ -1,0 +1,111 @@
+//! Starting the service and stopping it. Tokio's threads talk, the pool's threads render.
+
+use super::auth::{Access, key_file};
+use super::concurrency_limit::ConcurrencyLimit;
+use super::drain::{Drain, StopSignals};
+use super::job_observer::JobAccounts;
+use super::memory_budget::MemoryBudget;
+use super::metrics::Metrics;
+use super::openapi_text;
+use super::server::{self, Listeners};
+use super::settings::HttpSettings;
+use super::state::AppState;
+use crate::service::error::StartError;
+use crate::service::jobs::Jobs;
+use crate::service::limits::Settings;
+use crate::service::requests::Service;
+use crate::service::scheduler::pool::Pool;
+use crate::service::storage::data_folder::DataFolder;
+use std::net::SocketAddr;
+use std::sync::{Arc, LazyLock};
+use std::time::Duration;
+use tokio::net::TcpListener;
+
+/// Threads that only wait for sockets: the pool needs the processors.
+const TALKERS: usize = 2;
+/// What a render that ignores its cancellation gets before the process ends without it.
+const LAST_WAIT: Duration = Duration::from_secs(1);
+
+/// Serves until SIGTERM or Ctrl-C.
+pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings) -> Result<(), StartError> {
+    check_exposure(http)?;
+    let access = Access::open(http.keys.as_deref()).map_err(|error| {
+        let file = http.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
+        StartError::Settings(format!("{file}{error}"))
+    })?;
+    let pool = Pool::start(threads)
+        .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
+    // A temporary folder is removed at the end of this function.
+    let data =
+        DataFolder::open(settings.jobs.data.as_deref()).map_err(|error| StartError::Settings(error.to_string()))?;
+    let (access, metrics) = (Arc::new(access), Arc::<Metrics>::default());
+    let accounts = JobAccounts { access: Arc::clone(&access), metrics: Arc::clone(&metrics) };
+    let app = Arc::new(AppState {
+        service: Service::open(settings, data.path(), pool, Box::new(accounts))?,
+        access,
+        origins: http.cors_origin.clone(),
+        public_url: http.public_url.clone(),
+        streams: ConcurrencyLimit::default(),
+        tile_clients: ConcurrencyLimit::default(),
+        limits: http.limits.clone(),
+        memory: MemoryBudget::new(http.limits.memory_bytes()),
+        metrics,
+        drain: Drain::default(),
+        contract: LazyLock::new(openapi_text),
+    });
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(TALKERS)
+        .enable_all()
+        .build()
+        .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
+    let served = runtime.block_on(async {
+        let listeners = Listeners {
+            clients: listen(http.listen).await?,
+            admin: match http.admin_listen {
+                Some(address) => Some(listen(address).await?),
+                None => None,
+            },
+        };
+        // Before the address is announced: whoever reads it may send a signal at once.
+        let signals = StopSignals::watch()
+            .map_err(|error| StartError::Machine(format!("the signals to stop cannot be watched for: {error}")))?;
+        let reload = tokio::spawn(key_file::watch(Arc::clone(&app.access)));
+        let ticking = tokio::spawn(tick(Arc::clone(&app.service.jobs)));
+        server::serve(listeners, signals, app, http).await;
+        reload.abort();
+        ticking.abort();
+        Ok(())
+    });
+    runtime.shutdown_timeout(LAST_WAIT);
+    served
+}
+
+/// What jobs need once a second.
+async fn tick(jobs: Arc<Jobs>) {
+    let mut seconds = tokio::time::interval(Duration::from_secs(1));
+    loop {
+        seconds.tick().await;
+        let jobs = Arc::clone(&jobs);
+        // Files may be removed, which takes its time.
+        let _ = tokio::task::spawn_blocking(move || jobs.tick()).await;
+    }
+}
+
+/// Refuses an address that other machines can reach, if no keys are needed there.
+fn check_exposure(http: &HttpSettings) -> Result<(), StartError> {
+    if http.keys.is_some() || http.insecure_no_auth || http.listen.ip().is_loopback() {
+        return Ok(());
+    }
+    Err(StartError::Settings(format!(
+        "--listen {} can be reached from other machines, and without keys everybody may render there.\n\n\
+         Give --keys FILE (`strahl key new --tenant NAME --file FILE` makes one), or --insecure-no-auth if something \
+         else keeps strangers out.",
+        http.listen
+    )))
+}
+
+async fn listen(address: SocketAddr) -> Result<TcpListener, StartError> {
+    TcpListener::bind(address)
+        .await
+        .map_err(|error| StartError::Machine(format!("cannot listen on {address}: {error}")))
+}

@@ -1,0 +1,101 @@
+//! Submitting a job: its scene is checked and its time estimated before it is accepted.
+
+use super::Service;
+use super::pictures::image_of;
+use crate::service::error::Error;
+use crate::service::jobs::{Claim, Job, Submission};
+use crate::service::pictures::spec::PictureSpec;
+use crate::service::scenes::cache::SentScene;
+use crate::service::scenes::ids::ImageId;
+use crate::service::scenes::prepared::planned;
+use crate::service::scheduler::admission::Work;
+use crate::service::scheduler::task::Task;
+use std::sync::Arc;
+use strahl::film::{FileFormat, Region};
+use strahl::scene::description::{Accuracy, ImageSize};
+use strahl::scene::{Description, Format, Overrides};
+
+/// A job that somebody wants.
+#[derive(Debug)]
+pub(crate) struct WantedJob {
+    /// The scene's text.
+    pub(crate) scene: Vec<u8>,
+    /// Its format.
+    pub(crate) format: Format,
+    /// Settings over the scene's.
+    pub(crate) overrides: Overrides,
+    /// How the picture is written.
+    pub(crate) output: FileFormat,
+    /// 0 to 100.
+    pub(crate) priority: u8,
+    /// What its owner calls it.
+    pub(crate) labels: Vec<String>,
+}
+
+impl Service {
+    /// Checks a scene and estimates its time, and accepts the job. `task` says whose it is; its owner may have `most` jobs
+    /// that wait or run.
+    pub(crate) async fn submit(
+        self: &Arc<Self>,
+        task: Task,
+        most: u32,
+        wanted: WantedJob,
+        claim: Option<Claim>,
+    ) -> Result<Arc<Job>, Error> {
+        let (tenant, weight) = (task.tenant.to_string(), task.weight);
+        let service = Arc::clone(self);
+        let check = move |work: &Work| {
+            let WantedJob { scene, format, overrides, output, priority, labels } = wanted;
+            let limits = &service.jobs.limits;
+            let accept = |scene: &Description| {
+                let ImageSize { width, height } = scene.image;
+                limits.check([width, height], scene.render.samples.unwrap_or(1))
+            };
+            let sent = SentScene::new(&scene, format, &overrides);
+            let ready = service.scenes.find_if(&work.workers, &sent, accept)?.ready;
+            let size = [ready.scene.width, ready.scene.height];
+            limits.check(size, ready.scene.samples)?;
+            let region = Region::whole(size[0], size[1]);
+            let (plan, _) = planned(&ready, region, &work.workers, &work.control)?;
+            let estimate_ms = plan.estimate.map_or(0.0, |estimate| estimate.ms);
+            service.check_time(estimate_ms)?;
+            Ok::<_, Error>(Submission {
+                tenant,
+                weight,
+                most: most as usize,
+                priority,
+                labels,
+                scene,
+                format,
+                overrides,
+                output,
+                names: image_of(&ready).map(|image| [image.scene.clone(), image.to_string()]),
+                is_progressive: matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_)),
+                size,
+                estimate_ms,
+                scene_bytes: ready.scene.bytes() as u64,
+            })
+        };
+        let submission = self.run(task, check).await?.value;
+        let file = match submission.names.as_ref().and_then(|[_, image]| ImageId::read(image)) {
+            Some(image) => self.stored_picture(&image, &PictureSpec::plain(None, submission.output)).await,
+            None => None,
+        };
+        let jobs = Arc::clone(&self.jobs);
+        let submit = move || jobs.submit(submission, claim.as_ref(), file.as_deref());
+        tokio::task::spawn_blocking(submit).await.map_err(|_| Error::Internal("the request failed"))?
+    }
+
+    fn check_time(&self, estimate_ms: f64) -> Result<(), Error> {
+        let max = self.jobs.limits.job_timeout.as_secs();
+        if estimate_ms <= max as f64 * 1e3 {
+            return Ok(());
+        }
+        let detail = format!(
+            "it would take about {:.0} s on this machine; a job has at most {max} (job_timeout): fewer samples, a lower \
+             max_depth or a smaller picture take less",
+            estimate_ms / 1e3
+        );
+        Err(Error::Limit { name: "job_timeout", max, detail })
+    }
+}

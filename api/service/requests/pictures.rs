@@ -1,0 +1,185 @@
+//! Pictures: from a cache, from a job, from another request that makes the same one, or made.
+
+use super::Service;
+use crate::service::error::Error;
+use crate::service::pictures::cache::{MadePicture, Took};
+use crate::service::pictures::file::{PictureFile, PictureMeta};
+use crate::service::pictures::render::{self, RenderSpec, Rendered};
+use crate::service::pictures::report::Report;
+use crate::service::pictures::spec::{Grid, PictureSpec};
+use crate::service::scenes::cache::{Found, Key, SentScene};
+use crate::service::scenes::ids::ImageId;
+use crate::service::scenes::prepared::PreparedScene;
+use crate::service::scheduler::admission::{Done, Work};
+use crate::service::scheduler::task::Task;
+use data_encoding::HEXLOWER;
+use std::fmt::Debug;
+use std::sync::Arc;
+use strahl::scene::{Description, Format, Overrides};
+
+/// Bytes of a scene that are hashed between two requests; longer texts are hashed on a thread of their own.
+const HASHED_AT_ONCE: usize = 64 << 10;
+
+/// The bytes of a scene, in whatever holds them.
+pub(crate) trait Text: AsRef<[u8]> + Debug + Send + Sync + 'static {}
+
+impl<T: AsRef<[u8]> + Debug + Send + Sync + 'static> Text for T {}
+
+/// A scene as it was sent, for as long as requests need it.
+#[derive(Debug, Clone)]
+pub(crate) struct Upload {
+    text: Arc<dyn Text>,
+    format: Format,
+    overrides: Overrides,
+    key: Key,
+    hash_ms: f64,
+}
+
+impl Upload {
+    /// Hashes the scene.
+    pub(crate) async fn new(text: impl Text, format: Format, overrides: Overrides) -> Result<Self, Error> {
+        let is_long = text.as_ref().len() >= HASHED_AT_ONCE;
+        let hash = move || {
+            let SentScene { key, hash_ms, .. } = SentScene::new(text.as_ref(), format, &overrides);
+            Self { text: Arc::new(text), format, overrides, key, hash_ms }
+        };
+        if !is_long {
+            return Ok(hash());
+        }
+        let hashed = tokio::task::spawn_blocking(hash).await;
+        hashed.map_err(|_| Error::Internal("the scene cannot be hashed"))
+    }
+
+    /// What the scene cache knows it by.
+    pub(crate) fn sent(&self) -> SentScene<'_> {
+        let &Self { ref text, format, overrides, key, hash_ms } = self;
+        SentScene { text: (**text).as_ref(), format, overrides, key, hash_ms }
+    }
+}
+
+/// Which scene a picture is of.
+#[derive(Debug, Clone)]
+pub(crate) enum Source {
+    /// One that was sent.
+    Sent(Upload),
+    /// One that is known by its image.
+    Known(ImageId),
+}
+
+impl Source {
+    /// The scene, and its zoom. One that was sent is built only if the picture that is wanted of it is not too large.
+    fn find(&self, service: &Service, work: &Work, spec: Option<&PictureSpec>) -> Result<(Found, u32), Error> {
+        match self {
+            Self::Sent(upload) => {
+                let limits = &service.settings.answers;
+                let accept = |scene: &Description| spec.map_or(Ok(()), |spec| limits.check_unbuilt(scene, spec.region));
+                Ok((service.scenes.find_if(&work.workers, &upload.sent(), accept)?, 0))
+            }
+            Self::Known(image) => Ok((service.known_scene(work, &image.scene)?, image.zoom)),
+        }
+    }
+
+    /// A name that is the same for requests about the same picture.
+    fn flight(&self, spec: &PictureSpec) -> String {
+        match self {
+            Self::Sent(upload) => HEXLOWER.encode(&upload.key) + &spec.suffix(),
+            Self::Known(image) => spec.name(image),
+        }
+    }
+}
+
+/// The image that a scene's own picture is, if it has an id.
+pub(crate) fn image_of(ready: &PreparedScene) -> Option<ImageId> {
+    ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom: 0 })
+}
+
+impl Service {
+    /// A picture that is there: in a cache, or in a job.
+    pub(crate) async fn stored_picture(
+        self: &Arc<Self>,
+        image: &ImageId,
+        spec: &PictureSpec,
+    ) -> Option<Arc<PictureFile>> {
+        if let Some(file) = self.pictures.cached(&spec.name(image)) {
+            return Some(file);
+        }
+        // A thread is used only if there is a disk to look at.
+        let by_a_job = || spec.is_whole() && !self.jobs.with_picture(&image.to_string(), spec.format).is_empty();
+        if !self.pictures.has_folder() && !by_a_job() {
+            return None;
+        }
+        let (service, image, spec) = (Arc::clone(self), image.clone(), *spec);
+        tokio::task::spawn_blocking(move || service.read_picture(&image, &spec)).await.ok().flatten()
+    }
+
+    /// The same on this thread, which may have to wait for the disk.
+    fn read_picture(&self, image: &ImageId, spec: &PictureSpec) -> Option<Arc<PictureFile>> {
+        let name = spec.name(image);
+        if let Some(file) = self.pictures.get(&name) {
+            return Some(file);
+        }
+        let of_a_job = spec.is_whole().then(|| self.jobs.picture_of(&image.to_string(), spec.format));
+        let file = Arc::new(of_a_job.flatten()?);
+        self.pictures.remember(&name, &file);
+        Some(file)
+    }
+
+    /// Makes a picture, or waits for the request that makes the same one.
+    pub(crate) async fn make_picture(
+        self: &Arc<Self>,
+        task: Task,
+        source: Source,
+        spec: PictureSpec,
+    ) -> Result<MadePicture, Error> {
+        let name = source.flight(&spec);
+        let mut is_mine = false;
+        let work = || {
+            is_mine = true;
+            let service = Arc::clone(self);
+            async move {
+                let renderer = Arc::clone(&service);
+                let work = move |work: &Work| renderer.render(work, &source, &spec);
+                let Done { value: (file, report, cached), queue_ms } = service.run(task, work).await?;
+                Ok(MadePicture { file, took: Took::new(report.as_ref(), queue_ms, cached) })
+            }
+        };
+        let mut made = self.pictures.share(name, work).await?;
+        made.took.is_shared = !is_mine;
+        Ok(made)
+    }
+
+    /// Builds a scene without a picture.
+    pub(crate) async fn build_scene(self: &Arc<Self>, task: Task, source: Source) -> Result<Arc<PreparedScene>, Error> {
+        let service = Arc::clone(self);
+        let work = move |work: &Work| source.find(&service, work, None).map(|(found, _)| found.ready);
+        Ok(self.run(task, work).await?.value)
+    }
+
+    /// A picture, what it took unless it was there, and whether its scene was there.
+    fn render(
+        &self,
+        work: &Work,
+        source: &Source,
+        spec: &PictureSpec,
+    ) -> Result<(Arc<PictureFile>, Option<Report>, bool), Error> {
+        let (Found { ready, loading, cached }, zoom) =
+            source.find(self, work, Some(spec).filter(|spec| spec.grid == Grid::Level(0)))?;
+        let image = ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom });
+        // The same scene may have been sent in other words, or to another process.
+        if let Some(file) = image.as_ref().and_then(|image| self.read_picture(image, spec)) {
+            return Ok((file, None, cached));
+        }
+        // Tiles are many and small: their headers say what there is to say.
+        let shot = RenderSpec { note: spec.is_whole(), asked: Some(work.asked), ..spec.shot(&ready.scene, zoom)? };
+        self.settings.answers.check(shot.region, ready.scene.samples)?;
+        let Rendered { file, report } =
+            render::make(work.started, &ready, loading, &shot, &work.workers, &work.control)?;
+        let name = image.as_ref().map(|image| spec.name(image));
+        let meta = PictureMeta::new(image.map(|image| image.to_string()), &report, &ready.scene, spec.is_whole());
+        let file = Arc::new(PictureFile::new(file, meta));
+        if let Some(name) = name {
+            self.pictures.put(&name, &file);
+        }
+        Ok((file, Some(report), cached))
+    }
+}

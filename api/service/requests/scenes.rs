@@ -1,0 +1,151 @@
+//! Scenes by id: remembering them, finding them again, forgetting them.
+
+use super::Service;
+use crate::service::error::Error;
+use crate::service::pictures::spec::size_of;
+use crate::service::scenes::cache::{Found, SentScene};
+use crate::service::scenes::ids::{ImageId, canonical, is_scene_id};
+use crate::service::scenes::prepared::{PreparedScene, planned};
+use crate::service::scenes::store::Released;
+use crate::service::scheduler::admission::Work;
+use crate::service::scheduler::task::Task;
+use std::sync::Arc;
+use strahl::film::Region;
+use strahl::plan::estimate::Estimate;
+use strahl::scene::Loaded;
+
+/// A scene that is remembered.
+#[derive(Debug)]
+pub(crate) struct Remembered {
+    /// The scene.
+    pub(crate) ready: Arc<PreparedScene>,
+    /// Its picture.
+    pub(crate) image: ImageId,
+    /// Pixels across and down of that picture.
+    pub(crate) size: [u32; 2],
+    /// What rendering the scene's own picture should take.
+    pub(crate) estimate: Estimate,
+    /// Whether the tenant has not sent it before.
+    pub(crate) is_new: bool,
+}
+
+/// A known image whose scene is built.
+#[derive(Debug)]
+pub(crate) struct OpenedImage {
+    /// The image.
+    pub(crate) image: ImageId,
+    /// Its scene.
+    pub(crate) ready: Arc<PreparedScene>,
+    /// Pixels across and down.
+    pub(crate) size: [u32; 2],
+}
+
+impl Service {
+    /// Remembers a scene for a tenant, opened as 2^zoom times its size.
+    pub(crate) fn remember(
+        &self,
+        work: &Work,
+        tenant: &str,
+        sent: &SentScene<'_>,
+        zoom: u32,
+    ) -> Result<Remembered, Error> {
+        let store = &self.scenes.store;
+        let unwritten = |error| {
+            tracing::error!(%error, "a scene cannot be written into the folder");
+            Error::Internal("the scene cannot be remembered; the service's log says why")
+        };
+        let ready = match self.scenes.cached(&sent.key).filter(|ready| store.has(&ready.scene_id)) {
+            Some(ready) => ready,
+            None => {
+                let read = |mut loaded: Loaded| {
+                    let text = canonical(&mut loaded.description);
+                    (PreparedScene::from(loaded), text)
+                };
+                let (ready, text) = self.scenes.build(&work.workers, sent, |_| Ok(()), read)?;
+                if !ready.reproducible {
+                    return Err(Error::NoIds(
+                        "pictures of this scene have no id, since files or a clock decide on them: put its textures into \
+                         the scene, and ask for another accuracy than time",
+                    ));
+                }
+                if !store.has(&ready.scene_id) && !store.put(&ready.scene_id, text).map_err(unwritten)? {
+                    return Err(Error::TooLarge("the scene is larger than the store of scenes (known_scene_bytes)"));
+                }
+                self.scenes.keep(sent.key, ready)
+            }
+        };
+        let size = size_of(&ready.scene, zoom).ok_or_else(|| {
+            Error::OutOfRange(
+                "opened this large, neighboring pixels have the same rays: ask for a smaller zoom, or for \
+                 render.precision double"
+                    .into(),
+            )
+        })?;
+        let whole = Region::whole(ready.scene.width, ready.scene.height);
+        let (plan, _) = planned(&ready, whole, &work.workers, &work.control)?;
+        let is_new = store.claim(&ready.scene_id, tenant).map_err(unwritten)?;
+        let image = ImageId { scene: ready.scene_id.clone(), zoom };
+        let estimate = plan.estimate.ok_or(Error::Internal("the scene has no estimate"))?;
+        Ok(Remembered { ready, image, size, estimate, is_new })
+    }
+
+    /// The scene of an id: one that was remembered, or one that some job renders.
+    pub(crate) fn known_scene(&self, work: &Work, id: &str) -> Result<Found, Error> {
+        if let Some(spec) = self.jobs.spec_of(id).filter(|_| !self.scenes.store.has(id))
+            && let Some(text) = self.jobs.scene(&spec.scene)
+        {
+            return self.scenes.find(&work.workers, &SentScene::new(&text, spec.format, &spec.settings));
+        }
+        self.scenes.find_known(&work.workers, id)
+    }
+
+    /// The canonical text of the scene of an id.
+    pub(crate) async fn scene_text(self: &Arc<Self>, task: Task, id: String) -> Result<Arc<[u8]>, Error> {
+        let stored = {
+            let (service, id) = (Arc::clone(self), id.clone());
+            tokio::task::spawn_blocking(move || is_scene_id(&id).then(|| service.scenes.store.get(&id)).flatten()).await
+        };
+        if let Some(text) = stored.ok().flatten() {
+            return Ok(text);
+        }
+        let service = Arc::clone(self);
+        let of_a_job = move |work: &Work| {
+            let unknown = || Error::UnknownScene(id.clone());
+            let spec = service.jobs.spec_of(&id).ok_or_else(unknown)?;
+            let text = service.jobs.scene(&spec.scene).ok_or_else(unknown)?;
+            let sent = SentScene::new(&text, spec.format, &spec.settings);
+            service.scenes.build(&work.workers, &sent, |_| Ok(()), |mut loaded| canonical(&mut loaded.description))
+        };
+        Ok(self.run(task, of_a_job).await?.value.into())
+    }
+
+    /// Ends a tenant's claim to a scene, or everybody's. Without claims the scene and its pictures are deleted.
+    pub(crate) async fn forget_scene(self: &Arc<Self>, id: String, owner: Option<String>) -> Released {
+        let service = Arc::clone(self);
+        let released = tokio::task::spawn_blocking(move || {
+            if !is_scene_id(&id) {
+                return Released::Unknown;
+            }
+            let released = service.scenes.store.release(&id, owner.as_deref());
+            if released == Released::Gone {
+                service.scenes.forget(&id);
+                service.pictures.forget(&format!("i_{}_", &id[2..]));
+            }
+            released
+        });
+        released.await.unwrap_or(Released::Unknown)
+    }
+
+    /// Opens an image; its scene is built if need be.
+    pub(crate) async fn open_image(self: &Arc<Self>, task: Task, image: ImageId) -> Result<OpenedImage, Error> {
+        let ready = match self.scenes.cached_known(&image.scene) {
+            Some(ready) => ready,
+            None => {
+                let (service, id) = (Arc::clone(self), image.scene.clone());
+                self.run(task, move |work| Ok::<_, Error>(service.known_scene(work, &id)?.ready)).await?.value
+            }
+        };
+        let size = size_of(&ready.scene, image.zoom).ok_or_else(|| Error::UnknownScene(image.scene.clone()))?;
+        Ok(OpenedImage { image, ready, size })
+    }
+}
