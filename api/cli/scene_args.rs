@@ -6,6 +6,7 @@ use clap::Args;
 use std::path::PathBuf;
 use strahl::film::Region;
 use strahl::scene::description::{Accuracy, Precision};
+use strahl::scene::nff::NffOptions;
 use strahl::scene::{Format, Overrides, limits};
 
 /// Where a scene comes from.
@@ -69,8 +70,7 @@ impl SettingsArgs {
             samples: self.samples,
             antialias: self.antialias,
             precision: self.precision,
-            two_sided: self.two_sided,
-            spd_counts: self.spd_counts,
+            nff: NffOptions { two_sided: self.two_sided, spd_counts: self.spd_counts },
         }
     }
 }

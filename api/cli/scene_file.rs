@@ -6,6 +6,7 @@ use crate::service::scenes::texture_folder::TextureFolder;
 use std::io::{self, Read};
 use std::path::Path;
 use strahl::scene::limits::SCENE_BYTES;
+use strahl::scene::nff::NffOptions;
 use strahl::scene::{Files, Format, Loaded, NoFiles, Overrides, load_with};
 
 /// The bytes of a scene.
@@ -39,7 +40,7 @@ impl SceneFile {
 
     /// Reads, checks and compiles the scene.
     pub(super) fn load(&self, overrides: &Overrides) -> Result<Loaded, Failure> {
-        if self.format == Format::Json && (overrides.two_sided || overrides.spd_counts) {
+        if self.format == Format::Json && overrides.nff != NffOptions::default() {
             let what = "--two-sided and --spd-counts are for NFF files; in JSON, materials have \"one_sided\"";
             return Err(Failure::Usage(what.into()));
         }

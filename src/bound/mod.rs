@@ -2,6 +2,7 @@
 //! a picture.
 
 pub mod ceiling;
+pub(crate) mod interval;
 mod pixels;
 mod proof;
 

@@ -10,7 +10,7 @@ use crate::scene::limits::MAGNITUDE;
 use crate::scene::world::World;
 use crate::shading::media::Media;
 use crate::shading::optics::{fresnel_dielectric, reflect, refract};
-use crate::trace::enclosing::media_at;
+use crate::trace::eye_media::media_at;
 use crate::trace::hits::Hits;
 use crate::trace::interface::interface;
 use crate::trace::kernel::first;

@@ -1,6 +1,7 @@
 //! The ray tree of a pixel: every ray as data, recorded by the kernel itself.
 
 use super::query::name_of;
+use crate::bound::interval::{interval, raise};
 use crate::lanes::{Ids, Lanes, Real, V3};
 use crate::render::samples_of;
 use crate::scene::Scene;
@@ -8,7 +9,6 @@ use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, MediumList};
-use crate::trace::certificate::{self, ends};
 use crate::trace::control::{Cancelled, Control};
 use crate::trace::hits::Hits;
 use crate::trace::kernel::{Followed, RayKind, Tracer, first};
@@ -198,8 +198,8 @@ where
     }
     let mut raised = [L::Real::default(); 3];
     if let Pruning::Proved { max_codes } = world.rules.pruning {
-        let ends = ends(sum, rest, roundings);
-        raised = std::array::from_fn(|c| certificate::raised(sum[c], ends[c], max_codes));
+        let ends = interval(sum, rest, roundings);
+        raised = std::array::from_fn(|c| raise(sum[c], ends[c], max_codes));
     }
     let value = std::array::from_fn(|c| (sum[c] + raised[c]).to_f64());
     let wide = |v: [L::Real; 3]| v.map(Real::to_f64);

@@ -3,13 +3,13 @@
 use super::costs::PixelCost;
 use super::probe::PacketCost;
 use super::statistical::Reached;
+use crate::bound::interval::{interval, raise};
 use crate::bound::{BoundedPixel, BoundedPixels};
 use crate::camera::Camera;
 use crate::film::srgb::Codes8;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::Medium;
-use crate::trace::certificate::{ends, raised};
 use crate::trace::counts::RayCounts;
 use crate::trace::hits::Hits;
 use crate::trace::kernel::Tracer;
@@ -138,7 +138,7 @@ fn show_lacking<L: Lanes, E: Effects>(
             let (codes, rest, roundings) = (Codes8::get(), tracer.rest(), tracer.roundings());
             for lane in lanes_of(lanes) {
                 let sum = sum.lane(lane);
-                let ends = ends(sum, rest.lane(lane), roundings.lane(lane));
+                let ends = interval(sum, rest.lane(lane), roundings.lane(lane));
                 let (shown, highest) = if low {
                     (ends.map(|[low, _]| low), ends.map(|[_, high]| high))
                 } else {
@@ -174,7 +174,7 @@ pub(super) fn show<R: Real>(
         let [low, high] = ends[c];
         shown[c] = narrow(match pruning {
             Pruning::Weight(_) => sum[c],
-            Pruning::Proved { max_codes } => sum[c] + raised(sum[c], ends[c], max_codes),
+            Pruning::Proved { max_codes } => sum[c] + raise(sum[c], ends[c], max_codes),
         });
         // Whatever lies some codes below, by rounding, counts as if it lay as many above.
         let [code, lower] = codes.code_and_lower(shown[c], low);

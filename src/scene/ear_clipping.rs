@@ -1,8 +1,8 @@
 //! Triangulates a planar polygon, convex or not, by cutting off ears (Meisters 1975; D. Eberly, "Triangulation by Ear
 //! Clipping", 2002). Quadratic time in the worst case, linear for convex polygons.
 //!
-//! The polygon is projected along the largest component of its normal, which keeps coordinates as they are. An
-//! orientation whose sign rounding could change counts as 0, so nearly collinear corners are treated as collinear.
+//! The polygon is projected along the largest component of its normal, which keeps the other coordinates exactly. An
+//! orientation whose sign could be wrong by rounding counts as 0, so nearly collinear corners count as collinear.
 
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
@@ -15,7 +15,7 @@ pub fn newell_normal(vertices: &[[f64; 3]]) -> DVec3 {
     vertices.windows(2).map(|edge| spoke(&edge[0]).cross(spoke(&edge[1]))).sum()
 }
 
-/// Whether the polygon's area is 0, or so small against its extent that only rounding can have made it.
+/// Whether the polygon's area is 0, or so small for its extent that it may be rounding.
 pub fn has_no_area(vertices: &[[f64; 3]]) -> bool {
     let Some(&origin) = vertices.first() else { return true };
     let origin = DVec3::from_array(origin);
@@ -42,7 +42,7 @@ pub fn triangulate(vertices: &[[f64; 3]]) -> Option<Vec<[u32; 3]>> {
     Ring::new(points).clip()
 }
 
-/// Leaves out the coordinate along which the polygon extends least, so that it turns counter-clockwise.
+/// Projects the polygon along the axis in which it extends least, so that it runs counter-clockwise.
 fn project(vertices: &[[f64; 3]]) -> Vec<DVec2> {
     let normal = newell_normal(vertices);
     let axis = normal.abs().max_position();
@@ -91,7 +91,7 @@ fn edges_cross(points: &[DVec2]) -> bool {
     false
 }
 
-/// What is left of the polygon: a ring of vertices.
+/// The rest of the polygon: a ring of vertices.
 struct Ring {
     points: Vec<DVec2>,
     previous: Vec<usize>,
@@ -115,8 +115,8 @@ impl Ring {
         ring
     }
 
-    /// Removes vertices that repeat a neighbour or at which the boundary runs straight back: ears at their neighbours
-    /// would lie outside.
+    /// Removes vertices that repeat a neighbour, or where the boundary turns back on itself: ears at their neighbours would
+    /// lie outside.
     fn drop_spikes(&mut self) {
         let mut waiting: Vec<usize> = self.vertices().collect();
         while let Some(vertex) = waiting.pop() {
@@ -139,7 +139,7 @@ impl Ring {
         let mut clipped_since_refill = false;
         while self.len > 3 {
             let Some(tip) = waiting.pop_front() else {
-                // Cutting an ear makes ears only of its neighbours, if vertices do not touch. So this is rare.
+                // Cutting an ear makes ears only of its neighbours, unless vertices touch. So this is rare.
                 if !clipped_since_refill {
                     let flat = self.vertices().find(|&vertex| self.turn(vertex) == 0.0)?;
                     self.remove(flat);

@@ -1,4 +1,4 @@
-//! Every limit on what a scene may ask for, in one place. Errors name the constant.
+//! All limits of scenes. Errors name the constant.
 
 /// A limit by name, as errors and `GET /v1/limits` quote it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub const TRIANGLES: Limit = Limit::new("triangles", 20_000_000);
 pub const LIGHTS: Limit = Limit::new("lights", 1_000);
 /// Corners of one polygon.
 pub const POLYGON_VERTICES: Limit = Limit::new("polygon_vertices", 10_000);
-/// Sum of the squares of all polygons' corners: what ear clipping takes time for.
+/// Sum of the squares of the corners of all polygons, which bounds the time of ear clipping.
 pub const POLYGON_WORK: Limit = Limit::new("polygon_work", 200_000_000);
 /// Primitives after all instances are expanded, which never happens in memory: 2^53, so that JSON keeps the count exact.
 pub const EXPANDED_PRIMITIVES: Limit = Limit::new("expanded_primitives", 1 << 53);

@@ -1,4 +1,4 @@
-//! The whole way from a file's bytes to a compiled scene, with every problem located in the text.
+//! From the bytes of a file to a compiled scene, with every problem located in the text.
 
 use super::check::{check, settings_are_sound};
 use super::compile::{CompileOptions, compile_from};
@@ -24,7 +24,7 @@ pub enum Format {
     Nff,
 }
 
-/// Settings that the command line or a query string puts over those in the scene.
+/// Settings of the command line or a query string that replace those of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Overrides {
@@ -44,23 +44,20 @@ pub struct Overrides {
     pub antialias: Option<bool>,
     /// Floating-point format.
     pub precision: Option<Precision>,
-    /// Whether NFF surfaces are seen from both sides (NFF only; by the format's rules opaque ones are not).
-    pub two_sided: bool,
-    /// Whether to follow the SPD's counting rules (NFF only).
-    pub spd_counts: bool,
+    /// Options of NFF files.
+    #[serde(flatten)]
+    pub nff: NffOptions,
 }
 
-/// A scene and how long it took to get.
+/// A loaded scene, and how long loading took.
 #[derive(Debug)]
 pub struct Loaded {
     /// What the file said, with the overrides.
     pub description: Description,
     /// The scene.
     pub scene: Scene,
-    /// Whether an NFF file was read as two-sided.
-    pub two_sided: bool,
-    /// Whether an NFF file was read by the SPD's counting rules.
-    pub spd_counts: bool,
+    /// The options that an NFF file was read with.
+    pub nff: NffOptions,
     /// Milliseconds spent reading.
     pub parse_ms: f64,
     /// Milliseconds spent checking and compiling, without building hierarchies.
@@ -105,8 +102,7 @@ pub fn load_if<E>(
         Format::Json => load_json(read::strip_mark(bytes), overrides, files, accept),
         Format::Nff => {
             let start = Instant::now();
-            let options = NffOptions { two_sided: overrides.two_sided, spd_counts: overrides.spd_counts };
-            let mut description = nff::read_nff(bytes, options)?;
+            let mut description = nff::read_nff(bytes, overrides.nff)?;
             overrides.apply(&mut description);
             compiled(description, overrides, files, start, accept)
         }
@@ -122,10 +118,10 @@ fn load_json<E>(
     let start = Instant::now();
     match read_json(text) {
         Ok(mut description) => {
-            // A mistake is one even where something else is put over it; all are told together.
+            // A mistake in the scene is reported even where an override replaces it.
             let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
-            let of_json = Overrides { two_sided: false, spd_counts: false, ..overrides };
+            let of_json = Overrides { nff: NffOptions::default(), ..overrides };
             match compiled(description, &of_json, files, start, accept) {
                 Ok(mut loaded) => {
                     overrides.locate(text, &mut loaded.scene.warnings);
@@ -159,13 +155,14 @@ fn compiled<E>(
     }
     let parse_ms = milliseconds(start);
     let start = Instant::now();
-    let &Overrides { two_sided, spd_counts, .. } = overrides;
-    let scene = compile_from(&description, CompileOptions { spd_counts, ..CompileOptions::default() }, files)?;
+    let nff = overrides.nff;
+    let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };
+    let scene = compile_from(&description, options, files)?;
     let plan_ms = (milliseconds(start) - scene.bvh_ms).max(0.0);
-    Ok(Loaded { description, scene, two_sided, spd_counts, parse_ms, plan_ms })
+    Ok(Loaded { description, scene, nff, parse_ms, plan_ms })
 }
 
-/// Adds to the problems of a scene's shape what else is wrong with it.
+/// Adds the problems of content to those of shape.
 fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overrides) -> Problems {
     let Problems(mut problems) = shape;
     if problems.len() as u64 >= PROBLEMS.max {
@@ -185,7 +182,7 @@ fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overr
 }
 
 impl Overrides {
-    /// Puts the settings into a description.
+    /// Replaces the settings of a description.
     pub fn apply(&self, description: &mut Description) {
         let Description { image, render, .. } = description;
         image.width = self.width.unwrap_or(image.width);
@@ -198,7 +195,7 @@ impl Overrides {
         render.precision = self.precision.unwrap_or(render.precision);
     }
 
-    /// Finds problems in the text. What an override says does not stand there.
+    /// Locates problems in the text. Overrides are not in the text.
     fn locate(&self, text: &[u8], problems: &mut [Problem]) {
         let overridden = [
             ("/image/width", self.width.is_some()),

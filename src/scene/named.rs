@@ -1,4 +1,4 @@
-//! A JSON object whose keys are names the scene chose: kept in order, and a name given twice is an error.
+//! A JSON object whose keys are names that the scene chooses: it keeps their order, and a name used twice is an error.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};

@@ -1,6 +1,6 @@
-//! The pictures that a scene shows on its surfaces and around it: read, bounded and decoded.
+//! The pictures of a scene's textures and environment: read, limited and decoded.
 //!
-//! Everything about a picture that can be bombed is checked before its texels are: the number of its bytes, its sides,
+//! Against decompression bombs, all limits are checked before the texels are decoded: the bytes of a picture, its sides,
 //! and the pixels of all pictures together.
 
 use super::description::{Description, Diffuse, ImageMap, Relief};
@@ -14,10 +14,10 @@ use std::collections::HashMap;
 use std::io::Cursor;
 use std::sync::Arc;
 
-/// Where the files are that scenes name.
+/// Access to the files that scenes name.
 pub trait Files: Sync {
-    /// The bytes of a file, of which at most one more than [`PICTURE_BYTES`] are wanted; or why there are none, as the
-    /// end of a sentence that begins with the file's name.
+    /// The bytes of a file; at most one more than [`PICTURE_BYTES`] are needed. An error is the end of a sentence that begins
+    /// with the file's name.
     fn read(&self, name: &str) -> Result<Vec<u8>, String>;
 }
 
@@ -32,7 +32,7 @@ impl Files for NoFiles {
     }
 }
 
-/// What the numbers of a picture mean.
+/// The meaning of a picture's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Meaning {
     /// sRGB.
@@ -43,11 +43,11 @@ pub(super) enum Meaning {
     Normal,
 }
 
-/// Decoded pictures; those with the same source are one.
+/// Decoded pictures, one for each source and meaning.
 #[derive(Debug, Default)]
 pub(super) struct Pictures<'a> {
     known: HashMap<(&'a str, Meaning), Arc<Mipmap>>,
-    /// Whether any came from a file, which may be another one next time.
+    /// Whether any came from a file, whose content may change.
     pub(super) from_files: bool,
 }
 
@@ -84,7 +84,7 @@ impl<'a> Pictures<'a> {
     }
 }
 
-/// The pictures of a description, and where they stand.
+/// The pictures of a description, with the JSON pointer of each.
 fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     let mut wanted = Vec::new();
     if let Some(environment) = &description.environment {
@@ -111,7 +111,7 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
 
 type Failure = (Code, String);
 
-/// Whether a source is anything but a file's name. Windows' drives have one letter.
+/// Whether a source is a URL, not the name of a file. (`C:` is a drive.)
 fn is_url(source: &str) -> bool {
     let scheme = source.split(':').next().unwrap_or_default();
     scheme.len() > 1
@@ -144,7 +144,7 @@ fn shortened(name: &str) -> String {
     name.chars().take(200).collect()
 }
 
-/// Decodes a picture; its pixels are taken from those that are `left`.
+/// Decodes a picture, and subtracts its pixels from those that are `left`.
 fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Failure> {
     let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
     let mut reader = ImageReader::new(Cursor::new(bytes))
@@ -154,7 +154,7 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Fail
         return Err((Code::Unsupported, "the picture is neither PNG nor JPEG".into()));
     }
     let mut limits = Limits::default();
-    // At most four channels of 16 bits, and what the decoder keeps beside them.
+    // At most four channels of 16 bits, and as much for the decoder.
     limits.max_alloc = Some(16 * PICTURE_PIXELS.max);
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(broken)?;
@@ -183,12 +183,12 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Fail
     Ok(Mipmap::new(width, height, texels))
 }
 
-/// What each code up to a largest one means.
+/// The value of each code up to the largest.
 fn values(meaning: Meaning, most: u32) -> Vec<f32> {
     let value = |code: u32| match meaning {
         Meaning::Color => math::srgb_to_linear(f64::from(code) / f64::from(most)),
         Meaning::Height => f64::from(code) / f64::from(most),
-        // The middle of an even number of codes is none of them: 128 stands for 0, and 0 as 1 does for -1.
+        // An even number of codes has none in the middle: 128 stands for 0, and both 0 and 1 for -1.
         Meaning::Normal => ((f64::from(code) - f64::from(most / 2 + 1)) / f64::from(most / 2)).max(-1.0),
     };
     (0..=most).map(|code| value(code) as f32).collect()

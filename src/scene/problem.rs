@@ -1,4 +1,4 @@
-//! What is wrong with a scene, said so that its author can mend it.
+//! Problems of a scene, in words that tell its author how to fix them.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -91,7 +91,7 @@ impl fmt::Display for Problems {
 
 impl std::error::Error for Problems {}
 
-/// ` did you mean "..."?` with the candidate nearest to `given`, if one is near enough to be a slip of the finger.
+/// ` did you mean "..."?` with the candidate nearest to `given`, if one is near enough to be a typing error.
 pub fn did_you_mean<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     // The distance takes quadratic time, and nobody mistypes a name this long.
     if given.len() > LONGEST_NAME {

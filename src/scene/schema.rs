@@ -1,5 +1,5 @@
-//! The JSON Schema of scenes, made from the types of [`description`](super::description): what editors complete and
-//! check with, and what [`read`](super::read) explains broken scenes with.
+//! The JSON Schema of scenes, made from the types of [`description`](super::description). Editors complete and check scenes
+//! with it, and [`read`](super::read) explains broken scenes with it.
 
 use super::Description;
 use schemars::generate::SchemaSettings;
@@ -28,21 +28,21 @@ fn build() -> Value {
     schema.to_value()
 }
 
-/// `format` is only a hint in JSON Schema; what does not fit into 32 bits has to be refused by a keyword.
+/// `format` is only a hint in JSON Schema; a keyword has to refuse what does not fit into 32 bits.
 fn bound_integers(schema: &mut schemars::Schema) {
     if schema.get("format").is_some_and(|format| format == "uint32") && schema.get("maximum").is_none() {
         schema.insert("maximum".into(), u32::MAX.into());
     }
 }
 
-/// Descriptions come from documentation, whose line breaks mean nothing.
+/// Removes the line breaks of doc comments from descriptions.
 fn join_lines(schema: &mut schemars::Schema) {
     if let Some(Value::String(text)) = schema.get_mut("description") {
         *text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     }
 }
 
-/// A schema and the name it goes by: that of the nearest definition around it.
+/// A schema, and the name of the nearest definition around it.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::scene) struct Node<'s> {
     pub(in crate::scene) schema: &'s Value,
@@ -59,7 +59,7 @@ impl<'s> Node<'s> {
         node
     }
 
-    /// The schemas one of which has to fit, without alternatives of alternatives; just this one if there is no choice.
+    /// The alternatives of a schema, those of alternatives included; the schema itself if it has none.
     pub(in crate::scene) fn alternatives(self, root: &'s Value) -> Vec<Self> {
         let node = self.resolve(root);
         match node.schema["oneOf"].as_array().or_else(|| node.schema["anyOf"].as_array()) {
@@ -104,7 +104,7 @@ impl<'s> Node<'s> {
             "null" => value.is_null(),
             "boolean" => value.is_boolean(),
             "number" => value.is_number(),
-            // As serde has it: 5.0 is no integer.
+            // As in serde, 5.0 is not an integer.
             "integer" => value.is_i64() || value.is_u64(),
             "string" => value.is_string(),
             "array" => value.is_array(),

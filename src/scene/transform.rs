@@ -39,7 +39,7 @@ pub(crate) fn affine(transform: &Transform) -> Result<DAffine3, String> {
     if columns.iter().chain(&map.translation.to_array()).any(|x| x.is_nan() || x.abs() > limits::MAGNITUDE) {
         return Err(format!("must have numbers between -{0:e} and {0:e}", limits::MAGNITUDE));
     }
-    // Relative to its columns' lengths the volume says how flat the map is, whatever its scale.
+    // The volume relative to the lengths of the columns says how flat the map is, at any scale.
     let m = map.matrix3;
     let lengths = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
     if m.determinant().abs() <= 1e-12 * lengths || lengths == 0.0 {

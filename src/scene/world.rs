@@ -1,4 +1,4 @@
-//! A scene in the kernel's format: what the tracing kernel reads and never changes.
+//! A scene in the kernel's format. The kernel reads it and never changes it.
 
 use crate::accel::{Blockers, Geometry, Owner};
 use crate::bound::ceiling::{Ceiling, Reach};
@@ -31,11 +31,11 @@ pub struct World<R> {
     pub background: [R; 3],
     /// Fog, if there is any.
     pub fog: Option<Fog<R>>,
-    /// What they see instead, if there are surroundings.
+    /// The environment map, which replaces the background, if there is one.
     pub environment: Option<Environment>,
     /// The camera.
     pub camera: Camera<R>,
-    /// What ends the recursion, and what counts.
+    /// The rules of the recursion.
     pub rules: Rules,
     /// How bright anything can be.
     pub ceiling: Ceiling,
@@ -51,7 +51,7 @@ pub struct World<R> {
     pub spectrum: Option<Box<Spectrum<R>>>,
 }
 
-/// What ends chains of rays before they have their full length.
+/// What ends chains of rays before `max_depth`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pruning {
     /// A ray whose weight is below this in every channel is not followed.
@@ -63,12 +63,11 @@ pub enum Pruning {
     },
 }
 
-/// Longest chain that stands for recursion without end: light that keeps 0.99 of itself on each ray has then been below
-/// every code for long.
+/// Longest chain of recursion without end: light that keeps 0.99 of itself on each ray is far below every code by then.
 pub const ENDLESS: u32 = 1_000;
 
 impl Pruning {
-    /// What an accuracy asks for.
+    /// The pruning for an accuracy.
     pub fn of(accuracy: Accuracy, min_weight: f64) -> Self {
         match accuracy {
             Accuracy::Fixed(_) => Self::Weight(min_weight),
@@ -87,19 +86,20 @@ pub struct Rules {
     pub pruning: Pruning,
     /// What shadow rays meet; `None` for no shadows.
     pub shadows: Option<Blockers>,
-    /// Trace what the Standard Procedural Databases count, needed or not: a reflected ray from every transmitting
-    /// surface, and a shadow ray wherever the geometric normal faces the light (SPD Readme, "Testing Procedures").
+    /// Trace all rays that the Standard Procedural Databases count, also those that add nothing: a reflected ray from every
+    /// transmitting surface, and a shadow ray wherever the geometric normal faces the light (SPD Readme, "Testing
+    /// Procedures").
     pub spd_counts: bool,
 }
 
 impl Rules {
-    /// Sets what depends on how bright the scene can be.
+    /// Sets the rules that depend on the ceiling.
     pub(crate) fn finish(&mut self, render: &RenderSettings, reach: &Reach) {
         if self.pruning == Pruning::Weight(render.fixed_weight()) {
             return;
         }
         if reach.ceiling == Some([0.0; 3]) {
-            // Where nothing shines no ray matters; whoever looks at its rays wants to see some.
+            // In a black scene every ray would be pruned; ray trees should still show some.
             self.pruning = Pruning::Weight(render.fixed_weight());
         } else if reach.max_depth.is_none() && render.max_depth.is_none() {
             self.max_depth = ENDLESS;

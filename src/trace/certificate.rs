@@ -13,6 +13,7 @@ use super::kernel::{Followed, Tracer};
 use super::observer::{NotFollowed, Observer};
 use super::pixel::Samples;
 use super::sampling::{Sampler, shifts};
+use crate::bound::interval::{allowed_raise, interval};
 use crate::film::srgb::Codes8;
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::scene::world::Pruning;
@@ -88,6 +89,16 @@ impl<L: Lanes> Certificate<L> {
             sample: 0,
         }
     }
+
+    /// Columns or rows of samples of a batch, which are shifted by multiples of 2^-32 of a pixel.
+    #[inline(never)]
+    fn shift(&self, axis: usize, offset: f64, at: &mut [L::Real; MAX_LANES]) {
+        let shifts = shifts(&self.corners, self.batch, axis);
+        for lane in 0..L::COUNT {
+            let within = offset + f64::from(shifts[lane]) / 4_294_967_296.0;
+            at[lane] = L::Real::from_f64(f64::from(self.corners[axis][lane]) + within - within.floor());
+        }
+    }
 }
 
 impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
@@ -132,12 +143,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
                 at[lane] = L::Real::from_f64(f64::from(certificate.corners[axis][lane]) + offset);
             }
         } else {
-            // Batches are shifted, by so many 2^-32 of a pixel.
-            let shifts = shifts(&certificate.corners, certificate.batch, axis);
-            for lane in 0..L::COUNT {
-                let within = offset + f64::from(shifts[lane]) / 4_294_967_296.0;
-                at[lane] = L::Real::from_f64(f64::from(certificate.corners[axis][lane]) + within - within.floor());
-            }
+            certificate.shift(axis, offset, &mut at);
         }
         L::load(self.s, &at)
     }
@@ -294,7 +300,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         let (codes, rest, roundings) = (Codes8::get(), self.certificate.rest, self.roundings());
         let mut unproved = 0;
         for lane in lanes_of(among) {
-            let ends = ends(sum.lane(lane), rest.lane(lane), roundings.lane(lane));
+            let ends = interval(sum.lane(lane), rest.lane(lane), roundings.lane(lane));
             if ends.iter().any(|[low, high]| codes.code(*low) != codes.code(*high)) {
                 unproved |= 1 << lane;
             }
@@ -398,11 +404,11 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         let mut open = 0;
         for lane in lanes_of(lacking) {
             let (sum, rest, rounding) = (sum.lane(lane), rest.lane(lane), roundings.lane(lane));
-            let ends = ends(sum, rest, rounding);
+            let ends = interval(sum, rest, rounding);
             let further = (0..3).any(|c| {
                 let [low, high] = ends[c];
                 let codes = Codes8::get();
-                let proved = codes.code(high) - codes.code(low) <= max_codes + raise(low, max_codes);
+                let proved = codes.code(high) - codes.code(low) <= max_codes + allowed_raise(low, max_codes);
                 // Where rounding alone may change a code, more rays do not tell.
                 !proved && rest[c].to_f64() > 0.5 * rounding.to_f64() * sum[c].to_f64()
             });
@@ -437,45 +443,4 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
             }
         }
     }
-}
-
-/// How many codes a channel may be shown above its lower end: with as many codes in between, the middle one is not further
-/// from either. Black stays black.
-pub(crate) fn raise(low: f32, max_codes: u8) -> u8 {
-    if low > 0.0 { max_codes } else { 0 }
-}
-
-/// What is added to the sum of a channel before it is shown: enough that it is at most `max_codes` off, where that can be
-/// had; else nothing.
-#[inline(always)]
-pub(crate) fn raised<R: Real>(sum: R, [low, high]: [f32; 2], max_codes: u8) -> R {
-    let codes = Codes8::get();
-    let (least, most) = (codes.code(low), codes.code(high));
-    let apart = most - least;
-    if apart <= max_codes || apart > max_codes + raise(low, max_codes) {
-        return R::default();
-    }
-    let mut more = R::from_f64((f64::from(codes.least(most - max_codes)) - sum.to_f64()).max(0.0));
-    // Adding rounds.
-    while codes.code((sum + more).to_f64() as f32) < most - max_codes {
-        more = more + more * R::from_f64(2.0 * R::ROUNDOFF) + R::from_f64(f64::from(f32::MIN_POSITIVE));
-    }
-    more
-}
-
-/// The two ends of each channel of a pixel, rounded outwards.
-#[inline(always)]
-pub(crate) fn ends<R: Real>(sum: [R; 3], rest: [R; 3], roundings: R) -> [[f32; 2]; 3] {
-    let roundings = roundings.to_f64();
-    let mut ends = [[0.0; 2]; 3];
-    for c in 0..3 {
-        let (sum, rest) = (sum[c].to_f64(), rest[c].to_f64());
-        // Where nothing was left out it is the same sum.
-        ends[c] = [sum as f32; 2];
-        if rest != 0.0 {
-            let high = ((sum + rest) * (1.0 + roundings)) as f32;
-            ends[c] = [(sum * (1.0 - roundings)) as f32, high.next_up()];
-        }
-    }
-    ends
 }

@@ -1,8 +1,8 @@
 //! What the rays of a packet hit: surfaces, bodies and coefficients, gathered for shading.
 
-use super::touching;
+use super::coincident;
 use crate::accel::{Course, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
-use crate::lanes::{Ids, Lanes, Mask, Real, V3};
+use crate::lanes::{Ids, Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Place, Rays};
 use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Material, look_up};
@@ -97,7 +97,7 @@ impl<L: Lanes> Hits<L> {
     pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &mut Rays<L>, course: Course) {
         self.find_nearest(s, world, rays, &Nearest::none(s), course);
         if self.may_touch & self.clear != 0 {
-            touching::find(s, world, rays, self);
+            coincident::find(s, world, rays, self);
         }
     }
 
@@ -227,8 +227,10 @@ impl<L: Lanes> Hits<L> {
         (self.entering ^ self.hollow) & (1 << lane) != 0
     }
 
-    /// Whether a lane's material shows nothing between equal media.
-    pub fn is_perfectly_clear(&self, world: &World<L::Real>, lane: usize) -> bool {
-        self.material_of(world, lane).is_perfectly_clear()
+    /// The lanes of `among` whose material shows nothing between equal media.
+    #[inline(never)]
+    pub fn perfectly_clear(&self, world: &World<L::Real>, among: u32) -> u32 {
+        let clear = lanes_of(among).filter(|&lane| self.material_of(world, lane).is_perfectly_clear());
+        clear.fold(0, |lanes, lane| lanes | 1 << lane)
     }
 }

@@ -6,17 +6,17 @@
 
 use super::attenuation::along;
 use super::certificate::Certificate;
-use super::cones::{Cones, around};
+use super::color_bleeding::gather;
 use super::counts::RayCounts;
-use super::enclosing::media_at;
-use super::gather::gather;
+use super::eye_media::media_at;
 use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
+use super::ray_cones::{Cones, around};
 use super::sampling::{Choice, Sampler};
 use super::secondary::scatter;
 use super::texturing::apply_textures;
-use super::waves::Waves;
+use super::wavelengths::Waves;
 use crate::accel::{Course, Nearest};
 use crate::camera::Camera;
 use crate::camera::Cone;

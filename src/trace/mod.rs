@@ -1,23 +1,23 @@
 //! Whitted's recursion, L = L_Phong + r_s L_s + r_t L_t (CACM 23(6), 1980), as a loop over an explicit stack.
 
 mod attenuation;
-pub(crate) mod certificate;
+mod certificate;
+mod coincident;
+mod color_bleeding;
 mod colored_shadows;
-mod cones;
 pub mod control;
 pub mod counts;
-pub mod enclosing;
+pub mod eye_media;
 mod fresnel;
-mod gather;
 pub mod hits;
 pub mod interface;
 pub mod kernel;
 pub mod lighting;
 pub mod observer;
 pub mod pixel;
+mod ray_cones;
 pub mod sampling;
 pub mod secondary;
 mod texturing;
-mod touching;
 pub mod variants;
-mod waves;
+mod wavelengths;

@@ -1,6 +1,6 @@
 //! The samples of a packet of pixels: where they lie, and their sum.
 
-use super::enclosing::media_at;
+use super::eye_media::media_at;
 use super::hits::Hits;
 use super::kernel::{Followed, Tracer};
 use super::observer::Observer;

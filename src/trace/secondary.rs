@@ -6,7 +6,7 @@ use super::interface::{Interface, interface};
 use super::kernel::{Followed, RayKind, Tracer, first, stage};
 use super::observer::{NotFollowed, Observer, Snell};
 use super::sampling::{Choice, child};
-use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
+use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;
 use crate::ray::leave;
 use crate::shading::material::Coefficients;
@@ -260,8 +260,8 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     // Through equal media the direction is the same to the last bit.
     let equal = eta.eq(L::lit(s, 1.0));
     let dir = V3::select(equal, rays.dir, refraction.dir.normalized(s));
-    let unseen = lanes_of(equal.bits() & clear).filter(|&lane| hits.is_perfectly_clear(tracer.world, lane));
-    let unseen = unseen.fold(0, |lanes, lane| lanes | 1 << lane);
+    let equal = equal.bits() & clear;
+    let unseen = if equal == 0 { 0 } else { hits.perfectly_clear(tracer.world, equal) };
     Crossing { n1, n2, refraction, dispersion, dir, media: behind, unseen }
 }
 

@@ -12,6 +12,7 @@ use serde_json::{Map, Value, json};
 use strahl::film::{FileFormat, PictureFormat, Region};
 use strahl::scene::description::{Accuracy, Precision};
 use strahl::scene::limits::{self, Limit};
+use strahl::scene::nff::NffOptions;
 use strahl::scene::problem::did_you_mean;
 use strahl::scene::{Format, Overrides};
 use strahl::words::{choice, words};
@@ -291,8 +292,7 @@ impl Query {
             samples: self.up_to("samples", "Samples for each pixel.", limits::SAMPLES),
             antialias: self.flag("antialias", "Whether pixels that differ from a neighbor get more samples."),
             precision: self.word::<Precision>("precision", "Floating-point format of the whole trace."),
-            two_sided: two_sided.unwrap_or(false),
-            spd_counts: false,
+            nff: NffOptions { two_sided: two_sided.unwrap_or(false), ..NffOptions::default() },
         }
     }
 

@@ -15,6 +15,7 @@ use strahl::plan::estimate::Estimate;
 use strahl::render::{Picture, Progress, RayCounts, Refined, Sampling};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Statistical};
+use strahl::scene::nff::NffOptions;
 
 /// The cost report.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -259,10 +260,9 @@ pub(crate) struct Replay {
     pub(crate) region: Region,
     /// The settings, after overrides.
     pub(crate) render: RenderSettings,
-    /// Whether an NFF file's opaque surfaces were seen from behind, too.
-    pub(crate) two_sided: bool,
-    /// Whether an NFF file was rendered by the SPD's counting rules.
-    pub(crate) spd_counts: bool,
+    /// How an NFF file was read.
+    #[serde(flatten)]
+    pub(crate) nff: NffOptions,
 }
 
 impl Replay {
@@ -279,8 +279,7 @@ impl Replay {
             image: [picture.film.full_width, picture.film.full_height],
             region: picture.film.region,
             render,
-            two_sided: ready.two_sided,
-            spd_counts: ready.spd_counts,
+            nff: ready.nff,
         }
     }
 }

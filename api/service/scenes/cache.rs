@@ -172,6 +172,7 @@ impl SceneCache {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use strahl::scene::nff::NffOptions;
 
     #[test]
     fn everything_that_changes_a_scene_changes_its_key() {
@@ -182,6 +183,9 @@ mod tests {
         assert_ne!(first, of(b"{ }", Format::Json, &plain));
         assert_ne!(first, of(b"{}", Format::Nff, &plain));
         assert_ne!(first, of(b"{}", Format::Json, &Overrides { min_weight: Some(0.5), ..plain }));
-        assert_ne!(first, of(b"{}", Format::Json, &Overrides { two_sided: true, ..plain }));
+        assert_ne!(
+            first,
+            of(b"{}", Format::Json, &Overrides { nff: NffOptions { two_sided: true, ..plain.nff }, ..plain })
+        );
     }
 }

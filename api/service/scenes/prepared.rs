@@ -7,6 +7,7 @@ use strahl::plan::Plan;
 use strahl::plan::pilot::{Effort, Pilot};
 use strahl::render::{Cancelled, Control};
 use strahl::scene::description::RenderSettings;
+use strahl::scene::nff::NffOptions;
 use strahl::scene::{Loaded, Scene};
 
 /// A scene without its description, which would take as much memory again.
@@ -22,10 +23,8 @@ pub(crate) struct PreparedScene {
     pub(crate) scene_id: String,
     /// Whether the same name always means the same picture.
     pub(crate) reproducible: bool,
-    /// Whether an NFF file was read as two-sided.
-    pub(crate) two_sided: bool,
-    /// Whether an NFF file was read by the SPD's counting rules.
-    pub(crate) spd_counts: bool,
+    /// The options that an NFF file was read with.
+    pub(crate) nff: NffOptions,
     /// How long it took.
     pub(crate) loading: Loading,
 }
@@ -42,15 +41,15 @@ pub(crate) struct Loading {
 }
 
 impl From<Loaded> for PreparedScene {
-    fn from(Loaded { mut description, scene, two_sided, spd_counts, parse_ms, plan_ms }: Loaded) -> Self {
+    fn from(Loaded { mut description, scene, nff, parse_ms, plan_ms }: Loaded) -> Self {
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
         // The plan takes the description apart.
         let scene_id = scene_id(&mut description);
         let plan = Plan::new(&mut description, &scene);
-        let reproducible = is_reproducible(&description.render) && !scene.from_files && !spd_counts;
+        let reproducible = is_reproducible(&description.render) && !scene.from_files && !nff.spd_counts;
         // What the scene calls for decides the number it does not name.
         let render = RenderSettings { samples: Some(scene.samples), ..description.render.resolved() };
-        Self { plan, render, scene, scene_id, reproducible, two_sided, spd_counts, loading }
+        Self { plan, render, scene, scene_id, reproducible, nff, loading }
     }
 }
 

@@ -40,7 +40,7 @@ impl<'a> Stage<'a> {
         workers: &'a Workers,
         control: &'a Control,
     ) -> Result<(Self, Settings), Stopped> {
-        let Loaded { mut description, scene, spd_counts, .. } = loaded;
+        let Loaded { mut description, scene, nff, .. } = loaded;
         let render = description.render;
         let Scene { samples, antialias, .. } = scene;
         let asked = Settings {
@@ -64,7 +64,7 @@ impl<'a> Stage<'a> {
                 return Err(Stopped::Cancelled);
             }
             description.render.precision = precision;
-            let options = CompileOptions { spd_counts, ..CompileOptions::default() };
+            let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };
             workers.work(|| compile_from(&description, options, files))?.map_err(Stopped::Refused)
         };
         let other = match asked.precision {

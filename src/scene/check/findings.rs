@@ -1,4 +1,4 @@
-//! Problems as they are found, and the checks of single numbers.
+//! The problems found so far, and checks of single numbers.
 
 use super::path::Path;
 use crate::scene::description::{Color, Vec3};
@@ -23,7 +23,7 @@ impl Findings {
         self.problems.len() as u64 >= limits::PROBLEMS.max
     }
 
-    /// A number inside a range, given as words, which are only put together for a problem, and as a test.
+    /// Checks a number: `ok` is whether it lies in the range, and `range` says the range in words, for the problem.
     pub(super) fn number(&mut self, at: Path<'_>, x: f64, range: impl Display, ok: bool) {
         if !x.is_finite() {
             self.add(at, Code::OutOfRange, format!("must be a finite number, is {x}"));
@@ -32,7 +32,7 @@ impl Findings {
         }
     }
 
-    /// A length: positive, and neither too small nor too large for single precision.
+    /// Checks a length: positive, and neither too small nor too large for single precision.
     pub(super) fn length(&mut self, at: Path<'_>, x: f64) {
         let (min, max) = (limits::SMALLEST_LENGTH, limits::MAGNITUDE);
         self.number(at, x, format_args!("a length between {min:e} and {max:e}"), (min..=max).contains(&x));
@@ -60,12 +60,12 @@ impl Findings {
         }
     }
 
-    /// A colour of light.
+    /// Checks a colour of light.
     pub(super) fn color(&mut self, at: Path<'_>, color: Color) {
         self.channels(at, color, limits::MAGNITUDE);
     }
 
-    /// A coefficient of a material.
+    /// Checks a coefficient of a material.
     pub(super) fn coefficient(&mut self, at: Path<'_>, color: Color) {
         self.channels(at, color, limits::COEFFICIENT);
     }
@@ -77,7 +77,7 @@ impl Findings {
         }
     }
 
-    /// Colour and intensity of a light, and their product.
+    /// Checks colour and intensity of a light, and their product.
     pub(super) fn light(&mut self, at: Path<'_>, color: Color, intensity: f64) {
         self.color(at.key("color"), color);
         let brightest = intensity * color.0.max_element().max(1.0);
@@ -86,7 +86,7 @@ impl Findings {
     }
 }
 
-/// A number as its author may have written it: huge ones with an exponent.
+/// A number in a message; huge and tiny ones have an exponent.
 fn shown(x: f64) -> String {
     if x != 0.0 && !(1e-4..1e16).contains(&x.abs()) { format!("{x:e}") } else { x.to_string() }
 }

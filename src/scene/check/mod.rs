@@ -1,4 +1,5 @@
-//! Everything that can be wrong with a scene of the right shape. Past this check nothing can fail.
+//! Checks of everything that can be wrong with a scene of the right shape. Compiling cannot fail afterwards, but for a limit
+//! on the expanded scene.
 
 mod camera;
 mod findings;
@@ -20,7 +21,7 @@ use materials::check_material;
 use objects::check_objects;
 use path::Path;
 
-/// Checks a description completely, without building anything.
+/// Checks a description completely, without building a scene.
 pub fn check(description: &Description) -> Result<(), Problems> {
     let mut findings = Findings::default();
     let root = Path::ROOT;
@@ -45,7 +46,7 @@ pub fn check(description: &Description) -> Result<(), Problems> {
     if findings.problems.is_empty() { Ok(()) } else { Err(Problems(findings.problems)) }
 }
 
-/// Whether the settings that may be overridden are in range as they are written.
+/// Whether the settings that may be overridden are in range in the scene itself.
 pub(in crate::scene) fn settings_are_sound(description: &Description) -> bool {
     let mut findings = Findings::default();
     check_image(&mut findings, description);

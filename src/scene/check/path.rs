@@ -1,4 +1,4 @@
-//! Where in the JSON the compiler is: a list of tokens on the stack, written out only when there is a problem.
+//! The place in the JSON that is being checked: a linked list on the stack, formatted only when there is a problem.
 
 use crate::scene::problem::push_token;
 

@@ -1,4 +1,4 @@
-//! What an author should know about a scene that renders.
+//! Warnings about scenes that render.
 
 use crate::scene::description::{Description, Fresnel, Mesh, Object};
 use crate::scene::limits;
@@ -10,7 +10,7 @@ pub(in crate::scene) fn warnings(description: &Description) -> Vec<Problem> {
     let mut warnings = Vec::new();
     for (name, material) in description.materials.iter() {
         let (r_s, r_t) = (material.reflection.0, material.transmission.0);
-        // Dielectrics share out: F r_s + (1 - F) r_t.
+        // Dielectrics divide the light: F r_s + (1 - F) r_t.
         let sum = if material.fresnel == Fresnel::Dielectric { r_s.max(r_t) } else { r_s + r_t };
         if sum.max_element() > 1.0 {
             let detail = format!(

@@ -8,7 +8,7 @@ use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// What a closed body encloses.
+/// The volume of a closed body.
 pub(super) fn volume(object: &Object) -> f64 {
     let distance = |a: Vec3, b: Vec3| DVec3::from_array(a).distance(DVec3::from_array(b));
     match object {
@@ -83,7 +83,7 @@ fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, 
     })
 }
 
-/// A mesh without the faces that rounding has collapsed to lines; slivers stay, since neighbours rely on their edges.
+/// A mesh without the faces that rounding has collapsed to lines. Slivers stay: without them there would be gaps.
 fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>, uvs: Option<&[[f64; 2]]>) -> Mesh<R> {
     let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
     // Not collected one by one, which would reserve up to twice the memory.

@@ -1,16 +1,16 @@
-//! Which bodies might touch others, so that only their surfaces are searched for what is in the same place
-//! (`trace/touching.rs`). Bodies that are clearly apart, or clearly inside a ball or a box, cost nothing.
+//! Marks bodies that might touch others. Only at their surfaces the kernel searches for other surfaces in the same place
+//! (`trace/coincident.rs`). Bodies that are clearly apart, or clearly inside a ball or a box, cost nothing.
 //!
-//! The answer is an upper bound: a body is only let off if it is further from everything than any rounding reaches.
+//! The marks are conservative: a body without one is further from everything than any rounding.
 
 use crate::accel::{Bounds, Extent, Geometry, Item, Shape};
 use crate::lanes::Real;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Distances below this many roundings of the coordinates are contact.
+/// Distances below this number of roundings of the coordinates count as contact.
 const ROUNDINGS: f64 = 256.0;
-/// Most pairs of overlapping boxes looked at; beyond that every body may touch.
+/// Most pairs of overlapping boxes that are compared; with more, every body is marked.
 const MAX_PAIRS: usize = 5_000_000;
 
 /// Marks the items of one geometry that might touch another one there.
@@ -18,7 +18,7 @@ pub(super) fn mark_siblings<R: Real>(items: &mut [Item<R>], extents: &[Option<Ex
     let boxes: Vec<Option<Bounds>> = items.iter().zip(extents).map(|(item, extent)| bounds(item, extent)).collect();
     let largest = boxes.iter().flatten().map(|b| b.min.abs().max(b.max.abs()).max_element()).fold(0.0, f64::max);
     let slack = ROUNDINGS * R::ROUNDOFF * largest;
-    // Sweep along x: only items whose stretches overlap are compared. Unbounded ones come first and never end.
+    // Sweep along x: only items that overlap in x are compared. Unbounded ones come first and never end.
     let stretch =
         |i: usize| boxes[i].map_or((f64::NEG_INFINITY, f64::INFINITY), |b| (b.min.x - slack, b.max.x + slack));
     let mut order: Vec<(f64, usize)> = (0..items.len()).map(|i| (stretch(i).0, i)).collect();
@@ -47,8 +47,7 @@ pub(super) fn mark_siblings<R: Real>(items: &mut [Item<R>], extents: &[Option<Ex
     }
 }
 
-/// What is inside a placed geometry that might touch something may touch it itself. Geometries come after those they
-/// place.
+/// Marks the items inside of placed geometries that might touch something. Geometries come after those they place.
 pub(super) fn mark_placed<R>(geometries: &mut [Geometry<R>]) {
     let mut exposed = vec![false; geometries.len()];
     for index in (0..geometries.len()).rev() {
@@ -71,7 +70,7 @@ pub(super) fn bounds<R: Real>(item: &Item<R>, extent: &Option<Extent>) -> Option
 
 type Boxed<'a, R> = (&'a Item<R>, Option<Bounds>);
 
-/// Whether two items are certainly nowhere closer than `slack`.
+/// Whether two items are certainly further apart than `slack`.
 fn are_apart<R: Real>(a: Boxed<'_, R>, b: Boxed<'_, R>, slack: f64) -> bool {
     if let (Some(a), Some(b)) = (a.1, b.1)
         && ((a.min - slack).cmpgt(b.max).any() || (b.min - slack).cmpgt(a.max).any())

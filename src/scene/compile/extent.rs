@@ -1,4 +1,4 @@
-//! Where items lie, of the numbers as the kernel's format holds them.
+//! Extents of items, from their numbers as rounded to the kernel's format.
 
 use crate::accel::{Bounds, Extent, Geometry, Instance};
 use crate::lanes::Real;
@@ -39,7 +39,7 @@ fn ring(center: DVec3, axis: DVec3, radius: f64) -> Bounds {
     Bounds { min: center - reach, max: center + reach }
 }
 
-/// A little larger, by the roundings that intersection code makes in its own coordinates.
+/// A box enlarged by the roundings of the intersection code in its own coordinates.
 fn padded<R: Real>(bounds: Bounds) -> Bounds {
     let size = bounds.min.abs().max(bounds.max.abs()).max_element();
     bounds.grown(32.0 * R::ROUNDOFF * size)
@@ -57,7 +57,7 @@ pub(super) fn of_instance<R: Real>(instance: &Instance<R>, geometry: &Geometry<R
     let vector = |v: [R; 3]| DVec3::from_array(v.map(Real::to_f64));
     let [x, y, z] = instance.to_world.columns.map(vector);
     let map = DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: vector(instance.to_world.translation) };
-    // The way there and back rounds relative to what is added up on it, not to the result.
+    // The map and its inverse round relative to their summands, not to the result.
     let span = bounds.min.abs().max(bounds.max.abs());
     let sums = x.abs() * span.x + y.abs() * span.y + z.abs() * span.z + map.translation.abs();
     let slack = 32.0 * R::ROUNDOFF * sums.max_element();

@@ -39,19 +39,19 @@ pub struct Scene {
     pub samples: u32,
     /// Whether uneven pixels get more samples.
     pub antialias: bool,
-    /// What decides over the samples of each pixel instead, in the statistical mode.
+    /// The target that decides the samples of each pixel instead, in the statistical mode.
     pub statistical: Option<Statistical>,
     /// The world in the precision asked for.
     pub world: Precise,
     /// Where each item comes from.
     pub sources: Sources,
-    /// What the author should know, though the scene renders.
+    /// Warnings for the author.
     pub warnings: Vec<Problem>,
     /// Primitives after all instances are expanded, which never happens in memory.
     pub expanded_primitives: u64,
     /// Bytes of the pictures on its surfaces and around it.
     pub picture_bytes: usize,
-    /// Whether any of them came from a file, so that the same text may be another scene next time.
+    /// Whether any of them came from a file: then the same text may be another scene next time.
     pub from_files: bool,
     /// Milliseconds spent building bounding volume hierarchies and what they hold.
     pub bvh_ms: f64,
@@ -81,7 +81,7 @@ struct Source {
 }
 
 impl Scene {
-    /// How bright anything in it can be.
+    /// The radiance ceiling.
     pub fn ceiling(&self) -> &Ceiling {
         match &self.world {
             Precise::Single(world) => &world.ceiling,

@@ -1,4 +1,4 @@
-//! Whether all camera rays start in the same media, so that these are looked for once instead of for each ray.
+//! Whether all camera rays start in the same media. Then these are searched once for all rays.
 
 use super::contact;
 use crate::accel::{Bounds, Extent, Item, Shape};
@@ -7,8 +7,8 @@ use crate::lanes::Real;
 use crate::scene::description::{Camera as Described, Description};
 use glam::DVec3;
 
-/// Whether no body that light gets into comes so near to the eye that some rays may start inside of it and others not.
-/// `items` are those of the scene itself.
+/// Whether no transmitting body comes so near to the eye that some rays may start inside of it and others outside. `items`
+/// are those of the scene itself.
 pub(super) fn is_shared<R: Real>(
     description: &Description,
     camera: &Camera<R>,
@@ -32,7 +32,7 @@ pub(super) fn is_shared<R: Real>(
         outside.length() > lens * (1.0 + 1e-6) + 64.0 * R::ROUNDOFF * eye.length()
     };
     items.iter().zip(extents).all(|(item, extent)| {
-        // What stands still around a single eye holds all rays, or none.
+        // A body at rest contains all rays that start in one point, or none.
         let matters = matches!(item.shape, Shape::Instance(_)) || (lens > 0.0 && item.lets_light_through());
         !matters || contact::bounds(item, extent).is_some_and(far)
     })

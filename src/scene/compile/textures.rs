@@ -1,4 +1,4 @@
-//! The colours and bumps of a material in the kernel's format. What is the same everywhere becomes a number.
+//! The textures of a material in the kernel's format. Uniform ones become colours.
 
 use super::build::{exact_inverse, narrow_rgb};
 use crate::lanes::Real;
@@ -101,7 +101,7 @@ fn picture(image: &ImageMap, meaning: Meaning, pictures: &Pictures<'_>) -> Image
         d::Wrap::Repeat => Wrap::Repeat,
         d::Wrap::Clamp => Wrap::Clamp,
     };
-    // Longitude has no end, and nothing lies beyond the poles.
+    // Longitude repeats, and latitude ends at the poles.
     let wrap = if matches!(mapping, UvMapping::Spherical { .. }) { [Wrap::Repeat, Wrap::Clamp] } else { [each; 2] };
     ImageTexture { mipmap, mapping, wrap }
 }

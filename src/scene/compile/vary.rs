@@ -1,4 +1,4 @@
-//! A built scene with other settings, without building it again: what comparing settings takes.
+//! Changes the settings of a built scene, for comparing settings without building it again.
 
 use super::camera::camera_of;
 use super::{Precise, Scene};
@@ -14,7 +14,7 @@ impl Scene {
         self.set_rules(max_depth, Pruning::Weight(min_weight));
     }
 
-    /// Follows each pixel's rays until it is proved to be at most so many codes off.
+    /// Follows each pixel's rays until it is proved to be at most `max_codes` off.
     pub fn set_proved(&mut self, max_codes: u8) {
         let depth = self.ceiling().reach.max_depth.unwrap_or(ENDLESS);
         self.set_rules(depth, Pruning::Proved { max_codes });
@@ -30,8 +30,8 @@ impl Scene {
         }
     }
 
-    /// Sets the size of the picture that its camera takes, which is the one it was built with. Both are at least 1 and
-    /// within the limits.
+    /// Sets the size of the picture. `camera` is the one that the scene was built with. Both sides are at least 1 and within
+    /// the limits.
     pub fn set_size(&mut self, camera: &description::Camera, width: u32, height: u32) {
         let Some(basis) = Basis::new(&camera.view()) else { return };
         (self.width, self.height) = (width, height);

@@ -1,6 +1,6 @@
-//! Where things are in a scene's text: JSON pointers to lines and columns, and back.
+//! Places in a scene's text: from JSON pointers to lines and columns, and back.
 //!
-//! One pass of a scanner answers any number of questions of a kind.
+//! One pass of a scanner locates any number of them.
 
 mod scanner;
 
@@ -10,8 +10,8 @@ use scanner::{Event, Scanner};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-/// Gives every problem without a line the line and column of the value its pointer names; of the key itself where the
-/// key is the problem. Where there is no such value, the innermost one around it that exists counts. One pass.
+/// Gives every problem without a line the line and column of the value of its pointer, or of the key itself where the key
+/// is the problem. Where there is no such value, it takes the innermost existing one around it.
 pub fn locate(text: &[u8], problems: &mut [Problem]) {
     let mut tree = Tree::default();
     let targets: Vec<(usize, usize)> = (0..problems.len())
@@ -61,7 +61,7 @@ pub fn locate(text: &[u8], problems: &mut [Problem]) {
     }
 }
 
-/// The keys that their object already has: serde's derived types refuse these, but name no place.
+/// Keys that occur twice in their object. serde's derived types refuse these, but give no place.
 pub fn duplicate_keys(text: &[u8]) -> Vec<Problem> {
     let mut problems = Vec::new();
     let mut lines = Lines::new(text);
@@ -175,7 +175,7 @@ fn decode(raw: &[u8]) -> Cow<'_, str> {
     String::from_utf8_lossy(raw)
 }
 
-/// Pointers as a tree of their tokens, so that what no pointer leads to costs nothing.
+/// Pointers as a tree of their tokens, so that values without a pointer cost nothing.
 #[derive(Debug)]
 struct Tree {
     nodes: Vec<Node>,
@@ -275,7 +275,7 @@ mod tests {
             ("/de/x", (3, 21)),
             ("/de/y", (3, 33)),
             ("/x", (4, 8)),
-            // Not there: the innermost value around it.
+            // It does not exist: the innermost value around it.
             ("/a/2", (2, 8)),
             ("/de/y/z/0", (3, 33)),
             ("/nothing", (1, 1)),

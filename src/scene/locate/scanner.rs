@@ -1,7 +1,7 @@
-//! A token scanner for JSON, without recursion and without a grammar.
+//! A scanner of JSON tokens, without recursion and without a grammar.
 //!
-//! It is run on text that `serde_json` has read, at least up to the offset asked for, so it need not check anything;
-//! on any other text it may find nonsense, but it does not panic.
+//! It runs on text that `serde_json` has read, at least up to the offset asked for, so it checks nothing. On other text it
+//! may find nonsense, but does not panic.
 
 use crate::scene::limits::JSON_DEPTH;
 
@@ -21,7 +21,7 @@ enum Frame {
     Object { key_is_next: bool },
 }
 
-/// Text to events. Commas and colons are taken for granted.
+/// Text to events. Commas and colons are skipped.
 #[derive(Debug)]
 pub(super) struct Scanner<'t> {
     text: &'t [u8],
@@ -49,7 +49,7 @@ impl<'t> Scanner<'t> {
                 } else {
                     Frame::Array { next: 0 }
                 });
-                // serde_json goes no deeper either, so nothing that it has read is lost.
+                // serde_json has the same limit.
                 (self.stack.len() as u64 <= JSON_DEPTH.max + 1).then_some(Event::Value { start, opens: true, index })
             }
             b'}' | b']' => {
@@ -73,7 +73,7 @@ impl<'t> Scanner<'t> {
         }
     }
 
-    /// Tells the array or object around it that a value begins; its index in an array.
+    /// Counts a value in the array around it, and returns its index.
     fn begin_value(&mut self) -> Option<u64> {
         match self.stack.last_mut()? {
             Frame::Array { next } => {

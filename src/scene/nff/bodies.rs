@@ -1,7 +1,7 @@
 //! NFF's fills and objects as materials and bodies.
 //!
-//! Opaque objects are seen from outside only, transmitters from both sides. Faces of one transmitting fill become one
-//! mesh, because only a mesh bounds a body that refracts; single polygons are infinitely thin.
+//! Opaque objects are visible from outside only, transmitting ones from both sides. Faces of one transmitting fill become
+//! one mesh, because only a mesh encloses a body that refracts; single polygons are infinitely thin.
 
 use super::entity::{Cone, Fill, Patch, Sphere};
 use super::faces::{Faces, triangles};
@@ -13,10 +13,10 @@ use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem};
 use std::collections::HashMap;
 
-/// So many triangles of one opaque fill are worth a mesh.
+/// From this number of triangles on, the faces of an opaque fill become a mesh.
 const MESH_TRIANGLES: usize = 3;
 
-/// What objects have that come before the first fill.
+/// The material of objects before the first fill.
 const DEFAULT_FILL: Fill = Fill { color: [1.0; 3], kd: 0.8, ks: 0.0, shine: 0.0, transmittance: 0.0, ior: 1.0 };
 
 /// The materials and bodies so far.
@@ -28,9 +28,9 @@ pub(super) struct Bodies {
     names: HashMap<[u64; 8], String>,
     fill: Fill,
     objects: Vec<Object>,
-    /// Triangles read, to hold them to the limit.
+    /// Triangles read, for the limit.
     triangles: u64,
-    /// Faces of the present fill that wait to become one mesh.
+    /// Faces of the current fill, to become one mesh.
     flat: Faces,
     smooth: Faces,
 }
@@ -54,7 +54,7 @@ impl Bodies {
         (self.materials, self.objects)
     }
 
-    /// Some files repeat the fill before each object: the same again changes nothing.
+    /// Some files repeat the fill before each object; a repeated fill changes nothing.
     pub(super) fn fill(&mut self, fill: Fill) {
         if fill != self.fill {
             self.flush();
@@ -120,7 +120,7 @@ impl Bodies {
         self.fill.transmittance > 0.0
     }
 
-    /// Makes bodies of the faces that wait. Their number was checked when they were read.
+    /// Makes bodies of the collected faces. Their number was checked when they were read.
     fn flush(&mut self) {
         let (flat, smooth) = (std::mem::take(&mut self.flat), std::mem::take(&mut self.smooth));
         if flat.len() >= MESH_TRIANGLES || (self.transmits() && flat.len() > 0) {
@@ -150,7 +150,7 @@ impl Bodies {
         within(TRIANGLES, self.triangles, place)
     }
 
-    /// The name of the present fill's material, which comes to be with its first object.
+    /// The name of the current fill's material, which is made with its first object.
     fn material(&mut self) -> Option<String> {
         let Fill { color: [r, g, b], kd, ks, shine, transmittance, ior } = self.fill;
         let bits = [r, g, b, kd, ks, shine, transmittance, ior].map(f64::to_bits);

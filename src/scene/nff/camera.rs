@@ -11,7 +11,7 @@ use crate::scene::limits::PIXELS;
 use crate::scene::problem::{Code, Problem};
 use glam::DVec3;
 
-/// The picture as the file wants it.
+/// The camera and size that the file asks for.
 pub(super) fn camera(place: Place, view: &View) -> Result<(Camera, ImageSize), Problem> {
     let [width, height] = view.resolution;
     if u64::from(width) * u64::from(height) > PIXELS.max {
@@ -19,7 +19,7 @@ pub(super) fn camera(place: Place, view: &View) -> Result<(Camera, ImageSize), P
         return Err(place.problem(Code::Limit, detail));
     }
     let rows = f64::from(height);
-    // a single row has one centre, from which no angle can be measured
+    // a single row has one centre, so there is no angle to measure
     let edge = if height == 1 { 1.0 } else { rows / (rows - 1.0) };
     Ok((pinhole(place, view, edge)?, ImageSize { width, height }))
 }

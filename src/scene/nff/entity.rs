@@ -1,4 +1,4 @@
-//! What the lines of an NFF file say, and the grammar they follow (NFF.TXT 3.9, "Neutral File Format").
+//! The entities of an NFF file and their grammar (NFF.TXT 3.9, "Neutral File Format").
 
 use crate::scene::description::Vec3;
 
@@ -33,7 +33,7 @@ impl Kind {
         })
     }
 
-    /// What people call it, and how it is written.
+    /// Its name, and its keyword.
     pub(super) fn form(self) -> &'static str {
         match self {
             Self::View => {

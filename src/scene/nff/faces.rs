@@ -7,7 +7,7 @@ use crate::scene::problem::{Code, Problem};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Cuts a polygon into triangles whose fronts are the polygon's. May turn the order of its vertices (and normals) round.
+/// Cuts a polygon into triangles with the same front. May reverse the order of its vertices (and normals).
 pub(super) fn triangles(place: Place, vertices: &mut [Vec3], normals: &mut [Vec3]) -> Result<Vec<[u32; 3]>, Problem> {
     if has_no_area(vertices) {
         return Err(place.problem(Code::Degenerate, no_area(vertices)));
@@ -29,9 +29,9 @@ fn no_area(vertices: &[Vec3]) -> String {
     format!("the polygon has no area: {reason}")
 }
 
-/// NFF's normal is (v1 - v0) x (v2 - v1): the first corner has to be convex and tells the front. In a polygon that breaks
-/// this rule the front is the other side than its order says. A first corner that is straight but for rounding (files
-/// have six digits) tells nothing.
+/// NFF's normal is (v1 - v0) x (v2 - v1): the first corner has to be convex, and decides the front. Where it is concave, the
+/// front is the side opposite to the order of the vertices. Where it is straight but for rounding (files have six digits),
+/// the order decides.
 fn faces_backwards(vertices: &[Vec3]) -> bool {
     const STRAIGHT: f64 = 1e-3;
     let [v0, v1, v2] = [0, 1, 2].map(|i: usize| DVec3::from_array(vertices[i]));
@@ -39,7 +39,7 @@ fn faces_backwards(vertices: &[Vec3]) -> bool {
     corner.dot(newell_normal(vertices).normalize_or_zero()) < -STRAIGHT
 }
 
-/// Triangles, their equal vertices merged. With normals a vertex is its position and its normal.
+/// Triangles with equal vertices merged: those with the same position and, if there are normals, the same normal.
 #[derive(Debug, Default)]
 pub(super) struct Faces {
     vertices: Vec<Vec3>,
@@ -63,7 +63,7 @@ impl Faces {
     fn index(&mut self, vertex: Vec3, normal: Option<Vec3>) -> u32 {
         let [x, y, z] = vertex;
         let [nx, ny, nz] = normal.unwrap_or_default();
-        // -0 + 0 is 0: files have both, for the same place
+        // -0 + 0 is 0: files have both
         let key = [x, y, z, nx, ny, nz].map(|number| (number + 0.0).to_bits());
         *self.known.entry(key).or_insert_with(|| {
             self.vertices.push(vertex);

@@ -1,13 +1,13 @@
 //! Neutral File Format, version 3.9 (E. Haines, NFF.TXT of the Standard Procedural Databases, SPD), plain or gzip.
 //!
-//! Where NFF.TXT leaves things open:
+//! Where NFF.TXT is not specific:
 //! - Lights and ambient light each have the intensity sqrt(n) / 2n for n lights, as the SPD's Readme suggests; a file
 //!   without lights has the ambient light of one. A light's colour, if given, is multiplied by it too, so that white is
 //!   the same as no colour.
 //! - The object's colour tints the diffuse part alone; highlights, mirror rays and transmitted rays have the weights
 //!   Ks, Ks and T in all channels.
 //! - "angle" is vertical when the picture is not square, and ends in the centres of the edge pixels.
-//! - What comes before the first fill is white with Kd 0.8.
+//! - Objects before the first fill are white with Kd 0.8.
 //! - A cone's apex may be wider than its base.
 
 mod bodies;
@@ -26,13 +26,16 @@ use crate::scene::problem::{Code, Problem};
 use crate::scene::{Description, Problems, limits};
 use reader::Reader;
 use scene::SceneBuilder;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// How to take an NFF file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Options of an NFF file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct NffOptions {
-    /// See opaque surfaces from behind, too.
+    /// Whether an NFF file's opaque surfaces were seen from behind, too.
     pub two_sided: bool,
-    /// 513 x 513 corner rays and depth 5, as the SPD counts them.
+    /// Whether an NFF file was rendered by the SPD's counting rules.
     pub spd_counts: bool,
 }
 

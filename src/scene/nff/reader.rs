@@ -1,5 +1,5 @@
-//! From tokens to entities. As in the SPD's own reader, readnff.c, line ends mean nothing inside an entity; they only
-//! help to go on after a mistake.
+//! From tokens to entities. As in the SPD's own reader, readnff.c, line ends have no meaning inside an entity; the reader
+//! uses them only to go on after a mistake.
 
 use super::entity::{Cone, Entity, Fill, Kind, Light, Patch, Sphere, View};
 use super::tokens::{Place, Token, Tokens};
@@ -26,7 +26,7 @@ impl<'a> Reader<'a> {
         self.tokens.place()
     }
 
-    /// Goes on, after a problem, with the next line that starts with an entity. Returns the one left behind.
+    /// Goes on after a problem, with the next line that starts with an entity. Returns the one that had the problem.
     pub(super) fn recover(&mut self) -> Option<(Kind, Place)> {
         let starts_entity =
             |token: Token<'_>| token.starts_line && (Kind::of_keyword(token.text).is_some() || is_assimp(token));
@@ -83,7 +83,7 @@ impl<'a> Reader<'a> {
 
     fn light(&mut self) -> Result<Light, Problem> {
         let position = self.point("the position")?;
-        // no keyword tells whether a colour follows, but all that may follow otherwise is an entity
+        // a colour has no keyword; but whatever else may follow starts with one
         let has_color = self.tokens.peek().is_some_and(|token| token.is_number());
         let color = if has_color { Some(self.color("the colour")?) } else { None };
         Ok(Light { position, color })
@@ -96,7 +96,7 @@ impl<'a> Reader<'a> {
         let shine = self.number_in("Shine", "from 0 to 1e6", |x| (0.0..=1e6).contains(&x))?;
         let swapped = "from 0 to 1; are Shine and T swapped?";
         let transmittance = self.number_in("the transmittance T", swapped, |x| (0.0..=1.0).contains(&x))?;
-        // opaque fills have any index, mostly 0 or 1, and never use it
+        // opaque fills have an index of any value, mostly 0 or 1, which is not used
         let refracts = |x: f64| transmittance == 0.0 || (0.01..=100.0).contains(&x);
         let ior = self.number_in("the index of refraction of what transmits", "from 0.01 to 100", refracts)?;
         Ok(Fill { color, kd, ks, shine, transmittance, ior })
@@ -185,7 +185,7 @@ impl<'a> Reader<'a> {
         Err(self.expected(format_args!("the word \"{word}\"")))
     }
 
-    /// The next token is not what the current entity needs.
+    /// The problem that the next token is not what the current entity needs.
     fn expected(&self, what: impl Display + Copy) -> Problem {
         let found = self.tokens.peek().map_or_else(|| "the end of the file".to_owned(), |token| token.quoted());
         let (form, start) = self.current.map_or(("", 0), |(kind, place)| (kind.form(), place.line));
@@ -193,7 +193,7 @@ impl<'a> Reader<'a> {
         self.place().problem(Code::InvalidNff, detail)
     }
 
-    /// The next token should start an entity, but does not. Says which dialect it is from, if that is known.
+    /// The problem that the next token does not start an entity. Names the dialect it is from, if known.
     fn not_an_entity(&self, token: Token<'_>) -> Problem {
         let found = token.quoted();
         let dialect = |what: &str| {

@@ -1,4 +1,4 @@
-//! Collects entities into a scene, and holds them to NFF's order: view, background and lights before the first object.
+//! Collects entities into a scene, and checks NFF's order: view, background and lights before the first object.
 
 use super::NffOptions;
 use super::bodies::Bodies;
@@ -62,14 +62,14 @@ impl SceneBuilder {
         }
     }
 
-    /// Leaves out an entity that could not be read.
+    /// Notes an entity that could not be read.
     pub(super) fn skip(&mut self, place: Place, kind: Kind) {
         if kind == Kind::View {
             self.view.get_or_insert(place);
         }
     }
 
-    /// The scene; what the file lacks goes into `problems`.
+    /// The scene; missing entities are added to `problems`.
     pub(super) fn finish(self, end: Place, problems: &mut Vec<Problem>) -> Option<Description> {
         if self.view.is_none() {
             let place = self.first_object.unwrap_or(end);
@@ -151,7 +151,7 @@ fn second(place: Place, what: &str, first: Place) -> Problem {
     place.problem(Code::InvalidNff, format!("this is a second {what}; the first is on line {}", first.line))
 }
 
-/// SPD Readme, "Testing Procedures": five rays deep, none left out however little it adds, one through each corner.
+/// SPD Readme, "Testing Procedures": depth 5, no pruning by weight, one ray through each corner.
 fn counting() -> RenderSettings {
     RenderSettings {
         max_depth: Some(5),

@@ -1,4 +1,4 @@
-//! The bytes of an NFF file: unpacked if they are gzip, and refused if they are another format called NFF.
+//! The text of an NFF file: unpacked if it is gzip, and refused if it is another format called NFF.
 
 use super::tokens::Tokens;
 use crate::scene::limits::SCENE_BYTES;
@@ -18,7 +18,7 @@ pub(super) fn unpack(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Problem> {
     Ok(text)
 }
 
-/// Stops one byte above the limit: a small file may unpack to any size.
+/// Unpacks up to one byte above the limit, since a small file may unpack to any size.
 fn gunzip(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut text = Vec::new();
     let unpacked = MultiGzDecoder::new(bytes).take(SCENE_BYTES.max + 1).read_to_end(&mut text);

@@ -1,9 +1,9 @@
-//! Splits NFF text into tokens: whatever stands between white space, without `#` comments. Line ends are `\n`, `\r\n`
-//! and `\r`. The text is bytes, because comments come in UTF-8, Latin-1 and worse.
+//! Splits NFF text into tokens, which are separated by white space, without `#` comments. Line ends are `\n`, `\r\n` and
+//! `\r`. The text is bytes, because comments may be in any encoding.
 
 use crate::scene::problem::{Code, Problem};
 
-/// Where something stands in the file, from 1; columns count bytes.
+/// A place in the file, from 1; columns count bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Place {
     pub(super) line: u32,
@@ -26,7 +26,7 @@ pub(super) struct Token<'a> {
 }
 
 impl Token<'_> {
-    /// Whether it is written with the characters of a C `%g` number. `nan`, `inf` and hexadecimal ones are none.
+    /// Whether it is written with the characters of a C `%g` number, so not `nan`, `inf` or hexadecimal.
     pub(super) fn is_number(&self) -> bool {
         self.text.iter().any(u8::is_ascii_digit)
             && self.text.iter().all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E'))
@@ -46,7 +46,7 @@ impl Token<'_> {
     }
 }
 
-/// The tokens of a text, one ahead.
+/// The tokens of a text, with one token of lookahead.
 #[derive(Debug)]
 pub(super) struct Tokens<'a> {
     text: &'a [u8],
@@ -66,12 +66,12 @@ impl<'a> Tokens<'a> {
         tokens
     }
 
-    /// The next token, which stays.
+    /// The next token, without taking it.
     pub(super) fn peek(&self) -> Option<Token<'a>> {
         self.ahead
     }
 
-    /// Where the next token stands, or the end of the text.
+    /// The place of the next token, or of the end of the text.
     pub(super) fn place(&self) -> Place {
         self.ahead.map_or_else(|| self.place_of(self.at), |token| token.place)
     }

@@ -1,10 +1,10 @@
-//! Everything that is wrong with the shape of a scene, said in sentences.
+//! All problems with the shape of a scene, in sentences.
 //!
-//! serde stops at the first error. So when it fails, the scene's [`Value`] is held against the [`schema`](crate::scene::schema), branch by
-//! branch: where the schema offers alternatives, the scene's own key or the type of its value names the one that is
-//! meant, and the problems keep their precise pointers. (A general validator lists what is wrong with every
-//! alternative, thirteen for each misspelt object, and takes memory for all of them before it reports one.)
-//! The tests check against the `jsonschema` crate that both refuse the same scenes.
+//! serde stops at the first error. So when it fails, this walks the scene's [`Value`] along the
+//! [`schema`](crate::scene::schema). Where the schema has alternatives, the key or the type of the value decides which one is
+//! meant, so problems have precise pointers. (A general validator reports the errors of every alternative, thirteen for each
+//! misspelt object, and keeps all of them in memory before it reports one.) Tests check that this walk and the schema agree
+//! on which scenes are wrong.
 
 use super::wording::{self, list, quoted};
 use crate::scene::description::Color;
@@ -14,21 +14,21 @@ use crate::scene::schema::{Node, schema};
 use serde_json::{Map, Value};
 use std::rc::Rc;
 
-/// One problem, and what has to happen to the scene so that the rest of it can be checked.
+/// One problem, and the change to the scene that lets the rest of it be checked.
 #[derive(Debug)]
 pub(super) struct Finding {
     pub(super) problem: Problem,
     pub(super) mend: Mend,
 }
 
-/// What makes a scene readable again.
+/// A change that makes a scene readable.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Mend {
-    /// Nothing: the value is out of range, but readable.
+    /// None: the value is out of range, but readable.
     Keep,
     /// Remove a key.
     Remove { object: String, key: String },
-    /// Put a stand-in in the place of the part around it.
+    /// Replace the part around it by a stand-in.
     Replace(Rc<Part>),
 }
 
@@ -52,7 +52,7 @@ pub(super) fn diagnose(scene: &Value) -> Vec<Finding> {
 struct Walk<'s> {
     root: &'s Value,
     found: Vec<Finding>,
-    /// Pointer of the value at hand.
+    /// Pointer of the current value.
     path: String,
     /// The innermost part around it.
     part: Rc<Part>,
@@ -69,7 +69,7 @@ impl<'s> Walk<'s> {
         }
     }
 
-    /// Reports the value at hand, which makes the part around it unreadable.
+    /// Reports the current value, which makes the part around it unreadable.
     fn unreadable(&mut self, code: Code, detail: String) {
         let mend = self.replace_part();
         self.add(self.path.clone(), code, detail, mend);
@@ -263,7 +263,7 @@ impl<'s> Walk<'s> {
                 self.visit_child(key, Node { schema: rest, name: node.name }, value);
             } else {
                 let names = || keys.into_iter().flat_map(Map::keys).map(String::as_str);
-                // One slip of the finger is one problem: not unknown here and missing there.
+                // A misspelt key is one problem, not an unknown key and a missing one.
                 let meant = missing.iter().position(|name| !near_name(key, [*name]).is_empty());
                 let near = match meant {
                     Some(i) => near_name(key, [missing.remove(i)]),
@@ -284,7 +284,7 @@ impl<'s> Walk<'s> {
     }
 
     fn unknown_key<'k>(&mut self, key: &str, near: String, names: impl Iterator<Item = &'k str>, complete: bool) {
-        // An object that lacks a key stays unreadable without this one; the scene itself gets what it lacks.
+        // An object that misses a key stays unreadable when this one is removed; missing keys of the scene are added.
         let mend = if complete || self.path.is_empty() {
             Mend::Remove { object: self.path.clone(), key: key.to_owned() }
         } else {
@@ -316,7 +316,7 @@ impl<'s> Walk<'s> {
             self.add(self.path.clone(), Code::OutOfRange, detail, Mend::Keep);
         }
         let items = Node { schema: &node.schema["items"], name: node.name };
-        // Most of a large scene are coordinates, of which there is nothing to say.
+        // Most of a large scene are coordinates, which are fine: a fast path.
         if items.is_any_number() && elements.iter().all(Value::is_number) {
             return;
         }
@@ -335,7 +335,7 @@ impl<'s> Walk<'s> {
     }
 }
 
-/// Longest key that is compared and repeated in messages; what is longer is no slip of the finger.
+/// Longest key that is compared with known ones and repeated in messages.
 const KEY_BYTES: usize = 64;
 
 fn near_name<'a>(given: &str, names: impl IntoIterator<Item = &'a str>) -> String {

@@ -1,14 +1,14 @@
-//! Makes a scene with problems readable, so that what is right in it can be checked as well.
+//! Makes a scene with problems readable, so that the rest of it can be checked.
 //!
-//! Every unreadable part is replaced by a harmless one of its kind: indices and names stay what they are, and no
-//! other part is reported for what it refers to.
+//! Every unreadable part is replaced by a harmless one of its kind. So indices and names stay, and other parts may refer to
+//! it.
 
 use super::diagnose::{Finding, Mend, Part};
 use crate::scene::Description;
 use crate::scene::problem::{Code, Problem};
 use serde_json::{Value, json};
 
-/// What is left of a scene without its unreadable parts.
+/// A scene whose unreadable parts are replaced.
 #[derive(Debug)]
 pub struct Mended {
     /// The scene, with stand-ins.
@@ -23,7 +23,7 @@ impl Mended {
         let within = |part: &String| {
             problem.pointer.strip_prefix(part.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         };
-        // When the names themselves are gone, so is what refers to them.
+        // Where the names themselves are unreadable, references to them are not to blame.
         let names_are_gone = self.replaced.iter().any(|part| part == "/materials" || part == "/definitions");
         self.replaced.iter().any(within) || (names_are_gone && problem.code == Code::UnknownReference)
     }
@@ -40,7 +40,7 @@ pub(super) fn mend(mut scene: Value, findings: &[Finding]) -> Option<Mended> {
                     object.remove(key);
                 }
             }
-            // What the whole lacks is added below.
+            // Missing keys of the scene are added below.
             Mend::Replace(part) if part.pointer.is_empty() => {}
             Mend::Replace(part) => {
                 if !replaced.contains(&part.pointer) {

@@ -1,7 +1,7 @@
 //! JSON text to [`Description`], reporting every problem of its shape at once.
 //!
-//! A good scene is deserialised straight from the text. Only when that fails is the text read again, into a
-//! [`Value`], for `diagnose` to say all that is wrong with it.
+//! A correct scene is deserialised straight from the text. Only when that fails, the text is read again into a [`Value`],
+//! and `diagnose` reports all its problems.
 
 mod diagnose;
 mod mend;
@@ -20,19 +20,19 @@ use syntax::{first_problem, not_json, not_utf8};
 
 pub use mend::Mended;
 
-/// Longest text of which all problems are reported. A [`Value`] takes up to 16 times the bytes of its text, so of a
-/// longer one only the first problem is.
+/// Longest text of which all problems are reported, since a [`Value`] takes up to 16 times the bytes of its text. Of a
+/// longer one only the first problem is reported.
 const DIAGNOSED_BYTES: usize = 8 << 20;
 
 /// The version this program reads.
 const VERSION: u32 = 1;
 
-/// Why a text is no scene.
+/// Why a text is not a scene.
 #[derive(Debug)]
 pub struct Unreadable {
-    /// What is wrong with it, in the order of the text, with line and column.
+    /// Its problems in the order of the text, with line and column.
     pub problems: Problems,
-    /// What is right in it, to check further; none if it is no JSON, or of another version.
+    /// The readable rest of it, to be checked further; none if it is not JSON, or of another version.
     pub mended: Option<Box<Mended>>,
 }
 
@@ -42,7 +42,7 @@ impl Unreadable {
     }
 }
 
-/// Reads scene JSON: the shape is checked completely, ranges and references are not if the shape is right.
+/// Reads scene JSON and checks its shape completely. If the shape is right, ranges and references are left to be checked.
 pub fn read_json(text: &[u8]) -> Result<Description, Unreadable> {
     if text.len() as u64 > SCENE_BYTES.max {
         let detail =
@@ -66,8 +66,8 @@ pub fn read_json(text: &[u8]) -> Result<Description, Unreadable> {
         };
         return Err(Unreadable::one(problem));
     }
-    // The category of the first error does not tell whether this is JSON: a number in the place of an object is a
-    // syntax error to serde_json's enums.
+    // serde's first error does not say whether the text is JSON: a number instead of an object is a syntax error to
+    // enums.
     match serde_json::from_slice::<Value>(text) {
         Ok(scene) => Err(all_problems(text, scene, &error)),
         Err(error) => Err(Unreadable::one(not_json(text, &error))),
@@ -87,7 +87,7 @@ pub(super) fn strip_mark(text: &[u8]) -> &[u8] {
 }
 
 fn all_problems(text: &[u8], scene: Value, error: &serde_json::Error) -> Unreadable {
-    // What another version means by its keys is not for this one to say.
+    // In another version keys may have another meaning.
     if let Some(version) = scene.get("version").filter(|v| v.is_number() && v.as_u64() != Some(u64::from(VERSION))) {
         return Unreadable::one(wrong_version(text, &version.to_string()));
     }

@@ -1,7 +1,7 @@
-//! A deserializer that takes a scene exactly as its schema describes it.
+//! A deserializer that accepts a scene exactly as its schema describes it.
 //!
-//! serde's derived types are more generous: a struct may come as an array of its fields, and `"none"` as
-//! `{"none": null}`. Whoever relied on that would have scenes that no other reader of the schema accepts.
+//! serde's derived types accept more: a struct as an array of its fields, and `{"none": null}` for `"none"`. Other programs
+//! that follow the schema would refuse such scenes.
 
 use serde::de::value::StrDeserializer;
 use serde::de::{
@@ -9,7 +9,7 @@ use serde::de::{
 };
 use std::fmt;
 
-/// Around a deserializer, and inside around all that passes it on to the values within.
+/// Wraps a deserializer, and inside of it everything that leads to inner values.
 pub(super) struct Strict<T>(pub(super) T);
 
 macro_rules! pass_on {
@@ -20,7 +20,7 @@ macro_rules! pass_on {
     )* };
 }
 
-/// For what holds no other values.
+/// For values without inner values.
 macro_rules! hand_over {
     ($($method:ident)*) => { $(
         fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
@@ -145,7 +145,7 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Strict<A> {
     }
 }
 
-/// An enum: a string, or an object with one key. What has parameters is no string, and what has none no object.
+/// An enum: a string for variants without parameters, an object with one key for those with parameters.
 struct Choice<V>(V);
 
 impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {

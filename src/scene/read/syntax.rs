@@ -1,11 +1,11 @@
-//! What is wrong with a text that is no JSON, in words for its author.
+//! The problem of a text that is not JSON, in words for its author.
 
 use crate::scene::limits::JSON_DEPTH;
 use crate::scene::locate;
 use crate::scene::problem::{Code, Problem};
 use std::ops::Range;
 
-/// serde's own words for its first error in what is JSON.
+/// serde's own words for its first error in a text that is JSON.
 pub(super) fn first_problem(text: &[u8], error: &serde_json::Error) -> Problem {
     beyond_limits(text, error).unwrap_or_else(|| {
         let words = match words(error).as_str() {
@@ -26,7 +26,7 @@ pub(super) fn not_utf8(text: &[u8], at: usize) -> Problem {
     placed(text, at, Code::InvalidJson, detail)
 }
 
-/// A problem where the text stops being JSON that can be read.
+/// The problem where the text stops being readable JSON.
 pub(super) fn not_json(text: &[u8], error: &serde_json::Error) -> Problem {
     beyond_limits(text, error).unwrap_or_else(|| {
         let at = locate::offset(text, error.line(), error.column());
@@ -35,7 +35,7 @@ pub(super) fn not_json(text: &[u8], error: &serde_json::Error) -> Problem {
     })
 }
 
-/// JSON that nests deeper or counts higher than can be read.
+/// The problem of JSON that is nested too deeply, or has a number that is too large.
 fn beyond_limits(text: &[u8], error: &serde_json::Error) -> Option<Problem> {
     let (code, detail) = match words(error).as_str() {
         "recursion limit exceeded" => (

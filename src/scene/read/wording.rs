@@ -1,9 +1,9 @@
-//! The phrases that `diagnose` makes its sentences of.
+//! The phrases of `diagnose`'s sentences.
 
 use crate::scene::schema::Node;
 use serde_json::Value;
 
-/// What a schema asks for: `an array of 3 numbers`, `"x" or "y"`.
+/// What a schema expects: `an array of 3 numbers`, `"x" or "y"`.
 pub(super) fn expected(node: Node<'_>, root: &Value) -> String {
     let choices = node.alternatives(root);
     let kinds: Vec<&str> = choices.iter().filter_map(|choice| choice.tag()).collect();
@@ -46,12 +46,12 @@ fn phrase(name: &str, node: Node<'_>, root: &Value) -> Option<String> {
                 None => format!("an array of {of}"),
             }
         }
-        // Null is what a missing key is: nobody should be told to write it.
+        // Null means a missing key: messages do not offer it.
         _ => return None,
     })
 }
 
-/// What a value is, short enough for a sentence.
+/// A value, short enough for a sentence.
 pub(super) fn shown(value: &Value) -> String {
     match value {
         Value::Null => "null".to_owned(),
@@ -74,7 +74,7 @@ pub(super) fn shown_name(text: &str) -> String {
     }
 }
 
-/// What to do about a value of the wrong type, where it is plain.
+/// Advice on a value of the wrong type, where there is an obvious one.
 pub(super) fn type_hint(node: Node<'_>, value: &Value, root: &Value) -> &'static str {
     let choices = node.alternatives(root);
     let wants = |name: &str| choices.iter().any(|choice| choice.types().contains(&name));
@@ -109,7 +109,7 @@ pub(super) fn out_of_range(node: Node<'_>, value: &Value) -> Option<String> {
     Some(format!("must be {}, is {value}", list(phrases, "and")))
 }
 
-/// The word for what a schema of this name describes.
+/// The noun for a schema's name.
 pub(super) fn noun(name: &str) -> &'static str {
     match name {
         "Object" => "object",

@@ -3,8 +3,8 @@
 use super::Case;
 use super::evidence::Evidence;
 use super::lab::{Lab, ball, direction, from_front, square};
-use super::lecture::{Object, Shape, Tracer};
 use super::solids::{Mesh, cube_mesh};
+use super::textbook::{Object, Shape, Tracer};
 use crate::common::Random;
 use crate::common::naive;
 use glam::DVec3;

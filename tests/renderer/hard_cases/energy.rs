@@ -3,7 +3,7 @@
 use super::Case;
 use super::evidence::Evidence;
 use super::lab::{Lab, ask, ball, description, from_front, picture, rows, square, truth, vector};
-use super::lecture::{Object, Shape, Tracer};
+use super::textbook::{Object, Shape, Tracer};
 use crate::common::naive;
 use crate::common::on_own_threads;
 use glam::DVec3;
@@ -39,7 +39,7 @@ fn panes(reflection: f64, transmission: f64, depth: u32, min_weight: f64) -> Val
     description(json!(faces().map(pane).collect::<Vec<_>>()), more)
 }
 
-/// How many rays the lecture's tracer follows through the panes, and the light it finds; it is stopped after as many
+/// How many rays the textbook's tracer follows through the panes, and the light it finds; it is stopped after as many
 /// rays as strahl allows a sample.
 fn naive_panes(lab: &Lab, reflection: f64, transmission: f64, depth: u32) -> (u64, f64) {
     let pane = |(low, high)| Object {

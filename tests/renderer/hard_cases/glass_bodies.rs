@@ -3,7 +3,7 @@
 use super::Case;
 use super::evidence::Evidence;
 use super::lab::{Lab, ask, ball, rows, truth, vector};
-use super::lecture::{Object, Shape, Tracer};
+use super::textbook::{Object, Shape, Tracer};
 use crate::common::Random;
 use crate::common::naive;
 use glam::DVec3;

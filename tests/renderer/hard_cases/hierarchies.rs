@@ -3,9 +3,9 @@
 use super::Case;
 use super::evidence::Evidence;
 use super::lab::{Lab, ask, ball, description, direction, hit, rows, square, truth, vector};
-use super::lecture::tree::{Tree, areas, median, middle};
-use super::lecture::{Object, Shape};
 use super::planes::{pictures, twin_of_ties};
+use super::textbook::tree::{Tree, areas, median, middle};
+use super::textbook::{Object, Shape};
 use crate::common::Random;
 use crate::common::naive;
 use crate::common::wide::Wide;

@@ -3,7 +3,7 @@
 use super::Case;
 use super::evidence::Evidence;
 use super::lab::{Lab, ask, ball, description, from_front, picture, square, truth};
-use super::lecture::{Object, Shape, Tracer};
+use super::textbook::{Object, Shape, Tracer};
 use crate::common::naive;
 use glam::DVec3;
 use serde_json::{Value, json};

@@ -3,7 +3,7 @@
 use super::Case;
 use super::evidence::Evidence;
 use super::lab::{Lab, ask, ball, description, hit, picture, rows, square, truth, vector};
-use super::lecture::cameras;
+use super::textbook::cameras;
 use crate::common::Random;
 use crate::common::naive;
 use glam::DVec3;

@@ -3,8 +3,8 @@
 use super::Case;
 use super::evidence::Evidence;
 use super::lab::{Lab, ask, ball, description, finite, hit, picture, rows, square, truth, vector};
-use super::lecture::tree::{Tree, median};
-use super::lecture::{Object, Shape, Tracer};
+use super::textbook::tree::{Tree, median};
+use super::textbook::{Object, Shape, Tracer};
 use crate::common::naive;
 use crate::common::{Random, render_as};
 use glam::DVec3;

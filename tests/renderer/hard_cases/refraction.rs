@@ -87,7 +87,7 @@ fn about_critical(lab: &Lab) -> Evidence {
     }
     e.excuse(
         true,
-        "the lecture's radicand is as good as any: outside the band that rounding the input makes, it decides rightly",
+        "the textbook's radicand is as good as any: outside the band that rounding the input makes, it decides rightly",
     );
     e
 }
@@ -100,7 +100,7 @@ fn into_denser(lab: &Lab) -> Evidence {
             let d = down(lab, std::f64::consts::FRAC_PI_2 * f64::from(i) / 4000.0);
             let found = hit(&scene, DVec3::Y, d);
             e.check(found.is_some_and(|h| !h.tir && h.transmitted.is_some()), || format!("into {ior} along {d}"));
-            // The lecture: total reflection where sin(theta2) <= n1/n2.
+            // Textbook: total reflection where sin(theta2) <= n1/n2.
             e.twin(d.x / ior <= 1.0 / ior);
         }
     }

@@ -3,8 +3,8 @@
 use super::Case;
 use super::evidence::Evidence;
 use super::lab::{Lab, ask, description, direction, finite, hit, hit_within, rows, square, truth, vector};
-use super::lecture::tree::{Tree, middle};
-use super::lecture::{Object, Shape};
+use super::textbook::tree::{Tree, middle};
+use super::textbook::{Object, Shape};
 use crate::common::Random;
 use crate::common::naive;
 use glam::DVec3;

@@ -2,7 +2,7 @@
 
 use super::energy::naive_corridor;
 use super::lab::Lab;
-use super::lecture::{Object, Shape, Tracer, cameras};
+use super::textbook::{Object, Shape, Tracer, cameras};
 use crate::common::naive;
 use crate::common::questions::shapes::{matrix, turn};
 use crate::common::questions::{self, FILES, Query, number, vector};

@@ -1,23 +1,97 @@
-//! No operation over lanes has become a call: a function that is not inlined into its kernel is compiled for the baseline
-//! instruction set, is 3 to 19 times slower, and gives correct results, so that nothing else would notice.
+//! What must hold for machine code, since nothing else would notice it.
+//!
+//! - No operation over lanes has become a call. A function that is not inlined into its kernel is compiled for the baseline
+//!   instruction set, is 3 to 19 times slower, and gives correct results.
+//! - No function is huge. The compiler's time for one grows with the square of its size: six kernels in one function of a
+//!   megabyte once took 10 minutes and 4.5 GB.
+
+use std::path::Path;
 
 /// What `fearless_simd` calls the body of each operation; it is a function of its own only where inlining failed.
-const OPERATION: &[u8] = b"__fearless_simd_kernel";
+const OPERATION: &str = "__fearless_simd_kernel";
 /// What the kernels themselves are called.
-const KERNEL: &[u8] = b"vectorize_avx";
+const KERNEL: &str = "vectorize_avx";
+/// Bytes that a function may have. The kernels are close to it in incremental builds, which inline a little more; in others
+/// they have 60 kB.
+const LARGEST: usize = 64 << 10;
 
-fn contains(bytes: &[u8], name: &[u8]) -> bool {
-    bytes.windows(name.len()).any(|window| window == name)
+struct Function {
+    /// As the linker knows it.
+    name: String,
+    /// Bytes of machine code.
+    bytes: usize,
+}
+
+/// The functions in the symbol table of a program: a little-endian ELF file of 64 bits.
+fn functions(program: &Path) -> Vec<Function> {
+    struct Section {
+        kind: usize,
+        offset: usize,
+        bytes: usize,
+        link: usize,
+    }
+    let file = std::fs::read(program).unwrap();
+    assert_eq!(file[..6], *b"\x7fELF\x02\x01", "{} is no ELF file of this kind", program.display());
+    let number =
+        |at: usize, bytes: usize| file[at..at + bytes].iter().rev().fold(0, |n, byte| n << 8 | usize::from(*byte));
+    let headers = number(0x28, 8);
+    let section = |index: usize| {
+        let at = headers + 64 * index;
+        Section {
+            kind: number(at + 4, 4),
+            offset: number(at + 24, 8),
+            bytes: number(at + 32, 8),
+            link: number(at + 40, 4),
+        }
+    };
+    const SYMBOLS: usize = 2;
+    let symbols = (0..number(0x3c, 2)).map(section).find(|section| section.kind == SYMBOLS);
+    let symbols = symbols.unwrap_or_else(|| panic!("{} has lost its symbols", program.display()));
+    let names = section(symbols.link).offset;
+    const FUNCTION: usize = 2;
+    (symbols.offset..symbols.offset + symbols.bytes)
+        .step_by(24)
+        .filter(|at| number(at + 4, 1) & 15 == FUNCTION)
+        .map(|at| {
+            let name = &file[names + number(at, 4)..];
+            let end = name.iter().position(|byte| *byte == 0).unwrap();
+            Function { name: String::from_utf8_lossy(&name[..end]).into_owned(), bytes: number(at + 16, 8) }
+        })
+        .collect()
 }
 
 #[test]
-#[cfg_attr(any(debug_assertions, not(target_arch = "x86_64")), ignore = "kernels are optimised in release only")]
+#[cfg_attr(
+    any(debug_assertions, not(all(target_arch = "x86_64", target_os = "linux"))),
+    ignore = "reads optimised ELF"
+)]
 fn every_operation_over_lanes_is_part_of_its_kernel() {
-    let program = std::fs::read(env!("CARGO_BIN_EXE_strahl")).unwrap();
-    assert!(contains(&program, KERNEL), "the program has lost its symbols, so this test sees nothing");
+    let functions = functions(Path::new(env!("CARGO_BIN_EXE_strahl")));
+    assert!(functions.iter().any(|f| f.name.contains(KERNEL)), "there is no kernel, so this test sees nothing");
+    let called: Vec<&str> = functions.iter().map(|f| f.name.as_str()).filter(|name| name.contains(OPERATION)).collect();
     assert!(
-        !contains(&program, OPERATION),
-        "some function or closure over lanes lacks #[inline(always)]; `nm -C target/release/strahl | grep \
-         __fearless_simd_kernel` says which operations it calls, `objdump -d` from where"
+        called.is_empty(),
+        "some function or closure over lanes lacks #[inline(always)]; `objdump -dC target/release/strahl` says which ones \
+         call these:\n{}",
+        called.join("\n")
+    );
+}
+
+/// All functions of the library are in this test program, and of its own none is large.
+#[test]
+#[cfg_attr(
+    any(debug_assertions, not(all(target_arch = "x86_64", target_os = "linux"))),
+    ignore = "reads optimised ELF"
+)]
+fn no_function_is_so_large_that_compiling_it_takes_minutes() {
+    let mut functions = functions(&std::env::current_exe().unwrap());
+    assert!(functions.iter().any(|f| f.name.contains(KERNEL)), "there is no kernel, so this test sees nothing");
+    functions.retain(|f| f.bytes > LARGEST);
+    functions.sort_by_key(|f| std::cmp::Reverse(f.bytes));
+    let list: Vec<String> = functions.iter().map(|f| format!("{:>8} bytes: {}", f.bytes, f.name)).collect();
+    assert!(
+        list.is_empty(),
+        "larger than {LARGEST} bytes; move rare parts into functions of their own:\n{}",
+        list.join("\n")
     );
 }

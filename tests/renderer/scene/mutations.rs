@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 use strahl::film::Region;
 use strahl::render::{Control, render};
+use strahl::scene::nff::NffOptions;
 use strahl::scene::{Format, Overrides, load};
 
 const MUTATIONS: u64 = 100_000;
@@ -20,8 +21,7 @@ const SMALL: Overrides = Overrides {
     samples: Some(1),
     antialias: Some(false),
     precision: None,
-    two_sided: false,
-    spd_counts: false,
+    nff: NffOptions { two_sided: false, spd_counts: false },
 };
 
 fn odd_value(random: &mut Random) -> Value {

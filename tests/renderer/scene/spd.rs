@@ -3,6 +3,7 @@
 use crate::common::read;
 use strahl::film::{Film, Region};
 use strahl::render::{Control, Picture, render};
+use strahl::scene::nff::NffOptions;
 use strahl::scene::{Format, Loaded, Overrides, load};
 
 fn load_nff(file: &str, overrides: Overrides) -> Loaded {
@@ -23,11 +24,15 @@ const PUBLISHED: [(&str, [u64; 4]); 4] = [
     ("tetra_s6.nff.gz", [49_788, 0, 0, 46_112]),
 ];
 
+fn nff(spd_counts: bool, two_sided: bool) -> Overrides {
+    Overrides { nff: NffOptions { two_sided, spd_counts }, ..Overrides::default() }
+}
+
 #[test]
 fn ray_counts_agree_with_the_published_ones() {
     for (file, published) in PUBLISHED {
         // The SPD's only exception to one-sided surfaces is the teapot, for the gap under its lid.
-        let overrides = Overrides { spd_counts: true, two_sided: file.starts_with("teapot"), ..Overrides::default() };
+        let overrides = nff(true, file.starts_with("teapot"));
         let rays = picture(file, overrides).rays;
         let ours = [rays.camera_hits, rays.reflected, rays.transmitted + rays.total_internal_reflections, rays.shadow];
         assert_eq!(rays.camera, 513 * 513);
@@ -41,7 +46,7 @@ fn ray_counts_agree_with_the_published_ones() {
 #[test]
 fn counts_of_the_gears_agree_with_an_independent_count() {
     // Concave 144-gons of glass; counted by another program, which nobody published.
-    let rays = picture("gears_s1.nff", Overrides { spd_counts: true, ..Overrides::default() }).rays;
+    let rays = picture("gears_s1.nff", nff(true, false)).rays;
     let near = |ours: u64, other: u64| assert!(ours.abs_diff(other) as f64 <= 0.001 * other as f64, "{ours} {other}");
     near(rays.camera_hits, 238_575);
     near(rays.reflected, 879_325);
@@ -77,7 +82,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn pictures_are_composed_and_oriented_like_those_of_pov_ray() {
     for (file, image) in [("balls_s2.nff", "povray37_balls_s2.png"), ("teapot_s3.nff", "povray37_teapot_s3.png")] {
-        let Film { region, pixels, .. } = picture(file, Overrides { two_sided: true, ..Overrides::default() }).film;
+        let Film { region, pixels, .. } = picture(file, nff(false, true)).film;
         let other =
             image::load_from_memory(&read(&format!("tests/inputs/reference_images/{image}"))).unwrap().to_rgb8();
         let theirs = thumbnail(other.width(), other.height(), |x, y| other.get_pixel(x, y).0);

@@ -1,11 +1,11 @@
 //! Rays that leave a surface: whether they meet it again, lose its far side or meet that somewhere else.
 
 mod exact;
-mod lecture;
 mod objects;
+mod textbook;
 
-pub use lecture::{NAIVE, Naive};
 pub use objects::{PLACES, PRIMITIVES};
+pub use textbook::{NAIVE, Naive};
 
 use super::Random;
 use super::numbers::Numbers;
@@ -93,7 +93,7 @@ fn leave(name: &str, r: f64, place: f64, precision: Precision, count: usize, ran
         let direction = away(DVec3::from_array(hit.normal), random);
         if name == "sphere" {
             let [o, d] = [onto.origin, onto.direction].map(|v| lab.round3(v.into()));
-            let naive = lecture::leave(&lab, (center, lab.round(r)), (o, d), lab.round3(direction));
+            let naive = textbook::leave(&lab, (center, lab.round(r)), (o, d), lab.round3(direction));
             found.naive.iter_mut().zip(&naive).for_each(|(sum, naive)| sum.add(naive));
         }
         hits.push(hit);

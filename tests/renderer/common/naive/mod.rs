@@ -1,4 +1,4 @@
-//! What textbooks and lecture notes do, in the format of the case, to be run beside strahl. Nothing else may use it.
+//! What textbooks do, in the format of the case, to be run beside strahl. Nothing else may use it.
 
 use crate::common::numbers::Numbers;
 use glam::DVec3;

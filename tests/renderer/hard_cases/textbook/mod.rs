@@ -1,4 +1,4 @@
-//! A tracer as lecture notes write it: recursion, absolute epsilons, a bare stack of media, bounds without care. It is
+//! A tracer as textbooks write it: recursion, absolute epsilons, a bare stack of media, bounds without care. It is
 //! run beside strahl, in the case's precision, to show that the cases are hard and that the harness can see failures.
 
 pub mod cameras;
@@ -9,7 +9,7 @@ use crate::hard_cases::lab::Lab;
 use glam::DVec3;
 use std::cell::Cell;
 
-/// What a lecture's tracer knows.
+/// What a textbook's tracer knows.
 #[derive(Clone, Copy)]
 pub enum Shape {
     Sphere(DVec3, f64),
@@ -80,7 +80,7 @@ pub struct Step {
     pub media: usize,
 }
 
-/// A scene and the lecture's constants.
+/// A scene and the textbook's constants.
 pub struct Tracer<'a> {
     pub lab: &'a Lab,
     pub objects: Vec<Object>,

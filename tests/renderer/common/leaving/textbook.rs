@@ -1,4 +1,4 @@
-//! How lecture notes start secondary rays: off a sphere, along the same directions as strahl's.
+//! How textbooks start secondary rays: off a sphere, along the same directions as strahl's.
 
 use crate::common::naive;
 use crate::common::numbers::Numbers;

@@ -1,4 +1,4 @@
-//! Cameras as lecture notes write them.
+//! Cameras as textbooks write them.
 
 use crate::common::naive;
 use crate::hard_cases::lab::Lab;

@@ -1,4 +1,4 @@
-//! Hierarchies as lecture notes build them: by the median, by surface areas without a look at infinity, and by the middle
+//! Hierarchies as textbooks build them: by the median, by surface areas without a look at infinity, and by the middle
 //! of the centres without a look at centres that are equal.
 
 use super::{Object, Shape};
