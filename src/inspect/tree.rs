@@ -191,19 +191,19 @@ where
     );
     let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
     add_samples(&mut tracer, &[[x, y]], 1, Samples::of_picture(samples), &mut Hits::none(()), &mut sum);
-    let (rest, roundings, sum) = (tracer.rest().lane(0), tracer.roundings().lane(0), sum.lane(0));
+    let (omitted, roundings, sum) = (tracer.omitted().lane(0), tracer.roundings().lane(0), sum.lane(0));
     let Recorder { rays, truncated, .. } = tracer.into_observer();
     if control.cancelled.load(Ordering::Relaxed) {
         return Err(Cancelled);
     }
     let mut raised = [L::Real::default(); 3];
     if let Pruning::Proved { max_codes } = world.rules.pruning {
-        let ends = interval(sum, rest, roundings);
+        let ends = interval(sum, omitted, roundings);
         raised = std::array::from_fn(|c| raise(sum[c], ends[c], max_codes));
     }
     let value = std::array::from_fn(|c| (sum[c] + raised[c]).to_f64());
     let wide = |v: [L::Real; 3]| v.map(Real::to_f64);
-    let (raised, lacking) = (wide(raised), wide(rest));
+    let (raised, lacking) = (wide(raised), wide(omitted));
     Ok(Tree { pixel: [x, y], precision, samples, value, raised, lacking, truncated, rays })
 }
 

@@ -99,9 +99,9 @@ pub(super) fn trace_with<L: Lanes, E: Effects>(
         let [red, green, blue] = lanes(sum);
         let first = out.pixels.len();
         out.pixels.extend((0..packet.len()).map(|lane| [red[lane], green[lane], blue[lane]].map(narrow)));
-        let lacking = tracer.lacking() & active;
+        let lacking = tracer.incomplete() & active;
         if lacking != 0 {
-            show_lacking(&tracer, job.low, packet, lacking, &sum, &mut out.pixels[first..], &mut all_lacking);
+            show_bounded(&tracer, job.low, packet, lacking, &sum, &mut out.pixels[first..], &mut all_lacking);
         }
         if samples.count > 1 && !job.low {
             let halves = lanes(half);
@@ -122,7 +122,7 @@ pub(super) fn trace_with<L: Lanes, E: Effects>(
 
 /// Shows the pixels of a packet that lack light, and lists how bright they may be.
 #[inline(never)]
-fn show_lacking<L: Lanes, E: Effects>(
+fn show_bounded<L: Lanes, E: Effects>(
     tracer: &Tracer<'_, L, (), E>,
     low: bool,
     packet: &[[u32; 2]],
@@ -135,10 +135,10 @@ fn show_lacking<L: Lanes, E: Effects>(
         tracer.simd(),
         #[inline(always)]
         || {
-            let (codes, rest, roundings) = (Codes8::get(), tracer.rest(), tracer.roundings());
+            let (codes, omitted, roundings) = (Codes8::get(), tracer.omitted(), tracer.roundings());
             for lane in lanes_of(lanes) {
                 let sum = sum.lane(lane);
-                let ends = interval(sum, rest.lane(lane), roundings.lane(lane));
+                let ends = interval(sum, omitted.lane(lane), roundings.lane(lane));
                 let (shown, highest) = if low {
                     (ends.map(|[low, _]| low), ends.map(|[_, high]| high))
                 } else {

@@ -56,7 +56,7 @@ pub struct World<R> {
 pub enum Pruning {
     /// A ray whose weight is below this in every channel is not followed.
     Weight(f64),
-    /// Rays are followed until the pixel is proved to be at most so many 8-bit codes off.
+    /// Rays are followed until the pixel is proved to be at most `max_codes` 8-bit codes off.
     Proved {
         /// 0 to 2.
         max_codes: u8,

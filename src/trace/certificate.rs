@@ -1,12 +1,11 @@
-//! What was left out of a pixel, and the proof that it does not matter.
+//! The certificate of a pixel: a bound on the light of all omitted rays, and the proof that it does not change the picture.
 //!
-//! All radiance is 0 or more, so with the sum of what was traced, lo, the pixel of recursion without end lies in
-//! [lo, lo + R]: R adds up weight times [`Ceiling`](crate::bound::ceiling::Ceiling) over the rays that were not followed, and
-//! what lights could have added that were not asked for. Since sRGB codes grow with light, the pixel's code lies between
-//! those of both ends.
+//! All radiance is 0 or more. So with the sum lo of what was traced, the pixel of recursion without end lies in [lo, lo + R].
+//! R is the sum over the omitted rays of weight times [`Ceiling`](crate::bound::ceiling::Ceiling), and of the most that
+//! skipped lights could have added. Since sRGB codes grow with light, the pixel's code lies between those of both ends.
 //!
-//! To prove a pixel, rays that matter little (w U < tau) are put aside at first. Where the two codes are too far apart then,
-//! those rays are followed after all, the heavier ones first, until the codes agree.
+//! To prove a pixel, rays of little weight (w U < tau) are deferred at first. While the two codes are too far apart, deferred
+//! rays are followed after all, the heavier ones first.
 
 use super::hits::Hits;
 use super::kernel::{Followed, Tracer};
@@ -19,54 +18,54 @@ use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::scene::world::Pruning;
 use crate::trace::variants::Effects;
 
-/// w U below which rays are put aside at first, for a pixel that may be 0, 1 or 2 codes off. These numbers and the next ones
-/// take the fewest rays over the scenes of the repository.
-const FIRST: [f64; 3] = [1e-3, 1e-2, 2e-2];
-/// How much all lights together may add that are not asked for.
-const DARK: [f64; 3] = [1e-5, 1.2e-3, 2.4e-3];
-/// From one round to the next, rays matter that weigh so much less.
-const FINER: f64 = 0.75;
-/// Rounds until a pixel is given up: 0.75^80 is 1e-10.
+/// tau: w U below which rays are deferred at first, for a pixel that may be 0, 1 or 2 codes off. With these numbers and the
+/// next ones the scenes of the repository take the fewest rays.
+const FIRST_THRESHOLD: [f64; 3] = [1e-3, 1e-2, 2e-2];
+/// Most light that all skipped lights together could add.
+const SKIPPED_LIGHT: [f64; 3] = [1e-5, 1.2e-3, 2.4e-3];
+/// Factor on tau from one round to the next.
+const REFINEMENT: f64 = 0.75;
+/// Rounds until the proof of a pixel is given up: 0.75^80 is 1e-10.
 const ROUNDS: u32 = 80;
 
-/// w U below which rays are left out of pixels that rounding keeps from being proved.
-const STRAIGHT: f64 = 1e-9;
+/// w U below which rays are omitted in pixels that cannot be proved because of rounding.
+const LAST_THRESHOLD: f64 = 1e-9;
 
-/// What proving a packet of pixels needs to know.
+/// The state of proving a packet of pixels.
 #[derive(Debug)]
 pub(super) struct Certificate<L: Lanes> {
-    /// R so far, without the rays put aside.
-    rest: V3<L>,
-    /// Part of R that comes from lights that were not asked for.
-    dark: L,
-    /// Largest `dark`.
-    dark_limit: L,
-    /// Rays put aside.
-    aside: Vec<Aside<L>>,
-    /// Those of the round before.
-    waiting: Vec<Aside<L>>,
-    /// Rays of the pixel, for the rounding of its sum.
+    /// R so far, without the deferred rays.
+    omitted: V3<L>,
+    /// Most light that the skipped lights could have added.
+    skipped_light: L,
+    /// Largest `skipped_light` allowed.
+    skipped_light_limit: L,
+    /// Rays deferred in this round.
+    deferred: Vec<Deferred<L>>,
+    /// Rays deferred in the round before, which are followed in this one.
+    this_round: Vec<Deferred<L>>,
+    /// Rays of each pixel, for the rounding of its sum.
     rays: L,
-    /// Lanes that are not proved.
-    open: u32,
+    /// Lanes that are not proved yet.
+    unproved_lanes: u32,
     /// Rounds so far.
     rounds: u32,
-    /// Whether rays are left out for good instead of being put aside.
-    straight: bool,
+    /// Whether rays are omitted instead of deferred, so that the others are followed in depth-first order.
+    in_order: bool,
     /// Columns and rows of the pixels.
     corners: [[u32; MAX_LANES]; 2],
-    /// The batch of samples at hand.
+    /// The current batch of samples.
     pub(super) batch: u32,
-    /// The sample at hand.
+    /// The current sample.
     sample: u32,
 }
 
-/// Rays put aside.
+/// Deferred rays.
 #[derive(Debug, Clone, Copy)]
-struct Aside<L: Lanes> {
+struct Deferred<L: Lanes> {
     rays: Followed<L>,
-    /// How far they have come, for their cones.
-    come: L,
+    /// Their distance from the eye, for their cones.
+    distance: L,
     /// Their sample.
     sample: u32,
 }
@@ -75,15 +74,15 @@ impl<L: Lanes> Certificate<L> {
     pub(super) fn new(s: L::Simd) -> Self {
         let zero = L::lit(s, 0.0);
         Self {
-            rest: V3 { x: zero, y: zero, z: zero },
-            dark: zero,
-            dark_limit: zero,
-            aside: Vec::new(),
-            waiting: Vec::new(),
+            omitted: V3 { x: zero, y: zero, z: zero },
+            skipped_light: zero,
+            skipped_light_limit: zero,
+            deferred: Vec::new(),
+            this_round: Vec::new(),
             rays: zero,
-            open: 0,
+            unproved_lanes: 0,
             rounds: 0,
-            straight: false,
+            in_order: false,
             corners: [[0; MAX_LANES]; 2],
             batch: 0,
             sample: 0,
@@ -102,38 +101,38 @@ impl<L: Lanes> Certificate<L> {
 }
 
 impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
-    /// Begins with a packet of pixels of so many samples each.
+    /// Begins with a packet of pixels.
     #[inline(always)]
-    pub(crate) fn begin(&mut self, pixels: &[[u32; 2]], samples: Samples) {
+    pub(crate) fn begin_packet(&mut self, pixels: &[[u32; 2]], samples: Samples) {
         let s = self.s;
         let zero = L::lit(s, 0.0);
         let share = 1.0 / f64::from(samples.count);
-        let (least, dark) = match self.pruning {
+        let (least, skipped_light) = match self.pruning {
             Pruning::Weight(min_weight) => (min_weight, 0.0),
             Pruning::Proved { max_codes } => {
                 let codes = usize::from(max_codes.min(2));
-                (FIRST[codes], DARK[codes])
+                (FIRST_THRESHOLD[codes], SKIPPED_LIGHT[codes])
             }
         };
         self.min_weight = L::lit(s, share * least);
-        self.certificate.rest = V3 { x: zero, y: zero, z: zero };
-        self.certificate.dark = zero;
-        self.certificate.dark_limit = L::lit(s, dark);
+        self.certificate.omitted = V3 { x: zero, y: zero, z: zero };
+        self.certificate.skipped_light = zero;
+        self.certificate.skipped_light_limit = L::lit(s, skipped_light);
         self.certificate.rays = zero;
         for (lane, [x, y]) in pixels.iter().enumerate() {
             (self.certificate.corners[0][lane], self.certificate.corners[1][lane]) = (*x, *y);
         }
         self.certificate.batch = samples.batch;
-        self.certificate.open = u32::MAX;
+        self.certificate.unproved_lanes = u32::MAX;
         self.certificate.rounds = 0;
-        self.certificate.straight = false;
-        self.certificate.aside.clear();
-        self.certificate.waiting.clear();
+        self.certificate.in_order = false;
+        self.certificate.deferred.clear();
+        self.certificate.this_round.clear();
         self.media.clear();
         self.followed = zero;
     }
 
-    /// Columns or rows of samples, so far from the corner of each pixel.
+    /// Columns or rows of a sample: the corner of each pixel plus an offset.
     #[inline(always)]
     pub(crate) fn coordinates(&self, axis: usize, offset: f64) -> L {
         let certificate = &self.certificate;
@@ -150,7 +149,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
 
     /// Begins with a sample.
     #[inline(always)]
-    pub(crate) fn choose(&mut self, index: u32) {
+    pub(crate) fn begin_sample(&mut self, index: u32) {
         self.certificate.sample = index;
         self.end_of_round();
         if E::DETAILS {
@@ -158,95 +157,95 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         }
     }
 
-    /// R: how much each pixel of the packet may lack.
+    /// R: the most light that each pixel of the packet may miss.
     #[inline(always)]
-    pub(crate) fn rest(&self) -> V3<L> {
-        self.certificate.rest
+    pub(crate) fn omitted(&self) -> V3<L> {
+        self.certificate.omitted
     }
 
-    /// The lanes of which something was left out.
+    /// The lanes of which rays or lights were omitted.
     #[inline(always)]
-    pub(crate) fn lacking(&self) -> u32 {
-        let rest = self.certificate.rest;
-        rest.x.max(rest.y).max(rest.z).gt(L::lit(self.s, 0.0)).bits()
+    pub(crate) fn incomplete(&self) -> u32 {
+        let omitted = self.certificate.omitted;
+        omitted.x.max(omitted.y).max(omitted.z).gt(L::lit(self.s, 0.0)).bits()
     }
 
-    /// The most that rays of a depth bring which have a weight.
+    /// The most light that rays of a weight and a depth can bring.
     #[inline(always)]
-    fn most(&self, weight: V3<L>, depth: u32) -> V3<L> {
+    fn upper_bound(&self, weight: V3<L>, depth: u32) -> V3<L> {
         let ceiling = self.world.ceiling.of((self.world.rules.max_depth + 1).saturating_sub(depth));
         weight.times(V3::splat(self.s, ceiling.map(L::Real::from_f64)))
     }
 
-    /// Rays of some lanes are not followed.
+    /// Adds omitted rays of some lanes to R.
     #[inline(always)]
-    pub(super) fn leave_out(&mut self, lanes: u32, weight: V3<L>, depth: u32) {
-        let most = self.most(weight, depth);
-        self.lack(L::mask(self.s, lanes), most);
+    pub(super) fn record_omitted_rays(&mut self, lanes: u32, weight: V3<L>, depth: u32) {
+        let upper_bound = self.upper_bound(weight, depth);
+        self.record_omitted_light(L::mask(self.s, lanes), upper_bound);
     }
 
-    /// Some lanes lack radiance.
+    /// Adds omitted light of some lanes to R.
     #[inline(always)]
-    pub(super) fn lack(&mut self, lanes: L::Mask, radiance: V3<L>) {
-        let rest = self.certificate.rest;
-        self.certificate.rest = V3::select(lanes, rest + radiance, rest);
+    pub(super) fn record_omitted_light(&mut self, lanes: L::Mask, radiance: V3<L>) {
+        let omitted = self.certificate.omitted;
+        self.certificate.omitted = V3::select(lanes, omitted + radiance, omitted);
     }
 
-    /// The lanes whose rays matter enough to be followed now.
+    /// The lanes whose rays have enough weight to be followed now.
     #[inline(always)]
-    pub(super) fn matter(&self, rays: &Followed<L>) -> u32 {
+    pub(super) fn significant(&self, rays: &Followed<L>) -> u32 {
         let zero = L::lit(self.s, 0.0);
         let heaviest = |v: V3<L>| v.x.max(v.y).max(v.z);
         let there = heaviest(rays.weight).gt(zero);
         let enough = match self.pruning {
             Pruning::Weight(_) => heaviest(rays.weight),
-            Pruning::Proved { .. } => heaviest(self.most(rays.weight, rays.depth)),
+            Pruning::Proved { .. } => heaviest(self.upper_bound(rays.weight, rays.depth)),
         };
         (enough.ge(self.min_weight) & there).bits() & rays.active
     }
 
-    /// Puts rays of some lanes aside, or leaves them out where nothing is to be proved.
+    /// Defers rays of some lanes, or omits them where nothing is to be proved.
     #[inline(never)]
-    pub(super) fn put_aside(&mut self, rays: &Followed<L>, lanes: u32) {
+    pub(super) fn defer(&mut self, rays: &Followed<L>, lanes: u32) {
         L::vectorize(
             self.s,
             #[inline(always)]
             || match self.pruning {
-                Pruning::Proved { .. } if !self.certificate.straight => {
-                    let come = if E::DETAILS { self.cones.end } else { L::lit(self.s, 0.0) };
+                Pruning::Proved { .. } if !self.certificate.in_order => {
+                    let distance = if E::DETAILS { self.cones.end } else { L::lit(self.s, 0.0) };
                     let rays = Followed { active: lanes, ..*rays };
-                    self.certificate.aside.push(Aside { rays, come, sample: self.certificate.sample });
+                    self.certificate.deferred.push(Deferred { rays, distance, sample: self.certificate.sample });
                 }
-                _ => self.give_up(rays, lanes),
+                _ => self.omit(rays, lanes),
             },
         );
     }
 
-    /// Whether lights that would add this much to the lanes of `lit` need not be asked for; what they lack is noted.
+    /// The lanes of `lit` in which a light that would add at most `added` is skipped.
     #[inline(always)]
-    pub(super) fn stays_dark(&mut self, lit: L::Mask, added: V3<L>) -> L::Mask {
-        let dark = self.certificate.dark + added.x.max(added.y).max(added.z);
-        let little = lit & dark.le(self.certificate.dark_limit);
-        self.certificate.dark = L::select(little, dark, self.certificate.dark);
+    pub(super) fn may_skip_light(&mut self, lit: L::Mask, added: V3<L>) -> L::Mask {
+        let skipped_light = self.certificate.skipped_light + added.x.max(added.y).max(added.z);
+        let little = lit & skipped_light.le(self.certificate.skipped_light_limit);
+        self.certificate.skipped_light = L::select(little, skipped_light, self.certificate.skipped_light);
         little
     }
 
-    /// Stacks the next rays to follow for the pixels of `active` that are not proved, of those put aside. Returns whether
-    /// there are any; not if all pixels are proved, or cannot be.
+    /// Stacks the next deferred rays of the pixels of `active` that are not proved. Returns false if there are none, or if the
+    /// others cannot be proved.
     #[inline(always)]
     pub(crate) fn prove(&mut self, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
         let Pruning::Proved { max_codes } = self.pruning else { return false };
         let certificate = &self.certificate;
-        if certificate.aside.is_empty() && certificate.waiting.is_empty() && self.lacking() & active == 0 {
+        if certificate.deferred.is_empty() && certificate.this_round.is_empty() && self.incomplete() & active == 0 {
             self.end_of_round();
-            self.certificate.open = 0;
+            self.certificate.unproved_lanes = 0;
             return false;
         }
-        self.prove_within(max_codes, active, hits, sum)
+        self.prove_in(max_codes, active, hits, sum)
     }
 
     #[inline(never)]
-    fn prove_within(&mut self, max_codes: u8, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
+    fn prove_in(&mut self, max_codes: u8, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
         L::vectorize(
             self.s,
             #[inline(always)]
@@ -257,14 +256,14 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     #[inline(always)]
     fn next_round(&mut self, max_codes: u8, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
         loop {
-            while let Some(Aside { mut rays, come, sample }) = self.certificate.waiting.pop() {
-                let open = self.certificate.open;
-                self.give_up(&rays, rays.active & !open);
-                rays.active &= open;
+            while let Some(Deferred { mut rays, distance, sample }) = self.certificate.this_round.pop() {
+                let unproved_lanes = self.certificate.unproved_lanes;
+                self.omit(&rays, rays.active & !unproved_lanes);
+                rays.active &= unproved_lanes;
                 if rays.active != 0 {
                     self.resume(sample, hits);
                     if E::DETAILS {
-                        self.cones.end = come;
+                        self.cones.end = distance;
                     }
                     self.push(rays);
                     if !self.stack.is_empty() {
@@ -273,79 +272,79 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
                 }
             }
             self.end_of_round();
-            let open = self.open(active & self.certificate.open, max_codes, sum);
-            self.certificate.open = open;
+            let unproved_lanes = self.unproved_lanes(active & self.certificate.unproved_lanes, max_codes, sum);
+            self.certificate.unproved_lanes = unproved_lanes;
             let certificate = &mut self.certificate;
-            if open == 0 || certificate.aside.is_empty() || certificate.rounds == ROUNDS {
+            if unproved_lanes == 0 || certificate.deferred.is_empty() || certificate.rounds == ROUNDS {
                 return false;
             }
             certificate.rounds += 1;
-            self.min_weight = self.min_weight * L::lit(self.s, FINER);
-            std::mem::swap(&mut certificate.waiting, &mut certificate.aside);
-            // The first that was put aside comes first.
-            certificate.waiting.reverse();
+            self.min_weight = self.min_weight * L::lit(self.s, REFINEMENT);
+            std::mem::swap(&mut certificate.this_round, &mut certificate.deferred);
+            // The ray that was deferred first comes first.
+            certificate.this_round.reverse();
         }
     }
 
-    /// Counts the rays since the last sample or round.
+    /// Adds up the rays since the last sample or round.
     #[inline(always)]
     fn end_of_round(&mut self) {
         self.certificate.rays = self.certificate.rays + self.followed;
         self.followed = L::lit(self.s, 0.0);
     }
 
-    /// The lanes that are not proved to be the same.
+    /// The lanes whose codes are not proved to be exact.
     #[inline(always)]
-    fn unproved(&self, among: u32, sum: &V3<L>) -> u32 {
-        let (codes, rest, roundings) = (Codes8::get(), self.certificate.rest, self.roundings());
-        let mut unproved = 0;
+    fn inexact(&self, among: u32, sum: &V3<L>) -> u32 {
+        let (codes, omitted, roundings) = (Codes8::get(), self.certificate.omitted, self.roundings());
+        let mut inexact = 0;
         for lane in lanes_of(among) {
-            let ends = interval(sum.lane(lane), rest.lane(lane), roundings.lane(lane));
+            let ends = interval(sum.lane(lane), omitted.lane(lane), roundings.lane(lane));
             if ends.iter().any(|[low, high]| codes.code(*low) != codes.code(*high)) {
-                unproved |= 1 << lane;
+                inexact |= 1 << lane;
             }
         }
-        unproved
+        inexact
     }
 
-    /// Leaves out what is still aside. If lanes are not proved because of lights that were not asked for, it begins again with
-    /// these lanes, which it returns, and will ask every light.
+    /// Omits the rays that are still deferred. Lanes that are not proved because of skipped lights have to be traced again, now
+    /// with every light: it resets them and returns them.
     #[inline(always)]
     pub(crate) fn finish(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
         let proves = matches!(self.pruning, Pruning::Proved { .. });
-        if !proves || (self.certificate.aside.is_empty() && self.lacking() & active == 0) {
+        if !proves || (self.certificate.deferred.is_empty() && self.incomplete() & active == 0) {
             return 0;
         }
-        self.leave_out_rest(active, sum)
+        self.omit_deferred(active, sum)
     }
 
     #[inline(never)]
-    fn leave_out_rest(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
+    fn omit_deferred(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
         L::vectorize(
             self.s,
             #[inline(always)]
-            || self.leave_out_rest_in(active, sum),
+            || self.omit_deferred_in(active, sum),
         )
     }
 
     #[inline(always)]
-    fn leave_out_rest_in(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
+    fn omit_deferred_in(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
         let s = self.s;
-        let mut left = std::mem::take(&mut self.certificate.aside);
-        for aside in left.drain(..) {
-            self.give_up(&aside.rays, aside.rays.active);
+        let mut left = std::mem::take(&mut self.certificate.deferred);
+        for deferred in left.drain(..) {
+            self.omit(&deferred.rays, deferred.rays.active);
         }
-        self.certificate.aside = left;
+        self.certificate.deferred = left;
         let zero = L::lit(s, 0.0);
         let again = match self.pruning {
-            // What more rays cannot prove, since rounding alone may change a code, is traced in the order of recursion
-            // without end: with the same roundings.
-            Pruning::Proved { max_codes: 0 } if !self.certificate.straight => {
-                self.certificate.straight = true;
-                self.min_weight = self.share * L::lit(s, STRAIGHT);
-                self.unproved(active, sum)
+            // More rays do not help where rounding alone may change a code. Such pixels are traced again in the order of
+            // recursion without end, which gives the same roundings.
+            Pruning::Proved { max_codes: 0 } if !self.certificate.in_order => {
+                self.certificate.in_order = true;
+                self.min_weight = self.share * L::lit(s, LAST_THRESHOLD);
+                self.inexact(active, sum)
             }
-            _ => self.certificate.open & self.certificate.dark.gt(zero).bits(),
+            _ => self.certificate.unproved_lanes & self.certificate.skipped_light.gt(zero).bits(),
         };
         if again == 0 {
             return 0;
@@ -357,25 +356,25 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         let black = V3 { x: zero, y: zero, z: zero };
         let mask = L::mask(s, again);
         *sum = V3::select(mask, black, *sum);
-        certificate.rest = V3::select(mask, black, certificate.rest);
-        certificate.dark = L::select(mask, zero, certificate.dark);
+        certificate.omitted = V3::select(mask, black, certificate.omitted);
+        certificate.skipped_light = L::select(mask, zero, certificate.skipped_light);
         certificate.rays = L::select(mask, zero, certificate.rays);
-        certificate.dark_limit = zero;
+        certificate.skipped_light_limit = zero;
         certificate.rounds = 0;
         again
     }
 
     #[inline(always)]
-    fn give_up(&mut self, rays: &Followed<L>, lanes: u32) {
+    fn omit(&mut self, rays: &Followed<L>, lanes: u32) {
         if lanes != 0 {
-            self.leave_out(lanes, rays.weight, rays.depth);
+            self.record_omitted_rays(lanes, rays.weight, rays.depth);
             if O::WATCHING {
                 self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Weight);
             }
         }
     }
 
-    /// Goes back to a sample.
+    /// Goes back to the sample of deferred rays.
     #[inline(always)]
     fn resume(&mut self, sample: u32, hits: &mut Hits<L>) {
         if sample != self.certificate.sample {
@@ -387,40 +386,40 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         }
     }
 
-    /// The lanes of `among` that may be more than `max_codes` off, and of which following more rays can tell more.
+    /// The lanes of `among` that may be more than `max_codes` off, and that more rays may prove.
     #[inline(always)]
-    fn open(&self, among: u32, max_codes: u8, sum: &V3<L>) -> u32 {
+    fn unproved_lanes(&self, among: u32, max_codes: u8, sum: &V3<L>) -> u32 {
         let s = self.s;
-        let mut rest = self.certificate.rest;
-        for aside in &self.certificate.aside {
-            let most = self.most(aside.rays.weight, aside.rays.depth);
-            rest = V3::select(L::mask(s, aside.rays.active), rest + most, rest);
+        let mut omitted = self.certificate.omitted;
+        for deferred in &self.certificate.deferred {
+            let upper_bound = self.upper_bound(deferred.rays.weight, deferred.rays.depth);
+            omitted = V3::select(L::mask(s, deferred.rays.active), omitted + upper_bound, omitted);
         }
-        let lacking = rest.x.max(rest.y).max(rest.z).gt(L::lit(s, 0.0)).bits() & among;
-        if lacking == 0 {
+        let incomplete = omitted.x.max(omitted.y).max(omitted.z).gt(L::lit(s, 0.0)).bits() & among;
+        if incomplete == 0 {
             return 0;
         }
         let roundings = self.roundings();
-        let mut open = 0;
-        for lane in lanes_of(lacking) {
-            let (sum, rest, rounding) = (sum.lane(lane), rest.lane(lane), roundings.lane(lane));
-            let ends = interval(sum, rest, rounding);
+        let mut unproved_lanes = 0;
+        for lane in lanes_of(incomplete) {
+            let (sum, omitted, rounding) = (sum.lane(lane), omitted.lane(lane), roundings.lane(lane));
+            let ends = interval(sum, omitted, rounding);
             let further = (0..3).any(|c| {
                 let [low, high] = ends[c];
                 let codes = Codes8::get();
                 let proved = codes.code(high) - codes.code(low) <= max_codes + allowed_raise(low, max_codes);
-                // Where rounding alone may change a code, more rays do not tell.
-                !proved && rest[c].to_f64() > 0.5 * rounding.to_f64() * sum[c].to_f64()
+                // Where rounding alone may change a code, more rays do not help.
+                !proved && omitted[c].to_f64() > 0.5 * rounding.to_f64() * sum[c].to_f64()
             });
             if further {
-                open |= 1 << lane;
+                unproved_lanes |= 1 << lane;
             }
         }
-        open
+        unproved_lanes
     }
 
-    /// How far the sum of a pixel may be off, relative to it: each of its terms may have been rounded, in it and in the sum
-    /// of recursion without end.
+    /// The relative rounding error of a pixel's sum and of the sum of recursion without end together: each term may have been
+    /// rounded in both.
     #[inline(always)]
     pub(crate) fn roundings(&self) -> L {
         let s = self.s;
@@ -428,9 +427,9 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
         (self.certificate.rays + L::lit(s, 2.0)) * L::lit(s, 2.0 * terms * L::Real::ROUNDOFF)
     }
 
-    /// Whether a chain keeps so much of its weight that it would go on without end.
+    /// The lanes whose chains keep so much of their weight that they would never end.
     #[inline(always)]
-    pub(super) fn endless(&self, rays: &Followed<L>) -> u32 {
+    pub(super) fn never_ending(&self, rays: &Followed<L>) -> u32 {
         if rays.depth < 64 || !rays.depth.is_power_of_two() || self.pruning == Pruning::Weight(0.0) {
             return 0;
         }

@@ -44,7 +44,7 @@ fn gather_in<L: Lanes, O: Observer<L>, E: Effects>(
         return;
     }
     if rays.depth >= tracer.world.rules.max_depth {
-        tracer.leave_out(diffuse, rays.weight.times(kd), rays.depth + 1);
+        tracer.record_omitted_rays(diffuse, rays.weight.times(kd), rays.depth + 1);
         return;
     }
     let [a, b]: [L; 2] = tracer.sampler.square(s, rays.path, Choice::Gather);

@@ -411,17 +411,17 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         let w = rays.weight;
         rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
         if !self.world.rules.spd_counts {
-            let matter = self.matter(&rays);
-            let light = rays.active & !matter;
+            let significant = self.significant(&rays);
+            let light = rays.active & !significant;
             if light != 0 {
-                self.put_aside(&rays, light);
+                self.defer(&rays, light);
             }
-            rays.active = matter;
+            rays.active = significant;
         }
         let active = L::mask(self.s, rays.active);
         self.followed = L::select(active, self.followed + L::lit(self.s, 1.0), self.followed);
         let beyond = (active & self.followed.ge(L::lit(self.s, RAYS_PER_SAMPLE.max as f64))).bits();
-        let beyond = beyond | self.endless(&rays);
+        let beyond = beyond | self.never_ending(&rays);
         if beyond != 0 {
             self.drop_rays(&rays, beyond);
             rays.active &= !beyond;
@@ -450,7 +450,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             #[inline(always)]
             || {
                 self.counts.dropped += u64::from(lanes.count_ones());
-                self.leave_out(lanes, rays.weight, rays.depth);
+                self.record_omitted_rays(lanes, rays.weight, rays.depth);
                 if O::WATCHING {
                     self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Budget);
                 }

@@ -99,7 +99,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
         let little = little(tracer, lit, added, light, arrival.strength) & !L::mask(s, spd);
         if little.any() {
             tracer.counts.shadow_skipped += u64::from(little.bits().count_ones());
-            tracer.lack(little, added);
+            tracer.record_omitted_light(little, added);
         }
         let lit = lit & !little;
         let cast = lit | (facing & L::mask(s, spd));
@@ -140,7 +140,7 @@ fn little<L: Lanes, O: Observer<L>, E: Effects>(
     strength: L,
 ) -> L::Mask {
     if let Pruning::Proved { .. } = tracer.pruning {
-        return tracer.stays_dark(lit, added);
+        return tracer.may_skip_light(lit, added);
     }
     let s = tracer.s;
     let color = V3::<L>::splat(s, light.color);

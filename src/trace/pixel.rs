@@ -42,7 +42,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
     let black = V3::splat(s, [L::Real::from_f64(0.0); 3]);
     let mut half = black;
     let mut rays = Followed::none(s);
-    tracer.begin(pixels, samples);
+    tracer.begin_packet(pixels, samples);
     let (mut active, mut sample) = (active, 0);
     // One call of `follow_from` for the first rays of each sample and those put aside: it holds all of the kernel.
     while !tracer.is_cancelled() {
@@ -51,7 +51,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
             let offset = sample_offset(sample, count);
             let (x, y) = (tracer.coordinates(0, offset[0]), tracer.coordinates(1, offset[1]));
             (before, second) = (*sum, is_of_second_half(sample));
-            tracer.choose(sample);
+            tracer.begin_sample(sample);
             tracer.sample(x, y, active, weight, &mut rays, hits, sum);
             sample += 1;
         } else if tracer.prove(active, hits, sum) {
