@@ -33,4 +33,4 @@ pub use owner::Owner;
 pub use placement::Placement;
 pub use resolve::{Spheres, resolve};
 pub use surface::Surface;
-pub use traversal::Course;
+pub use traversal::Coherence;

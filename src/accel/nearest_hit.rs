@@ -3,7 +3,7 @@
 use super::geometry::Geometry;
 use super::intersect::intersect_item;
 use super::item::{Item, Shape};
-use super::traversal::{Course, Prepared, Stack, StackEntry, first};
+use super::traversal::{Coherence, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
 use crate::ray::{Place, Rays, Wanted};
@@ -124,16 +124,16 @@ pub fn nearest_hit<L: Lanes>(
     root: usize,
     rays: &mut Rays<L>,
     nearest: &mut Nearest<'_, L>,
-    course: Course,
+    coherence: Coherence,
     time: Option<&L>,
 ) {
-    let mut search = Search { geometries, course, time, nearest, stack: Stack::new() };
+    let mut search = Search { geometries, coherence, time, nearest, stack: Stack::new() };
     search.closest(s, root, 0, rays);
 }
 
 struct Search<'a, 'b, L: Lanes> {
     geometries: &'a [Geometry<L::Real>],
-    course: Course,
+    coherence: Coherence,
     /// When the rays are cast, if anything moves.
     time: Option<&'a L>,
     nearest: &'a mut Nearest<'b, L>,
@@ -154,7 +154,7 @@ impl<L: Lanes> Search<'_, '_, L> {
     #[inline(always)]
     fn closest_in(&mut self, s: L::Simd, geometry: usize, base: u64, rays: &mut Rays<L>) {
         let here = &self.geometries[geometry];
-        let mut prepared = Prepared::new(s, here, rays, self.course);
+        let mut prepared = Prepared::new(s, here, rays, self.coherence);
         for &index in &here.unbounded {
             self.visit(s, &here.items[index as usize], 0, base, rays);
         }

@@ -3,7 +3,7 @@
 use super::geometry::Geometry;
 use super::intersect::intersect_item;
 use super::item::{Item, Shape};
-use super::traversal::{Course, Prepared, Stack, StackEntry, first};
+use super::traversal::{Coherence, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
@@ -31,12 +31,12 @@ pub fn transmittance<L: Lanes>(
     root: usize,
     blockers: Blockers,
     mut rays: Rays<L>,
-    course: Course,
+    coherence: Coherence,
     time: Option<&L>,
 ) -> V3<L> {
     let cast = rays.active.bits();
     let mut passage =
-        ShadowSearch { geometries, blockers, course, time, crossings: SmallVec::new(), stack: Stack::new() };
+        ShadowSearch { geometries, blockers, coherence, time, crossings: SmallVec::new(), stack: Stack::new() };
     passage.attenuate(s, root, &mut rays);
     let ShadowSearch { mut crossings, .. } = passage;
     let blocked = cast & !rays.active.bits();
@@ -61,7 +61,7 @@ fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
 struct ShadowSearch<'a, L: Lanes> {
     geometries: &'a [Geometry<L::Real>],
     blockers: Blockers,
-    course: Course,
+    coherence: Coherence,
     /// When the rays are cast, if anything moves.
     time: Option<&'a L>,
     /// Lanes that have crossed a surface, and its transmission.
@@ -82,7 +82,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
     #[inline(always)]
     fn attenuate_in(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
         let here = &self.geometries[geometry];
-        let mut prepared = Prepared::new(s, here, rays, self.course);
+        let mut prepared = Prepared::new(s, here, rays, self.coherence);
         for &index in &here.unbounded {
             self.visit(s, &here.items[index as usize], 0, rays);
         }

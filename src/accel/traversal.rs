@@ -29,14 +29,14 @@ pub(super) struct StackEntry<R> {
 /// The children still to visit, the next one last.
 pub(super) type Stack<R> = SmallVec<[StackEntry<R>; 64]>;
 
-/// Whether the rays of a packet keep together: camera rays and the shadow rays from what they hit do, others rarely.
-/// What they hit does not depend on it.
+/// Whether the rays of a packet are coherent: camera rays and the shadow rays from what they hit are, others rarely. What
+/// they hit does not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Course {
+pub enum Coherence {
     /// Most of them meet the same boxes.
-    Together,
-    /// Each goes its own way.
-    Apart,
+    Coherent,
+    /// They meet different boxes.
+    Incoherent,
 }
 
 /// Rays, prepared for the boxes and triangles of one geometry.
@@ -52,10 +52,11 @@ pub(super) struct Prepared<L: Lanes> {
 impl<L: Lanes> Prepared<L> {
     /// Prepares rays for a geometry.
     #[inline(always)]
-    pub(super) fn new(s: L::Simd, here: &Geometry<L::Real>, rays: &Rays<L>, course: Course) -> Self {
+    pub(super) fn new(s: L::Simd, here: &Geometry<L::Real>, rays: &Rays<L>, coherence: Coherence) -> Self {
         let reciprocal = Reciprocal::new(s, rays);
-        let many =
-            L::COUNT > 1 && course == Course::Together && here.wide.as_ref().is_some_and(|wide| wide.nodes.len() > 1);
+        let many = L::COUNT > 1
+            && coherence == Coherence::Coherent
+            && here.wide.as_ref().is_some_and(|wide| wide.nodes.len() > 1);
         let bounds = if many { PacketBounds::new(s, rays, &reciprocal) } else { None };
         Self { reciprocal, bounds, active: rays.active, shear: None }
     }

@@ -1,7 +1,7 @@
 //! Many single rays at once, in packets, along the same accelerated path as pictures.
 
 use super::query::RayQuery;
-use crate::accel::Course;
+use crate::accel::Coherence;
 use crate::lanes::{Lanes, Real, V3, dispatch};
 use crate::ray::{Rays, leave};
 use crate::scene::Scene;
@@ -59,8 +59,8 @@ fn follow_in<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], an
             active: L::mask(s, ((1u64 << packet.len()) - 1) as u32),
         };
         // Both ways down, so that the tests see both.
-        let course = if index.is_multiple_of(2) { Course::Together } else { Course::Apart };
-        hits.find(s, world, &mut cast, course);
+        let coherence = if index.is_multiple_of(2) { Coherence::Coherent } else { Coherence::Incoherent };
+        hits.find(s, world, &mut cast, coherence);
         answers.extend((0..packet.len()).map(|lane| first_hit(&hits, lane)));
     }
 }

@@ -1,6 +1,6 @@
 //! Single rays: what `strahl rays` and `POST /v1/rays` answer.
 
-use crate::accel::Course;
+use crate::accel::Coherence;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::math::{exponent, scale_by_power};
 use crate::ray::Rays;
@@ -124,7 +124,7 @@ where
         active: L::mask(s, 1),
     };
     let mut hits = Hits::none(s);
-    hits.find(s, world, &mut rays, Course::Together);
+    hits.find(s, world, &mut rays, Coherence::Coherent);
     if hits.found == 0 {
         return None;
     }
@@ -139,7 +139,7 @@ where
     let eta = sides.n1 / sides.n2;
     let refraction = refract(s, dir, hits.ng, eta);
     let total = refraction.total.any();
-    let clear = hits.clear != 0;
+    let clear = hits.transmissive != 0;
     Some(RayHit {
         t: scale_by_power(first(hits.t), -power),
         point: wide(hits.surface.point),

@@ -11,7 +11,7 @@ use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, MediumList};
 use crate::trace::control::{Cancelled, Control};
 use crate::trace::hits::Hits;
-use crate::trace::kernel::{Followed, RayKind, Tracer, first};
+use crate::trace::kernel::{RayKind, RayPacket, Tracer, first};
 use crate::trace::observer::{NotFollowed, Observer, Snell};
 use crate::trace::pixel::{Samples, add_samples, eye_media};
 use schemars::JsonSchema;
@@ -261,7 +261,7 @@ fn blank() -> Node {
 impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
     const WATCHING: bool = true;
 
-    fn ray(&mut self, ray: &Followed<L>, media: &Media<L::Real>) -> u32 {
+    fn ray(&mut self, ray: &RayPacket<L>, media: &Media<L::Real>) -> u32 {
         let (kind, parent) = match ray.kind {
             RayKind::Camera => (NodeKind::Camera, None),
             RayKind::Reflected => (NodeKind::Reflected, Some(ray.parent)),
@@ -297,7 +297,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
         }
     }
 
-    fn hits(&mut self, number: u32, ray: &Followed<L>, hits: &Hits<L>) {
+    fn hits(&mut self, number: u32, ray: &RayPacket<L>, hits: &Hits<L>) {
         let (object, body, name) = name_of(self.scene, self.world, hits.expanded.lane(0));
         if let Some(node) = self.node(number) {
             node.hit = Some(NodeHit {

@@ -1,26 +1,26 @@
-//! What becomes of light between two surfaces: bodies absorb it, e^(-sigma d) after Beer and Lambert, and outside of them
-//! fog puts its own in the place of what it takes away.
+//! Attenuation of light between two surfaces: bodies absorb it, e^(-sigma d) after Beer and Lambert, and outside of them fog
+//! replaces it by its own light.
 
-use super::kernel::Followed;
+use super::kernel::RayPacket;
 use crate::lanes::{Ids, Lanes, Real, V3, exp_minus, opacity};
 use crate::scene::world::World;
 use crate::shading::media::{Media, MediumList, OUTSIDE};
 
-/// What rays meet on their way.
+/// Attenuation along rays.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Way<L: Lanes> {
     /// The share of light that passes.
     pub(super) transmittance: V3<L>,
-    /// Radiance that the way adds.
+    /// Radiance that fog adds.
     pub(super) added: V3<L>,
 }
 
-/// What rays meet over a length from their start, which is infinite where they hit nothing.
+/// The attenuation of rays over a length, which is infinite where they hit nothing.
 pub(super) fn along<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &Media<L::Real>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     length: L,
 ) -> Way<L> {
     L::vectorize(
@@ -35,7 +35,7 @@ fn along_in<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &Media<L::Real>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     length: L,
 ) -> Way<L> {
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
@@ -55,7 +55,7 @@ fn along_in<L: Lanes>(
     way
 }
 
-/// sigma where rays in the media `lists` are: that of the body that decides.
+/// sigma in the media `lists` of rays: that of the body that decides.
 #[inline(always)]
 pub(super) fn absorption<L: Lanes>(
     s: L::Simd,
@@ -81,7 +81,7 @@ pub(super) fn absorption<L: Lanes>(
     all
 }
 
-/// sigma times length, 0 where nothing absorbs, however long that is.
+/// sigma times length; 0 where sigma is 0, even over an infinite length.
 #[inline(always)]
 pub(super) fn depth<L: Lanes>(s: L::Simd, sigma: V3<L>, length: L) -> V3<L> {
     let zero = L::lit(s, 0.0);

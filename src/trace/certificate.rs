@@ -8,7 +8,7 @@
 //! rays are followed after all, the heavier ones first.
 
 use super::hits::Hits;
-use super::kernel::{Followed, Tracer};
+use super::kernel::{RayPacket, Tracer};
 use super::observer::{NotFollowed, Observer};
 use super::pixel::Samples;
 use super::sampling::{Sampler, shifts};
@@ -63,7 +63,7 @@ pub(super) struct Certificate<L: Lanes> {
 /// Deferred rays.
 #[derive(Debug, Clone, Copy)]
 struct Deferred<L: Lanes> {
-    rays: Followed<L>,
+    rays: RayPacket<L>,
     /// Their distance from the eye, for their cones.
     distance: L,
     /// Their sample.
@@ -193,7 +193,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
 
     /// The lanes whose rays have enough weight to be followed now.
     #[inline(always)]
-    pub(super) fn significant(&self, rays: &Followed<L>) -> u32 {
+    pub(super) fn significant(&self, rays: &RayPacket<L>) -> u32 {
         let zero = L::lit(self.s, 0.0);
         let heaviest = |v: V3<L>| v.x.max(v.y).max(v.z);
         let there = heaviest(rays.weight).gt(zero);
@@ -206,14 +206,14 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
 
     /// Defers rays of some lanes, or omits them where nothing is to be proved.
     #[inline(never)]
-    pub(super) fn defer(&mut self, rays: &Followed<L>, lanes: u32) {
+    pub(super) fn defer(&mut self, rays: &RayPacket<L>, lanes: u32) {
         L::vectorize(
             self.s,
             #[inline(always)]
             || match self.pruning {
                 Pruning::Proved { .. } if !self.certificate.in_order => {
                     let distance = if E::DETAILS { self.cones.end } else { L::lit(self.s, 0.0) };
-                    let rays = Followed { active: lanes, ..*rays };
+                    let rays = RayPacket { active: lanes, ..*rays };
                     self.certificate.deferred.push(Deferred { rays, distance, sample: self.certificate.sample });
                 }
                 _ => self.omit(rays, lanes),
@@ -365,7 +365,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     }
 
     #[inline(always)]
-    fn omit(&mut self, rays: &Followed<L>, lanes: u32) {
+    fn omit(&mut self, rays: &RayPacket<L>, lanes: u32) {
         if lanes != 0 {
             self.record_omitted_rays(lanes, rays.weight, rays.depth);
             if O::WATCHING {
@@ -429,7 +429,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
 
     /// The lanes whose chains keep so much of their weight that they would never end.
     #[inline(always)]
-    pub(super) fn never_ending(&self, rays: &Followed<L>) -> u32 {
+    pub(super) fn never_ending(&self, rays: &RayPacket<L>) -> u32 {
         if rays.depth < 64 || !rays.depth.is_power_of_two() || self.pruning == Pruning::Weight(0.0) {
             return 0;
         }

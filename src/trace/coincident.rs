@@ -1,25 +1,25 @@
 //! Surfaces in the same place: water that fills a glass to its wall, a glass block on a floor.
 //!
-//! A ray that leaves a surface starts far enough from it that rounding cannot take it back. Whatever lies in between, it
-//! would never meet. So where light may pass, the stretch between the two starting points, in front of and behind the
-//! surface, is searched. An opaque surface in the same place hides the one that was hit; bodies that transmit are entered
-//! or left together with it. So touching bodies share one interface, and no rounding decides which is met.
+//! A ray that leaves a surface starts at a small distance from it, so that rounding does not make it hit the surface again.
+//! It would miss other surfaces within that distance. So where light may pass, the segment between the two starting points,
+//! in front of and behind the surface, is searched. An opaque surface there hides the one that was hit; transmitting bodies
+//! are entered or left together with it. So touching bodies share one interface, and the result does not depend on rounding.
 
 use super::hits::{Hits, Touch};
-use crate::accel::{Course, Nearest, Skipped};
+use crate::accel::{Coherence, Nearest, Skipped};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, V3, lanes_of};
 use crate::ray::{Rays, gamma, leave};
 use crate::scene::world::World;
 
-/// Roundings of the scene's size that no surface's error exceeds.
+/// Upper bound on the error of any surface, in roundings of the scene's size.
 const SEARCHED: f64 = 24.0;
 
-/// Most bodies that touch in one place; further ones are passed by.
+/// Most bodies that touch in one place; further ones are ignored.
 const MAX_TOUCHING: usize = 8;
 
-/// Finds what touches the surfaces that rays have hit and that transmit light.
+/// Finds the surfaces that touch the transmitting ones that rays have hit.
 pub(super) fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &mut Hits<L>) {
-    let clear = hits.may_touch & hits.clear;
+    let clear = hits.may_touch & hits.transmissive;
     L::vectorize(
         s,
         #[inline(always)]
@@ -29,8 +29,8 @@ pub(super) fn find<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>,
 
 #[inline(always)]
 fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &mut Hits<L>, clear: u32) {
-    // Surfaces are known as exactly as their own size allows, which may be less exactly than the one that was hit: the
-    // search reaches as far as any may be off, and then each is judged by its own error.
+    // The error of a surface depends on its own size, so other surfaces may be less exact than the one that was hit. The
+    // search covers the largest possible error, and then each surface is tested with its own.
     let far = V3::splat(s, [world.size; 3]) + hits.surface.point.abs();
     let reach = hits.surface.error + far * L::lit(s, gamma::<L::Real>(SEARCHED));
     let front = leave(hits.surface.point, reach, hits.ng);
@@ -53,7 +53,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
     let own_error = hits.surface.error;
     let mut other = Hits { time: hits.time, ..Hits::none(s) };
     for _ in 0..MAX_TOUCHING {
-        other.find_nearest(s, world, &mut stretch, &Nearest::without(s, &passed), Course::Apart);
+        other.find_nearest(s, world, &mut stretch, &Nearest::without(s, &passed), Coherence::Incoherent);
         if other.found == 0 {
             return;
         }
@@ -67,13 +67,13 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
             if touch & (1 << lane) == 0 {
                 continue;
             }
-            if other.clear & (1 << lane) == 0 {
+            if other.transmissive & (1 << lane) == 0 {
                 opaque |= 1 << lane;
             } else if other.closed & (1 << lane) != 0 {
                 hits.touching.push(Touch { lane, goes_in: other.goes_in(lane), medium: other.medium(world, lane) });
             }
         }
-        // Rays leave from beyond both surfaces.
+        // Rays start beyond both surfaces.
         let both = errors + V3 { x: gap, y: gap, z: gap };
         hits.surface.error = V3::select(L::mask(s, touch & !opaque), both, hits.surface.error);
         hide(s, world, rays, hits, &other, opaque);
@@ -81,7 +81,7 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
     }
 }
 
-/// Replaces what lanes have hit by the opaque surface in the same place, if their rays do meet it.
+/// Replaces the hits of lanes by the opaque surface in the same place, if their rays hit it.
 #[inline(always)]
 fn hide<L: Lanes>(
     s: L::Simd,

@@ -1,10 +1,11 @@
-//! Color bleeding: the light that surfaces scatter onto each other, once.
+//! Color bleeding: one bounce of diffuse light between surfaces.
 //!
-//! In place of the ambient light a surface gets the mean of what it sees, one direction for each sample, chosen by the
-//! cosine: L = k_d (1/pi) integral L_i cos = k_d E[L_i]. What the directions meet has ambient light again.
+//! It replaces the ambient light of a surface by the mean of the incoming light. Each sample takes one direction, with a
+//! density proportional to the cosine: L = k_d (1/pi) integral L_i cos = k_d E[L_i]. The surfaces in these directions have
+//! ambient light again.
 
 use super::hits::Hits;
-use super::kernel::{Followed, RayKind, Tracer};
+use super::kernel::{RayKind, RayPacket, Tracer};
 use super::observer::Observer;
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, circle};
@@ -12,11 +13,11 @@ use crate::ray::leave;
 use crate::shading::material::Coefficients;
 use crate::trace::variants::Effects;
 
-/// Stacks the rays that bring what diffuse surfaces see.
+/// Stacks the rays for the light that reaches diffuse surfaces.
 #[inline(never)]
-pub(super) fn gather<L: Lanes, O: Observer<L>, E: Effects>(
+pub(super) fn scatter_diffuse<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     number: u32,
@@ -24,14 +25,14 @@ pub(super) fn gather<L: Lanes, O: Observer<L>, E: Effects>(
     L::vectorize(
         tracer.s,
         #[inline(always)]
-        || gather_in(tracer, rays, hits, coefficients, number),
+        || scatter_diffuse_in(tracer, rays, hits, coefficients, number),
     );
 }
 
 #[inline(always)]
-fn gather_in<L: Lanes, O: Observer<L>, E: Effects>(
+fn scatter_diffuse_in<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     number: u32,
@@ -47,13 +48,13 @@ fn gather_in<L: Lanes, O: Observer<L>, E: Effects>(
         tracer.record_omitted_rays(diffuse, rays.weight.times(kd), rays.depth + 1);
         return;
     }
-    let [a, b]: [L; 2] = tracer.sampler.square(s, rays.path, Choice::Gather);
+    let [a, b]: [L; 2] = tracer.sampler.square(s, rays.path, Choice::ColorBleeding);
     let [x, y] = circle(s, a);
     let reach = b.sqrt();
     let [right, up] = hits.ns.across(s);
     let dir = right * (x * reach) + up * (y * reach) + hits.ns * (one - b).max(zero).sqrt();
     let above = dir.dot(hits.ng).gt(zero).bits();
-    tracer.push(Followed {
+    tracer.push(RayPacket {
         origin: leave(hits.surface.point, hits.surface.error, hits.ng),
         dir: dir.normalized(s),
         t_min: zero,

@@ -1,22 +1,22 @@
-//! Shadows of bodies that absorb: what is left of light on its straight way to a surface, e^(-sigma d) for each stretch.
+//! Coloured shadows: how much light absorbing bodies transmit along a straight line, e^(-sigma d) for each segment.
 //!
-//! The way is walked from surface to surface, as camera rays go, but unbent. So the media on it follow the same rules, and
-//! each stretch is absorbed by the body that decides there, whatever the order of objects.
+//! The line is followed from surface to surface, as a camera ray without refraction. So its media follow the same rules, and
+//! the body that decides in a segment absorbs there, independently of the order of objects.
 
 use super::attenuation::{absorption, depth, remaining};
 use super::hits::Hits;
 use super::interface::interface;
-use crate::accel::Course;
+use crate::accel::Coherence;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Rays, leave};
 use crate::scene::world::World;
 use crate::shading::media::Media;
 
-/// Most surfaces on the way; behind that many, light is absorbed no more.
+/// Most surfaces along the line; behind the last one nothing is absorbed.
 const MAX_CROSSINGS: usize = 1000;
 
-/// How much of each colour the bodies along shadow rays leave. The rays start in the media `lists`; their directions have
-/// any length, and they end at `t_max`, at a time if anything moves.
+/// The share of each channel that the bodies along shadow rays transmit. The rays start in the media `lists`, end at `t_max`
+/// and have directions of any length; `time` is their time, if anything moves.
 pub(super) fn left_by_bodies<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
@@ -55,14 +55,14 @@ fn walk<L: Lanes>(
         if lanes == 0 {
             break;
         }
-        hits.find(s, world, &mut rays, Course::Apart);
+        hits.find(s, world, &mut rays, Coherence::Incoherent);
         let sigma = absorption(s, world, media, lists, lanes);
         let passed = depth(s, sigma, hits.t * rays.dir.length());
         sum = V3::select(L::mask(s, lanes), sum + passed, sum);
         if hits.found == 0 {
             break;
         }
-        let entered = hits.found & hits.closed & hits.clear;
+        let entered = hits.found & hits.closed & hits.transmissive;
         lists = interface(s, world, media, &hits, lists, entered).behind;
         rays.origin = leave(hits.surface.point, hits.surface.error, -hits.ng);
         rays.dir = V3::select(ends, end - rays.origin, dir);

@@ -1,23 +1,23 @@
-//! Which bodies a point lies in: the media a ray starts in when the eye is inside glass.
+//! The media around a point: where a ray starts when the eye is inside glass.
 
 use super::hits::{Hits, Touch};
-use crate::accel::Course;
+use crate::accel::Coherence;
 use crate::lanes::{Lanes, Real, V3};
 use crate::ray::{Rays, leave};
 use crate::scene::world::World;
 use crate::shading::media::Medium;
 use std::collections::HashSet;
 
-/// Most surfaces crossed in one direction; more than that many bodies around an eye are not told apart.
+/// Most surfaces crossed in one direction.
 const MAX_CROSSINGS: usize = 1000;
 
-/// An odd direction, which no scene's faces and edges are aligned with.
+/// A direction that is unlikely to be parallel to faces and edges.
 const DIRECTION: [f64; 3] = [0.436_435_780_471_985, 0.598_076_211_353_316, 0.672_186_343_420_581];
 
 /// The media of the transmitting bodies around a point, at a time if anything moves.
 ///
-/// From the point one walks straight on through every surface. A body whose first surface is one of leaving it contains
-/// the point. Two opposite walks meet unbounded bodies, too.
+/// A straight line goes from the point through all surfaces. If the first surface of a body is an exit, the body contains
+/// the point. Two opposite lines find unbounded bodies, too.
 pub fn media_at<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
@@ -49,7 +49,7 @@ fn media_around<L: Lanes>(
     around
 }
 
-/// The media that one walk leaves before it enters them.
+/// The media that a line leaves before it enters them.
 #[inline(always)]
 fn walk<L: Lanes>(
     s: L::Simd,
@@ -66,11 +66,11 @@ fn walk<L: Lanes>(
     let mut hits = Hits { time, ..Hits::none(s) };
     for _ in 0..MAX_CROSSINGS {
         let (t_min, t_max) = (L::lit(s, 0.0), L::lit(s, f64::INFINITY));
-        hits.find(s, world, &mut Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Course::Apart);
+        hits.find(s, world, &mut Rays { origin, dir, t_min, t_max, active: L::mask(s, 1) }, Coherence::Incoherent);
         if hits.found == 0 {
             break;
         }
-        let own = (hits.closed & hits.clear != 0).then(|| Touch {
+        let own = (hits.closed & hits.transmissive != 0).then(|| Touch {
             lane: 0,
             goes_in: hits.goes_in(0),
             medium: hits.medium(world, 0),

@@ -1,29 +1,29 @@
-//! How reflection and transmission depend on the angle of incidence, for materials that say so.
+//! Materials whose reflection and transmission depend on the angle of incidence.
 //!
 //! Dielectrics take the exact reflectance F between the media on both sides: F r_s and (1 - F) r_t, which is r_s under
-//! total internal reflection, where F is 1. Surfaces that enclose no medium for light, opaque bodies and sheets, have the
-//! medium of the ray in front and their material behind: a varnish. Conductors take Schlick's approximation,
-//! r_s + (1 - r_s) (1 - cos theta)^5, and transmit what that leaves of r_t.
+//! total internal reflection, where F is 1. Surfaces without a medium behind them, opaque bodies and sheets, take the medium
+//! of the ray in front and their material behind: a varnish. Conductors take Schlick's approximation,
+//! r_s + (1 - r_s) (1 - cos theta)^5, and transmit the remaining share of r_t.
 
 use super::hits::Hits;
-use super::kernel::Followed;
+use super::kernel::RayPacket;
 use crate::lanes::{Ids, Lanes, V3};
 use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Fresnel};
 use crate::shading::media::{Media, MediumList};
 use crate::shading::optics::{Refraction, fresnel_dielectric, refract};
 
-/// What Snell's law says where rays go into bodies and out of them.
+/// Snell's law where rays enter and leave bodies.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bent<'a, L: Lanes> {
-    /// Lanes of which it says anything.
+    /// Lanes that enter or leave a body.
     pub(super) lanes: u32,
     /// n1/n2.
     pub(super) eta: L,
     pub(super) refraction: &'a Refraction<L>,
 }
 
-/// Lanes that have hit a conductor: at grazing angles it mirrors even where r_s is 0.
+/// Lanes that have hit a conductor, which reflects at grazing angles even where r_s is 0.
 pub(super) fn conductors<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>) -> u32 {
     L::vectorize(
         s,
@@ -37,7 +37,7 @@ pub(super) fn at_angles<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &Media<L::Real>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     ns: V3<L>,
     coefficients: &Coefficients<L>,
@@ -80,7 +80,7 @@ fn at_angles_in<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &Media<L::Real>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     ns: V3<L>,
     coefficients: &Coefficients<L>,

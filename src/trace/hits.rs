@@ -1,14 +1,14 @@
-//! What the rays of a packet hit: surfaces, bodies and coefficients, gathered for shading.
+//! The hits of a packet: surfaces, bodies and coefficients for shading.
 
 use super::coincident;
-use crate::accel::{Course, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
+use crate::accel::{Coherence, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Place, Rays};
 use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Material, look_up};
 use crate::shading::media::Medium;
 
-/// The nearest surface under each ray. Lanes that hit nothing hold anything.
+/// The nearest surface of each ray. Lanes that hit nothing hold anything.
 #[derive(Debug, Clone)]
 pub struct Hits<L: Lanes> {
     /// Lanes that hit anything.
@@ -34,25 +34,25 @@ pub struct Hits<L: Lanes> {
     /// Lanes whose body is hollow.
     pub hollow: u32,
     /// Lanes whose body transmits light in some channel.
-    pub clear: u32,
-    /// Lanes whose facet stands for a curved surface.
+    pub transmissive: u32,
+    /// Lanes whose facet approximates a curved surface.
     pub smooth: u32,
     /// Lanes whose body might touch another.
     pub may_touch: u32,
-    /// Other bodies whose surface is at the same place, as far as rounding can tell, crossed together with this one.
+    /// Other bodies whose surface is at the same place within rounding; they are crossed together with this one.
     pub touching: Vec<Touch<L::Real>>,
     /// When the rays are cast, if anything moves: from 0, when the shutter opens, to 1.
     pub time: Option<L>,
 }
 
-/// Another body that light through a surface enters or leaves at the same place.
+/// Another body that a ray enters or leaves at the same place.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch<R> {
     /// The lane.
     pub lane: usize,
     /// Whether light goes into the region the body encloses.
     pub goes_in: bool,
-    /// What that region is filled with.
+    /// The medium of that region.
     pub medium: Medium<R>,
 }
 
@@ -83,7 +83,7 @@ impl<L: Lanes> Hits<L> {
             material: nobody,
             closed: 0,
             hollow: 0,
-            clear: 0,
+            transmissive: 0,
             smooth: 0,
             may_touch: 0,
             touching: Vec::new(),
@@ -91,18 +91,18 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Follows rays to the nearest surface, and to what touches it. What was hit before is overwritten where it lies, and
-    /// traversal may change the rays for a while: both take long to copy.
+    /// Finds the nearest surface of each ray, and the surfaces that touch it. Hits are overwritten in place, and traversal
+    /// changes the rays temporarily, since copies of both are expensive.
     #[inline(always)]
-    pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &mut Rays<L>, course: Course) {
-        self.find_nearest(s, world, rays, &Nearest::none(s), course);
-        if self.may_touch & self.clear != 0 {
+    pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &mut Rays<L>, coherence: Coherence) {
+        self.find_nearest(s, world, rays, &Nearest::none(s), coherence);
+        if self.may_touch & self.transmissive != 0 {
             coincident::find(s, world, rays, self);
         }
     }
 
-    /// Follows rays to the nearest surface. Both steps are functions of their own; a third one around them takes a
-    /// thirtieth of the time of simple scenes.
+    /// Finds the nearest surface of each ray. Both steps are functions; a third one around them would take 3 % of the time of
+    /// simple scenes.
     #[inline(always)]
     pub(super) fn find_nearest(
         &mut self,
@@ -110,11 +110,11 @@ impl<L: Lanes> Hits<L> {
         world: &World<L::Real>,
         rays: &mut Rays<L>,
         nearest: &Nearest<'_, L>,
-        course: Course,
+        coherence: Coherence,
     ) {
         let mut nearest = *nearest;
         let t_max = rays.t_max;
-        nearest_hit(s, &world.geometries, world.root, rays, &mut nearest, course, self.time.as_ref());
+        nearest_hit(s, &world.geometries, world.root, rays, &mut nearest, coherence, self.time.as_ref());
         self.forget(u32::MAX);
         self.touching.clear();
         self.found = nearest.found;
@@ -127,15 +127,16 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Forgets what kind of body some lanes have hit.
+    /// Clears the flags of the bodies that some lanes have hit.
     pub(super) fn forget(&mut self, lanes: u32) {
-        for flags in [&mut self.closed, &mut self.hollow, &mut self.clear, &mut self.smooth, &mut self.may_touch] {
+        for flags in [&mut self.closed, &mut self.hollow, &mut self.transmissive, &mut self.smooth, &mut self.may_touch]
+        {
             *flags &= !lanes;
         }
     }
 
-    /// Fills in everything about the primitives `expanded` of some lanes of which nothing is known but, perhaps, the
-    /// places where `rays` meet them.
+    /// Fills in everything about the primitives `expanded` that some lanes have hit. `known` are the places of the hits, if
+    /// traversal has found them.
     pub(super) fn look_at(
         &mut self,
         s: L::Simd,
@@ -160,7 +161,7 @@ impl<L: Lanes> Hits<L> {
             let same = owner.lanes::<L>(s, self.expanded, left);
             left &= !same;
             self.take(s, &owner, same);
-            // Rays that have met different spheres are resolved together.
+            // Hits on different spheres are resolved together.
             if same != lanes && spheres.take(&owner, same) {
                 continue;
             }
@@ -175,14 +176,14 @@ impl<L: Lanes> Hits<L> {
         self.ns = V3::select(against, self.surface.ns, -self.surface.ns);
     }
 
-    /// Writes down the surface that some lanes have hit. Mostly all have hit the same.
+    /// Stores the surface that some lanes have hit. In most packets all have hit the same one.
     #[inline(always)]
     fn put(&mut self, s: L::Simd, lanes: u32, surface: Surface<L>) {
         self.surface =
             if lanes == self.found { surface } else { Surface::select(L::mask(s, lanes), surface, self.surface) };
     }
 
-    /// Writes down which body some lanes have hit.
+    /// Stores the body that some lanes have hit.
     #[inline(always)]
     fn take(&mut self, s: L::Simd, owner: &Owner<'_, L::Real>, lanes: u32) {
         let (mask, item) = (L::mask(s, lanes), owner.item);
@@ -191,7 +192,7 @@ impl<L: Lanes> Hits<L> {
         self.material = put(u64::from(item.material), self.material);
         self.closed |= if item.closed { lanes } else { 0 };
         self.hollow |= if item.hollow { lanes } else { 0 };
-        self.clear |= if item.lets_light_through() { lanes } else { 0 };
+        self.transmissive |= if item.lets_light_through() { lanes } else { 0 };
         self.smooth |= if item.is_smooth() { lanes } else { 0 };
         self.may_touch |= if item.may_touch { lanes } else { 0 };
     }
@@ -202,7 +203,7 @@ impl<L: Lanes> Hits<L> {
         Coefficients::look_up(s, &world.materials, self.material, self.found, self.surface.local)
     }
 
-    /// The radiance that the surfaces hit have of their own.
+    /// The radiance that the surfaces emit.
     #[inline(always)]
     pub fn emission(&self, s: L::Simd, world: &World<L::Real>) -> V3<L> {
         look_up(s, &world.materials, self.material, self.found, |material| material.emission)
@@ -213,7 +214,7 @@ impl<L: Lanes> Hits<L> {
         &world.materials[self.material.lane(lane) as usize]
     }
 
-    /// What the region that a lane's closed body encloses is filled with: its material, or empty space in a cavity.
+    /// The medium inside a lane's closed body: its material, or empty space in a cavity.
     pub fn medium(&self, world: &World<L::Real>, lane: usize) -> Medium<L::Real> {
         let hollow = self.hollow & (1 << lane) != 0;
         let material = self.material_of(world, lane);
@@ -222,7 +223,7 @@ impl<L: Lanes> Hits<L> {
         Medium { body: self.body.lane(lane), volume: world.owner(self.expanded.lane(lane)).volume(), ior, dispersion }
     }
 
-    /// Whether a lane's ray goes into the region its body encloses; one goes into a cavity out of the material.
+    /// Whether a lane's ray goes into the region that its body encloses. For a cavity that is the way out of the material.
     pub fn goes_in(&self, lane: usize) -> bool {
         (self.entering ^ self.hollow) & (1 << lane) != 0
     }

@@ -18,8 +18,8 @@ pub struct Interface<L: Lanes> {
     pub behind: L::Ids,
 }
 
-/// The media at the surfaces of the closed bodies that the rays of some lanes, which are in the media `lists`, have hit.
-/// In other lanes both sides are empty space, and the list stays.
+/// The media at the surfaces of closed bodies that the rays of some lanes have hit; these rays are in the media `lists`. In
+/// other lanes both sides are empty space, and the list stays.
 #[inline(always)]
 pub fn interface<L: Lanes>(
     s: L::Simd,

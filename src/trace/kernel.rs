@@ -1,23 +1,23 @@
-//! The recursion, as a loop over packets of rays on an explicit stack: depth costs memory, never the thread's stack.
+//! Whitted's recursion as a loop over packets of rays on an explicit stack: depth takes memory, but not the thread's stack.
 //!
-//! What happens to a lane does not depend on the others: every operation is lane by lane, ties between surfaces go to
-//! the one written first, and each lane's rays are handled in depth-first order, transmitted before reflected. So a
-//! pixel's value depends neither on the packet it is traced in nor on the width of a packet.
+//! A lane does not depend on the others: every operation is lane by lane, of surfaces at the same distance the one written
+//! first wins, and the rays of each lane are followed in depth-first order, transmitted before reflected. So the value of a
+//! pixel depends neither on the packet it is traced in nor on the width of a packet.
 
 use super::attenuation::along;
 use super::certificate::Certificate;
-use super::color_bleeding::gather;
+use super::color_bleeding::scatter_diffuse;
 use super::counts::RayCounts;
 use super::eye_media::media_at;
 use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::{NotFollowed, Observer};
-use super::ray_cones::{Cones, around};
+use super::ray_cones::{RayCones, around};
 use super::sampling::{Choice, Sampler};
 use super::secondary::scatter;
 use super::texturing::apply_textures;
-use super::wavelengths::Waves;
-use crate::accel::{Course, Nearest};
+use super::wavelengths::Wavelengths;
+use crate::accel::{Coherence, Nearest};
 use crate::camera::Camera;
 use crate::camera::Cone;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
@@ -31,15 +31,15 @@ use serde::Serialize;
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Largest radiance one ray adds to a pixel, and largest weight of a ray. Only materials whose r_s + r_t is above 1, of
-/// which `compile` warns, and lights beyond all measure come near; in single precision nothing overflows.
+/// Largest radiance that a ray adds to a pixel, and largest weight of a ray. So nothing overflows in single precision. Only
+/// materials with r_s + r_t above 1, of which a warning tells, and extremely bright lights come near.
 const MAX_RADIANCE: f64 = 1e28;
 const MAX_WEIGHT: f64 = 1e9;
 
-/// Share of a pixel that textures are averaged over for a sample of a batch, of which there may be any number.
+/// Share of a pixel over which textures are averaged for a sample of a batch. There may be any number of batches.
 const BATCH_SHARE: f64 = 1.0 / 1_024.0;
 
-/// Packets followed between two looks at the cancel flag: well below a millisecond for most scenes.
+/// Packets followed between two checks of the cancel flag: well below a millisecond for most scenes.
 const PACKETS_BETWEEN_CHECKS: u32 = 256;
 
 /// Whitted's kinds of rays that are followed.
@@ -56,7 +56,7 @@ pub enum RayKind {
 
 /// A packet of rays to follow.
 #[derive(Debug, Clone, Copy)]
-pub struct Followed<L: Lanes> {
+pub struct RayPacket<L: Lanes> {
     /// Start.
     pub origin: V3<L>,
     /// Unit direction.
@@ -81,7 +81,7 @@ pub struct Followed<L: Lanes> {
     pub parent: u32,
 }
 
-impl<L: Lanes> Followed<L> {
+impl<L: Lanes> RayPacket<L> {
     /// No rays, to be overwritten.
     #[inline(always)]
     pub(crate) fn none(s: L::Simd) -> Self {
@@ -104,8 +104,8 @@ impl<L: Lanes> Followed<L> {
 
     /// Whether these rays, and the shadow rays from what they hit, keep together.
     #[inline(always)]
-    pub(super) fn course(&self) -> Course {
-        if self.kind == RayKind::Camera { Course::Together } else { Course::Apart }
+    pub(super) fn coherence(&self) -> Coherence {
+        if self.kind == RayKind::Camera { Coherence::Coherent } else { Coherence::Incoherent }
     }
 
     /// Where they begin to see.
@@ -124,14 +124,14 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     pub(super) observer: O,
     pub(super) media: Media<L::Real>,
     /// Rays waiting to be followed.
-    pub(super) stack: Vec<Followed<L>>,
-    /// What ends chains of rays, but for their length.
+    pub(super) stack: Vec<RayPacket<L>>,
+    /// What ends chains of rays besides their length.
     pub(crate) pruning: Pruning,
     /// The smallest weight followed, times the sample's own, or w U where something is to be proved.
     pub(super) min_weight: L,
     /// The weight of a sample.
     pub(super) share: L,
-    /// What is left out.
+    /// The bound on what is omitted.
     pub(super) certificate: Certificate<L>,
     /// What was traced so far.
     pub counts: RayCounts,
@@ -139,13 +139,13 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     pub(super) followed: L,
     cancelled: &'a AtomicBool,
     packets: u32,
-    /// The choices of the sample at hand, for kernels that make any.
+    /// The choices of the current sample, in the general variant.
     pub(crate) sampler: Sampler,
-    /// The wavelengths of the sample at hand, where anything disperses light.
-    pub(super) waves: Waves<L>,
+    /// The wavelengths of the current sample, in scenes with dispersion.
+    pub(super) wavelengths: Wavelengths<L>,
     eye_media: Vec<Medium<L::Real>>,
-    /// The cones of the rays at hand, for kernels that look at details.
-    pub(super) cones: Cones<L>,
+    /// The cones of the current rays, in the general variant.
+    pub(super) cones: RayCones<L>,
     effects: PhantomData<E>,
 }
 
@@ -177,9 +177,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             cancelled,
             packets: 0,
             sampler: Sampler::default(),
-            waves: Waves::yellow(s),
+            wavelengths: Wavelengths::yellow(s),
             eye_media: eye_media.to_vec(),
-            cones: Cones::new(s, if E::DETAILS { camera.cone() } else { Cone::default() }),
+            cones: RayCones::new(s, if E::DETAILS { camera.cone() } else { Cone::default() }),
             effects: PhantomData,
         }
     }
@@ -209,7 +209,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         y: L,
         active: u32,
         weight: L::Real,
-        rays: &mut Followed<L>,
+        rays: &mut RayPacket<L>,
         hits: &mut Hits<L>,
         sum: &mut V3<L>,
     ) {
@@ -260,16 +260,16 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         if E::DETAILS
             && let Some(spectrum) = &self.world.spectrum
         {
-            self.waves = Waves::choose(s, spectrum, &self.sampler);
+            self.wavelengths = Wavelengths::choose(s, spectrum, &self.sampler);
         }
         let moves = E::DETAILS && self.world.called.motion;
         hits.time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
     }
 
-    /// Follows rays, and those that come from them. Once cancelled it returns early, and the sum is of no use. What is followed
-    /// is written into `rays`, and what it hits into `hits`, which are dear to make and to move.
+    /// Follows rays and their descendants. Once cancelled it returns early, and the sum is useless. `rays` and `hits` are
+    /// buffers of the caller, since they are expensive to create and to move.
     #[inline(always)]
-    pub(crate) fn follow_from(&mut self, rays: &mut Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
+    pub(crate) fn follow_from(&mut self, rays: &mut RayPacket<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         loop {
             self.packets = self.packets.wrapping_add(1);
             if self.packets.is_multiple_of(PACKETS_BETWEEN_CHECKS) && self.cancelled.load(Ordering::Relaxed) {
@@ -286,7 +286,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
 
     /// Makes `rays` those on top of the stack; false if there are none.
     #[inline(always)]
-    pub(crate) fn pop(&mut self, rays: &mut Followed<L>) -> bool {
+    pub(crate) fn pop(&mut self, rays: &mut RayPacket<L>) -> bool {
         let Some(next) = self.stack.pop() else { return false };
         *rays = next;
         if E::DETAILS {
@@ -315,7 +315,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
 
     /// Shades what the rays hit and stacks the rays that leave from there.
     #[inline(always)]
-    fn follow(&mut self, rays: &Followed<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
+    fn follow(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
         let mut cast = Rays {
@@ -326,17 +326,17 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             active: L::mask(s, rays.active),
         };
         if E::SECONDARY {
-            hits.find(s, self.world, &mut cast, rays.course());
+            hits.find(s, self.world, &mut cast, rays.coherence());
         } else {
-            hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.course());
+            hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.coherence());
         }
-        // What a ray adds to the pixel itself is added once, so that the tree of rays adds up to it.
+        // The light that a ray itself brings is added in one step, so that the ray tree adds up to the last bit.
         let mut own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let faded;
         let rays = if E::DETAILS && (self.world.called.absorption | self.world.called.fog) {
             let way = along(s, self.world, &self.media, rays, hits.t - rays.t_min);
             own = rays.weight.times(way.added);
-            faded = Followed { weight: rays.weight.times(way.transmittance), ..*rays };
+            faded = RayPacket { weight: rays.weight.times(way.transmittance), ..*rays };
             &faded
         } else {
             rays
@@ -375,14 +375,14 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             return;
         }
         if E::DETAILS && self.world.called.bleeding {
-            gather(self, rays, hits, &coefficients, number);
+            scatter_diffuse(self, rays, hits, &coefficients, number);
         }
         scatter(self, rays, hits, &coefficients, number);
     }
 
-    /// What the rays of some lanes see that hit nothing.
+    /// Radiance of the surroundings, for rays of some lanes that hit nothing.
     #[inline(always)]
-    fn surroundings(&self, rays: &Followed<L>, missed: u32) -> V3<L> {
+    fn surroundings(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
         if E::DETAILS
             && let Some(environment) = &self.world.environment
         {
@@ -391,7 +391,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         V3::splat(self.s, self.world.background)
     }
 
-    /// What a ray adds to the pixel, never above [`MAX_RADIANCE`]: materials that amplify cannot make it infinite.
+    /// Radiance limited to [`MAX_RADIANCE`]: materials that amplify light cannot make it infinite.
     #[inline(always)]
     pub(super) fn bounded(&self, radiance: V3<L>) -> V3<L> {
         let max = L::lit(self.s, MAX_RADIANCE);
@@ -404,9 +404,9 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         *sum = V3::select(L::mask(self.s, lanes), *sum + radiance, *sum);
     }
 
-    /// Stacks rays, but for those too light to matter and those beyond the limit on rays.
+    /// Stacks rays. Rays of too little weight are deferred or omitted; rays beyond the limit are dropped.
     #[inline(always)]
-    pub(super) fn push(&mut self, mut rays: Followed<L>) {
+    pub(super) fn push(&mut self, mut rays: RayPacket<L>) {
         let max = L::lit(self.s, MAX_WEIGHT);
         let w = rays.weight;
         rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
@@ -444,7 +444,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
 
     /// Leaves out rays of some lanes that are beyond the limit on rays.
     #[inline(never)]
-    fn drop_rays(&mut self, rays: &Followed<L>, lanes: u32) {
+    fn drop_rays(&mut self, rays: &RayPacket<L>, lanes: u32) {
         L::vectorize(
             self.s,
             #[inline(always)]

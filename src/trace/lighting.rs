@@ -2,7 +2,7 @@
 
 use super::colored_shadows::left_by_bodies;
 use super::hits::Hits;
-use super::kernel::{Followed, RayKind, Tracer, stage};
+use super::kernel::{RayKind, RayPacket, Tracer, stage};
 use super::observer::Observer;
 use super::sampling::Choice;
 use crate::accel::transmittance;
@@ -14,14 +14,14 @@ use crate::shading::material::Coefficients;
 use crate::shading::phong::{highlight_cosine, power};
 use crate::trace::variants::Effects;
 
-/// Shadow rays end this many roundings before the light, so that a light on a surface is not shadowed by it at random.
+/// Shadow rays end this many roundings before the light: a light that lies on a surface would be shadowed by it at random.
 const LIGHT_MARGIN: f64 = 16.0;
 
-/// Part of `min_weight` that a light must be able to add to the pixel for its shadow ray to be traced.
+/// A shadow ray is traced only if its light could add this share of `min_weight` to the pixel.
 pub const SHADOW_SHARE: f64 = 0.25;
 
-/// Cosine between light and facet below which shadow rays start on the surface that a smooth mesh pretends; they move
-/// there gradually (as Cycles does, D11065), since whatever lies in between casts no shadow.
+/// Cosine between light and facet below which shadow rays start on the curved surface that a smooth mesh approximates.
+/// They move there gradually (as in Cycles, D11065), since nothing in between can cast a shadow.
 const GRAZING: f64 = 0.1;
 
 /// Adds the local illumination of what the rays hit to `sum`, and with it `own`, the light of details on the way and at the
@@ -29,7 +29,7 @@ const GRAZING: f64 = 0.1;
 #[inline(always)]
 pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     own: V3<L>,
@@ -46,7 +46,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
 #[inline(always)]
 fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     own: V3<L>,
@@ -74,7 +74,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
     let zero = L::lit(s, 0.0);
     let found = L::mask(s, hits.found);
     let from_facet = leave(hits.surface.point, hits.surface.error, hits.ng);
-    // The SPD's rules count shadow rays of the facets, needed or not.
+    // The SPD's rules count shadow rays from the facets, also those that add nothing.
     let spd = if world.rules.spd_counts { hits.found } else { 0 };
     let smooth = hits.smooth & !spd;
     for (index, light) in world.lights.iter().enumerate() {
@@ -112,7 +112,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
             let shadow = shadow_rays(s, &place, origin, cast);
             let time = hits.time.as_ref();
-            passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.course(), time);
+            passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time);
             if E::DETAILS && world.called.colored_shadows {
                 let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
                 let shadow = Rays { active: open, ..shadow };
@@ -153,7 +153,7 @@ fn little<L: Lanes, O: Observer<L>, E: Effects>(
 #[inline(always)]
 fn phong<L: Lanes>(
     s: L::Simd,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     light: &Light<L::Real>,

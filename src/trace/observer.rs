@@ -1,8 +1,7 @@
-//! Watching the recursion: the kernel tells an observer what every ray does. The observer `()` is told nothing and
-//! costs nothing.
+//! Observers of the recursion: the kernel reports events of every ray. The observer `()` gets no events and costs nothing.
 
 use super::hits::Hits;
-use super::kernel::{Followed, RayKind};
+use super::kernel::{RayKind, RayPacket};
 use crate::lanes::{Lanes, V3};
 use crate::shading::media::Media;
 
@@ -17,7 +16,7 @@ pub enum NotFollowed {
     Budget,
 }
 
-/// What a surface does to the direction of a ray: the angles of Snell's law, of lane 0.
+/// The angles of Snell's law at a surface, of lane 0.
 #[derive(Debug, Clone, Copy)]
 pub struct Snell {
     /// Index on the side the ray comes from.
@@ -39,18 +38,18 @@ pub trait Observer<L: Lanes> {
     /// Whether events are sent at all.
     const WATCHING: bool;
     /// A ray is followed; returns its number, which its children name as their parent.
-    fn ray(&mut self, ray: &Followed<L>, media: &Media<L::Real>) -> u32;
+    fn ray(&mut self, ray: &RayPacket<L>, media: &Media<L::Real>) -> u32;
     /// A sample outside the image circle shows the background, weight included.
     fn outside(&mut self, radiance: V3<L>);
     /// Radiance that a ray adds to the pixel, weight included.
     fn contributes(&mut self, ray: u32, radiance: V3<L>);
     /// What a ray hits.
-    fn hits(&mut self, number: u32, ray: &Followed<L>, hits: &Hits<L>);
+    fn hits(&mut self, number: u32, ray: &RayPacket<L>, hits: &Hits<L>);
     /// A shadow ray to a light, what it lets through, and what it adds to the pixel, weight included.
     fn shadow(&mut self, ray: u32, light: usize, origin: V3<L>, to_light: V3<L>, passed: V3<L>, radiance: V3<L>);
     /// Snell's law at the surface a ray hits.
     fn refracts(&mut self, ray: u32, snell: Snell);
-    /// All of the pixel so far does not count: it is traced again.
+    /// Forget the pixel's events so far: it is traced again.
     fn again(&mut self);
     /// A ray that would have had this weight is not followed.
     fn not_followed(&mut self, ray: u32, kind: RayKind, weight: V3<L>, why: NotFollowed);
@@ -59,7 +58,7 @@ pub trait Observer<L: Lanes> {
 impl<L: Lanes> Observer<L> for () {
     const WATCHING: bool = false;
     #[inline(always)]
-    fn ray(&mut self, _: &Followed<L>, _: &Media<L::Real>) -> u32 {
+    fn ray(&mut self, _: &RayPacket<L>, _: &Media<L::Real>) -> u32 {
         0
     }
     #[inline(always)]
@@ -67,7 +66,7 @@ impl<L: Lanes> Observer<L> for () {
     #[inline(always)]
     fn contributes(&mut self, _: u32, _: V3<L>) {}
     #[inline(always)]
-    fn hits(&mut self, _: u32, _: &Followed<L>, _: &Hits<L>) {}
+    fn hits(&mut self, _: u32, _: &RayPacket<L>, _: &Hits<L>) {}
     #[inline(always)]
     fn shadow(&mut self, _: u32, _: usize, _: V3<L>, _: V3<L>, _: V3<L>, _: V3<L>) {}
     #[inline(always)]

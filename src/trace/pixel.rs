@@ -2,7 +2,7 @@
 
 use super::eye_media::media_at;
 use super::hits::Hits;
-use super::kernel::{Followed, Tracer};
+use super::kernel::{RayPacket, Tracer};
 use super::observer::Observer;
 use super::variants::Effects;
 use crate::lanes::{Lanes, Real, V3};
@@ -41,7 +41,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
     let weight = L::Real::from_f64(1.0 / f64::from(count));
     let black = V3::splat(s, [L::Real::from_f64(0.0); 3]);
     let mut half = black;
-    let mut rays = Followed::none(s);
+    let mut rays = RayPacket::none(s);
     tracer.begin_packet(pixels, samples);
     let (mut active, mut sample) = (active, 0);
     // One call of `follow_from` for the first rays of each sample and those put aside: it holds all of the kernel.

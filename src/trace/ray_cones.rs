@@ -1,6 +1,6 @@
-//! How wide the rays of a packet are: the cones of their pixels, with the distance that they have come.
+//! Ray cones: the width of the rays of a packet, from the cone of a pixel and the distance from the eye.
 //!
-//! They lie beside the stack of rays, so that kernels without details know nothing of them.
+//! They have a stack of their own beside that of the rays, so that variants without details do not carry them.
 
 use super::hits::Hits;
 use crate::camera::Cone;
@@ -10,14 +10,14 @@ use glam::DVec3;
 
 /// The cones of a packet's rays.
 #[derive(Debug)]
-pub(crate) struct Cones<L> {
-    /// Of a whole pixel.
+pub(crate) struct RayCones<L> {
+    /// The cone of a whole pixel.
     pixel: Cone,
-    /// Of a sample, of which many share a pixel.
+    /// The cone of a sample, which is a part of a pixel.
     sample: Cone,
-    /// Distance from the eye to where the rays at hand start.
+    /// Distance from the eye to where the current rays start.
     start: L,
-    /// Distance to where rays start that are about to leave.
+    /// Distance from the eye to where the next rays start.
     pub(super) end: L,
     /// One `start` for each entry of the stack of rays.
     waiting: Vec<L>,
@@ -25,14 +25,14 @@ pub(crate) struct Cones<L> {
     pub(super) tilted: u32,
 }
 
-impl<L: Lanes> Cones<L> {
+impl<L: Lanes> RayCones<L> {
     #[inline(always)]
     pub(super) fn new(s: L::Simd, pixel: Cone) -> Self {
         let zero = L::lit(s, 0.0);
         Self { pixel, sample: pixel, start: zero, end: zero, waiting: Vec::new(), tilted: 0 }
     }
 
-    /// Begins at the eye, with a sample of a given share in its pixel.
+    /// Starts at the eye, with a sample that has a given share of its pixel.
     #[inline(always)]
     pub(super) fn restart(&mut self, s: L::Simd, share: L) {
         let part = share.lane(0).to_f64().sqrt();
@@ -41,7 +41,7 @@ impl<L: Lanes> Cones<L> {
         self.waiting.clear();
     }
 
-    /// The rays at hand have hit something.
+    /// The current rays have hit something.
     #[inline(always)]
     pub(super) fn hit(&mut self, s: L::Simd, hits: &Hits<L>) {
         self.end = L::select(L::mask(s, hits.found), self.start + hits.t, self.start);
@@ -62,7 +62,7 @@ impl<L: Lanes> Cones<L> {
         }
     }
 
-    /// Where rays start whose `unseen` lanes have not been touched by what they hit.
+    /// Where the next rays start; in `unseen` lanes the surface is invisible, and the current ray goes on.
     #[inline(always)]
     pub(super) fn unless(&self, unseen: L::Mask) -> L {
         L::select(unseen, self.start, self.end)
@@ -80,7 +80,7 @@ impl<L: Lanes> Cones<L> {
     }
 }
 
-/// What rays of some lanes see of the surroundings, with cones of an angle.
+/// The environment map in the directions of some lanes, over cones of an angle.
 pub(super) fn around<L: Lanes>(s: L::Simd, environment: &Environment, dir: V3<L>, lanes: u32, spread: f64) -> V3<L> {
     L::vectorize(
         s,

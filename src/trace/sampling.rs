@@ -1,16 +1,16 @@
-//! Where each sample of a pixel puts its choices: a point of a lens, a time, a point of a light.
+//! The choices of each sample of a pixel: a point of the lens, a time, a point of a light.
 //!
-//! Choices come in pairs. The pairs of a pixel's samples are points of Sobol's (0,2)-sequence, whose every run of 2^k
-//! puts one into each of 2^k equal rectangles of any shape, so that n samples err like 1/n, or n^(-3/4) where there are
+//! Choices come in pairs. The pairs of a pixel's samples are points of Sobol's (0,2)-sequence: every run of 2^k points has
+//! one in each of 2^k equal rectangles of any shape. So the error of n samples falls like 1/n, or n^(-3/4) where there are
 //! edges, instead of n^(-1/2). Each kind of choice, and each place in the tree of rays, takes the points in an order of its
-//! own (Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020), and each pixel shifts them by its own vector
-//! (Cranley and Patterson 1976). All of it is computed from the pixel, the sample's number and the place in the tree: the
-//! same for any thread, tile or packet.
+//! own (Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020), and each pixel shifts them by a vector of its own
+//! (Cranley and Patterson 1976). All of it is computed from the pixel, the sample's number and the place in the tree, so it
+//! does not depend on threads, tiles or packets.
 
 use super::kernel::RayKind;
 use crate::lanes::{Lanes, MAX_LANES, Real};
 
-/// What is chosen.
+/// Kinds of choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
     /// A point of the lens.
@@ -22,7 +22,7 @@ pub enum Choice {
     /// A facet of a rough surface.
     Facet,
     /// A direction from a diffuse surface.
-    Gather,
+    ColorBleeding,
     /// A point of a light, by its index.
     Light(usize),
 }
@@ -34,7 +34,7 @@ impl Choice {
             Self::Time => 1,
             Self::Wavelength => 2,
             Self::Facet => 3,
-            Self::Gather => 4,
+            Self::ColorBleeding => 4,
             Self::Light(index) => 5 + index as u32,
         }
     }
@@ -53,7 +53,7 @@ fn hashes([columns, rows]: &[[u32; MAX_LANES]; 2], batch: u32) -> [u32; MAX_LANE
 
 /// How far a batch shifts the samples within each lane's pixel along an axis, in 2^-32 of a pixel.
 pub(super) fn shifts(corners: &[[u32; MAX_LANES]; 2], batch: u32, axis: usize) -> [u32; MAX_LANES] {
-    // Numbers of axes that no choice has.
+    // Numbers that no kind of choice has.
     hashes(corners, batch).map(|pixel| hash(pixel ^ hash(0x8000_0000 + axis as u32)))
 }
 
@@ -105,7 +105,7 @@ impl Sampler {
     fn shifted<L: Lanes>(&self, s: L::Simd, x: u32, seed: u32) -> L {
         let mut shifted = [L::Real::default(); MAX_LANES];
         for (shifted, pixel) in shifted.iter_mut().zip(self.pixels) {
-            // 24 bits are a number of single precision.
+            // 24 bits fit into a number of single precision.
             let bits = x.wrapping_add(hash(pixel ^ seed)) >> 8;
             *shifted = L::Real::from_f64(f64::from(bits) / 16_777_216.0);
         }
@@ -119,7 +119,7 @@ pub fn child(path: u32, kind: RayKind) -> u32 {
     path.wrapping_mul(4).wrapping_add(kind as u32 + 1)
 }
 
-/// A bijection without pattern (Wellons' lowbias32).
+/// A hash without collisions (Wellons' lowbias32).
 #[inline(always)]
 pub fn hash(mut x: u32) -> u32 {
     x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
@@ -177,8 +177,8 @@ mod tests {
     #[test]
     fn choices_of_one_sample_differ_and_lie_in_the_square() {
         let sampler = Sampler::new(&[std::array::from_fn(|i| i as u32), [5; MAX_LANES]], 0, 3);
-        let [x, y]: [f64; 2] = sampler.square((), 0, Choice::Gather);
-        let [u, _]: [f64; 2] = sampler.square((), 1, Choice::Gather);
+        let [x, y]: [f64; 2] = sampler.square((), 0, Choice::ColorBleeding);
+        let [u, _]: [f64; 2] = sampler.square((), 1, Choice::ColorBleeding);
         assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y) && x != u);
     }
 }

@@ -3,7 +3,7 @@
 use super::fresnel::{Bent, at_angles, conductors};
 use super::hits::Hits;
 use super::interface::{Interface, interface};
-use super::kernel::{Followed, RayKind, Tracer, first, stage};
+use super::kernel::{RayKind, RayPacket, Tracer, first, stage};
 use super::observer::{NotFollowed, Observer, Snell};
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3};
@@ -18,7 +18,7 @@ use crate::trace::variants::Effects;
 #[inline(always)]
 pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     number: u32,
@@ -33,7 +33,7 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
 #[inline(always)]
 fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     number: u32,
@@ -50,12 +50,12 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
     if by_angle {
         mirror |= conductors(s, tracer.world, hits);
     }
-    let clear = if E::SECONDARY { hits.clear & hits.found } else { 0 };
+    let clear = if E::SECONDARY { hits.transmissive & hits.found } else { 0 };
     if mirror | clear == 0 {
         return;
     }
     if rays.depth >= tracer.world.rules.max_depth {
-        // No more than this goes on, whatever the angle: grazing light is mirrored completely by conductors.
+        // An upper bound at any angle: conductors reflect grazing light completely.
         let mut most = r_s + r_t;
         if by_angle {
             let one = V3::splat(s, [L::Real::from_f64(1.0); 3]);
@@ -103,26 +103,27 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
             let [before, behind] = crossing.dispersion;
             split = before.max(behind).gt(zero).bits() & clear & !rays.dispersed;
             let mask = L::mask(s, split);
-            transmitted_weight = V3::select(mask, transmitted_weight.times(tracer.waves.color), transmitted_weight);
+            transmitted_weight =
+                V3::select(mask, transmitted_weight.times(tracer.wavelengths.color), transmitted_weight);
             split_mirrored = if by_angle { split } else { split & total };
             let mask = L::mask(s, split_mirrored);
-            reflected_weight = V3::select(mask, reflected_weight.times(tracer.waves.color), reflected_weight);
+            reflected_weight = V3::select(mask, reflected_weight.times(tracer.wavelengths.color), reflected_weight);
         }
         let mut active = clear & !total;
         if rough != 0 {
-            // Facets that bend nothing and add nothing hide nothing either.
+            // Facets of an invisible surface hide nothing.
             let facets = rough & !crossing.unseen;
             active &= crossing.dir.dot(hits.ng).lt(zero).bits() | !facets;
             let weight = transmitted_weight * unhidden(s, hits.ns, crossing.dir, coefficients.alpha);
             transmitted_weight = V3::select(L::mask(s, facets), weight, transmitted_weight);
         }
-        // What cannot be seen leaves a ray as it is, so that what lies behind is met at the same bits.
+        // Invisible surfaces leave a ray's origin as it is, so that what lies behind is hit at the same bits.
         let unseen = L::mask(s, crossing.unseen);
         if E::DETAILS {
             through = tracer.cones.unless(unseen);
         }
         let behind = leave(hits.surface.point, hits.surface.error, -hits.ng);
-        transmitted = Some(Followed {
+        transmitted = Some(RayPacket {
             origin: V3::select(unseen, rays.origin, behind),
             dir: crossing.dir,
             t_min: L::select(unseen, hits.t, zero),
@@ -143,7 +144,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
         let mut dir = reflect(s, rays.dir, ns);
         let mut active = reflecting;
         if rough != 0 {
-            // Light that facets send below the surface is lost in them.
+            // Light that facets reflect below the surface is lost.
             let above = dir.dot(hits.ng).gt(zero).bits() & dir.dot(hits.ns).gt(zero).bits();
             active &= above | !rough;
             let weight = reflected_weight * unhidden(s, hits.ns, dir, coefficients.alpha);
@@ -154,7 +155,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
             let above = dir.dot(hits.ng).gt(zero);
             dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng));
         }
-        tracer.push(Followed {
+        tracer.push(RayPacket {
             origin: leave(hits.surface.point, hits.surface.error, hits.ng),
             dir: dir.normalized(s),
             t_min: zero,
@@ -182,7 +183,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
 #[inline(always)]
 fn angular<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &Tracer<'_, L, O, E>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     ns: V3<L>,
     coefficients: &Coefficients<L>,
@@ -198,7 +199,7 @@ fn angular<L: Lanes, O: Observer<L>, E: Effects>(
     at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, ns, coefficients, bent)
 }
 
-/// How rays pass a surface.
+/// The crossing of a surface.
 struct Crossing<L: Lanes> {
     n1: L,
     n2: L,
@@ -208,14 +209,14 @@ struct Crossing<L: Lanes> {
     dir: V3<L>,
     /// The media behind the surface.
     media: L::Ids,
-    /// Lanes whose surface lies between equal media and adds nothing.
+    /// Lanes whose surface lies between equal media and is invisible.
     unseen: u32,
 }
 
 impl<L: Lanes> Crossing<L> {
     fn snell(&self, s: L::Simd) -> Snell {
         let sine = first(self.refraction.sin_incident);
-        // The arc tangent of sine and cosine keeps small angles, of which the cosine has lost all digits.
+        // The arc tangent of sine and cosine is exact for small angles, where the arc cosine is not.
         let angle = |sine: f64, cosine: L| math::atan2(sine, first(cosine));
         Snell {
             n1: first(self.n1),
@@ -231,7 +232,7 @@ impl<L: Lanes> Crossing<L> {
 #[inline(always)]
 fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     ns: V3<L>,
     clear: u32,
@@ -240,8 +241,8 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     let Interface { mut n1, mut n2, dispersion, behind } =
         interface(s, tracer.world, &mut tracer.media, hits, rays.media, clear & hits.closed);
     if E::DETAILS && tracer.world.called.dispersion {
-        n1 = n1 + dispersion[0] * tracer.waves.bend;
-        n2 = n2 + dispersion[1] * tracer.waves.bend;
+        n1 = n1 + dispersion[0] * tracer.wavelengths.bend;
+        n2 = n2 + dispersion[1] * tracer.wavelengths.bend;
     }
     let eta = n1 / n2;
     let mut refraction = refract(s, rays.dir, ns, eta);
@@ -265,10 +266,10 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     Crossing { n1, n2, refraction, dispersion, dir, media: behind, unseen }
 }
 
-/// Tells the observer which rays the end of the chain has cut off.
+/// Reports the rays that `max_depth` has cut off.
 fn report_end<L: Lanes, O: Observer<L>, E: Effects>(
     tracer: &mut Tracer<'_, L, O, E>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     [r_s, r_t]: [V3<L>; 2],
     mirror: u32,
     clear: u32,

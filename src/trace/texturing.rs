@@ -1,12 +1,12 @@
-//! Textures and bumps of what the rays of a packet hit, lane by lane: they look into pictures and noise, each at a place
-//! of its own, and few lanes of few scenes do.
+//! Textures and bumps of the surfaces that a packet hits. They are looked up lane by lane: each lane needs other texels, and
+//! few scenes have textures.
 //!
-//! A ray's footprint is that of its cone (Akenine-Möller et al., Texture Level of Detail Strategies for Real-Time Ray
-//! Tracing, Ray Tracing Gems, 2019), cut by the surface to an ellipse 1/cos longer than wide (and looked up as one, after
-//! Akenine-Möller et al., JCGT 10(1), 2021). Mirrors and lenses pass cones on as they are; curved ones would widen them.
+//! The footprint of a ray is the section of its cone (Akenine-Möller et al., Texture Level of Detail Strategies for
+//! Real-Time Ray Tracing, Ray Tracing Gems, 2019) with the surface: an ellipse 1/cos longer than wide (Akenine-Möller et
+//! al., JCGT 10(1), 2021). Reflection and refraction do not change cones here; curved surfaces would widen them.
 
 use super::hits::Hits;
-use super::kernel::Followed;
+use super::kernel::RayPacket;
 use crate::accel::{Owner, Shape};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::scene::world::World;
@@ -16,18 +16,18 @@ use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::Face;
 use glam::DVec3;
 
-/// Smallest cosine by which a footprint is longer than wide; what is longer is no longer looked at in full anyway.
+/// Smallest cosine for the length of a footprint; longer ones are blurred anyway.
 const GRAZING: f64 = 1e-3;
 
-/// Cosine at which slopes are seen that face away from a ray.
+/// Cosine that replaces that of slopes which face away from the ray.
 const EDGE_ON: f64 = 1e-3;
 
-/// Puts patterns into coefficients and tilts shading normals, for rays whose cones have the given widths where they hit.
+/// Applies textures to the coefficients and bumps to the shading normals; `widths` are those of the cones at the hits.
 /// Returns the lanes whose normals are tilted.
 pub(super) fn apply_textures<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     widths: L,
     hits: &mut Hits<L>,
     coefficients: &mut Coefficients<L>,
@@ -43,7 +43,7 @@ pub(super) fn apply_textures<L: Lanes>(
 fn apply_in<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
-    rays: &Followed<L>,
+    rays: &RayPacket<L>,
     widths: L,
     hits: &mut Hits<L>,
     coefficients: &mut Coefficients<L>,
@@ -96,7 +96,7 @@ fn put_colors<R: Real>(
     textures.diffuse.is_some() || textures.ambient.is_some()
 }
 
-/// A ray and what it has met.
+/// A ray and its hit.
 struct Seen {
     dir: DVec3,
     /// The geometric normal on the ray's side.
@@ -108,7 +108,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// The place in object space.
+    /// The texture lookup, in object space.
     fn lookup<R: Real>(&self, owner: &Owner<'_, R>, expanded: u64) -> Lookup {
         let cosine = -self.dir.dot(self.facing);
         let across = self.dir + self.facing * cosine;
@@ -122,7 +122,7 @@ impl Seen {
         }
     }
 
-    /// The unit normal of a raised surface, on the ray's side as `normal` is; none where it stays as it is.
+    /// The unit normal of a surface with bumps, on the ray's side as `normal` is; none where it does not change.
     fn tilt<R: Real>(
         &self,
         textures: &Textures,
@@ -139,14 +139,14 @@ impl Seen {
             return None;
         }
         let tilted = owner.normal_out_of_object(raised) * outwards;
-        // A slope that the ray cannot see is seen edge on.
+        // A slope that faces away from the ray is turned until the ray sees it edge on.
         let away = tilted.dot(self.dir);
         let seen = if away < 0.0 { tilted } else { (tilted - self.dir * (away + EDGE_ON)).normalize_or_zero() };
         (seen != DVec3::ZERO && seen.is_finite()).then_some(seen)
     }
 }
 
-/// The face with texture coordinates that a primitive is.
+/// The face of a primitive, with texture coordinates.
 fn face<R: Real>(owner: &Owner<'_, R>, expanded: u64) -> Option<Face> {
     let Shape::Mesh(mesh) = &owner.item.shape else { return None };
     if mesh.uvs.is_empty() {

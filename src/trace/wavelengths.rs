@@ -1,4 +1,4 @@
-//! The wavelengths of a packet's samples.
+//! The wavelengths of a packet, one for each sample, for dispersion.
 
 use super::sampling::{Choice, Sampler};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
@@ -6,21 +6,21 @@ use crate::shading::spectrum::{Spectrum, WAVELENGTHS};
 
 /// A wavelength in each lane.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Waves<L: Lanes> {
-    /// What a mean dispersion is multiplied with and added to the index of refraction.
+pub(super) struct Wavelengths<L: Lanes> {
+    /// This times the mean dispersion is added to the index of refraction.
     pub(super) bend: L,
-    /// What a white ray's weight is multiplied with when its light is split.
+    /// Factor on a ray's weight when its light is split.
     pub(super) color: V3<L>,
 }
 
-impl<L: Lanes> Waves<L> {
-    /// The wavelength at which bodies have their index of refraction.
+impl<L: Lanes> Wavelengths<L> {
+    /// The wavelength for which scenes give indices of refraction.
     #[inline(always)]
     pub(super) fn yellow(s: L::Simd) -> Self {
         Self { bend: L::lit(s, 0.0), color: V3::splat(s, [L::Real::from_f64(1.0); 3]) }
     }
 
-    /// The wavelength that each lane's sample stands for.
+    /// The wavelength of each lane's sample.
     #[inline(always)]
     pub(super) fn choose(s: L::Simd, spectrum: &Spectrum<L::Real>, sampler: &Sampler) -> Self {
         let cases = sampler.case(Choice::Wavelength, WAVELENGTHS as u32);
