@@ -228,7 +228,7 @@ impl<L: Lanes> Hits<L> {
         (self.entering ^ self.hollow) & (1 << lane) != 0
     }
 
-    /// The lanes of `among` whose material shows nothing between equal media.
+    /// The lanes of `among` whose surface is invisible between equal media.
     #[inline(never)]
     pub fn perfectly_clear(&self, world: &World<L::Real>, among: u32) -> u32 {
         let clear = lanes_of(among).filter(|&lane| self.material_of(world, lane).is_perfectly_clear());
