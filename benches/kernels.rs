@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 use strahl::film::Region;
-use strahl::render::{Control, Cut, render_cut};
+use strahl::render::{Control, RenderOptions, render_with};
 use strahl::scene::compile::Precise;
 use strahl::scene::{Format, Overrides, Scene, load};
 use strahl::trace::variants::Specialised;
@@ -12,9 +12,9 @@ use strahl::trace::variants::Specialised;
 const ROUNDS: usize = 9;
 
 fn milliseconds(scene: &Scene, specialised: bool) -> f64 {
-    let cut = Cut { specialised, ..Cut::default() };
+    let cut = RenderOptions { specialised, ..RenderOptions::default() };
     let start = Instant::now();
-    render_cut(scene, Region::whole(scene.width, scene.height), &Control::default(), cut).unwrap();
+    render_with(scene, Region::whole(scene.width, scene.height), &Control::default(), cut).unwrap();
     start.elapsed().as_secs_f64() * 1e3
 }
 

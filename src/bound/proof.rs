@@ -34,7 +34,7 @@ impl Proof {
     /// The proof of a picture, given the pixels that may lack light.
     pub fn of(film: &Film, bounded: &BoundedPixels) -> Self {
         let Film { region, pixels, .. } = film;
-        let add = |part: Part, lacking: &BoundedPixel| part.add(pixels[region.index(lacking.at)], lacking);
+        let add = |part: Part, bounded: &BoundedPixel| part.add(pixels[region.index(bounded.at)], bounded);
         let all =
             bounded.par_parts().map(|part| part.iter().fold(Part::default(), add)).reduce(Part::default, Part::and);
         Self {
@@ -47,12 +47,12 @@ impl Proof {
 }
 
 impl Part {
-    fn add(self, shown: [f32; 3], lacking: &BoundedPixel) -> Self {
-        let (table, highest) = (Codes8::get(), lacking.highest);
+    fn add(self, shown: [f32; 3], bounded: &BoundedPixel) -> Self {
+        let (table, highest) = (Codes8::get(), bounded.highest);
         let codes = (0..3).map(|c| table.code(highest[c]).saturating_sub(table.code(shown[c]))).fold(0, u8::max);
         let linear: [f32; 3] = std::array::from_fn(|c| (highest[c] - shown[c]).max(0.0));
         let most = linear.into_iter().fold(0.0, f32::max);
-        self.and(Self { codes, open: u64::from(codes > 0), linear, worst: Some((codes, most, lacking.at)) })
+        self.and(Self { codes, open: u64::from(codes > 0), linear, worst: Some((codes, most, bounded.at)) })
     }
 
     fn and(self, other: Self) -> Self {

@@ -1,4 +1,4 @@
-//! Many single rays at once, in packets, along the same accelerated path as pictures.
+//! First hits of many single rays, in packets, by the same code as pictures.
 
 use super::query::RayQuery;
 use crate::accel::Coherence;
@@ -10,7 +10,7 @@ use crate::scene::world::World;
 use crate::trace::hits::Hits;
 use fearless_simd::{Level, f32x16, f64x8};
 
-/// What the kernel knows of the first surface on a ray.
+/// The first hit of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FirstHit {
     /// Ray parameter, in units of the direction.
@@ -47,7 +47,7 @@ fn follow<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answe
 fn follow_in<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], answers: &mut Vec<Option<FirstHit>>) {
     let mut hits = Hits::none(s);
     for (index, packet) in rays.chunks(L::COUNT).enumerate() {
-        // Lanes without a ray of their own repeat the last one, switched off.
+        // Lanes without a ray repeat the last one, switched off.
         let ray = |lane: usize| packet[lane.min(packet.len() - 1)];
         let number = |f: &dyn Fn(RayQuery) -> f64| L::from_fn(s, |lane| L::Real::from_f64(f(ray(lane))));
         let vector = |f: &dyn Fn(RayQuery) -> [f64; 3]| V3::from_fn(s, |lane| f(ray(lane)).map(L::Real::from_f64));
@@ -58,7 +58,7 @@ fn follow_in<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], an
             t_max: number(&|ray| ray.t_max.unwrap_or(f64::INFINITY)),
             active: L::mask(s, ((1u64 << packet.len()) - 1) as u32),
         };
-        // Both ways down, so that the tests see both.
+        // Both kinds of traversal, for the tests.
         let coherence = if index.is_multiple_of(2) { Coherence::Coherent } else { Coherence::Incoherent };
         hits.find(s, world, &mut cast, coherence);
         answers.extend((0..packet.len()).map(|lane| first_hit(&hits, lane)));

@@ -1,4 +1,4 @@
-//! Maps of a picture: what is proved of each pixel, and what each of them took, with a scale of colors.
+//! Maps of a picture in false colours: proved errors, rays, time and depth of each pixel.
 
 use crate::film::srgb;
 use crate::film::{Film, Region};
@@ -40,10 +40,10 @@ impl Map {
         let region = picture.film.region;
         let mut values = vec![0.0; picture.film.pixels.len()];
         if kind == MapKind::Proved {
-            for lacking in picture.lacking.iter() {
-                let index = region.index(lacking.at);
+            for bounded in picture.bounded.iter() {
+                let index = region.index(bounded.at);
                 let (table, shown) = (srgb::Codes8::get(), picture.film.pixels[index]);
-                let off = |c: usize| table.code(lacking.highest[c]).saturating_sub(table.code(shown[c]));
+                let off = |c: usize| table.code(bounded.highest[c]).saturating_sub(table.code(shown[c]));
                 values[index] = f32::from(off(0).max(off(1)).max(off(2)));
             }
             return Self { kind, region, values };
@@ -53,7 +53,7 @@ impl Map {
             match kind {
                 MapKind::Rays => *value += cost.rays as f32,
                 MapKind::Time => *value += cost.nanoseconds as f32,
-                // Of a refined pixel both the first samples and the later ones are listed.
+                // A refined pixel is listed twice: its base samples and the others.
                 _ => *value = value.max(cost.deepest as f32),
             }
         }
@@ -110,7 +110,7 @@ impl Map {
 }
 
 /// The color map viridis (van der Walt and Smith 2015), by the polynomials of Zucker ("matplotlib colormaps", CC0), from 0
-/// to 1: its brightness rises evenly, for those who see no colors, too.
+/// to 1. Its brightness rises evenly, so it can be read without seeing colors.
 fn viridis(t: f32) -> [u8; 3] {
     const POLYNOMIALS: [[f32; 3]; 7] = [
         [0.277_727_33, 0.005_407_345, 0.334_099_8],

@@ -106,7 +106,7 @@ where
 {
     let s = ();
     let narrow = |v: [f64; 3]| v.map(L::Real::from_f64);
-    // A ray that goes nowhere, or nobody knows where, would visit every primitive to miss it.
+    // A ray without a direction or with NaN would visit every primitive for nothing.
     let sound = ray.origin.iter().chain(&ray.direction).all(|x| x.is_finite());
     let goes = ray.direction != [0.0; 3] && ray.t_max.is_none_or(|t_max| ray.t_min < t_max);
     if !sound || !goes {

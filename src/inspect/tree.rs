@@ -160,7 +160,7 @@ pub fn trace_pixel(scene: &Scene, x: u32, y: u32) -> Tree {
     trace_pixel_while(scene, x, y, &Control::default()).unwrap_or_else(|_| unreachable!("nobody cancels this"))
 }
 
-/// [`trace_pixel`], as long as nobody cancels it.
+/// [`trace_pixel`], unless it is cancelled.
 pub fn trace_pixel_while(scene: &Scene, x: u32, y: u32, control: &Control) -> Result<Tree, Cancelled> {
     match &scene.world {
         Precise::Single(world) => record::<f32>(scene, world, [x, y], control, "single"),
@@ -207,7 +207,7 @@ where
     Ok(Tree { pixel: [x, y], precision, samples, value, raised, lacking, truncated, rays })
 }
 
-/// Writes down what the kernel tells.
+/// Records the events of the kernel.
 struct Recorder<'a, R> {
     scene: &'a Scene,
     world: &'a World<R>,
@@ -238,7 +238,7 @@ fn wide<L: Lanes>(v: V3<L>) -> [f64; 3] {
     v.lane(0).map(Real::to_f64)
 }
 
-/// A camera ray that carries nothing yet.
+/// A camera ray without values.
 fn blank() -> Node {
     Node {
         id: 0,

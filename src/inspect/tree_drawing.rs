@@ -1,4 +1,4 @@
-//! Pictures of a ray tree: Graphviz text and SVG, coloured by kind as in the lecture's drawings.
+//! Drawings of a ray tree: Graphviz text and SVG, coloured by the kind of ray.
 
 use super::tree::{Node, NodeKind, Tree};
 use schemars::JsonSchema;
@@ -30,7 +30,7 @@ fn color(node: &Node) -> &'static str {
     }
 }
 
-/// E1, R2, T3, S4: the lecture's names, with the ray's number.
+/// E1, R2, T3, S4: eye, reflected, transmitted or shadow ray, with its number.
 fn label(node: &Node) -> String {
     let letter = match node.kind {
         NodeKind::Camera => 'E',
@@ -117,7 +117,7 @@ impl Tree {
     fn places(&self) -> Vec<(f64, f64)> {
         let mut span = vec![None::<(f64, f64)>; self.rays.len()];
         let mut next_leaf = 30.0;
-        // Children come after their parents in the list, and in the drawing leaves keep depth-first order.
+        // Children come after their parents in the list; in the drawing leaves are in depth-first order.
         for id in self.depth_first() {
             if span[id].is_none() {
                 span[id] = Some((next_leaf, next_leaf));

@@ -1,4 +1,4 @@
-//! How much pixels differ from their neighbours, which decides what antialiasing refines.
+//! The contrast between neighbouring pixels, which decides what antialiasing refines.
 
 use crate::film::Region;
 use crate::film::srgb::Codes8;
@@ -24,7 +24,7 @@ pub(super) fn codes_of(pixels: &[[f32; 3]]) -> Vec<[u8; 3]> {
     codes
 }
 
-/// How many codes each pixel of a picture differs at most from one of its eight neighbours, row by row.
+/// The largest difference of each pixel from one of its eight neighbours, in codes, row by row.
 pub(super) fn contrasts(codes: &[[u8; 3]], width: u32) -> Vec<u8> {
     let width = width as usize;
     let rows: Vec<&[[u8; 3]]> = codes.chunks(width).collect();
@@ -46,7 +46,7 @@ pub(super) fn contrasts(codes: &[[u8; 3]], width: u32) -> Vec<u8> {
     contrasts
 }
 
-/// Raises `most` to the differences of two rows, byte by byte, so that the compiler takes many at once.
+/// Raises `most` to the differences of two rows, byte by byte, which the compiler vectorises.
 fn differ(most: &mut [u8], a: &[u8], b: &[u8]) {
     for ((most, a), b) in most.iter_mut().zip(a).zip(b) {
         *most = (*most).max(a.abs_diff(*b));
@@ -78,7 +78,7 @@ mod tests {
     fn all_pixels_at_once_and_each_alone_are_the_same() {
         for (width, height) in [(1, 1), (2, 3), (1, 5), (7, 1), (33, 9)] {
             let around = Region { x: 4, y: 5, width, height };
-            // Codes from 0 to 9, of which few pairs differ by as much.
+            // Codes from 0 to 9, of which few pairs differ by the threshold.
             let noise = |i: u64| ((i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) % 10) as u8;
             let codes: Vec<[u8; 3]> =
                 (0..around.pixels()).map(|i| [noise(i), noise(i + 1_000), noise(i + 2_000)]).collect();

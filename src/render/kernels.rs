@@ -4,7 +4,7 @@
 //! time that is quadratic in the size of a function, and compiles one module on one core. Below AVX2 one lane does for all
 //! variants: sixteen lanes in the registers of SSE2 were half of all machine code, for processors before 2013.
 
-use super::packets::{Job, Kernel, Traced, trace_with};
+use super::packets::{KernelFormat, TraceJob, Traced, trace_with};
 use crate::lanes::Lanes;
 use crate::scene::world::World;
 use crate::shading::media::Medium;
@@ -22,7 +22,7 @@ macro_rules! instances {
 
             pub(in super::super) fn trace(
                 s: Simd,
-                job: &Job<'_, $real>,
+                job: &TraceJob<'_, $real>,
                 at: &[[u32; 2]],
                 samples: Samples,
                 out: &mut Traced,
@@ -34,7 +34,7 @@ macro_rules! instances {
             }
 
             #[inline(never)]
-            fn run<E: Effects>(s: Simd, job: &Job<'_, $real>, at: &[[u32; 2]], samples: Samples, out: &mut Traced) {
+            fn run<E: Effects>(s: Simd, job: &TraceJob<'_, $real>, at: &[[u32; 2]], samples: Samples, out: &mut Traced) {
                 <$lanes as Lanes>::vectorize(
                     s,
                     #[inline(always)]
@@ -57,8 +57,8 @@ macro_rules! format {
             instances!(one_lane, $real, $real,);
         }
 
-        impl Kernel for $real {
-            fn trace(level: Level, job: &Job<'_, Self>, at: &[[u32; 2]], samples: Samples, out: &mut Traced) {
+        impl KernelFormat for $real {
+            fn trace(level: Level, job: &TraceJob<'_, Self>, at: &[[u32; 2]], samples: Samples, out: &mut Traced) {
                 #[cfg(target_arch = "x86_64")]
                 if let Some(s) = level.as_avx512() {
                     return $format::avx512::trace(s, job, at, samples, out);

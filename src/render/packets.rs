@@ -1,8 +1,8 @@
-//! Packets of pixels through the kernels, and what becomes of them.
+//! Packets of pixels: tracing them with a kernel, and collecting their results.
 
-use super::costs::PixelCost;
+use super::adaptive_sampling::Reached;
+use super::picture::PixelCost;
 use super::probe::PacketCost;
-use super::statistical::Reached;
 use crate::bound::interval::{interval, raise};
 use crate::bound::{BoundedPixel, BoundedPixels};
 use crate::camera::Camera;
@@ -19,45 +19,44 @@ use fearless_simd::Level;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// The two kernels that pictures are traced with.
-pub(crate) trait Kernel: Real {
+/// A format with kernels: `f32` or `f64`.
+pub(crate) trait KernelFormat: Real {
     /// Traces the pixels at `at`.
-    fn trace(level: Level, job: &Job<'_, Self>, at: &[[u32; 2]], samples: Samples, out: &mut Traced);
+    fn trace(level: Level, job: &TraceJob<'_, Self>, at: &[[u32; 2]], samples: Samples, out: &mut Traced);
     /// The bodies around the eye.
     fn eye_media(world: &World<Self>) -> Vec<Medium<Self>>;
 }
 
-/// What all tiles of a picture share.
+/// The data that all tiles of a picture share.
 #[derive(Clone)]
-pub(crate) struct Job<'a, R> {
+pub(crate) struct TraceJob<'a, R> {
     pub(super) world: &'a World<R>,
     pub(super) camera: Camera<R>,
     pub(super) eye: Vec<Medium<R>>,
     pub(super) cancelled: &'a AtomicBool,
     pub(super) kernel: Specialised,
     pub(super) pruning: Pruning,
-    /// Whether pixels that are known to lie between two ends show their lower one.
+    /// Whether pixels show the lower end of their interval.
     pub(super) low: bool,
-    /// Whether it is noted what each packet takes.
+    /// Whether the cost of each packet is recorded.
     pub(super) watched: bool,
 }
 
-/// What became of some pixels.
+/// The results of some pixels.
 #[derive(Default)]
 pub(crate) struct Traced {
     /// In the order asked for.
     pub(crate) pixels: Vec<[f32; 3]>,
-    /// Those that may lack light, in the same order if they were asked for at once.
-    pub(super) lacking: BoundedPixels,
-    /// How unsure each pixel of several samples is, as they tell: the 8-bit codes from the lower to the upper end of an
-    /// interval around it. In the same order.
+    /// Those that may miss light, in the same order if they were traced by one call.
+    pub(super) bounded: BoundedPixels,
+    /// The interval of each pixel with several samples, in 8-bit codes from its lower to its upper end. In the same order.
     pub(super) widths: Vec<u8>,
     pub(crate) rays: RayCounts,
-    /// How far each pixel has come, in the statistical mode.
+    /// The progress of the pixels in the statistical mode.
     pub(super) reached: Reached,
-    /// What each pixel took, if asked for.
+    /// The cost of each pixel, if asked for.
     pub(super) costs: Vec<PixelCost>,
-    /// What each packet took, if asked for.
+    /// The cost of each packet, if asked for.
     pub(super) packets: Vec<PacketCost>,
 }
 
@@ -68,7 +67,7 @@ impl Traced {
         all.pixels.reserve(parts.iter().map(|part| part.pixels.len()).sum());
         for part in parts {
             all.pixels.extend(part.pixels);
-            all.lacking.append(part.lacking);
+            all.bounded.append(part.bounded);
             all.widths.extend(part.widths);
             all.costs.extend(part.costs);
             all.rays = all.rays + part.rays;
@@ -82,14 +81,14 @@ impl Traced {
 #[inline(always)]
 pub(super) fn trace_with<L: Lanes, E: Effects>(
     s: L::Simd,
-    job: &Job<'_, L::Real>,
+    job: &TraceJob<'_, L::Real>,
     at: &[[u32; 2]],
     samples: Samples,
     out: &mut Traced,
 ) {
     let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.camera, &job.eye, job.cancelled, job.pruning, ());
     let mut hits = Hits::none(s);
-    let mut all_lacking = Vec::new();
+    let mut all_bounded = Vec::new();
     let of_second = (0..samples.count).filter(|sample| is_of_second_half(*sample)).count() as f32;
     for packet in at.chunks(L::COUNT) {
         let started = job.watched.then(Instant::now);
@@ -99,9 +98,9 @@ pub(super) fn trace_with<L: Lanes, E: Effects>(
         let [red, green, blue] = lanes(sum);
         let first = out.pixels.len();
         out.pixels.extend((0..packet.len()).map(|lane| [red[lane], green[lane], blue[lane]].map(narrow)));
-        let lacking = tracer.incomplete() & active;
-        if lacking != 0 {
-            show_bounded(&tracer, job.low, packet, lacking, &sum, &mut out.pixels[first..], &mut all_lacking);
+        let bounded = tracer.incomplete() & active;
+        if bounded != 0 {
+            show_bounded(&tracer, job.low, packet, bounded, &sum, &mut out.pixels[first..], &mut all_bounded);
         }
         if samples.count > 1 && !job.low {
             let halves = lanes(half);
@@ -116,11 +115,11 @@ pub(super) fn trace_with<L: Lanes, E: Effects>(
             out.packets.push(PacketCost { rays, nanoseconds: started.elapsed().as_secs_f64() * 1e9 });
         }
     }
-    out.lacking.add(all_lacking);
+    out.bounded.add(all_bounded);
     out.rays = out.rays + tracer.counts;
 }
 
-/// Shows the pixels of a packet that lack light, and lists how bright they may be.
+/// Decides what is shown of the pixels of a packet that may miss light, and lists their upper bounds.
 #[inline(never)]
 fn show_bounded<L: Lanes, E: Effects>(
     tracer: &Tracer<'_, L, (), E>,
@@ -129,7 +128,7 @@ fn show_bounded<L: Lanes, E: Effects>(
     lanes: u32,
     sum: &V3<L>,
     pixels: &mut [[f32; 3]],
-    lacking: &mut Vec<BoundedPixel>,
+    bounded: &mut Vec<BoundedPixel>,
 ) {
     L::vectorize(
         tracer.simd(),
@@ -145,7 +144,7 @@ fn show_bounded<L: Lanes, E: Effects>(
                     show(codes, sum, ends, tracer.pruning)
                 };
                 pixels[lane] = shown;
-                lacking.push(BoundedPixel { at: packet[lane], highest });
+                bounded.push(BoundedPixel { at: packet[lane], highest });
             }
         },
     );
@@ -161,7 +160,7 @@ fn lanes<L: Lanes>(v: V3<L>) -> [[L::Real; MAX_LANES]; 3] {
     channels
 }
 
-/// What is shown of a pixel that lies between two ends, and what it is at most, seen from there.
+/// What is shown of a pixel with an interval, and its upper bound as seen from there.
 #[inline(always)]
 pub(super) fn show<R: Real>(
     codes: &Codes8,
@@ -176,7 +175,7 @@ pub(super) fn show<R: Real>(
             Pruning::Weight(_) => sum[c],
             Pruning::Proved { max_codes } => sum[c] + raise(sum[c], ends[c], max_codes),
         });
-        // Whatever lies some codes below, by rounding, counts as if it lay as many above.
+        // Codes that the lower end lies below, because of rounding, count as if they lay above.
         let [code, lower] = codes.code_and_lower(shown[c], low);
         let below = code - lower.min(code);
         highest[c] = high;
@@ -187,9 +186,9 @@ pub(super) fn show<R: Real>(
     (shown, highest)
 }
 
-/// The codes between the ends of the interval around a pixel in which more samples would likely put it, in the channel that
-/// is least sure: with the means a and b of two halves of its samples, the mean of all is likely as far off as |a - b|/2.
-/// `second` is what the second half, `samples` of `count`, has added.
+/// The width in codes of the interval around a pixel in which more samples would likely put it, in its worst channel. With
+/// the means a and b of two halves of its samples, the error of the mean of all is likely |a - b|/2. `second` is the sum of
+/// the second half, which has `samples` of `count`.
 fn width(mean: [f32; 3], second: [f32; 3], count: u32, samples: f32) -> u8 {
     let codes = Codes8::get();
     let count = count as f32;
@@ -201,7 +200,7 @@ fn width(mean: [f32; 3], second: [f32; 3], count: u32, samples: f32) -> u8 {
     channel(0).max(channel(1)).max(channel(2))
 }
 
-/// A channel of the film.
+/// A channel in the format of films.
 #[inline(always)]
 fn narrow<R: Real>(channel: R) -> f32 {
     channel.to_f64() as f32

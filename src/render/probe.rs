@@ -1,21 +1,21 @@
-//! What a few blocks of pixels show and take: what [`pilot`](crate::plan::pilot) asks a scene.
+//! Probes: a few blocks of pixels, traced and timed for the [`pilot`](crate::plan::pilot).
 
 use super::contrast::{CONTRAST, REFINED_SAMPLES, codes_of, contrasts};
-use super::packets::{Kernel, Traced};
+use super::packets::{KernelFormat, Traced};
 use crate::trace::control::Control;
 use crate::trace::counts::RayCounts;
 use crate::trace::pixel::Samples;
 
 use super::renderer::Renderer;
 use super::tiles::near;
-use super::{BLOCK, Cut};
+use super::{BLOCK, RenderOptions};
 use crate::film::Region;
 use crate::lanes::MAX_LANES;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use std::time::Instant;
 
-/// What a packet of pixels took.
+/// The cost of a packet of pixels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PacketCost {
     pub(crate) rays: RayCounts,
@@ -23,14 +23,14 @@ pub(crate) struct PacketCost {
 }
 
 impl PacketCost {
-    /// Several packets.
+    /// The sum of several packets.
     pub(crate) fn of(packets: &[Self]) -> Self {
         let rays = packets.iter().fold(RayCounts::default(), |rays, packet| rays + packet.rays);
         Self { rays, nanoseconds: packets.iter().map(|packet| packet.nanoseconds).sum() }
     }
 }
 
-/// Asks a scene. Once its render is cancelled, it answers early and wrongly.
+/// Traces probes of a scene. Once the render is cancelled, results come early and are useless.
 pub(crate) enum Probe<'a> {
     Single(Renderer<'a, f32>),
     Double(Renderer<'a, f64>),
@@ -39,8 +39,12 @@ pub(crate) enum Probe<'a> {
 impl<'a> Probe<'a> {
     pub(crate) fn new(scene: &'a Scene, control: &'a Control) -> Self {
         match &scene.world {
-            Precise::Single(world) => Self::Single(Renderer::new(scene, world, control, Cut::default()).watched()),
-            Precise::Double(world) => Self::Double(Renderer::new(scene, world, control, Cut::default()).watched()),
+            Precise::Single(world) => {
+                Self::Single(Renderer::new(scene, world, control, RenderOptions::default()).watched())
+            }
+            Precise::Double(world) => {
+                Self::Double(Renderer::new(scene, world, control, RenderOptions::default()).watched())
+            }
         }
     }
 
@@ -52,8 +56,8 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// What refining a packet of pixels takes that lies in or near a block, in the same tile, without the base samples that
-    /// say which pixels: nothing if they say none.
+    /// The cost of refining a packet of pixels in or near a block, in the same tile, without the base samples that decide which
+    /// pixels are refined; none if none is.
     pub(crate) fn refined(&self, block: Region, tile: Region) -> Option<PacketCost> {
         match self {
             Self::Single(renderer) => renderer.refined(block, tile),
@@ -62,16 +66,16 @@ impl<'a> Probe<'a> {
     }
 }
 
-impl<R: Kernel> Renderer<'_, R> {
+impl<R: KernelFormat> Renderer<'_, R> {
     fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[f32; 3]>, PacketCost)> {
         let whole = blocks.iter().all(|block| block.pixels() == u64::from(BLOCK * BLOCK));
         if !whole || self.scene.statistical.is_some() {
-            // Packets are not blocks.
+            // The number of pixels is not that of a block.
             return blocks.iter().map(|block| self.block(block)).collect();
         }
         let mut traced = Traced::default();
         let at: Vec<[u32; 2]> = blocks.iter().flat_map(|block| block.iter()).collect();
-        R::trace(self.cut.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
+        R::trace(self.options.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
         let packets = traced.packets.chunks(traced.packets.len() / blocks.len().max(1));
         let pixels = traced.pixels.chunks(MAX_LANES);
         pixels.zip(packets).map(|(pixels, packets)| (pixels.to_vec(), PacketCost::of(packets))).collect()
@@ -90,7 +94,7 @@ impl<R: Kernel> Renderer<'_, R> {
         let base = |part: Region| {
             let at: Vec<[u32; 2]> = part.tiles(BLOCK).flat_map(Region::iter).collect();
             let mut traced = Traced::default();
-            R::trace(self.cut.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
+            R::trace(self.options.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
             let mut pixels = vec![[0.0; 3]; at.len()];
             at.iter().zip(traced.pixels).for_each(|(at, pixel)| pixels[part.index(*at)] = pixel);
             let contrasts = contrasts(&codes_of(&pixels), part.width);
@@ -106,7 +110,7 @@ impl<R: Kernel> Renderer<'_, R> {
         let first = first.min(uneven.len().saturating_sub(MAX_LANES));
         let packet = &uneven[first..uneven.len().min(first + MAX_LANES)];
         let mut traced = Traced::default();
-        R::trace(self.cut.level, &self.job, packet, Samples::of_picture(REFINED_SAMPLES), &mut traced);
+        R::trace(self.options.level, &self.job, packet, Samples::of_picture(REFINED_SAMPLES), &mut traced);
         (!packet.is_empty()).then(|| PacketCost::of(&traced.packets))
     }
 }

@@ -1,21 +1,21 @@
-//! The best picture in a time, or for a number of rays.
+//! Progressive rendering: the best picture in a time, or for a number of rays.
 //!
-//! Work is a list of parcels of pixels, in stages: one pixel in 1,024, whatever the time, so that something stands
-//! everywhere; one in 64; all pixels, with light rays left out; those proved to at most one code that are not; and those
-//! that differ from a neighbour, with more samples. Threads take parcels in order, and the picture is made of the parcels up
-//! to the first one that was not finished. So it is a function of how many parcels count, and of the rays in them: a number
-//! of rays makes the same picture again, on any machine and any number of threads, and in any number of turns.
+//! The work is a list of chunks of pixels in five stages: one pixel in 1,024, which is always done so that every pixel shows
+//! something; one in 64; all pixels, without rays of little weight; the pixels that are not yet proved to one code; and those
+//! that differ from a neighbour, with more samples. Threads take chunks in order, and the picture consists of the chunks
+//! before the first unfinished one. So it depends only on the number of these chunks: a number of rays gives the same picture
+//! again, on any machine, with any number of threads, and in any number of time slices.
 
-use super::canvas::{Canvas, STRIDES};
 use super::contrast::{REFINED_SAMPLES, is_uneven, refines};
-use super::packets::{Job, Kernel, Traced};
+use super::packets::{KernelFormat, TraceJob, Traced};
+use super::partial_picture::{PartialPicture, STRIDES};
 use crate::trace::control::{Cancelled, Control};
 use crate::trace::counts::RayCounts;
 use crate::trace::pixel::Samples;
 
 use super::renderer::Renderer;
 use super::tiles::near;
-use super::{Cut, Picture, Refined};
+use super::{Picture, Refined, RenderOptions};
 use crate::camera::Window;
 use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};
@@ -35,7 +35,7 @@ use std::time::{Duration, Instant};
 pub enum Stop {
     /// At an instant.
     At(Instant),
-    /// With the parcel in which so many rays are reached.
+    /// With the chunk that reaches this number of rays.
     Rays(u64),
 }
 
@@ -57,23 +57,23 @@ pub struct Progress {
 
 /// Stages, the last of which antialiasing is.
 const STAGES: usize = 5;
-/// Samples of the stages before every pixel has been traced.
+/// Samples per pixel of the stages before every pixel has been traced.
 const FEW: u32 = 4;
 /// Share of the pixels that antialiasing refines in most pictures.
 const UNEVEN: f64 = 0.12;
-/// Weight below which rays are left out in these stages.
+/// Weight below which rays are omitted in these stages.
 const LIGHT: f64 = 0.05;
-/// Pixels in a parcel of one sample each.
-const PARCEL: usize = 512;
-/// How often somebody looks whether it is time to stop.
+/// Pixels in a chunk of one sample each.
+const CHUNK: usize = 512;
+/// How often the clock and the flags are checked.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// A picture on its way, which can be left and taken up again.
+/// A progressive render, which can be paused and continued.
 pub struct Progressive<'a>(Of<'a>);
 
 enum Of<'a> {
-    Single(Course<'a, f32>),
-    Double(Course<'a, f64>),
+    Single(StagedRender<'a, f32>),
+    Double(StagedRender<'a, f64>),
 }
 
 impl std::fmt::Debug for Progressive<'_> {
@@ -87,35 +87,34 @@ impl<'a> Progressive<'a> {
     pub fn new(scene: &'a Scene, window: &Window, region: Region, control: &'a Control, stop: Stop) -> Self {
         Self(match &scene.world {
             Precise::Single(world) => {
-                let renderer = Renderer::new(scene, world, control, Cut::default()).through(window);
-                Of::Single(Course::new(renderer, region, stop))
+                let renderer = Renderer::new(scene, world, control, RenderOptions::default()).through(window);
+                Of::Single(StagedRender::new(renderer, region, stop))
             }
             Precise::Double(world) => {
-                let renderer = Renderer::new(scene, world, control, Cut::default()).through(window);
-                Of::Double(Course::new(renderer, region, stop))
+                let renderer = Renderer::new(scene, world, control, RenderOptions::default()).through(window);
+                Of::Double(StagedRender::new(renderer, region, stop))
             }
         })
     }
 
-    /// Goes on, on the current rayon pool, until there is reason to stop or the pool is needed elsewhere. Returns whether
-    /// there is more to do.
+    /// Goes on, on the current rayon pool, until it has to stop or to pause. Returns whether there is more to do.
     pub fn go_on(&mut self, pause: Option<Instant>) -> Result<bool, Cancelled> {
         match &mut self.0 {
-            Of::Single(course) => course.go_on(pause),
-            Of::Double(course) => course.go_on(pause),
+            Of::Single(render) => render.go_on(pause),
+            Of::Double(render) => render.go_on(pause),
         }
     }
 
-    /// The picture as it is. Once [`Self::go_on`] has returned, every pixel shows something.
+    /// The picture so far. Once [`Self::go_on`] has returned, every pixel shows something.
     pub fn picture(self) -> Picture {
         match self.0 {
-            Of::Single(course) => course.picture(),
-            Of::Double(course) => course.picture(),
+            Of::Single(render) => render.picture(),
+            Of::Double(render) => render.picture(),
         }
     }
 }
 
-/// Parcels that are traced alike.
+/// Chunks that are traced with the same settings.
 struct Stage {
     pixels: Vec<[u32; 2]>,
     samples: u32,
@@ -123,47 +122,47 @@ struct Stage {
 }
 
 impl Stage {
-    /// Pixels in a parcel.
-    fn parcel(&self) -> usize {
-        (PARCEL / self.samples as usize).max(16)
+    /// Pixels in a chunk.
+    fn chunk(&self) -> usize {
+        (CHUNK / self.samples as usize).max(16)
     }
 }
 
-/// A picture on its way through the stages.
-struct Course<'a, R> {
+/// A picture that is rendered in stages.
+struct StagedRender<'a, R> {
     renderer: Renderer<'a, R>,
     stop: Stop,
-    canvas: Canvas,
-    /// The stage at hand.
+    partial: PartialPicture,
+    /// The current stage.
     number: usize,
     stage: Stage,
-    /// Its parcels that count.
-    parcels: usize,
+    /// Its finished chunks.
+    chunks: usize,
     /// Their rays.
     rays: RayCounts,
     /// Whether all stages are done.
     finished: bool,
-    /// Time spent on all of them, and on the last.
+    /// Time spent on all stages, and on the last.
     spent: Duration,
     refining: Duration,
     /// Nanoseconds that threads have spent tracing.
     traced: u64,
 }
 
-/// Why a stage was left.
-enum Left {
+/// How work on a stage ended.
+enum Outcome {
     Done,
     Stopped,
     Paused,
 }
 
-impl<'a, R: Kernel> Course<'a, R> {
+impl<'a, R: KernelFormat> StagedRender<'a, R> {
     fn new(renderer: Renderer<'a, R>, region: Region, stop: Stop) -> Self {
         let started = Instant::now();
-        let canvas = Canvas::new(region);
-        let stage = renderer.stage(0, &canvas);
+        let partial = PartialPicture::new(region);
+        let stage = renderer.stage(0, &partial);
         let (rays, refining, spent) = (RayCounts::default(), Duration::ZERO, started.elapsed());
-        Self { renderer, stop, canvas, number: 0, stage, parcels: 0, rays, finished: false, spent, refining, traced: 0 }
+        Self { renderer, stop, partial, number: 0, stage, chunks: 0, rays, finished: false, spent, refining, traced: 0 }
     }
 
     fn go_on(&mut self, pause: Option<Instant>) -> Result<bool, Cancelled> {
@@ -175,16 +174,16 @@ impl<'a, R: Kernel> Course<'a, R> {
                 self.refining += working.elapsed();
             }
             match left {
-                Left::Paused => break true,
-                Left::Stopped => break false,
-                Left::Done if self.number + 1 == STAGES => {
+                Outcome::Paused => break true,
+                Outcome::Stopped => break false,
+                Outcome::Done if self.number + 1 == STAGES => {
                     self.finished = true;
                     break false;
                 }
-                Left::Done => {
+                Outcome::Done => {
                     self.number += 1;
-                    self.stage = self.renderer.stage(self.number, &self.canvas);
-                    (self.parcels, self.rays) = (0, RayCounts::default());
+                    self.stage = self.renderer.stage(self.number, &self.partial);
+                    (self.chunks, self.rays) = (0, RayCounts::default());
                 }
             }
         };
@@ -192,43 +191,43 @@ impl<'a, R: Kernel> Course<'a, R> {
         Ok(more)
     }
 
-    /// Goes on with the stage at hand.
-    fn work(&mut self, pause: Option<Instant>) -> Result<Left, Cancelled> {
+    /// Goes on with the current stage.
+    fn work(&mut self, pause: Option<Instant>) -> Result<Outcome, Cancelled> {
         let control = self.renderer.control;
-        // Something has to stand everywhere.
+        // The first stage is always finished, so that every pixel shows something.
         let stop = Some(self.stop).filter(|_| self.number > 0);
         if self.stage.pixels.is_empty() {
-            return Ok(Left::Done);
+            return Ok(Outcome::Done);
         }
         if is_late(stop) || self.is_full(stop) {
-            return Ok(Left::Stopped);
+            return Ok(Outcome::Stopped);
         }
-        let Self { renderer, canvas, stage, parcels: counted, rays, traced: nanoseconds, .. } = self;
+        let Self { renderer, partial, stage, chunks: counted, rays, traced: nanoseconds, .. } = self;
         let busy = AtomicU64::new(0);
-        let parcels: Vec<&[[u32; 2]]> = stage.pixels.chunks(stage.parcel()).collect();
+        let chunks: Vec<&[[u32; 2]]> = stage.pixels.chunks(stage.chunk()).collect();
         let (next, halt) = (AtomicUsize::new(*counted), AtomicBool::new(false));
-        let done = Mutex::new(Done { canvas, early: BTreeMap::new(), parcels: *counted, rays: *rays, full: false });
-        let job = Job { pruning: stage.pruning, cancelled: &halt, ..renderer.job.clone() };
+        let done = Mutex::new(Done { partial, early: BTreeMap::new(), chunks: *counted, rays: *rays, full: false });
+        let job = TraceJob { pruning: stage.pruning, cancelled: &halt, ..renderer.job.clone() };
         let take = || {
-            // At least one parcel each turn, however short the turn is, so that any number of turns ends the picture.
+            // At least one chunk in each time slice, so that every picture ends.
             loop {
-                // Between parcels the clock is read here: the watcher below may not have been given a processor yet.
+                // Between chunks the clock is read here: the thread below may not have started yet.
                 if is_late(stop) {
                     halt.store(true, Ordering::Relaxed);
                     return;
                 }
                 let number = next.fetch_add(1, Ordering::Relaxed);
-                let Some(at) = parcels.get(number) else { return };
+                let Some(at) = chunks.get(number) else { return };
                 let mut traced = Traced::default();
                 let tracing = Instant::now();
-                R::trace(renderer.cut.level, &job, at, Samples::of_picture(stage.samples), &mut traced);
+                R::trace(renderer.options.level, &job, at, Samples::of_picture(stage.samples), &mut traced);
                 busy.fetch_add(tracing.elapsed().as_nanos() as u64, Ordering::Relaxed);
                 let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
                 if halt.load(Ordering::Relaxed) || done.full {
                     return;
                 }
                 done.early.insert(number, traced);
-                done.settle(&parcels, stage.samples, stop);
+                done.settle(&chunks, stage.samples, stop);
                 control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
                 if pause.is_some_and(|pause| Instant::now() >= pause) {
                     return;
@@ -238,7 +237,7 @@ impl<'a, R: Kernel> Course<'a, R> {
         let watch = AtomicBool::new(true);
         thread::scope(|scope| {
             scope.spawn(|| {
-                // What goes on inside a parcel, which may take seconds, only this thread can end.
+                // This thread stops work inside of chunks, which may take seconds.
                 while watch.load(Ordering::Relaxed) {
                     if is_late(stop) || control.cancelled.load(Ordering::Relaxed) {
                         halt.store(true, Ordering::Relaxed);
@@ -251,86 +250,86 @@ impl<'a, R: Kernel> Course<'a, R> {
             watch.store(false, Ordering::Relaxed);
         });
         let done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
-        (*counted, *rays) = (done.parcels, done.rays);
+        (*counted, *rays) = (done.chunks, done.rays);
         *nanoseconds += busy.into_inner();
         let full = done.full;
         match () {
             () if control.cancelled.load(Ordering::Relaxed) => Err(Cancelled),
-            () if *counted == parcels.len() => Ok(Left::Done),
-            () if full || halt.into_inner() => Ok(Left::Stopped),
-            () => Ok(Left::Paused),
+            () if *counted == chunks.len() => Ok(Outcome::Done),
+            () if full || halt.into_inner() => Ok(Outcome::Stopped),
+            () => Ok(Outcome::Paused),
         }
     }
 
     /// Whether the rays are used up.
     fn is_full(&self, stop: Option<Stop>) -> bool {
-        matches!(stop, Some(Stop::Rays(count)) if self.canvas.rays.total() >= count)
+        matches!(stop, Some(Stop::Rays(count)) if self.partial.rays.total() >= count)
     }
 
     fn picture(self) -> Picture {
-        let Self { renderer, canvas, number, stage, parcels, rays, finished, spent, refining, traced, .. } = self;
+        let Self { renderer, partial, number, stage, chunks, rays, finished, spent, refining, traced, .. } = self;
         let started = Instant::now();
-        let pixels = (parcels * stage.parcel()).min(stage.pixels.len());
+        let pixels = (chunks * stage.chunk()).min(stage.pixels.len());
         let waiting = match number {
-            0..=2 => canvas.region.pixels() - canvas.traced_pixels(),
+            0..=2 => partial.region.pixels() - partial.traced_pixels(),
             _ => (stage.pixels.len() - pixels) as u64,
         };
         let ms_to_target = if finished {
             0.0
         } else {
-            let samples = waiting * u64::from(stage.samples) + renderer.later(number, &canvas);
+            let samples = waiting * u64::from(stage.samples) + renderer.later(number, &partial);
             let threads = rayon::current_num_threads() as f64;
-            samples as f64 * traced as f64 * 1e-6 / (threads * canvas.traced_samples().max(1) as f64)
+            samples as f64 * traced as f64 * 1e-6 / (threads * partial.traced_samples().max(1) as f64)
         };
         let progress = Progress {
-            count: canvas.rays.total(),
+            count: partial.rays.total(),
             finished,
-            traced_pixels: canvas.traced_pixels(),
+            traced_pixels: partial.traced_pixels(),
             waiting_pixels: waiting,
             ms_to_target,
         };
         let refined = if number + 1 == STAGES { Refined { pixels: pixels as u64, rays } } else { Refined::default() };
-        // A single pixel has no neighbours to tell how far its one sample is off.
-        let alone = renderer.scene.samples == 1 && canvas.traced_samples() == 1 && canvas.region.pixels() == 1;
+        // A single pixel has no neighbours to estimate its interval from.
+        let alone = renderer.scene.samples == 1 && partial.traced_samples() == 1 && partial.region.pixels() == 1;
         let tells = (refines(renderer.scene) || renderer.scene.samples > 1) && !alone;
-        let picture = renderer.picture_of(canvas.region, canvas.filled(tells), refined);
+        let picture = renderer.picture_of(partial.region, partial.filled(tells), refined);
         let trace_ms = (spent + started.elapsed()).as_secs_f64() * 1e3;
         Picture { progress: Some(progress), trace_ms, refine_ms: refining.as_secs_f64() * 1e3, ..picture }
     }
 }
 
-impl<R: Kernel> Renderer<'_, R> {
-    /// Samples that the stages after one are likely to take, from a few of the pixels.
-    fn later(&self, number: usize, canvas: &Canvas) -> u64 {
-        let few = Region::whole(canvas.region.width, canvas.region.height).iter().step_by(61);
-        let few: Vec<[u32; 2]> = few.map(|[x, y]| [canvas.region.x + x, canvas.region.y + y]).collect();
-        let few: Vec<[u32; 2]> = few.into_iter().filter(|at| canvas.samples[canvas.region.index(*at)] > 0).collect();
-        let share = canvas.region.pixels() as f64 / few.len().max(1) as f64;
-        let poor = few.iter().filter(|at| number < 3 && self.is_poor(**at, canvas)).count();
+impl<R: KernelFormat> Renderer<'_, R> {
+    /// An estimate of the samples of the following stages, from a few of the pixels.
+    fn later(&self, number: usize, partial: &PartialPicture) -> u64 {
+        let few = Region::whole(partial.region.width, partial.region.height).iter().step_by(61);
+        let few: Vec<[u32; 2]> = few.map(|[x, y]| [partial.region.x + x, partial.region.y + y]).collect();
+        let few: Vec<[u32; 2]> = few.into_iter().filter(|at| partial.samples[partial.region.index(*at)] > 0).collect();
+        let share = partial.region.pixels() as f64 / few.len().max(1) as f64;
+        let poor = few.iter().filter(|at| number < 3 && self.is_poor(**at, partial)).count();
         let uneven = match number {
-            // Of pixels whose neighbours are not traced nobody knows.
+            // For pixels without traced neighbours there is no estimate.
             0..=2 if refines(self.scene) => few.len() as f64 * UNEVEN,
-            0..=3 => few.iter().filter(|at| self.is_uneven(**at, canvas)).count() as f64,
+            0..=3 => few.iter().filter(|at| self.is_uneven(**at, partial)).count() as f64,
             _ => 0.0,
         };
         let samples = poor as f64 * f64::from(self.scene.samples) + uneven * f64::from(REFINED_SAMPLES);
         (samples * share) as u64
     }
 
-    /// Whether a pixel has not yet had all that its base samples can give.
-    fn is_poor(&self, at: [u32; 2], canvas: &Canvas) -> bool {
-        let index = canvas.region.index(at);
-        let (codes, shown, highest) = (Codes8::get(), canvas.shown[index], canvas.highest[index]);
+    /// Whether a pixel needs more of its base samples.
+    fn is_poor(&self, at: [u32; 2], partial: &PartialPicture) -> bool {
+        let index = partial.region.index(at);
+        let (codes, shown, highest) = (Codes8::get(), partial.shown[index], partial.highest[index]);
         let apart = (0..3).any(|c| codes.code(highest[c]).saturating_sub(codes.code(shown[c])) > 1);
-        apart || canvas.samples[index] < self.scene.samples
+        apart || partial.samples[index] < self.scene.samples
     }
 
-    fn is_uneven(&self, [x, y]: [u32; 2], canvas: &Canvas) -> bool {
+    fn is_uneven(&self, [x, y]: [u32; 2], partial: &PartialPicture) -> bool {
         refines(self.scene)
-            && is_uneven(|x, y| canvas.shown[canvas.region.index([x, y])].map(code8), canvas.region, x, y)
+            && is_uneven(|x, y| partial.shown[partial.region.index([x, y])].map(code8), partial.region, x, y)
     }
 
-    fn stage(&self, number: usize, canvas: &Canvas) -> Stage {
+    fn stage(&self, number: usize, partial: &PartialPicture) -> Stage {
         let (samples, proved) = (self.scene.samples, Pruning::Proved { max_codes: 1 });
         let (few, light) = (samples.min(FEW), Pruning::Weight(LIGHT));
         let (samples, pruning) = match number {
@@ -339,13 +338,13 @@ impl<R: Kernel> Renderer<'_, R> {
             _ => (REFINED_SAMPLES, proved),
         };
         let wanted = |at: [u32; 2]| match number {
-            0 => canvas.is_first(at, STRIDES[0]),
-            1 => canvas.is_first(at, STRIDES[1]) && !canvas.is_first(at, STRIDES[0]),
-            2 => !canvas.is_first(at, STRIDES[1]),
-            3 => self.is_poor(at, canvas),
-            _ => self.is_uneven(at, canvas),
+            0 => partial.is_first(at, STRIDES[0]),
+            1 => partial.is_first(at, STRIDES[1]) && !partial.is_first(at, STRIDES[0]),
+            2 => !partial.is_first(at, STRIDES[1]),
+            3 => self.is_poor(at, partial),
+            _ => self.is_uneven(at, partial),
         };
-        let pixels = near(canvas.region, wanted);
+        let pixels = near(partial.region, wanted);
         self.control.total.fetch_add(pixels.len() as u64, Ordering::Relaxed);
         Stage { pixels, samples, pruning }
     }
@@ -356,13 +355,13 @@ fn is_late(stop: Option<Stop>) -> bool {
     matches!(stop, Some(Stop::At(end)) if Instant::now() >= end)
 }
 
-/// What a stage has done so far.
+/// The progress of a stage.
 struct Done<'a> {
-    canvas: &'a mut Canvas,
-    /// Parcels that are finished before one that comes first.
+    partial: &'a mut PartialPicture,
+    /// Chunks that were finished before an earlier one.
     early: BTreeMap<usize, Traced>,
-    /// Parcels that count.
-    parcels: usize,
+    /// Finished chunks without a gap.
+    chunks: usize,
     /// Their rays.
     rays: RayCounts,
     /// Whether the rays are used up.
@@ -370,17 +369,17 @@ struct Done<'a> {
 }
 
 impl Done<'_> {
-    /// Paints the parcels that are next in order.
-    fn settle(&mut self, parcels: &[&[[u32; 2]]], samples: u32, stop: Option<Stop>) {
+    /// Adds the chunks that are next in order to the picture.
+    fn settle(&mut self, chunks: &[&[[u32; 2]]], samples: u32, stop: Option<Stop>) {
         loop {
-            if matches!(stop, Some(Stop::Rays(count)) if self.canvas.rays.total() >= count) {
+            if matches!(stop, Some(Stop::Rays(count)) if self.partial.rays.total() >= count) {
                 self.full = true;
                 return;
             }
-            let Some(traced) = self.early.remove(&self.parcels) else { return };
+            let Some(traced) = self.early.remove(&self.chunks) else { return };
             self.rays = self.rays + traced.rays;
-            self.canvas.paint(parcels[self.parcels], samples, &traced);
-            self.parcels += 1;
+            self.partial.paint(chunks[self.chunks], samples, &traced);
+            self.chunks += 1;
         }
     }
 }

@@ -1,14 +1,14 @@
-//! One picture of one scene: its tiles on the current rayon pool, and antialiasing.
+//! The renderer of one picture: its tiles on the current rayon pool, and antialiasing.
 
 use super::contrast::{CONTRAST, REFINED_SAMPLES, code_in, codes_of, contrasts, is_uneven, refines};
-use super::costs::PixelCost;
-use super::packets::{Job, Kernel, Traced};
+use super::packets::{KernelFormat, TraceJob, Traced};
+use super::picture::PixelCost;
 use crate::trace::control::{Cancelled, Control};
 use crate::trace::pixel::Samples;
 
-use super::sampling::{Histogram, Sampling};
+use super::confidence::{Histogram, Sampling};
 use super::tiles::{near, split};
-use super::{Cut, Picture, Refined, statistical};
+use super::{Picture, Refined, RenderOptions, adaptive_sampling};
 use crate::camera::Window;
 use crate::film::{Film, Region};
 use crate::lanes::MAX_LANES;
@@ -23,37 +23,37 @@ use std::time::Instant;
 pub(crate) struct Renderer<'a, R> {
     pub(super) scene: &'a Scene,
     pub(super) control: &'a Control,
-    pub(super) cut: Cut,
-    /// Of the whole picture.
+    pub(super) options: RenderOptions,
+    /// Size of the whole picture.
     size: [u32; 2],
-    pub(super) job: Job<'a, R>,
-    /// Whether each pixel is traced alone, to see what it takes.
+    pub(super) job: TraceJob<'a, R>,
+    /// Whether each pixel is traced alone, to measure it.
     each: bool,
 }
 
-impl<'a, R: Kernel> Renderer<'a, R> {
-    pub(super) fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, cut: Cut) -> Self {
-        let kernel = if cut.specialised { Specialised::of(world) } else { Specialised::Everything };
+impl<'a, R: KernelFormat> Renderer<'a, R> {
+    pub(super) fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, options: RenderOptions) -> Self {
+        let kernel = if options.specialised { Specialised::of(world) } else { Specialised::Everything };
         let (camera, eye, pruning) = (world.camera, R::eye_media(world), world.rules.pruning);
         let job =
-            Job { world, camera, eye, cancelled: &control.cancelled, kernel, pruning, low: false, watched: false };
-        Self { scene, control, cut, size: [scene.width, scene.height], job, each: false }
+            TraceJob { world, camera, eye, cancelled: &control.cancelled, kernel, pruning, low: false, watched: false };
+        Self { scene, control, options, size: [scene.width, scene.height], job, each: false }
     }
 
-    /// The renderer of what a window shows.
+    /// The renderer of a window of the picture.
     pub(super) fn through(mut self, window: &Window) -> Self {
         self.size = [window.width, window.height];
         self.job.camera = self.job.camera.through(window);
         self
     }
 
-    /// The renderer that notes what each packet takes.
+    /// The renderer that records the cost of each packet.
     pub(super) fn watched(mut self) -> Self {
         self.job.watched = true;
         self
     }
 
-    /// The renderer that looks at each pixel alone.
+    /// The renderer that measures each pixel alone.
     pub(super) fn one_by_one(self) -> Self {
         Self { each: true, ..self }
     }
@@ -64,7 +64,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
             self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
             return Ok(self.picture_of(region, self.grid(region)?, Refined::default()));
         }
-        // Antialiasing compares with neighbours, also across the region's edge, so that a tile is a crop of the whole.
+        // Antialiasing compares with neighbours beyond the region's edge, so that a tile is a crop of the whole.
         let around = region.with_border(full_width, full_height);
         self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
         let mut traced = self.grid(around)?;
@@ -81,16 +81,16 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         for (&at, pixel) in uneven.iter().zip(refined.pixels) {
             traced.pixels[region.index(at)] = pixel;
         }
-        traced.lacking.retain(|lacking| region.contains(lacking.at) && !is_uneven(lacking.at));
-        traced.lacking.append(refined.lacking);
+        traced.bounded.retain(|bounded| region.contains(bounded.at) && !is_uneven(bounded.at));
+        traced.bounded.append(refined.bounded);
         traced.rays = traced.rays + refined.rays;
         traced.costs.retain(|cost| region.contains(cost.at));
         traced.costs.extend(refined.costs);
-        // A pixel that is not refined is likely no further off than half of what it differs from a neighbour.
+        // The error of a pixel that is not refined is likely at most half of its contrast.
         let even = region.iter().map(contrast).filter(|contrast| *contrast < CONTRAST);
         traced.widths = even.chain(refined.widths).collect();
         if around.pixels() == 1 {
-            // It has no neighbours to tell anything.
+            // A single pixel has no neighbours.
             traced.widths.clear();
         }
         let picture = self.picture_of(region, traced, Refined { pixels: uneven.len() as u64, rays: refined.rays });
@@ -99,16 +99,16 @@ impl<'a, R: Kernel> Renderer<'a, R> {
 
     pub(super) fn picture_of(&self, region: Region, traced: Traced, refined: Refined) -> Picture {
         let [full_width, full_height] = self.size;
-        let Traced { pixels, lacking, rays, widths, reached, costs, packets: _ } = traced;
+        let Traced { pixels, bounded, rays, widths, reached, costs, packets: _ } = traced;
         let film = Film { region, full_width, full_height, pixels };
         let sampling = Sampling { widths: Histogram::of(&widths), reached };
-        Picture { film, lacking, sampling, rays, refined, costs, progress: None, trace_ms: 0.0, refine_ms: 0.0 }
+        Picture { film, bounded, sampling, rays, refined, costs, progress: None, trace_ms: 0.0, refine_ms: 0.0 }
     }
 
     /// The base samples of a region, row by row.
     fn grid(&self, region: Region) -> Result<Traced, Cancelled> {
         let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
-        let parts: Result<Vec<Traced>, Cancelled> = split(region, self.cut.tile, &mut pixels)
+        let parts: Result<Vec<Traced>, Cancelled> = split(region, self.options.tile, &mut pixels)
             .into_par_iter()
             // Tiles differ in cost: each may go to another thread until the last.
             .with_max_len(1)
@@ -121,7 +121,7 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         Ok(Traced { pixels, ..Traced::joined(parts?) })
     }
 
-    /// Pixels anywhere, in the order given.
+    /// Pixels at any places, in the order given.
     fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
         let parts: Result<Vec<Traced>, Cancelled> =
             at.par_chunks(16 * MAX_LANES).with_max_len(1).map(|part| self.trace(part, samples)).collect();
@@ -144,15 +144,15 @@ impl<'a, R: Kernel> Renderer<'a, R> {
         Ok(traced)
     }
 
-    /// Pixels with as many samples, or with as many as a target takes.
+    /// Pixels with `samples` samples, or with as many as the statistical target needs.
     pub(super) fn trace_pixels(&self, at: &[[u32; 2]], samples: u32, traced: &mut Traced) {
         match &self.scene.statistical {
-            Some(target) => statistical::trace(self.cut.level, &self.job, target, at, traced),
-            None => R::trace(self.cut.level, &self.job, at, Samples::of_picture(samples), traced),
+            Some(target) => adaptive_sampling::trace(self.options.level, &self.job, target, at, traced),
+            None => R::trace(self.options.level, &self.job, at, Samples::of_picture(samples), traced),
         }
     }
 
-    /// One pixel, and what it takes.
+    /// One pixel, and its cost.
     fn trace_alone(&self, at: [u32; 2], samples: u32, traced: &mut Traced) {
         let before = std::mem::take(&mut traced.rays);
         let started = Instant::now();

@@ -3,13 +3,13 @@
 use crate::film::Region;
 use rayon::prelude::*;
 
-/// A tile and where its pixels go, row by row.
+/// A tile and its rows in the picture.
 pub(super) struct Tile<'a> {
     region: Region,
     rows: Vec<&'a mut [[f32; 3]]>,
 }
 
-/// Edge of the block of pixels that share a packet, so that its rays stay together: 4 x 4 are 16 lanes.
+/// Edge of the block of pixels that share a packet, so that its rays are coherent: 4 x 4 are 16 lanes.
 pub(crate) const BLOCK: u32 = 4;
 
 impl Tile<'_> {
@@ -24,7 +24,7 @@ impl Tile<'_> {
         at
     }
 
-    /// Puts pixels in the order of [`Self::blocks`] where they belong.
+    /// Stores pixels that are in the order of [`Self::blocks`].
     pub(super) fn put(&mut self, mut pixels: &[[f32; 3]]) {
         for block in self.region.tiles(BLOCK) {
             let (left, top) = ((block.x - self.region.x) as usize, (block.y - self.region.y) as usize);
@@ -53,7 +53,7 @@ pub(super) fn split(region: Region, edge: u32, pixels: &mut [[f32; 3]]) -> Vec<T
 /// Edge of the tiles of [`near`].
 const NEAR: u32 = 16;
 
-/// The wanted pixels of a region, tile by tile and block by block, so that those of a packet are near to each other.
+/// The wanted pixels of a region, tile by tile and block by block, so that those of a packet are near each other.
 pub(super) fn near(region: Region, wanted: impl Fn([u32; 2]) -> bool + Sync) -> Vec<[u32; 2]> {
     let tiles: Vec<Region> = region.tiles(NEAR).collect();
     let of_tile = |tile: &Region| -> Vec<[u32; 2]> {

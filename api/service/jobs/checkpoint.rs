@@ -71,7 +71,7 @@ impl Tiles {
 
     /// Adds a tile; it outlives the process from then on.
     pub(super) fn add(&mut self, Tile { number, picture }: &Tile) -> io::Result<()> {
-        let &Picture { ref film, ref lacking, ref sampling, rays, refined, trace_ms, refine_ms, .. } = picture;
+        let &Picture { ref film, ref bounded, ref sampling, rays, refined, trace_ms, refine_ms, .. } = picture;
         let took = serde_json::to_vec(&Took {
             rays,
             camera_hits: rays.camera_hits,
@@ -82,13 +82,13 @@ impl Tiles {
             refine_ms,
         })?;
         let mut bytes =
-            Vec::with_capacity(HEAD + took.len() + film.pixels.len() * PIXEL + lacking.len() * LACKING + DIGEST);
+            Vec::with_capacity(HEAD + took.len() + film.pixels.len() * PIXEL + bounded.len() * LACKING + DIGEST);
         bytes.extend(number.to_le_bytes());
         bytes.extend((took.len() as u32).to_le_bytes());
-        bytes.extend((lacking.len() as u32).to_le_bytes());
+        bytes.extend((bounded.len() as u32).to_le_bytes());
         bytes.extend(took);
         bytes.extend(film.pixels.as_flattened().iter().flat_map(|channel| channel.to_le_bytes()));
-        for BoundedPixel { at, highest } in lacking.iter() {
+        for BoundedPixel { at, highest } in bounded.iter() {
             bytes.extend(at.iter().flat_map(|coordinate| coordinate.to_le_bytes()));
             bytes.extend(highest.iter().flat_map(|channel| channel.to_le_bytes()));
         }
@@ -108,14 +108,14 @@ fn read(
     if !fill(from, &mut bytes)? {
         return Ok(None);
     }
-    let [number, took, lacking] = words(&bytes)[..] else { return Ok(None) };
-    let (took, lacking) = (took as usize, lacking as usize);
+    let [number, took, bounded] = words(&bytes)[..] else { return Ok(None) };
+    let (took, bounded) = (took as usize, bounded as usize);
     let Some(region) = region(number) else { return Ok(None) };
     let count = region.pixels() as usize;
-    if took > MOST || lacking > count {
+    if took > MOST || bounded > count {
         return Ok(None);
     }
-    bytes.resize(HEAD + took + count * PIXEL + lacking * LACKING + DIGEST, 0);
+    bytes.resize(HEAD + took + count * PIXEL + bounded * LACKING + DIGEST, 0);
     if !fill(from, &mut bytes[HEAD..])? {
         return Ok(None);
     }
@@ -124,7 +124,7 @@ fn read(
         return Ok(None);
     }
     let (took, pixels) = contents[HEAD..].split_at(took);
-    let (pixels, lacking) = pixels.split_at(count * PIXEL);
+    let (pixels, bounded) = pixels.split_at(count * PIXEL);
     // Another version of the program may have written it.
     let Ok(Took { rays, camera_hits, deepest, refined, sampling, trace_ms, refine_ms }) = serde_json::from_slice(took)
     else {
@@ -134,10 +134,10 @@ fn read(
     let pixels = words(pixels).chunks_exact(3).map(color).collect();
     let film = Film { region, full_width, full_height, pixels };
     let lack = |words: &[u32]| BoundedPixel { at: [words[0], words[1]], highest: color(&words[2..]) };
-    let lacking = words(lacking).chunks_exact(5).map(lack).collect();
+    let bounded = words(bounded).chunks_exact(5).map(lack).collect();
     let rays = RayCounts { camera_hits, deepest, ..rays };
     let (costs, progress) = (Vec::new(), None);
-    let picture = Picture { film, lacking, sampling, rays, refined, costs, progress, trace_ms, refine_ms };
+    let picture = Picture { film, bounded, sampling, rays, refined, costs, progress, trace_ms, refine_ms };
     Ok(Some((Tile { number, picture }, bytes.len())))
 }
 
@@ -170,11 +170,11 @@ mod tests {
         let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], ..black.film.clone() };
         let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, deepest: 4, ..RayCounts::default() };
         let refined = Refined { pixels: 3, rays: RayCounts { shadow: 9, ..RayCounts::default() } };
-        let lacking = [BoundedPixel { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }]
+        let bounded = [BoundedPixel { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }]
             .repeat(number as usize)
             .into_iter()
             .collect();
-        Tile { number, picture: Picture { film, lacking, rays, refined, trace_ms: 0.1, refine_ms: 0.05, ..black } }
+        Tile { number, picture: Picture { film, bounded, rays, refined, trace_ms: 0.1, refine_ms: 0.05, ..black } }
     }
 
     fn open(path: &Path) -> (Tiles, Vec<Tile>) {

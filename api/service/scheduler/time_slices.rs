@@ -110,7 +110,7 @@ pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Pict
     let (rays, refined, sampling) = (RayCounts::default(), Refined::default(), Sampling::default());
     Picture {
         film,
-        lacking: BoundedPixels::default(),
+        bounded: BoundedPixels::default(),
         sampling,
         rays,
         refined,
@@ -124,7 +124,7 @@ pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Pict
 /// Puts a piece where it belongs, and adds up what they took.
 pub(crate) fn join(whole: &mut Picture, piece: &Picture) {
     paste(&mut whole.film, &piece.film);
-    whole.lacking.append(piece.lacking.clone());
+    whole.bounded.append(piece.bounded.clone());
     whole.sampling += &piece.sampling;
     whole.costs.extend_from_slice(&piece.costs);
     whole.rays = whole.rays + piece.rays;

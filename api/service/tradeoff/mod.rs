@@ -13,7 +13,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Instant, SystemTime};
 use strahl::lanes::instructions;
 use strahl::metrics::Image8;
-use strahl::render::{Cancelled, Control, Cut};
+use strahl::render::{Cancelled, Control, RenderOptions};
 use strahl::scene::{Files, Loaded, Problems};
 use strahl::tradeoff::advice;
 use strahl::tradeoff::page::Thumbnails;
@@ -102,7 +102,7 @@ pub(crate) fn measure(
         version: env!("CARGO_PKG_VERSION"),
         date: today(),
         threads: workers.threads(),
-        instructions: instructions(Cut::default().level),
+        instructions: instructions(RenderOptions::default().level),
         asked_size,
         size,
         seconds,

@@ -13,7 +13,7 @@ pub mod wide;
 
 use std::path::{Path, PathBuf};
 use strahl::film::{Film, Region};
-use strahl::render::{Control, Cut, render_cut};
+use strahl::render::{Control, RenderOptions, render_with};
 use strahl::scene::{Description, Format, Loaded, Overrides, load};
 
 /// All scenes under `scenes/`, as "folder/name", sorted.
@@ -59,13 +59,13 @@ pub fn load_scene(name: &str, width: u32, mut overrides: Overrides) -> Loaded {
 
 /// Renders the whole picture.
 pub fn render_whole(loaded: &Loaded) -> Film {
-    render_as(loaded, Cut::default())
+    render_as(loaded, RenderOptions::default())
 }
 
 /// Renders the whole picture, cut in a given way.
-pub fn render_as(loaded: &Loaded, cut: Cut) -> Film {
+pub fn render_as(loaded: &Loaded, cut: RenderOptions) -> Film {
     let region = Region::whole(loaded.scene.width, loaded.scene.height);
-    render_cut(&loaded.scene, region, &Control::default(), cut).unwrap().film
+    render_with(&loaded.scene, region, &Control::default(), cut).unwrap().film
 }
 
 /// Works through many cases on threads of its own.

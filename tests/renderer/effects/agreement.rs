@@ -2,7 +2,7 @@
 
 use fearless_simd::Level;
 use strahl::film::{Film, Region};
-use strahl::render::{Control, Cut, render_cut};
+use strahl::render::{Control, RenderOptions, render_with};
 use strahl::scene::{Format, Loaded, Overrides, load};
 
 /// Every scene of the catalogue, small, with few samples, in both precisions.
@@ -31,8 +31,8 @@ fn catalogue() -> Vec<(String, Loaded)> {
     scenes
 }
 
-fn film(loaded: &Loaded, region: Region, cut: Cut) -> Film {
-    render_cut(&loaded.scene, region, &Control::default(), cut).unwrap().film
+fn film(loaded: &Loaded, region: Region, cut: RenderOptions) -> Film {
+    render_with(&loaded.scene, region, &Control::default(), cut).unwrap().film
 }
 
 fn assert_same(name: &str, a: &Film, b: &Film) {
@@ -48,21 +48,25 @@ fn threads_tiles_instructions_and_kernels_do_not_change_a_byte() {
     let lower = [best.as_sse2().map(Level::Sse2), best.as_avx2().map(Level::Avx2)];
     for (name, loaded) in catalogue() {
         let whole = Region::whole(loaded.scene.width, loaded.scene.height);
-        let expected = film(&loaded, whole, Cut::default());
+        let expected = film(&loaded, whole, RenderOptions::default());
         assert!(expected.pixels.iter().flatten().all(|x| x.is_finite() && *x >= 0.0), "{name}");
         for tile in [1, 7, 64] {
-            assert_same(&name, &expected, &film(&loaded, whole, Cut { tile, ..Cut::default() }));
+            assert_same(&name, &expected, &film(&loaded, whole, RenderOptions { tile, ..RenderOptions::default() }));
         }
         for level in lower.into_iter().flatten() {
-            assert_same(&name, &expected, &film(&loaded, whole, Cut { level, ..Cut::default() }));
+            assert_same(&name, &expected, &film(&loaded, whole, RenderOptions { level, ..RenderOptions::default() }));
         }
-        assert_same(&name, &expected, &film(&loaded, whole, Cut { specialised: false, ..Cut::default() }));
+        assert_same(
+            &name,
+            &expected,
+            &film(&loaded, whole, RenderOptions { specialised: false, ..RenderOptions::default() }),
+        );
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            assert_same(&name, &expected, &pool.install(|| film(&loaded, whole, Cut::default())));
+            assert_same(&name, &expected, &pool.install(|| film(&loaded, whole, RenderOptions::default())));
         }
         let region = Region { x: 13, y: 5, width: 21, height: 17 };
-        let part = film(&loaded, region, Cut::default());
+        let part = film(&loaded, region, RenderOptions::default());
         for (pixel, [x, y]) in part.pixels.iter().zip(region.iter()) {
             assert_eq!(pixel, &expected.pixels[(y * whole.width + x) as usize], "{name} {x} {y}");
         }

@@ -1,7 +1,7 @@
 //! Bodies, fog and light of many kinds in one scene: nothing but the scene decides what a pixel shows.
 
 use super::*;
-use strahl::render::{Cut, render_cut};
+use strahl::render::{RenderOptions, render_with};
 
 /// Balls and boxes of coloured glass that overlap, over a floor, all lengths times `scale`.
 fn jumble(seed: u64, scale: f64) -> Value {
@@ -71,8 +71,11 @@ fn neither_order_nor_scale_nor_packets_nor_kernels_change_a_byte() {
             }
             let scene = scene(description.clone(), precision);
             let whole = Region::whole(scene.width, scene.height);
-            for cut in [Cut { specialised: false, ..Cut::default() }, Cut { tile: 3, ..Cut::default() }] {
-                let film = render_cut(&scene, whole, &Control::default(), cut).unwrap().film;
+            for cut in [
+                RenderOptions { specialised: false, ..RenderOptions::default() },
+                RenderOptions { tile: 3, ..RenderOptions::default() },
+            ] {
+                let film = render_with(&scene, whole, &Control::default(), cut).unwrap().film;
                 assert_eq!(bits(&film.pixels), expected, "seed {seed}, {precision}: {cut:?}");
             }
         }

@@ -10,7 +10,7 @@ use crate::common::{Random, render_as};
 use glam::DVec3;
 use serde_json::{Value, json};
 use strahl::accel::BvhKind;
-use strahl::render::Cut;
+use strahl::render::RenderOptions;
 use strahl::scene::compile::{CompileOptions, compile_with};
 
 pub const CASES: &[Case] = &[
@@ -139,7 +139,7 @@ pub fn pictures(lab: &Lab, scene: &Value) -> Vec<Vec<[f32; 3]>> {
         films.push(picture(&compile_with(&loaded.description, options).unwrap()).film.pixels);
     }
     for tile in [1, 7] {
-        films.push(render_as(&loaded, Cut { tile, ..Cut::default() }).pixels);
+        films.push(render_as(&loaded, RenderOptions { tile, ..RenderOptions::default() }).pixels);
     }
     films
 }

@@ -9,7 +9,7 @@ use strahl::film::{Film, Region};
 use strahl::inspect::first_hits::first_hits;
 use strahl::inspect::query::RayQuery;
 use strahl::inspect::tree::trace_pixel;
-use strahl::render::{Control, Cut, render, render_cut};
+use strahl::render::{Control, RenderOptions, render, render_with};
 use strahl::scene::compile::{CompileOptions, Precise, compile_with};
 use strahl::scene::{Format, Loaded, Overrides, load};
 use strahl::trace::variants::Specialised;
@@ -170,7 +170,7 @@ fn each_kernel_gives_the_bytes_of_the_general_one() {
                 Precise::Double(world) => Specialised::of(world),
             };
             assert_eq!(kernel, expected, "seed {seed}");
-            let general = render_as(&loaded, Cut { specialised: false, ..Cut::default() });
+            let general = render_as(&loaded, RenderOptions { specialised: false, ..RenderOptions::default() });
             assert_eq!(count_differing(&render_whole(&loaded), &general), 0, "seed {seed}, {kernel:?}");
         }
     }
@@ -196,13 +196,13 @@ fn threads_tiles_and_instruction_sets_do_not_change_a_byte() {
         let expected = render_whole(&loaded);
         for tile in [1, 5, 16, 64] {
             assert_eq!(
-                count_differing(&expected, &render_as(&loaded, Cut { tile, ..Cut::default() })),
+                count_differing(&expected, &render_as(&loaded, RenderOptions { tile, ..RenderOptions::default() })),
                 0,
                 "tile {tile}"
             );
         }
         for level in &levels {
-            let film = render_as(&loaded, Cut { level: *level, ..Cut::default() });
+            let film = render_as(&loaded, RenderOptions { level: *level, ..RenderOptions::default() });
             assert_eq!(count_differing(&expected, &film), 0, "seed {seed}, {level:?}");
         }
         for threads in [1, 3] {
@@ -374,7 +374,7 @@ fn a_cancelled_render_ends() {
     let control = Control::default();
     control.cancelled.store(true, std::sync::atomic::Ordering::Relaxed);
     let region = Region::whole(loaded.scene.width, loaded.scene.height);
-    assert!(render_cut(&loaded.scene, region, &control, Cut::default()).is_err());
+    assert!(render_with(&loaded.scene, region, &control, RenderOptions::default()).is_err());
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What is known of a picture while it is being rendered in stages.
+//! A picture while it is rendered in stages.
 
 use super::contrast::{CONTRAST, codes_of, contrasts};
 use super::packets::Traced;
@@ -8,29 +8,29 @@ use crate::trace::counts::RayCounts;
 use crate::film::Region;
 use rayon::prelude::*;
 
-/// Every how many pixels one is traced before others, across and down: at first, and then.
+/// Distance of the traced pixels, across and down, in the first and the second stage.
 pub(super) const STRIDES: [u32; 2] = [32, 8];
-/// How far the sample of a pixel on an edge is likely off, from end to end, as a share of the contrast there: twice the
-/// standard deviation of what an edge covers that may lie anywhere in it.
+/// Likely width of the interval around the sample of a pixel on an edge, as a share of the contrast there: twice the standard
+/// deviation of the part that an edge covers, which may lie anywhere in the pixel.
 const EDGE: f64 = 0.58;
 
-/// Rows that a thread fills in at once.
+/// Rows that a thread fills at a time.
 const STRIP: u32 = 16;
 
 /// The pixels so far.
-pub(super) struct Canvas {
+pub(super) struct PartialPicture {
     pub(super) region: Region,
     pub(super) shown: Vec<[f32; 3]>,
-    /// What each pixel is at most.
+    /// Upper bound of each pixel.
     pub(super) highest: Vec<[f32; 3]>,
     /// Samples of each pixel so far.
     pub(super) samples: Vec<u32>,
-    /// What those tell of each pixel, if they are more than one.
+    /// Interval of each pixel in codes, if it has several samples.
     widths: Vec<u8>,
     pub(super) rays: RayCounts,
 }
 
-impl Canvas {
+impl PartialPicture {
     pub(super) fn new(region: Region) -> Self {
         let count = region.pixels() as usize;
         Self {
@@ -62,12 +62,12 @@ impl Canvas {
         for (&at, width) in at.iter().zip(&traced.widths) {
             self.widths[self.region.index(at)] = *width;
         }
-        for lacking in traced.lacking.iter() {
-            self.highest[self.region.index(lacking.at)] = lacking.highest;
+        for bounded in traced.bounded.iter() {
+            self.highest[self.region.index(bounded.at)] = bounded.highest;
         }
     }
 
-    /// Whether a pixel is the first of a square of so many pixels across and down.
+    /// Whether a pixel is the first of a square of `stride` pixels across and down.
     pub(super) fn is_first(&self, [x, y]: [u32; 2], stride: u32) -> bool {
         (x - self.region.x).is_multiple_of(stride) && (y - self.region.y).is_multiple_of(stride)
     }
@@ -78,13 +78,13 @@ impl Canvas {
         self.region.index([square(x, self.region.x), square(y, self.region.y)])
     }
 
-    /// The finer of the squares around a pixel whose first pixel was traced, by the index of its stride.
+    /// The index of the finest stride whose square around a pixel has been traced.
     fn level(&self, at: [u32; 2]) -> usize {
         usize::from(self.samples[self.first(at, STRIDES[1])] > 0)
     }
 
-    /// The picture so far. Pixels that were not traced look like the first one of their square, and have no upper end.
-    /// `tells` says whether the samples tell how unsure pixels are.
+    /// The picture so far. Pixels that were not traced look like the first one of their square, and have no upper bound.
+    /// `tells` says whether intervals can be estimated.
     pub(super) fn filled(self, tells: bool) -> Traced {
         let of = |at: [u32; 2]| {
             let index = self.region.index(at);
@@ -95,22 +95,22 @@ impl Canvas {
         };
         let strips: Vec<Region> = self.strips().collect();
         let fill = |strip: &Region| {
-            let (mut pixels, mut lacking) = (Vec::with_capacity(strip.pixels() as usize), Vec::new());
+            let (mut pixels, mut bounded) = (Vec::with_capacity(strip.pixels() as usize), Vec::new());
             for at in strip.iter() {
                 let (shown, highest) = of(at);
                 pixels.push(shown);
                 if highest != shown {
-                    lacking.push(BoundedPixel { at, highest });
+                    bounded.push(BoundedPixel { at, highest });
                 }
             }
-            (pixels, lacking)
+            (pixels, bounded)
         };
         let parts: Vec<(Vec<[f32; 3]>, Vec<BoundedPixel>)> = strips.par_iter().map(fill).collect();
         let mut filled = Traced { rays: self.rays, ..Traced::default() };
         filled.pixels.reserve(self.shown.len());
-        for (pixels, lacking) in parts {
+        for (pixels, bounded) in parts {
             filled.pixels.extend(pixels);
-            filled.lacking.add(lacking);
+            filled.bounded.add(bounded);
         }
         if tells {
             filled.widths = self.all_widths(&filled.pixels);
@@ -125,8 +125,8 @@ impl Canvas {
         rows.map(move |y| Region { y, height: STRIP.min(region.y + region.height - y), ..region })
     }
 
-    /// How unsure each pixel is, in codes from end to end: by its samples; if it has but one, by its neighbours; if it has
-    /// none, by what its square differs from the squares around it, of which it may be as far off.
+    /// The interval of each pixel in codes: by its samples; with one sample by its neighbours; without a sample by the
+    /// difference of its square from the squares around it.
     fn all_widths(&self, shown: &[[f32; 3]]) -> Vec<u8> {
         let of_pixels = contrasts(&codes_of(shown), self.region.width);
         let of_squares = STRIDES.map(|stride| self.contrasts_of_squares(shown, stride));

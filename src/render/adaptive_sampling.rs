@@ -1,15 +1,15 @@
-//! As many samples as each pixel takes to be sure of its mean.
+//! Adaptive sampling, for the statistical mode: each pixel gets samples until its confidence interval is narrow enough.
 //!
-//! A pixel gets batches of a few samples, each batch evenly spread by a shift of its own, so that the means of batches are
-//! independent and their spread tells how far the mean of all is off. After a number of batches, and ever more of them, it
-//! is asked whether the interval of Student's t is narrow enough; since k looks have k chances to be wrong, look k is
-//! allowed only 1/(k(k + 1)) of the doubt. No pixel depends on another, so any crop is that of the whole.
+//! Samples come in batches. Each batch is evenly spread and has a shift of its own, so the means of batches are independent,
+//! and their variance gives the error of the mean of all. After ever more batches, the interval of Student's t is computed.
+//! Since k tests have k chances to be wrong, test k may use only 1/(k(k + 1)) of the allowed doubt. No pixel depends on
+//! another, so any crop is that of the whole picture.
 
-use super::packets::{Job, Kernel, Traced, show};
+use super::packets::{KernelFormat, TraceJob, Traced, show};
 use crate::bound::BoundedPixel;
 use crate::trace::pixel::Samples;
 
-use super::student::student_t;
+use super::student_t::student_t;
 use crate::film::srgb::Codes8;
 use crate::math::linear_to_srgb;
 use crate::scene::description::Statistical;
@@ -20,9 +20,9 @@ use std::sync::atomic::Ordering;
 
 /// Samples of a batch.
 const BATCH: u32 = 4;
-/// Batches before the first look.
+/// Batches before the first test.
 const FIRST: u32 = 8;
-/// Batches after which a pixel is left as it is.
+/// Most batches of a pixel.
 const MOST: u32 = 1_024;
 
 /// How far pixels came.
@@ -50,17 +50,17 @@ impl Add for Reached {
     }
 }
 
-/// What the batches of a pixel say.
+/// The statistics of a pixel's batches.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pixel {
     batches: u32,
     /// Mean of the lower ends.
     mean: [f64; 3],
-    /// Sum of squares of what batches are away from it (Welford 1962).
+    /// Sum of the squared distances of batches from it (Welford 1962).
     squares: [f64; 3],
     /// Mean of the upper ends.
     highest: [f64; 3],
-    /// Width of the interval in codes, at the last look.
+    /// Width of the interval in codes, at the last test.
     width: f64,
 }
 
@@ -76,7 +76,7 @@ impl Pixel {
         }
     }
 
-    /// Whether the interval of mean -+ t s/sqrt(n) is at most so many codes wide in each channel.
+    /// Whether the interval mean -+ t s/sqrt(n) is at most `codes` wide in each channel.
     fn is_sure(&mut self, t: f64, codes: f64) -> bool {
         let n = f64::from(self.batches);
         let code = |linear: f64| 255.0 * linear_to_srgb(linear.clamp(0.0, 1.0));
@@ -91,16 +91,15 @@ impl Pixel {
     }
 }
 
-/// Traces the pixels at `at` until each is as sure as the target asks. Once cancelled it returns early, and what it says
-/// is of no use.
-pub(super) fn trace<R: Kernel>(
+/// Traces the pixels at `at` until each meets the target. Once cancelled it returns early, and the results are useless.
+pub(super) fn trace<R: KernelFormat>(
     level: Level,
-    job: &Job<'_, R>,
+    job: &TraceJob<'_, R>,
     target: &Statistical,
     at: &[[u32; 2]],
     out: &mut Traced,
 ) {
-    let job = Job { low: true, ..job.clone() };
+    let job = TraceJob { low: true, ..job.clone() };
     let mut pixels = vec![Pixel::default(); at.len()];
     let mut open: Vec<usize> = (0..at.len()).collect();
     let (mut batch, mut until) = (0, FIRST);
@@ -114,9 +113,9 @@ pub(super) fn trace<R: Kernel>(
                 return;
             }
             out.rays = out.rays + part.rays;
-            let mut lacking = part.lacking.iter().peekable();
+            let mut bounded = part.bounded.iter().peekable();
             for (index, low) in open.iter().zip(part.pixels) {
-                let high = lacking.next_if(|lacking| lacking.at == at[*index]).map_or(low, |lacking| lacking.highest);
+                let high = bounded.next_if(|bounded| bounded.at == at[*index]).map_or(low, |bounded| bounded.highest);
                 pixels[*index].add(low, high);
             }
         }
@@ -132,7 +131,7 @@ pub(super) fn trace<R: Kernel>(
         until = (batch * 3 / 2).min(MOST);
     }
     out.reached.pixels += open.len() as u64;
-    let mut lacking = Vec::new();
+    let mut bounded = Vec::new();
     for (&at, pixel) in at.iter().zip(&pixels) {
         let samples = pixel.batches * BATCH;
         out.reached =
@@ -147,7 +146,7 @@ pub(super) fn trace<R: Kernel>(
         let ends = std::array::from_fn(|c| [mean[c].next_down().max(0.0), highest[c].next_up()]);
         let (shown, highest) = show(Codes8::get(), mean, ends, job.pruning);
         out.pixels.push(shown);
-        lacking.push(BoundedPixel { at, highest });
+        bounded.push(BoundedPixel { at, highest });
     }
-    out.lacking.add(lacking);
+    out.bounded.add(bounded);
 }

@@ -3,8 +3,8 @@
 use crate::math::{exp, pow};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// The t that is exceeded in magnitude with a probability of `doubt`, 0 to 1, for `freedom` of at least 3 degrees of freedom:
-/// Hill, Student's t-Quantiles (CACM 13(10), 1970, Algorithm 396), to six digits.
+/// The two-sided quantile: the t that is exceeded in magnitude with a probability of `doubt`, 0 to 1, for at least 3 degrees
+/// of `freedom` (Hill, Student's t-Quantiles, CACM 13(10), 1970, Algorithm 396), to six digits.
 pub(super) fn student_t(freedom: u32, doubt: f64) -> f64 {
     let n = f64::from(freedom);
     let a = 1.0 / (n - 0.5);

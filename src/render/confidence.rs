@@ -1,14 +1,14 @@
-//! What the samples of a picture tell about how far more of them would take it.
+//! Confidence: how far more samples would likely change a picture, estimated from its samples.
 
-use super::statistical::Reached;
+use super::adaptive_sampling::Reached;
 use serde::{Deserialize, Serialize};
 
-/// What the samples of a picture tell.
+/// The estimates from the samples of a picture.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Sampling {
-    /// How many pixels have an interval of how many codes.
+    /// Histogram of the widths of the pixels' intervals.
     pub widths: Histogram,
-    /// How far pixels came in the statistical mode.
+    /// The progress of the pixels in the statistical mode.
     pub reached: Reached,
 }
 
@@ -19,8 +19,8 @@ impl std::ops::AddAssign<&Self> for Sampling {
     }
 }
 
-/// Counts of pixels by the width of their interval in 8-bit codes. Empty where nothing tells how wide they are: pixels of
-/// one sample that were not compared with their neighbours.
+/// Counts of pixels by the width of their interval in 8-bit codes. Empty where there is no estimate: for pixels of one
+/// sample that were not compared with their neighbours.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Histogram {
     pixels: Vec<u64>,
@@ -50,7 +50,7 @@ impl Histogram {
         self.pixels.iter().sum()
     }
 
-    /// The least width, in codes, that a share of the pixels do not exceed; none if there are no pixels.
+    /// The quantile: the least width in codes that a share of the pixels does not exceed; none if there are no pixels.
     pub fn at_share(&self, share: f64) -> Option<u8> {
         let wanted = self.pixels() as f64 * share;
         let mut seen = 0;
