@@ -14,6 +14,7 @@ import argparse
 import os
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -94,7 +95,7 @@ class Place:
         try:
             status = process.wait()
         except BaseException:
-            os.killpg(process.pid, 15)
+            os.killpg(process.pid, signal.SIGTERM)
             raise
         memory.over.set()
         memory.join()
@@ -210,6 +211,8 @@ def main():
     commit = commit.stdout.strip()
     print(f"{machine()}; commit {commit[:12]}", flush=True)
     done = []
+    # However it is stopped, it stops what it has started and leaves no folder.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("stopped"))
     with tempfile.TemporaryDirectory(prefix="strahl-build-", dir=asked.folder) as folder:
         place = Place(Path(folder), commit)
         for name in asked.rows or ROWS:
