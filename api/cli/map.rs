@@ -20,24 +20,27 @@ pub(super) struct MapArgs {
     /// What the map shows.
     #[arg(long, value_parser = word::<MapKind>())]
     of: MapKind,
-    /// File to write: .png has colors and a scale, .pfm and .exr the numbers.
+    /// File to write: .png has colors and a scale, .pfm and .exr the numbers [default: the scene's name with -map.png].
     #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    output: Option<PathBuf>,
     #[command(flatten)]
     settings: SettingsArgs,
 }
 
 /// Draws the map.
 pub(super) fn run(args: &MapArgs) -> Result<(), Failure> {
-    let format = format(&args.output)?;
-    output::check_folder(&args.output)?;
+    let file_name = output::file_of(args.output.as_deref(), &args.scene.scene, "-map.png");
+    let format = format(&file_name)?;
+    output::check_folder(&file_name)?;
     let session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     let ready = session.prepare()?;
     let region = Region::whole(ready.scene.width, ready.scene.height);
     let file = || map::draw(&ready.scene, region, args.of, format, &session.workers, &session.control);
     let file = progress::while_showing(&session.control, file)?;
-    output::write(&args.output, &file)
+    output::write(&file_name, &file)?;
+    output::tell(args.output.as_deref(), &file_name);
+    Ok(())
 }
 
 fn format(path: &Path) -> Result<MapFormat, Failure> {

@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use serde::Serialize;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Writes all of a file, or to standard output for `-`.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
@@ -11,6 +11,27 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         print(bytes)
     } else {
         std::fs::write(path, bytes).map_err(|error| Failure::writing(&path.display().to_string(), &error))
+    }
+}
+
+/// The file that a result goes into: the one that is named, or else one in this folder with the name of the scene.
+pub(super) fn file_of(named: Option<&Path>, scene: &str, ending: &str) -> PathBuf {
+    named.map_or_else(|| format!("{}{ending}", stem(scene)).into(), Path::to_owned)
+}
+
+/// The name of a scene's file without folder and endings; `scene` for standard input.
+fn stem(scene: &str) -> &str {
+    let name = Path::new(scene).file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let name = name.strip_suffix(".gz").unwrap_or(name);
+    let name = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    if matches!(name, "" | "-") { "scene" } else { name }
+}
+
+/// Says where a result is that had no name on the command line.
+pub(super) fn tell(named: Option<&Path>, path: &Path) {
+    if named.is_none() {
+        // The file is there, whoever reads this.
+        let _ = writeln!(io::stderr().lock(), "wrote {}", path.display());
     }
 }
 
@@ -43,4 +64,20 @@ pub(super) fn check_folder(path: &Path) -> Result<(), Failure> {
 /// Whether a path means standard output.
 pub(super) fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_named_after_their_scene() {
+        for (scene, stem_of_it) in
+            [("scenes/whitted/whitted.json", "whitted"), ("a/balls.nff.gz", "balls"), ("ball", "ball"), ("-", "scene")]
+        {
+            assert_eq!(stem(scene), stem_of_it);
+        }
+        assert_eq!(file_of(None, "a/ball.json", ".png"), Path::new("ball.png"));
+        assert_eq!(file_of(Some(Path::new("b.exr")), "a/ball.json", ".png"), Path::new("b.exr"));
+    }
 }

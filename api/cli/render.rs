@@ -9,18 +9,27 @@ use crate::service::pictures::render::{self, RenderSpec, Rendered};
 use crate::service::pictures::report::Report;
 use clap::Args;
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use strahl::film::{FileFormat, PictureFormat};
 use strahl::scene::Problem;
 
 /// `strahl render`.
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  strahl render scenes/whitted/whitted.json                  the picture is whitted.png
+  strahl render scene.json -o small.jpg --width 480 --height 270
+  strahl render scene.json -o exact.png --accuracy proved:0  the 8-bit codes of endless recursion
+  strahl render scene.json -o quick.png --accuracy time:200  the best picture in 200 ms
+  strahl render scene.json -o linear.exr --stats cost.json   linear floats, and what the picture cost
+  strahl render - -o - --format png < scene.json > scene.png")]
 pub(super) struct RenderArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Picture file: .png, .jpg, .webp, or .exr or .pfm for linear floats; - for standard output, which needs --format.
+    /// Picture file: .png, .jpg, .webp, or .exr or .pfm for linear floats; - for standard output, which needs --format
+    /// [default: the scene's name with .png].
     #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    output: Option<PathBuf>,
     /// Format of the picture [default: by file name].
     #[arg(long, value_parser = word::<PictureFormat>())]
     format: Option<PictureFormat>,
@@ -38,12 +47,14 @@ pub(super) struct RenderArgs {
 
 /// Renders.
 pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
-    let format = file_format(args)?;
+    let ending = format!(".{}", args.format.unwrap_or(PictureFormat::Png).names().0);
+    let file_name = output::file_of(args.output.as_deref(), &args.scene.scene, &ending);
+    let format = file_format(args, &file_name)?;
     let stats = args.picture.stats.as_deref();
-    if stats.is_some_and(output::is_standard) && output::is_standard(&args.output) {
+    if stats.is_some_and(output::is_standard) && output::is_standard(&file_name) {
         return Err(Failure::Usage("the picture and --stats cannot both go to standard output".into()));
     }
-    for path in [Some(args.output.as_path()), stats].into_iter().flatten() {
+    for path in [Some(file_name.as_path()), stats].into_iter().flatten() {
         output::check_folder(path)?;
     }
 
@@ -56,7 +67,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control);
     let Rendered { file, report } = progress::while_showing(&session.control, make)?;
 
-    output::write(&args.output, &file)?;
+    output::write(&file_name, &file)?;
+    output::tell(args.output.as_deref(), &file_name);
     if let Some(path) = stats {
         output::write(path, &output::pretty(&report)?)?;
     }
@@ -64,16 +76,16 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn file_format(args: &RenderArgs) -> Result<FileFormat, Failure> {
+fn file_format(args: &RenderArgs, file_name: &Path) -> Result<FileFormat, Failure> {
     let format = match args.format {
         Some(format) => format,
-        None if output::is_standard(&args.output) => {
+        None if output::is_standard(file_name) => {
             return Err(Failure::Usage(
                 "a picture on standard output needs --format png, jpg, webp, exr or pfm".into(),
             ));
         }
-        None => PictureFormat::by_file(&args.output).ok_or_else(|| {
-            let name = args.output.display();
+        None => PictureFormat::by_file(file_name).ok_or_else(|| {
+            let name = file_name.display();
             Failure::Usage(format!("{name} names no format: use .png, .jpg, .webp, .exr or .pfm, or give --format"))
         })?,
     };

@@ -22,9 +22,9 @@ pub(super) struct TradeoffArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Page with plots, table and pictures: .html, or .svg for the plot of error against time alone; - for the page on
-    /// standard output.
+    /// standard output [default: the scene's name with -tradeoff.html].
     #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    output: Option<PathBuf>,
     /// Write all points as JSON, too. - is standard output.
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
@@ -37,12 +37,13 @@ pub(super) struct TradeoffArgs {
 
 /// Measures.
 pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
-    let drawing = is_drawing(&args.output)?;
+    let file_name = output::file_of(args.output.as_deref(), &args.scene.scene, "-tradeoff.html");
+    let drawing = is_drawing(&file_name)?;
     let json = args.json.as_deref();
-    if json.is_some_and(output::is_standard) && output::is_standard(&args.output) {
+    if json.is_some_and(output::is_standard) && output::is_standard(&file_name) {
         return Err(Failure::Usage("the page and --json cannot both go to standard output".into()));
     }
-    for path in [Some(args.output.as_path()), json].into_iter().flatten() {
+    for path in [Some(file_name.as_path()), json].into_iter().flatten() {
         output::check_folder(path)?;
     }
     let session = Session::start(&args.scene, &args.settings)?;
@@ -57,7 +58,8 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         })?;
 
     let file = if drawing { error_against_time(&tradeoff) } else { page(&tradeoff, &thumbnails) };
-    output::write(&args.output, file.as_bytes())?;
+    output::write(&file_name, file.as_bytes())?;
+    output::tell(args.output.as_deref(), &file_name);
     if let Some(path) = json {
         output::write(path, &output::pretty(&tradeoff)?)?;
     }

@@ -9,6 +9,7 @@ mod job_observer;
 mod memory_budget;
 mod metrics;
 mod middleware;
+mod prelude;
 mod problem;
 mod raw_errors;
 mod respond;

@@ -50,6 +50,7 @@ pub(crate) async fn serve(listeners: Listeners, signals: StopSignals, app: App, 
         })
     });
     announce(&clients, "listening");
+    teach(&clients, settings, &app);
     let end = drained(&app, signals, settings.drain_timeout);
     connections(clients, routes::router(Arc::clone(&app)), settings.max_connections, settings, end).await;
     if let Some(admin) = admin {
@@ -62,6 +63,17 @@ fn announce(listener: &TcpListener, what: &str) {
     match listener.local_addr() {
         Ok(address) => tracing::info!("{what} on http://{address}"),
         Err(error) => tracing::warn!(%error, "{what}, but not on a known address"),
+    }
+}
+
+/// The first things to do with a service that has just started.
+fn teach(listener: &TcpListener, settings: &HttpSettings, app: &App) {
+    let Ok(address) = listener.local_addr() else { return };
+    let key = if settings.keys.is_some() { " -H 'Authorization: Bearer KEY'" } else { "" };
+    tracing::info!("try: curl http://{address}/v1/render{key} --data-binary @scene.json -o picture.png");
+    tracing::info!("documentation: http://{address}/docs");
+    if app.service.settings.jobs.data.is_none() {
+        tracing::info!("jobs end with this process; --data DIR keeps them");
     }
 }
 

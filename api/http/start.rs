@@ -16,6 +16,7 @@ use crate::service::limits::Settings;
 use crate::service::requests::Service;
 use crate::service::scheduler::pool::Pool;
 use crate::service::storage::data_folder::DataFolder;
+use std::io;
 use std::net::SocketAddr;
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
@@ -105,7 +106,14 @@ fn check_exposure(http: &HttpSettings) -> Result<(), StartError> {
 }
 
 async fn listen(address: SocketAddr) -> Result<TcpListener, StartError> {
-    TcpListener::bind(address)
-        .await
-        .map_err(|error| StartError::Machine(format!("cannot listen on {address}: {error}")))
+    TcpListener::bind(address).await.map_err(|error| {
+        let advice = match error.kind() {
+            io::ErrorKind::AddrInUse => {
+                "\n\nAnother program listens there. Stop it, or take another port: --listen 127.0.0.1:0 takes a free one."
+            }
+            io::ErrorKind::PermissionDenied => "\n\nPorts below 1024 are for the superuser.",
+            _ => "",
+        };
+        StartError::Machine(format!("cannot listen on {address}: {error}{advice}"))
+    })
 }

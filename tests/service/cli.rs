@@ -355,7 +355,7 @@ fn mistakes_have_an_exit_code_and_a_sentence() {
     fails(&folder, &["render", "ball.json", "-o", "nowhere/a.png"], "", 1, "no folder nowhere");
     fails(&folder, &["render", "ball.json", "-o", "a.gif"], "", 2, "a.gif names no format");
     fails(&folder, &["render", "ball.json", "-o", "-"], "", 2, "--format");
-    fails(&folder, &["render", "ball.json", "-o", "a.exr", "--bits", "16"], "", 2, "--bits: it is for PNG");
+    fails(&folder, &["render", "ball.json", "-o", "a.exr", "--bits", "16"], "", 2, "--bits is for PNG");
     fails(&folder, &["render", "ball.json", "-o", "a.png", "--spd-counts"], "", 2, "NFF");
     fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "30,0,11,1"], "", 2, "40 x 30");
     fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "1,2,3"], "", 2, "four whole numbers");

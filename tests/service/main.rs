@@ -4,4 +4,5 @@
 mod cli;
 mod common;
 mod documents;
+mod first_hour;
 mod http;

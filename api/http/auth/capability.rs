@@ -5,6 +5,7 @@
 //! The signature is HMAC-SHA256 over what stands before it. Any of the secrets in the key file verifies, the first one
 //! signs, so that secrets can be changed without breaking the URLs that are out.
 
+use super::keys::fill;
 use crate::http::problem::{Kind, Problem};
 use axum::extract::Request;
 use axum::http::{Method, Uri};
@@ -31,7 +32,7 @@ impl Signers {
     /// One secret that nobody knows and that ends with the process.
     pub(crate) fn random() -> io::Result<Self> {
         let mut secret = [0; 32];
-        getrandom::fill(&mut secret).map_err(io::Error::other)?;
+        fill(&mut secret)?;
         Ok(Self(vec![("process".into(), secret)]))
     }
 

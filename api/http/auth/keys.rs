@@ -7,6 +7,7 @@ use data_encoding::{BASE32_NOPAD, HEXLOWER};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, HashMap};
+use std::fmt;
 use std::io;
 use std::sync::Arc;
 use subtle::ConstantTimeEq;
@@ -161,9 +162,19 @@ pub(crate) fn new_signer() -> io::Result<String> {
     Ok(format!("[[signers]]\nkid = \"{}\"\nsecret = \"{}\"\n", random::<ID_BYTES>()?, random::<SECRET_BYTES>()?))
 }
 
+/// Fills bytes with random ones.
+pub(super) fn fill(bytes: &mut [u8]) -> io::Result<()> {
+    // A static program in a file system without devices asks for them by name, and the error does not say which.
+    getrandom::fill(bytes).map_err(|error| io::Error::other(no_random(&error)))
+}
+
+fn no_random(error: &dyn fmt::Display) -> String {
+    format!("there are no random numbers ({error}): the service needs /dev/random and /dev/urandom")
+}
+
 fn random<const N: usize>() -> io::Result<String> {
     let mut bytes = [0; N];
-    getrandom::fill(&mut bytes).map_err(io::Error::other)?;
+    fill(&mut bytes)?;
     Ok(BASE32_NOPAD.encode(&bytes).to_ascii_lowercase())
 }
 
@@ -208,6 +219,12 @@ mod tests {
             let error = Keys::read(&text, None).unwrap_err();
             assert!(error.contains(part), "{part} in {error}");
         }
+    }
+
+    #[test]
+    fn missing_devices_are_named() {
+        let error = io::Error::from(io::ErrorKind::NotFound);
+        assert!(no_random(&error).contains("/dev/random"));
     }
 
     #[test]

@@ -3,12 +3,13 @@
 use super::links;
 use super::schemas::{Schemas, bytes};
 use crate::http::auth::tenant::Scope;
-use crate::http::extract::query::Query;
+use crate::http::extract::query::{Parameter, Query};
 use crate::http::state::App;
 use axum::handler::Handler;
 use axum::routing::{MethodFilter, MethodRouter, on};
 use schemars::JsonSchema;
 use serde_json::{Map, Value, json};
+use strahl::scene::Format;
 
 /// A route.
 #[derive(Debug)]
@@ -26,7 +27,7 @@ pub(crate) struct Route {
     about: &'static str,
     /// Names and meanings of those in the path and the headers.
     parameters: Vec<(&'static str, Place, &'static str)>,
-    query: Option<fn(&mut Query)>,
+    query: Vec<Parameter>,
     body: Option<Body>,
     answers: Vec<(u16, &'static str, Vec<Content>)>,
     /// Headers of the answers.
@@ -153,7 +154,7 @@ impl Route {
             tag,
             about,
             parameters: Vec::new(),
-            query: None,
+            query: Vec::new(),
             body: None,
             answers: Vec::new(),
             headers: Vec::new(),
@@ -229,8 +230,14 @@ impl Route {
     }
 
     /// What it reads from the query.
-    pub(crate) fn query(self, read: fn(&mut Query)) -> Self {
-        Self { query: Some(read), ..self }
+    pub(crate) fn query<T>(mut self, read: impl FnOnce(&mut Query) -> T) -> Self {
+        self.query.extend(Query::describe(read));
+        self
+    }
+
+    /// It is about a scene: settings in the query, the scene as the body.
+    pub(crate) fn about_scene(self) -> Self {
+        self.needs(Scope::Render).query(|query| query.settings(Format::Json)).body(Body::scene())
     }
 
     /// What it reads from the body.
@@ -293,7 +300,7 @@ impl Route {
                 json!({ "name": name, "in": place, "required": required, "description": about, "schema": schema }),
             );
         }
-        for parameter in self.query.map(Query::describe).into_iter().flatten() {
+        for parameter in &self.query {
             all.push(json!({
                 "name": parameter.name,
                 "in": "query",

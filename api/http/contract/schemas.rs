@@ -59,30 +59,21 @@ impl Schemas {
             "Bytes".into(),
             json!({ "type": "string", "format": "binary", "description": "Anything that is not JSON." }),
         );
-        components.insert(
-            "Overrides".into(),
-            object("Settings over the scene's.", |query| {
-                query.settings(Format::Json);
-            }),
-        );
-        components.insert(
-            "PictureOutput".into(),
-            object("How a picture is written.", |query| {
-                query.output();
-            }),
-        );
+        let overrides = Query::describe(|query| query.settings(Format::Json));
+        components.insert("Overrides".into(), object("Settings over the scene's.", overrides));
+        components.insert("PictureOutput".into(), object("How a picture is written.", Query::describe(Query::output)));
         components
     }
 }
 
 /// Query parameters as an object: the settings and the output of a job are those of a render.
-fn object(about: &str, read: fn(&mut Query)) -> Value {
+fn object(about: &str, parameters: Vec<Parameter>) -> Value {
     let property = |parameter: Parameter| {
         let mut schema = parameter.schema();
         schema["description"] = parameter.about.into();
         (parameter.name.to_owned(), schema)
     };
-    let properties: Map<_, _> = Query::describe(read).into_iter().map(property).collect();
+    let properties: Map<_, _> = parameters.into_iter().map(property).collect();
     json!({ "type": "object", "description": about, "properties": properties, "additionalProperties": false })
 }
 

@@ -136,7 +136,7 @@ impl Query {
     }
 
     /// The parameters that some code reads.
-    pub(crate) fn describe(read: fn(&mut Self)) -> Vec<Parameter> {
+    pub(crate) fn describe<T>(read: impl FnOnce(&mut Self) -> T) -> Vec<Parameter> {
         let mut query = Self { described: Some(Vec::new()), ..Self::default() };
         read(&mut query);
         query.described.unwrap_or_default()

@@ -1,17 +1,10 @@
 //! About the service itself: its limits, its version, the formats of pictures, the scene's schema, the contract.
 
-use crate::http::auth::tenant::Tenant;
-use crate::http::contract::{Content, Route};
+use crate::http::prelude::*;
 use crate::http::settings::ConnectionLimits;
-use crate::http::state::App;
 use crate::service::limits::{AnswerLimits, CacheLimits, JobLimits, MAX_RAYS};
 use crate::service::scenes::ids::MAX_ZOOM;
-use axum::Json;
-use axum::extract::State;
-use axum::http::{Extensions, header};
-use axum::response::{IntoResponse, Response};
-use schemars::JsonSchema;
-use serde::Serialize;
+use axum::http::Extensions;
 use serde_json::{Number, Value, json};
 use std::collections::BTreeMap;
 use strahl::film::{DEFAULT_QUALITY, PictureFormat};

@@ -1,17 +1,9 @@
 //! `POST /v1/capabilities`.
 
 use crate::http::auth::capability::PREFIX;
-use crate::http::auth::tenant::{Scope, Tenant};
-use crate::http::contract::{Body, Content, Route};
 use crate::http::extract::body;
-use crate::http::problem::{Kind, Problem};
-use crate::http::state::App;
+use crate::http::prelude::*;
 use crate::service::clock::unix_time;
-use axum::Json;
-use axum::extract::{Request, State};
-use axum::http::StatusCode;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "A URL prefix that lets pages without a key look at one job or picture.";

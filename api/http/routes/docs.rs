@@ -1,8 +1,6 @@
 //! `/docs`: the contract as a page. All of it is in this program, so that it works without a network.
 
-use crate::http::contract::{Content, Route};
-use axum::http::{HeaderMap, header};
-use axum::response::{IntoResponse, Response};
+use crate::http::prelude::*;
 use flate2::read::GzDecoder;
 use std::io::Read;
 

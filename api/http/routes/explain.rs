@@ -1,38 +1,25 @@
 //! `POST /v1/explain`: which effects a scene calls for, why, and what they should take.
 
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Body, Content, Route};
-use crate::http::extract::query::Query;
-use crate::http::problem::Problem;
+use crate::http::prelude::*;
 use crate::http::respond::{Answer, to_json};
 use crate::http::scene_job::{Question, ask};
-use crate::http::state::App;
 use crate::service::error::Error;
 use crate::service::pictures::render::{self, RenderSpec};
 use crate::service::pictures::report::Analyzed;
 use crate::service::scenes::cache::Found;
 use crate::service::scenes::prepared::planned;
-use axum::extract::{Request, State};
-use axum::response::Response;
-use schemars::JsonSchema;
-use serde::Serialize;
 use strahl::film::{FileFormat, Region};
 use strahl::plan::Plan;
-use strahl::scene::{Description, Format};
+use strahl::scene::Description;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "Which effects the scene calls for, why, and what they should take.\n\n\
                  `analyze` renders the picture, within the limits of any, and adds what they took.";
-    vec![
-        Route::post("/v1/explain", explain, ["explain", "render", about])
-            .needs(Scope::Render)
-            .query(|query| {
-                query.settings(Format::Json);
-                analyze(query);
-            })
-            .body(Body::scene())
-            .answer(200, "The plan", &[Content::json::<Explained<'_>>()]),
-    ]
+    vec![Route::post("/v1/explain", explain, ["explain", "render", about]).about_scene().query(analyze).answer(
+        200,
+        "The plan",
+        &[Content::json::<Explained<'_>>()],
+    )]
 }
 
 /// The plan of a scene, with `actual` if it was carried out.

@@ -1,13 +1,6 @@
 //! `GET /livez`, `GET /readyz`: whether the service is alive, and whether it takes work.
 
-use crate::http::contract::{Content, Route};
-use crate::http::state::App;
-use axum::Json;
-use axum::extract::State;
-use axum::http::{StatusCode, header};
-use axum::response::IntoResponse;
-use schemars::JsonSchema;
-use serde::Serialize;
+use crate::http::prelude::*;
 
 pub(super) fn routes() -> Vec<Route> {
     vec![

@@ -1,17 +1,11 @@
 //! `GET /v1/images/{image}`: the picture that an id stands for, for ever.
 
-use crate::http::auth::tenant::{Scope, Tenant};
-use crate::http::contract::Route;
-use crate::http::extract::query::Query;
-use crate::http::problem::{Kind, Problem};
+use crate::http::prelude::*;
 use crate::http::respond::image::{answer, image_id};
 use crate::http::respond::picture::{Freshness, ResponseContext};
-use crate::http::state::App;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::scenes::ids::ImageId;
 use crate::service::scheduler::task::Class;
-use axum::extract::{Path, Request, State};
-use axum::response::Response;
 use strahl::film::PictureFormat;
 
 pub(super) fn routes() -> Vec<Route> {
@@ -21,9 +15,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::get("/v1/images/{image}", image, ["image", "pictures", about])
             .needs(Scope::Read)
             .path("image", "The image's id and an ending: `.png`, `.jpg`, `.webp`, `.exr` or `.pfm`.")
-            .query(|query| {
-                query.details();
-            })
+            .query(Query::details)
             .picture()
             .answer(304, "The client has it", &[]),
     ]

@@ -1,34 +1,22 @@
 //! `POST /v1/map`: what is proved of each pixel, or what each of them takes, as a picture.
 
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Body, Content, Route};
-use crate::http::extract::query::Query;
-use crate::http::problem::Problem;
+use crate::http::prelude::*;
 use crate::http::respond::Answer;
 use crate::http::scene_job::{Question, ask};
-use crate::http::state::App;
 use crate::service::error::Error;
 use crate::service::pictures::map::{self, MapFormat};
-use axum::extract::{Request, State};
-use axum::response::Response;
 use strahl::film::{PictureFormat, Region};
 use strahl::inspect::maps::MapKind;
-use strahl::scene::Format;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "A map of the picture.\n\n`rays`, `time` and `depth` trace each pixel alone, which takes several times as \
                  long as the picture.";
     let contents = [PictureFormat::Png, PictureFormat::Pfm, PictureFormat::Exr].map(|of| Content::file(of.names().1));
-    vec![
-        Route::post("/v1/map", map, ["map", "render", about])
-            .needs(Scope::Render)
-            .query(|query| {
-                kind_and_format(query);
-                query.settings(Format::Json);
-            })
-            .body(Body::scene())
-            .answer(200, "The map: in colors with a scale below, or the numbers as floats", &contents),
-    ]
+    vec![Route::post("/v1/map", map, ["map", "render", about]).query(kind_and_format).about_scene().answer(
+        200,
+        "The map: in colors with a scale below, or the numbers as floats",
+        &contents,
+    )]
 }
 
 async fn map(State(app): State<App>, request: Request) -> Result<Response, Problem> {

@@ -6,6 +6,7 @@ mod capabilities;
 mod docs;
 mod explain;
 mod health;
+mod home;
 mod images;
 mod jobs;
 mod map;
@@ -42,7 +43,8 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 16] = [
+    let rooms: [fn() -> Vec<Route>; 17] = [
+        home::routes,
         render::routes,
         rays::routes,
         tree::routes,

@@ -1,12 +1,8 @@
 //! `/problems/{slug}`: what each kind of problem means, as text, or as a page for a browser.
 
-use crate::http::contract::{Content, Route};
 use crate::http::extract::accept;
-use crate::http::problem::{Kind, Problem};
-use axum::extract::Path;
+use crate::http::prelude::*;
 use axum::extract::rejection::PathRejection;
-use axum::http::{HeaderMap, HeaderValue, header};
-use axum::response::{IntoResponse, Response};
 use std::fmt::Write;
 
 pub(super) fn routes() -> Vec<Route> {

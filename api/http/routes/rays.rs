@@ -1,21 +1,16 @@
 //! `POST /v1/rays`: a scene and rays in, what each ray hits first out.
 
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Body, Content, Route, example_scene, scene_reference};
+use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body::declares_json;
-use crate::http::problem::{ErrorEntry, Kind, Problem};
+use crate::http::prelude::*;
+use crate::http::problem::ErrorEntry;
 use crate::http::respond::{Answer, to_json};
 use crate::http::scene_job::{Question, ask};
-use crate::http::state::App;
 use crate::service::error::Error;
 use crate::service::limits::MAX_RAYS;
 use crate::service::scenes::cache::SentScene;
 use crate::service::scheduler::admission::Work;
-use axum::extract::{Request, State};
-use axum::response::Response;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use schemars::JsonSchema;
-use serde::Serialize;
 use serde::de::{Deserialize, Deserializer, IgnoredAny, SeqAccess, Visitor};
 use serde_json::json;
 use serde_json::value::RawValue;
@@ -31,9 +26,7 @@ pub(super) fn routes() -> Vec<Route> {
     vec![
         Route::post("/v1/rays", rays, ["rays", "render", about])
             .needs(Scope::Render)
-            .query(|query| {
-                query.settings(Format::Json);
-            })
+            .query(|query| query.settings(Format::Json))
             .body(Body::json::<Questions<'_>>("The scene and the rays").example(example))
             .answer(200, "What the rays hit", &[Content::json::<Answers>()]),
     ]

@@ -1,49 +1,34 @@
 //! `POST` and `QUERY /v1/render`, `POST /v1/render/tile`: a scene in, a picture out.
 
 use crate::http::auth::client::Client;
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Body, Route};
 use crate::http::extract::conditions;
 use crate::http::extract::prefer::Prefer;
-use crate::http::extract::query::Query;
 use crate::http::extract::scene_request::{self, SceneRequest};
-use crate::http::problem::{Kind, Problem};
+use crate::http::prelude::*;
 use crate::http::respond::image::tile_permit;
 use crate::http::respond::job::{Claimed, accepted, claim, picture_of, until_final};
 use crate::http::respond::picture::{self, Freshness, ResponseContext};
-use crate::http::state::App;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::requests::pictures::{Source, Upload, image_of};
 use crate::service::scheduler::task::{Class, PRIORITY};
-use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::{HeaderName, Method};
 use std::time::Duration;
 use strahl::film::Region;
-use strahl::scene::Format;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "A region of the picture: the same bytes as that part of the whole.";
     vec![
         Route::post("/v1/render", whole, ["render", "render", "A scene in, a picture out."])
-            .needs(Scope::Render)
+            .about_scene()
             .or_else(other_methods)
-            .query(|query| {
-                query.settings(Format::Json);
-                query.output();
-            })
-            .body(Body::scene())
+            .query(Query::output)
             .picture(),
         Route::post("/v1/render/tile", tile, ["renderTile", "render", about])
-            .needs(Scope::Render)
-            .query(|query| {
-                query.region();
-                query.settings(Format::Json);
-                query.output();
-            })
-            .body(Body::scene())
+            .query(Query::region)
+            .about_scene()
+            .query(Query::output)
             .picture(),
     ]
 }

@@ -1,27 +1,18 @@
 //! `/v1/scenes`: scenes that are remembered by their ids, so that their pictures have addresses.
 
-use crate::http::auth::tenant::{Scope, Tenant};
-use crate::http::contract::{Body, Content, Route};
 use crate::http::extract::scene_request::{self, SceneRequest};
-use crate::http::problem::{Kind, Problem};
+use crate::http::prelude::*;
 use crate::http::respond::image::tiles_of;
-use crate::http::state::App;
 use crate::service::requests::scenes::Remembered;
 use crate::service::scenes::cache::SentScene;
 use crate::service::scenes::store::Released;
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
+use axum::Extension;
 use axum::body::Bytes;
-use axum::extract::{Path, Request, State};
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
-use axum::{Extension, Json};
-use schemars::JsonSchema;
-use serde::Serialize;
 use serde_json::json;
-use std::sync::Arc;
 use strahl::plan::estimate::Estimate;
-use strahl::scene::{self, Format};
+use strahl::scene::{self};
 
 pub(super) fn routes() -> Vec<Route> {
     let known = [Content::json::<KnownScene<'_>>()];
@@ -32,12 +23,8 @@ pub(super) fn routes() -> Vec<Route> {
                         it.\n\nWith the scope admin they are deleted at once.";
     vec![
         Route::post("/v1/scenes", add, ["addScene", "pictures", about_add])
-            .needs(Scope::Render)
-            .query(|query| {
-                query.zoom();
-                query.settings(Format::Json);
-            })
-            .body(Body::scene())
+            .query(Query::zoom)
+            .about_scene()
             .answer(201, "It is known now, and yours", &known)
             .answer(200, "You have sent it before", &known),
         Route::get("/v1/scenes/{scene_id}", get, ["scene", "pictures", about_get])

@@ -1,22 +1,12 @@
 //! `POST /v1/tradeoff`: what accuracy costs for a scene, as JSON or as a page, within `?seconds=`.
 
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Body, Content, Route};
 use crate::http::extract::accept;
-use crate::http::extract::query::Query;
-use crate::http::problem::Problem;
+use crate::http::prelude::*;
 use crate::http::respond::{Answer, to_json};
 use crate::http::scene_job::{Question, ask};
-use crate::http::state::App;
 use crate::service::error::Error;
 use crate::service::tradeoff::{Outcome, Stopped, measure};
-use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderValue, header};
-use axum::response::Response;
-use schemars::JsonSchema;
-use serde::Deserialize;
 use strahl::film::Region;
-use strahl::scene::Format;
 use strahl::tradeoff::Tradeoff;
 use strahl::tradeoff::page::page;
 
@@ -38,13 +28,9 @@ pub(super) fn routes() -> Vec<Route> {
     let about = "What accuracy costs for a scene: many settings, their errors and times.";
     vec![
         Route::post("/v1/tradeoff", tradeoff, ["tradeoff", "render", about])
-            .needs(Scope::Render)
-            .query(|query| {
-                query.seconds(None);
-                form(query);
-                query.settings(Format::Json);
-            })
-            .body(Body::scene())
+            .query(|query| query.seconds(None))
+            .query(form)
+            .about_scene()
             .answer(200, "The report", &[Content::json::<Tradeoff>(), Content::text("text/html")]),
     ]
 }

@@ -1,19 +1,12 @@
 //! `POST /v1/tree`: every ray of one pixel.
 
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Body, Content, Route};
-use crate::http::extract::query::Query;
-use crate::http::problem::Problem;
+use crate::http::prelude::*;
 use crate::http::respond::{Answer, to_json};
 use crate::http::scene_job::{Question, ask};
-use crate::http::state::App;
 use crate::service::error::Error;
 use crate::service::pictures::spec::outside;
-use axum::extract::{Request, State};
-use axum::response::Response;
 use strahl::inspect::TreeFormat;
 use strahl::inspect::tree::{Tree, trace_pixel_while};
-use strahl::scene::Format;
 
 /// Media type of Graphviz.
 const GRAPHVIZ: &str = "text/vnd.graphviz";
@@ -24,12 +17,8 @@ pub(super) fn routes() -> Vec<Route> {
     let contents = [Content::json::<Tree>(), Content::text(GRAPHVIZ), Content::text(SVG)];
     vec![
         Route::post("/v1/tree", tree, ["tree", "render", "Every ray of one pixel."])
-            .needs(Scope::Render)
-            .query(|query| {
-                pixel_and_format(query);
-                query.settings(Format::Json);
-            })
-            .body(Body::scene())
+            .query(pixel_and_format)
+            .about_scene()
             .answer(200, "The tree of rays", &contents),
     ]
 }

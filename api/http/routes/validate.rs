@@ -1,28 +1,17 @@
 //! `POST /v1/scenes/validate`: all problems of a scene, without rendering it.
 
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Body, Content, Route};
-use crate::http::problem::Problem;
+use crate::http::prelude::*;
 use crate::http::respond::{Answer, to_json};
 use crate::http::scene_job::{Question, ask};
-use crate::http::state::App;
-use axum::extract::{Request, State};
-use axum::response::Response;
-use schemars::JsonSchema;
-use serde::Serialize;
-use strahl::scene::{self, Format};
+use strahl::scene::{self};
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "Checks a scene without rendering it: all its problems, or none and perhaps warnings.";
-    vec![
-        Route::post("/v1/scenes/validate", validate, ["validateScene", "render", about])
-            .needs(Scope::Render)
-            .query(|query| {
-                query.settings(Format::Json);
-            })
-            .body(Body::scene())
-            .answer(200, "The scene is valid", &[Content::json::<Valid<'_>>()]),
-    ]
+    vec![Route::post("/v1/scenes/validate", validate, ["validateScene", "render", about]).about_scene().answer(
+        200,
+        "The scene is valid",
+        &[Content::json::<Valid<'_>>()],
+    )]
 }
 
 /// A valid scene.

@@ -4,7 +4,7 @@
 //! needs no C, and it takes seconds to build.
 
 use super::record::Record;
-use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
+use redb::{Database, DatabaseError, ReadableDatabase, ReadableTable, TableDefinition};
 use std::io;
 use std::path::Path;
 
@@ -18,7 +18,10 @@ pub(super) struct Store(Database);
 impl Store {
     /// Opens it, or makes it.
     pub(super) fn open(path: &Path) -> io::Result<Self> {
-        let database = Database::create(path).map_err(io::Error::other)?;
+        let database = Database::create(path).map_err(|error| match error {
+            DatabaseError::DatabaseAlreadyOpen => io::ErrorKind::ResourceBusy.into(),
+            error => io::Error::other(error),
+        })?;
         let store = Self(database);
         store.change(|_| Ok(()))?;
         Ok(store)

@@ -16,6 +16,7 @@ use super::scheduler::pool::Pool;
 use super::scheduler::task::{Class, Task};
 use super::storage::blob_store::BlobStore;
 use super::storage::lru_cache::LruCache;
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -67,13 +68,14 @@ impl Service {
             .map_or_else(|| SceneStore::Memory(LruCache::new(caches.known_scene_bytes)), SceneStore::Folder);
         let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, textures.transpose()?, store));
         let pictures = PictureCache::new(caches.picture_cache_bytes, blobs("pictures", caches.disk_cache_bytes)?);
-        let jobs =
-            Jobs::open(folder, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), observer).map_err(|error| {
-                let folder = folder.display();
-                StartError::Machine(format!(
-                    "jobs cannot be kept in {folder}: {error}\n\nAnother process may be using the folder."
-                ))
-            })?;
+        let jobs = Jobs::open(folder, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), observer);
+        let jobs = jobs.map_err(|error| {
+            let advice = match error.kind() {
+                io::ErrorKind::ResourceBusy => "Another process uses the folder: each needs one of its own.",
+                _ => "The service has to write into this folder: name another with --data DIR.",
+            };
+            StartError::Machine(format!("jobs cannot be kept in {}: {error}\n\n{advice}", folder.display()))
+        })?;
         Ok(Arc::new(Self {
             queue: Queue::new(Arc::clone(&pool), answers.queue, answers.timeout),
             tiles: Queue::new(Arc::clone(&pool), answers.tile_queue, TILE_PATIENCE.min(answers.timeout)),

@@ -29,7 +29,7 @@ const ROOMS: [(&str, &str); 3] = [
     (
         "http",
         "settings problem drain concurrency_limit memory_budget write_timeout auth metrics job_observer state extract \
-         contract middleware raw_errors respond scene_job routes server start",
+         contract middleware raw_errors prelude respond scene_job routes server start",
     ),
 ];
 

@@ -11,7 +11,7 @@ fn every_mistake_has_its_problem() {
     let json = "application/json";
     let cases = [
         // method, path, content type, body, status, slug, a part of the text
-        ("GET", "/", "", "", 404, "not-found", "nothing at /"),
+        ("GET", "/v1", "", "", 404, "not-found", "nothing at /v1"),
         ("GET", "/v1/nothing", "", "", 404, "not-found", "/v1/nothing"),
         ("GET", "/problems/nothing", "", "", 404, "not-found", ""),
         ("GET", "/problems/%ff", "", "", 404, "not-found", ""),

@@ -1,21 +1,12 @@
 //! Changing a job: its priority, and whether it goes on.
 
 use super::ID;
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Body, Content, Route};
 use crate::http::extract::named_job::NamedJob;
-use crate::http::problem::{Kind, Problem};
+use crate::http::prelude::*;
 use crate::http::respond::blocking;
 use crate::http::respond::job::{JobView, etag, shown};
-use crate::http::state::App;
 use crate::service::jobs::Job;
 use axum::body::{Body as RequestBody, to_bytes};
-use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode, header};
-use axum::response::{IntoResponse, Response};
-use schemars::JsonSchema;
-use serde::Deserialize;
-use std::sync::Arc;
 
 /// Bytes of a change.
 const CHANGE_BYTES: usize = 4_096;

@@ -1,26 +1,20 @@
 //! `GET /v1/jobs/{id}/events`, `/v1/events?job=...`: what happens to jobs, as it happens (Server-Sent Events).
 
 use super::ID;
-use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::concurrency_limit::Permit;
-use crate::http::contract::{Content, Route};
 use crate::http::extract::named_job::{NamedJob, find};
-use crate::http::extract::query::Query;
-use crate::http::problem::{Kind, Problem, ProblemSummary};
-use crate::http::state::App;
+use crate::http::prelude::*;
+use crate::http::problem::ProblemSummary;
 use crate::service::jobs::record::State as JobState;
 use crate::service::jobs::{Event, Job, Watcher};
 use axum::Extension;
-use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderName, StatusCode, header};
+use axum::http::HeaderName;
 use axum::response::sse::{self, KeepAlive, Sse};
-use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::future::poll_fn;
-use std::sync::Arc;
 use std::task::Poll;
 use std::time::Duration;
 use tokio::sync::watch;
@@ -46,17 +40,13 @@ pub(super) fn routes() -> Vec<Route> {
             .needs(Scope::Read)
             .path("id", ID)
             .header("Last-Event-ID", last)
-            .query(|query| {
-                since(query);
-            })
+            .query(since)
             .answer(200, events, &stream)
             .answer(204, "The last event has been seen; nothing more will come", &[]),
         Route::get("/v1/events", of_jobs, ["events", "jobs", about_several])
             .needs(Scope::Read)
             .header("Last-Event-ID", last_of_several)
-            .query(|query| {
-                jobs_and_since(query);
-            })
+            .query(jobs_and_since)
             .answer(200, "Events as in the stream of each job; `job` says whose they are", &stream)
             .answer(204, "The last event of each has been seen; nothing more will come", &[]),
     ]

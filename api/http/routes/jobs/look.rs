@@ -1,19 +1,12 @@
 //! A job's picture, and parts of it that are finished, or are rendered next.
 
 use super::ID;
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Content, Route};
 use crate::http::extract::named_job::NamedJob;
-use crate::http::extract::query::Query;
-use crate::http::problem::{Kind, Problem};
+use crate::http::prelude::*;
 use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
-use crate::http::state::App;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::{PictureSpec, outside};
-use axum::extract::{Request, State};
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
 use std::time::Duration;
 use strahl::film::{FileFormat, Region};
 

@@ -1,22 +1,15 @@
 //! `GET /v1/jobs/{id}/preview`: the picture so far, small.
 
 use super::ID;
-use crate::http::auth::tenant::Scope;
-use crate::http::contract::{Content, Route};
 use crate::http::extract::named_job::NamedJob;
 use crate::http::extract::prefer::Prefer;
-use crate::http::extract::query::Query;
-use crate::http::problem::Problem;
+use crate::http::prelude::*;
 use crate::http::respond::blocking;
 use crate::http::respond::job::{encode_png, no_picture, patiently, render_again};
-use crate::http::state::App;
 use crate::service::jobs::record::State as JobState;
 use crate::service::jobs::{Job, PREVIEW_SIDE};
 use crate::service::pictures::spec::{Grid, PictureSpec};
-use axum::extract::{Request, State};
-use axum::http::{HeaderName, StatusCode, header};
-use axum::response::{IntoResponse, Response};
-use std::sync::Arc;
+use axum::http::HeaderName;
 use std::time::Duration;
 use strahl::film::FileFormat;
 
@@ -32,9 +25,7 @@ pub(super) fn routes() -> Vec<Route> {
             .path("id", ID)
             .header("If-None-Match", "The ETag of the preview that the client has.")
             .header("Prefer", prefer)
-            .query(|query| {
-                after_and_wait(query);
-            })
+            .query(after_and_wait)
             .answer(200, "The preview; its revision is its ETag", &[Content::file("image/png")])
             .answer(304, "There is no other yet", &[]),
     ]

@@ -1,22 +1,12 @@
 //! `GET /v1/jobs/{id}`, `GET /v1/jobs`: one job, and the tenant's jobs.
 
 use super::ID;
-use crate::http::auth::tenant::{Scope, Tenant};
-use crate::http::contract::{Content, Route};
 use crate::http::extract::named_job::{NamedJob, may_see};
 use crate::http::extract::prefer::Prefer;
-use crate::http::extract::query::Query;
-use crate::http::problem::Problem;
+use crate::http::prelude::*;
 use crate::http::respond::job::{JobView, shown, until_final};
-use crate::http::state::App;
 use crate::service::jobs::record::{Record, State as JobState};
-use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderValue, header};
-use axum::response::{IntoResponse, Response};
-use axum::{Extension, Json};
-use schemars::JsonSchema;
-use serde::Serialize;
-use std::sync::Arc;
+use axum::Extension;
 
 /// Jobs of a page, and how many there may be.
 const PAGE: [u32; 2] = [50, 200];
@@ -30,9 +20,7 @@ pub(super) fn routes() -> Vec<Route> {
             .answer(200, "The job", &[Content::json::<JobView>()]),
         Route::get("/v1/jobs", jobs, ["jobs", "jobs", "The tenant's jobs, the newest first."])
             .needs(Scope::Read)
-            .query(|query| {
-                filters(query);
-            })
+            .query(filters)
             .answer(200, "The jobs; `Link` with `rel=\"next\"` leads to the next page.", &[Content::json::<JobList>()]),
     ]
 }

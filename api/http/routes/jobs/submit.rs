@@ -1,21 +1,14 @@
 //! `POST /v1/jobs`.
 
-use crate::http::auth::tenant::{Scope, Tenant};
-use crate::http::contract::{Body, Content, Route, example_scene, scene_reference};
+use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body;
 use crate::http::extract::prefer::Prefer;
-use crate::http::extract::query::Query;
 use crate::http::extract::scene_request::accepts_work;
-use crate::http::problem::{Kind, Problem};
+use crate::http::prelude::*;
 use crate::http::respond::job::{Claimed, JobView, accepted, claim, until_final};
-use crate::http::state::App;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scheduler::task::{Class, PRIORITY};
-use axum::extract::{Request, State};
-use axum::http::HeaderMap;
-use axum::response::Response;
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::Deserialize;
+use schemars::{Schema, SchemaGenerator, json_schema};
 use serde_json::value::RawValue;
 use serde_json::{Map, Value, json};
 use strahl::scene::Format;

@@ -2,19 +2,10 @@
 
 use super::grid::{id_of, last_level, no_tile, tile, tile_name, tile_of};
 use crate::http::auth::client::Client;
-use crate::http::auth::tenant::{Scope, Tenant};
-use crate::http::contract::{Content, Route};
-use crate::http::extract::query::Query;
-use crate::http::problem::Problem;
+use crate::http::prelude::*;
 use crate::http::respond::image::{self, everywhere, open, tile_permit};
-use crate::http::state::App;
 use crate::service::pictures::spec::{Grid, TILE};
-use axum::extract::{Path, State};
-use axum::http::header;
 use axum::http::request::Parts;
-use axum::response::Response;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
 pub(super) fn routes() -> Vec<Route> {
     let about =
@@ -23,9 +14,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::get("/dzi/{image}", description, ["dzi", "tiles", "The size of an image and of its tiles, as XML."])
             .needs(Scope::Read)
             .path("image", "The image's id and `.dzi`.")
-            .query(|query| {
-                format(query);
-            })
+            .query(format)
             .answer(200, "The description", &[Content::text("application/xml")]),
         Route::get("/dzi/{folder}/{level}/{tile}", dzi_tile, ["dziTile", "tiles", about])
             .needs(Scope::Read)

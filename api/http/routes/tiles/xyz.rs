@@ -5,19 +5,11 @@
 
 use super::grid::{id_of, last_level, no_tile, tile, tile_format};
 use crate::http::auth::client::Client;
-use crate::http::auth::tenant::{Scope, Tenant};
-use crate::http::contract::{Content, Route};
-use crate::http::problem::Problem;
+use crate::http::prelude::*;
 use crate::http::respond::image::{self, everywhere, open, tile_permit};
-use crate::http::state::App;
 use crate::service::pictures::spec::{Grid, TILE, size_of};
 use crate::service::scenes::ids::MAX_ZOOM;
-use axum::Json;
-use axum::extract::{Path, State};
 use axum::http::request::Parts;
-use axum::response::Response;
-use schemars::JsonSchema;
-use serde::Serialize;
 use strahl::film::Region;
 
 pub(super) fn routes() -> Vec<Route> {

@@ -1,0 +1,45 @@
+//! `GET /`: what this is, and where to begin.
+
+use crate::http::extract::accept;
+use crate::http::prelude::*;
+
+pub(super) fn routes() -> Vec<Route> {
+    let forms = [Content::text("text/plain"), Content::text("text/html")];
+    let about = "What this service is, and where to begin.";
+    vec![Route::get("/", home, ["home", "service", about]).answer(200, "The page", &forms)]
+}
+
+/// Whether a page is for a browser.
+const FORMS: [(&str, bool); 2] = [("text/plain", false), ("text/html", true)];
+
+/// What there is to begin with.
+const PLACES: [(&str, &str); 6] = [
+    ("/docs", "every request and its answers, to read and to try"),
+    ("/openapi.json", "the same for programs (OpenAPI 3.1)"),
+    ("/schema/scene.json", "the JSON Schema of scenes"),
+    ("/v1/limits", "how large scenes and pictures may be"),
+    ("/problems", "what errors mean, and what to do about them"),
+    ("/readyz", "whether the service takes work"),
+];
+
+async fn home(State(app): State<App>, headers: HeaderMap) -> Result<Response, Problem> {
+    let for_browsers = accept::best(&headers, &FORMS)?;
+    let plain = |host: &&str| host.bytes().all(|b| b.is_ascii_alphanumeric() || b".:-[]".contains(&b));
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).filter(plain).unwrap_or("localhost");
+    let base = app.public_url.clone().unwrap_or_else(|| format!("http://{host}"));
+    let curl = format!("curl {base}/v1/render --data-binary @scene.json -o picture.png");
+    let intro = "strahl: POST a JSON scene, get a ray-traced picture and what it cost.";
+    let (media_type, text) = if for_browsers {
+        let places = PLACES.map(|(path, about)| format!("<li><a href=\"{path}\">{path}</a>: {about}</li>\n")).concat();
+        let page = format!(
+            "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>strahl</title>\n\
+             <style>body {{ font: 1rem/1.5 sans-serif; max-width: 44rem; margin: 2rem auto; padding: 0 1rem }}</style>\n\
+             <h1>strahl</h1>\n<p>{intro}</p>\n<pre>{curl}</pre>\n<ul>\n{places}</ul>\n</html>\n"
+        );
+        ("text/html; charset=utf-8", page)
+    } else {
+        let places = PLACES.map(|(path, about)| format!("  {path:<20}{about}\n")).concat();
+        ("text/plain; charset=utf-8", format!("{intro}\n\n  {curl}\n\n{places}"))
+    };
+    Ok(([(header::CONTENT_TYPE, media_type), (header::VARY, "Accept")], text).into_response())
+}
