@@ -360,7 +360,8 @@ fn mistakes_have_an_exit_code_and_a_sentence() {
     fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "30,0,11,1"], "", 2, "40 x 30");
     fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "1,2,3"], "", 2, "four whole numbers");
     fails(&folder, &["render", "ball.json", "-o", "a.png", "--threads", "0"], "", 2, "--threads");
-    fails(&folder, &["render", "ball.json"], "", 2, "--output");
+    fails(&folder, &["render"], "", 2, "<SCENE>");
+    fails(&folder, &["tree", "ball.json"], "", 2, "--pixel");
     fails(&folder, &["tree", "ball.json", "--pixel", "40,0"], "", 2, "40 x 30");
     fails(&folder, &["explain", "ball.json", "--region", "0,0,1,1"], "", 2, "--analyze");
     fails(&folder, &["rays", "-"], "", 2, "--rays FILE");
