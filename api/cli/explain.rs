@@ -5,7 +5,7 @@ use super::scene_args::{PictureArgs, SceneArgs, SettingsArgs};
 use super::session::{Session, region_of};
 use super::{output, progress};
 use crate::service::pictures::render::{self, RenderSpec};
-use crate::service::pictures::report::{Analyzed, Cost, Report};
+use crate::service::pictures::report::{Analyzed, Cost, Report, measured};
 use crate::service::scenes::prepared::planned;
 use clap::{Args, ValueEnum};
 use std::fmt::Write;
@@ -47,7 +47,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     session.cancel_on_ctrl_c()?;
     let ready = session.prepare()?;
     let region = region_of(&ready.scene, args.picture.region)?;
-    let (mut plan, pilot) = planned(&ready, region, &session.workers, &session.control)?;
+    let (plan, pilot) = planned(&ready, region, &session.workers, &session.control)?;
     if !args.analyze {
         return match args.format {
             ExplainFormat::Table => output::print(plan.to_table().as_bytes()),
@@ -58,8 +58,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     let shot = RenderSpec::of(&ready.scene, region, FileFormat::Png8);
     let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control);
     let mut report = progress::while_showing(&session.control, make)?.report;
-    plan.measure(&pilot, &report.cost.rays, &report.cost.refined, report.cost.phases_ms.trace);
-    report.plan = plan;
+    report.plan = measured((plan, pilot), &report.cost, &ready, region, &session.workers, &session.control)?;
     if let Some(path) = &args.picture.stats {
         output::write(path, &output::pretty(&report)?)?;
     }

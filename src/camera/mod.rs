@@ -101,6 +101,11 @@ impl<R: Real> Camera<R> {
         !matches!(self, Self::Flat(Flat { parallel: true, .. }) | Self::Lens(..))
     }
 
+    /// Whether straight lines stay straight and near things look larger, as in a photograph.
+    pub fn is_pinhole(&self) -> bool {
+        matches!(self, Self::Flat(Flat { parallel: false, .. }) | Self::Lens(..))
+    }
+
     /// The lens, if there is one.
     #[inline(always)]
     pub fn lens(&self) -> Option<&Lens<R>> {

@@ -2,7 +2,7 @@
 
 use crate::film::Region;
 use crate::film::srgb::code8;
-use crate::render::{CONTRAST, PacketCost, code_in, is_uneven, refines};
+use crate::render::{CONTRAST, PacketCost, code_in, is_uneven};
 use crate::scene::Scene;
 use crate::trace::counts::RayCounts;
 
@@ -40,7 +40,7 @@ impl Block {
             seen: [0.0; 3],
             chances: Chances::default(),
         };
-        if refines(scene) {
+        if scene.refines() {
             let codes: Vec<[u8; 3]> = pixels.iter().map(|p| p.map(code8)).collect();
             let apart = |c: usize| {
                 codes.iter().map(|p| p[c]).max() > codes.iter().map(|p| p[c].saturating_add(CONTRAST - 1)).min()

@@ -10,9 +10,9 @@
 use super::specular::{Body, Form, MAX_BODIES, Place, specular_bodies};
 use crate::lanes::Real;
 use crate::scene::Scene;
-use crate::scene::called::Called;
 use crate::scene::compile::Precise;
 use crate::scene::description::Description;
+use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -54,17 +54,10 @@ pub fn depth(description: &Description, scene: &Scene) -> Depth {
 
 /// Whether there is more than the lecture's model, whether all camera rays start in one point, and the format's roundoff.
 fn of_world<R: Real>(world: &World<R>) -> (bool, bool, f64) {
-    // What only adds or takes light has no say in where rays go.
-    let elsewhere = Called {
-        absorption: false,
-        area_lights: false,
-        colored_shadows: false,
-        emission: false,
-        environment: false,
-        fog: false,
-        ..world.called
-    };
-    let beyond = elsewhere != Called::default() || world.rules.spd_counts;
+    let others = [Effect::Fresnel, Effect::Gloss, Effect::Dispersion, Effect::DepthOfField, Effect::MotionBlur];
+    let effects = world.effects;
+    let elsewhere = others.iter().any(|effect| effects.has(*effect)) || effects.has_textures();
+    let beyond = elsewhere || effects.has(Effect::ColorBleeding) || world.rules.spd_counts;
     (beyond, world.camera.has_single_eye(), R::ROUNDOFF)
 }
 

@@ -3,7 +3,7 @@
 //! Rays are told apart by kind, time is not: it is shared out by what a ray of each kind takes, as the pilot has found it.
 //! Effects that follow no rays of their own, as highlights or textures, are part of those that do.
 
-use super::explain::{Effect, State};
+use super::explain::{Row, State};
 use super::pilot::{Effort, Expected, Pilot};
 use super::ray_times::by_kind;
 use super::{Plan, milliseconds};
@@ -13,6 +13,7 @@ use crate::trace::control::{Cancelled, Control};
 use crate::trace::counts::RayCounts;
 
 use crate::scene::Scene;
+use crate::scene::effects::Effect;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
@@ -33,8 +34,14 @@ pub struct Estimated {
 pub struct Actual {
     /// Its own rays, counted.
     pub rays: u64,
-    /// Its share of the time spent tracing in milliseconds: by counts, and by what its kind of ray took in the pilot.
+    /// The same as `share_ms`, under its first name.
     pub ms_estimated: Option<f64>,
+    /// Its share of the time spent tracing in milliseconds: what its own rays took, by their count and by what rays of their
+    /// kind took in the pilot. None if its time is part of other effects' rays.
+    pub share_ms: Option<f64>,
+    /// What the picture would save without it in milliseconds, all other effects staying: by a pilot without it. Below 0 if it
+    /// would take longer. None if the effect is off, or cannot be left out alone.
+    pub saves_ms: Option<f64>,
 }
 
 /// What a whole picture is expected to take.
@@ -80,15 +87,15 @@ const REFLECTED: usize = 2;
 const TRANSMITTED: usize = 3;
 const GATHERED: usize = 4;
 
-fn own(effect: &Effect) -> Own {
-    match effect.effect {
-        _ if effect.state != State::On => Own::Nothing,
-        "shadows" => Own::Kind(SHADOW),
-        "reflection" => Own::Kind(REFLECTED),
-        "transmission" => Own::Kind(TRANSMITTED),
-        "total_reflection" => Own::Total,
-        "color_bleeding" => Own::Kind(GATHERED),
-        "antialiasing" => Own::Added,
+fn own(row: &Row) -> Own {
+    match row.kind {
+        _ if row.state != State::On => Own::Nothing,
+        Effect::Shadows => Own::Kind(SHADOW),
+        Effect::Reflection => Own::Kind(REFLECTED),
+        Effect::Transmission => Own::Kind(TRANSMITTED),
+        Effect::TotalReflection => Own::Total,
+        Effect::ColorBleeding => Own::Kind(GATHERED),
+        Effect::Antialiasing => Own::Added,
         _ => Own::Nothing,
     }
 }
@@ -160,13 +167,13 @@ impl Plan {
                 }
                 Own::Nothing => (0, (effect.state != State::On).then_some(0.0)),
             };
-            let ms_estimated = nanoseconds.map(|ns| rounded(trace_ms * (ns / whole)));
-            effect.act = Some(Actual { rays: count, ms_estimated });
+            let share_ms = nanoseconds.map(|ns| rounded(trace_ms * (ns / whole)));
+            effect.act = Some(Actual { rays: count, ms_estimated: share_ms, share_ms, saves_ms: None });
         }
     }
 }
 
 /// Milliseconds to the microsecond.
-fn rounded(ms: f64) -> f64 {
+pub(super) fn rounded(ms: f64) -> f64 {
     (ms * 1e3).round() / 1e3
 }

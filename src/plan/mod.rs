@@ -1,21 +1,21 @@
 //! Which effects a scene calls for, how deep its rays go, and what that takes: what EXPLAIN is for a database query.
 
 mod block;
-mod catalogue;
 mod cells;
 pub mod depth;
 pub mod estimate;
 pub mod explain;
 pub mod pilot;
 pub mod ray_times;
+mod savings;
 mod specular;
 mod survey;
 pub mod table;
-mod use_of;
 
 use crate::lanes::Real;
 use crate::scene::compile::Precise;
 use crate::scene::description::{Description, Precision};
+use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::scene::{Problem, Scene};
 use crate::trace::variants::Specialised;
@@ -25,7 +25,6 @@ use explain::{Explanation, explain};
 use fearless_simd::Level;
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::Value;
 use std::time::Instant;
 
 /// What rendering a scene means.
@@ -65,18 +64,10 @@ impl Plan {
     /// The plan of a scene and the description it was compiled from. The description keeps all but its objects.
     pub fn new(description: &mut Description, scene: &Scene) -> Self {
         let started = Instant::now();
-        let (depth, mut explanation) = (depth::depth(description, scene), explain(description));
+        let (depth, mut explanation) = (depth::depth(description, scene), explain(scene));
         (description.objects, description.definitions) = Default::default();
         if let Ok(settings) = serde_json::to_value(&*description) {
-            for effect in &mut explanation.effects {
-                let short = |pointer: &String| {
-                    settings
-                        .pointer(pointer)
-                        .filter(|value| is_short(value))
-                        .map(|value| (pointer.clone(), value.clone()))
-                };
-                effect.values = effect.because.iter().filter_map(short).collect();
-            }
+            explanation.effects.iter_mut().for_each(|row| row.look_up(&settings));
         }
         let kernel = match &scene.world {
             Precise::Single(world) => Kernel::of(world, Precision::Single),
@@ -91,23 +82,15 @@ fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
 }
 
-/// A number, a word or a colour.
-fn is_short(value: &Value) -> bool {
-    match value {
-        Value::Array(values) => values.len() <= 4 && values.iter().all(Value::is_number),
-        Value::Object(_) => false,
-        _ => true,
-    }
-}
-
 impl Kernel {
     fn of<R: Real>(world: &World<R>, precision: Precision) -> Self {
         let axes = Specialised::of(world).axes();
+        let effects = world.effects;
         let needed = [
-            (world.reflects || world.called.fresnel) && world.rules.max_depth > 1,
-            world.transmits,
-            world.called.details(),
-            world.called.sampled(),
+            effects.has(Effect::Reflection) || effects.has(Effect::Fresnel),
+            effects.has(Effect::Transmission) || effects.has(Effect::Absorption),
+            effects.has_details(),
+            effects.needs_sampling(),
         ];
         let names = ["REFLECTION", "TRANSMISSION", "DETAILS", "SAMPLED"];
         let has: Vec<&str> = (0..4).filter(|i| axes[*i]).map(|i| names[i]).collect();

@@ -10,8 +10,9 @@ use super::block::{Block, Chances};
 use super::cells::Cells;
 use super::pilot::Effort;
 use crate::film::Region;
-use crate::render::{BLOCK, Probe, REFINED_SAMPLES, refines};
+use crate::render::{BLOCK, Probe};
 use crate::scene::Scene;
+use crate::scene::effects::REFINED_SAMPLES;
 use crate::trace::control::{Cancelled, Control};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -73,7 +74,7 @@ impl Survey {
         let trace = |runs: Range<u32>| -> Vec<(u32, Block)> {
             runs.into_par_iter().with_max_len(1).flat_map_iter(trace).collect()
         };
-        let (refines, traced) = (refines(scene), trace(0..first));
+        let (refines, traced) = (scene.refines(), trace(0..first));
         let factor = if refines { f64::from(REFINED_SAMPLES) / f64::from(scene.samples) } else { 0.0 };
         let mut survey =
             Self { blocks: Vec::new(), chances: Chances::default(), factor, slowdowns: Vec::new(), heavier: 1.0 };

@@ -1,7 +1,7 @@
 //! The plan as a readable table, at most 100 columns wide.
 
 use super::Plan;
-use super::explain::{Effect, State};
+use super::explain::{Row, State};
 use std::fmt::Write;
 
 const WIDTH: usize = 100;
@@ -12,7 +12,9 @@ impl Plan {
     /// The effects with their reasons, below them depth, estimates and warnings, and actual numbers if there are any.
     pub fn to_table(&self) -> String {
         let mut table = format!("{:<22}{:<8}{:>11}{:>9}  reason\n", "effect", "state", "est. rays", "ms");
-        for effect in &self.explanation.effects {
+        let (off, others): (Vec<&Row>, Vec<&Row>) =
+            self.explanation.effects.iter().partition(|row| row.state == State::Off);
+        for effect in others {
             let est = effect.est.filter(|est| est.rays > 0);
             let rays = est.map_or_else(String::new, |est| grouped(est.rays));
             let ms = est.and_then(|est| est.ms).map_or_else(String::new, |ms| format!("{ms:.1}"));
@@ -20,6 +22,8 @@ impl Plan {
             let place = effect.because.first().map_or_else(String::new, |pointer| format!(" ({pointer})"));
             wrap(&mut table, &head, REASON, &format!("{}{place}", effect.reason));
         }
+        let off: Vec<&str> = off.iter().map(|row| row.effect).collect();
+        wrap(&mut table, &format!("{:<22}", "off"), 22, &off.join(", "));
         table.push('\n');
         self.add_whole(&mut table);
         self.add_actual(&mut table);
@@ -61,8 +65,10 @@ impl Plan {
     }
 
     fn add_actual(&self, table: &mut String) {
-        let measured =
-            |effect: &&Effect| effect.act.is_some_and(|act| act.rays > 0) || effect.est.is_some_and(|e| e.rays > 0);
+        let measured = |effect: &&Row| {
+            let counted = effect.act.is_some_and(|act| act.rays > 0 || act.saves_ms.is_some());
+            counted || effect.est.is_some_and(|est| est.rays > 0)
+        };
         let mut effects = self.explanation.effects.iter().filter(measured).peekable();
         if self.explanation.effects.iter().all(|effect| effect.act.is_none()) || effects.peek().is_none() {
             return;
@@ -70,32 +76,36 @@ impl Plan {
         // Writing to a String cannot fail.
         let _ = writeln!(
             table,
-            "\n{:<22}{:>12}{:>25}{:>9}{:>13}{:>9}{:>9}",
-            "effect", "est. rays", "95 %", "ms", "actual rays", "off by", "ms"
+            "\n{:<21}{:>11}{:>25}{:>7}{:>12}{:>8}{:>8}{:>8}",
+            "effect", "est. rays", "95 %", "ms", "actual rays", "off by", "share", "saves"
         );
         for effect in effects {
             let (Some(est), Some(act)) = (effect.est, effect.act) else { continue };
             let [low, high] = est.rays_ci.map(grouped);
+            let saves = act.saves_ms.map_or_else(|| "-".to_owned(), |ms| format!("{ms:.1}"));
             let off = match act.rays {
                 0 => "-".to_owned(),
                 rays => format!("{:.1} %", 100.0 * (est.rays as f64 / rays as f64 - 1.0)),
             };
             let _ = writeln!(
                 table,
-                "{:<22}{:>12}{:>25}{:>9.1}{:>13}{off:>9}{:>9.1}",
+                "{:<21}{:>11}{:>25}{:>7.1}{:>12}{off:>8}{:>8.1}{saves:>8}",
                 effect.effect,
                 grouped(est.rays),
                 format!("{low} to {high}"),
                 est.ms.unwrap_or_default(),
                 grouped(act.rays),
-                act.ms_estimated.unwrap_or_default()
+                act.share_ms.unwrap_or_default()
             );
         }
-        table.push_str("rays of total reflection are among the reflected ones, those of antialiasing among all\n");
+        table.push_str(
+            "share: ms that its own rays took; saves: ms that the picture would save without it\n\
+             rays of total reflection are among the reflected ones, those of antialiasing among all\n",
+        );
     }
 }
 
-fn state(effect: &Effect) -> &'static str {
+fn state(effect: &Row) -> &'static str {
     match effect.state {
         State::On => "on",
         State::Removed => "removed",

@@ -2,18 +2,10 @@
 
 use crate::film::Region;
 use crate::film::srgb::Codes8;
-use crate::scene::Scene;
 use rayon::prelude::*;
 
-/// Samples of a pixel that differs from a neighbour.
-pub(crate) const REFINED_SAMPLES: u32 = 16;
 /// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
 pub(crate) const CONTRAST: u8 = 8;
-
-/// Whether antialiasing may add samples.
-pub(crate) fn refines(scene: &Scene) -> bool {
-    scene.antialias && scene.samples < REFINED_SAMPLES && scene.statistical.is_none()
-}
 
 /// The 8-bit codes of pixels.
 pub(super) fn codes_of(pixels: &[[f32; 3]]) -> Vec<[u8; 3]> {

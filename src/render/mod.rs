@@ -18,6 +18,7 @@ use crate::camera::Window;
 use crate::film::Region;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
+use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::World;
 use packets::KernelFormat;
 use renderer::Renderer;
@@ -25,7 +26,7 @@ use std::time::Instant;
 
 pub use adaptive_sampling::Reached;
 pub use confidence::{Histogram, Sampling};
-pub(crate) use contrast::{CONTRAST, REFINED_SAMPLES, code_in, is_uneven, refines};
+pub(crate) use contrast::{CONTRAST, code_in, is_uneven};
 pub use options::RenderOptions;
 pub use picture::{Picture, PixelCost, Refined};
 pub(crate) use probe::{PacketCost, Probe};
@@ -37,7 +38,7 @@ pub use crate::trace::counts::RayCounts;
 
 /// Part of the names under which pictures are cached. Raise it with every change that may change a pixel of any picture;
 /// golden pictures notice such changes.
-pub const RENDER_EPOCH: u32 = 3;
+pub const RENDER_EPOCH: u32 = 4;
 
 /// Renders a region of the scene's picture, which must fit ([`Region::fits`]).
 pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Picture, Cancelled> {
@@ -110,7 +111,7 @@ fn render_seen(
 
 /// Samples of one pixel of the scene's picture: `samples`, or more where antialiasing refines it.
 pub fn samples_of(scene: &Scene, x: u32, y: u32, control: &Control) -> u32 {
-    if !refines(scene) {
+    if !scene.refines() {
         return scene.samples;
     }
     let around = Region { x, y, width: 1, height: 1 }.with_border(scene.width, scene.height);

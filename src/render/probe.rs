@@ -1,6 +1,6 @@
 //! Probes: a few blocks of pixels, traced and timed for the [`pilot`](crate::plan::pilot).
 
-use super::contrast::{CONTRAST, REFINED_SAMPLES, codes_of, contrasts};
+use super::contrast::{CONTRAST, codes_of, contrasts};
 use super::packets::{KernelFormat, Traced};
 use crate::trace::control::Control;
 use crate::trace::counts::RayCounts;
@@ -13,6 +13,7 @@ use crate::film::Region;
 use crate::lanes::MAX_LANES;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
+use crate::scene::effects::REFINED_SAMPLES;
 use std::time::Instant;
 
 /// The cost of a packet of pixels.

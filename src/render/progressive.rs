@@ -6,7 +6,7 @@
 //! before the first unfinished one. So it depends only on the number of these chunks: a number of rays gives the same picture
 //! again, on any machine, with any number of threads, and in any number of time slices.
 
-use super::contrast::{REFINED_SAMPLES, is_uneven, refines};
+use super::contrast::is_uneven;
 use super::packets::{KernelFormat, TraceJob, Traced};
 use super::partial_picture::{PartialPicture, STRIDES};
 use crate::trace::control::{Cancelled, Control};
@@ -21,6 +21,7 @@ use crate::film::Region;
 use crate::film::srgb::{Codes8, code8};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
+use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::Pruning;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -291,7 +292,7 @@ impl<'a, R: KernelFormat> StagedRender<'a, R> {
         let refined = if number + 1 == STAGES { Refined { pixels: pixels as u64, rays } } else { Refined::default() };
         // A single pixel has no neighbours to estimate its interval from.
         let alone = renderer.scene.samples == 1 && partial.traced_samples() == 1 && partial.region.pixels() == 1;
-        let tells = (refines(renderer.scene) || renderer.scene.samples > 1) && !alone;
+        let tells = (renderer.scene.refines() || renderer.scene.samples > 1) && !alone;
         let picture = renderer.picture_of(partial.region, partial.filled(tells), refined);
         let trace_ms = (spent + started.elapsed()).as_secs_f64() * 1e3;
         Picture { progress: Some(progress), trace_ms, refine_ms: refining.as_secs_f64() * 1e3, ..picture }
@@ -308,7 +309,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
         let poor = few.iter().filter(|at| number < 3 && self.is_poor(**at, partial)).count();
         let uneven = match number {
             // For pixels without traced neighbours there is no estimate.
-            0..=2 if refines(self.scene) => few.len() as f64 * UNEVEN,
+            0..=2 if self.scene.refines() => few.len() as f64 * UNEVEN,
             0..=3 => few.iter().filter(|at| self.is_uneven(**at, partial)).count() as f64,
             _ => 0.0,
         };
@@ -325,7 +326,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
     }
 
     fn is_uneven(&self, [x, y]: [u32; 2], partial: &PartialPicture) -> bool {
-        refines(self.scene)
+        self.scene.refines()
             && is_uneven(|x, y| partial.shown[partial.region.index([x, y])].map(code8), partial.region, x, y)
     }
 

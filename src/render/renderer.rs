@@ -1,6 +1,6 @@
 //! The renderer of one picture: its tiles on the current rayon pool, and antialiasing.
 
-use super::contrast::{CONTRAST, REFINED_SAMPLES, code_in, codes_of, contrasts, is_uneven, refines};
+use super::contrast::{CONTRAST, code_in, codes_of, contrasts, is_uneven};
 use super::packets::{KernelFormat, TraceJob, Traced};
 use super::picture::PixelCost;
 use crate::trace::control::{Cancelled, Control};
@@ -13,6 +13,7 @@ use crate::camera::Window;
 use crate::film::{Film, Region};
 use crate::lanes::MAX_LANES;
 use crate::scene::Scene;
+use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::World;
 use crate::trace::variants::Specialised;
 use rayon::prelude::*;
@@ -60,7 +61,7 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
 
     pub(super) fn picture(&self, region: Region) -> Result<Picture, Cancelled> {
         let [full_width, full_height] = self.size;
-        if !refines(self.scene) {
+        if !self.scene.refines() {
             self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
             return Ok(self.picture_of(region, self.grid(region)?, Refined::default()));
         }

@@ -1,10 +1,10 @@
 //! From a scene's text to the [`Scene`] that a render needs: read, check, compile.
 
-pub mod called;
 pub mod check;
 pub mod compile;
 pub mod description;
 pub mod ear_clipping;
+pub mod effects;
 pub mod limits;
 pub mod load;
 pub mod locate;
@@ -15,6 +15,7 @@ pub mod problem;
 pub mod read;
 pub mod schema;
 pub(crate) mod transform;
+pub mod usage;
 pub mod world;
 
 pub use compile::Scene;

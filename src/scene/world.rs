@@ -4,19 +4,21 @@ use crate::accel::{Blockers, Geometry, Owner};
 use crate::bound::ceiling::{Ceiling, Reach};
 use crate::camera::Camera;
 use crate::lanes::Real;
-use crate::scene::called::Called;
 use crate::scene::description::{Accuracy, Proved, RenderSettings};
+use crate::scene::effects::SceneEffects;
+use crate::scene::usage::{Usage, Used};
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
 use crate::shading::spectrum::Spectrum;
 use crate::shading::texture::environment::Environment;
+use std::sync::Arc;
 
 /// Everything the kernel needs, in one precision.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct World<R> {
     /// The graph of geometries.
-    pub geometries: Vec<Geometry<R>>,
+    pub geometries: Arc<[Geometry<R>]>,
     /// Index of the scene itself.
     pub root: usize,
     /// Largest coordinate of anything bounded.
@@ -39,16 +41,20 @@ pub struct World<R> {
     pub rules: Rules,
     /// How bright anything can be.
     pub ceiling: Ceiling,
-    /// Whether any body transmits light.
-    pub transmits: bool,
+    /// What its bodies have.
+    pub usage: Usage,
     /// Whether all camera rays start in the same media.
     pub shared_eye: bool,
-    /// Whether any body mirrors.
-    pub reflects: bool,
-    /// Effects beyond the lecture's model.
-    pub called: Called,
     /// Wavelengths, if anything disperses light.
     pub spectrum: Option<Box<Spectrum<R>>>,
+    /// Whether any body transmits light; follows from the rest, as all below does.
+    pub transmits: bool,
+    /// Whether any body mirrors.
+    pub reflects: bool,
+    /// Whether it has to be asked at which angle rays hit, to trace them or to say what they may lack.
+    pub angular: bool,
+    /// The effects that are on.
+    pub effects: SceneEffects,
 }
 
 /// What ends chains of rays before `max_depth`.
@@ -86,6 +92,10 @@ pub struct Rules {
     pub pruning: Pruning,
     /// What shadow rays meet; `None` for no shadows.
     pub shadows: Option<Blockers>,
+    /// Whether bodies that absorb light color the shadows of [`Blockers::Transmissive`].
+    pub colors_shadows: bool,
+    /// Whether surfaces gather what others scatter, if rays that leave them are followed.
+    pub color_bleeding: bool,
     /// Trace all rays that the Standard Procedural Databases count, also those that add nothing: a reflected ray from every
     /// transmitting surface, and a shadow ray wherever the geometric normal faces the light (SPD Readme, "Testing
     /// Procedures").
@@ -93,6 +103,11 @@ pub struct Rules {
 }
 
 impl Rules {
+    /// Whether surfaces gather what others scatter.
+    pub fn gathers(&self) -> bool {
+        self.color_bleeding && self.max_depth > 1
+    }
+
     /// Sets the rules that depend on the ceiling.
     pub(crate) fn finish(&mut self, render: &RenderSettings, reach: &Reach) {
         if self.pruning == Pruning::Weight(render.fixed_weight()) {
@@ -108,8 +123,23 @@ impl Rules {
 }
 
 impl<R: Real> World<R> {
+    /// Whether bodies have a material of a kind.
+    pub(super) fn has_material(&self, kind: impl Fn(&Material<R>, Used) -> bool) -> bool {
+        self.materials.iter().zip(&self.usage.materials).any(|(material, used)| used.anywhere && kind(material, *used))
+    }
+
+    /// Whether any light shines.
+    pub(super) fn is_lit(&self) -> bool {
+        self.lights.iter().any(|light| shows(light.color))
+    }
+
     /// The body with a primitive's expanded index.
     pub fn owner(&self, expanded: u64) -> Owner<'_, R> {
         Owner::find(&self.geometries, self.root, expanded)
     }
+}
+
+/// Whether a colour is more than black.
+pub(super) fn shows<R: Real>(color: [R; 3]) -> bool {
+    color.iter().any(|channel| *channel > R::from_f64(0.0))
 }

@@ -47,9 +47,14 @@ pub enum Fresnel {
 }
 
 impl<R: Real> Material<R> {
-    /// Whether it mirrors in some channel.
-    pub fn reflects(&self) -> bool {
-        self.reflection.iter().any(|c| *c > R::from_f64(0.0))
+    /// Whether it mirrors in some channel, at some angle.
+    pub fn mirrors(&self) -> bool {
+        self.fresnel == Fresnel::Conductor || self.reflection.iter().any(|c| *c > R::from_f64(0.0))
+    }
+
+    /// Whether it transmits light in some channel.
+    pub fn transmits(&self) -> bool {
+        self.transmission.iter().any(|c| *c > R::from_f64(0.0))
     }
 
     /// Whether a surface of this material between equal media is invisible: all light passes, none is added.

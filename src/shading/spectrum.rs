@@ -2,6 +2,7 @@
 
 use crate::lanes::Real;
 use crate::math;
+use glam::DVec3;
 
 /// Wavelengths that light is split into.
 pub const WAVELENGTHS: usize = 64;
@@ -32,6 +33,13 @@ impl<R: Real> Spectrum<R> {
             colors: colors.map(|color| std::array::from_fn(|c| R::from_f64(color[c] / means[c]))),
             bend: std::array::from_fn(|i| R::from_f64((inverse(wavelength(i)) - d) / (f - c))),
         }
+    }
+}
+
+impl<R: Real> Spectrum<R> {
+    /// The largest factor of a single wavelength on each channel.
+    pub fn strongest(&self) -> DVec3 {
+        self.colors.iter().map(|color| DVec3::from_array(color.map(Real::to_f64))).fold(DVec3::ZERO, DVec3::max)
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::kernel::RayPacket;
 use crate::lanes::{Ids, Lanes, Real, V3, exp_minus, opacity};
+use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::shading::media::{Media, MediumList, OUTSIDE};
 
@@ -41,7 +42,7 @@ fn along_in<L: Lanes>(
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let black = V3 { x: zero, y: zero, z: zero };
     let mut way = Way { transmittance: V3 { x: one, y: one, z: one }, added: black };
-    if world.called.absorption {
+    if world.effects.has(Effect::Absorption) {
         let sigma = absorption(s, world, media, rays.media, rays.active);
         way.transmittance = remaining(s, depth(s, sigma, length));
     }

@@ -2,6 +2,7 @@
 
 use super::hits::{Hits, Touch};
 use crate::lanes::{Ids, Lanes};
+use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::shading::media::{Media, MediumList};
 
@@ -41,7 +42,7 @@ pub fn interface<L: Lanes>(
         let ior = |list: MediumList| L::splat(s, media.ior(list));
         all.n1 = L::select(mask, ior(before), all.n1);
         all.n2 = L::select(mask, ior(behind), all.n2);
-        if world.called.dispersion {
+        if world.effects.has(Effect::Dispersion) {
             let dispersion = |list: MediumList| L::splat(s, media.dispersion(list));
             let [first, second] = all.dispersion;
             all.dispersion = [L::select(mask, dispersion(before), first), L::select(mask, dispersion(behind), second)];

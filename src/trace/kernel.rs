@@ -22,6 +22,7 @@ use crate::camera::Camera;
 use crate::camera::Cone;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::ray::Rays;
+use crate::scene::effects::Effect;
 use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, Medium, OUTSIDE};
@@ -258,11 +259,12 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     pub(super) fn make_choices(&mut self, hits: &mut Hits<L>) {
         let s = self.s;
         if E::DETAILS
+            && self.world.effects.has(Effect::Dispersion)
             && let Some(spectrum) = &self.world.spectrum
         {
             self.wavelengths = Wavelengths::choose(s, spectrum, &self.sampler);
         }
-        let moves = E::DETAILS && self.world.called.motion;
+        let moves = E::DETAILS && self.world.effects.has(Effect::MotionBlur);
         hits.time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
     }
 
@@ -333,7 +335,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         // The light that a ray itself brings is added in one step, so that the ray tree adds up to the last bit.
         let mut own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let faded;
-        let rays = if E::DETAILS && (self.world.called.absorption | self.world.called.fog) {
+        let rays = if E::DETAILS && self.world.effects.fade() {
             let way = along(s, self.world, &self.media, rays, hits.t - rays.t_min);
             own = rays.weight.times(way.added);
             faded = RayPacket { weight: rays.weight.times(way.transmittance), ..*rays };
@@ -363,10 +365,10 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         let mut coefficients = hits.coefficients(s, self.world);
         if E::DETAILS {
             self.cones.hit(s, hits);
-            if self.world.called.paint {
+            if self.world.effects.has_textures() {
                 self.cones.tilted = apply_textures(s, self.world, rays, self.cones.widths(s), hits, &mut coefficients);
             }
-            if self.world.called.emission {
+            if self.world.effects.has(Effect::Emission) {
                 own = own + rays.weight.times(hits.emission(s, self.world));
             }
         }
@@ -374,7 +376,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         if rays.kind == RayKind::Gathered {
             return;
         }
-        if E::DETAILS && self.world.called.bleeding {
+        if E::DETAILS && self.world.effects.has(Effect::ColorBleeding) {
             scatter_diffuse(self, rays, hits, &coefficients, number);
         }
         scatter(self, rays, hits, &coefficients, number);

@@ -8,6 +8,7 @@ use super::sampling::Choice;
 use crate::accel::transmittance;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Rays, leave};
+use crate::scene::effects::Effect;
 use crate::scene::world::Pruning;
 use crate::shading::light::{Light, Place};
 use crate::shading::material::Coefficients;
@@ -56,7 +57,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
     let s = tracer.s;
     let world = tracer.world;
     // Gathered light takes the place of ambient light.
-    let gathers = E::DETAILS && world.called.bleeding && rays.kind != RayKind::Gathered;
+    let gathers = E::DETAILS && world.effects.has(Effect::ColorBleeding) && rays.kind != RayKind::Gathered;
     if E::DETAILS || !gathers {
         let mut ambient = rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient)));
         if E::DETAILS {
@@ -113,7 +114,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
             let shadow = shadow_rays(s, &place, origin, cast);
             let time = hits.time.as_ref();
             passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time);
-            if E::DETAILS && world.called.colored_shadows {
+            if E::DETAILS && world.effects.has(Effect::ColoredShadows) {
                 let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
                 let shadow = Rays { active: open, ..shadow };
                 passed = passed.times(left_by_bodies(s, world, &mut tracer.media, shadow, rays.media, hits.time));

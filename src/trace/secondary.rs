@@ -9,6 +9,7 @@ use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;
 use crate::ray::leave;
+use crate::scene::effects::Effect;
 use crate::shading::material::Coefficients;
 use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
@@ -46,11 +47,11 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
     let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
     let zero = L::lit(s, 0.0);
     let mut mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
-    let by_angle = E::DETAILS && tracer.world.called.fresnel;
+    let by_angle = E::DETAILS && tracer.world.angular;
     if by_angle {
         mirror |= conductors(s, tracer.world, hits);
     }
-    let clear = if E::SECONDARY { hits.transmissive & hits.found } else { 0 };
+    let clear = if tracer.world.transmits { hits.transmissive & hits.found } else { 0 };
     if mirror | clear == 0 {
         return;
     }
@@ -72,8 +73,11 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
         return;
     }
 
-    let rough =
-        if E::DETAILS && tracer.world.called.gloss { coefficients.alpha.gt(zero).bits() & (mirror | clear) } else { 0 };
+    let rough = if E::DETAILS && tracer.world.effects.has(Effect::Gloss) {
+        coefficients.alpha.gt(zero).bits() & (mirror | clear)
+    } else {
+        0
+    };
     let mut ns = hits.ns;
     if rough != 0 {
         let chosen = tracer.sampler.square(s, rays.path, Choice::Facet);
@@ -98,7 +102,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
         let joined = reflected_weight + rays.weight.times(r_t);
         reflected_weight = V3::select(L::mask(s, total), joined, reflected_weight);
         let mut transmitted_weight = rays.weight.times(r_t);
-        if E::DETAILS && tracer.world.called.dispersion {
+        if E::DETAILS && tracer.world.effects.has(Effect::Dispersion) {
             // Light is split where it is bent, and where its reflection depends on the index.
             let [before, behind] = crossing.dispersion;
             split = before.max(behind).gt(zero).bits() & clear & !rays.dispersed;
@@ -240,7 +244,7 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     let s = tracer.s;
     let Interface { mut n1, mut n2, dispersion, behind } =
         interface(s, tracer.world, &mut tracer.media, hits, rays.media, clear & hits.closed);
-    if E::DETAILS && tracer.world.called.dispersion {
+    if E::DETAILS && tracer.world.effects.has(Effect::Dispersion) {
         n1 = n1 + dispersion[0] * tracer.wavelengths.bend;
         n2 = n2 + dispersion[1] * tracer.wavelengths.bend;
     }

@@ -1,7 +1,7 @@
 //! Which effects a kernel is compiled for. What a scene does not call for is not even in the kernel that traces it.
 //!
 //! Each axis doubles the kernels, so there are few, and the general kernel traces every scene to the same bytes. Within
-//! an axis a kernel asks the scene's [`Called`](crate::scene::called::Called) once for a packet of rays.
+//! an axis a kernel asks the scene's [`SceneEffects`](crate::scene::effects::SceneEffects) once for a packet of rays.
 
 use crate::lanes::Real;
 use crate::scene::world::World;
@@ -11,8 +11,8 @@ use std::fmt::Debug;
 pub trait Effects: Copy + Debug + 'static {
     /// Reflected and transmitted rays, the media they are in, and surfaces in the same place.
     const SECONDARY: bool;
-    /// What goes beyond Whitted's model: see [`Called::details`](crate::scene::called::Called::details) and
-    /// [`Called::sampled`](crate::scene::called::Called::sampled).
+    /// What goes beyond Whitted's model: see [`SceneEffects::has_details`](crate::scene::effects::SceneEffects::has_details)
+    /// and [`SceneEffects::needs_sampling`](crate::scene::effects::SceneEffects::needs_sampling).
     const DETAILS: bool;
 }
 
@@ -51,11 +51,15 @@ pub enum Specialised {
 }
 
 impl Specialised {
-    /// The variant for the effects that a world calls for.
+    /// The variant for the effects of a world.
+    ///
+    /// What mirrors or transmits counts even where no ray that leaves it is followed: what such rays could have brought has
+    /// to be known.
     pub fn of<R: Real>(world: &World<R>) -> Self {
+        let details = world.effects.has_details() || world.angular;
         match () {
-            () if world.called.sampled() || world.called.details() => Self::Everything,
-            () if world.transmits || (world.reflects && world.rules.max_depth > 1) => Self::Whitted,
+            () if details || world.effects.needs_sampling() => Self::Everything,
+            () if world.transmits || world.reflects => Self::Whitted,
             () => Self::Local,
         }
     }

@@ -166,7 +166,7 @@ impl Settings {
 
     /// Where its samples lie. Pictures with the same samples differ only by recursion and rounding.
     pub fn positions(&self) -> (u32, bool) {
-        (self.samples, self.antialias && self.samples < crate::render::REFINED_SAMPLES)
+        (self.samples, self.antialias && self.samples < crate::scene::effects::REFINED_SAMPLES)
     }
 
     /// A short name within a sweep.

@@ -21,6 +21,7 @@ mod metrics {
 mod plan {
     mod depth;
     mod estimates;
+    mod savings;
 }
 mod project {
     mod examples;
@@ -38,6 +39,7 @@ mod render {
     mod properties;
 }
 mod scene {
+    mod effects;
     mod mutations;
     mod nff_files;
     mod spd;

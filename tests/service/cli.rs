@@ -250,6 +250,11 @@ fn plans_have_estimates_and_with_analyze_what_was_traced() {
     assert_eq!(shadows["est"]["rays"], shadows["act"]["rays"], "{shadows}");
     assert_eq!(shadows["act"]["rays"], analyzed["actual"]["rays"]["shadow"], "{analyzed}");
     assert!(shadows["act"]["ms_estimated"].is_f64(), "{shadows}");
+    for effect in analyzed["effects"].as_array().unwrap() {
+        let act = &effect["act"];
+        assert_eq!(act["share_ms"], act["ms_estimated"], "{effect}");
+        assert!(act["saves_ms"].is_null() || effect["state"] == "on", "{effect}");
+    }
 
     let table = done(&folder, &["explain", "ball.json", "--analyze"], "");
     let table = String::from_utf8(table).unwrap();

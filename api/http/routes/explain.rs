@@ -5,7 +5,7 @@ use crate::http::respond::{Answer, to_json};
 use crate::http::scene_job::{Question, ask};
 use crate::service::error::Error;
 use crate::service::pictures::render::{self, RenderSpec};
-use crate::service::pictures::report::Analyzed;
+use crate::service::pictures::report::{Analyzed, measured};
 use crate::service::scenes::cache::Found;
 use crate::service::scenes::prepared::planned;
 use strahl::film::{FileFormat, Region};
@@ -14,7 +14,8 @@ use strahl::scene::Description;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "Which effects the scene calls for, why, and what they should take.\n\n\
-                 `analyze` renders the picture, within the limits of any, and adds what they took.";
+                 `analyze` renders the picture, within the limits of any, and adds what they took, and what \
+                 leaving each out saves.";
     vec![Route::post("/v1/explain", explain, ["explain", "render", about]).about_scene().query(analyze).answer(
         200,
         "The plan",
@@ -47,13 +48,13 @@ fn answer(Question { app, work, sent }: Question<'_>, analyze: bool) -> Result<A
     if analyze {
         limits.check(region, ready.scene.samples)?;
     }
-    let (mut plan, pilot) = planned(&ready, region, &work.workers, &work.control).map_err(Error::from)?;
+    let (plan, pilot) = planned(&ready, region, &work.workers, &work.control).map_err(Error::from)?;
     if !analyze {
         return to_json(&Explained::Planned(&plan));
     }
     let shot = RenderSpec::of(&ready.scene, region, FileFormat::Png8);
     let made = render::make(work.started, &ready, loading, &shot, &work.workers, &work.control);
     let cost = made.map_err(Error::from)?.report.cost;
-    plan.measure(&pilot, &cost.rays, &cost.refined, cost.phases_ms.trace);
+    let plan = measured((plan, pilot), &cost, &ready, region, &work.workers, &work.control).map_err(Error::from)?;
     to_json(&Explained::Analyzed(Analyzed { plan: &plan, actual: &cost }))
 }

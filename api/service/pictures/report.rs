@@ -12,7 +12,8 @@ use strahl::bound::ceiling::Reach;
 use strahl::film::Region;
 use strahl::plan::Plan;
 use strahl::plan::estimate::Estimate;
-use strahl::render::{Picture, Progress, RayCounts, Refined, Sampling};
+use strahl::plan::pilot::Pilot;
+use strahl::render::{Cancelled, Control, Picture, Progress, RayCounts, Refined, Sampling};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Statistical};
 use strahl::scene::nff::NffOptions;
@@ -88,6 +89,24 @@ pub(crate) struct Analyzed<'a> {
     pub(crate) plan: &'a Plan,
     /// Time and rays.
     pub(crate) actual: &'a Cost,
+}
+
+/// Adds to a plan what its effects took of a picture that has been rendered, and what the picture would save without each.
+pub(crate) fn measured(
+    (mut plan, pilot): (Plan, Pilot),
+    cost: &Cost,
+    ready: &PreparedScene,
+    region: Region,
+    workers: &Workers,
+    control: &Control,
+) -> Result<Plan, Cancelled> {
+    let trace_ms = cost.phases_ms.trace;
+    plan.measure(&pilot, &cost.rays, &cost.refined, trace_ms);
+    for effect in plan.comparable() {
+        // One time slice for each effect.
+        workers.work(|| plan.compare(effect, &ready.scene, region, control, trace_ms))??;
+    }
+    Ok(plan)
 }
 
 /// Milliseconds by phase, in order.

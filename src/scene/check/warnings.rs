@@ -1,12 +1,15 @@
 //! Warnings about scenes that render.
 
+use crate::lanes::Real;
 use crate::scene::description::{Description, Fresnel, Mesh, Object};
+use crate::scene::effects::Effect;
 use crate::scene::limits;
 use crate::scene::problem::{Code, Problem, push_token};
+use crate::scene::world::{World, shows};
 use std::collections::HashMap;
 
-/// Warnings of a checked description.
-pub(in crate::scene) fn warnings(description: &Description) -> Vec<Problem> {
+/// Warnings of a description and the world that it was built into.
+pub(in crate::scene) fn warnings<R: Real>(description: &Description, world: &World<R>) -> Vec<Problem> {
     let mut warnings = Vec::new();
     for (name, material) in description.materials.iter() {
         let (r_s, r_t) = (material.reflection.0, material.transmission.0);
@@ -20,9 +23,9 @@ pub(in crate::scene) fn warnings(description: &Description) -> Vec<Problem> {
             warnings.push(Problem::new(push_token("/materials", name), Code::OutOfRange, detail));
         }
     }
-    let glows = description.fog.is_some_and(|fog| fog.density > 0.0 && fog.color.0.max_element() > 0.0);
-    let shines = glows || description.materials.iter().any(|(_, material)| material.emission.0.max_element() > 0.0);
-    if description.lights.is_empty() && description.ambient.0.max_element() == 0.0 && !shines {
+    let glows = world.fog.as_ref().is_some_and(|fog| shows(fog.color));
+    let shines = [Effect::AmbientLight, Effect::Emission].iter().any(|effect| world.effects.has(*effect));
+    if !(world.is_lit() || glows || shines) {
         let detail = "there is no light: only the background is visible";
         warnings.push(Problem::new("/lights", Code::Degenerate, detail));
     }

@@ -1,9 +1,9 @@
 //! A checked description in the kernel's format.
 
 use super::bodies::{shape, volume};
-use super::called::called;
 use super::camera::camera_of;
 use super::ceiling::ceiling;
+use super::effects::{hides_nothing, settle};
 use super::lights::light;
 use super::shared_eye::is_shared;
 use super::textures::textures;
@@ -13,11 +13,12 @@ use crate::bound::ceiling::Ceiling;
 use crate::camera::{Basis, Camera};
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
-use crate::scene::called::Called;
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
+use crate::scene::effects::SceneEffects;
 use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
 use crate::scene::transform::affine;
+use crate::scene::usage::{Pointers, Usage, Used, note};
 use crate::scene::world::{Pruning, Rules, World};
 use crate::shading::fog::{Fog, Height};
 use crate::shading::light::Light;
@@ -30,6 +31,7 @@ use glam::{DAffine3, DVec3};
 /// What building finds out besides the world.
 pub(super) struct Built {
     pub(super) sources: Sources,
+    pub(super) pointers: Pointers,
     pub(super) expanded: u128,
 }
 
@@ -50,27 +52,15 @@ pub(super) fn build<R: Real>(
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
-    let transmits = builder.geometries.iter().any(|geometry| geometry.items.iter().any(Item::lets_light_through));
     let (background, environment) = surroundings(description, pictures);
     let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
-    let called = Called {
-        depth_of_field: camera.lens().is_some(),
-        environment: environment.is_some(),
-        fog: fog.is_some(),
-        motion: builder.moves,
-        ..called(description, &builder.geometries, &builder.materials, &lights)
-    };
-    let bodies = builder.geometries.iter().flat_map(|geometry| &geometry.items).filter(|item| !item.is_placed());
-    let reflects = bodies.map(|item| &builder.materials[item.material as usize]).any(Material::reflects);
     let mut world = World {
-        geometries: builder.geometries,
+        geometries: builder.geometries.into(),
         root,
         size: R::from_f64(size),
-        transmits,
+        usage: builder.usage,
         shared_eye: builder.shared_eye,
-        reflects,
-        called,
-        spectrum: called.dispersion.then(|| Box::new(Spectrum::visible())),
+        spectrum: None,
         materials: builder.materials,
         lights,
         ambient: narrow_rgb(description.ambient.0),
@@ -82,18 +72,36 @@ pub(super) fn build<R: Real>(
             max_depth: render.fixed_depth(),
             pruning: Pruning::of(render.accuracy(), render.fixed_weight()),
             shadows: match render.shadows {
-                Shadows::Transmissive if transmits => Some(Blockers::Transmissive),
-                // Where no body transmits light, the first one on the way decides.
-                Shadows::Opaque | Shadows::Transmissive => Some(Blockers::Opaque),
+                Shadows::Transmissive => Some(Blockers::Transmissive),
+                Shadows::Opaque => Some(Blockers::Opaque),
                 Shadows::None => None,
             },
+            colors_shadows: render.shadows == Shadows::Transmissive,
+            color_bleeding: render.color_bleeding,
             spd_counts: options.spd_counts,
         },
         ceiling: Ceiling::unbounded(0, String::new(), Vec::new()),
+        transmits: false,
+        reflects: false,
+        angular: false,
+        effects: SceneEffects::default(),
     };
+    let disperses = |material: &Material<R>, _| material.dispersion > R::from_f64(0.0) && material.transmits();
+    if render.max_depth != Some(1) && world.has_material(disperses) {
+        world.spectrum = Some(Box::new(Spectrum::visible()));
+    }
     world.ceiling = ceiling(description, &world);
     world.rules.finish(render, &world.ceiling.reach);
-    (world, Built { sources: builder.sources, expanded })
+    if !world.is_lit() {
+        // What would mirror lights is as clear as if it did not.
+        world.materials.iter_mut().for_each(|material| material.specular = narrow_rgb(Rgb::ZERO));
+    }
+    // By the counting rules of the SPD shadow rays are traced, needed or not.
+    if !options.spd_counts && (!world.is_lit() || hides_nothing(description, &world).is_some()) {
+        world.rules.shadows = None;
+    }
+    settle(&mut world);
+    (world, Built { sources: builder.sources, pointers: builder.pointers, expanded })
 }
 
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.
@@ -125,8 +133,8 @@ struct Builder<'a, R> {
     /// One for each of the description's, and the default material last.
     materials: Vec<Material<R>>,
     one_sided: Vec<bool>,
-    /// Whether anything moves.
-    moves: bool,
+    usage: Usage,
+    pointers: Pointers,
     camera: Camera<R>,
     /// Whether all camera rays start in the same media.
     shared_eye: bool,
@@ -145,7 +153,8 @@ impl<'a, R: Real> Builder<'a, R> {
             definitions: vec![None; description.definitions.len()],
             materials: all().map(|m| material(m, pictures)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
-            moves: false,
+            usage: Usage { materials: vec![Used::default(); all().count()], ..Usage::default() },
+            pointers: Pointers::default(),
             camera,
             shared_eye: true,
             sources: Sources::default(),
@@ -173,7 +182,7 @@ impl<'a, R: Real> Builder<'a, R> {
         }
         contact::mark_siblings(&mut items, &extents);
         // The last geometry that is built is the scene itself.
-        self.shared_eye = is_shared(self.description, &self.camera, self.moves, &items, &extents);
+        self.shared_eye = is_shared(self.description, &self.camera, self.usage.moves, &items, &extents);
         let geometry = Geometry::new(items, &extents, self.options.bvh);
         self.geometries.push(geometry);
         self.expanded.push(expanded);
@@ -187,6 +196,7 @@ impl<'a, R: Real> Builder<'a, R> {
         for (index, object) in objects.iter().enumerate() {
             let source = self.sources.entries.len() as u32;
             let entry = |name: Option<&str>| Source { list, index: index as u32, name: name.map(Into::into) };
+            self.note_use(object, list, index);
             match object {
                 Object::Group(group) => {
                     self.sources.entries.push(entry(group.name.as_deref()));
@@ -223,6 +233,32 @@ impl<'a, R: Real> Builder<'a, R> {
         }
     }
 
+    /// Notes what an object has beside its material.
+    fn note_use(&mut self, object: &Object, list: u32, index: usize) {
+        let pointer = || format!("{}/{index}/{}", self.sources.lists[list as usize], object.kind());
+        let (usage, pointers) = (&mut self.usage, &mut self.pointers);
+        let (placed, motion) = match object {
+            Object::Instance(instance) => (true, instance.motion),
+            Object::Group(group) => (group.transform != d::Transform::default(), group.motion),
+            _ => (false, None),
+        };
+        let moves = motion.is_some_and(|motion| motion.moves());
+        let hollow = object.look().is_some_and(|look| look.hollow);
+        let smooth = matches!(object, Object::Mesh(d::Mesh { normals: Some(_), .. }));
+        let notes = [
+            (placed || moves, &mut usage.placed, &mut pointers.placed),
+            (moves, &mut usage.moves, &mut pointers.moving),
+            (hollow, &mut usage.hollow, &mut pointers.hollow),
+            (smooth, &mut usage.smooth, &mut pointers.smooth),
+        ];
+        for (has, any, list) in notes {
+            if has {
+                *any = true;
+                note(list, pointer);
+            }
+        }
+    }
+
     fn needs_uvs(&self, mesh: &d::Mesh) -> bool {
         let material = mesh.material.as_ref().and_then(|name| self.description.materials.get(name));
         material.is_some_and(d::Material::needs_uvs)
@@ -251,7 +287,6 @@ impl<'a, R: Real> Builder<'a, R> {
         let map = affine(transform).unwrap_or(DAffine3::IDENTITY);
         let mut instance = Instance::new(geometry as u32, map);
         if let Some(motion) = motion.filter(d::Motion::moves) {
-            self.moves = true;
             instance.motion = Some(Box::new(self::motion(&motion)));
         }
         Item {
@@ -269,7 +304,7 @@ impl<'a, R: Real> Builder<'a, R> {
         }
     }
 
-    fn item(&self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
+    fn item(&mut self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
         let default = self.materials.len() - 1;
         let material = look.material.and_then(|name| self.description.materials.position(name)).unwrap_or(default);
         let sides = match (self.one_sided[material], look.hollow) {
@@ -284,6 +319,8 @@ impl<'a, R: Real> Builder<'a, R> {
             Object::Box(o) => (0..3).all(|i| R::from_f64(o.min[i]) < R::from_f64(o.max[i])),
             _ => false,
         };
+        let used = &mut self.usage.materials[material];
+        (used.anywhere, used.filled) = (true, used.filled || (closed && !look.hollow));
         Item {
             shape,
             material: material as u32,

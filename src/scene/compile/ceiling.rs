@@ -35,7 +35,7 @@ pub(super) fn ceiling<R: Real>(description: &Description, world: &World<R>) -> C
         surfaces
             .into_iter()
             .map(|s| {
-                if world.called.bleeding {
+                if world.rules.gathers() {
                     MaterialBound { adds: s.adds + gathered * reflected(world), ..s }
                 } else {
                     s
@@ -65,10 +65,7 @@ fn depth(description: &Description) -> u32 {
 
 /// Which materials bodies have, and the most that each light brings to each of them.
 fn lit<R: Real>(world: &World<R>) -> (Vec<bool>, Vec<Vec<f64>>) {
-    let mut used = vec![false; world.materials.len()];
-    for item in world.geometries.iter().flat_map(|geometry| &geometry.items).filter(|item| !item.is_placed()) {
-        used[item.material as usize] = true;
-    }
+    let used = world.usage.materials.iter().map(|used| used.anywhere).collect();
     let irradiance = world.lights.iter().map(|light| of_light(world, light)).collect();
     (used, irradiance)
 }
@@ -159,15 +156,17 @@ fn background<R: Real>(world: &World<R>) -> Rgb {
     most
 }
 
-/// The largest k_d of all: the share that scattered light keeps.
+/// The largest k_d of the bodies, and at least that of the default material: the share that scattered light keeps.
 fn reflected<R: Real>(world: &World<R>) -> Rgb {
-    world.materials.iter().map(|material| colors(material).1).fold(Rgb::ZERO, Rgb::max)
+    let default = world.materials.len() - 1;
+    let used = world.usage.materials.iter().enumerate().filter(|(m, used)| used.anywhere || *m == default);
+    used.map(|(m, _)| colors(&world.materials[m]).1).fold(Rgb::ZERO, Rgb::max)
 }
 
 /// The largest factor of a single wavelength on a ray's light, which is split once.
 fn split<R: Real>(world: &World<R>) -> Rgb {
     match &world.spectrum {
-        Some(spectrum) => spectrum.colors.iter().map(|color| wide(*color)).fold(Rgb::ONE, Rgb::max),
+        Some(spectrum) => spectrum.strongest().max(Rgb::ONE),
         None => Rgb::ONE,
     }
 }

@@ -4,6 +4,7 @@ use super::build::narrow_rgb;
 use crate::lanes::Real;
 use crate::math;
 use crate::scene::description::{self as d, Vec3};
+use crate::scene::world::shows;
 use crate::shading::light::{Area, Falloff, Light, Source};
 use glam::DVec3;
 
@@ -33,12 +34,18 @@ pub(super) fn light<R: Real>(light: &d::Light) -> Light<R> {
             (source, l.color, l.intensity, fall(l.falloff))
         }
     };
-    Light { source, color: narrow_rgb(color.0 * intensity), falloff, area: area(light) }
+    let color = narrow_rgb(color.0 * intensity);
+    // Where no light comes from there is no point to choose.
+    let area = area(light).filter(|_| shows(color));
+    Light { source, color, falloff, area }
 }
 
 /// The area of a light; none if it is a point after all.
 fn area<R: Real>(light: &d::Light) -> Option<Area<R>> {
-    let disc = |radius: f64| (radius > 0.0).then(|| Area::Disc { radius: R::from_f64(radius) });
+    let disc = |radius: f64| {
+        let radius = R::from_f64(radius);
+        (radius > R::from_f64(0.0)).then_some(Area::Disc { radius })
+    };
     match light {
         d::Light::Point(d::PointLight { area, .. }) | d::Light::Spot(d::SpotLight { area, .. }) => {
             match area.as_ref()? {

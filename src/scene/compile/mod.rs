@@ -2,10 +2,10 @@
 
 pub(crate) mod bodies;
 pub(crate) mod build;
-mod called;
 mod camera;
 mod ceiling;
 mod contact;
+mod effects;
 mod extent;
 mod lights;
 mod shared_eye;
@@ -16,6 +16,7 @@ pub use camera::camera_of;
 
 use super::check::{check, warnings};
 use super::description::{Accuracy, Description, Precision, Statistical};
+use super::effects::Entry;
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::Problems;
 use super::world::{Pruning, World};
@@ -23,10 +24,8 @@ use super::{Problem, limits};
 use crate::accel::BvhKind;
 use crate::bound::ceiling::Ceiling;
 use crate::lanes::Real;
+use std::sync::Arc;
 use std::time::Instant;
-
-/// Samples of each pixel of scenes that call for choices and name no number.
-pub const SAMPLES_OF_CHOICES: u32 = 64;
 
 /// A scene that can be rendered: immutable, finite, all references resolved.
 #[derive(Debug)]
@@ -37,6 +36,8 @@ pub struct Scene {
     pub height: u32,
     /// Samples of each pixel.
     pub samples: u32,
+    /// The number of them that its description names.
+    named_samples: Option<u32>,
     /// Whether uneven pixels get more samples.
     pub antialias: bool,
     /// The target that decides the samples of each pixel instead, in the statistical mode.
@@ -44,7 +45,9 @@ pub struct Scene {
     /// The world in the precision asked for.
     pub world: Precise,
     /// Where each item comes from.
-    pub sources: Sources,
+    pub sources: Arc<Sources>,
+    /// Its effects: which are simulated, and why.
+    pub effects: Vec<Entry>,
     /// Warnings for the author.
     pub warnings: Vec<Problem>,
     /// Primitives after all instances are expanded, which never happens in memory.
@@ -58,7 +61,7 @@ pub struct Scene {
 }
 
 /// A world in either precision.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Precise {
     /// 32 bits.
     Single(World<f32>),
@@ -81,6 +84,11 @@ struct Source {
 }
 
 impl Scene {
+    /// Whether pixels that differ from a neighbour get [`REFINED_SAMPLES`](super::effects::REFINED_SAMPLES).
+    pub fn refines(&self) -> bool {
+        effects::refines(self.antialias, self.samples, self.statistical.is_some())
+    }
+
     /// The radiance ceiling.
     pub fn ceiling(&self) -> &Ceiling {
         match &self.world {
@@ -110,6 +118,20 @@ impl Scene {
         };
         size_of::<Self>() + world + self.picture_bytes + self.sources.bytes() + size_of_val(&self.warnings[..])
     }
+}
+
+/// What is said about a world.
+struct Told {
+    samples: u32,
+    effects: Vec<Entry>,
+    warnings: Vec<Problem>,
+}
+
+fn told<R: Real>(description: &Description, world: &World<R>, built: &build::Built) -> Told {
+    let samples = world.effects.samples(description.render.samples);
+    let source = |item| built.sources.pointer(item);
+    let facts = effects::Facts { description, world, pointers: &built.pointers, source: &source, samples };
+    Told { samples, effects: effects::table(&facts), warnings: warnings(description, world) }
 }
 
 impl Sources {
@@ -181,22 +203,24 @@ pub fn compile_from(description: &Description, options: CompileOptions, files: &
         );
         return Err(Problems::one(Problem::new("/objects", super::problem::Code::Limit, detail)));
     }
-    let sampled = match &world {
-        Precise::Single(world) => world.called.sampled(),
-        Precise::Double(world) => world.called.sampled(),
+    let told = match &world {
+        Precise::Single(world) => told(description, world, &built),
+        Precise::Double(world) => told(description, world, &built),
     };
     Ok(Scene {
         width: description.image.width,
         height: description.image.height,
-        samples: description.render.samples.unwrap_or(if sampled { SAMPLES_OF_CHOICES } else { 1 }),
+        samples: told.samples,
+        named_samples: description.render.samples,
+        effects: told.effects,
         antialias: description.render.antialias,
         statistical: match description.render.accuracy() {
             Accuracy::Statistical(statistical) => Some(statistical),
             _ => None,
         },
         world,
-        sources: built.sources,
-        warnings: warnings(description),
+        sources: built.sources.into(),
+        warnings: told.warnings,
         expanded_primitives: built.expanded as u64,
         picture_bytes: pictures.bytes(),
         from_files: pictures.from_files,

@@ -30,8 +30,7 @@ pub(super) fn textures<R: Real>(
         own_ambient: ambient.is_some(),
         bump: bump(material, pictures),
     };
-    let plain = textures.ambient.is_none() && textures.diffuse.is_none() && textures.bump.is_none();
-    (ambient, diffuse, (!plain).then(|| Box::new(textures)))
+    (ambient, diffuse, (!textures.is_plain()).then(|| Box::new(textures)))
 }
 
 fn colors<R: Real>(diffuse: &Diffuse, pictures: &Pictures<'_>) -> (BaseColor<R>, Option<Pattern>) {

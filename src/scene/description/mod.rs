@@ -91,6 +91,28 @@ pub struct Description {
     pub render: RenderSettings,
 }
 
+impl Description {
+    /// Objects as a camera sees them, and all else as it is where a scene says nothing.
+    pub fn new(camera: Camera, objects: Vec<Object>) -> Self {
+        Self {
+            schema: None,
+            version: 1,
+            name: None,
+            image: ImageSize::default(),
+            camera,
+            background: Color::default(),
+            environment: None,
+            ambient: default_ambient(),
+            fog: None,
+            lights: default_lights(),
+            materials: Named::default(),
+            definitions: Named::default(),
+            objects,
+            render: RenderSettings::default(),
+        }
+    }
+}
+
 fn default_ambient() -> Color {
     Color(Rgb::splat(0.1))
 }

@@ -9,7 +9,6 @@ use crate::math::Rgb;
 use crate::scene::Description;
 use crate::scene::description::{self, Camera, Color, Falloff, ImageSize, PointLight, RenderSettings};
 use crate::scene::limits::LIGHTS;
-use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem};
 
 const NO_VIEW: &str = "there is no view \"v\" before the first object, so nothing says where the eye is; \
@@ -93,20 +92,13 @@ impl SceneBuilder {
             })
         };
         Some(Description {
-            schema: None,
-            version: 1,
-            name: None,
             image,
-            camera,
-            environment: None,
             background: self.background.map_or(Color::BLACK, |(_, color)| color),
             ambient: Color(Rgb::splat(intensity)),
-            fog: None,
             lights: self.lights.into_iter().map(light).collect(),
             materials,
-            definitions: Named::default(),
-            objects,
             render: if self.options.spd_counts { counting() } else { RenderSettings::default() },
+            ..Description::new(camera, objects)
         })
     }
 

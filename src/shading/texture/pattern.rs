@@ -19,6 +19,13 @@ pub struct Textures {
     pub bump: Option<BumpMap>,
 }
 
+impl Textures {
+    /// Whether there is none.
+    pub fn is_plain(&self) -> bool {
+        self.ambient.is_none() && self.diffuse.is_none() && self.bump.is_none()
+    }
+}
+
 /// A pattern in object space.
 #[derive(Debug, Clone)]
 pub enum Pattern {

@@ -141,7 +141,7 @@ fn light_from_inside_a_body_and_to_a_floor_inside_it() {
 fn opaque_shadows_stay_black() {
     let mut scene = shadow(json!([slab(1.0, 1.5, "ink")]));
     scene["render"]["shadows"] = json!("opaque");
-    assert!(called(&scene).absorption && !called(&scene).colored_shadows);
+    assert!(effects(&scene).has(Effect::Absorption) && !effects(&scene).has(Effect::ColoredShadows));
     shows(scene, [0.0; 3], "opaque");
 }
 
@@ -149,14 +149,14 @@ fn opaque_shadows_stay_black() {
 fn only_bodies_that_light_gets_into_call_for_it() {
     let opaque = json!({ "absorption": 1 });
     let mut scene = through(json!([slab(-1.0, 0.0, "ink")]), 1.5);
-    assert!(called(&scene).absorption);
+    assert!(effects(&scene).has(Effect::Absorption));
     scene["materials"]["ink"] = opaque;
-    assert!(!called(&scene).details());
+    assert!(!effects(&scene).has_details());
     let mut hollow = slab(-1.0, 0.0, "ink");
     hollow["box"]["hollow"] = json!(true);
-    assert!(!called(&through(json!([hollow]), 1.5)).details());
+    assert!(!effects(&through(json!([hollow]), 1.5)).has_details());
     let disc = json!({ "disc": { "center": [0, 0, 0], "normal": [0, 0, 1], "radius": 1, "material": "ink" } });
-    assert!(!called(&through(json!([disc]), 1.5)).details());
+    assert!(!effects(&through(json!([disc]), 1.5)).has_details());
 }
 
 #[test]

@@ -139,8 +139,8 @@ fn a_flat_normal_map_changes_no_byte() {
         // One texel far away is not flat, so the map is looked at.
         let looked_at = scene(lit(map(normals(128, 128, 255)), ball.clone()), precision);
         let called = match &looked_at.world {
-            Precise::Single(world) => world.called.paint,
-            Precise::Double(world) => world.called.paint,
+            Precise::Single(world) => world.effects.has_textures(),
+            Precise::Double(world) => world.effects.has_textures(),
         };
         assert!(called);
         assert_eq!(picture(&looked_at).film.pixels, plain);
@@ -153,7 +153,7 @@ fn a_flat_normal_map_changes_no_byte() {
 fn bumps_without_height_are_not_called_for() {
     let flat = json!({ "bump": { "height": 0, "texture": { "noise": {} } } });
     let Precise::Single(world) = scene(lit(flat.clone(), wall()), "single").world else { panic!("asked for single") };
-    assert!(!world.called.paint);
+    assert!(!world.effects.has_textures());
     assert_eq!(pixels(lit(flat, wall()), "single"), pixels(lit(json!({}), wall()), "single"));
 }
 

@@ -414,8 +414,7 @@ fn roughness_between_equal_media_cannot_be_seen() {
 #[test]
 fn explanations_know_the_samples_that_choices_bring_and_what_cannot_show() {
     let state = |description: &Value, name: &str| {
-        let description: strahl::scene::Description = serde_json::from_value(description.clone()).unwrap();
-        let effects = strahl::plan::explain::explain(&description).effects;
+        let effects = strahl::plan::explain::explain(&scene(description.clone(), "single")).effects;
         effects.into_iter().find(|effect| effect.effect == name).map(|effect| (effect.state, effect.reason)).unwrap()
     };
     use strahl::plan::explain::State;

@@ -57,11 +57,11 @@ fn clear_bodies_that_shine_are_seen() {
 fn emission_of_0_is_not_called_for() {
     for (emission, calls) in [(0.0, false), (0.5, true)] {
         let description = wall(json!({ "emission": emission }));
-        assert_eq!(called(&description).emission, calls);
+        assert_eq!(effects(&description).has(Effect::Emission), calls);
         let unused = json!({ "emission": 0.5 });
         let mut description = wall(json!({}));
         description["materials"]["unused"] = unused;
-        assert!(!called(&description).details());
+        assert!(!effects(&description).has_details());
     }
 }
 

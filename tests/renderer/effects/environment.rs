@@ -6,6 +6,7 @@ use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 use strahl::film::{FileFormat, encode};
 use strahl::scene::compile::Precise;
+use strahl::scene::effects::Effect;
 
 /// A panorama of an environment, in which there is next to nothing.
 fn panorama(environment: Value, width: u32) -> Value {
@@ -124,7 +125,7 @@ fn intensity_is_a_factor_and_one_colour_is_a_background() {
     ] {
         let scene = scene(panorama(environment, 8), "single");
         let Precise::Single(world) = &scene.world else { panic!("asked for single") };
-        assert!(!world.called.environment && world.environment.is_none());
+        assert!(!world.effects.has(Effect::EnvironmentMap) && world.environment.is_none());
         let color = world.background;
         assert!(picture(&scene).film.pixels.iter().all(|pixel| *pixel == color));
     }

@@ -113,7 +113,7 @@ fn fog_of_density_0_is_not_called_for() {
     for (density, calls) in [(0.0, false), (1e-60, false), (1e-3, true)] {
         let scene = towards([1.0, 0.0, 0.0], [0.0; 3], json!({ "density": density }));
         let world = match super::scene(scene, "single").world {
-            Precise::Single(world) => world.called.fog,
+            Precise::Single(world) => world.effects.has(Effect::Fog),
             Precise::Double(_) => unreachable!(),
         };
         assert_eq!(world, calls, "{density}");

@@ -141,14 +141,14 @@ fn conductors_follow_schlick() {
 
 #[test]
 fn materials_that_ask_for_nothing_are_left_alone() {
-    let call = |material: Value| called(&onto(0.0, quad(), material, 0.0)).fresnel;
+    let call = |material: Value| effects(&onto(0.0, quad(), material, 0.0)).has(Effect::Fresnel);
     assert!(!call(json!({ "fresnel": "none", "reflection": 1 })));
     assert!(!call(json!({ "fresnel": "dielectric" })), "nothing to share out");
     assert!(call(json!({ "fresnel": "dielectric", "reflection": 1 })));
     assert!(call(json!({ "fresnel": "conductor" })));
     let mut shallow = onto(0.0, quad(), json!({ "fresnel": "conductor" }), 0.0);
     shallow["render"] = json!({ "max_depth": 1 });
-    assert!(!called(&shallow).fresnel);
+    assert!(!effects(&shallow).has(Effect::Fresnel));
 }
 
 #[test]

@@ -17,8 +17,8 @@ mod textures;
 use serde_json::{Value, json};
 use strahl::film::Region;
 use strahl::render::{Control, Picture, render};
-use strahl::scene::called::Called;
 use strahl::scene::compile::Precise;
+use strahl::scene::effects::{Effect, SceneEffects};
 use strahl::scene::{Format, Overrides, Scene, load};
 
 /// Loads a scene in a precision.
@@ -40,11 +40,11 @@ fn pixels(description: Value, precision: &str) -> Vec<[f32; 3]> {
     picture(&scene(description, precision)).film.pixels
 }
 
-/// The effects that a description calls for.
-fn called(description: &Value) -> Called {
+/// The effects that are on.
+fn effects(description: &Value) -> SceneEffects {
     match scene(description.clone(), "double").world {
-        Precise::Double(world) => world.called,
-        Precise::Single(world) => world.called,
+        Precise::Double(world) => world.effects,
+        Precise::Single(world) => world.effects,
     }
 }
 

@@ -117,14 +117,14 @@ fn what_is_the_same_everywhere_is_a_colour() {
     let plain = pixels(wall(json!("#bcbcbc")), "single");
     for diffuse in [picture, gradient, clouds] {
         let Precise::Single(world) = scene(wall(diffuse.clone()), "single").world else { panic!("asked for single") };
-        assert!(!world.called.paint && !world.called.details());
+        assert!(!world.effects.has_textures() && !world.effects.has_details());
         assert_eq!(pixels(wall(diffuse), "single"), plain);
     }
     // Nor does a material count that no body has.
     let mut unused = wall(noise(1.0));
     unused["objects"][0]["plane"]["material"] = Value::Null;
     let Precise::Single(world) = scene(unused, "single").world else { panic!("asked for single") };
-    assert!(!world.called.paint);
+    assert!(!world.effects.has_textures());
 }
 
 #[test]
@@ -401,7 +401,7 @@ fn explanations_say_what_is_on_removed_or_off() {
     let states = |description: &Value| {
         let loaded =
             strahl::scene::load(description.to_string().as_bytes(), Format::Json, &Overrides::default()).unwrap();
-        let explained = strahl::plan::explain::explain(&loaded.description);
+        let explained = strahl::plan::explain::explain(&loaded.scene);
         // What a description says reads back as the same.
         let written = serde_json::to_value(&loaded.description).unwrap();
         assert_eq!(serde_json::from_value::<strahl::scene::Description>(written).unwrap(), loaded.description);

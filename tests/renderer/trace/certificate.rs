@@ -151,8 +151,15 @@ fn judge(seed: u64, factor: f64) -> Tally {
     let deep = shoot(&loaded(&text, fixed(depth.unwrap_or(300), 1e-8)).scene);
     let roundings = if description.render.precision == Precision::Single { 2e-5 } else { 1e-7 };
     let mut tally = Tally::default();
-    let settings =
-        [proved(0), proved(1), proved(2), fixed(3, 0.0), fixed(5, 1e-3), fixed(depth.unwrap_or(300), 1.0 / 255.0)];
+    let settings = [
+        proved(0),
+        proved(1),
+        proved(2),
+        fixed(1, 0.0),
+        fixed(3, 0.0),
+        fixed(5, 1e-3),
+        fixed(depth.unwrap_or(300), 1.0 / 255.0),
+    ];
     for overrides in settings {
         let mut scene = loaded(&text, overrides).scene;
         // A fixed depth is held against its own where nothing bounds what lies beyond.
@@ -210,6 +217,25 @@ fn no_pixel_of_the_scenes_leaves_its_bounds() {
     }
     println!("{tally:?}");
     assert!(tally.channels > 1_000_000, "{tally:?}");
+}
+
+/// Of mirrors of which no ray is followed, too, at every angle.
+#[test]
+fn what_mirrors_could_show_is_known_to_be_lacking() {
+    for material in [json!({ "diffuse": 0, "reflection": 0.5 }), json!({ "diffuse": 0, "fresnel": "conductor" })] {
+        let text = serde_json::to_vec(&json!({
+            "version": 1, "image": { "width": WIDTH, "height": HEIGHT }, "background": 0.5,
+            "camera": { "pinhole": { "eye": [0, 1, 4], "look_at": [0, 0, 0] } },
+            "materials": { "mirror": material }, "render": { "antialias": false },
+            "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "mirror" } }]
+        }));
+        let text = text.unwrap();
+        let (shallow, deep) = (shoot(&loaded(&text, fixed(1, 0.0)).scene), shoot(&loaded(&text, fixed(9, 0.0)).scene));
+        assert!(shallow.proof().max_codes > 100 && deep.proof().max_codes == 0);
+        let mut tally = Tally::default();
+        hold(&shallow, &deep, 2e-5, &mut tally);
+        assert_eq!((tally.violations, tally.codes), (0, 0), "{tally:?}");
+    }
 }
 
 /// `max_codes` 0 gives the PNG of recursion without end, with no depth to choose; antialiasing decides the same.

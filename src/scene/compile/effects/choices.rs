@@ -1,0 +1,103 @@
+//! Effects that are means over choices.
+
+use super::light::by_light;
+use super::rule::{Facts, OfMaterial, Rule, Said};
+use crate::camera::Camera;
+use crate::lanes::Real;
+use crate::scene::description::{self as d, Area, Light};
+use crate::scene::effects::Effect;
+
+pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
+    vec![
+        Rule::new(Effect::SoftShadows, |world| world.lights.iter().any(|light| light.area.is_some()), soft_shadows)
+            .without(|world| world.lights.iter_mut().for_each(|light| light.area = None)),
+        Rule::of_material(
+            Effect::Gloss,
+            OfMaterial {
+                asks: |material| (material.roughness > 0.0).then_some("roughness"),
+                shows: |material, _| material.alpha > R::from_f64(0.0) && (material.mirrors() || material.transmits()),
+                follows: true,
+                on: "rough surfaces scatter what they reflect and transmit: each sample chooses a facet",
+                removed: "no rough surface reflects or transmits",
+                off: "roughness is 0 everywhere",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| material.alpha = R::from_f64(0.0))),
+        Rule::of_material(
+            Effect::Dispersion,
+            OfMaterial {
+                asks: |material| (material.dispersion > 0.0).then_some("dispersion"),
+                shows: |material, _| material.dispersion > R::from_f64(0.0) && material.transmits(),
+                follows: true,
+                on: "bodies bend wavelengths differently: each sample chooses one",
+                removed: "no body that disperses light transmits any",
+                off: "dispersion is 0 everywhere",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| material.dispersion = R::from_f64(0.0))),
+        Rule::new(Effect::DepthOfField, |world| world.camera.lens().is_some(), depth_of_field).without(|world| {
+            if let Camera::Lens(flat, _) = world.camera {
+                world.camera = Camera::Flat(flat);
+            }
+        }),
+        Rule::new(Effect::MotionBlur, |world| world.usage.moves, motion_blur)
+            .without(|world| world.usage.moves = false),
+        Rule::new(Effect::ColorBleeding, |world| world.rules.gathers(), color_bleeding)
+            .without(|world| world.rules.color_bleeding = false),
+    ]
+}
+
+fn soft_shadows<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let area = |area: Option<Area>| match area {
+        None => None,
+        Some(Area::Disc(disc)) => Some(disc.radius > 0.0),
+        Some(Area::Parallelogram(area)) => Some([area.u, area.v].as_flattened().iter().any(|x| *x != 0.0)),
+    };
+    let size = |light: &Light| match light {
+        Light::Point(l) => area(l.area),
+        Light::Spot(l) => area(l.area),
+        Light::Directional(l) => l.area.map(|area| area.angle_deg > 0.0),
+    };
+    let on_and_off = "lights shine from areas: each sample chooses a point of them";
+    if on || facts.description.lights.iter().any(|light| size(light) == Some(true)) {
+        let says = [on_and_off, "all lights with an area are black", "all lights are points"];
+        return by_light(facts, |light| size(light) == Some(true), says, on);
+    }
+    by_light(
+        facts,
+        |light| size(light).is_some(),
+        [on_and_off, "areas of size 0 are points", "all lights are points"],
+        on,
+    )
+}
+
+fn depth_of_field<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    match &facts.description.camera {
+        _ if on => {
+            Said::asked_at("the camera has a lens: each sample chooses a point of it", "/camera/pinhole/aperture")
+        }
+        d::Camera::Pinhole(camera) if camera.focus_distance.is_some() => {
+            Said::asked_at("aperture is 0: everything is sharp at any distance", "/camera/pinhole/focus_distance")
+        }
+        _ => Said::off("the camera has no lens"),
+    }
+}
+
+fn motion_blur<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    if on {
+        Said::asked("objects move: each sample chooses a time", facts.pointers.moving.clone())
+    } else {
+        Said::off("nothing moves")
+    }
+}
+
+fn color_bleeding<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let because = "/render/color_bleeding";
+    match facts.description.render.color_bleeding {
+        false => Said::off("not asked for: interreflection is the ambient light"),
+        true if on => {
+            Said::asked_at("surfaces gather what others scatter, once: each sample chooses a direction", because)
+        }
+        true => Said::asked_at("max_depth is 1: only camera rays are followed", because),
+    }
+}

@@ -1,0 +1,281 @@
+//! What lights, the air and the surroundings do.
+
+use super::hiding::hides_nothing;
+use super::rule::{Facts, OfMaterial, Rule, Said, black, is_some};
+use crate::accel::{Blockers, Shape};
+use crate::lanes::Real;
+use crate::scene::description::Diffuse;
+use crate::scene::description::{self as d, Checker, Falloff, Gradient, Light, Noise, Shadows};
+use crate::scene::effects::Effect;
+use crate::scene::world::World;
+use crate::scene::world::shows;
+use crate::shading::light::{self, Source};
+use crate::shading::material::Material;
+use crate::shading::texture::checker::BaseColor;
+
+pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
+    vec![
+        Rule::new(Effect::AmbientLight, |world| shows(world.ambient), ambient).without(|world| world.ambient = black()),
+        Rule::new(
+            Effect::DiffuseReflection,
+            |world| (world.is_lit() || world.rules.gathers()) && diffuse_materials().is_on(world),
+            diffuse,
+        )
+        .without(|world| world.materials.iter_mut().for_each(forget_diffuse)),
+        Rule::new(Effect::Highlights, |world| world.is_lit() && shiny_materials().is_on(world), highlights)
+            .without(|world| world.materials.iter_mut().for_each(|material| material.specular = black())),
+        Rule::new(Effect::Shadows, |world| world.rules.shadows.is_some(), shadows)
+            .without(|world| world.rules.shadows = None),
+        Rule::new(Effect::TransmissiveShadows, lets_light_through, transmissive_shadows).without(|world| {
+            world.rules.shadows = world.rules.shadows.map(|_| Blockers::Opaque);
+        }),
+        Rule::new(
+            Effect::ColoredShadows,
+            |world| world.rules.colors_shadows && lets_light_through(world) && absorbing_bodies().is_on(world),
+            colored_shadows,
+        )
+        .without(|world| world.rules.colors_shadows = false),
+        Rule::of_material(Effect::Absorption, absorbing_bodies())
+            .without(|world| world.materials.iter_mut().for_each(|material| material.absorption = black())),
+        Rule::of_material(
+            Effect::Emission,
+            OfMaterial {
+                asks: |material| is_some(material.emission).then_some("emission"),
+                shows: |material, _| shows(material.emission),
+                follows: false,
+                on: "surfaces shine by themselves",
+                removed: "what they shine with is too little for single precision",
+                off: "emission is 0 everywhere",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| material.emission = black())),
+        Rule::new(Effect::Fog, |world| world.fog.is_some(), fog).without(|world| world.fog = None),
+        Rule::new(Effect::EnvironmentMap, |world| world.environment.is_some(), environment)
+            .without(|world| world.environment = None),
+        Rule::new(
+            Effect::SpotLights,
+            |world| world.lights.iter().any(|light| shows(light.color) && matches!(light.source, Source::Spot { .. })),
+            spot_lights,
+        )
+        .without(|world| world.lights.iter_mut().for_each(widen)),
+        Rule::new(
+            Effect::LightFalloff,
+            |world| {
+                world.lights.iter().any(|light| shows(light.color) && !matches!(light.falloff, light::Falloff::None))
+            },
+            falloff,
+        )
+        .without(|world| world.lights.iter_mut().for_each(|light| light.falloff = light::Falloff::None)),
+    ]
+}
+
+fn ambient<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    match is_some(facts.description.ambient) {
+        true if on => Said::asked_at("the scene has ambient light", "/ambient"),
+        true => Said::asked_at("it is too little for single precision", "/ambient"),
+        false => Said::off("ambient is 0"),
+    }
+}
+
+/// Whether a colour of the description is more than black anywhere.
+fn shines(diffuse: &Diffuse) -> bool {
+    match diffuse {
+        Diffuse::Uniform(color) => is_some(*color),
+        Diffuse::Checker(Checker { a, b, .. })
+        | Diffuse::Gradient(Gradient { a, b, .. })
+        | Diffuse::Noise(Noise { a, b, .. }) => is_some(*a) || is_some(*b),
+        Diffuse::Image(_) => true,
+    }
+}
+
+fn diffuse_materials<R: Real>() -> OfMaterial<R> {
+    OfMaterial {
+        asks: |material| shines(&material.diffuse).then_some("diffuse"),
+        shows: |material, _| match material.diffuse {
+            BaseColor::Uniform(color) => shows(color),
+            BaseColor::Checker { a, b, .. } => shows(a) || shows(b),
+        },
+        follows: false,
+        on: "surfaces scatter the lights",
+        removed: "the colours are too dark for single precision",
+        off: "no material has a diffuse colour",
+    }
+}
+
+/// Ambient light keeps the colour that it had.
+fn forget_diffuse<R: Real>(material: &mut Material<R>) {
+    let diffuse = std::mem::replace(&mut material.diffuse, BaseColor::Uniform(black()));
+    material.ambient.get_or_insert(diffuse);
+    if let Some(textures) = &mut material.textures {
+        let pattern = textures.diffuse.take();
+        if !textures.own_ambient {
+            (textures.ambient, textures.own_ambient) = (pattern, true);
+        }
+        if textures.is_plain() {
+            material.textures = None;
+        }
+    }
+}
+
+/// Of what needs lights: the same, but for the reason where there are none.
+fn of_lights<R: Real>(of: &OfMaterial<R>, facts: &Facts<'_, R>, on: bool) -> Said {
+    let said = of.why(facts, on);
+    if said.asked && !on && !facts.world.is_lit() { no_light() } else { said }
+}
+
+fn no_light() -> Said {
+    Said::asked_at("no light shines", "/lights")
+}
+
+fn diffuse<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let default = facts.world.usage.materials.last().is_some_and(|used| used.anywhere);
+    match (on, default) {
+        (true, true) => Said::asked("bodies without a material are diffuse", Vec::new()),
+        (false, true) => no_light(),
+        _ => of_lights(&diffuse_materials(), facts, on),
+    }
+}
+
+fn shiny_materials<R: Real>() -> OfMaterial<R> {
+    OfMaterial {
+        asks: |material| is_some(material.specular).then_some("specular"),
+        shows: |material, _| shows(material.specular),
+        follows: false,
+        on: "lights mirror in shiny surfaces (Phong)",
+        removed: "they are too dark for single precision",
+        off: "specular is 0 everywhere",
+    }
+}
+
+fn highlights<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+    of_lights(&shiny_materials(), facts, on)
+}
+
+fn shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+    if facts.description.render.shadows == Shadows::None {
+        return Said::off("render.shadows is \"none\"").because("/render/shadows");
+    }
+    if on {
+        return Said::asked_at("bodies hide the lights from each other", "/lights");
+    }
+    match hides_nothing(facts.description, facts.world).filter(|_| facts.world.is_lit()) {
+        None => no_light(),
+        Some((item, why)) => {
+            let kind = match item.shape {
+                Shape::Plane(_) => "plane",
+                Shape::Disc(_) => "disc",
+                Shape::Sphere(_) => "sphere",
+                _ => "box",
+            };
+            Said::asked(why, vec![format!("{}/{kind}", (facts.source)(item.source))])
+        }
+    }
+}
+
+/// Whether shadow rays pass some bodies.
+fn lets_light_through<R>(world: &World<R>) -> bool {
+    world.rules.shadows == Some(Blockers::Transmissive)
+}
+
+fn transmissive_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let because = "/render/shadows";
+    match facts.description.render.shadows {
+        Shadows::Opaque | Shadows::None => Said::off("render.shadows is not \"transmissive\""),
+        Shadows::Transmissive if on => Said::asked_at("transmitting bodies let some of the light through", because),
+        Shadows::Transmissive if !facts.world.transmits => Said::asked_at("no body transmits light", because),
+        Shadows::Transmissive => Said::asked_at("there are no shadows", because),
+    }
+}
+
+fn absorbing_bodies<R: Real>() -> OfMaterial<R> {
+    OfMaterial {
+        asks: |material| is_some(material.absorption).then_some("absorption"),
+        shows: |material, used| used.filled && shows(material.absorption) && material.transmits(),
+        follows: false,
+        on: "bodies absorb light along its way through them",
+        removed: "light gets into no body that absorbs: those that ask for it are opaque, hollow or sheets",
+        off: "absorption is 0 everywhere",
+    }
+}
+
+fn colored_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let absorption = absorbing_bodies();
+    if on {
+        let reason = "bodies absorb some of the light on its way to surfaces";
+        return Said { reason: reason.to_owned(), ..absorption.why(facts, true) };
+    }
+    if !absorption.is_on(facts.world) {
+        return Said::off("no body absorbs the light that passes through it");
+    }
+    if facts.description.render.shadows != Shadows::Transmissive {
+        return Said::off("render.shadows is not \"transmissive\"").because("/render/shadows");
+    }
+    no_light()
+}
+
+fn fog<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    match &facts.description.fog {
+        Some(fog) if on => {
+            let how = if fog.height.is_some() { "fog that thins out with height" } else { "fog" };
+            Said::asked_at(format!("{how} fades what is far away"), "/fog")
+        }
+        Some(fog) if fog.density > 0.0 => Said::asked_at("it is too thin for single precision", "/fog/density"),
+        Some(_) => Said::asked_at("fog.density is 0", "/fog/density"),
+        None => Said::off("the scene has no fog"),
+    }
+}
+
+fn environment<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    match &facts.description.environment {
+        None => Said::off("rays that hit nothing see the background"),
+        Some(_) if on => Said::asked_at("rays that hit nothing see a picture", "/environment"),
+        Some(environment) if environment.intensity == 0.0 => {
+            Said::asked_at("its intensity is 0: it is black", "/environment/intensity")
+        }
+        Some(_) => Said::asked_at("its picture has one colour: it is a background", "/environment/image"),
+    }
+}
+
+/// An effect of lights: `asks` says which ask for it.
+pub(super) fn by_light<R>(facts: &Facts<'_, R>, asks: impl Fn(&Light) -> bool, says: [&str; 3], on: bool) -> Said {
+    let shines = |light: &Light| {
+        let (color, intensity) = match light {
+            Light::Point(l) => (l.color, l.intensity),
+            Light::Directional(l) => (l.color, l.intensity),
+            Light::Spot(l) => (l.color, l.intensity),
+        };
+        is_some(color) && intensity > 0.0
+    };
+    let [why_on, black, off] = says;
+    let asking = facts.description.lights.iter().enumerate().filter(|(_, light)| asks(light));
+    let pointers: Vec<String> =
+        asking.filter(|(_, light)| shines(light) || !on).map(|(i, _)| format!("/lights/{i}")).collect();
+    match (on, pointers.is_empty()) {
+        (true, _) => Said::asked(why_on, pointers),
+        (false, false) => Said::asked(black, pointers),
+        (false, true) => Said::off(off),
+    }
+}
+
+fn spot_lights<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let says = ["lights shine into cones", "all spots are black", "no light is a spot"];
+    by_light(facts, |light| matches!(light, Light::Spot(_)), says, on)
+}
+
+fn falloff<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let fades = |light: &Light| match light {
+        Light::Point(d::PointLight { falloff, .. }) | Light::Spot(d::SpotLight { falloff, .. }) => {
+            *falloff != Falloff::None
+        }
+        Light::Directional(_) => false,
+    };
+    let says = ["lights fade with distance", "all lights that fade are black", "no light fades with distance"];
+    by_light(facts, fades, says, on)
+}
+
+/// Makes a point light of a spot.
+fn widen<R: Real>(light: &mut light::Light<R>) {
+    if let Source::Spot { position, .. } = light.source {
+        light.source = Source::Point { position };
+    }
+}

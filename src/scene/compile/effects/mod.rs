@@ -1,0 +1,66 @@
+//! The rules of the table of effects.
+//!
+//! An effect is on exactly if the world that the kernels read holds it. So rules look at the world, as it was built in its
+//! precision, and at the description only to say who asks for an effect and why it cannot show.
+
+mod choices;
+mod hiding;
+mod light;
+mod picture;
+mod rays;
+mod recursion;
+mod rule;
+mod surfaces;
+
+pub(super) use hiding::hides_nothing;
+pub(super) use picture::refines;
+pub(super) use rule::Facts;
+
+use crate::accel::Blockers;
+use crate::lanes::Real;
+use crate::scene::effects::{Effect, Entry};
+use crate::scene::world::World;
+use crate::shading::material::{Fresnel, Material};
+use rule::Rule;
+
+/// Sets all of a world that follows from the rest: its effects above all.
+pub(super) fn settle<R: Real>(world: &mut World<R>) {
+    let any = |kind: fn(&Material<R>) -> bool| world.has_material(|material, _| kind(material));
+    let (transmits, reflects) = (any(Material::transmits), any(Material::mirrors));
+    let conducts = world.has_material(|material, _| material.fresnel == Fresnel::Conductor);
+    (world.transmits, world.reflects) = (transmits, reflects);
+    if world.rules.shadows == Some(Blockers::Transmissive) && !transmits {
+        // Where no body transmits light, the first one on the way decides.
+        world.rules.shadows = Some(Blockers::Opaque);
+    }
+    world.effects = rules().iter().filter(|rule| rule.is_on(world)).map(|rule| rule.effect).collect();
+    // Light that grazes a conductor is mirrored completely: where no ray is followed, this much is lacking.
+    world.angular = world.effects.has(Effect::Fresnel) || conducts;
+}
+
+/// The table of a scene.
+pub(super) fn table<R: Real>(facts: &Facts<'_, R>) -> Vec<Entry> {
+    let mut table: Vec<Entry> = rules().iter().map(|rule| rule.explain(facts)).collect();
+    table.push(picture::antialiasing(facts));
+    table.sort_by_key(|entry| entry.effect as u32);
+    table
+}
+
+/// Takes an effect out of a world; false where that would make another scene of it, as with hollow bodies.
+pub(super) fn remove<R: Real>(effect: Effect, world: &mut World<R>) -> bool {
+    let rules = rules();
+    let Some(remove) = rules.iter().find(|rule| rule.effect == effect).and_then(|rule| rule.remove) else {
+        return false;
+    };
+    remove(world);
+    settle(world);
+    true
+}
+
+/// All but antialiasing, which is no matter of the world.
+fn rules<R: Real>() -> Vec<Rule<R>> {
+    [light::rules(), rays::rules(), surfaces::rules(), choices::rules(), picture::rules()]
+        .into_iter()
+        .flatten()
+        .collect()
+}

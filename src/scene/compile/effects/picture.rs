@@ -1,0 +1,56 @@
+//! How the picture is taken.
+
+use super::rule::{Facts, Rule, Said};
+use crate::lanes::Real;
+use crate::scene::description::{Accuracy, Camera, Precision};
+use crate::scene::effects::{Effect, Entry, REFINED_SAMPLES};
+
+pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
+    vec![
+        Rule::new(Effect::Instancing, |world| world.usage.placed, instancing),
+        Rule::new(Effect::SpecialProjection, |world| !world.camera.is_pinhole(), projection),
+        Rule::new(Effect::DoublePrecision, |_| R::ROUNDOFF < f64::from(f32::EPSILON) / 4.0, double_precision),
+    ]
+}
+
+/// Whether pixels that differ from a neighbour get more samples.
+pub(in crate::scene::compile) fn refines(antialias: bool, samples: u32, statistical: bool) -> bool {
+    antialias && samples < REFINED_SAMPLES && !statistical
+}
+
+pub(super) fn antialiasing<R>(facts: &Facts<'_, R>) -> Entry {
+    let (render, samples) = (&facts.description.render, facts.samples);
+    let statistical = matches!(render.accuracy(), Accuracy::Statistical(_));
+    let said = match render.antialias {
+        true if statistical => {
+            Said::asked_at("each pixel gets as many samples as its own spread asks for", "/render/accuracy")
+        }
+        true if samples >= REFINED_SAMPLES => {
+            Said::asked_at(format!("every pixel has {samples} samples anyway"), "/render/samples")
+        }
+        true => Said::asked_at("pixels that differ from a neighbour get 16 samples", "/render/antialias"),
+        false => Said::off("render.antialias is false").because("/render/antialias"),
+    };
+    said.entry(Effect::Antialiasing, refines(render.antialias, samples, statistical))
+}
+
+fn instancing<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    if on {
+        Said::asked("objects are placed, not copied", facts.pointers.placed.clone())
+    } else {
+        Said::off("no object is placed by a transform")
+    }
+}
+
+fn projection<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let camera = &facts.description.camera;
+    debug_assert_eq!(on, !matches!(camera, Camera::Pinhole(_)));
+    Said::off(format!("the camera is {}", camera.kind())).because(format!("/camera/{}", camera.kind()))
+}
+
+fn double_precision<R>(facts: &Facts<'_, R>, _: bool) -> Said {
+    match facts.description.render.precision {
+        Precision::Double => Said::asked_at("asked for", "/render/precision"),
+        Precision::Single => Said::off("render.precision is \"single\""),
+    }
+}

@@ -1,0 +1,108 @@
+//! What mirrors, and what passes through bodies.
+
+use super::rule::{Facts, OfMaterial, Rule, Said, black, is_some};
+use crate::lanes::Real;
+use crate::scene::description as d;
+use crate::scene::effects::Effect;
+use crate::scene::usage::Used;
+use crate::scene::world::shows;
+use crate::shading::material::{Fresnel, Material};
+
+pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
+    vec![
+        Rule::of_material(
+            Effect::Reflection,
+            OfMaterial {
+                asks: |material| match material.fresnel {
+                    _ if is_some(material.reflection) => Some("reflection"),
+                    d::Fresnel::Conductor => Some("fresnel"),
+                    _ => None,
+                },
+                shows: |material, _| material.mirrors(),
+                follows: true,
+                on: "surfaces mirror their surroundings",
+                removed: "it is too little for single precision",
+                off: "reflection is 0 everywhere",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(forget_reflection)),
+        Rule::of_material(
+            Effect::Transmission,
+            OfMaterial {
+                asks: |material| is_some(material.transmission).then_some("transmission"),
+                shows: |material, _| material.transmits(),
+                follows: true,
+                on: "light passes through bodies",
+                removed: "it is too little for single precision",
+                off: "transmission is 0 everywhere",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| material.transmission = black())),
+        Rule::of_material(
+            Effect::Fresnel,
+            OfMaterial {
+                asks: |material| (material.fresnel != d::Fresnel::None).then_some("fresnel"),
+                shows: |material, _| match material.fresnel {
+                    Fresnel::None => false,
+                    Fresnel::Dielectric => shows(material.reflection) || material.transmits(),
+                    Fresnel::Conductor => true,
+                },
+                follows: true,
+                on: "reflection and transmission depend on the angle of incidence",
+                removed: "dielectrics with reflection 0 and transmission 0 do not mirror",
+                off: "fresnel is \"none\" everywhere",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| material.fresnel = Fresnel::None)),
+        Rule::new(Effect::TotalReflection, |world| bending_bodies().is_on(world), total_reflection),
+        Rule::of_material(Effect::Refraction, bending_bodies())
+            .without(|world| world.materials.iter_mut().for_each(straighten)),
+        Rule::new(Effect::HollowBodies, |world| world.usage.hollow, hollow),
+    ]
+}
+
+/// Bodies into which light is refracted. Sheets and hollow bodies do not bend it: behind their surface is what was in front.
+fn bending_bodies<R: Real>() -> OfMaterial<R> {
+    OfMaterial {
+        asks: |material| is_some(material.transmission).then_some("ior"),
+        shows: bends,
+        follows: true,
+        on: "light bends by Snell's law",
+        removed: "all indices of refraction are 1, or those of sheets and hollow bodies: nothing bends",
+        off: "nothing transmits light",
+    }
+}
+
+fn bends<R: Real>(material: &Material<R>, used: Used) -> bool {
+    used.filled && material.transmits() && material.ior != R::from_f64(1.0)
+}
+
+fn total_reflection<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+    if on {
+        return Said::asked("light can meet a less dense medium at a grazing angle", Vec::new());
+    }
+    bending_bodies().why(facts, on).or_off("no refraction")
+}
+
+fn hollow<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    if on {
+        Said::asked("bodies enclose empty space", facts.pointers.hollow.clone())
+    } else {
+        Said::off("no body is hollow")
+    }
+}
+
+/// What conductors transmit depends on what they mirror, so they become plain.
+fn forget_reflection<R: Real>(material: &mut Material<R>) {
+    material.reflection = black();
+    if material.fresnel == Fresnel::Conductor {
+        material.fresnel = Fresnel::None;
+    }
+}
+
+/// Varnished bodies keep their index: it decides how much they mirror.
+fn straighten<R: Real>(material: &mut Material<R>) {
+    if material.transmits() {
+        material.ior = R::from_f64(1.0);
+    }
+}

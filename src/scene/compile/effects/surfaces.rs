@@ -1,0 +1,172 @@
+//! What surfaces look like.
+
+use super::rule::{Facts, OfMaterial, Rule, Said};
+use crate::lanes::Real;
+use crate::scene::description::Diffuse;
+use crate::scene::description::Material as Described;
+use crate::scene::effects::Effect;
+use crate::shading::material::Material;
+use crate::shading::texture::bump::BumpMap;
+use crate::shading::texture::checker::BaseColor;
+use crate::shading::texture::pattern::{Pattern, Textures};
+
+pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
+    vec![
+        Rule::of_material(
+            Effect::CheckerTexture,
+            OfMaterial {
+                asks: |material| color_that(material, |color| matches!(color, Diffuse::Checker(_))),
+                shows: |material, _| is_checker(&material.diffuse) || material.ambient.as_ref().is_some_and(is_checker),
+                follows: false,
+                on: "colours depend on the place",
+                removed: "its two colours are the same",
+                off: "no colour is a checkerboard",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(forget_checkers)),
+        Rule::of_material(
+            Effect::GradientTexture,
+            OfMaterial {
+                asks: |material| color_that(material, |color| matches!(color, Diffuse::Gradient(_))),
+                shows: |material, _| has_pattern(material, is_gradient),
+                follows: false,
+                on: "colours change from point to point",
+                removed: "its two colours are the same",
+                off: "no colour is a gradient",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| forget_patterns(material, is_gradient))),
+        Rule::of_material(
+            Effect::NoiseTexture,
+            OfMaterial {
+                asks: |material| color_that(material, |color| matches!(color, Diffuse::Noise(_))),
+                shows: |material, _| has_pattern(material, is_noise),
+                follows: false,
+                on: "colours are clouds of noise",
+                removed: "its two colours are the same",
+                off: "no colour is noise",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| forget_patterns(material, is_noise))),
+        Rule::of_material(
+            Effect::ImageTexture,
+            OfMaterial {
+                asks: |material| color_that(material, |color| matches!(color, Diffuse::Image(_))),
+                shows: |material, _| has_pattern(material, is_image),
+                follows: false,
+                on: "pictures lie on surfaces, filtered by the footprint of each ray",
+                removed: "the picture has one colour",
+                off: "no colour is a picture",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| forget_patterns(material, is_image))),
+        Rule::of_material(
+            Effect::BumpMapping,
+            OfMaterial {
+                asks: |material| material.bump.as_ref().map(|_| "bump"),
+                shows: |material, _| bump(material).is_some_and(is_bump),
+                follows: false,
+                on: "surfaces are lit as if they were rough",
+                removed: "all bumps have height 0",
+                off: "no material has bumps",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| forget_bumps(material, is_bump))),
+        Rule::of_material(
+            Effect::NormalMapping,
+            OfMaterial {
+                asks: |material| material.normal_map.as_ref().map(|_| "normal_map"),
+                shows: |material, _| bump(material).is_some_and(is_normal_map),
+                follows: false,
+                on: "pictures tilt the normals of surfaces",
+                removed: "the picture tilts no normal",
+                off: "no material has a normal map",
+            },
+        )
+        .without(|world| world.materials.iter_mut().for_each(|material| forget_bumps(material, is_normal_map))),
+        Rule::new(Effect::SmoothNormals, |world| world.usage.smooth, smooth_normals),
+    ]
+}
+
+/// The key of a colour that passes a test.
+fn color_that(material: &Described, test: impl Fn(&Diffuse) -> bool) -> Option<&'static str> {
+    if test(&material.diffuse) {
+        return Some("diffuse");
+    }
+    material.ambient.as_ref().is_some_and(test).then_some("ambient")
+}
+
+fn is_checker<R>(color: &BaseColor<R>) -> bool {
+    matches!(color, BaseColor::Checker { .. })
+}
+
+fn is_gradient(pattern: &Pattern) -> bool {
+    matches!(pattern, Pattern::Gradient { .. })
+}
+
+fn is_noise(pattern: &Pattern) -> bool {
+    matches!(pattern, Pattern::Noise { .. })
+}
+
+fn is_image(pattern: &Pattern) -> bool {
+    matches!(pattern, Pattern::Image(_))
+}
+
+fn is_normal_map(bump: &BumpMap) -> bool {
+    matches!(bump, BumpMap::Normals(_))
+}
+
+fn is_bump(bump: &BumpMap) -> bool {
+    !is_normal_map(bump)
+}
+
+fn has_pattern<R>(material: &Material<R>, test: fn(&Pattern) -> bool) -> bool {
+    let Some(textures) = &material.textures else { return false };
+    [&textures.diffuse, &textures.ambient].into_iter().flatten().any(test)
+}
+
+fn bump<R>(material: &Material<R>) -> Option<&BumpMap> {
+    material.textures.as_ref()?.bump.as_ref()
+}
+
+/// Checkers become the mean of their two colours.
+fn forget_checkers<R: Real>(material: &mut Material<R>) {
+    for color in [Some(&mut material.diffuse), material.ambient.as_mut()].into_iter().flatten() {
+        if let BaseColor::Checker { a, b, .. } = *color {
+            let half = R::from_f64(0.5);
+            *color = BaseColor::Uniform(std::array::from_fn(|c| (a[c] + b[c]) * half));
+        }
+    }
+}
+
+/// Patterns become their mean, which stands beside them.
+fn forget_patterns<R>(material: &mut Material<R>, test: fn(&Pattern) -> bool) {
+    change(material, |textures| {
+        for pattern in [&mut textures.diffuse, &mut textures.ambient] {
+            pattern.take_if(|pattern| test(pattern));
+        }
+    });
+}
+
+fn forget_bumps<R>(material: &mut Material<R>, test: fn(&BumpMap) -> bool) {
+    change(material, |textures| {
+        textures.bump.take_if(|bump| test(bump));
+    });
+}
+
+/// Changes the textures of a material, and forgets them if nothing is left.
+fn change<R>(material: &mut Material<R>, change: impl Fn(&mut Textures)) {
+    let Some(textures) = &mut material.textures else { return };
+    change(textures);
+    if textures.is_plain() {
+        material.textures = None;
+    }
+}
+
+fn smooth_normals<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    if on {
+        Said::asked("meshes interpolate their normals", facts.pointers.smooth.clone())
+    } else {
+        Said::off("no mesh has normals")
+    }
+}

@@ -1,0 +1,47 @@
+//! What the bodies of a scene use. Definitions that nothing places are not built and do not count.
+
+use super::effects::MAX_POINTERS;
+
+/// What bodies have.
+#[derive(Debug, Clone, Default)]
+pub struct Usage {
+    /// Of each material, the default material last.
+    pub materials: Vec<Used>,
+    /// Whether anything moves while the shutter is open.
+    pub moves: bool,
+    /// Whether any body is turned inside out.
+    pub hollow: bool,
+    /// Whether any mesh has normals of its own.
+    pub smooth: bool,
+    /// Whether anything is placed by a transform.
+    pub placed: bool,
+}
+
+/// How a material is used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Used {
+    /// By any body.
+    pub anywhere: bool,
+    /// By a body that light may be inside of: it is closed, and not hollow.
+    pub filled: bool,
+}
+
+/// JSON pointers of the first objects that use something.
+#[derive(Debug, Default)]
+pub(super) struct Pointers {
+    /// Those that move.
+    pub(super) moving: Vec<String>,
+    /// Those that are turned inside out.
+    pub(super) hollow: Vec<String>,
+    /// Meshes with normals.
+    pub(super) smooth: Vec<String>,
+    /// Those that are placed by a transform.
+    pub(super) placed: Vec<String>,
+}
+
+/// Keeps a pointer, if there are not many yet.
+pub(super) fn note(list: &mut Vec<String>, pointer: impl FnOnce() -> String) {
+    if list.len() < MAX_POINTERS {
+        list.push(pointer());
+    }
+}
