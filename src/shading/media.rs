@@ -88,7 +88,7 @@ impl<R: Real> Media<R> {
         self.nodes[list as usize].medium.dispersion
     }
 
-    /// The list after a body has been entered; the same list if the ray was in it already, or if it holds [`MAX_MEDIA`].
+    /// The list after a body has been entered; the same list if the ray was in it already, or if it holds `MAX_MEDIA`.
     pub fn enter(&mut self, list: MediumList, medium: Medium<R>) -> MediumList {
         if self.contains(list, medium.body) || self.entries(list).count() >= MAX_MEDIA {
             return list;
