@@ -7,7 +7,7 @@ use strahl::film::Region;
 use strahl::render::{Control, RenderOptions, render_with};
 use strahl::scene::compile::Precise;
 use strahl::scene::{Format, Overrides, Scene, load};
-use strahl::trace::variants::Specialised;
+use strahl::trace::variants::KernelVariant;
 
 const ROUNDS: usize = 9;
 
@@ -33,10 +33,10 @@ fn measure(path: &std::path::Path) {
     };
     let scene = load(&std::fs::read(path).unwrap(), Format::Json, &overrides).unwrap().scene;
     let kernel = match &scene.world {
-        Precise::Single(world) => Specialised::of(world),
-        Precise::Double(world) => Specialised::of(world),
+        Precise::Single(world) => KernelVariant::of(world),
+        Precise::Double(world) => KernelVariant::of(world),
     };
-    if kernel == Specialised::Everything {
+    if kernel == KernelVariant::General {
         return;
     }
     let (mut special, mut general) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Rays, what they meet, and how a new ray starts on a surface without meeting it again.
+//! Rays, their hits, and how a new ray starts on a surface without hitting it again.
 
 use crate::lanes::{Lanes, Mask, Real, V3};
 
@@ -26,36 +26,36 @@ pub enum Wanted {
     Surface,
 }
 
-/// Where a ray meets one shape. Traversal needs no more than this, and the surface can be computed from it.
+/// The hit of a ray on one shape. Traversal needs no more than this, and the surface can be computed from it.
 #[derive(Debug, Clone, Copy)]
-pub struct Place<L: Lanes> {
+pub struct Hit<L: Lanes> {
     /// Ray parameter.
     pub t: L,
-    /// The lanes that meet the shape inside (t_min, t_max).
-    pub hit: L::Mask,
+    /// The lanes whose ray hits the shape inside (t_min, t_max).
+    pub lanes: L::Mask,
     /// Barycentric weights of the vertices, for triangles.
     pub weights: [L; 3],
 }
 
-impl<L: Lanes> Place<L> {
-    /// A place on a shape that has no barycentric weights.
+impl<L: Lanes> Hit<L> {
+    /// A hit on a shape that has no barycentric weights.
     #[inline(always)]
-    pub fn smooth(t: L, hit: L::Mask) -> Self {
-        Self { t, hit, weights: [t, t, t] }
+    pub fn at(t: L, lanes: L::Mask) -> Self {
+        Self { t, lanes, weights: [t, t, t] }
     }
 
-    /// No place in any lane.
+    /// No hit in any lane.
     #[inline(always)]
-    pub fn nowhere(s: L::Simd) -> Self {
-        Self::smooth(L::lit(s, 0.0), L::mask(s, 0))
+    pub fn none(s: L::Simd) -> Self {
+        Self::at(L::lit(s, 0.0), L::mask(s, 0))
     }
 }
 
-/// How a ray meets one shape, in the shape's own space.
+/// The intersection of a ray with one shape, with its surface, in the shape's own space.
 #[derive(Debug, Clone, Copy)]
-pub struct Meeting<L: Lanes> {
-    /// Where.
-    pub place: Place<L>,
+pub struct Intersection<L: Lanes> {
+    /// Its distance.
+    pub hit: Hit<L>,
     /// The point, as near to the surface as the format allows.
     pub point: V3<L>,
     /// Bound on the error of each coordinate of `point`, with the rounding of moving it onto the surface.
@@ -66,18 +66,18 @@ pub struct Meeting<L: Lanes> {
     pub normalized: bool,
 }
 
-impl<L: Lanes> Meeting<L> {
-    /// A meeting of shapes that have no barycentric weights.
+impl<L: Lanes> Intersection<L> {
+    /// An intersection with shapes that have no barycentric weights.
     #[inline(always)]
-    pub fn smooth(t: L, hit: L::Mask, point: V3<L>, error: V3<L>, normal: V3<L>) -> Self {
-        Self { place: Place::smooth(t, hit), point, error, normal, normalized: false }
+    pub fn at(t: L, lanes: L::Mask, point: V3<L>, error: V3<L>, normal: V3<L>) -> Self {
+        Self { hit: Hit::at(t, lanes), point, error, normal, normalized: false }
     }
 
-    /// No meeting in any lane.
+    /// No intersection in any lane.
     #[inline(always)]
-    pub fn nowhere(s: L::Simd, rays: &Rays<L>) -> Self {
+    pub fn none(s: L::Simd, rays: &Rays<L>) -> Self {
         let zero = L::lit(s, 0.0);
-        Self::smooth(zero, L::mask(s, 0), rays.origin, V3 { x: zero, y: zero, z: zero }, -rays.dir)
+        Self::at(zero, L::mask(s, 0), rays.origin, V3 { x: zero, y: zero, z: zero }, -rays.dir)
     }
 }
 

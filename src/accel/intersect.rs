@@ -2,8 +2,8 @@
 
 use super::item::{Item, Shape};
 use crate::lanes::{Lanes, V3};
-use crate::ray::{Meeting, Rays, Wanted};
-use crate::shape::{Shear, place_on_triangle, triangle_surface};
+use crate::ray::{Intersection, Rays, Wanted};
+use crate::shape::{Shear, hit_triangle, triangle_surface};
 
 /// Intersection of rays with one primitive of an item that is not an instance. Not inlined: a copy of every shape in each
 /// caller would cost compile time and gain nothing.
@@ -13,7 +13,7 @@ pub(super) fn intersect_item<L: Lanes>(
     face: u32,
     rays: &Rays<L>,
     wanted: Wanted,
-) -> Meeting<L> {
+) -> Intersection<L> {
     L::vectorize(
         s,
         #[inline(always)]
@@ -21,8 +21,8 @@ pub(super) fn intersect_item<L: Lanes>(
             Shape::Sphere(sphere) => sphere.intersect(s, rays, item.sides),
             Shape::Mesh(mesh) => {
                 let corners = splat_corners(s, &mesh.vertices, mesh.faces[face as usize]);
-                let place = place_on_triangle(s, corners, rays, &Shear::new(s, rays), item.sides);
-                triangle_surface(s, corners, &place, rays.dir)
+                let hit = hit_triangle(s, corners, rays, &Shear::new(s, rays), item.sides);
+                triangle_surface(s, corners, &hit, rays.dir)
             }
             Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
             Shape::Disc(disc) => disc.intersect(s, rays, item.sides),

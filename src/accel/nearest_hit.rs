@@ -6,8 +6,8 @@ use super::item::{Item, Shape};
 use super::traversal::{Coherence, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
-use crate::ray::{Place, Rays, Wanted};
-use crate::shape::{place_on_sphere, place_on_triangle};
+use crate::ray::{Hit, Rays, Wanted};
+use crate::shape::{hit_sphere, hit_triangle};
 use std::ops::Range;
 
 /// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
@@ -17,7 +17,7 @@ pub struct Nearest<'a, L: Lanes> {
     pub found: u32,
     /// Expanded index of the primitive.
     pub expanded: L::Ids,
-    /// Barycentric weights of the ray's place on it, for triangles.
+    /// Barycentric weights of the hit on it, for triangles.
     pub weights: [L; 3],
     skipped: Option<&'a Skipped>,
 }
@@ -39,10 +39,10 @@ impl<'a, L: Lanes> Nearest<'a, L> {
     /// Takes a primitive where it is nearer, or equally near and earlier in the scene. So the answer does not depend on the
     /// order of traversal.
     #[inline(always)]
-    fn offer(&mut self, s: L::Simd, rays: &mut Rays<L>, place: &Place<L>, expanded: u64) {
-        let Place { t, hit, weights: [b0, b1, b2] } = *place;
-        let mut nearer = (hit & t.lt(rays.t_max)).bits();
-        let ties = (hit & t.eq(rays.t_max)).bits() & self.found;
+    fn offer(&mut self, s: L::Simd, rays: &mut Rays<L>, hit: &Hit<L>, expanded: u64) {
+        let Hit { t, lanes, weights: [b0, b1, b2] } = *hit;
+        let mut nearer = (lanes & t.lt(rays.t_max)).bits();
+        let ties = (lanes & t.eq(rays.t_max)).bits() & self.found;
         for lane in lanes_of(ties) {
             nearer |= u32::from(expanded < self.expanded.lane(lane)) << lane;
         }
@@ -63,19 +63,19 @@ impl<'a, L: Lanes> Nearest<'a, L> {
         }
     }
 
-    /// The same for one lane's ray and several primitives, one for each lane of `places`.
+    /// The same for one lane's ray and several primitives, one for each lane of `hits`.
     #[inline(always)]
     fn offer_alone(
         &mut self,
         s: L::Simd,
         rays: &mut Rays<L>,
         lane: usize,
-        places: &Place<L>,
+        hits: &Hit<L>,
         expanded: impl Fn(usize) -> u64,
     ) {
         let (mut best, mut found) = (rays.t_max.lane(lane), None);
-        for place in lanes_of(places.hit.bits()) {
-            let t = places.t.lane(place);
+        for place in lanes_of(hits.lanes.bits()) {
+            let t = hits.t.lane(place);
             if t > best {
                 continue;
             }
@@ -92,7 +92,7 @@ impl<'a, L: Lanes> Nearest<'a, L> {
             rays.t_max = L::select(mask, L::splat(s, best), rays.t_max);
             self.found |= 1 << lane;
             self.expanded = L::Ids::select(mask, L::Ids::splat(s, id), self.expanded);
-            for (held, weight) in self.weights.iter_mut().zip(places.weights) {
+            for (held, weight) in self.weights.iter_mut().zip(hits.weights) {
                 *held = L::select(mask, L::splat(s, weight.lane(place)), *held);
             }
         }
@@ -173,7 +173,7 @@ impl<L: Lanes> Search<'_, '_, L> {
                 Ok(node) => prepared.open(s, &wide.nodes[node], lanes, rays, &mut self.stack),
                 Err(leaf) => {
                     rays.active = L::mask(s, lanes);
-                    self.meet(s, here, wide, &wide.leaves[leaf], base, rays, &mut prepared);
+                    self.intersect_leaf(s, here, wide, &wide.leaves[leaf], base, rays, &mut prepared);
                 }
             }
         }
@@ -182,7 +182,7 @@ impl<L: Lanes> Search<'_, '_, L> {
 
     /// Tests the active rays against a leaf: each primitive against all rays, or each ray against all primitives.
     #[inline(always)]
-    fn meet(
+    fn intersect_leaf(
         &mut self,
         s: L::Simd,
         here: &Geometry<L::Real>,
@@ -212,14 +212,14 @@ impl<L: Lanes> Search<'_, '_, L> {
                 let found = match leaf.kind {
                     Kind::Spheres(sides) => {
                         let (center, radius) = wide.sphere(s, start + place);
-                        place_on_sphere(s, center, radius, &closed, sides)
+                        hit_sphere(s, center, radius, &closed, sides)
                     }
                     Kind::Triangles(sides) => {
-                        place_on_triangle(s, wide.triangle(s, start + place), &closed, prepared.shear(s, rays), sides)
+                        hit_triangle(s, wide.triangle(s, start + place), &closed, prepared.shear(s, rays), sides)
                     }
                     Kind::Mixed => return,
                 };
-                if found.hit.any() {
+                if found.lanes.any() {
                     self.nearest.offer(s, rays, &found, expanded(place));
                 }
             }
@@ -230,14 +230,14 @@ impl<L: Lanes> Search<'_, '_, L> {
             let found = match leaf.kind {
                 Kind::Spheres(sides) => {
                     let (center, radius) = wide.spheres(s, start);
-                    place_on_sphere(s, center, radius, &ray, sides)
+                    hit_sphere(s, center, radius, &ray, sides)
                 }
                 Kind::Triangles(sides) => {
-                    place_on_triangle(s, wide.triangles(s, start), &ray, &prepared.shear(s, rays).alone(s, lane), sides)
+                    hit_triangle(s, wide.triangles(s, start), &ray, &prepared.shear(s, rays).alone(s, lane), sides)
                 }
                 Kind::Mixed => return,
             };
-            if found.hit.any() {
+            if found.lanes.any() {
                 self.nearest.offer_alone(s, rays, lane, &found, expanded);
             }
         }
@@ -263,8 +263,8 @@ impl<L: Lanes> Search<'_, '_, L> {
             }
             return;
         }
-        let meeting = intersect_item(s, item, face, &closed(s, rays), Wanted::Distance);
-        self.nearest.offer(s, rays, &meeting.place, first + u64::from(face));
+        let intersection = intersect_item(s, item, face, &closed(s, rays), Wanted::Distance);
+        self.nearest.offer(s, rays, &intersection.hit, first + u64::from(face));
     }
 }
 

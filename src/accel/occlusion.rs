@@ -7,7 +7,7 @@ use super::traversal::{Coherence, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
-use crate::shape::{place_on_triangle, sphere_crossings};
+use crate::shape::{hit_triangle, sphere_crossings};
 use smallvec::SmallVec;
 use std::cmp::Ordering;
 
@@ -101,7 +101,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                 Err(leaf) => {
                     let waiting = rays.active & !L::mask(s, lanes);
                     rays.active = L::mask(s, lanes);
-                    self.meet(s, here, wide, &wide.leaves[leaf], rays, &mut prepared);
+                    self.intersect_leaf(s, here, wide, &wide.leaves[leaf], rays, &mut prepared);
                     rays.active = rays.active | waiting;
                     if !rays.any() {
                         self.stack.truncate(floor);
@@ -113,7 +113,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
 
     /// Tests the active rays against a leaf: each primitive against all rays, or each ray against all primitives.
     #[inline(always)]
-    fn meet(
+    fn intersect_leaf(
         &mut self,
         s: L::Simd,
         here: &Geometry<L::Real>,
@@ -139,7 +139,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                         sphere_crossings(s, center, radius, rays, sides)
                     }
                     Kind::Triangles(sides) => [
-                        place_on_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).hit,
+                        hit_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).lanes,
                         L::mask(s, 0),
                     ],
                     Kind::Mixed => return,
@@ -170,7 +170,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                 Kind::Triangles(sides) => {
                     let corners = wide.triangles(s, start);
                     [
-                        place_on_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).hit,
+                        hit_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).lanes,
                         L::mask(s, 0),
                     ]
                 }
@@ -214,19 +214,19 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             return;
         }
         if self.blockers == Blockers::Opaque || !item.lets_light_through() {
-            rays.active = rays.active & !intersect_item(s, item, face, rays, Wanted::Distance).place.hit;
+            rays.active = rays.active & !intersect_item(s, item, face, rays, Wanted::Distance).hit.lanes;
             return;
         }
         // Each search starts behind the last crossing.
         let mut search = *rays;
         for _ in 0..most_crossings(&item.shape) {
-            let place = intersect_item(s, item, face, &search, Wanted::Distance).place;
-            if !place.hit.any() {
+            let hit = intersect_item(s, item, face, &search, Wanted::Distance).hit;
+            if !hit.lanes.any() {
                 break;
             }
-            self.crossings.push((place.hit.bits(), item.transmission));
-            search.active = place.hit;
-            search.t_min = place.t;
+            self.crossings.push((hit.lanes.bits(), item.transmission));
+            search.active = hit.lanes;
+            search.t_min = hit.t;
         }
     }
 }

@@ -5,8 +5,8 @@ use super::item::{Mesh, Shape};
 use super::owner::Owner;
 use super::surface::Surface;
 use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
-use crate::ray::{Meeting, Place, Rays, Wanted};
-use crate::shape::{Shear, Sides, place_on_sphere, place_on_triangle, sphere_surface, triangle_surface};
+use crate::ray::{Hit, Intersection, Rays, Wanted};
+use crate::shape::{Shear, Sides, hit_sphere, hit_triangle, sphere_surface, triangle_surface};
 
 /// The surfaces that the `lanes` of `rays` (as they were cast) hit on the primitives `expanded` of one body, computed from
 /// what traversal has found. Spheres inside instances, rare shapes, and everything of which nothing is known, are
@@ -18,7 +18,7 @@ pub fn resolve<L: Lanes>(
     expanded: L::Ids,
     lanes: u32,
     rays: &Rays<L>,
-    known: Option<&Place<L>>,
+    known: Option<&Hit<L>>,
     time: Option<&L>,
 ) -> Surface<L> {
     // Down to the body's own coordinates ...
@@ -34,27 +34,27 @@ pub fn resolve<L: Lanes>(
         Shape::Mesh(mesh) => {
             let faces = Faces::new(s, owner, mesh, expanded, lanes);
             let corners = faces.corners(s, &mesh.vertices);
-            let place = match known {
-                Some(place) => *place,
-                None => place_on_triangle(s, corners, &inner, &Shear::new(s, &inner), owner.item.sides),
+            let hit = match known {
+                Some(hit) => *hit,
+                None => hit_triangle(s, corners, &inner, &Shear::new(s, &inner), owner.item.sides),
             };
-            let meeting = triangle_surface(s, corners, &place, inner.dir);
-            let flat = Surface::flat(s, &meeting, outward, inner.dir);
+            let intersection = triangle_surface(s, corners, &hit, inner.dir);
+            let flat = Surface::flat(s, &intersection, outward, inner.dir);
             smooth = owner.item.is_smooth();
-            if smooth { flat.curved(s, mesh, &faces, corners, &meeting, inner.dir) } else { flat }
+            if smooth { flat.curved(s, mesh, &faces, corners, &intersection, inner.dir) } else { flat }
         }
         Shape::Sphere(sphere) => {
             let (center, radius) = (V3::splat(s, sphere.center), L::splat(s, sphere.radius));
-            let place = match known {
+            let hit = match known {
                 // Inside instances ray parameters have another unit.
-                Some(place) if owner.instances.is_empty() => *place,
-                _ => place_on_sphere(s, center, radius, &inner, owner.item.sides),
+                Some(hit) if owner.instances.is_empty() => *hit,
+                _ => hit_sphere(s, center, radius, &inner, owner.item.sides),
             };
-            Surface::flat(s, &sphere_surface(s, center, radius, &inner, &place), outward, inner.dir)
+            Surface::flat(s, &sphere_surface(s, center, radius, &inner, &hit), outward, inner.dir)
         }
         _ => {
-            let meeting = intersect_item(s, owner.item, 0, &inner, Wanted::Surface);
-            Surface::flat(s, &meeting, outward, inner.dir)
+            let intersection = intersect_item(s, owner.item, 0, &inner, Wanted::Surface);
+            Surface::flat(s, &intersection, outward, inner.dir)
         }
     };
     // ... and back up, from the innermost placement out.
@@ -106,19 +106,19 @@ impl<R: Real> Spheres<R> {
 
     /// The surfaces that rays meet on them.
     #[inline(always)]
-    pub fn resolve<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, known: Option<&Place<L>>) -> Surface<L> {
+    pub fn resolve<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, known: Option<&Hit<L>>) -> Surface<L> {
         let [x, y, z, radius] = &self.columns;
         let (center, radius) = (V3 { x: L::load(s, x), y: L::load(s, y), z: L::load(s, z) }, L::load(s, radius));
-        let place = match known {
-            Some(place) => *place,
+        let hit = match known {
+            Some(hit) => *hit,
             None => {
                 let asked = Rays { active: L::mask(s, self.lanes), ..*rays };
-                place_on_sphere(s, center, radius, &asked, Sides::Both)
+                hit_sphere(s, center, radius, &asked, Sides::Both)
             }
         };
-        let meeting = sphere_surface(s, center, radius, rays, &place);
+        let intersection = sphere_surface(s, center, radius, rays, &hit);
         let outward = L::select(L::mask(s, self.hollow), L::lit(s, -1.0), L::lit(s, 1.0));
-        Surface::flat(s, &meeting, outward, rays.dir)
+        Surface::flat(s, &intersection, outward, rays.dir)
     }
 }
 
@@ -191,12 +191,12 @@ impl<L: Lanes> Surface<L> {
         mesh: &Mesh<L::Real>,
         faces: &Faces<L>,
         corners: [V3<L>; 3],
-        meeting: &Meeting<L>,
+        intersection: &Intersection<L>,
         dir: V3<L>,
     ) -> Self {
         let zero = L::lit(s, 0.0);
         let normals = faces.corners(s, &mesh.normals);
-        let [_, b1, b2] = meeting.place.weights;
+        let [_, b1, b2] = intersection.hit.weights;
         let weights = [L::lit(s, 1.0) - b1 - b2, b1, b2];
         // Interpolated normals may cancel, and in some files they point inwards.
         let ns = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
@@ -211,7 +211,7 @@ impl<L: Lanes> Surface<L> {
         let mut lift = V3 { x: zero, y: zero, z: zero };
         for ((normal, corner), weight) in normals.into_iter().zip(corners).zip(weights) {
             let normal = normal * turn;
-            lift = lift + normal * (weight * normal.dot(corner - meeting.point).max(zero));
+            lift = lift + normal * (weight * normal.dot(corner - intersection.point).max(zero));
         }
         Self { ns: V3::select(known, outward, self.ng), lift: V3::select(known, lift, self.lift), ..self }
     }

@@ -2,7 +2,7 @@
 
 use super::placement::Placement;
 use crate::lanes::{Lanes, Real, V3};
-use crate::ray::{Meeting, gamma};
+use crate::ray::{Intersection, gamma};
 
 /// A surface under each ray.
 #[derive(Debug, Clone, Copy)]
@@ -20,7 +20,7 @@ pub struct Surface<L: Lanes> {
     /// The point in the coordinates in which the body is written.
     pub local: V3<L>,
     /// Lanes whose ray hits the body; the others hold no surface.
-    pub met: L::Mask,
+    pub hit: L::Mask,
 }
 
 /// Unit vector of any vector but 0, without overflow or underflow in its square.
@@ -34,18 +34,18 @@ fn unit<L: Lanes>(s: L::Simd, v: V3<L>) -> V3<L> {
 impl<L: Lanes> Surface<L> {
     /// The surface at an intersection, in the body's coordinates. `outward` is -1 for bodies turned inside out.
     #[inline(always)]
-    pub(super) fn flat(s: L::Simd, meeting: &Meeting<L>, outward: L, dir: V3<L>) -> Self {
+    pub(super) fn flat(s: L::Simd, intersection: &Intersection<L>, outward: L, dir: V3<L>) -> Self {
         // The tip of a cone has no normal: it is set against the ray.
-        let ng = if meeting.normalized {
-            meeting.normal * outward
+        let ng = if intersection.normalized {
+            intersection.normal * outward
         } else {
-            let size = meeting.normal.abs();
+            let size = intersection.normal.abs();
             let measurable = (size.x + size.y + size.z).gt(L::lit(s, 0.0));
-            unit(s, V3::select(measurable, meeting.normal * outward, -dir))
+            unit(s, V3::select(measurable, intersection.normal * outward, -dir))
         };
         let lift = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-        let (point, error) = (meeting.point, meeting.error);
-        Self { point, error, ng, ns: ng, lift, local: point, met: meeting.place.hit }
+        let (point, error) = (intersection.point, intersection.error);
+        Self { point, error, ng, ns: ng, lift, local: point, hit: intersection.hit.lanes }
     }
 
     /// `a` where the mask is true, `b` elsewhere.
@@ -58,7 +58,7 @@ impl<L: Lanes> Surface<L> {
             ns: V3::select(mask, a.ns, b.ns),
             lift: V3::select(mask, a.lift, b.lift),
             local: V3::select(mask, a.local, b.local),
-            met: (mask & a.met) | (!mask & b.met),
+            hit: (mask & a.hit) | (!mask & b.hit),
         }
     }
 
@@ -85,7 +85,7 @@ impl<L: Lanes> Surface<L> {
             ns: if smooth { unit(s, to_local.transposed(s, self.ns)) } else { ng },
             lift: if smooth { to_world.vector(s, self.lift) } else { self.lift },
             local: self.local,
-            met: self.met,
+            hit: self.hit,
         }
     }
 }

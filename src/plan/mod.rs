@@ -18,7 +18,7 @@ use crate::scene::description::{Description, Precision};
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::scene::{Problem, Scene};
-use crate::trace::variants::Specialised;
+use crate::trace::variants::KernelVariant;
 use depth::Depth;
 use estimate::Estimate;
 use explain::{Explanation, explain};
@@ -84,7 +84,7 @@ fn milliseconds(since: Instant) -> f64 {
 
 impl Kernel {
     fn of<R: Real>(world: &World<R>, precision: Precision) -> Self {
-        let axes = Specialised::of(world).axes();
+        let axes = KernelVariant::of(world).axes();
         let effects = world.effects;
         let needed = [
             effects.has(Effect::Reflection) || effects.has(Effect::Fresnel),

@@ -9,7 +9,7 @@ use crate::lanes::Lanes;
 use crate::scene::world::World;
 use crate::shading::media::Medium;
 use crate::trace::pixel::{Samples, eye_media};
-use crate::trace::variants::{Effects, Everything, Local, Specialised, Whitted};
+use crate::trace::variants::{General, KernelVariant, Local, Variant, Whitted};
 use fearless_simd::{Level, f32x16, f64x8};
 
 /// A module for one format and instruction set. Its `trace` takes the instance for the job's variant, or the general one.
@@ -28,17 +28,17 @@ macro_rules! instances {
                 out: &mut Traced,
             ) {
                 match job.kernel {
-                    $(Specialised::$variant => run::<$variant>(s, job, at, samples, out),)*
-                    _ => run::<Everything>(s, job, at, samples, out),
+                    $(KernelVariant::$variant => run::<$variant>(s, job, at, samples, out),)*
+                    _ => run::<General>(s, job, at, samples, out),
                 }
             }
 
             #[inline(never)]
-            fn run<E: Effects>(s: Simd, job: &TraceJob<'_, $real>, at: &[[u32; 2]], samples: Samples, out: &mut Traced) {
+            fn run<V: Variant>(s: Simd, job: &TraceJob<'_, $real>, at: &[[u32; 2]], samples: Samples, out: &mut Traced) {
                 <$lanes as Lanes>::vectorize(
                     s,
                     #[inline(always)]
-                    || trace_with::<$lanes, E>(s, job, at, samples, out),
+                    || trace_with::<$lanes, V>(s, job, at, samples, out),
                 );
             }
         }

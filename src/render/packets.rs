@@ -14,7 +14,7 @@ use crate::trace::counts::RayCounts;
 use crate::trace::hits::Hits;
 use crate::trace::kernel::Tracer;
 use crate::trace::pixel::{Samples, add_samples, is_of_second_half};
-use crate::trace::variants::{Effects, Specialised};
+use crate::trace::variants::{KernelVariant, Variant};
 use fearless_simd::Level;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -34,7 +34,7 @@ pub(crate) struct TraceJob<'a, R> {
     pub(super) camera: Camera<R>,
     pub(super) eye: Vec<Medium<R>>,
     pub(super) cancelled: &'a AtomicBool,
-    pub(super) kernel: Specialised,
+    pub(super) kernel: KernelVariant,
     pub(super) pruning: Pruning,
     /// Whether pixels show the lower end of their interval.
     pub(super) low: bool,
@@ -79,14 +79,14 @@ impl Traced {
 
 /// Traces the pixels at `at`, a packet at a time.
 #[inline(always)]
-pub(super) fn trace_with<L: Lanes, E: Effects>(
+pub(super) fn trace_with<L: Lanes, V: Variant>(
     s: L::Simd,
     job: &TraceJob<'_, L::Real>,
     at: &[[u32; 2]],
     samples: Samples,
     out: &mut Traced,
 ) {
-    let mut tracer = Tracer::<L, (), E>::new(s, job.world, &job.camera, &job.eye, job.cancelled, job.pruning, ());
+    let mut tracer = Tracer::<L, (), V>::new(s, job.world, &job.camera, &job.eye, job.cancelled, job.pruning, ());
     let mut hits = Hits::none(s);
     let mut all_bounded = Vec::new();
     let of_second = (0..samples.count).filter(|sample| is_of_second_half(*sample)).count() as f32;
@@ -121,8 +121,8 @@ pub(super) fn trace_with<L: Lanes, E: Effects>(
 
 /// Decides what is shown of the pixels of a packet that may miss light, and lists their upper bounds.
 #[inline(never)]
-fn show_bounded<L: Lanes, E: Effects>(
-    tracer: &Tracer<'_, L, (), E>,
+fn show_bounded<L: Lanes, V: Variant>(
+    tracer: &Tracer<'_, L, (), V>,
     low: bool,
     packet: &[[u32; 2]],
     lanes: u32,

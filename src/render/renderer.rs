@@ -15,7 +15,7 @@ use crate::lanes::MAX_LANES;
 use crate::scene::Scene;
 use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::World;
-use crate::trace::variants::Specialised;
+use crate::trace::variants::KernelVariant;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -34,7 +34,7 @@ pub(crate) struct Renderer<'a, R> {
 
 impl<'a, R: KernelFormat> Renderer<'a, R> {
     pub(super) fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, options: RenderOptions) -> Self {
-        let kernel = if options.specialised { Specialised::of(world) } else { Specialised::Everything };
+        let kernel = if options.specialised { KernelVariant::of(world) } else { KernelVariant::General };
         let (camera, eye, pruning) = (world.camera, R::eye_media(world), world.rules.pruning);
         let job =
             TraceJob { world, camera, eye, cancelled: &control.cancelled, kernel, pruning, low: false, watched: false };

@@ -2,7 +2,7 @@
 
 use super::Sides;
 use crate::lanes::{Lanes, Real, V3};
-use crate::ray::{Meeting, Rays, gamma};
+use crate::ray::{Intersection, Rays, gamma};
 
 /// All points between two corners. It may be flat.
 #[derive(Debug, Clone, Copy)]
@@ -14,9 +14,9 @@ pub struct Cuboid<R> {
 }
 
 impl<R: Real> Cuboid<R> {
-    /// Nearest meeting in range.
+    /// Nearest intersection in range.
     #[inline(always)]
-    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
+    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Intersection<L> {
         let zero = L::lit(s, 0.0);
         let one = L::lit(s, 1.0);
         let infinity = L::lit(s, f64::INFINITY);
@@ -69,6 +69,6 @@ impl<R: Real> Cuboid<R> {
         let point = V3 { x: point[0], y: point[1], z: point[2] };
         let normal = V3 { x: normal[0], y: normal[1], z: normal[2] };
         let error = point.abs() * L::lit(s, gamma::<R>(2.0));
-        Meeting::smooth(t, hit, point, error, normal)
+        Intersection::at(t, hit, point, error, normal)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Plane, Sides};
 use crate::lanes::{Lanes, Real, V3};
-use crate::ray::{Meeting, Rays};
+use crate::ray::{Intersection, Rays};
 
 /// All points of a plane at most `radius` from its `point`.
 #[derive(Debug, Clone, Copy)]
@@ -14,13 +14,13 @@ pub struct Disc<R> {
 }
 
 impl<R: Real> Disc<R> {
-    /// Meeting in range.
+    /// Intersection in range.
     #[inline(always)]
-    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
-        let mut meeting = self.plane.intersect(s, rays, sides);
-        let from_center = meeting.point - V3::splat(s, self.plane.point);
+    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Intersection<L> {
+        let mut intersection = self.plane.intersect(s, rays, sides);
+        let from_center = intersection.point - V3::splat(s, self.plane.point);
         let radius = L::splat(s, self.radius);
-        meeting.place.hit = meeting.place.hit & from_center.dot(from_center).le(radius * radius);
-        meeting
+        intersection.hit.lanes = intersection.hit.lanes & from_center.dot(from_center).le(radius * radius);
+        intersection
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Frame, Sides};
 use crate::lanes::{Lanes, Mask, Real, V3};
-use crate::ray::{Meeting, Place, Rays, Wanted};
+use crate::ray::{Hit, Intersection, Rays, Wanted};
 
 /// x^2 + y^2 = (r0 + k z)^2 for 0 <= z <= height, with discs at both ends if `capped`.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +22,7 @@ pub struct Frustum<R> {
 }
 
 impl<R: Real> Frustum<R> {
-    /// Nearest meeting in range.
+    /// Nearest intersection in range.
     ///
     /// First the origin moves along the ray to where its line is closest to the axis, so that a large distance does not
     /// cancel digits. With o, d the parts across the axis, m = k dz and r = r0 + k oz:
@@ -35,7 +35,7 @@ impl<R: Real> Frustum<R> {
         rays: &Rays<L>,
         sides: Sides,
         wanted: Wanted,
-    ) -> Meeting<L> {
+    ) -> Intersection<L> {
         let zero = L::lit(s, 0.0);
         let height = L::splat(s, self.height);
         let (r0, k) = (L::splat(s, self.base_radius), L::splat(s, self.slope));
@@ -64,20 +64,24 @@ impl<R: Real> Frustum<R> {
         let q = (b.abs() + root).max((a * c).abs().sqrt());
         let q = L::select(b.gt(zero), q, -q);
         let line = Line { o, d, shift, a, m, c, q, u: c / q, v: q / a, real };
-        if self.capped { self.meet_solid(s, rays, sides, wanted, &line) } else { self.meet_open(s, rays, sides, &line) }
+        if self.capped {
+            self.intersect_solid(s, rays, sides, wanted, &line)
+        } else {
+            self.intersect_open(s, rays, sides, &line)
+        }
     }
 
     /// The body is the intersection of the inside of the side with the space between the ends, so a ray is in it from the
     /// later entry to the earlier exit. No decision depends on the rim, so no ray slips through there.
     #[inline(always)]
-    fn meet_solid<L: Lanes<Real = R>>(
+    fn intersect_solid<L: Lanes<Real = R>>(
         &self,
         s: L::Simd,
         rays: &Rays<L>,
         sides: Sides,
         wanted: Wanted,
         line: &Line<L>,
-    ) -> Meeting<L> {
+    ) -> Intersection<L> {
         let zero = L::lit(s, 0.0);
         let infinity = L::lit(s, f64::INFINITY);
         let height = L::splat(s, self.height);
@@ -106,7 +110,7 @@ impl<R: Real> Frustum<R> {
         let hit = rays.active & inside & t_in.le(t_out) & (first | last);
         let t = L::select(first, t_in, t_out);
         if wanted == Wanted::Distance || !hit.any() {
-            return Meeting { place: Place::smooth(t + shift, hit), ..Meeting::nowhere(s, rays) };
+            return Intersection { hit: Hit::at(t + shift, hit), ..Intersection::none(s, rays) };
         }
         let on_cap = (first & side_in.le(cap_in)) | (!first & cap_out.le(side_out));
 
@@ -131,12 +135,18 @@ impl<R: Real> Frustum<R> {
         let cap = V3 { x: zero, y: zero, z: L::select(upper, L::lit(s, 1.0), L::lit(s, -1.0)) };
         let (point, error) = self.frame.point_out(s, point);
         let normal = self.frame.vector_out(s, V3::select(on_cap, cap, side));
-        Meeting::smooth(t + shift, hit, point, error, normal)
+        Intersection::at(t + shift, hit, point, error, normal)
     }
 
     /// The side alone, from both sides.
     #[inline(always)]
-    fn meet_open<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides, line: &Line<L>) -> Meeting<L> {
+    fn intersect_open<L: Lanes<Real = R>>(
+        &self,
+        s: L::Simd,
+        rays: &Rays<L>,
+        sides: Sides,
+        line: &Line<L>,
+    ) -> Intersection<L> {
         let zero = L::lit(s, 0.0);
         let height = L::splat(s, self.height);
         let (r0, r1, k) = (L::splat(s, self.base_radius), L::splat(s, self.top_radius), L::splat(s, self.slope));
@@ -165,7 +175,7 @@ impl<R: Real> Frustum<R> {
 
         let (point, error) = self.frame.point_out(s, best.point);
         let normal = self.frame.vector_out(s, best.normal);
-        Meeting::smooth(best.t, best.found & rays.active, point, error, normal)
+        Intersection::at(best.t, best.found & rays.active, point, error, normal)
     }
 }
 
@@ -184,7 +194,7 @@ struct Line<L: Lanes> {
     real: L::Mask,
 }
 
-/// The nearest of the two meetings with the side, in the frame's coordinates.
+/// The nearest of the two intersections with the side, in the frame's coordinates.
 struct Candidate<L: Lanes> {
     t: L,
     found: L::Mask,

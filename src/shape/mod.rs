@@ -1,6 +1,6 @@
 //! Intersection of rays with each kind of shape, in the shape's own space.
 //!
-//! Each shape has one function `intersect`, which finds the nearest meeting inside the ray's range with its point,
+//! Each shape has one function `intersect`, which finds the nearest intersection inside the ray's range with its point,
 //! error bound and normal. Spheres and triangles have two: one for the distance, which is all that traversal needs, and
 //! one that computes the surface from what the first has found.
 
@@ -21,6 +21,6 @@ pub use frame::Frame;
 pub use frustum::Frustum;
 pub use plane::Plane;
 pub use sides::Sides;
-pub use sphere::{Sphere, place_on_sphere, sphere_crossings, sphere_surface};
+pub use sphere::{Sphere, hit_sphere, sphere_crossings, sphere_surface};
 pub use torus::Torus;
-pub use triangle::{Shear, place_on_triangle, triangle_surface};
+pub use triangle::{Shear, hit_triangle, triangle_surface};

@@ -2,7 +2,7 @@
 
 use super::Sides;
 use crate::lanes::{Lanes, Real, V3};
-use crate::ray::{Meeting, Rays, gamma};
+use crate::ray::{Intersection, Rays, gamma};
 
 /// All points p with n.(p - point) = 0.
 #[derive(Debug, Clone, Copy)]
@@ -14,9 +14,9 @@ pub struct Plane<R> {
 }
 
 impl<R: Real> Plane<R> {
-    /// Meeting in range: t = n.(p - o) / n.d. A ray parallel to the plane, or in it, misses.
+    /// Intersection in range: t = n.(p - o) / n.d. A ray parallel to the plane, or in it, misses.
     #[inline(always)]
-    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
+    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Intersection<L> {
         let p = V3::<L>::splat(s, self.point);
         let n = V3::<L>::splat(s, self.normal);
         let cosine = n.dot(rays.dir);
@@ -33,6 +33,6 @@ impl<R: Real> Plane<R> {
         let off = n.abs().dot((point - p).abs()) * L::lit(s, gamma::<R>(8.0));
         let own = (point.abs() + p.abs()) * L::lit(s, gamma::<R>(4.0));
         let error = own + V3 { x: off, y: off, z: off };
-        Meeting { normalized: true, ..Meeting::smooth(t, hit, point, error, n) }
+        Intersection { normalized: true, ..Intersection::at(t, hit, point, error, n) }
     }
 }

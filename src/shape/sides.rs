@@ -14,13 +14,13 @@ pub enum Sides {
 }
 
 impl Sides {
-    /// The mask, if meetings from outside count.
+    /// The mask, if intersections from outside count.
     #[inline(always)]
     pub fn outside<L: Lanes>(self, s: L::Simd, mask: L::Mask) -> L::Mask {
         if self == Self::Inside { L::mask(s, 0) } else { mask }
     }
 
-    /// The mask, if meetings from inside count.
+    /// The mask, if intersections from inside count.
     #[inline(always)]
     pub fn inside<L: Lanes>(self, s: L::Simd, mask: L::Mask) -> L::Mask {
         if self == Self::Outside { L::mask(s, 0) } else { mask }

@@ -3,7 +3,7 @@
 
 use super::Sides;
 use crate::lanes::{Lanes, Mask, Real, V3};
-use crate::ray::{Meeting, Place, Rays, error_around};
+use crate::ray::{Hit, Intersection, Rays, error_around};
 
 /// All points at `radius` from `center`.
 #[derive(Debug, Clone, Copy)]
@@ -15,19 +15,19 @@ pub struct Sphere<R> {
 }
 
 impl<R: Real> Sphere<R> {
-    /// Nearest meeting in range.
+    /// Nearest intersection in range.
     #[inline(always)]
-    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
+    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Intersection<L> {
         let (center, radius) = (V3::splat(s, self.center), L::splat(s, self.radius));
-        sphere_surface(s, center, radius, rays, &place_on_sphere(s, center, radius, rays, sides))
+        sphere_surface(s, center, radius, rays, &hit_sphere(s, center, radius, rays, sides))
     }
 }
 
 /// Where each lane's ray meets its sphere first inside its range.
 #[inline(always)]
-pub fn place_on_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, sides: Sides) -> Place<L> {
+pub fn hit_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, sides: Sides) -> Hit<L> {
     let Some(Quadratic { a, q, toward, small, real }) = quadratic(s, center, radius, rays) else {
-        return Place::nowhere(s);
+        return Hit::none(s);
     };
     let mut t = small;
     let mut hit = real & toward & sides.outside::<L>(s, rays.in_range(small));
@@ -39,13 +39,13 @@ pub fn place_on_sphere<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Ra
         hit = real & (first | sides.inside::<L>(s, rays.in_range(t1)));
         t = L::select(first, t0, t1);
     }
-    Place::smooth(t, hit)
+    Hit::at(t, hit)
 }
 
 /// The surface of each lane's sphere where its ray meets it.
 #[inline(always)]
-pub fn sphere_surface<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, place: &Place<L>) -> Meeting<L> {
-    let Place { t, hit, .. } = *place;
+pub fn sphere_surface<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, hit: &Hit<L>) -> Intersection<L> {
+    let Hit { t, lanes, .. } = *hit;
     let f = rays.origin - center;
 
     // Not rays.at(t) - center: far from the origin that is 0 or a coarse grid. Where even this vector is 0, the normal is
@@ -53,17 +53,17 @@ pub fn sphere_surface<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Ray
     let from_center = f + rays.dir * t;
     let length = from_center.length();
     let mut normal = from_center * (L::lit(s, 1.0) / length);
-    if (hit & length.le(L::lit(s, 0.0))).any() {
+    if (lanes & length.le(L::lit(s, 0.0))).any() {
         normal = V3::select(length.gt(L::lit(s, 0.0)), normal, -rays.dir.normalized(s));
     }
     let from_center = normal * radius;
     let point = center + from_center;
     // Six roundings from the square root to here.
     let error = error_around(s, point, center, 6.0, from_center);
-    Meeting { normalized: true, ..Meeting::smooth(t, hit, point, error, normal) }
+    Intersection { normalized: true, ..Intersection::at(t, lanes, point, error, normal) }
 }
 
-/// Lanes whose ray crosses its sphere on the way in, and on the way out: what two searches by [`place_on_sphere`] find,
+/// Lanes whose ray crosses its sphere on the way in, and on the way out: what two searches by [`hit_sphere`] find,
 /// the second beginning where the first ended.
 #[inline(always)]
 pub fn sphere_crossings<L: Lanes>(s: L::Simd, center: V3<L>, radius: L, rays: &Rays<L>, sides: Sides) -> [L::Mask; 2] {

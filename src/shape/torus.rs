@@ -8,7 +8,7 @@
 use super::quartic::{sign_changes, turns};
 use super::{Frame, Sides};
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
-use crate::ray::{Meeting, Rays, gamma};
+use crate::ray::{Intersection, Rays, gamma};
 
 /// All points at `minor_radius` from a circle of `major_radius` around the frame's axis.
 #[derive(Debug, Clone, Copy)]
@@ -22,9 +22,9 @@ pub struct Torus<R> {
 }
 
 impl<R: Real> Torus<R> {
-    /// Nearest meeting in range.
+    /// Nearest intersection in range.
     #[inline(always)]
-    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Meeting<L> {
+    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Intersection<L> {
         let o = self.frame.point_in(s, rays.origin);
         let d = self.frame.vector_in(s, rays.dir);
         let mut found = [None; crate::lanes::MAX_LANES];
@@ -47,7 +47,7 @@ impl<R: Real> Torus<R> {
         let (point, mut error) = self.frame.point_out(s, ring + normal);
         let own = (major + minor) * L::lit(s, gamma::<R>(8.0));
         error = error + V3 { x: own, y: own, z: own };
-        Meeting::smooth(t, rays.active & L::mask(s, hit), point, error, self.frame.vector_out(s, normal))
+        Intersection::at(t, rays.active & L::mask(s, hit), point, error, self.frame.vector_out(s, normal))
     }
 
     fn first_root(&self, o: [f64; 3], d: [f64; 3], (t_min, t_max): (f64, f64), sides: Sides) -> Option<R> {

@@ -6,7 +6,7 @@
 
 use super::Sides;
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
-use crate::ray::{Meeting, Place, Rays, gamma};
+use crate::ray::{Hit, Intersection, Rays, gamma};
 
 /// A ray's shear: the transformation that makes it point along +z from the origin.
 #[derive(Debug, Clone, Copy)]
@@ -109,13 +109,13 @@ impl<L: Lanes> Shear<L> {
 
 /// Where each ray meets its triangle, whose front sees v0, v1, v2 counter-clockwise.
 #[inline(always)]
-pub fn place_on_triangle<L: Lanes>(
+pub fn hit_triangle<L: Lanes>(
     s: L::Simd,
     [v0, v1, v2]: [V3<L>; 3],
     rays: &Rays<L>,
     shear: &Shear<L>,
     sides: Sides,
-) -> Place<L> {
+) -> Hit<L> {
     let zero = L::lit(s, 0.0);
     // Whether the ray passes between the edges, and where.
     let (a, b, c) = (shear.apply(v0), shear.apply(v1), shear.apply(v2));
@@ -125,7 +125,7 @@ pub fn place_on_triangle<L: Lanes>(
     let inside = (u0.ge(u1) & h0.ge(h1) & w0.ge(w1)) | (u0.le(u1) & h0.le(h1) & w0.le(w1));
     let inside = rays.active & inside;
     if !inside.any() {
-        return Place::nowhere(s);
+        return Hit::none(s);
     }
     let (mut u, mut v, mut w) = (u0 - u1, h0 - h1, w0 - w1);
     let mut det = u + v + w;
@@ -159,14 +159,14 @@ pub fn place_on_triangle<L: Lanes>(
 
     // det has the sign of the area as the ray sees it: it is positive where the ray meets the front.
     let seen = sides.outside::<L>(s, det.gt(zero)) | sides.inside::<L>(s, det.lt(zero));
-    let hit = inside & seen & rays.in_range(t);
-    Place { t, hit, weights: [b0, b1, b2] }
+    let lanes = inside & seen & rays.in_range(t);
+    Hit { t, lanes, weights: [b0, b1, b2] }
 }
 
 /// The surface of each lane's triangle where a ray of direction `dir` meets it.
 #[inline(always)]
-pub fn triangle_surface<L: Lanes>(s: L::Simd, [v0, v1, v2]: [V3<L>; 3], place: &Place<L>, dir: V3<L>) -> Meeting<L> {
-    let Place { hit, weights: [b0, b1, b2], .. } = *place;
+pub fn triangle_surface<L: Lanes>(s: L::Simd, [v0, v1, v2]: [V3<L>; 3], hit: &Hit<L>, dir: V3<L>) -> Intersection<L> {
+    let Hit { lanes, weights: [b0, b1, b2], .. } = *hit;
     let (e1, e2) = (v1 - v0, v2 - v0);
 
     // t is a weighted mean of the corners' depths, so a point on the triangle is off by a few roundings of the
@@ -193,7 +193,7 @@ pub fn triangle_surface<L: Lanes>(s: L::Simd, [v0, v1, v2]: [V3<L>; 3], place: &
     // No edge of f1, f2 is longer than 2, and few points are near an edge.
     let least = b0.min(b1).min(b2);
     let amid = (least * least * normal.dot(normal)).gt(L::lit(s, 4.0) * off * off);
-    if (hit & !amid).any() {
+    if (lanes & !amid).any() {
         let away = off / normal.length();
         let most = L::lit(s, 0.25);
         p0 = p0.max((away * (f2 - f1).length()).min(most));
@@ -203,5 +203,5 @@ pub fn triangle_surface<L: Lanes>(s: L::Simd, [v0, v1, v2]: [V3<L>; 3], place: &
     let inverse = L::lit(s, 1.0) / (p0 + p1 + p2);
     let point = v0 + (e1 * (p1 * inverse) + e2 * (p2 * inverse));
 
-    Meeting { place: *place, point, error, normal, normalized: false }
+    Intersection { hit: *hit, point, error, normal, normalized: false }
 }

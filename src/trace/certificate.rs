@@ -16,7 +16,7 @@ use crate::bound::interval::{allowed_raise, interval};
 use crate::film::srgb::Codes8;
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::scene::world::Pruning;
-use crate::trace::variants::Effects;
+use crate::trace::variants::Variant;
 
 /// tau: w U below which rays are deferred at first, for a pixel that may be 0, 1 or 2 codes off. With these numbers and the
 /// next ones the scenes of the repository take the fewest rays.
@@ -100,7 +100,7 @@ impl<L: Lanes> Certificate<L> {
     }
 }
 
-impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
+impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// Begins with a packet of pixels.
     #[inline(always)]
     pub(crate) fn begin_packet(&mut self, pixels: &[[u32; 2]], samples: Samples) {
@@ -152,7 +152,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     pub(crate) fn begin_sample(&mut self, index: u32) {
         self.certificate.sample = index;
         self.end_of_round();
-        if E::DETAILS {
+        if V::DETAILS {
             self.sampler = Sampler::new(&self.certificate.corners, self.certificate.batch, index);
         }
     }
@@ -212,7 +212,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
             #[inline(always)]
             || match self.pruning {
                 Pruning::Proved { .. } if !self.certificate.in_order => {
-                    let distance = if E::DETAILS { self.cones.end } else { L::lit(self.s, 0.0) };
+                    let distance = if V::DETAILS { self.cones.end } else { L::lit(self.s, 0.0) };
                     let rays = RayPacket { active: lanes, ..*rays };
                     self.certificate.deferred.push(Deferred { rays, distance, sample: self.certificate.sample });
                 }
@@ -262,7 +262,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
                 rays.active &= unproved_lanes;
                 if rays.active != 0 {
                     self.resume(sample, hits);
-                    if E::DETAILS {
+                    if V::DETAILS {
                         self.cones.end = distance;
                     }
                     self.push(rays);
@@ -379,7 +379,7 @@ impl<L: Lanes, O: Observer<L>, E: Effects> Tracer<'_, L, O, E> {
     fn resume(&mut self, sample: u32, hits: &mut Hits<L>) {
         if sample != self.certificate.sample {
             self.certificate.sample = sample;
-            if E::DETAILS {
+            if V::DETAILS {
                 self.sampler = Sampler::new(&self.certificate.corners, self.certificate.batch, sample);
             }
             self.make_choices(hits);

@@ -96,11 +96,11 @@ fn hide<L: Lanes>(
     }
     let mut instead = Hits { expanded: opaque.expanded, ..hits.clone() };
     instead.forget(lanes);
-    instead.look_at(s, world, rays, lanes, None);
-    let met = instead.surface.met.bits() & lanes;
+    instead.resolve(s, world, rays, lanes, None);
+    let met = instead.surface.hit.bits() & lanes;
     instead.expanded = L::Ids::select(L::mask(s, met), opaque.expanded, hits.expanded);
     instead.forget(lanes & !met);
-    instead.look_at(s, world, rays, lanes & !met, None);
+    instead.resolve(s, world, rays, lanes & !met, None);
     let keep = L::mask(s, !met);
     instead.surface.error = V3::select(keep, hits.surface.error, instead.surface.error);
     instead.touching.retain(|touch| met & (1 << touch.lane) == 0);

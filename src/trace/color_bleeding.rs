@@ -11,12 +11,12 @@ use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, circle};
 use crate::ray::leave;
 use crate::shading::material::Coefficients;
-use crate::trace::variants::Effects;
+use crate::trace::variants::Variant;
 
 /// Stacks the rays for the light that reaches diffuse surfaces.
 #[inline(never)]
-pub(super) fn scatter_diffuse<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+pub(super) fn scatter_diffuse<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
@@ -30,8 +30,8 @@ pub(super) fn scatter_diffuse<L: Lanes, O: Observer<L>, E: Effects>(
 }
 
 #[inline(always)]
-fn scatter_diffuse_in<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,

@@ -3,7 +3,7 @@
 use super::coincident;
 use crate::accel::{Coherence, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3, lanes_of};
-use crate::ray::{Place, Rays};
+use crate::ray::{Hit, Rays};
 use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Material, look_up};
 use crate::shading::media::Medium;
@@ -73,7 +73,7 @@ impl<L: Lanes> Hits<L> {
                 ns: nothing,
                 lift: nothing,
                 local: nothing,
-                met: L::mask(s, 0),
+                hit: L::mask(s, 0),
             },
             ng: nothing,
             ns: nothing,
@@ -121,9 +121,9 @@ impl<L: Lanes> Hits<L> {
         self.t = std::mem::replace(&mut rays.t_max, t_max);
         self.expanded = nearest.expanded;
         if self.found != 0 {
-            let hit = L::mask(s, self.found);
-            let places = Place { t: self.t, hit, weights: nearest.weights };
-            self.look_at(s, world, rays, self.found, Some(&places));
+            let lanes = L::mask(s, self.found);
+            let hit = Hit { t: self.t, lanes, weights: nearest.weights };
+            self.resolve(s, world, rays, self.found, Some(&hit));
         }
     }
 
@@ -135,25 +135,25 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Fills in everything about the primitives `expanded` that some lanes have hit. `known` are the places of the hits, if
+    /// Fills in everything about the primitives `expanded` that some lanes have hit. `known` are the hits, if
     /// traversal has found them.
-    pub(super) fn look_at(
+    pub(super) fn resolve(
         &mut self,
         s: L::Simd,
         world: &World<L::Real>,
         rays: &Rays<L>,
         lanes: u32,
-        known: Option<&Place<L>>,
+        known: Option<&Hit<L>>,
     ) {
         L::vectorize(
             s,
             #[inline(always)]
-            || self.look_at_in(s, world, rays, lanes, known),
+            || self.resolve_in(s, world, rays, lanes, known),
         );
     }
 
     #[inline(always)]
-    fn look_at_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32, known: Option<&Place<L>>) {
+    fn resolve_in(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, lanes: u32, known: Option<&Hit<L>>) {
         let mut spheres = Spheres::none();
         let mut left = lanes;
         while left != 0 {

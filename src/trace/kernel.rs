@@ -26,7 +26,7 @@ use crate::scene::effects::Effect;
 use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, Medium, OUTSIDE};
-use crate::trace::variants::{Effects, Everything};
+use crate::trace::variants::{General, Variant};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::marker::PhantomData;
@@ -118,7 +118,7 @@ impl<L: Lanes> RayPacket<L> {
 
 /// Traces packets of samples through a world. Reused from packet to packet.
 #[derive(Debug)]
-pub struct Tracer<'a, L: Lanes, O, E = Everything> {
+pub struct Tracer<'a, L: Lanes, O, V = General> {
     pub(super) s: L::Simd,
     pub(super) world: &'a World<L::Real>,
     camera: &'a Camera<L::Real>,
@@ -147,10 +147,10 @@ pub struct Tracer<'a, L: Lanes, O, E = Everything> {
     eye_media: Vec<Medium<L::Real>>,
     /// The cones of the current rays, in the general variant.
     pub(super) cones: RayCones<L>,
-    effects: PhantomData<E>,
+    variant: PhantomData<V>,
 }
 
-impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
+impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     /// A tracer for packets of `L::COUNT` samples. The camera is the world's, or that seen through a window.
     #[inline(always)]
     pub fn new(
@@ -180,8 +180,8 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             sampler: Sampler::default(),
             wavelengths: Wavelengths::yellow(s),
             eye_media: eye_media.to_vec(),
-            cones: RayCones::new(s, if E::DETAILS { camera.cone() } else { Cone::default() }),
-            effects: PhantomData,
+            cones: RayCones::new(s, if V::DETAILS { camera.cone() } else { Cone::default() }),
+            variant: PhantomData,
         }
     }
 
@@ -218,12 +218,12 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         let weight = L::splat(s, weight);
         self.share = weight;
         self.stack.clear();
-        if E::DETAILS {
+        if V::DETAILS {
             self.cones.restart(s, if self.certificate.batch == 0 { weight } else { L::lit(s, BATCH_SHARE) });
         }
 
         let mut primary = self.camera.primary(s, x, y);
-        if E::DETAILS
+        if V::DETAILS
             && let Some(lens) = self.camera.lens()
         {
             primary = lens.bend(s, &primary, self.sampler.square(s, 0, Choice::Lens));
@@ -258,13 +258,13 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     #[inline(always)]
     pub(super) fn make_choices(&mut self, hits: &mut Hits<L>) {
         let s = self.s;
-        if E::DETAILS
+        if V::DETAILS
             && self.world.effects.has(Effect::Dispersion)
             && let Some(spectrum) = &self.world.spectrum
         {
             self.wavelengths = Wavelengths::choose(s, spectrum, &self.sampler);
         }
-        let moves = E::DETAILS && self.world.effects.has(Effect::MotionBlur);
+        let moves = V::DETAILS && self.world.effects.has(Effect::MotionBlur);
         hits.time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
     }
 
@@ -291,7 +291,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     pub(crate) fn pop(&mut self, rays: &mut RayPacket<L>) -> bool {
         let Some(next) = self.stack.pop() else { return false };
         *rays = next;
-        if E::DETAILS {
+        if V::DETAILS {
             self.cones.pop();
         }
         true
@@ -300,7 +300,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     #[inline(always)]
     fn media_at_eye(&mut self, origin: &V3<L>, active: u32, time: Option<L>) -> L::Ids {
         let s = self.s;
-        if !E::SECONDARY || !self.world.transmits {
+        if !V::SECONDARY || !self.world.transmits {
             return L::Ids::splat(s, u64::from(OUTSIDE));
         }
         if self.world.shared_eye {
@@ -327,7 +327,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             t_max: L::lit(s, f64::INFINITY),
             active: L::mask(s, rays.active),
         };
-        if E::SECONDARY {
+        if V::SECONDARY {
             hits.find(s, self.world, &mut cast, rays.coherence());
         } else {
             hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.coherence());
@@ -335,7 +335,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         // The light that a ray itself brings is added in one step, so that the ray tree adds up to the last bit.
         let mut own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let faded;
-        let rays = if E::DETAILS && self.world.effects.fade() {
+        let rays = if V::DETAILS && self.world.effects.fade() {
             let way = along(s, self.world, &self.media, rays, hits.t - rays.t_min);
             own = rays.weight.times(way.added);
             faded = RayPacket { weight: rays.weight.times(way.transmittance), ..*rays };
@@ -347,7 +347,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         let missed = rays.active & !found;
         if missed != 0 {
             let background = rays.weight.times(self.surroundings(rays, missed));
-            let background = self.bounded(if E::DETAILS { own + background } else { background });
+            let background = self.bounded(if V::DETAILS { own + background } else { background });
             self.add(sum, missed, background);
             if O::WATCHING {
                 self.observer.contributes(number, background);
@@ -363,7 +363,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
             self.observer.hits(number, rays, hits);
         }
         let mut coefficients = hits.coefficients(s, self.world);
-        if E::DETAILS {
+        if V::DETAILS {
             self.cones.hit(s, hits);
             if self.world.effects.has_textures() {
                 self.cones.tilted = apply_textures(s, self.world, rays, self.cones.widths(s), hits, &mut coefficients);
@@ -376,7 +376,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
         if rays.kind == RayKind::Gathered {
             return;
         }
-        if E::DETAILS && self.world.effects.has(Effect::ColorBleeding) {
+        if V::DETAILS && self.world.effects.has(Effect::ColorBleeding) {
             scatter_diffuse(self, rays, hits, &coefficients, number);
         }
         scatter(self, rays, hits, &coefficients, number);
@@ -385,7 +385,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
     /// Radiance of the surroundings, for rays of some lanes that hit nothing.
     #[inline(always)]
     fn surroundings(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
-        if E::DETAILS
+        if V::DETAILS
             && let Some(environment) = &self.world.environment
         {
             return around(self.s, environment, rays.dir, missed, self.cones.spread());
@@ -438,7 +438,7 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
                 RayKind::Gathered => self.counts.gathered += count,
             }
             self.stack.push(rays);
-            if E::DETAILS {
+            if V::DETAILS {
                 self.cones.push();
             }
         }
@@ -464,8 +464,8 @@ impl<'a, L: Lanes, O: Observer<L>, E: Effects> Tracer<'a, L, O, E> {
 /// Runs a stage of the kernel: in a function of its own in the general variant, which is too large for one, and inline in
 /// the others, where the call would cost up to 4 % of all instructions.
 #[inline(always)]
-pub(super) fn stage<L: Lanes, E: Effects, T>(s: L::Simd, f: impl FnOnce() -> T) -> T {
-    if E::DETAILS { outlined::<L, T>(s, f) } else { f() }
+pub(super) fn stage<L: Lanes, V: Variant, T>(s: L::Simd, f: impl FnOnce() -> T) -> T {
+    if V::DETAILS { outlined::<L, T>(s, f) } else { f() }
 }
 
 #[inline(never)]

@@ -13,7 +13,7 @@ use crate::scene::world::Pruning;
 use crate::shading::light::{Light, Place};
 use crate::shading::material::Coefficients;
 use crate::shading::phong::{highlight_cosine, power};
-use crate::trace::variants::Effects;
+use crate::trace::variants::Variant;
 
 /// Shadow rays end this many roundings before the light: a light that lies on a surface would be shadowed by it at random.
 const LIGHT_MARGIN: f64 = 16.0;
@@ -28,8 +28,8 @@ const GRAZING: f64 = 0.1;
 /// Adds the local illumination of what the rays hit to `sum`, and with it `own`, the light of details on the way and at the
 /// surface.
 #[inline(always)]
-pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+pub(super) fn illuminate<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
@@ -37,7 +37,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
     number: u32,
     sum: &mut V3<L>,
 ) {
-    stage::<L, E, _>(
+    stage::<L, V, _>(
         tracer.s,
         #[inline(always)]
         || illuminate_in(tracer, rays, hits, coefficients, own, number, sum),
@@ -45,8 +45,8 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, E: Effects>(
 }
 
 #[inline(always)]
-fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
@@ -57,10 +57,10 @@ fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
     let s = tracer.s;
     let world = tracer.world;
     // Gathered light takes the place of ambient light.
-    let gathers = E::DETAILS && world.effects.has(Effect::ColorBleeding) && rays.kind != RayKind::Gathered;
-    if E::DETAILS || !gathers {
+    let gathers = V::DETAILS && world.effects.has(Effect::ColorBleeding) && rays.kind != RayKind::Gathered;
+    if V::DETAILS || !gathers {
         let mut ambient = rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient)));
-        if E::DETAILS {
+        if V::DETAILS {
             ambient = if gathers { own } else { own + ambient };
         }
         let ambient = tracer.bounded(ambient);
@@ -80,7 +80,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
     let smooth = hits.smooth & !spd;
     for (index, light) in world.lights.iter().enumerate() {
         let mut place = light.middle(s);
-        if E::DETAILS
+        if V::DETAILS
             && let Some(area) = &light.area
         {
             let chosen = tracer.sampler.square(s, rays.path, Choice::Light(index));
@@ -114,7 +114,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
             let shadow = shadow_rays(s, &place, origin, cast);
             let time = hits.time.as_ref();
             passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time);
-            if E::DETAILS && world.effects.has(Effect::ColoredShadows) {
+            if V::DETAILS && world.effects.has(Effect::ColoredShadows) {
                 let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
                 let shadow = Rays { active: open, ..shadow };
                 passed = passed.times(left_by_bodies(s, world, &mut tracer.media, shadow, rays.media, hits.time));
@@ -133,8 +133,8 @@ fn illuminate_in<L: Lanes, O: Observer<L>, E: Effects>(
 /// quarter of the smallest weight followed, as a share of that light, or of 1 if it is brighter; or what the proof of a
 /// pixel can do without.
 #[inline(always)]
-fn little<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+fn little<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     lit: L::Mask,
     added: V3<L>,
     light: &Light<L::Real>,

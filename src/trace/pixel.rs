@@ -4,7 +4,7 @@ use super::eye_media::media_at;
 use super::hits::Hits;
 use super::kernel::{RayPacket, Tracer};
 use super::observer::Observer;
-use super::variants::Effects;
+use super::variants::Variant;
 use crate::lanes::{Lanes, Real, V3};
 use crate::scene::world::World;
 use crate::shading::media::Medium;
@@ -28,8 +28,8 @@ impl Samples {
 
 /// Adds all samples of a packet of pixels, each weighted 1/n. Returns what one half of them added.
 #[inline(always)]
-pub(crate) fn add_samples<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+pub(crate) fn add_samples<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     pixels: &[[u32; 2]],
     active: u32,
     samples: Samples,

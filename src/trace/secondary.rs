@@ -13,18 +13,18 @@ use crate::scene::effects::Effect;
 use crate::shading::material::Coefficients;
 use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
-use crate::trace::variants::Effects;
+use crate::trace::variants::Variant;
 
 /// Stacks the rays that leave from what the rays hit. The transmitted one goes on top and is followed first.
 #[inline(always)]
-pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+pub(super) fn scatter<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     number: u32,
 ) {
-    stage::<L, E, _>(
+    stage::<L, V, _>(
         tracer.s,
         #[inline(always)]
         || scatter_in(tracer, rays, hits, coefficients, number),
@@ -32,22 +32,22 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, E: Effects>(
 }
 
 #[inline(always)]
-fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     number: u32,
 ) {
-    if !E::SECONDARY {
+    if !V::SECONDARY {
         return;
     }
     let s = tracer.s;
-    let tilted = if E::DETAILS { tracer.cones.tilted } else { 0 };
+    let tilted = if V::DETAILS { tracer.cones.tilted } else { 0 };
     let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
     let zero = L::lit(s, 0.0);
     let mut mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
-    let by_angle = E::DETAILS && tracer.world.angular;
+    let by_angle = V::DETAILS && tracer.world.angular;
     if by_angle {
         mirror |= conductors(s, tracer.world, hits);
     }
@@ -73,7 +73,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
         return;
     }
 
-    let rough = if E::DETAILS && tracer.world.effects.has(Effect::Gloss) {
+    let rough = if V::DETAILS && tracer.world.effects.has(Effect::Gloss) {
         coefficients.alpha.gt(zero).bits() & (mirror | clear)
     } else {
         0
@@ -102,7 +102,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
         let joined = reflected_weight + rays.weight.times(r_t);
         reflected_weight = V3::select(L::mask(s, total), joined, reflected_weight);
         let mut transmitted_weight = rays.weight.times(r_t);
-        if E::DETAILS && tracer.world.effects.has(Effect::Dispersion) {
+        if V::DETAILS && tracer.world.effects.has(Effect::Dispersion) {
             // Light is split where it is bent, and where its reflection depends on the index.
             let [before, behind] = crossing.dispersion;
             split = before.max(behind).gt(zero).bits() & clear & !rays.dispersed;
@@ -123,7 +123,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
         }
         // Invisible surfaces leave a ray's origin as it is, so that what lies behind is hit at the same bits.
         let unseen = L::mask(s, crossing.unseen);
-        if E::DETAILS {
+        if V::DETAILS {
             through = tracer.cones.unless(unseen);
         }
         let behind = leave(hits.surface.point, hits.surface.error, -hits.ng);
@@ -176,7 +176,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
     if let Some(transmitted) = transmitted
         && transmitted.active != 0
     {
-        if E::DETAILS {
+        if V::DETAILS {
             tracer.cones.end = through;
         }
         tracer.push(transmitted);
@@ -185,8 +185,8 @@ fn scatter_in<L: Lanes, O: Observer<L>, E: Effects>(
 
 /// r_s and r_t where they depend on the angle of incidence.
 #[inline(always)]
-fn angular<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &Tracer<'_, L, O, E>,
+fn angular<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     ns: V3<L>,
@@ -234,8 +234,8 @@ impl<L: Lanes> Crossing<L> {
 }
 
 #[inline(always)]
-fn cross<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+fn cross<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     ns: V3<L>,
@@ -244,13 +244,13 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
     let s = tracer.s;
     let Interface { mut n1, mut n2, dispersion, behind } =
         interface(s, tracer.world, &mut tracer.media, hits, rays.media, clear & hits.closed);
-    if E::DETAILS && tracer.world.effects.has(Effect::Dispersion) {
+    if V::DETAILS && tracer.world.effects.has(Effect::Dispersion) {
         n1 = n1 + dispersion[0] * tracer.wavelengths.bend;
         n2 = n2 + dispersion[1] * tracer.wavelengths.bend;
     }
     let eta = n1 / n2;
     let mut refraction = refract(s, rays.dir, ns, eta);
-    if hits.smooth | (if E::DETAILS { tracer.cones.tilted } else { 0 }) != 0 {
+    if hits.smooth | (if V::DETAILS { tracer.cones.tilted } else { 0 }) != 0 {
         // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides.
         let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total;
         let flat = refract(s, rays.dir, hits.ng, eta);
@@ -271,8 +271,8 @@ fn cross<L: Lanes, O: Observer<L>, E: Effects>(
 }
 
 /// Reports the rays that `max_depth` has cut off.
-fn report_end<L: Lanes, O: Observer<L>, E: Effects>(
-    tracer: &mut Tracer<'_, L, O, E>,
+fn report_end<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     [r_s, r_t]: [V3<L>; 2],
     mirror: u32,

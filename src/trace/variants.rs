@@ -8,7 +8,7 @@ use crate::scene::world::World;
 use std::fmt::Debug;
 
 /// What a variant is compiled for beside camera rays, shadow rays and Phong's model, as constants.
-pub trait Effects: Copy + Debug + 'static {
+pub trait Variant: Copy + Debug + 'static {
     /// Reflected and transmitted rays, the media they are in, and surfaces in the same place.
     const SECONDARY: bool;
     /// What goes beyond Whitted's model: see [`SceneEffects::has_details`](crate::scene::effects::SceneEffects::has_details)
@@ -24,19 +24,19 @@ pub struct Local;
 pub struct Whitted;
 /// Everything: the general kernel.
 #[derive(Debug, Clone, Copy)]
-pub struct Everything;
+pub struct General;
 
-impl Effects for Local {
+impl Variant for Local {
     const SECONDARY: bool = false;
     const DETAILS: bool = false;
 }
 
-impl Effects for Whitted {
+impl Variant for Whitted {
     const SECONDARY: bool = true;
     const DETAILS: bool = false;
 }
 
-impl Effects for Everything {
+impl Variant for General {
     const SECONDARY: bool = true;
     const DETAILS: bool = true;
 }
@@ -44,13 +44,13 @@ impl Effects for Everything {
 /// The variants there are. `src/DECISIONS.md` says what each one saves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "named as the types")]
-pub enum Specialised {
+pub enum KernelVariant {
     Local,
     Whitted,
-    Everything,
+    General,
 }
 
-impl Specialised {
+impl KernelVariant {
     /// The variant for the effects of a world.
     ///
     /// What mirrors or transmits counts even where no ray that leaves it is followed: what such rays could have brought has
@@ -58,7 +58,7 @@ impl Specialised {
     pub fn of<R: Real>(world: &World<R>) -> Self {
         let details = world.effects.has_details() || world.angular;
         match () {
-            () if details || world.effects.needs_sampling() => Self::Everything,
+            () if details || world.effects.needs_sampling() => Self::General,
             () if world.transmits || world.reflects => Self::Whitted,
             () => Self::Local,
         }
@@ -69,7 +69,7 @@ impl Specialised {
         match self {
             Self::Local => [false; 4],
             Self::Whitted => [true, true, false, false],
-            Self::Everything => [true; 4],
+            Self::General => [true; 4],
         }
     }
 }

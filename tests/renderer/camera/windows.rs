@@ -8,7 +8,7 @@ use strahl::render::{Control, render, render_window};
 use strahl::scene::compile::Precise;
 use strahl::scene::description::Precision;
 use strahl::scene::{Format, Loaded, Overrides, load};
-use strahl::trace::variants::Specialised;
+use strahl::trace::variants::KernelVariant;
 
 const WIDTH: u32 = 24;
 const HEIGHT: u32 = 16;
@@ -21,10 +21,10 @@ fn scene(name: &str, precision: Precision, level: i32) -> Loaded {
     load(&read(&format!("scenes/{name}.json")), Format::Json, &overrides).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-fn kernel(loaded: &Loaded) -> Specialised {
+fn kernel(loaded: &Loaded) -> KernelVariant {
     match &loaded.scene.world {
-        Precise::Single(world) => Specialised::of(world),
-        Precise::Double(world) => Specialised::of(world),
+        Precise::Single(world) => KernelVariant::of(world),
+        Precise::Double(world) => KernelVariant::of(world),
     }
 }
 

@@ -12,7 +12,7 @@ use strahl::inspect::tree::trace_pixel;
 use strahl::render::{Control, RenderOptions, render, render_with};
 use strahl::scene::compile::{CompileOptions, Precise, compile_with};
 use strahl::scene::{Format, Loaded, Overrides, load};
-use strahl::trace::variants::Specialised;
+use strahl::trace::variants::KernelVariant;
 
 fn random_color(random: &mut Random) -> Value {
     json!([random.between(0.0, 0.9), random.between(0.0, 0.9), random.between(0.0, 0.9)])
@@ -162,12 +162,12 @@ fn each_kernel_gives_the_bytes_of_the_general_one() {
         let opaque = without(&scene, &["transmission"]);
         let matt = without(&opaque, &["reflection"]);
         for (scene, expected) in
-            [(scene, Specialised::Whitted), (opaque, Specialised::Whitted), (matt, Specialised::Local)]
+            [(scene, KernelVariant::Whitted), (opaque, KernelVariant::Whitted), (matt, KernelVariant::Local)]
         {
             let loaded = loaded(&scene);
             let kernel = match &loaded.scene.world {
-                Precise::Single(world) => Specialised::of(world),
-                Precise::Double(world) => Specialised::of(world),
+                Precise::Single(world) => KernelVariant::of(world),
+                Precise::Double(world) => KernelVariant::of(world),
             };
             assert_eq!(kernel, expected, "seed {seed}");
             let general = render_as(&loaded, RenderOptions { specialised: false, ..RenderOptions::default() });

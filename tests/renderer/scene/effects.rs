@@ -22,7 +22,7 @@ use strahl::shading::material::{Fresnel, Material};
 use strahl::shading::texture::bump::BumpMap;
 use strahl::shading::texture::checker::BaseColor;
 use strahl::shading::texture::pattern::Pattern;
-use strahl::trace::variants::Specialised;
+use strahl::trace::variants::KernelVariant;
 
 fn loaded(description: &Value) -> Loaded {
     load(description.to_string().as_bytes(), Format::Json, &Overrides::default())
@@ -364,12 +364,12 @@ fn what_the_plan_says_is_on_is_what_the_kernel_was_told() {
         let (effects, axes, told): (_, _, Vec<(Effect, Option<bool>)>) = match &scene.world {
             Precise::Single(world) => (
                 world.effects,
-                Specialised::of(world).axes(),
+                KernelVariant::of(world).axes(),
                 Effect::ALL.iter().map(|effect| (*effect, Told { world }.of(*effect))).collect(),
             ),
             Precise::Double(world) => (
                 world.effects,
-                Specialised::of(world).axes(),
+                KernelVariant::of(world).axes(),
                 Effect::ALL.iter().map(|effect| (*effect, Told { world }.of(*effect))).collect(),
             ),
         };
