@@ -1,7 +1,7 @@
 //! Attenuation of light between two surfaces: bodies absorb it, e^(-sigma d) after Beer and Lambert, and outside of them fog
 //! replaces it by its own light.
 
-use super::kernel::RayPacket;
+use super::ray_packet::RayPacket;
 use crate::lanes::{Ids, Lanes, Real, V3, exp_minus, opacity};
 use crate::scene::effects::Effect;
 use crate::scene::world::World;

@@ -8,9 +8,10 @@
 //! rays are followed after all, the heavier ones first.
 
 use super::hits::Hits;
-use super::kernel::{RayPacket, Tracer};
+use super::kernel::Tracer;
 use super::observer::{NotFollowed, Observer};
 use super::pixel::Samples;
+use super::ray_packet::RayPacket;
 use super::sampling::{Sampler, shifts};
 use crate::bound::interval::{allowed_raise, interval};
 use crate::film::srgb::Codes8;

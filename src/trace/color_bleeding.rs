@@ -5,8 +5,9 @@
 //! ambient light again.
 
 use super::hits::Hits;
-use super::kernel::{RayKind, RayPacket, Tracer};
+use super::kernel::Tracer;
 use super::observer::Observer;
+use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, circle};
 use crate::ray::leave;

@@ -6,7 +6,7 @@
 //! r_s + (1 - r_s) (1 - cos theta)^5, and transmit the remaining share of r_t.
 
 use super::hits::Hits;
-use super::kernel::RayPacket;
+use super::ray_packet::RayPacket;
 use crate::lanes::{Ids, Lanes, V3};
 use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Fresnel};

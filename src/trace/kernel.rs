@@ -11,110 +11,34 @@ use super::counts::RayCounts;
 use super::eye_media::media_at;
 use super::hits::Hits;
 use super::lighting::illuminate;
-use super::observer::{NotFollowed, Observer};
+use super::observer::Observer;
 use super::ray_cones::{RayCones, around};
+use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, Sampler};
 use super::secondary::scatter;
 use super::texturing::apply_textures;
 use super::wavelengths::Wavelengths;
-use crate::accel::{Coherence, Nearest};
+use crate::accel::Nearest;
 use crate::camera::Camera;
 use crate::camera::Cone;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use crate::scene::effects::Effect;
-use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, Medium, OUTSIDE};
 use crate::trace::variants::{General, Variant};
-use schemars::JsonSchema;
-use serde::Serialize;
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Largest radiance that a ray adds to a pixel, and largest weight of a ray. So nothing overflows in single precision. Only
-/// materials with r_s + r_t above 1, of which a warning tells, and extremely bright lights come near.
+/// Largest radiance that a ray adds to a pixel, so that nothing overflows in single precision. Only materials with r_s + r_t
+/// above 1, of which a warning tells, and extremely bright lights come near.
 const MAX_RADIANCE: f64 = 1e28;
-const MAX_WEIGHT: f64 = 1e9;
 
 /// Share of a pixel over which textures are averaged for a sample of a batch. There may be any number of batches.
 const BATCH_SHARE: f64 = 1.0 / 1_024.0;
 
 /// Packets followed between two checks of the cancel flag: well below a millisecond for most scenes.
 const PACKETS_BETWEEN_CHECKS: u32 = 256;
-
-/// Whitted's kinds of rays that are followed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum RayKind {
-    Camera,
-    Reflected,
-    Transmitted,
-    /// From a diffuse surface, for the light that others scatter.
-    Gathered,
-}
-
-/// A packet of rays to follow.
-#[derive(Debug, Clone, Copy)]
-pub struct RayPacket<L: Lanes> {
-    /// Start.
-    pub origin: V3<L>,
-    /// Unit direction.
-    pub dir: V3<L>,
-    /// Distance beyond which it sees: 0, or where it has passed an invisible surface.
-    pub t_min: L,
-    /// What its radiance is multiplied with on the way to the pixel.
-    pub weight: V3<L>,
-    /// Lanes that hold a ray.
-    pub active: u32,
-    /// The media the ray is in.
-    pub media: L::Ids,
-    /// Rays in the chain so far, this one included.
-    pub depth: u32,
-    /// Its kind.
-    pub kind: RayKind,
-    /// Names its place in the tree of rays, for [`Sampler`].
-    pub path: u32,
-    /// Lanes whose light has been split into wavelengths.
-    pub dispersed: u32,
-    /// The observer's number of the ray it comes from.
-    pub parent: u32,
-}
-
-impl<L: Lanes> RayPacket<L> {
-    /// No rays, to be overwritten.
-    #[inline(always)]
-    pub(crate) fn none(s: L::Simd) -> Self {
-        let zero = L::lit(s, 0.0);
-        let nowhere = V3 { x: zero, y: zero, z: zero };
-        Self {
-            origin: nowhere,
-            dir: nowhere,
-            t_min: zero,
-            weight: nowhere,
-            active: 0,
-            media: L::Ids::splat(s, u64::from(OUTSIDE)),
-            depth: 0,
-            kind: RayKind::Camera,
-            path: 0,
-            dispersed: 0,
-            parent: 0,
-        }
-    }
-
-    /// Whether these rays, and the shadow rays from what they hit, keep together.
-    #[inline(always)]
-    pub(super) fn coherence(&self) -> Coherence {
-        if self.kind == RayKind::Camera { Coherence::Coherent } else { Coherence::Incoherent }
-    }
-
-    /// Where they begin to see.
-    #[inline(always)]
-    pub(crate) fn start(&self) -> V3<L> {
-        self.origin + self.dir * self.t_min
-    }
-}
 
 /// Traces packets of samples through a world. Reused from packet to packet.
 #[derive(Debug)]
@@ -286,17 +210,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         }
     }
 
-    /// Makes `rays` those on top of the stack; false if there are none.
-    #[inline(always)]
-    pub(crate) fn pop(&mut self, rays: &mut RayPacket<L>) -> bool {
-        let Some(next) = self.stack.pop() else { return false };
-        *rays = next;
-        if V::DETAILS {
-            self.cones.pop();
-        }
-        true
-    }
-
     #[inline(always)]
     fn media_at_eye(&mut self, origin: &V3<L>, active: u32, time: Option<L>) -> L::Ids {
         let s = self.s;
@@ -404,60 +317,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     #[inline(always)]
     pub(super) fn add(&self, sum: &mut V3<L>, lanes: u32, radiance: V3<L>) {
         *sum = V3::select(L::mask(self.s, lanes), *sum + radiance, *sum);
-    }
-
-    /// Stacks rays. Rays of too little weight are deferred or omitted; rays beyond the limit are dropped.
-    #[inline(always)]
-    pub(super) fn push(&mut self, mut rays: RayPacket<L>) {
-        let max = L::lit(self.s, MAX_WEIGHT);
-        let w = rays.weight;
-        rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
-        if !self.world.rules.spd_counts {
-            let significant = self.significant(&rays);
-            let light = rays.active & !significant;
-            if light != 0 {
-                self.defer(&rays, light);
-            }
-            rays.active = significant;
-        }
-        let active = L::mask(self.s, rays.active);
-        self.followed = L::select(active, self.followed + L::lit(self.s, 1.0), self.followed);
-        let beyond = (active & self.followed.ge(L::lit(self.s, RAYS_PER_SAMPLE.max as f64))).bits();
-        let beyond = beyond | self.never_ending(&rays);
-        if beyond != 0 {
-            self.drop_rays(&rays, beyond);
-            rays.active &= !beyond;
-        }
-        if rays.active != 0 {
-            let count = u64::from(rays.active.count_ones());
-            self.counts.deepest = self.counts.deepest.max(rays.depth);
-            match rays.kind {
-                RayKind::Camera => self.counts.camera += count,
-                RayKind::Reflected => self.counts.reflected += count,
-                RayKind::Transmitted => self.counts.transmitted += count,
-                RayKind::Gathered => self.counts.gathered += count,
-            }
-            self.stack.push(rays);
-            if V::DETAILS {
-                self.cones.push();
-            }
-        }
-    }
-
-    /// Leaves out rays of some lanes that are beyond the limit on rays.
-    #[inline(never)]
-    fn drop_rays(&mut self, rays: &RayPacket<L>, lanes: u32) {
-        L::vectorize(
-            self.s,
-            #[inline(always)]
-            || {
-                self.counts.dropped += u64::from(lanes.count_ones());
-                self.record_omitted_rays(lanes, rays.weight, rays.depth);
-                if O::WATCHING {
-                    self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Budget);
-                }
-            },
-        );
     }
 }
 

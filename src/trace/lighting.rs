@@ -2,8 +2,9 @@
 
 use super::colored_shadows::left_by_bodies;
 use super::hits::Hits;
-use super::kernel::{RayKind, RayPacket, Tracer, stage};
+use super::kernel::{Tracer, stage};
 use super::observer::Observer;
+use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::Choice;
 use crate::accel::transmittance;
 use crate::lanes::{Lanes, Mask, Real, V3};

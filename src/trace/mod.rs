@@ -16,6 +16,8 @@ pub mod lighting;
 pub mod observer;
 pub mod pixel;
 mod ray_cones;
+pub mod ray_packet;
+mod ray_stack;
 pub mod sampling;
 pub mod secondary;
 mod texturing;

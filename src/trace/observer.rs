@@ -1,7 +1,7 @@
 //! Observers of the recursion: the kernel reports events of every ray. The observer `()` gets no events and costs nothing.
 
 use super::hits::Hits;
-use super::kernel::{RayKind, RayPacket};
+use super::ray_packet::{RayKind, RayPacket};
 use crate::lanes::{Lanes, V3};
 use crate::shading::media::Media;
 

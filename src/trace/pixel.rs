@@ -2,8 +2,9 @@
 
 use super::eye_media::media_at;
 use super::hits::Hits;
-use super::kernel::{RayPacket, Tracer};
+use super::kernel::Tracer;
 use super::observer::Observer;
+use super::ray_packet::RayPacket;
 use super::variants::Variant;
 use crate::lanes::{Lanes, Real, V3};
 use crate::scene::world::World;

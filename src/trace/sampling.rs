@@ -7,7 +7,7 @@
 //! (Cranley and Patterson 1976). All of it is computed from the pixel, the sample's number and the place in the tree, so it
 //! does not depend on threads, tiles or packets.
 
-use super::kernel::RayKind;
+use super::ray_packet::RayKind;
 use crate::lanes::{Lanes, MAX_LANES, Real};
 
 /// Kinds of choices.

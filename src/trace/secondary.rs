@@ -3,8 +3,9 @@
 use super::fresnel::{Bent, at_angles, conductors};
 use super::hits::Hits;
 use super::interface::{Interface, interface};
-use super::kernel::{RayKind, RayPacket, Tracer, first, stage};
+use super::kernel::{Tracer, first, stage};
 use super::observer::{NotFollowed, Observer, Snell};
+use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;

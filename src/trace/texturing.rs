@@ -6,7 +6,7 @@
 //! al., JCGT 10(1), 2021). Reflection and refraction do not change cones here; curved surfaces would widen them.
 
 use super::hits::Hits;
-use super::kernel::RayPacket;
+use super::ray_packet::RayPacket;
 use crate::accel::{Owner, Shape};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::scene::world::World;

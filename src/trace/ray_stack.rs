@@ -1,0 +1,79 @@
+//! The stack of rays that wait to be followed, and which rays get onto it.
+
+use super::kernel::Tracer;
+use super::observer::{NotFollowed, Observer};
+use super::ray_packet::{RayKind, RayPacket};
+use super::variants::Variant;
+use crate::lanes::{Lanes, Mask, V3};
+use crate::scene::limits::RAYS_PER_SAMPLE;
+
+/// Largest weight of a ray, so that nothing overflows in single precision. Only materials with r_s + r_t above 1, of which a
+/// warning tells, come near.
+const MAX_WEIGHT: f64 = 1e9;
+
+impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
+    /// Makes `rays` those on top of the stack; false if there are none.
+    #[inline(always)]
+    pub(crate) fn pop(&mut self, rays: &mut RayPacket<L>) -> bool {
+        let Some(next) = self.stack.pop() else { return false };
+        *rays = next;
+        if V::DETAILS {
+            self.cones.pop();
+        }
+        true
+    }
+
+    /// Stacks rays. Rays of too little weight are deferred or omitted; rays beyond the limit are dropped.
+    #[inline(always)]
+    pub(super) fn push(&mut self, mut rays: RayPacket<L>) {
+        let max = L::lit(self.s, MAX_WEIGHT);
+        let w = rays.weight;
+        rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
+        if !self.world.rules.spd_counts {
+            let significant = self.significant(&rays);
+            let light = rays.active & !significant;
+            if light != 0 {
+                self.defer(&rays, light);
+            }
+            rays.active = significant;
+        }
+        let active = L::mask(self.s, rays.active);
+        self.followed = L::select(active, self.followed + L::lit(self.s, 1.0), self.followed);
+        let beyond = (active & self.followed.ge(L::lit(self.s, RAYS_PER_SAMPLE.max as f64))).bits();
+        let beyond = beyond | self.never_ending(&rays);
+        if beyond != 0 {
+            self.drop_rays(&rays, beyond);
+            rays.active &= !beyond;
+        }
+        if rays.active != 0 {
+            let count = u64::from(rays.active.count_ones());
+            self.counts.deepest = self.counts.deepest.max(rays.depth);
+            match rays.kind {
+                RayKind::Camera => self.counts.camera += count,
+                RayKind::Reflected => self.counts.reflected += count,
+                RayKind::Transmitted => self.counts.transmitted += count,
+                RayKind::Gathered => self.counts.gathered += count,
+            }
+            self.stack.push(rays);
+            if V::DETAILS {
+                self.cones.push();
+            }
+        }
+    }
+
+    /// Leaves out rays of some lanes that are beyond the limit on rays.
+    #[inline(never)]
+    fn drop_rays(&mut self, rays: &RayPacket<L>, lanes: u32) {
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || {
+                self.counts.dropped += u64::from(lanes.count_ones());
+                self.record_omitted_rays(lanes, rays.weight, rays.depth);
+                if O::WATCHING {
+                    self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Budget);
+                }
+            },
+        );
+    }
+}
