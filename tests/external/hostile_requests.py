@@ -17,6 +17,7 @@ JSON = {"Content-Type": "application/json"}
 CAMERA = {"pinhole": {"eye": [0, 0, 5], "look_at": [0, 0, 0]}}
 GLASS = {"diffuse": 0, "reflection": 0.5, "transmission": 0.5, "ior": 1.5}
 MIRROR = {"diffuse": 0.1, "reflection": 0.9}
+FLAT = {"planar": {"axes": "xy"}}
 ENDLESS = {"max_depth": 100_000, "min_weight": 0}
 SAMPLES = 1024
 
@@ -167,7 +168,7 @@ def noise():
 
 def textures():
     """The largest pictures that scenes may hold, as few bytes."""
-    image = {"image": {"source": png(4096), "mapping": {"planar": {"axes": "xy"}}}}
+    image = {"image": {"source": png(4096), "mapping": FLAT}}
     about = {"materials": {"glass": {"diffuse": image, "reflection": 0.5}}}
     return scene([sphere([0, 0, 0], 1)], **about)
 
@@ -175,7 +176,7 @@ def textures():
 def broken_pictures():
     whole = png(150, 0)
     source = lambda i: whole[: -40 - 4 * (i % 9)] + "AAAA"
-    materials = {f"m{i}": {"diffuse": {"image": {"source": source(i)}}} for i in range(800)}
+    materials = {f"m{i}": {"diffuse": {"image": {"source": source(i), "mapping": FLAT}}} for i in range(800)}
     return scene([sphere([0, 0, 0], 1, f"m{i}") for i in range(800)], materials=materials)
 
 
@@ -273,7 +274,7 @@ MANY_LIGHTS = lambda: box((250, 250), {"samples": SAMPLES})  # noqa: E731
 LIGHTS_8MP = lambda: box((3520, 2340), {"samples": 7})  # noqa: E731
 PROVED = lambda: hall((2880, 2880), {"accuracy": {"proved": {"max_codes": 0}}})  # noqa: E731
 SURE = lambda: hall((960, 540), {"accuracy": {"statistical": {"half_width": 0.25, "confidence": 0.999}}})  # noqa: E731
-TIMED = lambda: hall((960, 540), {"accuracy": {"time": {"ms": 25_000}}})  # noqa: E731
+TIMED = lambda: box((960, 540), {"accuracy": {"time": {"ms": 25_000}}})  # noqa: E731
 NOISE_8MP = lambda: scene([sphere([0, 0, 0], 3, "n")], (3520, 2340), materials={"n": {"diffuse": {"noise": {"a": 0, "b": 1}}}})  # noqa: E731
 
 REQUESTS = {
@@ -308,7 +309,7 @@ REQUESTS = {
     "map": of(TREE, False, "/v1/map?of=time"),
     "explain": of(MANY_LIGHTS, False, "/v1/explain"),
     "analyze": of(MANY_LIGHTS, False, "/v1/explain?analyze=1"),
-    "tradeoff": of(TREE, False, "/v1/tradeoff?seconds=25"),
+    "tradeoff": of(TREE, False, "/v1/tradeoff?seconds=20"),
     "validate": of(equal_spheres, False, "/v1/scenes/validate"),
     "rays": Hostile(rays_of(instances)),
     "tiles": Hostile(tiles(), clients=8),
