@@ -5,6 +5,7 @@ mod concurrency_limit;
 mod contract;
 mod drain;
 mod extract;
+mod host;
 mod job_observer;
 mod memory_budget;
 mod metrics;

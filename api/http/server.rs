@@ -1,6 +1,7 @@
 //! The accept loops: a bounded number of connections, each with a deadline for its headers, until the service drains.
 
-use super::auth::{capability, client};
+use super::auth::capability;
+use super::auth::client::{self, Ends};
 use super::drain::StopSignals;
 use super::raw_errors::RawErrors;
 use super::routes;
@@ -100,9 +101,10 @@ async fn connections(
             next = next_connection(&listener, &places) => next,
             () = &mut end => break,
         };
+        let service = stream.local_addr().map_or(peer.ip(), |address| address.ip());
+        let ends = Ends { client: peer.ip().to_canonical(), service: service.to_canonical() };
         let stream = TokioIo::new(RawErrors::new(WriteTimeout::new(stream, limits.write_timeout)));
-        let router =
-            MapRequest::new(router.clone(), move |request| client::arrived(peer.ip(), capability::strip(request)));
+        let router = MapRequest::new(router.clone(), move |request| client::arrived(ends, capability::strip(request)));
         let connection = connections.watch(http.serve_connection(stream, TowerToHyperService::new(router)));
         tokio::spawn(async move {
             if let Err(error) = connection.await {

@@ -1,5 +1,6 @@
 //! Settings of the connections: addresses, keys, and what one connection may take.
 
+use super::host::Host;
 use crate::service::values::{as_seconds, seconds};
 use axum::http::{HeaderMap, HeaderValue, header};
 use clap::{Args, value_parser};
@@ -29,11 +30,13 @@ pub(crate) struct HttpSettings {
     /// Accept requests from other machines without keys.
     #[arg(long, env = "STRAHL_INSECURE_NO_AUTH", conflicts_with = "keys")]
     pub(crate) insecure_no_auth: bool,
-    /// Web pages that may use the service from a browser: * for all, none, or origins between commas.
-    #[arg(long, env = "STRAHL_CORS_ORIGIN", value_name = "ORIGINS", default_value = "*", value_parser = Origins::read)]
-    pub(crate) cors_origin: Origins,
+    /// Web pages that may use the service from a browser: * for all, loopback for those of this machine, none, or origins
+    /// between commas [default: * with --keys, loopback without].
+    #[arg(long, env = "STRAHL_CORS_ORIGIN", value_name = "ORIGINS", value_parser = Origins::read)]
+    pub(crate) cors_origin: Option<Origins>,
     /// Address under which clients see the service, such as https://render.example.org, for the addresses in IIIF answers
-    /// [default: http:// and the request's Host].
+    /// [default: http:// and the request's Host]. Without --keys the service answers only to localhost, to its own address
+    /// and to this one.
     #[arg(long, env = "STRAHL_PUBLIC_URL", value_name = "URL", value_parser = public_url)]
     pub(crate) public_url: Option<String>,
     /// Open connections; one more waits to be accepted.
@@ -45,6 +48,14 @@ pub(crate) struct HttpSettings {
     /// What one connection may take.
     #[command(flatten)]
     pub(crate) limits: ConnectionLimits,
+}
+
+impl HttpSettings {
+    /// Whose pages may ask. Where no key is needed, nothing else keeps strangers' pages out.
+    pub(crate) fn origins(&self) -> Origins {
+        let default = if self.keys.is_some() { Origins::Any } else { Origins::Loopback };
+        self.cors_origin.clone().unwrap_or(default)
+    }
 }
 
 /// What one connection may take.
@@ -88,10 +99,9 @@ impl ConnectionLimits {
 
 /// Where clients see the service.
 fn public_url(text: &str) -> Result<String, &'static str> {
-    let host = text.strip_prefix("https://").or_else(|| text.strip_prefix("http://"));
-    match host.is_some_and(|host| !host.is_empty() && text.bytes().all(|byte| byte.is_ascii_graphic())) {
+    match Host::of_url(text).is_some() && text.bytes().all(|byte| byte.is_ascii_graphic()) {
         true => Ok(text.trim_end_matches('/').to_owned()),
-        false => Err("expected an address that begins with http:// or https://"),
+        false => Err("expected an address such as https://render.example.org"),
     }
 }
 
@@ -100,15 +110,18 @@ fn public_url(text: &str) -> Result<String, &'static str> {
 pub(crate) enum Origins {
     /// Everybody's.
     Any,
+    /// Those of this machine.
+    Loopback,
     /// These, such as `https://example.org`; perhaps none.
     Listed(Vec<String>),
 }
 
 impl Origins {
-    /// From the command line: `*`, `none`, or origins between commas.
+    /// From the command line: `*`, `loopback`, `none`, or origins between commas.
     pub(crate) fn read(text: &str) -> Result<Self, &'static str> {
         match text.trim() {
             "*" => Ok(Self::Any),
+            "loopback" => Ok(Self::Loopback),
             "none" => Ok(Self::Listed(Vec::new())),
             list => {
                 let origins: Vec<_> = list.split(',').map(|origin| origin.trim().to_owned()).collect();
@@ -116,7 +129,7 @@ impl Origins {
                     let host = origin.strip_prefix("https://").or_else(|| origin.strip_prefix("http://"));
                     host.is_some_and(|host| !host.is_empty() && host.bytes().all(|b| b.is_ascii_graphic() && b != b'/'))
                 };
-                let wrong = "expected *, none, or origins such as https://example.org, separated by commas";
+                let wrong = "expected *, loopback, none, or origins such as https://example.org, separated by commas";
                 origins.iter().all(sound).then_some(Self::Listed(origins)).ok_or(wrong)
             }
         }
@@ -124,12 +137,13 @@ impl Origins {
 
     /// What `Access-Control-Allow-Origin` says to a request.
     pub(crate) fn allowed(&self, headers: &HeaderMap) -> Option<HeaderValue> {
+        let origin = headers.get(header::ORIGIN);
+        let is_loopback =
+            |origin: &&HeaderValue| origin.to_str().ok().and_then(Host::of_url).is_some_and(|host| host.is_loopback());
         match self {
             Self::Any => Some(HeaderValue::from_static("*")),
-            Self::Listed(origins) => {
-                let origin = headers.get(header::ORIGIN)?;
-                origins.iter().any(|known| known.as_bytes() == origin.as_bytes()).then(|| origin.clone())
-            }
+            Self::Loopback => origin.filter(is_loopback).cloned(),
+            Self::Listed(known) => origin.filter(|origin| known.iter().any(|known| known == *origin)).cloned(),
         }
     }
 }
@@ -147,6 +161,17 @@ mod tests {
         assert_eq!(listed.allowed(&HeaderMap::new()), None);
         assert_eq!(Origins::read("*").unwrap().allowed(&HeaderMap::new()).unwrap(), "*");
         assert_eq!(Origins::read("none").unwrap().allowed(&of("https://a.org")), None);
+        let loopback = Origins::read("loopback").unwrap();
+        for (origin, is_known) in [
+            ("http://localhost:3000", true),
+            ("https://127.0.0.1", true),
+            ("http://[::1]:8080", true),
+            ("http://localhost.evil.example", false),
+            ("http://evil.example/localhost", false),
+            ("null", false),
+        ] {
+            assert_eq!(loopback.allowed(&of(origin)).is_some(), is_known, "{origin}");
+        }
         for wrong in ["", "a.org", "https://", "https://a.org/", "https://a.org, *"] {
             assert!(Origins::read(wrong).is_err(), "{wrong}");
         }

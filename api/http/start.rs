@@ -44,7 +44,7 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
     let app = Arc::new(AppState {
         service: Service::open(settings, data.path(), pool, Box::new(accounts))?,
         access,
-        origins: http.cors_origin.clone(),
+        origins: http.origins(),
         public_url: http.public_url.clone(),
         streams: ConcurrencyLimit::default(),
         tile_clients: ConcurrencyLimit::default(),

@@ -4,10 +4,12 @@ use super::auth::Access;
 use super::auth::client::Client;
 use super::concurrency_limit::ConcurrencyLimit;
 use super::drain::Drain;
+use super::host::Host;
 use super::memory_budget::MemoryBudget;
 use super::metrics::Metrics;
 use super::settings::{ConnectionLimits, Origins};
 use crate::service::requests::Service;
+use axum::http::Extensions;
 use std::sync::{Arc, LazyLock};
 
 /// Everything that handlers share.
@@ -35,6 +37,22 @@ pub(crate) struct AppState {
     pub(crate) drain: Drain,
     /// The contract, made when somebody asks for it.
     pub(crate) contract: LazyLock<String>,
+}
+
+impl AppState {
+    /// The host of the address under which clients see the service, if it was told.
+    pub(crate) fn public_host(&self) -> Option<Host> {
+        self.public_url.as_deref().and_then(Host::of_url)
+    }
+
+    /// The address under which the client of a request sees the service.
+    pub(crate) fn base_url(&self, extensions: &Extensions) -> String {
+        let of_host = || match extensions.get::<Host>() {
+            Some(host) => format!("http://{host}"),
+            None => "http://localhost".to_owned(),
+        };
+        self.public_url.clone().unwrap_or_else(of_host)
+    }
 }
 
 /// How handlers get it.

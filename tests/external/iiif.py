@@ -21,7 +21,7 @@ FURTHER = ["linkheader_canonical", "linkheader_profile", "rot_mirror", "rot_mirr
 def main():
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 3
     validate = service.python(VALIDATOR) / "iiif-validate.py"
-    with service.running() as address:
+    with service.running("--cors-origin", "*") as address:
         image = service.add(address, "scenes/iiif/squares.json")["image_id"]
         about = [validate, "-s", address, "-p", "iiif/3", "-i", image, "--version=3.0", "-v"]
         further = [part for name in FURTHER for part in ("--test", name)]

@@ -4,9 +4,14 @@ use super::tenant::Tenant;
 use axum::http::{Extensions, Request};
 use std::net::IpAddr;
 
-/// The address at the other end of a connection: a client's, or that of the proxy before it.
+/// The addresses of a connection.
 #[derive(Debug, Clone, Copy)]
-struct Peer(IpAddr);
+pub(crate) struct Ends {
+    /// The client's, or that of the proxy before it.
+    pub(crate) client: IpAddr,
+    /// The one by which it has reached the service.
+    pub(crate) service: IpAddr,
+}
 
 /// A tenant's client.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -18,13 +23,13 @@ pub(crate) struct Client {
 impl Client {
     /// Whose request this is, and where it comes from.
     pub(crate) fn of(extensions: &Extensions) -> Self {
-        let address = extensions.get::<Peer>().map(|Peer(address)| *address);
+        let address = extensions.get::<Ends>().map(|ends| ends.client);
         Self { tenant: Tenant::of(extensions).name.clone(), address }
     }
 }
 
 /// Notes on a request where it comes from.
-pub(crate) fn arrived<B>(address: IpAddr, mut request: Request<B>) -> Request<B> {
-    request.extensions_mut().insert(Peer(address));
+pub(crate) fn arrived<B>(ends: Ends, mut request: Request<B>) -> Request<B> {
+    request.extensions_mut().insert(ends);
     request
 }

@@ -51,6 +51,11 @@ impl Access {
         }
     }
 
+    /// Whether requests need a key.
+    pub(crate) fn needs_keys(&self) -> bool {
+        self.keys.is_some()
+    }
+
     fn keys(&self) -> Option<Arc<Keys>> {
         self.keys.as_ref().map(KeyFile::keys)
     }

@@ -1,7 +1,8 @@
 //! Which pages may use the service from a browser (CORS). It stands outside of keys and limits, so that a page can read
 //! why it was refused.
 //!
-//! Cookies play no part: a page gets what any client gets that reaches the service and has a key. tower-http's layer
+//! Cookies play no part: a page gets what any client gets that reaches the service and has a key. Where none is needed, only
+//! pages of this machine get anything, unless told otherwise. tower-http's layer
 //! takes every OPTIONS for a preflight request; here those that are not still reach their handlers.
 
 use crate::http::settings::Origins;
@@ -41,7 +42,7 @@ pub(crate) async fn cors(State(app): State<App>, request: Request, next: Next) -
         next.run(request).await
     };
     let headers = response.headers_mut();
-    if matches!(origins, Origins::Listed(_)) {
+    if *origins != Origins::Any {
         headers.append(header::VARY, HeaderValue::from_static("Origin"));
     }
     if let Some(allowed) = allowed {

@@ -1,5 +1,6 @@
-//! What every request passes on its way to a handler: CORS, the log, authorization.
+//! What every request passes on its way to a handler: CORS, the log, the check of its host, authorization.
 
 pub(crate) mod auth_gate;
 pub(crate) mod cors;
+pub(crate) mod host_gate;
 pub(crate) mod request_log;

@@ -51,6 +51,8 @@ kinds! {
         "A body with Content-Encoding: gzip has to be a complete gzip file.";
     MalformedRequest = "malformed-request", BAD_REQUEST, "Malformed HTTP request",
         "The service speaks HTTP/1.1 without TLS.";
+    MisdirectedRequest = "misdirected-request", MISDIRECTED_REQUEST, "The service does not answer under this name",
+        "Ask for http://127.0.0.1 and its port. The operator can name another address with --public-url, or give keys.";
     UriTooLong = "uri-too-long", URI_TOO_LONG, "The URI is too long",
         "Scenes go into the body, not into the URI.";
     HeadersTooLarge = "headers-too-large", REQUEST_HEADER_FIELDS_TOO_LARGE, "The headers are too large",
@@ -58,7 +60,7 @@ kinds! {
     Unauthorized = "unauthorized", UNAUTHORIZED, "A key is needed",
         "Send Authorization: Bearer and a key that the operator of this service has made with `strahl key new`.";
     Forbidden = "forbidden", FORBIDDEN, "This is not allowed",
-        "`detail` says what the key lacks, or what the capability is for.";
+        "`detail` says what the key lacks, what the capability is for, or that the page is of another site.";
     RateLimited = "rate-limited", TOO_MANY_REQUESTS, "Too many requests",
         "Try again after the seconds in the Retry-After header. A request costs a unit, and so does each million \
          rays traced for it; the RateLimit header says how many units are left.";

@@ -49,7 +49,7 @@ pub(crate) async fn answer(
     picture::deliver(app, context, &made, &spec)
 }
 
-/// The answer with a tile, for pages of any origin.
+/// The answer with a tile.
 pub(crate) async fn tile(
     app: &App,
     tenant: &Tenant,
@@ -64,7 +64,7 @@ pub(crate) async fn tile(
         freshness: Freshness::Immutable,
         negotiated: false,
     };
-    Ok(everywhere(answer(app, &context, tenant.task(Class::Tiles), image, spec).await?))
+    Ok(everywhere(app, answer(app, &context, tenant.task(Class::Tiles), image, spec).await?))
 }
 
 /// Counts a tile of a client, until the tile is made.
@@ -76,10 +76,13 @@ pub(crate) fn tile_permit(app: &AppState, client: Client) -> Result<Permit<Clien
     })
 }
 
-/// Lets pages of any origin read an answer: a client that has an image's id may see it.
-pub(crate) fn everywhere(answer: impl IntoResponse) -> Response {
+/// Lets pages of any origin read an answer: a client that has a key and an image's id may see it. Without keys, pages of
+/// other origins are strangers here, too.
+pub(crate) fn everywhere(app: &AppState, answer: impl IntoResponse) -> Response {
     let mut response = answer.into_response();
-    response.headers_mut().insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, HeaderValue::from_static("*"));
+    if app.access.needs_keys() {
+        response.headers_mut().insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, HeaderValue::from_static("*"));
+    }
     response
 }
 

@@ -2,6 +2,7 @@
 
 use crate::http::extract::accept;
 use crate::http::prelude::*;
+use axum::http::request::Parts;
 
 pub(super) fn routes() -> Vec<Route> {
     let forms = [Content::text("text/plain"), Content::text("text/html")];
@@ -22,12 +23,9 @@ const PLACES: [(&str, &str); 6] = [
     ("/readyz", "whether the service takes work"),
 ];
 
-async fn home(State(app): State<App>, headers: HeaderMap) -> Result<Response, Problem> {
-    let for_browsers = accept::best(&headers, &FORMS)?;
-    let plain = |host: &&str| host.bytes().all(|b| b.is_ascii_alphanumeric() || b".:-[]".contains(&b));
-    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).filter(plain).unwrap_or("localhost");
-    let base = app.public_url.clone().unwrap_or_else(|| format!("http://{host}"));
-    let curl = format!("curl {base}/v1/render --data-binary @scene.json -o picture.png");
+async fn home(State(app): State<App>, parts: Parts) -> Result<Response, Problem> {
+    let for_browsers = accept::best(&parts.headers, &FORMS)?;
+    let curl = format!("curl {}/v1/render --data-binary @scene.json -o picture.png", app.base_url(&parts.extensions));
     let intro = "strahl: POST a JSON scene, get a ray-traced picture and what it cost.";
     let (media_type, text) = if for_browsers {
         let places = PLACES.map(|(path, about)| format!("<li><a href=\"{path}\">{path}</a>: {about}</li>\n")).concat();

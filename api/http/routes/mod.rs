@@ -24,6 +24,7 @@ use super::auth::tenant::Scope;
 use super::contract::Route;
 use super::middleware::auth_gate::{identify, require};
 use super::middleware::cors::cors;
+use super::middleware::host_gate::check_host;
 use super::middleware::request_log::request_log;
 use super::problem::{Kind, Problem};
 use super::state::App;
@@ -93,6 +94,7 @@ pub(crate) fn router(app: App) -> Router {
                 .layer(from_fn_with_state(Arc::clone(&app), cors))
                 .layer(from_fn_with_state(Arc::clone(&app), request_log))
                 .layer(CatchPanicLayer::custom(panicked))
+                .layer(from_fn_with_state(Arc::clone(&app), check_host))
                 .layer(from_fn_with_state(Arc::clone(&app), identify))
                 // Bodies are read by `extract::body`, which has limits of its own.
                 .layer(DefaultBodyLimit::disable()),

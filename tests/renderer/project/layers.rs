@@ -26,7 +26,7 @@ const ROOMS: [(&str, &str); 3] = [
     ("service", "values clock error memory limits storage scheduler scenes pictures jobs tradeoff requests"),
     (
         "http",
-        "settings problem drain concurrency_limit memory_budget write_timeout auth metrics job_observer state extract \
+        "host settings problem drain concurrency_limit memory_budget write_timeout auth metrics job_observer state extract \
          contract middleware raw_errors prelude respond scene_job routes server start",
     ),
 ];

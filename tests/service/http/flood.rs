@@ -114,7 +114,7 @@ fn clients_that_never_finish_their_headers_are_dropped_and_keep_nobody_out() {
     let started = Instant::now();
     let mut slow: Vec<TcpStream> = (0..200).map(|_| service.connect()).collect();
     for stream in &mut slow {
-        stream.write_all(b"POST /v1/render HTTP/1.1\r\nHost: strahl\r\n").unwrap();
+        stream.write_all(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\n").unwrap();
     }
     // One more byte now and then does not buy more time.
     while started.elapsed() < Duration::from_millis(2_500) {

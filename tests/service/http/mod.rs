@@ -4,6 +4,7 @@ mod access;
 mod contract;
 mod fairness;
 mod flood;
+mod hosts;
 mod job_events;
 mod job_pictures;
 mod job_storage;

@@ -22,7 +22,7 @@ pub(super) fn with_admin(flags: &[&str]) -> (Service, SocketAddr) {
 pub(super) fn get(address: SocketAddr, path: &str) -> Answer {
     let mut stream = TcpStream::connect(address).expect("it accepts connections");
     stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
-    write!(stream, "GET {path} HTTP/1.1\r\nHost: strahl\r\nConnection: close\r\n\r\n").unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").unwrap();
     Answer::read(stream)
 }
 
@@ -143,7 +143,7 @@ fn numbers_say_what_waits_what_runs_and_what_is_kept() {
     let endless = r#""settings": { "width": 1024, "height": 1024 }"#;
     let jobs: Vec<String> = (0..5).map(|_| submit(&service, SLOW, endless)).collect();
     let mut watching = service.connect();
-    write!(watching, "GET /v1/jobs/{}/events HTTP/1.1\r\nHost: strahl\r\n\r\n", jobs[0]).unwrap();
+    write!(watching, "GET /v1/jobs/{}/events HTTP/1.1\r\nHost: localhost\r\n\r\n", jobs[0]).unwrap();
     let tiles: Vec<_> =
         (0..3).map(|x| service.begin(&format!("/v1/render/tile?x={x}&y=0&w=1024&h=1024"), SLOW)).collect();
     let text = metrics_with(

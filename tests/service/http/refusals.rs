@@ -108,14 +108,14 @@ fn hostile_scenes_are_refused_with_the_limits_name() {
 fn a_large_body_is_refused_before_it_is_sent() {
     let service = Service::start(&["--max-body-bytes", "10000"]);
     let mut stream = service.connect();
-    let head = "POST /v1/render HTTP/1.1\r\nHost: strahl\r\nContent-Type: application/json\r\nExpect: 100-continue\r\n\
+    let head = "POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nExpect: 100-continue\r\n\
                 Content-Length: 10000000000\r\nConnection: close\r\n\r\n";
     stream.write_all(head.as_bytes()).unwrap();
     assert_eq!(Answer::read(stream).problem(413, "too-large")["limit"]["name"], "max_body_bytes");
 
     // Without an announced length it is refused as soon as it is too long.
     let mut stream = service.connect();
-    let head = "POST /v1/render HTTP/1.1\r\nHost: strahl\r\nContent-Type: application/json\r\n\
+    let head = "POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n\
                 Transfer-Encoding: chunked\r\nConnection: close\r\n\r\n";
     stream.write_all(head.as_bytes()).unwrap();
     stream.write_all(format!("2711\r\n{}\r\n", " ".repeat(10_001)).as_bytes()).unwrap();

@@ -51,7 +51,7 @@ async fn description(State(app): State<App>, Path(file): Path<String>, parts: Pa
          <Image xmlns=\"http://schemas.microsoft.com/deepzoom/2008\" Format=\"{format}\" Overlap=\"0\" \
          TileSize=\"{TILE}\"><Size Width=\"{width}\" Height=\"{height}\"/></Image>\n"
     );
-    Ok(everywhere(([(header::CONTENT_TYPE, "application/xml")], xml)))
+    Ok(everywhere(&app, ([(header::CONTENT_TYPE, "application/xml")], xml)))
 }
 
 async fn dzi_tile(

@@ -5,7 +5,7 @@ use super::iiif_parse::{ImageRequest, understand};
 use crate::http::auth::capability::Capability;
 use crate::http::auth::client::Client;
 use crate::http::prelude::*;
-use crate::http::respond::image::{self, everywhere, open, tile_permit};
+use crate::http::respond::image::{self, everywhere, image_id, open, tile_permit};
 use crate::http::respond::put;
 use crate::http::state::AppState;
 use crate::service::pictures::spec::TILE;
@@ -39,9 +39,10 @@ pub(super) fn routes() -> Vec<Route> {
     ]
 }
 
-async fn to_info(State(app): State<App>, Path(id): Path<String>, parts: Parts) -> Response {
+async fn to_info(State(app): State<App>, Path(id): Path<String>, parts: Parts) -> Result<Response, Problem> {
+    image_id(&id)?;
     let to = format!("{}/info.json", address(&app, &parts, &id));
-    everywhere((StatusCode::SEE_OTHER, [(header::LOCATION, to)]))
+    Ok(everywhere(&app, (StatusCode::SEE_OTHER, [(header::LOCATION, to)])))
 }
 
 async fn part(
@@ -64,10 +65,7 @@ async fn part(
 
 /// The address of an image as its client sees it.
 fn address(app: &AppState, parts: &Parts, id: &str) -> String {
-    let base = app.public_url.clone().unwrap_or_else(|| {
-        let host = parts.headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
-        format!("http://{host}")
-    });
+    let base = app.base_url(&parts.extensions);
     // With a capability in its path a client has to keep it there.
     let before = parts.extensions.get::<Capability>().map_or_else(String::new, Capability::prefix);
     format!("{base}{before}/iiif/3/{id}")
@@ -136,7 +134,7 @@ struct InfoTile {
 async fn info(State(app): State<App>, Path(id): Path<String>, parts: Parts) -> Result<Response, Problem> {
     let opened = open(&app, &Tenant::of(&parts.extensions), &id).await?;
     let max_area = app.service.settings.answers.max_area(&opened.ready.scene);
-    let mut response = everywhere(Json(ImageInfo::of(address(&app, &parts, &id), &opened, max_area)));
+    let mut response = everywhere(&app, Json(ImageInfo::of(address(&app, &parts, &id), &opened, max_area)));
     if wants_linked_data(&parts.headers) {
         put(response.headers_mut(), header::CONTENT_TYPE, &format!("application/ld+json;profile=\"{CONTEXT}\""));
     }

@@ -64,17 +64,20 @@ async fn description(State(app): State<App>, Path(file): Path<String>, parts: Pa
         .rev()
         .find(|more| size_of(&opened.ready.scene, opened.image.zoom + more).is_some())
         .unwrap_or(0);
-    Ok(everywhere(Json(TileJson {
-        tilejson: "3.0.0",
-        crs: "simple",
-        tiles: vec![format!("/xyz/{id}/{{z}}/{{x}}/{{y}}.png")],
-        tile_size: TILE,
-        width,
-        height,
-        minzoom: 0,
-        maxzoom: native + deeper,
-        nativezoom: native,
-    })))
+    Ok(everywhere(
+        &app,
+        Json(TileJson {
+            tilejson: "3.0.0",
+            crs: "simple",
+            tiles: vec![format!("/xyz/{id}/{{z}}/{{x}}/{{y}}.png")],
+            tile_size: TILE,
+            width,
+            height,
+            minzoom: 0,
+            maxzoom: native + deeper,
+            nativezoom: native,
+        }),
+    ))
 }
 
 async fn xyz_tile(
