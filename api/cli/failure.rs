@@ -75,9 +75,11 @@ impl fmt::Display for Failure {
             Self::Scene { name, problems } => {
                 match problems.0.len() {
                     1 => write!(f, "error: {name} has a problem")?,
-                    n => write!(f, "error: {name} has {n} problems")?,
+                    _ => write!(f, "error: {name} has {} problems", problems.count())?,
                 }
-                problems.0.iter().try_for_each(|problem| write!(f, "\n  {problem}"))
+                let (reported, more) = problems.reported();
+                reported.iter().try_for_each(|problem| write!(f, "\n  {problem}"))?;
+                if more > 0 { write!(f, "\n  and {more} more") } else { Ok(()) }
             }
             Self::OutputClosed => f.write_str("error: the output was closed"),
             Self::Interrupted => f.write_str("interrupted"),

@@ -37,7 +37,10 @@ pub(super) fn run(args: &ValidateArgs) -> Result<(), Failure> {
         ReportFormat::Json => {
             let report = match &checked {
                 Ok(loaded) => json!({ "valid": true, "warnings": loaded.scene.warnings }),
-                Err(Failure::Scene { problems, .. }) => json!({ "valid": false, "errors": problems }),
+                Err(Failure::Scene { problems, .. }) => {
+                    let (errors, more) = problems.reported();
+                    json!({ "valid": false, "errors": errors, "more": more })
+                }
                 Err(_) => return checked.map(drop),
             };
             output::print(&output::pretty(&report)?)?;

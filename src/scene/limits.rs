@@ -25,6 +25,8 @@ pub const NESTING: Limit = Limit::new("nesting", 32);
 pub const OBJECTS: Limit = Limit::new("objects", 2_000_000);
 /// Triangles written in a scene.
 pub const TRIANGLES: Limit = Limit::new("triangles", 20_000_000);
+/// Bytes of a name: of a scene, a material, a definition or an object, in UTF-8.
+pub const NAME_BYTES: Limit = Limit::new("name_bytes", 256);
 /// Lights.
 pub const LIGHTS: Limit = Limit::new("lights", 1_000);
 /// Corners of one polygon.
@@ -53,6 +55,10 @@ pub const PICTURE_SIDE: Limit = Limit::new("picture_side", 16_384);
 pub const PICTURE_PIXELS: Limit = Limit::new("picture_pixels", 1 << 24);
 /// Problems reported for one scene.
 pub const PROBLEMS: Limit = Limit::new("problems", 50);
+/// Problems looked for in one scene, so that it can be said how many more there are.
+pub(in crate::scene) const PROBLEMS_FOUND: usize = 1_000;
+/// Bytes of all problems that are reported; one is reported in any case.
+pub(in crate::scene) const PROBLEM_BYTES: usize = 64 << 10;
 /// Largest magnitude of a coordinate, length or colour, so that squares of lengths stay finite in single precision.
 pub const MAGNITUDE: f64 = 1e15;
 /// Smallest length, so that squares of lengths do not vanish in single precision.

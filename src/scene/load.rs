@@ -3,7 +3,7 @@
 use super::check::{check, settings_are_sound};
 use super::compile::{CompileOptions, compile_from};
 use super::description::{Accuracy, Description, Precision};
-use super::limits::PROBLEMS;
+use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
 use super::nff::{self, NffOptions};
 use super::pictures::{Files, NoFiles};
@@ -165,7 +165,7 @@ fn compiled<E>(
 /// Adds the problems of content to those of shape.
 fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overrides) -> Problems {
     let Problems(mut problems) = shape;
-    if problems.len() as u64 >= PROBLEMS.max {
+    if problems.len() >= PROBLEMS_FOUND {
         return Problems(problems);
     }
     overrides.apply(&mut mended.description);
@@ -176,7 +176,7 @@ fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overr
         overrides.locate(text, &mut rest);
         problems.append(&mut rest);
         problems.sort_by_key(|problem| (problem.line, problem.column));
-        problems.truncate(PROBLEMS.max as usize);
+        problems.truncate(PROBLEMS_FOUND);
     }
     Problems(problems)
 }

@@ -1,5 +1,7 @@
 //! A JSON object whose keys are names that the scene chooses: it keeps their order, and a name used twice is an error.
 
+use super::limits::NAME_BYTES;
+use super::problem::quoted;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -99,7 +101,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
                 let mut named = Named::default();
                 while let Some(name) = map.next_key::<String>()? {
                     if named.position(&name).is_some() {
-                        return Err(A::Error::custom(format_args!("the name \"{name}\" is given twice")));
+                        return Err(A::Error::custom(format_args!("the name {} is given twice", quoted(&name))));
                     }
                     let value = map.next_value()?;
                     named.insert(name, value);
@@ -117,7 +119,8 @@ impl<T: JsonSchema> JsonSchema for Named<T> {
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let value = generator.subschema_for::<T>();
-        schemars::json_schema!({ "type": "object", "additionalProperties": value })
+        let names = schemars::json_schema!({ "maxLength": NAME_BYTES.max });
+        schemars::json_schema!({ "type": "object", "propertyNames": names, "additionalProperties": value })
     }
     fn inline_schema() -> bool {
         true

@@ -5,7 +5,7 @@
 
 use super::description::{Description, Diffuse, ImageMap, Relief};
 use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
-use super::problem::{Code, Problem, Problems, push_token};
+use super::problem::{Code, Problem, Problems, push_token, quoted};
 use crate::math;
 use crate::shading::texture::mipmap::Mipmap;
 use data_encoding::BASE64;
@@ -13,6 +13,9 @@ use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Li
 use std::collections::HashMap;
 use std::io::Cursor;
 use std::sync::Arc;
+
+/// Pictures that cannot be read, after which no others are looked at.
+const BROKEN_PICTURES: usize = 10;
 
 /// Access to the files that scenes name.
 pub trait Files: Sync {
@@ -67,6 +70,10 @@ impl<'a> Pictures<'a> {
                     pictures.known.insert((source, meaning), Arc::new(mipmap));
                 }
                 Err((code, detail)) => problems.push(Problem::new(pointer, code, detail)),
+            }
+            // Each takes as long as a picture that can be read.
+            if problems.len() >= BROKEN_PICTURES {
+                break;
             }
         }
         if problems.is_empty() { Ok(pictures) } else { Err(Problems(problems)) }
@@ -130,7 +137,7 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
         let detail = "pictures are never fetched: name a file, or write \"data:image/png;base64,...\"";
         return Err((Code::Unsupported, detail.into()));
     } else {
-        files.read(source).map_err(|why| (Code::UnknownReference, format!("{:?} {why}", shortened(source))))?
+        files.read(source).map_err(|why| (Code::UnknownReference, format!("{} {why}", quoted(source))))?
     };
     if bytes.len() as u64 > PICTURE_BYTES.max {
         let detail =
@@ -138,10 +145,6 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
         return Err((Code::Limit, detail));
     }
     Ok(bytes)
-}
-
-fn shortened(name: &str) -> String {
-    name.chars().take(200).collect()
 }
 
 /// Decodes a picture, and subtracts its pixels from those that are `left`.
@@ -170,32 +173,36 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Fail
             format!("with these {width} x {height} pixels the scene's pictures are over the limit of {max} ({name})");
         return Err((Code::Limit, detail));
     }
-    let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    // Also those of a picture that turns out to be broken, since they take as long.
     *left -= pixels;
+    let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
     let wide = image.color().bytes_per_pixel() / image.color().channel_count() > 1;
+    let most = if wide { u16::MAX } else { u8::MAX.into() };
+    // A table of all values takes milliseconds for 16 bits, longer than a small picture.
+    let table: Vec<f32> =
+        if pixels < u64::from(most) { Vec::new() } else { (0..=most).map(|code| value(meaning, code, most)).collect() };
+    let value = |code: u16| table.get(usize::from(code)).copied().unwrap_or_else(|| value(meaning, code, most));
     let texels = if wide {
-        let value = values(meaning, u16::MAX.into());
-        image.into_rgb16().pixels().map(|pixel| texel(meaning, &value, pixel.0.map(usize::from))).collect()
+        image.into_rgb16().pixels().map(|pixel| texel(meaning, pixel.0.map(value))).collect()
     } else {
-        let value = values(meaning, u8::MAX.into());
-        image.into_rgb8().pixels().map(|pixel| texel(meaning, &value, pixel.0.map(usize::from))).collect()
+        image.into_rgb8().pixels().map(|pixel| texel(meaning, pixel.0.map(|code| value(code.into())))).collect()
     };
     Ok(Mipmap::new(width, height, texels))
 }
 
-/// The value of each code up to the largest.
-fn values(meaning: Meaning, most: u32) -> Vec<f32> {
-    let value = |code: u32| match meaning {
-        Meaning::Color => math::srgb_to_linear(f64::from(code) / f64::from(most)),
-        Meaning::Height => f64::from(code) / f64::from(most),
+/// The value of a code, of which `most` is the largest.
+fn value(meaning: Meaning, code: u16, most: u16) -> f32 {
+    let (code, middle, most) = (f64::from(code), f64::from(most / 2), f64::from(most));
+    let value = match meaning {
+        Meaning::Color => math::srgb_to_linear(code / most),
+        Meaning::Height => code / most,
         // An even number of codes has none in the middle: 128 stands for 0, and both 0 and 1 for -1.
-        Meaning::Normal => ((f64::from(code) - f64::from(most / 2 + 1)) / f64::from(most / 2)).max(-1.0),
+        Meaning::Normal => ((code - (middle + 1.0)) / middle).max(-1.0),
     };
-    (0..=most).map(|code| value(code) as f32).collect()
+    value as f32
 }
 
-fn texel(meaning: Meaning, values: &[f32], codes: [usize; 3]) -> [f32; 3] {
-    let [r, g, b] = codes.map(|code| values[code]);
+fn texel(meaning: Meaning, [r, g, b]: [f32; 3]) -> [f32; 3] {
     match meaning {
         Meaning::Height if r != g || g != b => [(r + g + b) / 3.0; 3],
         _ => [r, g, b],

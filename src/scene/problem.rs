@@ -1,5 +1,6 @@
 //! Problems of a scene, in words that tell its author how to fix them.
 
+use super::limits::{NAME_BYTES, PROBLEM_BYTES, PROBLEMS, PROBLEMS_FOUND};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
@@ -65,7 +66,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// All problems of a scene: at least one.
+/// The problems found in a scene: at least one, and at most a thousand.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
 pub struct Problems(pub Vec<Problem>);
@@ -75,15 +76,36 @@ impl Problems {
     pub fn one(problem: Problem) -> Self {
         Self(vec![problem])
     }
+
+    /// Those that are reported, and how many others were found.
+    pub fn reported(&self) -> (&[Problem], usize) {
+        let mut bytes = 0;
+        let fits = |problem: &&Problem| {
+            bytes += problem.pointer.len() + problem.detail.len();
+            bytes <= PROBLEM_BYTES
+        };
+        let count = self.0.iter().take(PROBLEMS.max as usize).take_while(fits).count().max(1).min(self.0.len());
+        (&self.0[..count], self.0.len() - count)
+    }
+
+    /// `12`, or `1000 or more`, beyond which nobody looked.
+    pub fn count(&self) -> String {
+        let more = if self.0.len() >= PROBLEMS_FOUND { " or more" } else { "" };
+        format!("{}{more}", self.0.len())
+    }
 }
 
 impl fmt::Display for Problems {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, problem) in self.0.iter().enumerate() {
+        let (reported, more) = self.reported();
+        for (i, problem) in reported.iter().enumerate() {
             if i > 0 {
                 f.write_str("\n")?;
             }
             write!(f, "{problem}")?;
+        }
+        if more > 0 {
+            write!(f, "\nand {more} more")?;
         }
         Ok(())
     }
@@ -94,20 +116,40 @@ impl std::error::Error for Problems {}
 /// ` did you mean "..."?` with the candidate nearest to `given`, if one is near enough to be a typing error.
 pub fn did_you_mean<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     // The distance takes quadratic time, and nobody mistypes a name this long.
-    if given.len() > LONGEST_NAME {
+    if given.len() > SHOWN {
         return String::new();
     }
     let near = candidates
         .into_iter()
-        .filter(|candidate| candidate.len() <= LONGEST_NAME)
+        .take(CANDIDATES)
+        .filter(|candidate| candidate.len() <= SHOWN)
         .map(|candidate| (strsim::damerau_levenshtein(given, candidate), candidate))
         .filter(|(distance, candidate)| *distance <= 1 + candidate.len().min(given.len()) / 4)
         .min_by_key(|(distance, _)| *distance);
     near.map_or_else(String::new, |(_, candidate)| format!("; did you mean \"{candidate}\"?"))
 }
 
-/// Longest name that suggestions are made for, in bytes.
-const LONGEST_NAME: usize = 64;
+/// Names that a suggestion is looked for among, at about 10 microseconds each.
+const CANDIDATES: usize = 1_000;
+
+/// Longest name that suggestions are made for, in bytes, and letters of a text that are shown.
+const SHOWN: usize = 64;
+
+/// A text of the scene between quotes, its beginning if it is long.
+pub fn quoted(text: &str) -> String {
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{:?}", format!("{}…", &text[..end])),
+        None => format!("{text:?}"),
+    }
+}
+
+/// That a name is longer than [`NAME_BYTES`].
+pub(in crate::scene) fn name_too_long(name: &str) -> Option<String> {
+    (name.len() as u64 > NAME_BYTES.max).then(|| {
+        let (limit, max) = (NAME_BYTES.name, NAME_BYTES.max);
+        format!("the name {} has {} bytes, over the limit of {max} ({limit}): shorten it", quoted(name), name.len())
+    })
+}
 
 /// Appends one reference token to a JSON pointer, escaped (RFC 6901 section 3).
 pub fn push_token(pointer: &str, token: impl fmt::Display) -> String {

@@ -15,6 +15,9 @@ use std::fmt::Write;
 use strahl::scene;
 use strahl::scene::limits::PROBLEMS;
 
+/// Bytes of a sentence in a problem, at most.
+const DETAIL: usize = 2_048;
+
 /// An error on its way to a client.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem {
@@ -54,10 +57,13 @@ pub(crate) struct ProblemSummary {
 /// Members that only some problems have.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 struct Members {
-    /// Everything that is wrong, one by one, up to the limit `problems`.
+    /// What is wrong, one by one, up to the limit `problems`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     errors: Vec<ErrorEntry>,
-    /// The limit that was exceeded; `/v1/limits` has all limits. With the limit `problems` there may be more errors.
+    /// Errors that were found beside those in `errors`. After a thousand no more are looked for.
+    #[serde(skip_serializing_if = "is_none")]
+    more: usize,
+    /// The limit that was exceeded; `/v1/limits` has all limits.
     #[serde(skip_serializing_if = "Option::is_none")]
     limit: Option<LimitEntry>,
     /// With 406: the formats there are.
@@ -69,6 +75,10 @@ struct Members {
     /// What to do instead, in one word.
     #[serde(skip_serializing_if = "Option::is_none")]
     suggest: Option<&'static str>,
+}
+
+fn is_none(count: &usize) -> bool {
+    *count == 0
 }
 
 /// One thing that is wrong.
@@ -106,7 +116,7 @@ struct LimitEntry {
 impl ErrorEntry {
     /// A mistake of some kind.
     pub(crate) fn new(code: &'static str, detail: impl Into<String>) -> Self {
-        Self { code: code.into(), detail: detail.into(), ..Self::default() }
+        Self { code: code.into(), detail: shortened(detail.into()), ..Self::default() }
     }
 }
 
@@ -126,7 +136,7 @@ impl ProblemSummary {
 impl Problem {
     /// A problem with a sentence that says what to do.
     pub(crate) fn new(kind: Kind, detail: impl Into<String>) -> Self {
-        Self { kind, detail: detail.into(), members: Box::default(), retry_after: None }
+        Self { kind, detail: shortened(detail.into()), members: Box::default(), retry_after: None }
     }
 
     /// A limit, by name.
@@ -138,7 +148,9 @@ impl Problem {
 
     /// Adds what is wrong, one by one.
     pub(crate) fn with_errors(mut self, errors: Vec<ErrorEntry>) -> Self {
+        self.members.more += errors.len().saturating_sub(PROBLEMS.max as usize);
         self.members.errors = errors;
+        self.members.errors.truncate(PROBLEMS.max as usize);
         self
     }
 
@@ -164,12 +176,11 @@ impl Problem {
     pub(crate) fn scene(problems: &scene::Problems) -> Self {
         let Failure { slug, detail } = problems.into();
         let kind = Kind::by_slug(&slug).unwrap_or(Kind::InvalidScene);
-        let problem = if problems.0.len() as u64 >= PROBLEMS.max {
-            Self::limit(kind, PROBLEMS.name, PROBLEMS.max, detail)
-        } else {
-            Self::new(kind, detail)
-        };
-        problem.with_errors(problems.0.iter().map(error_entry).collect())
+        let (reported, more) = problems.reported();
+        let mut problem =
+            if more > 0 { Self::limit(kind, PROBLEMS.name, PROBLEMS.max, detail) } else { Self::new(kind, detail) };
+        problem.members.more = more;
+        problem.with_errors(reported.iter().map(error_entry).collect())
     }
 
     /// Its status.
@@ -242,12 +253,23 @@ impl IntoResponse for Problem {
     }
 }
 
+/// A sentence, without its middle if that is long: it may quote what was sent.
+fn shortened(detail: String) -> String {
+    if detail.len() <= DETAIL {
+        return detail;
+    }
+    let letters = DETAIL / 8;
+    let begin: String = detail.chars().take(letters).collect();
+    let end = detail.char_indices().rev().nth(letters - 1).map_or("", |(at, _)| &detail[at..]);
+    format!("{begin}…{end}")
+}
+
 /// A scene's problem as an entry of `errors`.
 fn error_entry(problem: &scene::Problem) -> ErrorEntry {
     ErrorEntry {
         pointer: Some(format!("#{}", fragment(&problem.pointer))),
         code: serde_json::to_value(problem.code).unwrap_or_default(),
-        detail: problem.detail.clone(),
+        detail: shortened(problem.detail.clone()),
         line: problem.line.map(u64::from),
         column: problem.column.map(u64::from),
         ..ErrorEntry::default()

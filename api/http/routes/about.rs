@@ -99,6 +99,7 @@ async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
         scene::NESTING,
         scene::OBJECTS,
         scene::TRIANGLES,
+        scene::NAME_BYTES,
         scene::LIGHTS,
         scene::POLYGON_VERTICES,
         scene::EXPANDED_PRIMITIVES,

@@ -5,7 +5,6 @@ use crate::service::error::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use strahl::film::FileFormat;
-use strahl::scene::limits::PROBLEMS;
 use strahl::scene::problem::Code;
 use strahl::scene::{Format, Overrides, Problems};
 
@@ -171,11 +170,7 @@ impl From<&Problems> for Failure {
         let first = problems.0.first().map_or_else(String::new, ToString::to_string);
         let detail = match problems.0.len() {
             0 | 1 => first,
-            // The search ends there, so the number of all problems is not known.
-            n if n as u64 >= PROBLEMS.max => {
-                format!("{n} problems, and perhaps more, which are not looked for (problems); the first: {first}")
-            }
-            n => format!("{n} problems; the first: {first}"),
+            _ => format!("{} problems; the first: {first}", problems.count()),
         };
         Self { slug: slug.into(), detail }
     }

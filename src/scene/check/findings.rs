@@ -3,14 +3,18 @@
 use super::path::Path;
 use crate::scene::description::{Color, Vec3};
 use crate::scene::limits::{self, Limit};
-use crate::scene::problem::{Code, Problem};
+use crate::scene::problem::{Code, Problem, did_you_mean, name_too_long};
 use std::fmt::Display;
 
 /// Collects problems.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
     pub(super) problems: Vec<Problem>,
+    suggestions: usize,
 }
+
+/// Unknown names for which suggestions are looked for: each costs up to 10 ms.
+const SUGGESTIONS: usize = 10;
 
 impl Findings {
     pub(super) fn add(&mut self, at: Path<'_>, code: Code, detail: impl Into<String>) {
@@ -20,7 +24,21 @@ impl Findings {
     }
 
     pub(super) fn full(&self) -> bool {
-        self.problems.len() as u64 >= limits::PROBLEMS.max
+        self.problems.len() >= limits::PROBLEMS_FOUND
+    }
+
+    /// Whether a name is not too long.
+    pub(super) fn name(&mut self, at: Path<'_>, name: &str) -> bool {
+        let too_long = name_too_long(name);
+        let is_sound = too_long.is_none();
+        too_long.into_iter().for_each(|detail| self.add(at, Code::Limit, detail));
+        is_sound
+    }
+
+    /// What else a name that is not known may have been, for the first few of them.
+    pub(super) fn suggestion<'n>(&mut self, name: &str, known: impl Iterator<Item = &'n str>) -> String {
+        self.suggestions += 1;
+        if self.suggestions > SUGGESTIONS { String::new() } else { did_you_mean(name, known) }
     }
 
     /// Checks a number: `ok` is whether it lies in the range, and `range` says the range in words, for the problem.

@@ -29,6 +29,9 @@ pub fn check(description: &Description) -> Result<(), Problems> {
         let detail = format!("must be 1, the only version there is, is {}", description.version);
         findings.add(root.key("version"), Code::Unsupported, detail);
     }
+    if let Some(name) = &description.name {
+        findings.name(root.key("name"), name);
+    }
     check_image(&mut findings, description);
     check_camera(&mut findings, &description.camera);
     findings.color(root.key("background"), description.background);
@@ -39,7 +42,10 @@ pub fn check(description: &Description) -> Result<(), Problems> {
     }
     check_lights(&mut findings, &description.lights);
     for (name, material) in description.materials.iter() {
-        check_material(&mut findings, root.key("materials").key(name), material);
+        // Problems inside of it would each repeat the name.
+        if findings.name(root.key("materials").key(name), name) {
+            check_material(&mut findings, root.key("materials").key(name), material);
+        }
     }
     check_objects(&mut findings, description);
     check_render(&mut findings, description);

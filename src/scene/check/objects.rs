@@ -5,7 +5,7 @@ use super::path::Path;
 use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Vec3, is_collapsed};
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::limits;
-use crate::scene::problem::{Code, did_you_mean};
+use crate::scene::problem::{Code, quoted};
 use crate::scene::transform::affine;
 use glam::DVec3;
 
@@ -19,7 +19,9 @@ pub(super) fn check_objects(findings: &mut Findings, description: &Description) 
     }
     counter.list(root.key("objects"), &description.objects);
     for (name, objects) in description.definitions.iter() {
-        counter.list(root.key("definitions").key(name), objects);
+        if counter.findings.name(root.key("definitions").key(name), name) {
+            counter.list(root.key("definitions").key(name), objects);
+        }
     }
     let Counter { objects, triangles, polygon_work, .. } = counter;
     findings.count(root.key("objects"), "objects", objects, limits::OBJECTS);
@@ -137,6 +139,9 @@ impl Counter<'_> {
                     f.add(at.key("transform"), Code::Degenerate, detail);
                 }
                 check_motion(f, at, o.motion);
+                if let Some(name) = &o.name {
+                    f.name(at.key("name"), name);
+                }
                 self.list(at.key("objects"), &o.objects);
                 return;
             }
@@ -145,9 +150,12 @@ impl Counter<'_> {
                     f.add(at.key("transform"), Code::Degenerate, detail);
                 }
                 check_motion(f, at, o.motion);
-                if self.description.definitions.get(&o.of).is_none() {
-                    let hint = did_you_mean(&o.of, self.description.definitions.names());
-                    f.add(at.key("of"), Code::UnknownReference, format!("no definition \"{}\"{hint}", o.of));
+                if let Some(name) = &o.name {
+                    f.name(at.key("name"), name);
+                }
+                if f.name(at.key("of"), &o.of) && self.description.definitions.get(&o.of).is_none() {
+                    let hint = f.suggestion(&o.of, self.description.definitions.names());
+                    f.add(at.key("of"), Code::UnknownReference, format!("no definition {}{hint}", quoted(&o.of)));
                 }
                 return;
             }
@@ -157,18 +165,25 @@ impl Counter<'_> {
     }
 
     fn material(&mut self, at: Path<'_>, look: Look<'_>, has_uvs: bool) {
+        if let Some(name) = look.name {
+            self.findings.name(at.key("name"), name);
+        }
         let Some(name) = look.material else { return };
+        if !self.findings.name(at.key("material"), name) {
+            return;
+        }
         let material = self.description.materials.get(name);
         if material.is_some_and(Material::needs_uvs) && !has_uvs {
             let detail = format!(
-                "the material \"{name}\" lays a picture by uvs, which there are none of: give a mesh \"uvs\", or the \
-                 picture another mapping"
+                "the material {} lays a picture by uvs, which there are none of: give a mesh \"uvs\", or the picture \
+                 another mapping",
+                quoted(name)
             );
             self.findings.add(at.key("material"), Code::MissingKey, detail);
         }
         if material.is_none() {
-            let hint = did_you_mean(name, self.description.materials.names());
-            let detail = format!("no material \"{name}\"{hint}");
+            let hint = self.findings.suggestion(name, self.description.materials.names());
+            let detail = format!("no material {}{hint}", quoted(name));
             self.findings.add(at.key("material"), Code::UnknownReference, detail);
         }
     }
@@ -321,8 +336,9 @@ impl Nesting<'_> {
         match self.depths[position] {
             Depth::Known(depth) => return depth,
             Depth::Open => {
+                let name_shown = quoted(name);
                 let detail =
-                    format!("the definition \"{name}\" uses itself, directly or through others: remove the cycle");
+                    format!("the definition {name_shown} uses itself, directly or through others: remove the cycle");
                 self.findings.add(Path::ROOT.key("definitions").key(name), Code::Cycle, detail);
                 return 0;
             }

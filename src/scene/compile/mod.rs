@@ -179,7 +179,7 @@ pub fn compile_from(description: &Description, options: CompileOptions, files: &
         (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => return Err(problems),
         (Err(Problems(mut problems)), Err(Problems(mut more))) => {
             problems.append(&mut more);
-            problems.truncate(limits::PROBLEMS.max as usize);
+            problems.truncate(limits::PROBLEMS_FOUND);
             return Err(Problems(problems));
         }
     };

@@ -54,8 +54,9 @@ pub struct Description {
     /// Version of this format: 1.
     #[schemars(range(min = 1, max = 1))]
     pub version: u32,
-    /// A title, for people.
+    /// A title, for people. At most 256 bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(max = 256))]
     pub name: Option<String>,
     /// Size of the picture.
     #[serde(default)]
@@ -77,10 +78,10 @@ pub struct Description {
     /// Light sources. Default when the key is missing: one directional light from the upper left front. `[]` is darkness.
     #[serde(default = "default_lights")]
     pub lights: Vec<Light>,
-    /// Materials by name.
+    /// Materials by name, each of at most 256 bytes.
     #[serde(default)]
     pub materials: Named<Material>,
-    /// Groups of objects that instances may place, by name. Definitions may use other definitions, but no cycles.
+    /// Groups of objects that instances may place, by name of at most 256 bytes. Definitions may use other definitions, but no cycles.
     #[serde(default)]
     pub definitions: Named<Vec<Object>>,
     /// The objects of the scene, at least one.

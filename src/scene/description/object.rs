@@ -91,9 +91,11 @@ macro_rules! body {
             $( $(#[$field_doc])* pub $field: $type, )*
             /// Name of a material in `materials`. Default: 0.8 grey diffuse.
             #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schemars(length(max = 256))]
             pub material: Option<String>,
-            /// A name, for people; answers and ray trees repeat it.
+            /// A name, for people; answers and ray trees repeat it. At most 256 bytes.
             #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schemars(length(max = 256))]
             pub name: Option<String>,
             $(
                 /// Turns the body inside out: its inside is empty space (ior 1), as an air bubble in glass. Default false.
@@ -274,8 +276,9 @@ pub struct Group {
     /// How it moves while the shutter is open, which blurs it. Default: not at all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
-    /// A name, for people.
+    /// A name, for people. At most 256 bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(max = 256))]
     pub name: Option<String>,
 }
 
@@ -284,6 +287,7 @@ pub struct Group {
 #[serde(deny_unknown_fields)]
 pub struct Instance {
     /// Name in `definitions`.
+    #[schemars(length(max = 256))]
     pub of: String,
     /// Where the copy goes. Default: where the definition is.
     #[serde(default)]
@@ -291,8 +295,9 @@ pub struct Instance {
     /// How it moves while the shutter is open, which blurs it. Default: not at all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
-    /// A name, for people.
+    /// A name, for people. At most 256 bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(max = 256))]
     pub name: Option<String>,
 }
 

@@ -4,11 +4,15 @@
 
 mod scanner;
 
-use super::limits::PROBLEMS;
+use super::limits::PROBLEMS_FOUND;
 use super::problem::{Code, Problem, push_token};
 use scanner::{Event, Scanner};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
+
+/// Bytes of a pointer. Those into a scene whose names are short enough have about 1,300 at most; of longer ones the last tokens
+/// are left out.
+const POINTER_BYTES: usize = 2_048;
 
 /// Gives every problem without a line the line and column of the value of its pointer, or of the key itself where the key
 /// is the problem. Where there is no such value, it takes the innermost existing one around it.
@@ -58,6 +62,13 @@ pub fn locate(text: &[u8], problems: &mut [Problem]) {
         if let Some((line, column)) = tree.nearest(node, is_key) {
             (problem.line, problem.column) = (Some(line), Some(column));
         }
+        shorten(&mut problem.pointer);
+    }
+}
+
+fn shorten(pointer: &mut String) {
+    while pointer.len() > POINTER_BYTES {
+        pointer.truncate(pointer.rfind('/').unwrap_or(0));
     }
 }
 
@@ -81,7 +92,7 @@ pub fn duplicate_keys(text: &[u8]) -> Vec<Problem> {
                     let (line, column) = lines.place(start);
                     (problem.line, problem.column) = (Some(line), Some(column));
                     problems.push(problem);
-                    if problems.len() as u64 >= PROBLEMS.max {
+                    if problems.len() >= PROBLEMS_FOUND {
                         break;
                     }
                 }
@@ -157,11 +168,19 @@ enum Token<'t> {
 }
 
 fn pointer<'t>(path: impl Iterator<Item = Token<'t>>) -> String {
-    path.fold(String::new(), |pointer, token| match token {
-        Token::None => pointer,
-        Token::Key(raw) => push_token(&pointer, decode(raw)),
-        Token::Index(index) => push_token(&pointer, index),
-    })
+    let mut pointer = String::new();
+    for token in path {
+        let longer = match token {
+            Token::None => break,
+            Token::Key(raw) => push_token(&pointer, decode(raw)),
+            Token::Index(index) => push_token(&pointer, index),
+        };
+        if longer.len() > POINTER_BYTES {
+            break;
+        }
+        pointer = longer;
+    }
+    pointer
 }
 
 /// The text of a string between its quotes.

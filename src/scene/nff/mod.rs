@@ -58,7 +58,7 @@ pub fn read_nff(bytes: &[u8], options: NffOptions) -> Result<Description, Proble
             }
         }
         let is_limit = problems.last().is_some_and(|problem| problem.code == Code::Limit);
-        if is_limit || problems.len() as u64 >= limits::PROBLEMS.max {
+        if is_limit || problems.len() >= limits::PROBLEMS_FOUND {
             return Err(Problems(problems));
         }
     }

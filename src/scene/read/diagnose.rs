@@ -6,10 +6,10 @@
 //! misspelt object, and keeps all of them in memory before it reports one.) Tests check that this walk and the schema agree
 //! on which scenes are wrong.
 
-use super::wording::{self, list, quoted};
+use super::wording::{self, list};
 use crate::scene::description::Color;
-use crate::scene::limits::PROBLEMS;
-use crate::scene::problem::{Code, Problem, did_you_mean, push_token};
+use crate::scene::limits::{NAME_BYTES, PROBLEMS, PROBLEMS_FOUND};
+use crate::scene::problem::{Code, Problem, did_you_mean, name_too_long, push_token, quoted};
 use crate::scene::schema::{Node, schema};
 use serde_json::{Map, Value};
 use std::rc::Rc;
@@ -40,7 +40,7 @@ pub(super) struct Part {
     pub(super) kind: String,
 }
 
-/// All problems of shape and range, at most [`PROBLEMS`].
+/// All problems of shape and range, at most [`PROBLEMS_FOUND`].
 pub(super) fn diagnose(scene: &Value) -> Vec<Finding> {
     let root = schema();
     let whole = Rc::new(Part { pointer: String::new(), kind: "scene".to_owned() });
@@ -60,7 +60,13 @@ struct Walk<'s> {
 
 impl<'s> Walk<'s> {
     fn full(&self) -> bool {
-        self.found.len() as u64 >= PROBLEMS.max
+        self.found.len() >= PROBLEMS_FOUND
+    }
+
+    /// The name that was meant, for problems that are reported.
+    fn near_name<'a>(&self, given: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+        let is_told = given.len() <= KEY_BYTES && (self.found.len() as u64) < PROBLEMS.max;
+        if is_told { did_you_mean(given, names) } else { String::new() }
     }
 
     fn add(&mut self, pointer: String, code: Code, detail: String, mend: Mend) {
@@ -143,7 +149,7 @@ impl<'s> Walk<'s> {
                         "no such {} {}{}; write {}",
                         wording::noun(node.name),
                         wording::shown(value),
-                        near_name(word, words.iter().copied().chain(kinds)),
+                        self.near_name(word, words.iter().copied().chain(kinds)),
                         wording::expected(node, self.root),
                     );
                     return self.unreadable(Code::WrongType, detail);
@@ -180,7 +186,7 @@ impl<'s> Walk<'s> {
                 }
                 let pointer = push_token(&self.path, key);
                 let mend = self.replace_part();
-                let near = near_name(key, kinds.iter().map(|(kind, _)| *kind));
+                let near = self.near_name(key, kinds.iter().map(|(kind, _)| *kind));
                 let kinds_are = match near.as_str() {
                     "" => format!("; {}", kinds_are()),
                     near => format!("{near} Here {}", kinds_are()),
@@ -189,8 +195,7 @@ impl<'s> Walk<'s> {
                 self.add(pointer, Code::UnknownKey, detail, mend);
             }
             (_, count, [kind]) if count > 1 => {
-                let others =
-                    list(object.keys().filter(|key| key != kind).take(5).map(|key| wording::shown_name(key)), "and");
+                let others = list(object.keys().filter(|key| key != kind).take(5).map(|key| quoted(key)), "and");
                 let detail = format!(
                     "{} {noun} has exactly one key, which names its kind; here it is \"{kind}\", so {others} must go \
                      or move inside it",
@@ -202,7 +207,7 @@ impl<'s> Walk<'s> {
                 let has = if count == 0 {
                     "it has none".to_owned()
                 } else {
-                    format!("it has {}", list(object.keys().take(5).map(|key| wording::shown_name(key)), "and"))
+                    format!("it has {}", list(object.keys().take(5).map(|key| quoted(key)), "and"))
                 };
                 let detail = format!(
                     "{} {noun} has exactly one key, which names its kind, and {has}; {}",
@@ -235,10 +240,14 @@ impl<'s> Walk<'s> {
             Value::String(word) => {
                 let words = node.words();
                 if !words.is_empty() && !words.contains(&word.as_str()) {
-                    let near = near_name(word, words.iter().copied());
+                    let near = self.near_name(word, words.iter().copied());
                     let detail =
                         format!("must be {}, is {}{near}", wording::expected(node, self.root), wording::shown(value));
                     self.unreadable(Code::WrongType, detail);
+                } else if node.schema.get("maxLength").is_some()
+                    && let Some(detail) = name_too_long(word)
+                {
+                    self.add(self.path.clone(), Code::Limit, detail, Mend::Keep);
                 } else if node.schema.get("pattern").is_some() && Color::from_hex(word).is_none() {
                     let shown = wording::shown(value);
                     let detail = format!("{shown} is no colour; write \"#rrggbb\", [r, g, b] or a grey number");
@@ -259,15 +268,17 @@ impl<'s> Walk<'s> {
         for (key, value) in object {
             if let Some(schema) = keys.and_then(|keys| keys.get(key)) {
                 self.visit_child(key, Node { schema, name: node.name }, value);
+            } else if rest.is_object() && key.len() as u64 > NAME_BYTES.max {
+                self.long_name(key);
             } else if rest.is_object() {
                 self.visit_child(key, Node { schema: rest, name: node.name }, value);
             } else {
                 let names = || keys.into_iter().flat_map(Map::keys).map(String::as_str);
                 // A misspelt key is one problem, not an unknown key and a missing one.
-                let meant = missing.iter().position(|name| !near_name(key, [*name]).is_empty());
+                let meant = missing.iter().position(|name| !self.near_name(key, [*name]).is_empty());
                 let near = match meant {
-                    Some(i) => near_name(key, [missing.remove(i)]),
-                    None => near_name(key, names().filter(|name| !object.contains_key(*name))),
+                    Some(i) => self.near_name(key, [missing.remove(i)]),
+                    None => self.near_name(key, names().filter(|name| !object.contains_key(*name))),
                 };
                 self.unknown_key(key, near, names(), complete);
             }
@@ -281,6 +292,12 @@ impl<'s> Walk<'s> {
             let names = list(missing.iter().map(|name| quoted(name)), "and");
             self.unreadable(Code::MissingKey, format!("the {noun} {names} {verb} missing{hint}"));
         }
+    }
+
+    /// Values of names that are too long are not looked at: each problem would repeat the name.
+    fn long_name(&mut self, name: &str) {
+        let mend = Mend::Remove { object: self.path.clone(), key: name.to_owned() };
+        self.add(push_token(&self.path, name), Code::Limit, name_too_long(name).unwrap_or_default(), mend);
     }
 
     fn unknown_key<'k>(&mut self, key: &str, near: String, names: impl Iterator<Item = &'k str>, complete: bool) {
@@ -337,10 +354,6 @@ impl<'s> Walk<'s> {
 
 /// Longest key that is compared with known ones and repeated in messages.
 const KEY_BYTES: usize = 64;
-
-fn near_name<'a>(given: &str, names: impl IntoIterator<Item = &'a str>) -> String {
-    if given.len() > KEY_BYTES { String::new() } else { did_you_mean(given, names) }
-}
 
 fn fits_u32(value: u64) -> bool {
     u32::try_from(value).is_ok()

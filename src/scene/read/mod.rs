@@ -9,7 +9,7 @@ mod strict;
 mod syntax;
 mod wording;
 
-use super::limits::{PROBLEMS, SCENE_BYTES};
+use super::limits::{PROBLEMS_FOUND, SCENE_BYTES};
 use super::problem::{Code, Problem};
 use super::{Description, Problems, locate};
 use diagnose::diagnose;
@@ -99,7 +99,7 @@ fn all_problems(text: &[u8], scene: Value, error: &serde_json::Error) -> Unreada
         problems.push(first_problem(text, error));
     }
     problems.sort_by_key(|problem| (problem.line, problem.column));
-    problems.truncate(PROBLEMS.max as usize);
+    problems.truncate(PROBLEMS_FOUND);
     Unreadable { problems: Problems(problems), mended: mend::mend(scene, &findings).map(Box::new) }
 }
 

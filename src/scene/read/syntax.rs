@@ -5,6 +5,9 @@ use crate::scene::locate;
 use crate::scene::problem::{Code, Problem};
 use std::ops::Range;
 
+/// Bytes of serde's words that are repeated as they are; those about every key there may be have about 500.
+const LONGEST_MESSAGE: usize = 1_024;
+
 /// serde's own words for its first error in a text that is JSON.
 pub(super) fn first_problem(text: &[u8], error: &serde_json::Error) -> Problem {
     beyond_limits(text, error).unwrap_or_else(|| {
@@ -89,13 +92,16 @@ fn placed(text: &[u8], at: usize, code: Code, detail: &str) -> Problem {
     Problem { line: Some(line), column: Some(column), ..Problem::new(locate::innermost(text, at), code, detail) }
 }
 
-/// serde's message without its position.
+/// serde's message without its position. It may quote a value of any length: the end says what is expected instead.
 fn words(error: &serde_json::Error) -> String {
     let message = error.to_string();
-    match message.rfind(" at line ") {
-        Some(end) => message[..end].to_owned(),
-        None => message,
+    let message = message.rfind(" at line ").map_or(message.as_str(), |end| &message[..end]);
+    if message.len() <= LONGEST_MESSAGE {
+        return message.to_owned();
     }
+    let begin: String = message.chars().take(64).collect();
+    let end = message.char_indices().rev().nth(255).map_or("", |(at, _)| &message[at..]);
+    format!("{begin}…{end}")
 }
 
 /// The bare word or number around an offset, at most 40 bytes to either side; empty if there is none.

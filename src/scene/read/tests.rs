@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::scene::limits::PROBLEMS;
+use crate::scene::{Format, Overrides};
 
 /// A scene around one object and more top-level keys, on known lines.
 fn scene(object: &str, more: &str) -> String {
@@ -193,7 +194,41 @@ fn long_keys_and_strings_are_not_repeated() {
 }
 
 #[test]
-fn stops_at_the_limit_of_problems() {
-    let text = scene(&vec!["1"; 1000].join(","), "");
-    assert_eq!(problems(text.as_bytes()).len() as u64, PROBLEMS.max);
+fn reports_up_to_the_limit_of_problems_and_counts_on() {
+    let found = |count| Problems(problems(scene(&vec!["1"; count].join(","), "").as_bytes()));
+    let some = found(60);
+    assert_eq!((some.reported().0.len() as u64, some.reported().1), (PROBLEMS.max, 10));
+    assert_eq!((some.count().as_str(), found(2_000).count().as_str()), ("60", "1000 or more"));
+}
+
+#[test]
+fn names_that_are_too_long_are_one_problem_each() {
+    let long = "n".repeat(5_000);
+    let ball = format!(r#"{{"sphere": {{"center": [0, 0, 0], "radius": 1, "name": "{long}", "material": "{long}"}}}}"#);
+    let more = format!(
+        ",\n\"name\": \"{long}\",\n\"materials\": {{\"{long}\": {{\"diffus\": 1, \"ior\": 1e9}}}},\n\
+         \"definitions\": {{\"{long}\": []}}"
+    );
+    let [broken, sound] = [&more, &more.replace("\"diffus\": 1, ", "")].map(|more| {
+        let found = crate::scene::load(scene(&ball, more).as_bytes(), Format::Json, &Overrides::default());
+        found.unwrap_err().0
+    });
+    for found in [broken, sound] {
+        let pointers: Vec<_> = found.iter().map(|problem| (problem.pointer.as_str(), problem.line)).collect();
+        let name = "/objects/0/sphere/name";
+        let expected = ["/name", "/materials", "/definitions", name, "/objects/0/sphere/material"];
+        assert!(
+            expected.iter().all(|place| pointers.iter().filter(|(at, _)| at == place).count() == 1),
+            "{pointers:?}"
+        );
+        assert_eq!(found.len(), 5, "{pointers:?}");
+        let at = |place: &str| pointers.iter().find(|(pointer, _)| *pointer == place).and_then(|(_, line)| *line);
+        assert_eq!([name, "/name", "/materials", "/definitions"].map(at), [5, 7, 8, 9].map(Some));
+        for problem in &found {
+            assert!(problem.detail.contains("5000 bytes, over the limit of 256 (name_bytes)"), "{problem}");
+            assert!(problem.detail.len() < 200, "{problem}");
+        }
+    }
+    let longest = scene(&ball.replace(&long, &"n".repeat(256)), "");
+    assert_eq!(problems(longest.as_bytes()), []);
 }

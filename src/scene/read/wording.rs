@@ -1,5 +1,6 @@
 //! The phrases of `diagnose`'s sentences.
 
+use crate::scene::problem::quoted;
 use crate::scene::schema::Node;
 use serde_json::Value;
 
@@ -56,21 +57,13 @@ pub(super) fn shown(value: &Value) -> String {
     match value {
         Value::Null => "null".to_owned(),
         Value::Bool(_) | Value::Number(_) => value.to_string(),
-        Value::String(text) => shown_name(text),
+        Value::String(text) => quoted(text),
         Value::Array(elements) => match elements.len() {
             0 => "an empty array".to_owned(),
             1 => "an array of 1 element".to_owned(),
             count => format!("an array of {count} elements"),
         },
         Value::Object(_) => "an object".to_owned(),
-    }
-}
-
-/// A string between quotes, its beginning if it is long.
-pub(super) fn shown_name(text: &str) -> String {
-    match text.char_indices().nth(40) {
-        Some((end, _)) => format!("{:?}", format!("{}...", &text[..end])),
-        None => format!("{text:?}"),
     }
 }
 
@@ -135,11 +128,6 @@ pub(super) fn article(noun: &str) -> &'static str {
 /// `element` or its plural.
 pub(super) fn elements(count: u64) -> &'static str {
     if count == 1 { "element" } else { "elements" }
-}
-
-/// A name between quotes.
-pub(super) fn quoted(name: &str) -> String {
-    format!("\"{name}\"")
 }
 
 /// `a, b and c`.

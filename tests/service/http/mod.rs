@@ -1,6 +1,7 @@
 //! The service as clients see it: the real binary over real sockets.
 
 mod access;
+mod answer_sizes;
 mod contract;
 mod fairness;
 mod flood;
