@@ -146,11 +146,12 @@ impl Plan {
         Ok(pilot)
     }
 
-    /// Adds what the effects took: the rays of a picture, and the milliseconds it was traced in.
+    /// Adds what the effects took, and how deep the rays went: the rays of a picture, and the milliseconds it was traced in.
     pub fn measure(&mut self, pilot: &Pilot, rays: &RayCounts, refined: &Refined, trace_ms: f64) {
         let each = pilot.times.nanoseconds;
         let weigh = |rays: &RayCounts| -> f64 { by_kind(rays).iter().zip(each).map(|(n, t)| n * t).sum() };
         let whole = weigh(rays).max(f64::MIN_POSITIVE);
+        self.depth.reached = Some(rays.deepest);
         for effect in &mut self.explanation.effects {
             let (count, nanoseconds) = match own(effect) {
                 Own::Kind(kind) => {

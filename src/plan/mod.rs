@@ -8,7 +8,6 @@ pub mod explain;
 pub mod pilot;
 pub mod ray_times;
 mod savings;
-mod specular;
 mod survey;
 pub mod table;
 
@@ -64,14 +63,14 @@ impl Plan {
     /// The plan of a scene and the description it was compiled from. The description keeps all but its objects.
     pub fn new(description: &mut Description, scene: &Scene) -> Self {
         let started = Instant::now();
-        let (depth, mut explanation) = (depth::depth(description, scene), explain(scene));
+        let (requested, mut explanation) = (description.render.max_depth, explain(scene));
         (description.objects, description.definitions) = Default::default();
         if let Ok(settings) = serde_json::to_value(&*description) {
             explanation.effects.iter_mut().for_each(|row| row.look_up(&settings));
         }
-        let kernel = match &scene.world {
-            Precise::Single(world) => Kernel::of(world, Precision::Single),
-            Precise::Double(world) => Kernel::of(world, Precision::Double),
+        let (kernel, depth) = match &scene.world {
+            Precise::Single(world) => (Kernel::of(world, Precision::Single), Depth::of(requested, world, &explanation)),
+            Precise::Double(world) => (Kernel::of(world, Precision::Double), Depth::of(requested, world, &explanation)),
         };
         let warnings = scene.warnings.clone();
         Self { kernel, explanation, depth, warnings, estimate: None, explain_ms: milliseconds(started) }

@@ -38,10 +38,13 @@ impl Plan {
             &format!("{} in {:?} precision", self.kernel.kernel, self.kernel.precision).to_lowercase(),
         );
         let depth = &self.depth;
-        let proved =
-            depth.proved_sufficient.map_or_else(|| "no bound proved".into(), |n| format!("{n} suffices, proved"));
         let requested = depth.requested.map_or_else(|| "none requested".to_owned(), |n| format!("{n} requested"));
-        line(table, "depth", &format!("{requested}, {proved}: {}", depth.why));
+        let known = match (depth.proved_sufficient, depth.reached) {
+            (Some(n), _) => format!("{n} suffices: {}", depth.why),
+            (None, Some(n)) => format!("{n} reached by the picture's rays"),
+            (None, None) => depth.why.to_owned(),
+        };
+        line(table, "depth", &format!("{requested}, {known}"));
         if let Some(est) = &self.estimate {
             let [low, high] = est.rays_ci.map(grouped);
             let text =

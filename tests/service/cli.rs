@@ -259,7 +259,8 @@ fn plans_have_estimates_and_with_analyze_what_was_traced() {
     let table = done(&folder, &["explain", "ball.json", "--analyze"], "");
     let table = String::from_utf8(table).unwrap();
     assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
-    assert!(table.contains("proved") && table.contains("actual rays"), "{table}");
+    let depth = format!("{} reached by the picture's rays", analyzed["depth"]["reached"]);
+    assert!(table.contains(&depth) && table.contains("actual rays"), "{table}");
 }
 
 /// The numbers of a little-endian PFM with three equal channels.

@@ -151,10 +151,13 @@ fn questions_have_answers() {
 
     let plan = service.post_json("/v1/explain", BALL).json();
     assert!(plan["effects"].is_array(), "{plan}");
-    assert_eq!(plan["depth"]["proved_sufficient"], 2, "{plan}");
+    let depth = &plan["depth"];
+    assert!(depth["proved_sufficient"].is_null() && depth["reached"].is_null(), "{plan}");
+    assert_eq!(depth["because"][0], "/materials/red/reflection", "{plan}");
     assert!(plan["estimate"]["rays"].is_u64() && plan["actual"].is_null(), "{plan}");
     let analyzed = service.post_json("/v1/explain?analyze=1&antialias=false", BALL).json();
     let effects = analyzed["effects"].as_array().map(Vec::as_slice).unwrap_or_default();
+    assert_eq!(analyzed["depth"]["reached"], 2, "{analyzed}");
     let reflection = effects.iter().find(|effect| effect["effect"] == "reflection");
     let reflection = reflection.unwrap_or_else(|| panic!("{analyzed}"));
     assert_eq!(reflection["act"]["rays"], analyzed["actual"]["rays"]["reflected"], "{analyzed}");
