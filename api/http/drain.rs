@@ -1,5 +1,6 @@
 //! The end of the service: no new work, the running work finishes, probes are told.
 
+use super::problem::{Kind, Problem};
 use std::io;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::watch;
@@ -28,6 +29,21 @@ impl Drain {
         *self.draining.borrow()
     }
 
+    /// Refuses new work once it has begun.
+    pub(crate) fn accepts_work(&self) -> Result<(), Problem> {
+        if self.has_begun() { Err(refused()) } else { Ok(()) }
+    }
+
+    /// The result of taking in a request, unless it begins before all of the request is there.
+    pub(crate) async fn unless_begun<T>(&self, taking: impl Future<Output = Result<T, Problem>>) -> Result<T, Problem> {
+        let mut draining = self.watch();
+        tokio::select! {
+            biased;
+            taken = taking => taken,
+            _ = draining.wait_for(|draining| *draining) => Err(refused()),
+        }
+    }
+
     /// Becomes true when it begins.
     pub(crate) fn watch(&self) -> watch::Receiver<bool> {
         self.draining.subscribe()
@@ -48,6 +64,10 @@ impl Drain {
         // It fails only without a sender, and `self` is one.
         let _ = self.requests.subscribe().wait_for(|requests| *requests == 0).await;
     }
+}
+
+fn refused() -> Problem {
+    Problem::new(Kind::Draining, "the service is about to stop and takes no new work").retry_after(1)
 }
 
 /// A request under way.

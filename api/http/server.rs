@@ -73,6 +73,9 @@ fn teach(listener: &TcpListener, settings: &HttpSettings, app: &App) {
     let key = if settings.keys.is_some() { " -H 'Authorization: Bearer KEY'" } else { "" };
     tracing::info!("try: curl http://{address}/v1/render{key} --data-binary @scene.json -o picture.png");
     tracing::info!("documentation: http://{address}/docs");
+    if let Some(admin) = settings.admin_listen.filter(|address| !address.ip().is_loopback()) {
+        tracing::warn!("other machines can reach --admin-listen {admin}, which asks for no key");
+    }
     if app.service.settings.jobs.data.is_none() {
         tracing::info!("jobs end with this process; --data DIR keeps them");
     }

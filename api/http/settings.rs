@@ -19,8 +19,9 @@ pub(crate) struct HttpSettings {
     /// --insecure-no-auth.
     #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
     pub(crate) listen: SocketAddr,
-    /// Address and port for operators, without keys: /livez, /readyz, /metrics. Usual is 127.0.0.1:9090. Without it there is
-    /// no such listener; /livez and /readyz are answered on --listen, too.
+    /// Address and port for operators, without keys: /livez, /readyz, /metrics. Usual is 127.0.0.1:9090; whoever reaches
+    /// another address may read the figures. Without it there is no such listener; /livez and /readyz are answered on
+    /// --listen, too.
     #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
     pub(crate) admin_listen: Option<SocketAddr>,
     /// File of API keys, as `strahl key new` makes them. The service reads it again when it changes. Without it requests

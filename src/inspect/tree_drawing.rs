@@ -98,7 +98,9 @@ impl Tree {
                 node.weight,
                 node.contribution
             );
-            let title: String = title.chars().filter(|c| !c.is_control()).collect();
+            // XML has no way to write these.
+            let is_xml = |c: &char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+            let title: String = title.chars().filter(is_xml).collect();
             let title = title.replace('&', "&amp;").replace('<', "&lt;");
             let _ = writeln!(
                 svg,

@@ -12,6 +12,7 @@ use axum::http::{Method, Uri};
 use data_encoding::BASE64URL_NOPAD;
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
+use std::borrow::Cow;
 use std::io;
 
 /// Where capabilities begin.
@@ -109,6 +110,14 @@ pub(crate) fn strip<B>(mut request: axum::http::Request<B>) -> axum::http::Reque
         request.extensions_mut().insert(Capability { text });
     }
     request
+}
+
+/// A path for the log: without capabilities that were not taken off it, since they lead nowhere. They may still be valid.
+pub(crate) fn hidden(path: &str) -> Cow<'_, str> {
+    match path.split_once(PREFIX) {
+        Some((before, _)) => format!("{before}{PREFIX}...").into(),
+        None => path.into(),
+    }
 }
 
 #[cfg(test)]

@@ -78,11 +78,15 @@ pub(crate) async fn read(app: &AppState, headers: &HeaderMap, body: Body) -> Res
     if announced(headers) > app.limits.max_body_bytes {
         return Err(too_large(app));
     }
-    let body = collect(app, encoding(headers)?, body);
-    timeout(app.limits.body_timeout, body).await.unwrap_or_else(|_| {
-        let seconds = app.limits.body_timeout.as_secs_f64();
-        Err(Problem::new(Kind::BodyTimeout, format!("the body was not complete after {seconds} s (body_timeout)")))
-    })
+    let body = timeout(app.limits.body_timeout, collect(app, encoding(headers)?, body));
+    // A client that is slow must not delay the end of the service.
+    let body = app.drain.unless_begun(async {
+        body.await.unwrap_or_else(|_| {
+            let seconds = app.limits.body_timeout.as_secs_f64();
+            Err(Problem::new(Kind::BodyTimeout, format!("the body was not complete after {seconds} s (body_timeout)")))
+        })
+    });
+    body.await
 }
 
 /// Reads on although the request is refused: a client that is still sending does not read the answer. Bodies that are too

@@ -4,7 +4,7 @@ use super::body;
 use super::query::Query;
 use crate::http::auth::tenant::Tenant;
 use crate::http::memory_budget::MeteredBytes;
-use crate::http::problem::{Kind, Problem};
+use crate::http::problem::Problem;
 use crate::http::state::AppState;
 use axum::extract::Request;
 use axum::http::request::Parts;
@@ -53,21 +53,12 @@ pub(crate) async fn read<P>(
     }
 }
 
-/// Refuses new work when the service is about to stop.
-pub(crate) fn accepts_work(app: &AppState) -> Result<(), Problem> {
-    if app.drain.has_begun() {
-        let detail = "the service is about to stop and takes no new work";
-        return Err(Problem::new(Kind::Draining, detail).retry_after(1));
-    }
-    Ok(())
-}
-
 fn check<P>(
     app: &AppState,
     parts: &Parts,
     extra: impl FnOnce(&mut Query, &HeaderMap) -> Result<P, Problem>,
 ) -> Result<(Option<Format>, Overrides, P), Problem> {
-    accepts_work(app)?;
+    app.drain.accepts_work()?;
     let declared = body::declared_format(&parts.headers)?;
     let mut query = Query::of(&parts.uri)?;
     let overrides = query.settings(declared.unwrap_or(Format::Json));

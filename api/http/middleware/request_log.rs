@@ -1,5 +1,6 @@
 //! What every answer has: a request id, security headers, problems as JSON, and a line in the log.
 
+use crate::http::auth::capability;
 use crate::http::drain::Counted;
 use crate::http::problem::Problem;
 use crate::http::state::App;
@@ -100,7 +101,7 @@ impl RequestLog {
             route: matched.map_or("unmatched", MatchedPath::as_str).to_owned(),
             id: id.to_owned(),
             method: request.method().clone(),
-            path: request.uri().path().to_owned(),
+            path: capability::hidden(request.uri().path()).into_owned(),
             started: Instant::now(),
             status: None,
             _counted: app.drain.request(),

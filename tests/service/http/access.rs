@@ -151,6 +151,12 @@ fn a_capability_is_for_one_thing_and_for_looking() {
     assert_eq!(service.get(&format!("{changed}/v1/images/{id}.png")).status, 403);
     let submit = service.send("POST", &format!("{prefix}/v1/images/{id}.png"), &[], b"");
     submit.problem(403, "forbidden");
+    for lost in ["", "/nothing", &format!("{prefix}/v1/jobs"), &format!("/{prefix}")] {
+        assert!([403, 404].contains(&status(lost)), "{lost}");
+    }
+    service.wait_for_log("path=/c/... status=404");
+    let tag = prefix.rsplit('.').next().unwrap();
+    assert!(!service.log().contains(tag), "a capability is in the log:\n{}", service.log());
     for body in ["{}", "{\"image_id\": \"a/b\"}", "{\"image_id\": \"a\", \"ttl\": 0}", "{\"image\": \"a\"}"] {
         post(&service, "/v1/capabilities", &key, body).problem(422, "invalid-request");
     }

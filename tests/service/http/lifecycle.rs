@@ -1,7 +1,8 @@
 //! Clients that go away, probes under load, and the end of the service.
 
-use crate::common::service::{Answer, Service};
+use crate::common::service::{Answer, Service, request};
 use crate::common::{BALL, SLOW};
+use std::io::Write;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -67,6 +68,18 @@ fn draining_ends_even_if_a_render_does_not() {
     service.wait_for(1, 0);
     service.terminate();
     assert!(service.ended(Duration::from_secs(6)).success());
+}
+
+#[test]
+fn clients_that_are_still_sending_do_not_delay_the_end() {
+    let mut service = Service::start(&["--drain-timeout", "60"]);
+    let whole = request("POST", "/v1/render", &[("Content-Type", "application/json")], BALL.as_bytes());
+    let mut client = service.connect();
+    client.write_all(&whole[..whole.len() - 10]).unwrap();
+    service.get("/livez");
+    service.terminate();
+    Answer::read(client).problem(503, "draining");
+    assert!(service.ended(Duration::from_secs(5)).success());
 }
 
 #[test]

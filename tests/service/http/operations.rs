@@ -59,6 +59,15 @@ fn operators_are_answered_on_their_own_listener_until_the_end() {
 }
 
 #[test]
+fn operators_are_warned_of_a_listener_that_others_reach() {
+    let warning = "other machines can reach --admin-listen 0.0.0.0:0";
+    Service::start(&["--admin-listen", "0.0.0.0:0"]).wait_for_log(warning);
+    let (service, _) = with_admin(&[]);
+    service.wait_for_log("documentation:");
+    assert!(!service.log().contains("can reach"), "{}", service.log());
+}
+
+#[test]
 fn numbers_follow_what_happens() {
     let (service, admin) = with_admin(&["--queue", "0"]);
     service.post_json("/v1/render", BALL).picture();

@@ -1,5 +1,6 @@
 //! Requests that are wrong, hostile or too much: each is refused early, with the reason and the limit's name.
 
+use super::jobs::submit;
 use crate::common::service::{Answer, Service, request};
 use crate::common::{BALL, SLOW};
 use std::io::{Read, Write};
@@ -120,6 +121,19 @@ fn a_large_body_is_refused_before_it_is_sent() {
     stream.write_all(head.as_bytes()).unwrap();
     stream.write_all(format!("2711\r\n{}\r\n", " ".repeat(10_001)).as_bytes()).unwrap();
     Answer::read(stream).problem(413, "too-large");
+}
+
+#[test]
+fn changes_have_to_arrive_in_time_and_are_small() {
+    let service = Service::start(&["--body-timeout", "0.5"]);
+    let job = submit(&service, BALL, "");
+    let path = format!("/v1/jobs/{job}");
+    let whole = request("PATCH", &path, &[], br#"{"priority": 1}"#);
+    let mut slow = service.connect();
+    slow.write_all(&whole[..whole.len() - 5]).unwrap();
+    Answer::read(slow).problem(408, "body-timeout");
+    let long = format!(r#"{{"priority": 1{}}}"#, " ".repeat(4_096));
+    service.send("PATCH", &path, &[], long.as_bytes()).problem(422, "invalid-request");
 }
 
 #[test]

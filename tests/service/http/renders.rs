@@ -146,8 +146,10 @@ fn questions_have_answers() {
     assert_eq!((tree.status, tree.header("content-type")), (200, "application/json"), "{}", tree.text());
     let dot = service.post_json("/v1/tree?x=24&y=16&format=dot", BALL);
     assert_eq!((dot.status, dot.header("content-type")), (200, "text/vnd.graphviz"));
-    let svg = service.post_json("/v1/tree?x=24&y=16&format=svg", BALL);
-    assert_eq!((svg.status, svg.header("content-type")), (200, "image/svg+xml"));
+    let named = BALL.replace(r#""radius": 1,"#, r#""radius": 1, "name": "be\u0001for\ufffee","#);
+    let svg = service.post_json("/v1/tree?x=24&y=16&format=svg", &named);
+    assert_eq!((svg.status, svg.header("content-type")), (200, "image/svg+xml"), "{}", svg.text());
+    assert!(svg.text().contains("before"), "what XML cannot hold is left out: {}", svg.text());
 
     let plan = service.post_json("/v1/explain", BALL).json();
     assert!(plan["effects"].is_array(), "{plan}");

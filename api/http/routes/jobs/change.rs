@@ -1,12 +1,13 @@
 //! Changing a job: its priority, and whether it goes on.
 
 use super::ID;
+use crate::http::extract::body;
 use crate::http::extract::named_job::NamedJob;
 use crate::http::prelude::*;
 use crate::http::respond::blocking;
 use crate::http::respond::job::{JobView, etag, shown};
 use crate::service::jobs::Job;
-use axum::body::{Body as RequestBody, to_bytes};
+use axum::body::Body as RequestBody;
 
 /// Bytes of a change.
 const CHANGE_BYTES: usize = 4_096;
@@ -52,8 +53,11 @@ async fn change(
     body: RequestBody,
 ) -> Result<Response, Problem> {
     let expected = "the body is {\"priority\": N}, N from 0 to 100";
-    let body = to_bytes(body, CHANGE_BYTES).await.map_err(|_| Problem::new(Kind::InvalidRequest, expected))?;
-    let change: JobChange = serde_json::from_slice(&body)
+    let body = body::read(&app, &headers, body).await?;
+    if body.as_ref().len() > CHANGE_BYTES {
+        return Err(Problem::new(Kind::InvalidRequest, expected));
+    }
+    let change: JobChange = serde_json::from_slice(body.as_ref())
         .map_err(|error| Problem::new(Kind::InvalidRequest, format!("{expected}: {error}")))?;
     if change.priority.is_some_and(|priority| priority > 100) {
         return Err(Problem::new(Kind::InvalidRequest, expected));

@@ -3,7 +3,6 @@
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body;
 use crate::http::extract::prefer::Prefer;
-use crate::http::extract::scene_request::accepts_work;
 use crate::http::prelude::*;
 use crate::http::respond::job::{Claimed, JobView, accepted, claim, until_final};
 use crate::service::requests::jobs::WantedJob;
@@ -71,7 +70,7 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
     let (parts, body) = request.into_parts();
     let tenant = Tenant::of(&parts.extensions);
     let check = || {
-        accepts_work(&app)?;
+        app.drain.accepts_work()?;
         Query::of(&parts.uri)?.finish()?;
         match body::declared_format(&parts.headers)? {
             Some(Format::Nff) => {
