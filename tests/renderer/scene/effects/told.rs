@@ -1,0 +1,169 @@
+//! What the table says is on is what the kernels read.
+
+use super::{all_scenes, judge, loaded};
+use strahl::accel::{Blockers, Item};
+use strahl::lanes::Real;
+use strahl::scene::compile::Precise;
+use strahl::scene::effects::{Effect, State};
+use strahl::scene::world::{Pruning, World};
+use strahl::shading::light::{Falloff, Light, Source};
+use strahl::shading::material::{Fresnel, Material};
+use strahl::shading::texture::bump::BumpMap;
+use strahl::shading::texture::checker::BaseColor;
+use strahl::shading::texture::pattern::Pattern;
+use strahl::trace::variants::KernelVariant;
+
+/// What the kernels read, item by item.
+struct Told<'a, R> {
+    world: &'a World<R>,
+}
+
+impl<R: Real> Told<'_, R> {
+    fn any(&self, test: impl Fn(&Material<R>, bool) -> bool) -> bool {
+        let items = self.world.geometries.iter().flat_map(|geometry| &geometry.items);
+        let mut bodies = items.filter(|item| !item.is_placed());
+        bodies.any(|item| test(&self.world.materials[item.material as usize], item.closed && !item.hollow))
+    }
+
+    fn item(&self, test: impl Fn(&Item<R>) -> bool) -> bool {
+        self.world.geometries.iter().flat_map(|geometry| &geometry.items).any(test)
+    }
+
+    fn light(&self, test: impl Fn(&Light<R>) -> bool) -> bool {
+        self.world.lights.iter().any(|light| bright(light.color) && test(light))
+    }
+
+    /// Whether a ray may be followed that leaves a surface, from the rules alone.
+    fn follows(&self) -> bool {
+        let most = |material: &Material<R>| {
+            let channel = |c: usize| {
+                let (r_s, r_t) = (material.reflection[c].to_f64(), material.transmission[c].to_f64());
+                if material.fresnel == Fresnel::Conductor { 1.0 } else { r_s + r_t }
+            };
+            channel(0).max(channel(1)).max(channel(2))
+        };
+        let split = self.world.spectrum.as_ref().map_or(1.0, |spectrum| spectrum.strongest().max_element());
+        let heavy = |least: f64| self.any(|material, _| most(material) * split >= least * (1.0 - 1e-6));
+        self.world.rules.max_depth > 1 && !matches!(self.world.rules.pruning, Pruning::Weight(least) if !heavy(least))
+    }
+
+    fn has_pattern(&self, test: fn(&Pattern) -> bool) -> bool {
+        self.any(|material, _| {
+            let textures = material.textures.as_ref();
+            textures.is_some_and(|all| [&all.diffuse, &all.ambient].into_iter().flatten().any(test))
+        })
+    }
+
+    fn has_bump(&self, test: fn(&BumpMap) -> bool) -> bool {
+        self.any(|material, _| material.textures.as_ref().and_then(|textures| textures.bump.as_ref()).is_some_and(test))
+    }
+
+    fn of(&self, effect: Effect) -> Option<bool> {
+        let (world, zero) = (self.world, R::from_f64(0.0));
+        let gathers = world.rules.color_bleeding && world.rules.max_depth > 1;
+        let transmissive = world.rules.shadows == Some(Blockers::Transmissive);
+        let absorbs = |m: &Material<R>, filled: bool| filled && bright(m.absorption) && bright(m.transmission);
+        let mirrors = |m: &Material<R>| bright(m.reflection) || m.fresnel == Fresnel::Conductor;
+        let checks = |color: &BaseColor<R>| matches!(color, BaseColor::Checker { .. });
+        let shines = |color: &BaseColor<R>| match *color {
+            BaseColor::Uniform(color) => bright(color),
+            BaseColor::Checker { a, b, .. } => bright(a) || bright(b),
+        };
+        Some(match effect {
+            Effect::AmbientLight => bright(world.ambient),
+            Effect::DiffuseReflection => (self.light(|_| true) || gathers) && self.any(|m, _| shines(&m.diffuse)),
+            Effect::Highlights => self.light(|_| true) && self.any(|m, _| bright(m.specular)),
+            Effect::Shadows => world.rules.shadows.is_some(),
+            Effect::TransmissiveShadows => transmissive && self.any(|m, _| bright(m.transmission)),
+            Effect::ColoredShadows => transmissive && self.any(absorbs),
+            Effect::Reflection => self.follows() && self.any(|m, _| mirrors(m)),
+            Effect::Transmission => self.follows() && self.any(|m, _| bright(m.transmission)),
+            Effect::Absorption => self.any(absorbs),
+            Effect::Emission => self.any(|m, _| bright(m.emission)),
+            Effect::Fog => world.fog.is_some(),
+            Effect::Fresnel => {
+                let shows = |m: &Material<R>| bright(m.reflection) || bright(m.transmission);
+                let dielectric = |m: &Material<R>| m.fresnel == Fresnel::Dielectric && shows(m);
+                self.follows() && self.any(|m, _| dielectric(m) || m.fresnel == Fresnel::Conductor)
+            }
+            Effect::TotalReflection | Effect::Refraction => {
+                let bends = |m: &Material<R>, filled| filled && bright(m.transmission) && m.ior != R::from_f64(1.0);
+                self.follows() && self.any(bends)
+            }
+            Effect::HollowBodies => self.item(|item| item.hollow),
+            Effect::CheckerTexture => self.any(|m, _| checks(&m.diffuse) || m.ambient.as_ref().is_some_and(checks)),
+            Effect::GradientTexture => self.has_pattern(|pattern| matches!(pattern, Pattern::Gradient { .. })),
+            Effect::NoiseTexture => self.has_pattern(|pattern| matches!(pattern, Pattern::Noise { .. })),
+            Effect::ImageTexture => self.has_pattern(|pattern| matches!(pattern, Pattern::Image(_))),
+            Effect::BumpMapping => self.has_bump(|bump| !matches!(bump, BumpMap::Normals(_))),
+            Effect::NormalMapping => self.has_bump(|bump| matches!(bump, BumpMap::Normals(_))),
+            Effect::EnvironmentMap => world.environment.is_some(),
+            Effect::SmoothNormals => self.item(|item| item.is_smooth()),
+            Effect::SpotLights => self.light(|light| matches!(light.source, Source::Spot { .. })),
+            Effect::LightFalloff => self.light(|light| !matches!(light.falloff, Falloff::None)),
+            Effect::Instancing => self.item(|item| item.is_placed()),
+            Effect::SoftShadows => world.lights.iter().any(|light| light.area.is_some()),
+            Effect::Gloss => {
+                self.follows() && self.any(|m, _| m.alpha > zero && (mirrors(m) || bright(m.transmission)))
+            }
+            Effect::Dispersion => self.follows() && self.any(|m, _| m.dispersion > zero && bright(m.transmission)),
+            Effect::DepthOfField => world.camera.lens().is_some(),
+            Effect::ColorBleeding => gathers,
+            _ => return None,
+        })
+    }
+}
+
+fn bright<R: Real>(color: [R; 3]) -> bool {
+    color.iter().any(|channel| *channel > R::from_f64(0.0))
+}
+
+#[test]
+fn what_the_plan_says_is_on_is_what_the_kernel_was_told() {
+    judge(all_scenes(1_000), |description| {
+        let scene = loaded(description).scene;
+        let state = |effect: Effect| scene.effects.iter().find(|entry| entry.effect == effect).unwrap().state;
+        let (effects, axes, told): (_, _, Vec<(Effect, Option<bool>)>) = match &scene.world {
+            Precise::Single(world) => (
+                world.effects,
+                KernelVariant::of(world).axes(),
+                Effect::ALL.iter().map(|effect| (*effect, Told { world }.of(*effect))).collect(),
+            ),
+            Precise::Double(world) => (
+                world.effects,
+                KernelVariant::of(world).axes(),
+                Effect::ALL.iter().map(|effect| (*effect, Told { world }.of(*effect))).collect(),
+            ),
+        };
+        let mut wrong = Vec::new();
+        for (effect, told) in told {
+            let on = state(effect) == State::On;
+            let told = told.unwrap_or_else(|| match effect {
+                Effect::Antialiasing => scene.refines(),
+                Effect::DoublePrecision => matches!(scene.world, Precise::Double(_)),
+                Effect::SpecialProjection => description["camera"].get("pinhole").is_none(),
+                _ => effects.has(effect),
+            });
+            let flagged = effects.has(effect) || effect == Effect::Antialiasing && on;
+            if (on, on) != (told, flagged) {
+                wrong.push(format!(
+                    "{} is {:?}, the kernel was told {told}, its flag is {flagged}",
+                    effect.name(),
+                    state(effect)
+                ));
+            }
+        }
+        // Kernels hold what is on.
+        let named = description["render"]["samples"].as_u64();
+        let default = if effects.needs_sampling() { 64 } else { 1 };
+        if u64::from(scene.samples) != named.unwrap_or(default) || effects.needs_sampling() && !axes[3] {
+            wrong.push(format!("{} samples, kernel {axes:?}", scene.samples));
+        }
+        let reflects = effects.has(Effect::Reflection) || effects.has(Effect::TotalReflection);
+        let lacks = reflects && !axes[0] || effects.has(Effect::Transmission) && !axes[1];
+        if lacks || effects.has_details() && !axes[2] {
+            wrong.push(format!("the kernel {axes:?} lacks what is on"));
+        }
+        wrong
+    });
+}
