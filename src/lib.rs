@@ -83,7 +83,7 @@
 //! rays       trace: the recursion
 //! scene      scene: text -> Description -> Scene
 //! parts      shape  film  metrics  accel  shading  camera  bound: what is proved
-//! numbers    words  math  lanes  ray
+//! numbers    words  math  lanes  ray  control: pausing and cancelling
 //! ```
 //!
 //! The kernel in `trace` is written once, over a number type of `lanes`: 16 single-precision or 8 double-precision lanes for
@@ -93,6 +93,7 @@
 pub mod accel;
 pub mod bound;
 pub mod camera;
+pub mod control;
 pub mod film;
 pub mod inspect;
 pub mod lanes;

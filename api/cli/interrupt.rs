@@ -1,24 +1,21 @@
 //! Ctrl-C: the first stops the render cleanly, the second ends the process at once.
 
 use super::failure::Failure;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::thread;
 use strahl::render::Control;
 
 /// From now on Ctrl-C cancels this render.
-pub(super) fn cancel_on_ctrl_c(control: &Arc<Control>) -> Result<(), Failure> {
+pub(super) fn cancel_on_ctrl_c(control: &Control) -> Result<(), Failure> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(|error| Failure::Input(format!("Ctrl-C cannot be watched for: {error}")))?;
-    let control = Arc::clone(control);
+    let control = control.clone();
     thread::spawn(move || {
         runtime.block_on(async {
             if tokio::signal::ctrl_c().await.is_ok() {
-                control.cancelled.store(true, Ordering::Relaxed);
+                control.cancel();
             }
-            // Reading and compiling a scene cannot be cancelled; whoever presses again does not want to wait for them.
             if tokio::signal::ctrl_c().await.is_ok() {
                 std::process::exit(130);
             }

@@ -2,7 +2,6 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal};
-use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
@@ -21,8 +20,8 @@ pub(super) fn while_showing<T>(control: &Control, work: impl FnOnce() -> T) -> T
         scope.spawn(move || {
             let bar = ProgressBar::new(0).with_style(style());
             while done.recv_timeout(BETWEEN_LOOKS) == Err(RecvTimeoutError::Timeout) {
-                bar.set_length(control.total.load(Ordering::Relaxed));
-                bar.set_position(control.done.load(Ordering::Relaxed));
+                bar.set_length(control.total());
+                bar.set_position(control.done());
             }
             bar.finish_and_clear();
         });

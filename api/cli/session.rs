@@ -6,8 +6,7 @@ use super::scene_args::{SceneArgs, SettingsArgs};
 use super::scene_file::SceneFile;
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::{Pool, Workers};
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use crate::service::scheduler::task::{Class, Task};
 use std::time::Instant;
 use strahl::film::Region;
 use strahl::render::Control;
@@ -19,7 +18,7 @@ pub(super) struct Session {
     /// The threads that render.
     pub(super) workers: Workers,
     /// Stops the render, and counts its progress.
-    pub(super) control: Arc<Control>,
+    pub(super) control: Control,
     /// The scene's file.
     pub(super) file: SceneFile,
     /// When work on the scene began.
@@ -30,10 +29,10 @@ pub(super) struct Session {
 impl Session {
     /// Starts the threads and reads the scene's file.
     pub(super) fn start(scene: &SceneArgs, settings: &SettingsArgs) -> Result<Self, Failure> {
-        let control = Arc::new(Control::default());
+        let control = Control::default();
         let pool = Pool::start(settings.threads)
             .map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))?;
-        let (workers, started) = (Workers::alone(pool, Arc::clone(&control)), Instant::now());
+        let (workers, started) = (pool.join(Task::new(Class::Renders, "", 1), control.clone()), Instant::now());
         let file = SceneFile::read(scene)?;
         Ok(Self { workers, control, file, started, overrides: settings.overrides() })
     }
@@ -45,9 +44,7 @@ impl Session {
 
     /// Checks and builds the scene.
     pub(super) fn load(&self) -> Result<Loaded, Failure> {
-        let loaded = self.workers.work(|| self.file.load(&self.overrides))??;
-        // Reading and building cannot be cancelled; what comes after them need not begin.
-        if self.control.cancelled.load(Ordering::Relaxed) { Err(Failure::Interrupted) } else { Ok(loaded) }
+        self.workers.work(|| self.file.load(&self.overrides))?
     }
 
     /// Checks and builds the scene, and plans its picture.

@@ -5,6 +5,7 @@ use super::intersect::intersect_item;
 use super::item::{Item, Shape};
 use super::traversal::{Coherence, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
+use crate::control;
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
 use crate::ray::{Hit, Rays, Wanted};
 use crate::shape::{hit_sphere, hit_triangle};
@@ -156,6 +157,9 @@ impl<L: Lanes> Search<'_, '_, L> {
         let here = &self.geometries[geometry];
         let mut prepared = Prepared::new(s, here, rays, self.coherence);
         for &index in &here.unbounded {
+            if control::step(1) {
+                return;
+            }
             self.visit(s, &here.items[index as usize], 0, base, rays);
         }
         let Some(wide) = &here.wide else { return };
@@ -172,6 +176,10 @@ impl<L: Lanes> Search<'_, '_, L> {
             match child.index() {
                 Ok(node) => prepared.open(s, &wide.nodes[node], lanes, rays, &mut self.stack),
                 Err(leaf) => {
+                    if control::step(1) {
+                        self.stack.truncate(floor);
+                        break;
+                    }
                     rays.active = L::mask(s, lanes);
                     self.intersect_leaf(s, here, wide, &wide.leaves[leaf], base, rays, &mut prepared);
                 }
@@ -256,6 +264,9 @@ impl<L: Lanes> Search<'_, '_, L> {
     fn visit_in(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, base: u64, rays: &mut Rays<L>) {
         let first = base + item.offset;
         if let Shape::Instance(instance) = &item.shape {
+            if control::step(1) {
+                return;
+            }
             let mut inner = instance.rays_in(s, rays, self.time);
             if inner.any() {
                 self.closest(s, instance.geometry as usize, first, &mut inner);

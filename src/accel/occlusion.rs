@@ -5,6 +5,7 @@ use super::intersect::intersect_item;
 use super::item::{Item, Shape};
 use super::traversal::{Coherence, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
+use crate::control;
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
 use crate::shape::{hit_triangle, sphere_crossings};
@@ -84,6 +85,9 @@ impl<L: Lanes> ShadowSearch<'_, L> {
         let here = &self.geometries[geometry];
         let mut prepared = Prepared::new(s, here, rays, self.coherence);
         for &index in &here.unbounded {
+            if control::step(1) {
+                return;
+            }
             self.visit(s, &here.items[index as usize], 0, rays);
         }
         let Some(wide) = &here.wide else { return };
@@ -99,6 +103,10 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             match child.index() {
                 Ok(node) => prepared.open(s, &wide.nodes[node], lanes, rays, &mut self.stack),
                 Err(leaf) => {
+                    if control::step(1) {
+                        self.stack.truncate(floor);
+                        break;
+                    }
                     let waiting = rays.active & !L::mask(s, lanes);
                     rays.active = L::mask(s, lanes);
                     self.intersect_leaf(s, here, wide, &wide.leaves[leaf], rays, &mut prepared);
@@ -205,6 +213,9 @@ impl<L: Lanes> ShadowSearch<'_, L> {
     #[inline(always)]
     fn visit_in(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
         if let Shape::Instance(instance) = &item.shape {
+            if control::step(1) {
+                return;
+            }
             let mut inner = instance.rays_in(s, rays, self.time);
             if inner.any() {
                 let past = rays.active & !inner.active;

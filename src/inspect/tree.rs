@@ -2,6 +2,7 @@
 
 use super::query::name_of;
 use crate::bound::interval::{interval, raise};
+use crate::control::{Cancelled, Control};
 use crate::lanes::{Ids, Lanes, Real, V3};
 use crate::render::samples_of;
 use crate::scene::Scene;
@@ -9,7 +10,6 @@ use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, MediumList};
-use crate::trace::control::{Cancelled, Control};
 use crate::trace::hits::Hits;
 use crate::trace::kernel::{Tracer, first};
 use crate::trace::observer::{NotFollowed, Observer, Snell};
@@ -17,7 +17,6 @@ use crate::trace::pixel::{Samples, add_samples, eye_media};
 use crate::trace::ray_packet::{RayKind, RayPacket};
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::sync::atomic::Ordering;
 
 /// Every ray of one pixel.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -181,20 +180,14 @@ where
 {
     let samples = samples_of(scene, x, y, control);
     let recorder = Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false };
-    let mut tracer = Tracer::<L, _>::new(
-        (),
-        world,
-        &world.camera,
-        &eye_media::<L>((), world),
-        &control.cancelled,
-        world.rules.pruning,
-        recorder,
-    );
+    let _entered = control.enter();
+    let mut tracer =
+        Tracer::<L, _>::new((), world, &world.camera, &eye_media::<L>((), world), world.rules.pruning, recorder);
     let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
     add_samples(&mut tracer, &[[x, y]], 1, Samples::of_picture(samples), &mut Hits::none(()), &mut sum);
     let (omitted, roundings, sum) = (tracer.omitted().lane(0), tracer.roundings().lane(0), sum.lane(0));
     let Recorder { rays, truncated, .. } = tracer.into_observer();
-    if control.cancelled.load(Ordering::Relaxed) {
+    if control.stops() {
         return Err(Cancelled);
     }
     let mut raised = [L::Real::default(); 3];

@@ -7,9 +7,9 @@ use super::explain::{Row, State};
 use super::pilot::{Effort, Expected, Pilot};
 use super::ray_times::by_kind;
 use super::{Plan, milliseconds};
+use crate::control::{Cancelled, Control};
 use crate::film::Region;
 use crate::render::Refined;
-use crate::trace::control::{Cancelled, Control};
 use crate::trace::counts::RayCounts;
 
 use crate::scene::Scene;

@@ -8,9 +8,9 @@
 use super::block::Block;
 use super::ray_times::{KINDS, RayTimes, by_kind};
 use super::survey::Survey;
+use crate::control::{Cancelled, Control};
 use crate::film::Region;
 use crate::scene::Scene;
-use crate::trace::control::{Cancelled, Control};
 use std::time::Duration;
 
 /// How far the same work may be from its time at another moment, as measured on machines that others share.

@@ -7,10 +7,10 @@ use super::Plan;
 use super::estimate::rounded;
 use super::explain::State;
 use super::pilot::{Effort, Pilot};
+use crate::control::{Cancelled, Control};
 use crate::film::Region;
 use crate::scene::Scene;
 use crate::scene::effects::Effect;
-use crate::trace::control::{Cancelled, Control};
 use std::time::Duration;
 
 /// How far these pilots go: a turn on the pool for each.

@@ -9,15 +9,13 @@
 use super::block::{Block, Chances};
 use super::cells::Cells;
 use super::pilot::Effort;
+use crate::control::{Cancelled, Control, Stopwatch};
 use crate::film::Region;
 use crate::render::{BLOCK, Probe};
 use crate::scene::Scene;
 use crate::scene::effects::REFINED_SAMPLES;
-use crate::trace::control::{Cancelled, Control};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 /// Cells: one for so many blocks, but at least so many, if there are as many blocks.
 const SHARE: f64 = 1.0 / 16.0;
@@ -55,8 +53,8 @@ pub(super) struct Survey {
 
 impl Survey {
     pub(super) fn make(scene: &Scene, region: Region, control: &Control, effort: Effort) -> Result<Self, Cancelled> {
-        let started = Instant::now();
-        let is_cancelled = || control.cancelled.load(Ordering::Relaxed);
+        let started = Stopwatch::start();
+        let is_cancelled = || control.stops();
         let is_late = |times: f64| started.elapsed() > effort.time.mul_f64(times) || is_cancelled();
         let all = f64::from(region.width.div_ceil(BLOCK)) * f64::from(region.height.div_ceil(BLOCK));
         let cells = Cells::new(region, (all * SHARE).max(LEAST_BLOCKS));

@@ -16,7 +16,6 @@ use crate::scene::description::Statistical;
 use fearless_simd::Level;
 use serde::{Deserialize, Serialize};
 use std::ops::Add;
-use std::sync::atomic::Ordering;
 
 /// Samples of a batch.
 const BATCH: u32 = 4;
@@ -109,7 +108,7 @@ pub(super) fn trace<R: KernelFormat>(
             batch += 1;
             let mut part = Traced::default();
             R::trace(level, &job, &asked, Samples { count: BATCH, batch }, &mut part);
-            if job.cancelled.load(Ordering::Relaxed) {
+            if job.control.stops() {
                 return;
             }
             out.rays = out.rays + part.rays;

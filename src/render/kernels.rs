@@ -59,6 +59,7 @@ macro_rules! format {
 
         impl KernelFormat for $real {
             fn trace(level: Level, job: &TraceJob<'_, Self>, at: &[[u32; 2]], samples: Samples, out: &mut Traced) {
+                let _entered = job.control.enter();
                 #[cfg(target_arch = "x86_64")]
                 if let Some(s) = level.as_avx512() {
                     return $format::avx512::trace(s, job, at, samples, out);

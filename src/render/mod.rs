@@ -22,7 +22,6 @@ use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::World;
 use packets::KernelFormat;
 use renderer::Renderer;
-use std::time::Instant;
 
 pub use adaptive_sampling::Reached;
 pub use confidence::{Histogram, Sampling};
@@ -30,10 +29,12 @@ pub(crate) use contrast::{CONTRAST, code_in, is_uneven};
 pub use options::RenderOptions;
 pub use picture::{Picture, PixelCost, Refined};
 pub(crate) use probe::{PacketCost, Probe};
-pub use progressive::{Progress, Progressive, Stop};
+use progressive::progressive;
+pub use progressive::{Progress, Stop};
 pub(crate) use tiles::BLOCK;
 
-pub use crate::trace::control::{Cancelled, Control};
+use crate::control::Stopwatch;
+pub use crate::control::{Cancelled, Control};
 pub use crate::trace::counts::RayCounts;
 
 /// Part of the names under which pictures are cached. Raise it with every change that may change a pixel of any picture;
@@ -70,9 +71,7 @@ pub fn render_until(
     control: &Control,
     stop: Stop,
 ) -> Result<Picture, Cancelled> {
-    let mut progressive = Progressive::new(scene, window, region, control, stop);
-    progressive.go_on(None)?;
-    Ok(progressive.picture())
+    progressive(scene, window, region, control, stop)
 }
 
 /// Renders a region of the scene's picture, which must fit, and measures each pixel alone. The pixels are those of
@@ -86,12 +85,12 @@ pub fn render_one_by_one(scene: &Scene, region: Region, control: &Control) -> Re
     ) -> Result<Picture, Cancelled> {
         Renderer::new(scene, world, control, RenderOptions::default()).one_by_one().picture(region)
     }
-    let start = Instant::now();
+    let start = Stopwatch::start();
     let picture = match &scene.world {
         Precise::Single(world) => of(scene, world, region, control)?,
         Precise::Double(world) => of(scene, world, region, control)?,
     };
-    Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
+    Ok(Picture { trace_ms: start.milliseconds(), ..picture })
 }
 
 fn render_seen(
@@ -101,12 +100,12 @@ fn render_seen(
     control: &Control,
     options: RenderOptions,
 ) -> Result<Picture, Cancelled> {
-    let start = Instant::now();
+    let start = Stopwatch::start();
     let picture = match &scene.world {
         Precise::Single(world) => Renderer::new(scene, world, control, options).through(window).picture(region)?,
         Precise::Double(world) => Renderer::new(scene, world, control, options).through(window).picture(region)?,
     };
-    Ok(Picture { trace_ms: start.elapsed().as_secs_f64() * 1e3, ..picture })
+    Ok(Picture { trace_ms: start.milliseconds(), ..picture })
 }
 
 /// Samples of one pixel of the scene's picture: `samples`, or more where antialiasing refines it.

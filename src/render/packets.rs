@@ -7,6 +7,7 @@ use crate::bound::interval::{interval, raise};
 use crate::bound::{BoundedPixel, BoundedPixels};
 use crate::camera::Camera;
 use crate::film::srgb::Codes8;
+use crate::control::{Control, Stopwatch};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::Medium;
@@ -16,8 +17,6 @@ use crate::trace::kernel::Tracer;
 use crate::trace::pixel::{Samples, add_samples, is_of_second_half};
 use crate::trace::variants::{KernelVariant, Variant};
 use fearless_simd::Level;
-use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
 /// A format with kernels: `f32` or `f64`.
 pub(crate) trait KernelFormat: Real {
@@ -33,7 +32,7 @@ pub(crate) struct TraceJob<'a, R> {
     pub(super) world: &'a World<R>,
     pub(super) camera: Camera<R>,
     pub(super) eye: Vec<Medium<R>>,
-    pub(super) cancelled: &'a AtomicBool,
+    pub(super) control: &'a Control,
     pub(super) kernel: KernelVariant,
     pub(super) pruning: Pruning,
     /// Whether pixels show the lower end of their interval.
@@ -86,12 +85,12 @@ pub(super) fn trace_with<L: Lanes, V: Variant>(
     samples: Samples,
     out: &mut Traced,
 ) {
-    let mut tracer = Tracer::<L, (), V>::new(s, job.world, &job.camera, &job.eye, job.cancelled, job.pruning, ());
+    let mut tracer = Tracer::<L, (), V>::new(s, job.world, &job.camera, &job.eye, job.pruning, ());
     let mut hits = Hits::none(s);
     let mut all_bounded = Vec::new();
     let of_second = (0..samples.count).filter(|sample| is_of_second_half(*sample)).count() as f32;
     for packet in at.chunks(L::COUNT) {
-        let started = job.watched.then(Instant::now);
+        let started = job.watched.then(Stopwatch::start);
         let active = ((1u64 << packet.len()) - 1) as u32;
         let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let half = add_samples(&mut tracer, packet, active, samples, &mut hits, &mut sum);

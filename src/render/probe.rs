@@ -2,7 +2,7 @@
 
 use super::contrast::{CONTRAST, codes_of, contrasts};
 use super::packets::{KernelFormat, Traced};
-use crate::trace::control::Control;
+use crate::control::{Control, Stopwatch};
 use crate::trace::counts::RayCounts;
 use crate::trace::pixel::Samples;
 
@@ -14,7 +14,6 @@ use crate::lanes::MAX_LANES;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::effects::REFINED_SAMPLES;
-use std::time::Instant;
 
 /// The cost of a packet of pixels.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +84,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
     fn block(&self, block: &Region) -> (Vec<[f32; 3]>, PacketCost) {
         let at: Vec<[u32; 2]> = block.iter().collect();
         let mut traced = Traced::default();
-        let started = Instant::now();
+        let started = Stopwatch::start();
         self.trace_pixels(&at, self.scene.samples, &mut traced);
         let nanoseconds = started.elapsed().as_secs_f64() * 1e9;
         (traced.pixels, PacketCost { rays: traced.rays, nanoseconds })

@@ -4,12 +4,12 @@
 //! something; one in 64; all pixels, without rays of little weight; the pixels that are not yet proved to one code; and those
 //! that differ from a neighbour, with more samples. Threads take chunks in order, and the picture consists of the chunks
 //! before the first unfinished one. So it depends only on the number of these chunks: a number of rays gives the same picture
-//! again, on any machine, with any number of threads, and in any number of time slices.
+//! again, on any machine, with any number of threads, however often it is paused.
 
 use super::contrast::is_uneven;
 use super::packets::{KernelFormat, TraceJob, Traced};
 use super::partial_picture::{PartialPicture, STRIDES};
-use crate::trace::control::{Cancelled, Control};
+use crate::control::{Cancelled, Control, Stopwatch};
 use crate::trace::counts::RayCounts;
 use crate::trace::pixel::Samples;
 
@@ -22,13 +22,12 @@ use crate::film::srgb::{Codes8, code8};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::effects::REFINED_SAMPLES;
-use crate::scene::world::Pruning;
+use crate::scene::world::{Pruning, World};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 use std::time::{Duration, Instant};
 
 /// When to stop.
@@ -66,52 +65,32 @@ const UNEVEN: f64 = 0.12;
 const LIGHT: f64 = 0.05;
 /// Pixels in a chunk of one sample each.
 const CHUNK: usize = 512;
-/// How often the clock and the flags are checked.
-const LOOK: Duration = Duration::from_millis(1);
 
-/// A progressive render, which can be paused and continued.
-pub struct Progressive<'a>(Of<'a>);
-
-enum Of<'a> {
-    Single(StagedRender<'a, f32>),
-    Double(StagedRender<'a, f64>),
-}
-
-impl std::fmt::Debug for Progressive<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Progressive").finish_non_exhaustive()
+/// Renders a region of what a window shows, which must fit the window, on the current rayon pool until it has to stop. Every
+/// pixel shows something.
+pub(super) fn progressive(
+    scene: &Scene,
+    window: &Window,
+    region: Region,
+    control: &Control,
+    stop: Stop,
+) -> Result<Picture, Cancelled> {
+    fn of<R: KernelFormat>(
+        scene: &Scene,
+        world: &World<R>,
+        window: &Window,
+        region: Region,
+        control: &Control,
+        stop: Stop,
+    ) -> Result<Picture, Cancelled> {
+        let renderer = Renderer::new(scene, world, control, RenderOptions::default()).through(window);
+        let mut render = StagedRender::new(renderer, region, stop);
+        render.go_on()?;
+        Ok(render.picture())
     }
-}
-
-impl<'a> Progressive<'a> {
-    /// Begins with a region of what a window shows, which must fit the window.
-    pub fn new(scene: &'a Scene, window: &Window, region: Region, control: &'a Control, stop: Stop) -> Self {
-        Self(match &scene.world {
-            Precise::Single(world) => {
-                let renderer = Renderer::new(scene, world, control, RenderOptions::default()).through(window);
-                Of::Single(StagedRender::new(renderer, region, stop))
-            }
-            Precise::Double(world) => {
-                let renderer = Renderer::new(scene, world, control, RenderOptions::default()).through(window);
-                Of::Double(StagedRender::new(renderer, region, stop))
-            }
-        })
-    }
-
-    /// Goes on, on the current rayon pool, until it has to stop or to pause. Returns whether there is more to do.
-    pub fn go_on(&mut self, pause: Option<Instant>) -> Result<bool, Cancelled> {
-        match &mut self.0 {
-            Of::Single(render) => render.go_on(pause),
-            Of::Double(render) => render.go_on(pause),
-        }
-    }
-
-    /// The picture so far. Once [`Self::go_on`] has returned, every pixel shows something.
-    pub fn picture(self) -> Picture {
-        match self.0 {
-            Of::Single(render) => render.picture(),
-            Of::Double(render) => render.picture(),
-        }
+    match &scene.world {
+        Precise::Single(world) => of(scene, world, window, region, control, stop),
+        Precise::Double(world) => of(scene, world, window, region, control, stop),
     }
 }
 
@@ -143,123 +122,99 @@ struct StagedRender<'a, R> {
     rays: RayCounts,
     /// Whether all stages are done.
     finished: bool,
-    /// Time spent on all stages, and on the last.
-    spent: Duration,
+    started: Stopwatch,
+    /// Time spent on the last stage.
     refining: Duration,
     /// Nanoseconds that threads have spent tracing.
     traced: u64,
 }
 
-/// How work on a stage ended.
-enum Outcome {
-    Done,
-    Stopped,
-    Paused,
-}
-
 impl<'a, R: KernelFormat> StagedRender<'a, R> {
     fn new(renderer: Renderer<'a, R>, region: Region, stop: Stop) -> Self {
-        let started = Instant::now();
+        let started = Stopwatch::start();
         let partial = PartialPicture::new(region);
         let stage = renderer.stage(0, &partial);
-        let (rays, refining, spent) = (RayCounts::default(), Duration::ZERO, started.elapsed());
-        Self { renderer, stop, partial, number: 0, stage, chunks: 0, rays, finished: false, spent, refining, traced: 0 }
+        let (rays, refining) = (RayCounts::default(), Duration::ZERO);
+        Self {
+            renderer,
+            stop,
+            partial,
+            number: 0,
+            stage,
+            chunks: 0,
+            rays,
+            finished: false,
+            started,
+            refining,
+            traced: 0,
+        }
     }
 
-    fn go_on(&mut self, pause: Option<Instant>) -> Result<bool, Cancelled> {
-        let started = Instant::now();
-        let more = loop {
-            let working = Instant::now();
-            let left = self.work(pause)?;
+    /// Does one stage after the other until there is reason to stop.
+    fn go_on(&mut self) -> Result<(), Cancelled> {
+        loop {
+            let working = Stopwatch::start();
+            let done = self.work()?;
             if self.number + 1 == STAGES {
                 self.refining += working.elapsed();
+                self.finished = done;
+                return Ok(());
             }
-            match left {
-                Outcome::Paused => break true,
-                Outcome::Stopped => break false,
-                Outcome::Done if self.number + 1 == STAGES => {
-                    self.finished = true;
-                    break false;
-                }
-                Outcome::Done => {
-                    self.number += 1;
-                    self.stage = self.renderer.stage(self.number, &self.partial);
-                    (self.chunks, self.rays) = (0, RayCounts::default());
-                }
+            if !done {
+                return Ok(());
             }
-        };
-        self.spent += started.elapsed();
-        Ok(more)
+            self.number += 1;
+            self.stage = self.renderer.stage(self.number, &self.partial);
+            (self.chunks, self.rays) = (0, RayCounts::default());
+        }
     }
 
-    /// Goes on with the current stage.
-    fn work(&mut self, pause: Option<Instant>) -> Result<Outcome, Cancelled> {
+    /// Works on the current stage; whether it is done.
+    fn work(&mut self) -> Result<bool, Cancelled> {
         let control = self.renderer.control;
         // The first stage is always finished, so that every pixel shows something.
         let stop = Some(self.stop).filter(|_| self.number > 0);
         if self.stage.pixels.is_empty() {
-            return Ok(Outcome::Done);
+            return Ok(true);
         }
-        if is_late(stop) || self.is_full(stop) {
-            return Ok(Outcome::Stopped);
+        // It stops work inside of chunks, which may take seconds.
+        let halt = match stop {
+            Some(Stop::At(end)) => Control::until(end),
+            _ => Control::default(),
+        };
+        if halt.is_cancelled() || self.is_full(stop) {
+            return Ok(false);
         }
         let Self { renderer, partial, stage, chunks: counted, rays, traced: nanoseconds, .. } = self;
         let busy = AtomicU64::new(0);
         let chunks: Vec<&[[u32; 2]]> = stage.pixels.chunks(stage.chunk()).collect();
-        let (next, halt) = (AtomicUsize::new(*counted), AtomicBool::new(false));
-        let done = Mutex::new(Done { partial, early: BTreeMap::new(), chunks: *counted, rays: *rays, full: false });
-        let job = TraceJob { pruning: stage.pruning, cancelled: &halt, ..renderer.job.clone() };
+        let next = AtomicUsize::new(0);
+        let done = Mutex::new(Done { partial, early: BTreeMap::new(), chunks: 0, rays: *rays, full: false });
+        let job = TraceJob { pruning: stage.pruning, control: &halt, ..renderer.job.clone() };
         let take = || {
-            // At least one chunk in each time slice, so that every picture ends.
-            loop {
-                // Between chunks the clock is read here: the thread below may not have started yet.
-                if is_late(stop) {
-                    halt.store(true, Ordering::Relaxed);
-                    return;
-                }
+            let _entered = control.enter();
+            while !halt.is_cancelled() {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 let Some(at) = chunks.get(number) else { return };
                 let mut traced = Traced::default();
-                let tracing = Instant::now();
+                let tracing = Stopwatch::start();
                 R::trace(renderer.options.level, &job, at, Samples::of_picture(stage.samples), &mut traced);
+                control.add_rays(traced.rays.total());
                 busy.fetch_add(tracing.elapsed().as_nanos() as u64, Ordering::Relaxed);
                 let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
-                if halt.load(Ordering::Relaxed) || done.full {
+                if halt.stops() || done.full {
                     return;
                 }
                 done.early.insert(number, traced);
                 done.settle(&chunks, stage.samples, stop);
-                control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
-                if pause.is_some_and(|pause| Instant::now() >= pause) {
-                    return;
-                }
+                control.add_done(at.len() as u64);
             }
         };
-        let watch = AtomicBool::new(true);
-        thread::scope(|scope| {
-            scope.spawn(|| {
-                // This thread stops work inside of chunks, which may take seconds.
-                while watch.load(Ordering::Relaxed) {
-                    if is_late(stop) || control.cancelled.load(Ordering::Relaxed) {
-                        halt.store(true, Ordering::Relaxed);
-                        return;
-                    }
-                    thread::sleep(LOOK);
-                }
-            });
-            rayon::broadcast(|_| take());
-            watch.store(false, Ordering::Relaxed);
-        });
+        rayon::broadcast(|_| take());
         let done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
         (*counted, *rays) = (done.chunks, done.rays);
         *nanoseconds += busy.into_inner();
-        let full = done.full;
-        match () {
-            () if control.cancelled.load(Ordering::Relaxed) => Err(Cancelled),
-            () if *counted == chunks.len() => Ok(Outcome::Done),
-            () if full || halt.into_inner() => Ok(Outcome::Stopped),
-            () => Ok(Outcome::Paused),
-        }
+        if control.stops() { Err(Cancelled) } else { Ok(*counted == chunks.len()) }
     }
 
     /// Whether the rays are used up.
@@ -268,8 +223,7 @@ impl<'a, R: KernelFormat> StagedRender<'a, R> {
     }
 
     fn picture(self) -> Picture {
-        let Self { renderer, partial, number, stage, chunks, rays, finished, spent, refining, traced, .. } = self;
-        let started = Instant::now();
+        let Self { renderer, partial, number, stage, chunks, rays, finished, started, refining, traced, .. } = self;
         let pixels = (chunks * stage.chunk()).min(stage.pixels.len());
         let waiting = match number {
             0..=2 => partial.region.pixels() - partial.traced_pixels(),
@@ -294,7 +248,7 @@ impl<'a, R: KernelFormat> StagedRender<'a, R> {
         let alone = renderer.scene.samples == 1 && partial.traced_samples() == 1 && partial.region.pixels() == 1;
         let tells = (renderer.scene.refines() || renderer.scene.samples > 1) && !alone;
         let picture = renderer.picture_of(partial.region, partial.filled(tells), refined);
-        let trace_ms = (spent + started.elapsed()).as_secs_f64() * 1e3;
+        let trace_ms = started.milliseconds();
         Picture { progress: Some(progress), trace_ms, refine_ms: refining.as_secs_f64() * 1e3, ..picture }
     }
 }
@@ -346,14 +300,9 @@ impl<R: KernelFormat> Renderer<'_, R> {
             _ => self.is_uneven(at, partial),
         };
         let pixels = near(partial.region, wanted);
-        self.control.total.fetch_add(pixels.len() as u64, Ordering::Relaxed);
+        self.control.add_total(pixels.len() as u64);
         Stage { pixels, samples, pruning }
     }
-}
-
-/// Whether the time is up.
-fn is_late(stop: Option<Stop>) -> bool {
-    matches!(stop, Some(Stop::At(end)) if Instant::now() >= end)
 }
 
 /// The progress of a stage.

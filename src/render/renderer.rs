@@ -3,7 +3,7 @@
 use super::contrast::{CONTRAST, code_in, codes_of, contrasts, is_uneven};
 use super::packets::{KernelFormat, TraceJob, Traced};
 use super::picture::PixelCost;
-use crate::trace::control::{Cancelled, Control};
+use crate::control::{Cancelled, Control, Stopwatch};
 use crate::trace::pixel::Samples;
 
 use super::confidence::{Histogram, Sampling};
@@ -17,8 +17,6 @@ use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::World;
 use crate::trace::variants::KernelVariant;
 use rayon::prelude::*;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 /// Renders pictures of one scene.
 pub(crate) struct Renderer<'a, R> {
@@ -36,8 +34,7 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     pub(super) fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, options: RenderOptions) -> Self {
         let kernel = if options.specialised { KernelVariant::of(world) } else { KernelVariant::General };
         let (camera, eye, pruning) = (world.camera, R::eye_media(world), world.rules.pruning);
-        let job =
-            TraceJob { world, camera, eye, cancelled: &control.cancelled, kernel, pruning, low: false, watched: false };
+        let job = TraceJob { world, camera, eye, control, kernel, pruning, low: false, watched: false };
         Self { scene, control, options, size: [scene.width, scene.height], job, each: false }
     }
 
@@ -62,19 +59,19 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     pub(super) fn picture(&self, region: Region) -> Result<Picture, Cancelled> {
         let [full_width, full_height] = self.size;
         if !self.scene.refines() {
-            self.control.total.fetch_add(region.pixels(), Ordering::Relaxed);
+            self.control.add_total(region.pixels());
             return Ok(self.picture_of(region, self.grid(region)?, Refined::default()));
         }
         // Antialiasing compares with neighbours beyond the region's edge, so that a tile is a crop of the whole.
         let around = region.with_border(full_width, full_height);
-        self.control.total.fetch_add(around.pixels(), Ordering::Relaxed);
+        self.control.add_total(around.pixels());
         let mut traced = self.grid(around)?;
-        let refining = Instant::now();
+        let refining = Stopwatch::start();
         let contrasts = contrasts(&codes_of(&traced.pixels), around.width);
         let contrast = |at: [u32; 2]| contrasts[around.index(at)];
         let is_uneven = |at: [u32; 2]| contrast(at) >= CONTRAST;
         let uneven = near(region, is_uneven);
-        self.control.total.fetch_add(uneven.len() as u64, Ordering::Relaxed);
+        self.control.add_total(uneven.len() as u64);
         let refined = self.list(&uneven, REFINED_SAMPLES)?;
         if around != region {
             traced.pixels = region.iter().map(|at| traced.pixels[around.index(at)]).collect();
@@ -95,7 +92,7 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
             traced.widths.clear();
         }
         let picture = self.picture_of(region, traced, Refined { pixels: uneven.len() as u64, rays: refined.rays });
-        Ok(Picture { refine_ms: refining.elapsed().as_secs_f64() * 1e3, ..picture })
+        Ok(Picture { refine_ms: refining.milliseconds(), ..picture })
     }
 
     pub(super) fn picture_of(&self, region: Region, traced: Traced, refined: Refined) -> Picture {
@@ -138,10 +135,11 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         } else {
             self.trace_pixels(at, samples, &mut traced);
         }
-        if self.control.cancelled.load(Ordering::Relaxed) {
+        self.control.add_rays(traced.rays.total());
+        if self.control.stops() {
             return Err(Cancelled);
         }
-        self.control.done.fetch_add(at.len() as u64, Ordering::Relaxed);
+        self.control.add_done(at.len() as u64);
         Ok(traced)
     }
 
@@ -156,7 +154,7 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     /// One pixel, and its cost.
     fn trace_alone(&self, at: [u32; 2], samples: u32, traced: &mut Traced) {
         let before = std::mem::take(&mut traced.rays);
-        let started = Instant::now();
+        let started = Stopwatch::start();
         self.trace_pixels(&[at], samples, traced);
         let nanoseconds = started.elapsed().as_nanos() as u64;
         traced.costs.push(PixelCost { at, rays: traced.rays.total(), nanoseconds, deepest: traced.rays.deepest });

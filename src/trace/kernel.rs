@@ -20,6 +20,7 @@ use super::texturing::apply_textures;
 use super::wavelengths::Wavelengths;
 use crate::accel::Nearest;
 use crate::camera::{Camera, Cone};
+use crate::control;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use crate::scene::effects::Effect;
@@ -27,7 +28,6 @@ use crate::scene::world::{Pruning, World};
 use crate::shading::media::{Media, Medium, OUTSIDE};
 use crate::trace::variants::{General, Variant};
 use std::marker::PhantomData;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Largest radiance that a ray adds to a pixel, so that nothing overflows in single precision. Only materials with r_s + r_t
 /// above 1, of which a warning tells, and extremely bright lights come near.
@@ -35,9 +35,6 @@ const MAX_RADIANCE: f64 = 1e28;
 
 /// Share of a pixel over which textures are averaged for a sample of a batch. There may be any number of batches.
 const BATCH_SHARE: f64 = 1.0 / 1_024.0;
-
-/// Packets followed between two checks of the cancel flag: well below a millisecond for most scenes.
-const PACKETS_BETWEEN_CHECKS: u32 = 256;
 
 /// Traces packets of samples through a world. Reused from packet to packet.
 #[derive(Debug)]
@@ -61,8 +58,8 @@ pub struct Tracer<'a, L: Lanes, O, V = General> {
     pub counts: RayCounts,
     /// Rays of each sample so far: whole numbers that every format holds.
     pub(super) followed: L,
-    cancelled: &'a AtomicBool,
-    packets: u32,
+    /// What a packet counts for between two checks for cancellation: each light takes a step.
+    steps: u32,
     /// The choices of the current sample, in the general variant.
     pub(crate) sampler: Sampler,
     /// The wavelengths of the current sample, in scenes with dispersion.
@@ -81,7 +78,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         world: &'a World<L::Real>,
         camera: &'a Camera<L::Real>,
         eye_media: &[Medium<L::Real>],
-        cancelled: &'a AtomicBool,
         pruning: Pruning,
         observer: O,
     ) -> Self {
@@ -98,8 +94,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             certificate: Certificate::new(s),
             counts: RayCounts::default(),
             followed: L::lit(s, 0.0),
-            cancelled,
-            packets: 0,
+            steps: 1 + world.lights.len() as u32,
             sampler: Sampler::default(),
             wavelengths: Wavelengths::yellow(s),
             eye_media: eye_media.to_vec(),
@@ -112,11 +107,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     #[inline(always)]
     pub fn simd(&self) -> L::Simd {
         self.s
-    }
-
-    /// Whether the job has been cancelled.
-    pub fn is_cancelled(&self) -> bool {
-        self.cancelled.load(Ordering::Relaxed)
     }
 
     /// Gives the observer back.
@@ -196,8 +186,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     #[inline(always)]
     pub(crate) fn follow_from(&mut self, rays: &mut RayPacket<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
         loop {
-            self.packets = self.packets.wrapping_add(1);
-            if self.packets.is_multiple_of(PACKETS_BETWEEN_CHECKS) && self.cancelled.load(Ordering::Relaxed) {
+            if control::step(self.steps) {
                 return;
             }
             if rays.active != 0 {

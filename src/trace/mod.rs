@@ -5,7 +5,6 @@ mod certificate;
 mod coincident;
 mod color_bleeding;
 mod colored_shadows;
-pub mod control;
 pub mod counts;
 pub mod eye_media;
 mod fresnel;

@@ -6,6 +6,7 @@ use super::kernel::Tracer;
 use super::observer::Observer;
 use super::ray_packet::RayPacket;
 use super::variants::Variant;
+use crate::control;
 use crate::lanes::{Lanes, Real, V3};
 use crate::scene::world::World;
 use crate::shading::media::Medium;
@@ -46,7 +47,7 @@ pub(crate) fn add_samples<L: Lanes, O: Observer<L>, V: Variant>(
     tracer.begin_packet(pixels, samples);
     let (mut active, mut sample) = (active, 0);
     // One call of `follow_from` for the first rays of each sample and those put aside: it holds all of the kernel.
-    while !tracer.is_cancelled() {
+    while !control::is_stopping() {
         let (before, second);
         if sample < count {
             let offset = sample_offset(sample, count);

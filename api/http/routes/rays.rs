@@ -15,7 +15,6 @@ use serde::de::{Deserialize, Deserializer, IgnoredAny, SeqAccess, Visitor};
 use serde_json::json;
 use serde_json::value::RawValue;
 use std::fmt;
-use std::sync::atomic::Ordering;
 use strahl::inspect::query::{RayAnswer, RayQuery, answer as follow};
 use strahl::render::Cancelled;
 use strahl::scene::{Format, Problems, Scene, problem};
@@ -132,7 +131,7 @@ fn read_all(rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {
 }
 
 fn follow_all(work: &Work, scene: &Scene, rays: &[RayQuery]) -> Result<Vec<RayAnswer>, Cancelled> {
-    let is_cancelled = || work.control.cancelled.load(Ordering::Relaxed);
+    let is_cancelled = || work.control.is_cancelled();
     rays.par_iter().map(|ray| if is_cancelled() { Err(Cancelled) } else { Ok(follow(scene, ray)) }).collect()
 }
 

@@ -1,8 +1,8 @@
 //! A picture that is coming into being: finished tiles, and a small picture of it all, whose gaps coarser passes fill.
 
-use crate::service::scheduler::time_slices::{empty, join};
+use strahl::bound::BoundedPixels;
 use strahl::film::{Film, Region};
-use strahl::render::Picture;
+use strahl::render::{Picture, RayCounts, Refined, Sampling};
 
 /// Longest side of the small picture in pixels.
 pub(crate) const PREVIEW_SIDE: u32 = 1_024;
@@ -95,6 +95,47 @@ fn average(film: &Film, left: u32, top: u32, side: u32) -> [f32; 3] {
         let pixel = film.pixels[y as usize * width as usize + x as usize];
         std::array::from_fn(|channel| sum[channel] + pixel[channel] * weight)
     })
+}
+
+/// A black region of a picture of some width and height, for which no ray was traced.
+pub(super) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Picture {
+    let pixels = vec![[0.0; 3]; region.pixels() as usize];
+    let film = Film { region, full_width, full_height, pixels };
+    let (rays, refined, sampling) = (RayCounts::default(), Refined::default(), Sampling::default());
+    Picture {
+        film,
+        bounded: BoundedPixels::default(),
+        sampling,
+        rays,
+        refined,
+        costs: Vec::new(),
+        progress: None,
+        trace_ms: 0.0,
+        refine_ms: 0.0,
+    }
+}
+
+/// Puts a tile where it belongs, and adds up what they took.
+fn join(whole: &mut Picture, piece: &Picture) {
+    paste(&mut whole.film, &piece.film);
+    whole.bounded.append(piece.bounded.clone());
+    whole.sampling += &piece.sampling;
+    whole.costs.extend_from_slice(&piece.costs);
+    whole.rays = whole.rays + piece.rays;
+    whole.refined.pixels += piece.refined.pixels;
+    whole.refined.rays = whole.refined.rays + piece.refined.rays;
+    whole.trace_ms += piece.trace_ms;
+    whole.refine_ms += piece.refine_ms;
+}
+
+/// Puts a part of a film where it belongs.
+fn paste(whole: &mut Film, piece: &Film) {
+    let (outer, inner) = (whole.region, piece.region);
+    let (left, top) = ((inner.x - outer.x) as usize, (inner.y - outer.y) as usize);
+    let rows = whole.pixels.chunks_mut(outer.width as usize).skip(top);
+    for (row, part) in rows.zip(piece.pixels.chunks(inner.width as usize)) {
+        row[left..left + part.len()].copy_from_slice(part);
+    }
 }
 
 #[cfg(test)]

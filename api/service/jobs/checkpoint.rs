@@ -166,7 +166,7 @@ mod tests {
     }
 
     fn tile(number: u32) -> Tile {
-        let black = crate::service::scheduler::time_slices::empty(SIZE, region(number).unwrap());
+        let black = crate::service::jobs::canvas::empty(SIZE, region(number).unwrap());
         let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], ..black.film.clone() };
         let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, deepest: 4, ..RayCounts::default() };
         let refined = Refined { pixels: 3, rays: RayCounts { shadow: 9, ..RayCounts::default() } };

@@ -17,7 +17,7 @@ pub(crate) struct Job {
     /// What happens to it.
     pub(crate) events: Events,
     /// Stops its render.
-    pub(super) control: Arc<Control>,
+    pub(super) control: Control,
     /// Why it was stopped: the first reason counts.
     pub(super) stopped: Mutex<Option<Stopped>>,
     /// Shared with its seat on the pool.
@@ -78,7 +78,7 @@ impl Job {
         let events = Events::new(record.lives);
         Self {
             events,
-            control: Arc::default(),
+            control: Control::default(),
             stopped: Mutex::default(),
             priority: Arc::new(AtomicU8::new(record.priority)),
             canvas: Mutex::default(),
@@ -159,7 +159,7 @@ impl Job {
     /// Stops the render, for the first reason given.
     pub(super) fn stop(&self, why: Stopped) {
         locked(&self.stopped).get_or_insert(why);
-        self.control.cancelled.store(true, Ordering::Relaxed);
+        self.control.cancel();
     }
 }
 

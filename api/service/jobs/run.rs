@@ -1,7 +1,6 @@
 //! Rendering one job, from its record to its picture, on a thread of its own.
 //!
-//! Each tile is one turn on the pool. Another thread puts finished tiles on disk and tells those who watch, so that the
-//! pool does not wait for that.
+//! Another thread puts finished tiles on disk and tells those who watch, so that the pool does not wait for that.
 
 use super::canvas::Canvas;
 use super::checkpoint::{Tile, Tiles};
@@ -12,12 +11,11 @@ use super::tile_order::TileOrder;
 use super::{Jobs, PICTURE, PREVIEW};
 use crate::service::clock::milliseconds;
 use crate::service::error::panic_text;
-use crate::service::pictures::render::file_ms;
+use crate::service::pictures::render::trace;
 use crate::service::scenes::cache::SentScene;
 use crate::service::scenes::prepared::PreparedScene;
-use crate::service::scheduler::pool::{Step, Workers};
+use crate::service::scheduler::pool::Workers;
 use crate::service::scheduler::task::{Class, Task};
-use crate::service::scheduler::time_slices::render_until;
 use serde_json::json;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -28,9 +26,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{FileFormat, Region};
-use strahl::render::{Cancelled, Stop, render, render_window};
+use strahl::render::{Cancelled, render, render_window};
 use strahl::scene::Scene;
-use strahl::scene::description::{Accuracy, Rays, Time};
 
 /// Levels of the passes before the tiles: pixels are 8, 4 and 2 times as wide as the picture's.
 const PASSES: [u32; 3] = [3, 2, 1];
@@ -81,7 +78,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
         (task, record.spec.clone(), record.edge)
     };
     jobs.save(job).map_err(|error| disk(&error))?;
-    let workers = Arc::clone(&jobs.pool).join(task, Arc::clone(&job.control));
+    let workers = Arc::clone(&jobs.pool).join(task, job.control.clone());
     let text = jobs.scenes.get(&spec.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
     let building = Instant::now();
     let found = jobs.cache.find(&workers, &SentScene::new(&text, spec.format, &spec.settings));
@@ -132,20 +129,7 @@ fn whole(
     *locked(&job.begun) = Some((Instant::now(), 0));
     let Scene { width, height, .. } = ready.scene;
     let (window, region) = (Window::whole(width, height), Region::whole(width, height));
-    let until = |stop: Stop| {
-        let scheduler = render_until(&ready.scene, &window, region, workers, &job.control, stop, |_| ());
-        scheduler.map(|(picture, ())| picture)
-    };
-    let picture = match ready.render.accuracy() {
-        Accuracy::Time(Time { ms }) => {
-            let tracing = ms - file_ms(region, output, workers.threads());
-            until(Stop::At(began + Duration::from_secs_f64(tracing.max(0.0) / 1e3)))
-        }
-        Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
-        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
-            workers.work(|| render(&ready.scene, region, &job.control))?
-        }
-    }?;
+    let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control, |_| ())?;
     let rays = picture.rays.total();
     job.spent.fetch_add(rays, Ordering::Relaxed);
     job.rays.store(rays, Ordering::Relaxed);
@@ -194,18 +178,16 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Res
         }
         let Some(window) = Window::level(scene.width, scene.height, level as i32) else { continue };
         let mut parts = Region::whole(window.width, window.height).tiles(edge).peekable();
-        workers.work_on(|| {
-            let Some(part) = parts.next() else { return Step::Done(Ok(())) };
-            let picture = match render_window(scene, &window, part, &job.control) {
-                Ok(picture) => picture,
-                Err(cancelled) => return Step::Done(Err(cancelled)),
-            };
-            job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
-            if let Some(canvas) = &mut *locked(&job.canvas) {
-                canvas.fill(&picture.film, level);
-            }
+        workers.work(|| {
             // Who looks at a tile wants it more than another pass.
-            if parts.peek().is_some() && !is_looked_at() { Step::More } else { Step::Done(Ok(())) }
+            while let Some(part) = parts.next_if(|_| !is_looked_at()) {
+                let picture = render_window(scene, &window, part, &job.control)?;
+                job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
+                if let Some(canvas) = &mut *locked(&job.canvas) {
+                    canvas.fill(&picture.film, level);
+                }
+            }
+            Ok(())
         })??;
         let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
         job.events.publish("preview", json!({ "pass": pass + 1, "scale": 1 << level, "revision": revision }));
@@ -213,23 +195,20 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Res
     Ok(())
 }
 
-/// All tiles that are not finished, one turn each.
+/// All tiles that are not finished.
 fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, file: Tiles) -> Result<(), Cancelled> {
     let (finished, to_keep) = sync_channel(WAITING);
     thread::scope(|scope| {
         let writer = scope.spawn(move || persist_tiles(job, file, to_keep));
-        let rendered = workers.work_on(|| {
-            let Some((number, region)) = locked(&job.order).as_mut().and_then(TileOrder::next) else {
-                return Step::Done(Ok(()));
-            };
-            let picture = match render(&ready.scene, region, &job.control) {
-                Ok(picture) => picture,
-                Err(cancelled) => return Step::Done(Err(cancelled)),
-            };
-            job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
-            // It fails if the keeper has stopped, which has cancelled the job.
-            let kept = finished.send(Tile { number: number as u32, picture });
-            if kept.is_ok() { Step::More } else { Step::Done(Err(Cancelled)) }
+        let next = || locked(&job.order).as_mut().and_then(TileOrder::next);
+        let rendered = workers.work(|| {
+            while let Some((number, region)) = next() {
+                let picture = render(&ready.scene, region, &job.control)?;
+                job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
+                // It fails if the writer has stopped, which has cancelled the job.
+                finished.send(Tile { number: number as u32, picture }).map_err(|_| Cancelled)?;
+            }
+            Ok(())
         });
         drop(finished);
         let kept = writer.join().unwrap_or(Err(Cancelled));

@@ -1,13 +1,12 @@
 //! Maps of a picture as files.
 
 use crate::service::scheduler::pool::Workers;
-use crate::service::scheduler::time_slices::sliced;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use strahl::film::encode::png_of;
 use strahl::film::{FileFormat, Region, encode};
 use strahl::inspect::maps::{Map, MapKind};
-use strahl::render::{Cancelled, Control, Picture, render, render_one_by_one};
+use strahl::render::{Cancelled, Control, render, render_one_by_one};
 use strahl::scene::Scene;
 
 /// How a map is written.
@@ -32,20 +31,19 @@ pub(crate) fn draw(
     workers: &Workers,
     control: &Control,
 ) -> Result<Vec<u8>, Cancelled> {
-    let piece = |piece: Region| match kind {
-        MapKind::Proved => render(scene, piece, control),
-        MapKind::Rays | MapKind::Time | MapKind::Depth => render_one_by_one(scene, piece, control),
-    };
-    let file = |picture: &Picture| {
-        let map = Map::of(kind, picture);
-        match format {
+    workers.work(|| {
+        let picture = match kind {
+            MapKind::Proved => render(scene, region, control),
+            MapKind::Rays | MapKind::Time | MapKind::Depth => render_one_by_one(scene, region, control),
+        }?;
+        let map = Map::of(kind, &picture);
+        Ok(match format {
             MapFormat::Png => {
                 let drawn = map.draw();
                 png_of(drawn.width as u32, drawn.height() as u32, drawn.pixels.as_flattened())
             }
             MapFormat::Pfm => encode(&map.film(), FileFormat::Pfm),
             MapFormat::Exr => encode(&map.film(), FileFormat::Exr),
-        }
-    };
-    Ok(sliced([scene.width, scene.height], region, workers, piece, file)?.1)
+        })
+    })?
 }

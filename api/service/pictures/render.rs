@@ -4,13 +4,12 @@ use super::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::service::clock::milliseconds;
 use crate::service::scenes::prepared::{Loading, PreparedScene};
 use crate::service::scheduler::pool::Workers;
-use crate::service::scheduler::time_slices::{render_sliced, render_until};
 use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{Adjustment, Codes, FileFormat, Region};
 use strahl::plan::pilot::Effort;
-use strahl::render::{Cancelled, Control, Picture, Stop};
+use strahl::render::{Cancelled, Control, Picture, Stop, render_until, render_window};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, Time};
 
@@ -66,23 +65,14 @@ pub(crate) fn make(
     if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
         workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
     }
-    // The codes are made in the last turn on the pool; the file takes one thread, while the pool goes on.
+    // The codes are made on the pool; the file takes one thread, while the pool goes on.
     let finish = |picture: &Picture| {
         let coding = Instant::now();
         let codes = Codes::new(&picture.film, format).adjusted(adjustment);
         (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
     };
-    let until = |stop: Stop| render_until(scene, &window, region, workers, control, stop, finish);
-    let (picture, (codes, error, coding_ms)) = match ready.render.accuracy() {
-        Accuracy::Time(Time { ms }) => until(Stop::At(
-            asked.unwrap_or(started)
-                + Duration::from_secs_f64((ms - file_ms(region, format, workers.threads())).max(0.0) / 1e3),
-        )),
-        Accuracy::Rays(Rays { count }) => until(Stop::Rays(count)),
-        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
-            render_sliced(scene, &window, region, workers, control, finish)
-        }
-    }?;
+    let began = asked.unwrap_or(started);
+    let (picture, (codes, error, coding_ms)) = trace(ready, &window, region, format, began, workers, control, finish)?;
     let replay = Replay::of(&picture, ready);
     let writing = Instant::now();
     let file = codes.file_with(&picture.film, format, note.then(|| super::render::note(&error, &replay)).as_deref());
@@ -98,6 +88,39 @@ pub(crate) fn make(
     Ok(Rendered { file, report: Report { plan, cost, error, replay } })
 }
 
+/// Traces a region of a window as the scene's accuracy asks. A picture in a time ends so that its file is ready in that
+/// time since `began`. `finish` is done on the pool, right after it.
+#[expect(clippy::too_many_arguments, reason = "each is another fact")]
+pub(crate) fn trace<T: Send>(
+    ready: &PreparedScene,
+    window: &Window,
+    region: Region,
+    format: FileFormat,
+    began: Instant,
+    workers: &Workers,
+    control: &Control,
+    finish: impl FnOnce(&Picture) -> T + Send,
+) -> Result<(Picture, T), Cancelled> {
+    let scene = &ready.scene;
+    let finished = |picture: Result<Picture, Cancelled>| {
+        let picture = picture?;
+        let finished = finish(&picture);
+        Ok((picture, finished))
+    };
+    let until = |stop: Stop| render_until(scene, window, region, control, stop);
+    match ready.render.accuracy() {
+        Accuracy::Time(Time { ms }) => {
+            let tracing = (ms - file_ms(region, format, workers.threads())).max(0.0);
+            let end = began + Duration::from_secs_f64(tracing / 1e3);
+            workers.work_until(end, || finished(until(Stop::At(end))))
+        }
+        Accuracy::Rays(Rays { count }) => workers.work(|| finished(until(Stop::Rays(count)))),
+        Accuracy::Fixed(_) | Accuracy::Proved(_) | Accuracy::Statistical(_) => {
+            workers.work(|| finished(render_window(scene, window, region, control)))
+        }
+    }?
+}
+
 /// What the file says about its picture: of the cost report all that depends on neither the machine nor the moment, since
 /// the same request gives the same bytes everywhere.
 pub(crate) fn note(error: &ErrorBounds, replay: &Replay) -> String {
@@ -106,7 +129,7 @@ pub(crate) fn note(error: &ErrorBounds, replay: &Replay) -> String {
 
 /// Milliseconds that a region takes from its last ray to the end of its file, generously: filling in and judging its pixels
 /// on all threads, and writing the file on one.
-pub(crate) fn file_ms(region: Region, format: FileFormat, threads: usize) -> f64 {
+fn file_ms(region: Region, format: FileFormat, threads: usize) -> f64 {
     let file = match format {
         FileFormat::Png8 => 25.0,
         _ => 100.0,

@@ -11,7 +11,7 @@ use crate::service::error::{Error, panic_text};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
-use strahl::render::Control;
+use strahl::control::Control;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout_at;
 
@@ -39,7 +39,7 @@ pub(crate) struct Work {
     /// The threads that render.
     pub(crate) workers: Workers,
     /// Tells the work to stop.
-    pub(crate) control: Arc<Control>,
+    pub(crate) control: Control,
     /// When it was asked for.
     pub(crate) asked: Instant,
     /// When it began.
@@ -79,10 +79,10 @@ impl Queue {
         let queued = Instant::now();
         let deadline = (queued + self.patience).into();
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| self.full())?;
-        let control = Arc::new(Control::default());
-        let _guard = CancelOnDrop(Arc::clone(&control));
-        let workers = Arc::clone(&self.pool).join(task, Arc::clone(&control));
-        let first_slice = timeout_at(deadline, workers.line_up()).await;
+        let control = Control::default();
+        let _guard = CancelOnDrop(control.clone());
+        let workers = Arc::clone(&self.pool).join(task, control.clone());
+        let first_slice = timeout_at(deadline, workers.wait()).await;
         first_slice.ok().and_then(Result::ok).ok_or_else(|| self.waited())?;
         let queue_ms = milliseconds(queued);
 
@@ -90,9 +90,11 @@ impl Queue {
         let context = Work { workers, control, asked: queued, started: Instant::now() };
         let canceled = Arc::clone(&self.canceled);
         let work = tokio::task::spawn_blocking(move || {
+            let entered = context.control.enter();
             let value = work(&context);
+            drop(entered);
             let took = context.started.elapsed();
-            if context.control.cancelled.load(Ordering::Relaxed) {
+            if context.control.is_cancelled() {
                 canceled.fetch_add(microseconds(took), Ordering::Relaxed);
             }
             drop((context, running));
@@ -169,11 +171,11 @@ impl Drop for Running {
 
 /// Cancels work when its request is dropped.
 #[derive(Debug)]
-struct CancelOnDrop(Arc<Control>);
+struct CancelOnDrop(Control);
 
 impl Drop for CancelOnDrop {
     fn drop(&mut self) {
-        self.0.cancelled.store(true, Ordering::Relaxed);
+        self.0.cancel();
     }
 }
 
@@ -217,7 +219,7 @@ mod tests {
     /// A job that runs until it is cancelled.
     fn endless(job: &Work) -> Result<(), Error> {
         let wait = || {
-            while !job.control.cancelled.load(Ordering::Relaxed) {
+            while !job.control.is_cancelled() {
                 sleep(Duration::from_millis(1));
             }
         };

@@ -1,48 +1,58 @@
-//! The threads that render. There is one pool, and one piece of work has all of it at a time.
+//! The threads that render. One task has the processors at a time, each on threads of its own.
 
-use super::fair_queue::{Scheduled, Scheduler, Slice};
 use super::task::{Class, Task};
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
-use std::sync::{Arc, Mutex, PoisonError};
-use strahl::render::{Cancelled, Control};
+use super::time_slices::{Scheduled, Scheduler, Slices};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::io;
+use std::mem;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread;
+use std::time::Instant;
+use strahl::control::{Cancelled, Control, leave_all};
 
-/// One rayon pool and whose turn it is.
+/// Threads of so many tasks are kept for others.
+const KEPT: usize = 8;
+
+/// Threads for tasks, and who has the processors.
 ///
-/// Turns exist because a rayon thread that waits for a part of one render may take up a whole other render in the
-/// meantime, and the first would then not end (nor notice that it is cancelled) before the second.
+/// Each task has a rayon pool of its own, so that a thread that waits for a part of one render never takes up another
+/// render, and a paused task keeps its threads where they are.
 #[derive(Debug)]
 pub(crate) struct Pool {
-    threads: ThreadPool,
+    threads: usize,
+    idle: Mutex<Vec<ThreadPool>>,
     scheduler: Scheduler,
 }
 
-/// The pool as one of those who share it sees it.
+/// The pool as one task sees it.
 #[derive(Debug)]
 pub(crate) struct Workers {
     pool: Arc<Pool>,
     scheduled: Scheduled,
-    control: Arc<Control>,
-    alone: bool,
-    /// A turn that was waited for before there was a thread to work on.
-    first: Mutex<Option<Slice>>,
+    control: Control,
+    threads: OnceLock<ThreadPool>,
+    /// Slices that were waited for before there was a thread to work on.
+    first: Mutex<Option<Slices>>,
 }
 
 impl Pool {
-    /// Starts the threads; without a number, as many as the machine or its container gives.
-    pub(crate) fn start(threads: Option<u64>) -> Result<Arc<Self>, ThreadPoolBuildError> {
-        let threads = threads.map_or(0, |threads| usize::try_from(threads).unwrap_or(usize::MAX));
-        let threads = ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("render-{i}")).build()?;
-        Ok(Arc::new(Self { threads, scheduler: Scheduler::default() }))
+    /// Tasks will have a number of threads; by default as many as the machine or its container has processors.
+    pub(crate) fn start(threads: Option<u64>) -> io::Result<Arc<Self>> {
+        let processors = || thread::available_parallelism().map_or(1, usize::from);
+        let threads = threads.map_or_else(processors, |threads| usize::try_from(threads).unwrap_or(usize::MAX));
+        let idle = Mutex::new(vec![start_threads(threads)?]);
+        Ok(Arc::new(Self { threads, idle, scheduler: Scheduler::start()? }))
     }
 
-    /// Somebody who wants turns; waiting for them ends when `control` is cancelled.
-    pub(crate) fn join(self: Arc<Self>, task: Task, control: Arc<Control>) -> Workers {
-        Workers { scheduled: self.scheduler.join(task), pool: self, control, alone: false, first: Mutex::new(None) }
+    /// A task that may want the pool. Waiting for it ends when `control` is cancelled.
+    pub(crate) fn join(self: Arc<Self>, task: Task, control: Control) -> Workers {
+        let scheduled = self.scheduler.join(task, control.clone());
+        Workers { scheduled, pool: self, control, threads: OnceLock::new(), first: Mutex::new(None) }
     }
 
-    /// How many threads there are.
+    /// How many threads a task has.
     pub(crate) fn threads(&self) -> usize {
-        self.threads.current_num_threads()
+        self.threads
     }
 
     /// Whether they have work.
@@ -50,68 +60,145 @@ impl Pool {
         self.scheduler.is_taken()
     }
 
+    /// Whether a task does not stop although it was paused or cancelled.
+    pub(crate) fn is_stalled(&self) -> bool {
+        self.scheduler.is_stalled()
+    }
+
     /// Seconds that they have spent on a kind of work.
     pub(crate) fn spent(&self, class: Class) -> f64 {
         self.scheduler.spent(class)
     }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<ThreadPool>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn start_threads(threads: usize) -> io::Result<ThreadPool> {
+    let builder = ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("render-{i}"));
+    builder.build().map_err(io::Error::other)
 }
 
 impl Workers {
-    /// For one who shares the pool with nobody.
-    pub(crate) fn alone(pool: Arc<Pool>, control: Arc<Control>) -> Self {
-        let task = Task::new(Class::Renders, "", 1);
-        Self { alone: true, ..pool.join(task, control) }
-    }
-
-    /// Waits for the first turn without a thread, and keeps it for the first piece of work.
-    pub(crate) async fn line_up(&self) -> Result<(), Cancelled> {
-        let turn = self.scheduled.turn().await?;
-        *self.first() = Some(turn);
+    /// Waits for the pool without a thread, and keeps it for the first work.
+    pub(crate) async fn wait(&self) -> Result<(), Cancelled> {
+        let slices = self.scheduled.wait().await?;
+        *self.first() = Some(slices);
         Ok(())
     }
 
-    /// Does some work on the pool, when it is its turn.
+    /// Does some work on the pool. It is paused while others have their time slices.
     pub(crate) fn work<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
-        let _turn = self.turn()?;
-        Ok(self.pool.threads.install(work))
-    }
-
-    /// Does pieces of work, of which each returns whether there is another, and lets others in between.
-    pub(crate) fn work_on<T: Send>(&self, mut piece: impl FnMut() -> Step<T> + Send) -> Result<T, Cancelled> {
-        let mut turn = self.turn()?;
-        loop {
-            match self.pool.threads.install(&mut piece) {
-                Step::Done(value) => return Ok(value),
-                Step::More => turn = self.scheduled.pass(turn, &self.control.cancelled)?,
-            }
-        }
-    }
-
-    fn turn(&self) -> Result<Slice, Cancelled> {
         let first = self.first().take();
-        first.map_or_else(|| self.scheduled.turn_or(&self.control.cancelled), Ok)
+        let _slices = first.map_or_else(|| self.scheduled.wait_here(None), Ok)?;
+        Ok(self.threads_of_its_own()?.install(work))
     }
 
-    fn first(&self) -> std::sync::MutexGuard<'_, Option<Slice>> {
-        self.first.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Whether nobody else wants turns, ever.
-    pub(crate) fn is_alone(&self) -> bool {
-        self.alone
+    /// The same for work that ends by itself at some time, which should not be paused shortly before.
+    pub(crate) fn work_until<T: Send>(&self, ends: Instant, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
+        let first = self.first().take().inspect(|slices| slices.end_at(ends));
+        let _slices = first.map_or_else(|| self.scheduled.wait_here(Some(ends)), Ok)?;
+        Ok(self.threads_of_its_own()?.install(work))
     }
 
     /// How many threads there are.
     pub(crate) fn threads(&self) -> usize {
         self.pool.threads()
     }
+
+    fn threads_of_its_own(&self) -> Result<&ThreadPool, Cancelled> {
+        if let Some(threads) = self.threads.get() {
+            return Ok(threads);
+        }
+        let idle = self.pool.idle().pop();
+        let threads = match idle.map_or_else(|| start_threads(self.pool.threads), Ok) {
+            Ok(threads) => threads,
+            Err(error) => {
+                tracing::error!(%error, "no threads can be started");
+                return Err(Cancelled);
+            }
+        };
+        threads.broadcast(|_| self.control.enter_for_good());
+        Ok(self.threads.get_or_init(|| threads))
+    }
+
+    fn first(&self) -> MutexGuard<'_, Option<Slices>> {
+        self.first.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
-/// What a piece of work has come to.
-#[derive(Debug)]
-pub(crate) enum Step<T> {
-    /// There are more.
-    More,
-    /// It was the last.
-    Done(T),
+impl Drop for Workers {
+    fn drop(&mut self) {
+        // The processors first: whoever waits need not wait for the threads.
+        drop(self.first().take());
+        if let Some(threads) = mem::take(&mut self.threads).into_inner() {
+            threads.broadcast(|_| leave_all());
+            let mut idle = self.pool.idle();
+            if idle.len() < KEPT {
+                idle.push(threads);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+    use std::time::Duration;
+    use strahl::film::Region;
+    use strahl::render::render;
+
+    fn task(tenant: &str) -> Task {
+        Task::new(Class::Renders, tenant, 1)
+    }
+
+    #[test]
+    fn a_paused_picture_is_the_picture() {
+        let text = include_bytes!("../../../scenes/whitted/whitted.json");
+        let overrides = strahl::scene::Overrides { width: Some(333), height: Some(190), ..Default::default() };
+        let scene = strahl::scene::load(text, strahl::scene::Format::Json, &overrides).unwrap().scene;
+        let whole = Region::whole(scene.width, scene.height);
+        let alone = render(&scene, whole, &Control::default()).unwrap();
+        let pool = Pool::start(Some(2)).unwrap();
+        let [one, other] = ["one", "other"].map(|tenant| {
+            let control = Control::default();
+            (Arc::clone(&pool).join(task(tenant), control.clone()), control)
+        });
+        let pictures = thread::scope(|scope| {
+            let threads = [&one, &other].map(|(workers, control)| {
+                scope.spawn(|| workers.work(|| render(&scene, whole, control)).unwrap().unwrap())
+            });
+            threads.map(|thread| thread.join().unwrap())
+        });
+        for picture in pictures {
+            assert!(picture.film == alone.film && picture.rays == alone.rays);
+        }
+    }
+
+    /// Work that never looks at its control.
+    #[test]
+    fn work_that_cannot_be_paused_does_not_hold_up_others() {
+        let pool = Pool::start(Some(1)).unwrap();
+        let [deaf, other] = ["deaf", "other"].map(|tenant| Arc::clone(&pool).join(task(tenant), Control::default()));
+        let (over, rounds) = (AtomicBool::new(false), AtomicU64::new(0));
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                deaf.work(|| {
+                    while !over.load(Ordering::Relaxed) {
+                        thread::sleep(Duration::from_millis(1));
+                        rounds.fetch_add(1, Ordering::Relaxed);
+                    }
+                })
+            });
+            while rounds.load(Ordering::Relaxed) == 0 {
+                thread::yield_now();
+            }
+            for _ in 0..3 {
+                assert_eq!(other.work(|| 42), Ok(42));
+            }
+            over.store(true, Ordering::Relaxed);
+        });
+    }
 }

@@ -1,252 +1,343 @@
-//! A picture in pieces of about a tenth of a second, so that others have their turns on the pool in between.
+//! One task has the pool at a time, for a time slice. If others wait then, it is paused wherever it is, and goes on later.
 //!
-//! A piece is byte for byte that crop of the whole, so nobody sees the cuts; where antialiasing compares neighbours, rays
-//! of the pixels along a cut are traced for both sides, and count twice.
+//! A task that does not notice that it is paused keeps its threads busy, but not the pool: the next one has threads of its
+//! own, and the system shares the processors among them. So no task holds up others for long.
 
-use super::pool::{Step, Workers};
+use super::fair_queue::{FairQueue, Waiting};
+use super::task::{Class, Task};
+use std::fmt;
+use std::io;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::thread;
 use std::time::{Duration, Instant};
-use strahl::bound::BoundedPixels;
-use strahl::camera::Window;
-use strahl::film::{Film, Region};
-use strahl::render::{Cancelled, Control, Picture, Progressive, RayCounts, Refined, Sampling, Stop, render_window};
-use strahl::scene::Scene;
+use strahl::render::{Cancelled, Control};
+use tokio::sync::oneshot;
 
-/// How long a piece should take.
-const SLICE: Duration = Duration::from_millis(100);
-/// Edge of the first piece, and the least height of others.
-const EDGE: u32 = 64;
-/// Sides are multiples of the edge of the renderer's own tiles.
-const STEP: u32 = 32;
-/// Pieces are this many times as large as the one before at most: its pixels may have been cheap ones.
-const GROWTH: f64 = 8.0;
+/// How long a task has the pool while others wait.
+const SLICE: Duration = Duration::from_millis(25);
+/// A picture in a time is not paused so shortly before it ends, since it may not go on in time.
+const LAST: Duration = Duration::from_millis(200);
+/// Pause between two looks at the flag that cancels, for those who wait on a thread.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(10);
+/// A task that has not noticed for so long that it was paused or cancelled does not stop any more.
+const STALLED: Duration = Duration::from_secs(10);
 
-/// Renders a region of what a window shows, which must fit it; `finish` is done in the turn of the last piece.
-pub(crate) fn render_sliced<T: Send>(
-    scene: &Scene,
-    window: &Window,
-    region: Region,
-    workers: &Workers,
-    control: &Control,
-    finish: impl Fn(&Picture) -> T + Sync,
-) -> Result<(Picture, T), Cancelled> {
-    let render = |piece: Region| render_window(scene, window, piece, control);
-    sliced([window.width, window.height], region, workers, render, finish)
+/// The scheduler. It ends when this is dropped.
+#[derive(Debug)]
+pub(crate) struct Scheduler(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    state: Mutex<State>,
+    /// The owner, the queue or the end has changed.
+    changed: Condvar,
 }
 
-/// Likewise, with whatever `render` makes of a piece of a picture of some width and height.
-pub(crate) fn sliced<T: Send>(
-    full_size: [u32; 2],
-    region: Region,
-    workers: &Workers,
-    render: impl Fn(Region) -> Result<Picture, Cancelled> + Sync,
-    finish: impl Fn(&Picture) -> T + Sync,
-) -> Result<(Picture, T), Cancelled> {
-    let mut cut = if workers.is_alone() { Slices::whole(region) } else { Slices::new(region) };
-    let mut whole: Option<Picture> = None;
-    workers.work_on(|| {
-        let piece = cut.next();
-        let started = Instant::now();
-        let picture = match render(piece) {
-            Ok(picture) => picture,
-            Err(cancelled) => return Step::Done(Err(cancelled)),
-        };
-        cut.took(piece, started.elapsed());
-        match whole.take() {
-            None if piece == region => {
-                let finished = finish(&picture);
-                Step::Done(Ok((picture, finished)))
-            }
-            before => {
-                let mut joined = before.unwrap_or_else(|| empty(full_size, region));
-                join(&mut joined, &picture);
-                if !cut.is_done() {
-                    whole = Some(joined);
-                    return Step::More;
+#[derive(Debug, Default)]
+struct State {
+    owner: Option<Owner>,
+    queue: FairQueue<Candidate>,
+    over: bool,
+}
+
+/// The task that has the pool.
+#[derive(Debug)]
+struct Owner {
+    id: u64,
+    task: Task,
+    candidate: Candidate,
+    began: Instant,
+}
+
+/// What a task waits with.
+struct Candidate {
+    control: Control,
+    /// When it ends by itself.
+    ends: Option<Instant>,
+    /// Starts it; none if it was paused.
+    start: Option<Start>,
+}
+
+/// Hands the slices to the task that waits for them.
+type Start = Box<dyn FnOnce(Slices) + Send>;
+
+/// A task that may want the pool; it has left when this is dropped.
+#[derive(Debug)]
+pub(crate) struct Scheduled {
+    shared: Arc<Shared>,
+    id: u64,
+    task: Task,
+    control: Control,
+}
+
+/// The right to work on the pool, in as many slices as it takes, until this is dropped.
+#[derive(Debug)]
+pub(crate) struct Slices {
+    shared: Arc<Shared>,
+    id: u64,
+}
+
+impl fmt::Debug for Candidate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Candidate").field("ends", &self.ends).finish_non_exhaustive()
+    }
+}
+
+impl Scheduler {
+    /// Starts the thread that ends time slices.
+    pub(crate) fn start() -> io::Result<Self> {
+        let shared = Arc::new(Shared::default());
+        let watched = Arc::clone(&shared);
+        thread::Builder::new().name("scheduler".into()).spawn(move || watched.end_slices())?;
+        Ok(Self(shared))
+    }
+
+    /// A task joins, at the end of those of equal rank.
+    pub(crate) fn join(&self, task: Task, control: Control) -> Scheduled {
+        let id = self.0.state().queue.join(&task);
+        Scheduled { shared: Arc::clone(&self.0), id, task, control }
+    }
+
+    /// Whether a task has the pool.
+    pub(crate) fn is_taken(&self) -> bool {
+        self.0.state().owner.is_some()
+    }
+
+    /// Whether a task does not stop although it was paused or cancelled.
+    pub(crate) fn is_stalled(&self) -> bool {
+        let state = self.0.state();
+        let candidates = state.queue.iter().chain(state.owner.iter().map(|owner| &owner.candidate));
+        candidates.filter(|candidate| candidate.start.is_none()).any(|paused| paused.control.unnoticed() > STALLED)
+    }
+
+    /// Seconds that a lane has had the pool.
+    pub(crate) fn spent(&self, class: Class) -> f64 {
+        self.0.state().queue.spent(class)
+    }
+}
+
+impl Drop for Scheduler {
+    fn drop(&mut self) {
+        self.0.state().over = true;
+        self.0.changed.notify_all();
+    }
+}
+
+impl Shared {
+    fn state(&self) -> MutexGuard<'_, State> {
+        // A panic between two lines of this file leaves at worst unfair shares.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Ends slices that are over, as long as there is a scheduler.
+    fn end_slices(self: &Arc<Self>) {
+        let mut state = self.state();
+        while !state.over {
+            let now = Instant::now();
+            state = match state.slice_end() {
+                Some(end) if end <= now => {
+                    let start = state.preempt(now);
+                    drop(state);
+                    self.start(start);
+                    self.state()
                 }
-                let finished = finish(&joined);
-                Step::Done(Ok((joined, finished)))
-            }
+                Some(end) => self.changed.wait_timeout(state, end - now).unwrap_or_else(PoisonError::into_inner).0,
+                None => self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
+            };
         }
-    })?
-}
+    }
 
-/// Renders a region of what a window shows until there is reason to stop, in turns of the same length: what is done stays
-/// done in between. `finish` is done in the last turn.
-pub(crate) fn render_until<T: Send>(
-    scene: &Scene,
-    window: &Window,
-    region: Region,
-    workers: &Workers,
-    control: &Control,
-    stop: Stop,
-    finish: impl Fn(&Picture) -> T + Sync,
-) -> Result<(Picture, T), Cancelled> {
-    let mut begun: Option<Progressive<'_>> = None;
-    workers.work_on(|| {
-        let now = Instant::now();
-        // Who gives the pool away may get it back late.
-        let ends_soon = matches!(stop, Stop::At(end) if end < now + 2 * SLICE);
-        let pause = (!workers.is_alone() && !ends_soon).then_some(now + SLICE);
-        let mut progressive = begun.take().unwrap_or_else(|| Progressive::new(scene, window, region, control, stop));
-        match progressive.go_on(pause) {
-            Ok(true) => {
-                begun = Some(progressive);
-                Step::More
-            }
-            Ok(false) => {
-                let picture = progressive.picture();
-                let finished = finish(&picture);
-                Step::Done(Ok((picture, finished)))
-            }
-            Err(cancelled) => Step::Done(Err(cancelled)),
+    /// Gives the pool to the next task, if it is free and somebody wants it.
+    fn hand_over(self: &Arc<Self>, mut state: MutexGuard<'_, State>) {
+        let start = state.serve();
+        drop(state);
+        self.changed.notify_all();
+        self.start(start);
+    }
+
+    /// Starts a task. The lock is free: if the other side has gone, the slices are dropped here, which takes it.
+    fn start(self: &Arc<Self>, task: Option<(u64, Start)>) {
+        if let Some((id, start)) = task {
+            start(Slices { shared: Arc::clone(self), id });
         }
-    })?
-}
-
-/// A black region of a picture of some width and height, for which no ray was traced.
-pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Picture {
-    let pixels = vec![[0.0; 3]; region.pixels() as usize];
-    let film = Film { region, full_width, full_height, pixels };
-    let (rays, refined, sampling) = (RayCounts::default(), Refined::default(), Sampling::default());
-    Picture {
-        film,
-        bounded: BoundedPixels::default(),
-        sampling,
-        rays,
-        refined,
-        costs: Vec::new(),
-        progress: None,
-        trace_ms: 0.0,
-        refine_ms: 0.0,
     }
 }
 
-/// Puts a piece where it belongs, and adds up what they took.
-pub(crate) fn join(whole: &mut Picture, piece: &Picture) {
-    paste(&mut whole.film, &piece.film);
-    whole.bounded.append(piece.bounded.clone());
-    whole.sampling += &piece.sampling;
-    whole.costs.extend_from_slice(&piece.costs);
-    whole.rays = whole.rays + piece.rays;
-    whole.refined.pixels += piece.refined.pixels;
-    whole.refined.rays = whole.refined.rays + piece.refined.rays;
-    whole.trace_ms += piece.trace_ms;
-    whole.refine_ms += piece.refine_ms;
-}
+impl State {
+    /// When the owner's slice ends, if anybody else wants the pool.
+    fn slice_end(&self) -> Option<Instant> {
+        let owner = self.owner.as_ref().filter(|_| !self.queue.is_empty())?;
+        let end = owner.began + SLICE;
+        // Once it should have ended, it is paused like any other.
+        Some(owner.candidate.ends.filter(|ends| (end..end + LAST).contains(ends)).unwrap_or(end))
+    }
 
-/// Puts a piece of a film where it belongs.
-fn paste(whole: &mut Film, piece: &Film) {
-    let (outer, inner) = (whole.region, piece.region);
-    let (left, top) = ((inner.x - outer.x) as usize, (inner.y - outer.y) as usize);
-    let rows = whole.pixels.chunks_mut(outer.width as usize).skip(top);
-    for (row, part) in rows.zip(piece.pixels.chunks(inner.width as usize)) {
-        row[left..left + part.len()].copy_from_slice(part);
+    /// Lets the owner wait like all others, and go on if it is next.
+    fn preempt(&mut self, now: Instant) -> Option<(u64, Start)> {
+        let Owner { id, task, candidate, began } = self.owner.take()?;
+        self.queue.charge(&task, now - began);
+        let control = candidate.control.clone();
+        self.queue.push(id, task, candidate);
+        let start = self.serve();
+        if self.owner.as_ref().is_none_or(|owner| owner.id != id) {
+            control.pause();
+        }
+        start
+    }
+
+    /// Makes the next task the owner. It goes on, or is yet to be started.
+    fn serve(&mut self) -> Option<(u64, Start)> {
+        if self.owner.is_some() {
+            return None;
+        }
+        let Waiting { id, task, with: mut candidate, .. } = self.queue.pop()?;
+        candidate.control.resume();
+        let start = candidate.start.take();
+        self.owner = Some(Owner { id, task, candidate, began: Instant::now() });
+        start.map(|start| (id, start))
     }
 }
 
-/// Where the next piece is: in bands from the top, and in each from the left.
-struct Slices {
-    region: Region,
-    /// Rows above the band, rows of the band, and columns of it that are done.
-    top: u32,
-    height: u32,
-    left: u32,
-    /// Pixels of the next piece.
-    pixels: f64,
+impl Scheduled {
+    /// Waits for the pool without a thread. Who stops waiting has left the queue at once.
+    pub(crate) async fn wait(&self) -> Result<Slices, Cancelled> {
+        let (sender, receiver) = oneshot::channel();
+        let _place = self.queue(None, move |slices| drop(sender.send(slices)));
+        receiver.await.map_err(|_| Cancelled)
+    }
+
+    /// Waits for the pool on this thread. `ends`: when the work ends by itself.
+    pub(crate) fn wait_here(&self, ends: Option<Instant>) -> Result<Slices, Cancelled> {
+        let (sender, receiver) = mpsc::channel();
+        let _place = self.queue(ends, move |slices| drop(sender.send(slices)));
+        loop {
+            if self.control.is_cancelled() {
+                return Err(Cancelled);
+            }
+            match receiver.recv_timeout(BETWEEN_LOOKS) {
+                Ok(slices) => return Ok(slices),
+                Err(mpsc::RecvTimeoutError::Timeout) => {}
+                Err(mpsc::RecvTimeoutError::Disconnected) => return Err(Cancelled),
+            }
+        }
+    }
+
+    fn queue(&self, ends: Option<Instant>, start: impl FnOnce(Slices) + Send + 'static) -> Place<'_> {
+        let mut state = self.shared.state();
+        let candidate = Candidate { control: self.control.clone(), ends, start: Some(Box::new(start)) };
+        state.queue.push(self.id, self.task.clone(), candidate);
+        self.shared.hand_over(state);
+        Place(self)
+    }
+}
+
+impl Drop for Scheduled {
+    fn drop(&mut self) {
+        self.shared.state().queue.leave(self.id, &self.task);
+    }
 }
 
 impl Slices {
-    fn new(region: Region) -> Self {
-        let height = EDGE.min(region.height);
-        Self { region, top: 0, height, left: 0, pixels: f64::from(EDGE * EDGE) }
-    }
-
-    /// One piece.
-    fn whole(region: Region) -> Self {
-        Self { height: region.height, pixels: region.pixels() as f64, ..Self::new(region) }
-    }
-
-    fn next(&mut self) -> Region {
-        let Self { region, top, height, left, .. } = *self;
-        let left_over = region.width - left;
-        let width = ((self.pixels / f64::from(height)) as u32).max(1).next_multiple_of(STEP).min(left_over);
-        self.left += width;
-        if self.left == region.width {
-            (self.top, self.left) = (top + height, 0);
-        }
-        Region { x: region.x + left, y: region.y + top, width, height }
-    }
-
-    fn took(&mut self, piece: Region, time: Duration) {
-        let pixels = piece.pixels() as f64;
-        let in_time = pixels * SLICE.as_secs_f64() / time.as_secs_f64().max(1e-9);
-        self.pixels = in_time.min(pixels * GROWTH);
-        if self.left == 0 {
-            // Rounded down, or the piece would not reach from side to side.
-            let rows = (self.pixels / f64::from(self.region.width)) as u32 / STEP * STEP;
-            self.height = rows.max(EDGE).min(self.region.height - self.top);
+    /// When the work ends by itself.
+    pub(crate) fn end_at(&self, ends: Instant) {
+        let mut state = self.shared.state();
+        if let Some(owner) = state.owner.as_mut().filter(|owner| owner.id == self.id) {
+            owner.candidate.ends = Some(ends);
         }
     }
+}
 
-    fn is_done(&self) -> bool {
-        self.top == self.region.height
+impl Drop for Slices {
+    fn drop(&mut self) {
+        let mut state = self.shared.state();
+        if let Some(Owner { task, began, .. }) = state.owner.take_if(|owner| owner.id == self.id) {
+            state.queue.charge(&task, began.elapsed());
+        } else if let Some(paused) = state.queue.remove(self.id, |_| true) {
+            // It has ended before it noticed.
+            paused.control.resume();
+        }
+        self.shared.hand_over(state);
+    }
+}
+
+/// A place in the queue of a task that has not been started, left when dropped.
+#[derive(Debug)]
+struct Place<'a>(&'a Scheduled);
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        self.0.shared.state().queue.remove(self.0.id, |candidate| candidate.start.is_some());
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::service::scheduler::pool::Pool;
-    use crate::service::scheduler::task::{Class, Task};
-    use std::sync::Arc;
 
-    /// The pieces of a region, of which each pixel takes so long.
-    fn pieces(region: Region, pixel: Duration) -> Vec<Region> {
-        let mut cut = Slices::new(region);
-        let mut pieces = Vec::new();
-        while !cut.is_done() {
-            let piece = cut.next();
-            cut.took(piece, pixel * piece.pixels() as u32);
-            pieces.push(piece);
-        }
-        pieces
+    fn join(scheduler: &Scheduler, class: Class, tenant: &str) -> Scheduled {
+        scheduler.join(Task::new(class, tenant, 1), Control::default())
     }
 
     #[test]
-    fn pieces_cover_each_pixel_once() {
-        for (width, height) in [(1, 1), (64, 64), (65, 1), (1, 200), (300, 200), (1_000, 700)] {
-            let region = Region { x: 7, y: 9, width, height };
-            for nanoseconds in [1, 1_000, 50_000] {
-                let mut seen = vec![0; region.pixels() as usize];
-                for piece in pieces(region, Duration::from_nanos(nanoseconds)) {
-                    piece.iter().for_each(|[x, y]| seen[((y - 9) * width + x - 7) as usize] += 1);
-                }
-                assert!(seen.iter().all(|count| *count == 1), "{width} x {height}, {nanoseconds} ns");
-            }
-        }
+    fn a_task_is_paused_when_its_slice_is_over_and_goes_on_after_the_others() {
+        let scheduler = Scheduler::start().unwrap();
+        let (long, short) = (join(&scheduler, Class::Renders, "a"), join(&scheduler, Class::Renders, "b"));
+        let slices = long.wait_here(None).unwrap();
+        thread::sleep(2 * SLICE);
+        // Nobody waits.
+        assert_eq!(long.control.unnoticed(), Duration::ZERO);
+        let others = short.wait_here(None).unwrap();
+        assert!(long.control.unnoticed() > Duration::ZERO);
+        drop(others);
+        assert_eq!(long.control.unnoticed(), Duration::ZERO);
+        assert!(scheduler.is_taken());
+        drop(slices);
+        assert!(!scheduler.is_taken());
     }
 
     #[test]
-    fn cheap_pictures_have_few_pieces_and_dear_ones_short_ones() {
-        let region = Region::whole(1_920, 1_080);
-        assert!(pieces(region, Duration::from_nanos(20)).len() <= 6);
-        let longest = pieces(region, Duration::from_micros(20)).iter().map(Region::pixels).max().unwrap();
-        assert!(Duration::from_micros(20 * longest) <= SLICE * 3 / 2, "{longest} pixels");
+    fn a_paused_task_that_ends_without_noticing_leaves_the_queue() {
+        let scheduler = Scheduler::start().unwrap();
+        let (first, second) = (join(&scheduler, Class::Jobs, "a"), join(&scheduler, Class::Jobs, "b"));
+        let slices = first.wait_here(None).unwrap();
+        let others = second.wait_here(None).unwrap();
+        drop(slices);
+        assert!(scheduler.0.state().queue.is_empty() && scheduler.is_taken());
+        drop(others);
+        assert!(!scheduler.is_taken() && first.wait_here(None).is_ok());
     }
 
     #[test]
-    fn a_picture_in_pieces_is_the_picture() {
-        let text = include_bytes!("../../../scenes/whitted/whitted.json");
-        let overrides = strahl::scene::Overrides { width: Some(333), height: Some(190), ..Default::default() };
-        let scene = strahl::scene::load(text, strahl::scene::Format::Json, &overrides).unwrap().scene;
-        let task = Task::new(Class::Renders, "somebody", 1);
-        let workers = Pool::start(Some(2)).unwrap().join(task, Arc::default());
-        let control = Control::default();
-        let region = Region { x: 3, y: 5, width: 320, height: 181 };
-        let window = Window::whole(scene.width, scene.height);
-        let count = |picture: &Picture| picture.film.pixels.len();
-        let (cut, pixels) = render_sliced(&scene, &window, region, &workers, &control, count).unwrap();
-        assert_eq!(pixels, cut.film.pixels.len());
-        assert!(cut.film == workers.work(|| strahl::render::render(&scene, region, &control)).unwrap().unwrap().film);
+    fn a_picture_in_a_time_is_not_paused_shortly_before_its_end() {
+        let scheduler = Scheduler::start().unwrap();
+        let (timed, other) = (join(&scheduler, Class::Renders, "a"), join(&scheduler, Class::Renders, "b"));
+        let end = Instant::now() + LAST / 2;
+        let _slices = timed.wait_here(Some(end)).unwrap();
+        let _others = other.wait_here(None).unwrap();
+        assert!(Instant::now() >= end);
+    }
+
+    #[test]
+    fn who_is_cancelled_waits_no_more() {
+        let scheduler = Scheduler::start().unwrap();
+        let [first, second, third] = [(); 3].map(|()| join(&scheduler, Class::Jobs, "a"));
+        let held = first.wait_here(None).unwrap();
+        second.control.cancel();
+        assert!(second.wait_here(None).is_err());
+        assert!(scheduler.0.state().queue.is_empty());
+        drop(held);
+        assert!(third.wait_here(None).is_ok());
+    }
+
+    #[tokio::test]
+    async fn a_future_that_is_dropped_leaves_the_queue_and_loses_no_slice() {
+        let scheduler = Scheduler::start().unwrap();
+        // Jobs of one tenant go one after the other.
+        let [first, second, third] = [(); 3].map(|()| join(&scheduler, Class::Jobs, "a"));
+        let held = first.wait().await.unwrap();
+        let waiting = tokio::time::timeout(Duration::from_millis(20), second.wait()).await;
+        assert!(waiting.is_err() && scheduler.0.state().queue.is_empty());
+        drop(held);
+        assert!(third.wait().await.is_ok());
     }
 }

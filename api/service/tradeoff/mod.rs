@@ -9,7 +9,6 @@ use crate::service::clock::milliseconds;
 use crate::service::scheduler::pool::Workers;
 use references::References;
 use stage::Stage;
-use std::sync::atomic::Ordering;
 use std::time::{Instant, SystemTime};
 use strahl::lanes::instructions;
 use strahl::metrics::Image8;
@@ -59,7 +58,7 @@ pub(crate) fn measure(
     workers: &Workers,
     control: &Control,
 ) -> Result<Outcome, Stopped> {
-    control.total.store((seconds * 1e3) as u64, Ordering::Relaxed);
+    control.set_progress(0, (seconds * 1e3) as u64);
     let name = loaded.description.name.clone();
     let (mut stage, asked) = Stage::set(loaded, files, started, seconds, workers, control)?;
     let asked_size = [stage.single.width, stage.single.height];

@@ -3,9 +3,6 @@
 use super::Stopped;
 use crate::service::clock::milliseconds;
 use crate::service::scheduler::pool::Workers;
-use std::sync::atomic::Ordering;
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
 use std::time::{Duration, Instant};
 use strahl::film::Region;
 use strahl::metrics::Difference;
@@ -15,9 +12,6 @@ use strahl::scene::compile::{CompileOptions, compile_from};
 use strahl::scene::description::{Accuracy, Camera, Fixed, Precision, Proved};
 use strahl::scene::{Files, Loaded, Scene};
 use strahl::tradeoff::sweep::Settings;
-
-/// Pause between two looks at the time and at the client.
-const BETWEEN_LOOKS: Duration = Duration::from_millis(4);
 
 /// The scene in both precisions, and the clock.
 pub(super) struct Stage<'a> {
@@ -60,7 +54,7 @@ impl<'a> Stage<'a> {
         description.render.max_depth = Some(render.fixed_depth().max(2));
         description.render.accuracy = Some(Accuracy::Fixed(Fixed {}));
         let mut build = |precision| {
-            if control.cancelled.load(Ordering::Relaxed) {
+            if control.is_cancelled() {
                 return Err(Stopped::Cancelled);
             }
             description.render.precision = precision;
@@ -94,7 +88,7 @@ impl<'a> Stage<'a> {
 
     /// A picture with some settings; none if it is not done before a share of the time is over.
     pub(super) fn shoot(&mut self, settings: Settings, end: f64) -> Result<Option<Picture>, Cancelled> {
-        self.control.done.store(milliseconds(self.started) as u64, Ordering::Relaxed);
+        self.control.set_progress(milliseconds(self.started) as u64, (self.seconds * 1e3) as u64);
         let left = self.left(end);
         let Settings { max_depth, min_weight, max_codes, samples, antialias, precision } = settings;
         let scene = match precision {
@@ -108,41 +102,16 @@ impl<'a> Stage<'a> {
         (scene.samples, scene.antialias) = (samples, antialias);
         let (scene, whole) = (&*scene, Region::whole(scene.width, scene.height));
         let deadline = Instant::now() + Duration::from_secs_f64(left.max(0.0));
-        while_wanted(self.control, deadline, |control| self.workers.work(|| render(scene, whole, control))?)
+        let in_time = Control::until(deadline);
+        match self.workers.work(|| render(scene, whole, &in_time))? {
+            Ok(picture) => Ok(Some(picture)),
+            Err(Cancelled) if self.control.is_cancelled() => Err(Cancelled),
+            Err(Cancelled) => Ok(None),
+        }
     }
 
     /// Compares two pictures on the pool; none if nobody wants to know any more.
     pub(super) fn compare(&self, reference: &Image8, test: &Image8) -> Option<Difference> {
         self.workers.work(|| Difference::of(reference, test)).ok()
-    }
-}
-
-/// Does some work that is cancelled at a deadline, which gives none, or with `outer`.
-fn while_wanted<T>(
-    outer: &Control,
-    deadline: Instant,
-    work: impl FnOnce(&Control) -> Result<T, Cancelled>,
-) -> Result<Option<T>, Cancelled> {
-    let inner = Control::default();
-    let given_up = || outer.cancelled.load(Ordering::Relaxed);
-    let result = thread::scope(|scope| {
-        // Dropping the sender, even by a panic in `work`, ends the looks.
-        let (working, done) = mpsc::channel::<()>();
-        let inner = &inner;
-        scope.spawn(move || {
-            while done.recv_timeout(BETWEEN_LOOKS) == Err(RecvTimeoutError::Timeout) {
-                if given_up() || Instant::now() >= deadline {
-                    inner.cancelled.store(true, Ordering::Relaxed);
-                }
-            }
-        });
-        let result = work(inner);
-        drop(working);
-        result
-    });
-    match result {
-        Ok(done) => Ok(Some(done)),
-        Err(Cancelled) if given_up() => Err(Cancelled),
-        Err(Cancelled) => Ok(None),
     }
 }

@@ -372,7 +372,7 @@ fn a_mirrored_scene_gives_the_mirrored_picture() {
 fn a_cancelled_render_ends() {
     let loaded = load_scene("refraction/glass_of_water", 480, Overrides::default());
     let control = Control::default();
-    control.cancelled.store(true, std::sync::atomic::Ordering::Relaxed);
+    control.cancel();
     let region = Region::whole(loaded.scene.width, loaded.scene.height);
     assert!(render_with(&loaded.scene, region, &control, RenderOptions::default()).is_err());
 }
@@ -391,7 +391,7 @@ fn a_render_ends_soon_after_it_is_cancelled_even_inside_one_pixel() {
     std::thread::scope(|scope| {
         scope.spawn(|| {
             std::thread::sleep(std::time::Duration::from_millis(50));
-            control.cancelled.store(true, std::sync::atomic::Ordering::Relaxed);
+            control.cancel();
         });
         let region = Region { x: 0, y: 0, width: 1, height: 1 };
         assert!(render(&loaded.scene, region, &control).is_err());

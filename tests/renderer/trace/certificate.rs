@@ -4,10 +4,11 @@ use crate::common::{Random, load_scene, on_own_threads, scene_names};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::ops::AddAssign;
+use std::sync::atomic::{AtomicBool, Ordering};
 use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::film::srgb::code8;
-use strahl::render::{Control, Picture, Progressive, Stop, render, render_until};
+use strahl::render::{Control, Picture, Stop, render, render_until};
 use strahl::scene::compile::Precise;
 use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays};
 use strahl::scene::{Format, Loaded, Overrides, Scene, load};
@@ -312,16 +313,23 @@ fn a_number_of_rays_makes_the_same_picture_on_any_number_of_threads() {
         let count = stopped.progress.unwrap().count;
         assert_eq!(run(1, Stop::Rays(count)).film, stopped.film, "{ms} ms, {count} rays");
     }
-    // In as many turns as there are milliseconds.
-    let mut turns = 1;
-    let (window, control) = (Window::whole(120, 90), Control::default());
-    let mut progressive = Progressive::new(&scene, &window, whole, &control, Stop::Rays(1 << 53));
-    while progressive.go_on(Some(std::time::Instant::now())).unwrap() {
-        turns += 1;
-    }
-    assert!(turns > 3, "{turns} turns");
-    let (picture, highest) = (progressive.picture(), all.highest());
-    assert!(picture.film == all.film && picture.rays == all.rays && picture.highest() == highest, "{turns} turns");
+    // However often it is paused.
+    let (control, over) = (Control::default(), AtomicBool::new(false));
+    let paused = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !over.load(Ordering::Relaxed) {
+                control.pause();
+                std::thread::sleep(std::time::Duration::from_millis(1));
+                control.resume();
+                std::thread::yield_now();
+            }
+        });
+        let window = Window::whole(120, 90);
+        let paused = render_until(&scene, &window, whole, &control, Stop::Rays(1 << 53)).unwrap();
+        over.store(true, Ordering::Relaxed);
+        paused
+    });
+    assert!(paused.film == all.film && paused.rays == all.rays && paused.highest() == all.highest());
 }
 
 /// However little time there is, every pixel shows something, and is said to be unsure.
