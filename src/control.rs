@@ -11,7 +11,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Steps between two looks. A step takes at most some microseconds, so a thread looks every few milliseconds at least.
-const STEPS: u32 = 1_024;
+pub(crate) const STEPS: u32 = 1_024;
 
 thread_local! {
     /// Controls that this thread has entered.

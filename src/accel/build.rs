@@ -6,6 +6,7 @@
 use super::bounds::Slab;
 use super::build_primitive::{Box4, BuildPrimitive, NodeBounds};
 use super::sah::Binning;
+use crate::control;
 use crate::lanes::Real;
 use std::ops::Range;
 
@@ -197,6 +198,10 @@ fn split<R: Real>(
     kind: BvhKind,
     depth: usize,
 ) -> Option<Split<R>> {
+    // Once cancelled, what is left is one leaf.
+    if control::step(1 + (primitives.len() / 64) as u32) {
+        return None;
+    }
     let may_be_leaf = primitives.len() <= LEAF_SIZE;
     if primitives.len() <= 1 || kind == BvhKind::Flat || (may_be_leaf && kind == BvhKind::Median) {
         return None;

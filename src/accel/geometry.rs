@@ -10,6 +10,7 @@ use super::build_primitive::BuildPrimitive;
 use super::extent::Extent;
 use super::item::{Item, Mesh, Primitive, Shape};
 use super::wide_bvh::{WideBvh, WideNode};
+use crate::control;
 use crate::lanes::Real;
 use crate::shape::{Frustum, Torus};
 use rayon::prelude::*;
@@ -71,6 +72,8 @@ impl<R: Real> Geometry<R> {
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
         let wide = match kind {
             _ if primitives.is_empty() => None,
+            // Once cancelled, nobody will search it.
+            _ if control::is_stopping() => None,
             BvhKind::Flat => Some(WideBvh::flat(bvh.nodes[0].slab, primitives.len())),
             BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &primitives)),
         };

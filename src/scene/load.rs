@@ -7,6 +7,7 @@ use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
 use super::nff::{self, NffOptions};
 use super::pictures::{Files, NoFiles};
+use super::problem::unless_cancelled;
 use super::read::{self, Mended, Unreadable, read_json};
 use super::{Problem, Problems, Scene};
 use schemars::JsonSchema;
@@ -134,10 +135,13 @@ fn load_json<E>(
                 Err(refused) => Err(refused),
             }
         }
-        Err(Unreadable { problems, mended }) => Err(NotLoaded::Problems(match mended {
-            Some(mended) => with_rest(text, problems, *mended, overrides),
-            None => problems,
-        })),
+        Err(Unreadable { problems, mended }) => {
+            unless_cancelled()?;
+            Err(NotLoaded::Problems(match mended {
+                Some(mended) => with_rest(text, problems, *mended, overrides),
+                None => problems,
+            }))
+        }
     }
 }
 
@@ -148,12 +152,14 @@ fn compiled<E>(
     start: Instant,
     accept: impl FnOnce(&Description) -> Result<(), E>,
 ) -> Result<Loaded, NotLoaded<E>> {
+    unless_cancelled()?;
     if let Err(refused) = accept(&description) {
         // Its author should learn of its problems first.
         check(&description)?;
         return Err(NotLoaded::Refused(refused));
     }
     let parse_ms = milliseconds(start);
+    unless_cancelled()?;
     let start = Instant::now();
     let nff = overrides.nff;
     let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };

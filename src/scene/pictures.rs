@@ -5,13 +5,14 @@
 
 use super::description::{Description, Diffuse, ImageMap, Relief};
 use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
-use super::problem::{Code, Problem, Problems, push_token, quoted};
+use super::problem::{Code, Problem, Problems, push_token, quoted, unless_cancelled};
+use crate::control::{self, Cancelled};
 use crate::math;
 use crate::shading::texture::mipmap::Mipmap;
 use data_encoding::BASE64;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 use std::collections::HashMap;
-use std::io::Cursor;
+use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
 /// Pictures that cannot be read, after which no others are looked at.
@@ -64,6 +65,7 @@ impl<'a> Pictures<'a> {
             if pictures.known.contains_key(&(source, meaning)) {
                 continue;
             }
+            unless_cancelled()?;
             pictures.from_files |= !is_url(source);
             match bytes(source, files).and_then(|bytes| decode(&bytes, meaning, &mut left)) {
                 Ok(mipmap) => {
@@ -116,6 +118,9 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     wanted
 }
 
+/// Bytes that a decoder gets at a time.
+const PORTION: usize = 1 << 14;
+
 type Failure = (Code, String);
 
 /// Whether a source is a URL, not the name of a file. (`C:` is a drive.)
@@ -150,7 +155,7 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
 /// Decodes a picture, and subtracts its pixels from those that are `left`.
 fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Failure> {
     let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
-    let mut reader = ImageReader::new(Cursor::new(bytes))
+    let mut reader = ImageReader::new(Interruptible(Cursor::new(bytes)))
         .with_guessed_format()
         .map_err(|error| (Code::Degenerate, format!("the picture cannot be read: {error}")))?;
     if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
@@ -187,7 +192,35 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Fail
     } else {
         image.into_rgb8().pixels().map(|pixel| texel(meaning, pixel.0.map(|code| value(code.into())))).collect()
     };
+    unless_cancelled().map_err(|_| (Code::Cancelled, String::new()))?;
     Ok(Mipmap::new(width, height, texels))
+}
+
+/// Bytes that cannot be read any more once the work is cancelled, so that decoders stop.
+struct Interruptible<'a>(Cursor<&'a [u8]>);
+
+impl Read for Interruptible<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        control::checkpoint(16).map_err(|Cancelled| io::Error::other("cancelled"))?;
+        self.0.read(buffer)
+    }
+}
+
+impl BufRead for Interruptible<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        control::checkpoint(16).map_err(|Cancelled| io::Error::other("cancelled"))?;
+        // In portions, or all would be decoded after one look.
+        self.0.fill_buf().map(|rest| &rest[..rest.len().min(PORTION)])
+    }
+    fn consume(&mut self, amount: usize) {
+        self.0.consume(amount);
+    }
+}
+
+impl Seek for Interruptible<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.seek(to)
+    }
 }
 
 /// The value of a code, of which `most` is the largest.

@@ -1,6 +1,7 @@
 //! Problems of a scene, in words that tell its author how to fix them.
 
 use super::limits::{NAME_BYTES, PROBLEM_BYTES, PROBLEMS, PROBLEMS_FOUND};
+use crate::control::{self, Cancelled};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
@@ -41,6 +42,8 @@ pub enum Code {
     Degenerate,
     Limit,
     Unsupported,
+    /// Nobody is left who would read it.
+    Cancelled,
 }
 
 impl Problem {
@@ -92,6 +95,14 @@ impl Problems {
     pub fn count(&self) -> String {
         let more = if self.0.len() >= PROBLEMS_FOUND { " or more" } else { "" };
         format!("{}{more}", self.0.len())
+    }
+}
+
+/// Stops loading where the work of this thread is to stop ([`Control`](crate::control::Control)).
+pub(in crate::scene) fn unless_cancelled() -> Result<(), Problems> {
+    match control::checkpoint(control::STEPS) {
+        Ok(()) => Ok(()),
+        Err(Cancelled) => Err(Problems::one(Problem::new("", Code::Cancelled, "loading was cancelled"))),
     }
 }
 

@@ -15,18 +15,19 @@ pub(super) fn routes() -> Vec<Route> {
             [
                 "readyz",
                 "service",
-                "Whether the service takes work. A busy service is ready; one that is about to stop is not.",
+                "Whether the service takes work. A busy service is ready; one that is about to stop is not, nor one with a \
+                 render that does not stop.",
             ],
         )
         .answer(200, "It takes work", &[Content::json::<Readiness>()])
-        .answer(503, "It is about to stop", &[Content::json::<Readiness>()]),
+        .answer(503, "It is about to stop, or a render does not stop", &[Content::json::<Readiness>()]),
     ]
 }
 
 /// Whether the service takes work, and how much it has.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Readiness {
-    /// `ready` or `draining`.
+    /// `ready`, `draining` or `stalled`: a render does not notice that it was paused or cancelled.
     status: &'static str,
     /// Requests under way.
     running: usize,
@@ -52,8 +53,11 @@ pub(super) async fn livez() -> impl IntoResponse {
 }
 
 pub(super) async fn readyz(State(app): State<App>) -> impl IntoResponse {
-    let (code, status) =
-        if app.drain.has_begun() { (StatusCode::SERVICE_UNAVAILABLE, "draining") } else { (StatusCode::OK, "ready") };
+    let (code, status) = match () {
+        () if app.drain.has_begun() => (StatusCode::SERVICE_UNAVAILABLE, "draining"),
+        () if app.service.pool.is_stalled() => (StatusCode::SERVICE_UNAVAILABLE, "stalled"),
+        () => (StatusCode::OK, "ready"),
+    };
     let (waiting, running) = app.service.jobs.counts();
     let queue = &app.service.queue;
     let jobs = JobCounts { waiting, running };

@@ -1,6 +1,7 @@
 //! The problems found so far, and checks of single numbers.
 
 use super::path::Path;
+use crate::control;
 use crate::scene::description::{Color, Vec3};
 use crate::scene::limits::{self, Limit};
 use crate::scene::problem::{Code, Problem, did_you_mean, name_too_long};
@@ -23,8 +24,9 @@ impl Findings {
         }
     }
 
+    /// Whether there is no use in looking for more.
     pub(super) fn full(&self) -> bool {
-        self.problems.len() >= limits::PROBLEMS_FOUND
+        self.problems.len() >= limits::PROBLEMS_FOUND || control::step(1)
     }
 
     /// Whether a name is not too long.

@@ -42,6 +42,9 @@ pub fn check(description: &Description) -> Result<(), Problems> {
     }
     check_lights(&mut findings, &description.lights);
     for (name, material) in description.materials.iter() {
+        if findings.full() {
+            break;
+        }
         // Problems inside of it would each repeat the name.
         if findings.name(root.key("materials").key(name), name) {
             check_material(&mut findings, root.key("materials").key(name), material);

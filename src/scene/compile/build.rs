@@ -11,6 +11,7 @@ use super::{CompileOptions, Source, Sources, contact, extent};
 use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Motion, Shape};
 use crate::bound::ceiling::Ceiling;
 use crate::camera::{Basis, Camera};
+use crate::control;
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
@@ -194,6 +195,9 @@ impl<'a, R: Real> Builder<'a, R> {
         into.extents.reserve(objects.len());
         self.sources.entries.reserve(objects.len());
         for (index, object) in objects.iter().enumerate() {
+            if control::step(1) {
+                return;
+            }
             let source = self.sources.entries.len() as u32;
             let entry = |name: Option<&str>| Source { list, index: index as u32, name: name.map(Into::into) };
             self.note_use(object, list, index);

@@ -4,6 +4,7 @@
 //! The marks are conservative: a body without one is further from everything than any rounding.
 
 use crate::accel::{Bounds, Extent, Geometry, Item, Shape};
+use crate::control;
 use crate::lanes::Real;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -29,7 +30,7 @@ pub(super) fn mark_siblings<R: Real>(items: &mut [Item<R>], extents: &[Option<Ex
     for (start, i) in order {
         open.retain(|&j| stretch(j).1 >= start);
         pairs += open.len();
-        if pairs > MAX_PAIRS {
+        if pairs > MAX_PAIRS || control::step(1 + (open.len() / 16) as u32) {
             marked.fill(true);
             break;
         }

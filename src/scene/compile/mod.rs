@@ -18,7 +18,7 @@ use super::check::{check, warnings};
 use super::description::{Accuracy, Description, Precision, Statistical};
 use super::effects::Entry;
 use super::pictures::{Files, NoFiles, Pictures};
-use super::problem::Problems;
+use super::problem::{Problems, unless_cancelled};
 use super::world::{Pruning, World};
 use super::{Problem, limits};
 use crate::accel::BvhKind;
@@ -174,7 +174,9 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
 
 /// [`compile_with`], with the files that a scene may name.
 pub fn compile_from(description: &Description, options: CompileOptions, files: &dyn Files) -> Result<Scene, Problems> {
-    let pictures = match (check(description), Pictures::read(description, files)) {
+    let checked = check(description);
+    unless_cancelled()?;
+    let pictures = match (checked, Pictures::read(description, files)) {
         (Ok(()), Ok(pictures)) => pictures,
         (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => return Err(problems),
         (Err(Problems(mut problems)), Err(Problems(mut more))) => {
@@ -195,6 +197,7 @@ pub fn compile_from(description: &Description, options: CompileOptions, files: &
         }
     };
     let bvh_ms = start.elapsed().as_secs_f64() * 1e3;
+    unless_cancelled()?;
     if built.expanded > u128::from(limits::EXPANDED_PRIMITIVES.max) {
         let limit = limits::EXPANDED_PRIMITIVES;
         let detail = format!(

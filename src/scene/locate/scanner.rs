@@ -3,6 +3,7 @@
 //! It runs on text that `serde_json` has read, at least up to the offset asked for, so it checks nothing. On other text it
 //! may find nonsense, but does not panic.
 
+use crate::control;
 use crate::scene::limits::JSON_DEPTH;
 
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +39,9 @@ impl<'t> Scanner<'t> {
     pub(super) fn next(&mut self) -> Option<Event<'t>> {
         while matches!(self.text.get(self.at)?, b' ' | b'\t' | b'\r' | b'\n' | b',' | b':') {
             self.at += 1;
+        }
+        if control::step(1) {
+            return None;
         }
         let start = self.at;
         self.at += 1;

@@ -22,7 +22,7 @@ mod tokens;
 #[cfg(test)]
 mod tests;
 
-use crate::scene::problem::{Code, Problem};
+use crate::scene::problem::{Code, Problem, unless_cancelled};
 use crate::scene::{Description, Problems, limits};
 use reader::Reader;
 use scene::SceneBuilder;
@@ -62,6 +62,7 @@ pub fn read_nff(bytes: &[u8], options: NffOptions) -> Result<Description, Proble
             return Err(Problems(problems));
         }
     }
+    unless_cancelled()?;
     let description = scene.finish(reader.place(), &mut problems);
     if let Some(description) = description.filter(|_| problems.is_empty()) {
         return Ok(description);

@@ -3,6 +3,7 @@
 
 use super::entity::{Cone, Entity, Fill, Kind, Light, Patch, Sphere, View};
 use super::tokens::{Place, Token, Tokens};
+use crate::control;
 use crate::scene::description::Vec3;
 use crate::scene::limits;
 use crate::scene::problem::{Code, Problem};
@@ -38,7 +39,7 @@ impl<'a> Reader<'a> {
 
     /// The next entity and where it starts; none at the end.
     pub(super) fn entity(&mut self) -> Result<Option<(Place, Entity)>, Problem> {
-        let Some(token) = self.tokens.next() else { return Ok(None) };
+        let Some(token) = self.tokens.next().filter(|_| !control::step(1)) else { return Ok(None) };
         let kind = Kind::of_keyword(token.text).ok_or_else(|| self.not_an_entity(token))?;
         self.current = Some((kind, token.place));
         let entity = match kind {

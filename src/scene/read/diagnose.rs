@@ -7,6 +7,7 @@
 //! on which scenes are wrong.
 
 use super::wording::{self, list};
+use crate::control;
 use crate::scene::description::Color;
 use crate::scene::limits::{NAME_BYTES, PROBLEMS, PROBLEMS_FOUND};
 use crate::scene::problem::{Code, Problem, did_you_mean, name_too_long, push_token, quoted};
@@ -59,8 +60,9 @@ struct Walk<'s> {
 }
 
 impl<'s> Walk<'s> {
+    /// Whether there is no use in looking for more.
     fn full(&self) -> bool {
-        self.found.len() >= PROBLEMS_FOUND
+        self.found.len() >= PROBLEMS_FOUND || control::step(1)
     }
 
     /// The name that was meant, for problems that are reported.
@@ -86,6 +88,9 @@ impl<'s> Walk<'s> {
     }
 
     fn visit(&mut self, node: Node<'s>, value: &Value) {
+        if self.full() {
+            return;
+        }
         let is_whole = node.schema.get("$ref").is_some();
         let node = node.resolve(self.root);
         let outer = Rc::clone(&self.part);

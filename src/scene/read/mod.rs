@@ -10,7 +10,7 @@ mod syntax;
 mod wording;
 
 use super::limits::{PROBLEMS_FOUND, SCENE_BYTES};
-use super::problem::{Code, Problem};
+use super::problem::{Code, Problem, unless_cancelled};
 use super::{Description, Problems, locate};
 use diagnose::diagnose;
 use serde::de::{Deserialize, IgnoredAny};
@@ -59,6 +59,7 @@ pub fn read_json(text: &[u8]) -> Result<Description, Unreadable> {
         Ok(description) => return Err(Unreadable::one(wrong_version(text, &description.version.to_string()))),
         Err(error) => error,
     };
+    unless_cancelled().map_err(|problems| Unreadable { problems, mended: None })?;
     if text.len() > DIAGNOSED_BYTES {
         let problem = match serde_json::from_slice::<IgnoredAny>(text) {
             Ok(_) => first_problem(text, &error),

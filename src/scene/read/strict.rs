@@ -3,6 +3,7 @@
 //! serde's derived types accept more: a struct as an array of its fields, and `{"none": null}` for `"none"`. Other programs
 //! that follow the schema would refuse such scenes.
 
+use crate::control::{self, Cancelled};
 use serde::de::value::StrDeserializer;
 use serde::de::{
     DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, MapAccess, SeqAccess, VariantAccess, Visitor,
@@ -124,6 +125,7 @@ impl<'de, A: SeqAccess<'de>> SeqAccess<'de> for Strict<A> {
     type Error = A::Error;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, A::Error> {
+        unless_cancelled()?;
         self.0.next_element_seed(Strict(seed))
     }
     fn size_hint(&self) -> Option<usize> {
@@ -138,11 +140,16 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Strict<A> {
         self.0.next_key_seed(seed)
     }
     fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, A::Error> {
+        unless_cancelled()?;
         self.0.next_value_seed(Strict(seed))
     }
     fn size_hint(&self) -> Option<usize> {
         self.0.size_hint()
     }
+}
+
+fn unless_cancelled<E: Error>() -> Result<(), E> {
+    control::checkpoint(1).map_err(|Cancelled| E::custom("reading was cancelled"))
 }
 
 /// An enum: a string for variants without parameters, an object with one key for those with parameters.
