@@ -1,7 +1,6 @@
 //! The service over HTTP: connections, middleware, authorization, routes, and the contract.
 
 pub(crate) mod auth;
-mod concurrency_limit;
 mod contract;
 mod drain;
 mod extract;

@@ -1,7 +1,6 @@
 //! Starting the service and stopping it. Tokio's threads talk, the pool's threads render.
 
 use super::auth::{Access, key_file};
-use super::concurrency_limit::ConcurrencyLimit;
 use super::drain::{Drain, StopSignals};
 use super::job_observer::JobAccounts;
 use super::memory_budget::MemoryBudget;
@@ -10,6 +9,7 @@ use super::openapi_text;
 use super::server::{self, Listeners};
 use super::settings::HttpSettings;
 use super::state::AppState;
+use crate::service::concurrency_limit::ConcurrencyLimit;
 use crate::service::error::StartError;
 use crate::service::jobs::Jobs;
 use crate::service::limits::Settings;

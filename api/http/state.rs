@@ -2,12 +2,12 @@
 
 use super::auth::Access;
 use super::auth::client::Client;
-use super::concurrency_limit::ConcurrencyLimit;
 use super::drain::Drain;
 use super::host::Host;
 use super::memory_budget::MemoryBudget;
 use super::metrics::Metrics;
 use super::settings::{ConnectionLimits, Origins};
+use crate::service::concurrency_limit::ConcurrencyLimit;
 use crate::service::requests::Service;
 use axum::http::Extensions;
 use std::sync::{Arc, LazyLock};

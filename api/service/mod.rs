@@ -2,6 +2,7 @@
 //! render.
 
 pub(crate) mod clock;
+pub(crate) mod concurrency_limit;
 pub(crate) mod error;
 pub(crate) mod jobs;
 pub(crate) mod limits;

@@ -94,6 +94,8 @@ kinds! {
         "Try again after the seconds in the Retry-After header, or at another instance.";
     RenderDeadline = "render-deadline", GATEWAY_TIMEOUT, "The render took too long",
         "Ask for tiles, a smaller picture, fewer samples or a lower max_depth.";
+    Abandoned = "abandoned", INTERNAL_SERVER_ERROR, "The service ended several times while it rendered this",
+        "The job may take more memory than there is. Make the picture or the scene smaller; the service's log has more.";
     Internal = "internal", INTERNAL_SERVER_ERROR, "Internal error",
         "The service failed, not the request. Its log has more under the id in `instance`.";
 }

@@ -3,9 +3,9 @@
 use super::picture::{self, Freshness, ResponseContext};
 use crate::http::auth::client::Client;
 use crate::http::auth::tenant::Tenant;
-use crate::http::concurrency_limit::Permit;
 use crate::http::problem::{Kind, Problem};
 use crate::http::state::{App, AppState};
+use crate::service::concurrency_limit::Permit;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::requests::pictures::Source;
 use crate::service::requests::scenes::OpenedImage;

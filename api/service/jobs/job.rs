@@ -38,6 +38,8 @@ pub(crate) struct Job {
     pub(super) revision: AtomicU64,
     /// Bytes of its files, once it has succeeded.
     pub(super) kept: AtomicU64,
+    /// Whether its owner does not want to see it any more.
+    pub(super) forgotten: AtomicBool,
     watchers: AtomicUsize,
     /// When this process began it, and how many tiles were done then.
     pub(super) begun: Mutex<Option<(Instant, usize)>>,
@@ -90,6 +92,7 @@ impl Job {
             spent: AtomicU64::new(0),
             revision: AtomicU64::new(0),
             kept: AtomicU64::new(0),
+            forgotten: AtomicBool::new(false),
             watchers: AtomicUsize::new(0),
             begun: Mutex::default(),
             since: Instant::now().checked_sub(age).unwrap_or_else(Instant::now),

@@ -37,7 +37,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::Duration;
 use store::Store;
 use tokio::sync::watch;
 
@@ -45,6 +44,9 @@ use tokio::sync::watch;
 const PICTURE: &str = "picture";
 /// The small picture's.
 const PREVIEW: &str = "preview";
+
+/// A job goes on after so many ends of the process without a new tile.
+const CRASHES: u32 = 2;
 
 /// Who charges tenants for jobs, and counts them.
 pub(crate) trait JobObserver: Send + Sync {
@@ -93,12 +95,18 @@ impl Jobs {
         let (records, others) = store.all()?;
         for mut record in records {
             if !record.state.is_final() {
+                if record.state == State::Running {
+                    let tiles = folder.join("jobs").join(&record.id).join("tiles");
+                    record.count_crash(fs::metadata(tiles).map_or(0, |tiles| tiles.len()));
+                }
                 record.state = State::Queued;
                 record.lives += 1;
                 store.put(&record)?;
             }
             registry.add(&Arc::new(Job::new(record)));
         }
+        let hopeless = |job: &Arc<Job>| job.record().crashes > CRASHES;
+        let hopeless: Vec<_> = registry.queued.extract_if(.., |job| hopeless(job)).collect();
         let jobs = Arc::new(Self {
             pool,
             cache,
@@ -117,6 +125,11 @@ impl Jobs {
         }
         let is_done = |job: &&Arc<Job>| job.record().state == State::Succeeded;
         locked(&jobs.registry).jobs.values().filter(is_done).for_each(|job| jobs.weigh(job));
+        for job in hopeless {
+            let detail =
+                format!("the service ended {} times while it rendered this job, without a new tile", CRASHES + 1);
+            jobs.finish(&job, State::Failed, Some(Failure { slug: "abandoned".into(), detail }));
+        }
         jobs.open_next();
         Ok(jobs)
     }
@@ -148,16 +161,25 @@ impl Jobs {
         self.save(job)
     }
 
-    /// Forgets a job, which ends first if it has not.
+    /// Forgets a job. Its files go when its work has stopped.
     pub(crate) fn forget(&self, job: &Arc<Job>) {
-        if self.cancel(job) {
-            while locked(&self.registry).open.iter().any(|open| Arc::ptr_eq(open, job)) {
-                // It stops within milliseconds; this thread is not one of tokio's.
-                thread::sleep(Duration::from_millis(2));
-            }
-        }
+        job.forgotten.store(true, Ordering::SeqCst);
+        self.cancel(job);
         let id = job.record().id.clone();
-        self.forget_all(&[id]);
+        let is_open = {
+            let mut registry = locked(&self.registry);
+            let is_open = registry.open.iter().any(|open| Arc::ptr_eq(open, job));
+            if is_open {
+                registry.remove(&id);
+            }
+            is_open
+        };
+        if is_open {
+            // The rest follows when it is closed.
+            self.forget_record(&id);
+        } else {
+            self.forget_all(&[id]);
+        }
     }
 
     /// Opens no more jobs. Those that are open are suspended if another process can go on with them.
@@ -188,7 +210,11 @@ impl Jobs {
 
     fn save(&self, job: &Job) -> io::Result<()> {
         let record = job.record().clone();
-        self.store.put(&record)
+        self.put(job, &record)
+    }
+
+    fn put(&self, job: &Job, record: &Record) -> io::Result<()> {
+        if job.forgotten.load(Ordering::SeqCst) { Ok(()) } else { self.store.put(record) }
     }
 
     /// A job has reached its final state.
@@ -206,7 +232,7 @@ impl Jobs {
         }
         // On disk before anybody hears of it.
         let on_disk = Record { state, ..job.record().clone() };
-        if let Err(error) = self.store.put(&on_disk) {
+        if let Err(error) = self.put(job, &on_disk) {
             tracing::error!(job = id, %error, "a record cannot be written");
         }
         let _ = fs::remove_file(self.folder_of(&id).join("tiles"));
@@ -268,6 +294,14 @@ impl Jobs {
         }
         drop(record);
         self.open.send_replace(registry.open.len());
+        if job.forgotten.load(Ordering::SeqCst) {
+            let record = job.record();
+            if record.state.needs_scene() {
+                registry.release_scene(&record.spec, &self.scenes);
+            }
+            self.forget_record(&record.id);
+            self.remove_files(&record.id);
+        }
         drop(registry);
         self.open_next();
     }

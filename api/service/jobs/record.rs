@@ -54,10 +54,24 @@ pub(crate) struct Record {
     pub(crate) failure: Option<Failure>,
     /// How many processes have worked on it.
     pub(crate) lives: u64,
+    /// How many processes ended while they rendered it, without a new tile.
+    #[serde(default)]
+    pub(crate) crashes: u32,
+    /// Bytes of its tiles when a process last ended like that.
+    #[serde(default)]
+    pub(crate) tile_bytes: u64,
     /// Number of its last event, once it is final.
     pub(crate) last_event: Option<u64>,
     /// Grows with each change that its owner makes.
     pub(crate) version: u64,
+}
+
+impl Record {
+    /// The process has ended while it rendered this job, which had tiles of so many bytes.
+    pub(super) fn count_crash(&mut self, tile_bytes: u64) {
+        self.crashes = if tile_bytes > self.tile_bytes { 0 } else { self.crashes + 1 };
+        self.tile_bytes = tile_bytes;
+    }
 }
 
 /// Where a job stands.

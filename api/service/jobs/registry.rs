@@ -49,6 +49,17 @@ impl Registry {
         self.jobs.insert(record.id.clone(), Arc::clone(job));
     }
 
+    /// Nobody finds a job any more.
+    pub(super) fn remove(&mut self, id: &str) -> Option<Arc<Job>> {
+        let job = self.jobs.remove(id)?;
+        let record = job.record();
+        if let Some(same) = &record.idempotency {
+            self.keys.remove(&(record.tenant.clone(), same.key.clone()));
+        }
+        drop(record);
+        Some(job)
+    }
+
     /// A job needs its scene no more.
     pub(super) fn release_scene(&mut self, order: &JobSpec, scenes: &BlobStore) {
         let Some(count) = self.scenes.get_mut(&order.scene) else { return };

@@ -111,14 +111,18 @@ impl Jobs {
         ids.iter().for_each(|id| self.remove_files(id));
         let mut registry = locked(&self.registry);
         for id in ids {
-            let Some(job) = registry.jobs.remove(id) else { continue };
+            let Some(job) = registry.remove(id) else { continue };
             let record = job.record();
-            if let Some(same) = &record.idempotency {
-                registry.keys.remove(&(record.tenant.clone(), same.key.clone()));
-            }
             if record.state.needs_scene() {
                 registry.release_scene(&record.spec, &self.scenes);
             }
+        }
+    }
+
+    /// Removes a record from disk.
+    pub(super) fn forget_record(&self, id: &str) {
+        if let Err(error) = self.store.remove(&[id.to_owned()]) {
+            tracing::error!(job = id, %error, "a record cannot be removed");
         }
     }
 

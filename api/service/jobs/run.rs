@@ -54,8 +54,13 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
     let tenant = job.record().tenant.clone();
     jobs.observer.spent(&tenant, job.spent.load(Ordering::Relaxed));
     match end {
-        // What is on disk suffices to go on.
-        Some(Stopped::Suspended) => {}
+        // What is on disk suffices to go on. It waits again: this end of the process is not the job's fault.
+        Some(Stopped::Suspended) => {
+            job.record().state = State::Queued;
+            if let Err(error) = jobs.save(job) {
+                tracing::error!(%error, "a record cannot be written");
+            }
+        }
         Some(Stopped::Canceled) => jobs.finish(job, State::Canceled, None),
         Some(Stopped::Failed(failure)) => jobs.finish(job, State::Failed, Some(failure)),
         None => jobs.finish(job, State::Succeeded, None),

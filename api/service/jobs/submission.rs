@@ -214,6 +214,8 @@ impl Jobs {
             stats: Stats::default(),
             failure: None,
             lives: 0,
+            crashes: 0,
+            tile_bytes: 0,
             last_event: None,
             version: 1,
         }

@@ -7,23 +7,25 @@
 use super::pool::{Pool, Workers};
 use super::task::Task;
 use crate::service::clock::milliseconds;
+use crate::service::concurrency_limit::{ConcurrencyLimit, Permit};
 use crate::service::error::{Error, panic_text};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use strahl::control::Control;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout_at;
 
 /// Requests under way beside those that wait: one renders while another encodes its picture.
 const UNDER_WAY: usize = 2;
+/// A tenant with fewer requests is let in even if those of others fill the queue.
+const GUARANTEED: u32 = 2;
 
 /// The queue.
 #[derive(Debug)]
 pub(crate) struct Queue {
     pool: Arc<Pool>,
-    /// Places for requests that wait and requests under way.
-    places: Arc<Semaphore>,
+    /// Requests of each tenant that wait or are under way.
+    places: ConcurrencyLimit<Arc<str>>,
     /// Requests that have had a time slice.
     running: Arc<AtomicUsize>,
     /// Microseconds of work on requests that were cancelled.
@@ -61,7 +63,7 @@ impl Queue {
         let size = waiting as usize + UNDER_WAY;
         Self {
             pool,
-            places: Arc::new(Semaphore::new(size)),
+            places: ConcurrencyLimit::default(),
             running: Arc::default(),
             canceled: Arc::default(),
             size,
@@ -78,7 +80,8 @@ impl Queue {
     ) -> Result<Done<T>, E> {
         let queued = Instant::now();
         let deadline = (queued + self.patience).into();
-        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| self.full())?;
+        let most = if self.taken() < self.size { u32::MAX } else { GUARANTEED };
+        let place = self.places.enter(Arc::clone(&task.tenant), most).ok_or_else(|| self.full())?;
         let control = Control::default();
         let _guard = CancelOnDrop(control.clone());
         let workers = Arc::clone(&self.pool).join(task, control.clone());
@@ -125,7 +128,7 @@ impl Queue {
 
     /// Requests that wait.
     pub(crate) fn waiting(&self) -> usize {
-        (self.size - self.places.available_permits()).saturating_sub(self.running())
+        self.taken().saturating_sub(self.running())
     }
 
     /// Time spent on requests that were cancelled.
@@ -135,7 +138,11 @@ impl Queue {
 
     /// Seconds until a place should be free.
     pub(crate) fn retry_after(&self) -> u32 {
-        self.pace.seconds_for(self.size - self.places.available_permits())
+        self.pace.seconds_for(self.taken())
+    }
+
+    fn taken(&self) -> usize {
+        self.places.taken() as usize
     }
 
     fn waited(&self) -> Error {
@@ -152,12 +159,12 @@ impl Queue {
 /// What a request under way occupies, given back however it ends.
 #[derive(Debug)]
 struct Running {
-    _place: OwnedSemaphorePermit,
+    _place: Permit<Arc<str>>,
     running: Arc<AtomicUsize>,
 }
 
 impl Running {
-    fn new(place: OwnedSemaphorePermit, running: &Arc<AtomicUsize>) -> Self {
+    fn new(place: Permit<Arc<str>>, running: &Arc<AtomicUsize>) -> Self {
         running.fetch_add(1, Ordering::Relaxed);
         Self { _place: place, running: Arc::clone(running) }
     }
@@ -263,6 +270,9 @@ mod tests {
         let asked = Instant::now();
         assert!(matches!(queue.run(task(), endless).await, Err(Error::Busy { .. })));
         assert!(asked.elapsed() < Duration::from_millis(100));
+        // Another tenant's few requests have room all the same.
+        let other = queue.run(Task::new(Class::Renders, "somebody else", 1), |_| Ok::<_, Error>(42)).await;
+        assert_eq!(other.unwrap().value, 42);
         busy.iter().for_each(tokio::task::JoinHandle::abort);
         until(|| (queue.running(), queue.waiting()) == (0, 0)).await;
     }

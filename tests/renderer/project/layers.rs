@@ -23,10 +23,13 @@ fn no_folder_of_the_library_is_in_a_cycle() {
 /// The rooms of `api/` and what is in them, each from the bottom up.
 const ROOMS: [(&str, &str); 3] = [
     ("", "service http cli"),
-    ("service", "values clock error memory limits storage scheduler scenes pictures jobs tradeoff requests"),
+    (
+        "service",
+        "values clock error concurrency_limit memory limits storage scheduler scenes pictures jobs tradeoff requests",
+    ),
     (
         "http",
-        "host settings problem drain concurrency_limit memory_budget write_timeout auth metrics job_observer state extract \
+        "host settings problem drain memory_budget write_timeout auth metrics job_observer state extract \
          contract middleware raw_errors prelude respond scene_job routes server start",
     ),
 ];

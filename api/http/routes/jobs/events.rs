@@ -1,10 +1,10 @@
 //! `GET /v1/jobs/{id}/events`, `/v1/events?job=...`: what happens to jobs, as it happens (Server-Sent Events).
 
 use super::ID;
-use crate::http::concurrency_limit::Permit;
 use crate::http::extract::named_job::{NamedJob, find};
 use crate::http::prelude::*;
 use crate::http::problem::ProblemSummary;
+use crate::service::concurrency_limit::Permit;
 use crate::service::jobs::record::State as JobState;
 use crate::service::jobs::{Event, Job, Watcher};
 use axum::Extension;
