@@ -4,11 +4,11 @@
 //! just that.
 
 use super::Film;
+use super::sink::Sink;
 use exr::prelude::{
     Blocks, Compression, Encoding, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes, LineOrder,
     SpecificChannels, Vec2, WritableImage,
 };
-use std::io::Cursor;
 
 /// One part with the channels R, G and B.
 pub(super) fn encode(film: &Film) -> Vec<u8> {
@@ -25,14 +25,9 @@ pub(super) fn encode(film: &Film) -> Vec<u8> {
         channels,
     );
     let display = IntegerBounds::new((0, 0), (film.full_width as usize, film.full_height as usize));
-    let mut file = Cursor::new(Vec::new());
     // One thread: the bytes must not depend on which block is ready first.
-    Image::new(ImageAttributes::new(display), layer)
-        .write()
-        .non_parallel()
-        .to_buffered(&mut file)
-        .expect("memory takes any amount of bytes, and pictures are far smaller than the format allows");
-    file.into_inner()
+    let image = Image::new(ImageAttributes::new(display), layer);
+    Sink::collect(|file| image.write().non_parallel().to_buffered(file))
 }
 
 #[cfg(test)]
@@ -40,6 +35,7 @@ mod tests {
     use super::super::{FileFormat, Region, encode, encode::test_film};
     use super::*;
     use exr::prelude::{ReadChannels, ReadLayers, read};
+    use std::io::Cursor;
 
     #[test]
     fn keeps_floats_and_windows() {

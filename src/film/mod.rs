@@ -6,6 +6,7 @@ mod exr;
 mod format;
 mod pfm;
 mod png;
+mod sink;
 pub mod srgb;
 pub mod srgb16;
 mod web_formats;

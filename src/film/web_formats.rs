@@ -1,26 +1,24 @@
 //! JPEG (baseline, full color resolution) and lossless WebP, from 8-bit sRGB codes.
 
+use super::sink::Sink;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::webp::WebPEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
-/// Why writing cannot fail.
-const FITS: &str = "memory takes any amount of bytes, and pictures are at most as large as the formats allow";
-
 /// A JPEG file; quality 1 to 100.
 pub(super) fn jpeg([width, height]: [u32; 2], codes: &[u8], quality: u8) -> Vec<u8> {
-    let mut file = Vec::new();
-    let encoder = JpegEncoder::new_with_quality(&mut file, quality);
-    encoder.write_image(codes, width, height, ExtendedColorType::Rgb8).expect(FITS);
-    file
+    Sink::collect(|file| {
+        let encoder = JpegEncoder::new_with_quality(file, quality);
+        encoder.write_image(codes, width, height, ExtendedColorType::Rgb8)
+    })
 }
 
 /// A lossless WebP file.
 pub(super) fn webp([width, height]: [u32; 2], codes: &[u8]) -> Vec<u8> {
-    let mut file = Vec::new();
-    let encoder = WebPEncoder::new_lossless(&mut file);
-    encoder.write_image(codes, width, height, ExtendedColorType::Rgb8).expect(FITS);
-    file
+    Sink::collect(|file| {
+        let encoder = WebPEncoder::new_lossless(file);
+        encoder.write_image(codes, width, height, ExtendedColorType::Rgb8)
+    })
 }
 
 #[cfg(test)]
