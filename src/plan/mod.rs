@@ -37,6 +37,8 @@ pub struct Plan {
     pub explanation: Explanation,
     /// How deep the recursion gets.
     pub depth: Depth,
+    /// At most so many primitives lie around one point. A ray may take as many steps there, which no estimate sees.
+    pub overlap: f64,
     /// What the author should know, though the scene renders.
     pub warnings: Vec<Problem>,
     /// What all of it is expected to take.
@@ -73,7 +75,15 @@ impl Plan {
             Precise::Double(world) => (Kernel::of(world, Precision::Double), Depth::of(requested, world, &explanation)),
         };
         let warnings = scene.warnings.clone();
-        Self { kernel, explanation, depth, warnings, estimate: None, explain_ms: milliseconds(started) }
+        Self {
+            kernel,
+            explanation,
+            depth,
+            overlap: scene.overlap,
+            warnings,
+            estimate: None,
+            explain_ms: milliseconds(started),
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Warnings about scenes that render.
 
+use crate::control;
 use crate::lanes::Real;
 use crate::scene::description::{Description, Fresnel, Mesh, Object};
 use crate::scene::effects::Effect;
@@ -8,9 +9,19 @@ use crate::scene::problem::{Code, Problem, push_token};
 use crate::scene::world::{World, shows};
 use std::collections::HashMap;
 
+/// Primitives around one point that are worth a warning.
+const DENSE: f64 = 10_000.0;
+
 /// Warnings of a description and the world that it was built into.
-pub(in crate::scene) fn warnings<R: Real>(description: &Description, world: &World<R>) -> Vec<Problem> {
+pub(in crate::scene) fn warnings<R: Real>(description: &Description, world: &World<R>, overlap: f64) -> Vec<Problem> {
     let mut warnings = Vec::new();
+    if overlap > DENSE {
+        let detail = format!(
+            "as many as {overlap} objects may lie around one point: a single ray can take that many steps. Place them \
+             apart, or leave out those that coincide"
+        );
+        warnings.push(Problem::new("/objects", Code::Degenerate, detail));
+    }
     for (name, material) in description.materials.iter() {
         let (r_s, r_t) = (material.reflection.0, material.transmission.0);
         // Dielectrics divide the light: F r_s + (1 - F) r_t.
@@ -74,6 +85,9 @@ fn find_open_meshes(
 fn is_closed(mesh: &Mesh) -> bool {
     let mut edges: HashMap<([u64; 3], [u64; 3]), i32> = HashMap::new();
     for face in &mesh.faces {
+        if control::step(1) {
+            return true;
+        }
         // Adding 0 turns -0 into 0.
         let corner = face.map(|i| mesh.vertices[i as usize].map(|x| (x + 0.0).to_bits()));
         for k in 0..3 {

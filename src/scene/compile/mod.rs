@@ -21,7 +21,7 @@ use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::{Problems, unless_cancelled};
 use super::world::{Pruning, World};
 use super::{Problem, limits};
-use crate::accel::BvhKind;
+use crate::accel::{BvhKind, overlap};
 use crate::bound::ceiling::Ceiling;
 use crate::lanes::Real;
 use std::sync::Arc;
@@ -52,6 +52,8 @@ pub struct Scene {
     pub warnings: Vec<Problem>,
     /// Primitives after all instances are expanded, which never happens in memory.
     pub expanded_primitives: u64,
+    /// At most so many primitives lie around one point ([`overlap`]).
+    pub overlap: f64,
     /// Bytes of the pictures on its surfaces and around it.
     pub picture_bytes: usize,
     /// Whether any of them came from a file: then the same text may be another scene next time.
@@ -122,6 +124,7 @@ impl Scene {
 
 /// What is said about a world.
 struct Told {
+    overlap: f64,
     samples: u32,
     effects: Vec<Entry>,
     warnings: Vec<Problem>,
@@ -131,7 +134,8 @@ fn told<R: Real>(description: &Description, world: &World<R>, built: &build::Bui
     let samples = world.effects.samples(description.render.samples);
     let source = |item| built.sources.pointer(item);
     let facts = effects::Facts { description, world, pointers: &built.pointers, source: &source, samples };
-    Told { samples, effects: effects::table(&facts), warnings: warnings(description, world) }
+    let overlap = overlap(&world.geometries, world.root);
+    Told { overlap, samples, effects: effects::table(&facts), warnings: warnings(description, world, overlap) }
 }
 
 impl Sources {
@@ -225,6 +229,7 @@ pub fn compile_from(description: &Description, options: CompileOptions, files: &
         sources: built.sources.into(),
         warnings: told.warnings,
         expanded_primitives: built.expanded as u64,
+        overlap: told.overlap,
         picture_bytes: pictures.bytes(),
         from_files: pictures.from_files,
         bvh_ms,

@@ -35,6 +35,49 @@ fn killed_in_mid_render_it_goes_on_where_it_was_to_the_same_bytes() {
     assert_eq!(service.get(&format!("/v1/jobs/{id}/image")).body, alone.body, "also after another restart");
 }
 
+/// A ball that is doubled again and again: one ray takes longer than any test waits.
+fn endless() -> String {
+    let instance = |of: u32| format!(r#"{{ "instance": {{ "of": "d{of}" }} }}"#);
+    let doubled = |level: u32| format!(r#""d{level}": [ {0}, {0} ]"#, instance(level - 1));
+    let definitions: Vec<_> = (1..32).map(doubled).collect();
+    format!(
+        r#"{{ "version": 1, "image": {{ "width": 32, "height": 32 }},
+            "camera": {{ "pinhole": {{ "eye": [0, 0, 5], "look_at": [0, 0, 0] }} }},
+            "definitions": {{ "d0": [ {{ "sphere": {{ "center": [0, 0, 0], "radius": 1 }} }} ], {} }},
+            "objects": [ {} ], "render": {{ "antialias": false }} }}"#,
+        definitions.join(", "),
+        instance(31)
+    )
+}
+
+#[test]
+fn a_job_that_never_gets_anywhere_fails_when_it_has_seen_the_process_end_three_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ["--data", folder.path().to_str().unwrap()];
+    let plan = Service::start(&[]).post_json("/v1/explain", &endless()).json();
+    assert_eq!(plan["overlap"], f64::from(1u32 << 31));
+    assert!(text(&plan["warnings"][0]["detail"]).contains("2147483648 objects"), "{plan}");
+
+    let mut service = Service::start(&data);
+    let id = submit(&service, &endless(), "");
+    for _ in 0..3 {
+        until(&service, &id, |job| job["state"] == "running");
+        // A clean end does not count.
+        service.terminate();
+        assert!(service.ended(Duration::from_secs(10)).success());
+        service = Service::start(&data);
+    }
+    for _ in 0..3 {
+        until(&service, &id, |job| job["state"] == "running");
+        drop(service);
+        service = Service::start(&data);
+    }
+    let failed = job(&service, &id);
+    assert_eq!(failed["state"], "failed", "{failed}");
+    assert!(text(&failed["problem"]["type"]).ends_with("/problems/abandoned"), "{failed}");
+    succeeded(&service, &submit(&service, BALL, ""));
+}
+
 #[test]
 fn a_folder_belongs_to_one_service() {
     let folder = tempfile::tempdir().unwrap();

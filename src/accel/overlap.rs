@@ -1,0 +1,92 @@
+//! An upper bound on how many primitives can lie around one point: what a ray's search may take without finding anything.
+//!
+//! Instances of instances double it with each level, while the text of the scene grows by a line. It is found from the
+//! boxes alone, level by level of each hierarchy, so it counts what lies close together, too.
+
+use super::geometry::Geometry;
+use super::item::Shape;
+use super::wide_bvh::{Child, WideBvh, WideNode};
+use crate::lanes::{MAX_LANES, Real};
+
+/// The bound for the scene whose root is `geometries[root]`. Geometries come after those they place.
+pub fn overlap<R: Real>(geometries: &[Geometry<R>], root: usize) -> f64 {
+    let mut known: Vec<f64> = Vec::with_capacity(geometries.len());
+    for geometry in geometries {
+        let weight = |item: u32| match &geometry.items[item as usize].shape {
+            Shape::Instance(instance) => known[instance.geometry as usize],
+            _ => 1.0,
+        };
+        let unbounded: f64 = geometry.unbounded.iter().map(|item| weight(*item)).sum();
+        let primitive = |place: usize| weight(geometry.primitives[place].item);
+        let bounded = geometry.wide.as_ref().map_or(0.0, |wide| below(wide, wide.root, &primitive));
+        known.push(unbounded + bounded);
+    }
+    known.get(root).copied().unwrap_or_default()
+}
+
+/// The bound below a node or a leaf.
+fn below<R: Real>(wide: &WideBvh<R>, child: Child, primitive: &impl Fn(usize) -> f64) -> f64 {
+    match child.index() {
+        Ok(node) => {
+            let node = &wide.nodes[node];
+            let mut weights = [0.0; MAX_LANES];
+            for (weight, child) in weights.iter_mut().zip(&node.children[..node.count as usize]) {
+                *weight = below(wide, *child, primitive);
+            }
+            densest(node, &weights)
+        }
+        Err(leaf) => wide.leaves[leaf].places().map(primitive).sum(),
+    }
+}
+
+/// The largest sum of weights of boxes that hold one point: at most that of intervals along each axis, which is largest where
+/// one of them begins.
+fn densest<R: Real>(node: &WideNode<R>, weights: &[f64; MAX_LANES]) -> f64 {
+    let boxes = 0..node.count as usize;
+    let along = |axis: usize| {
+        let (min, max) = (&node.min[axis], &node.max[axis]);
+        let at = |point: R| boxes.clone().filter(|i| min[*i] <= point && point <= max[*i]).map(|i| weights[i]).sum();
+        boxes.clone().map(|i| at(min[i])).fold(0.0, f64::max)
+    };
+    along(0).min(along(1)).min(along(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::compile::Precise;
+    use crate::scene::{Format, Overrides, load};
+
+    fn overlap(objects: &str, definitions: &str) -> f64 {
+        let text = format!(
+            r#"{{ "version": 1, "camera": {{ "pinhole": {{ "eye": [0, 0, 5], "look_at": [0, 0, 0] }} }},
+                "definitions": {{ {definitions} }}, "objects": [ {objects} ] }}"#
+        );
+        match load(text.as_bytes(), Format::Json, &Overrides::default()).unwrap().scene.world {
+            Precise::Single(world) => super::overlap(&world.geometries, world.root),
+            Precise::Double(world) => super::overlap(&world.geometries, world.root),
+        }
+    }
+
+    fn ball(x: f64) -> String {
+        format!(r#"{{ "sphere": {{ "center": [{x}, 0, 0], "radius": 1 }} }}"#)
+    }
+
+    #[test]
+    fn bodies_at_one_place_are_counted_and_those_apart_are_not() {
+        assert_eq!(overlap(&ball(0.0), ""), 1.0);
+        assert_eq!(overlap(&vec![ball(0.0); 100].join(", "), ""), 100.0);
+        let apart: Vec<_> = (0..100).map(|i| ball(f64::from(i) * 3.0)).collect();
+        // At most those of a leaf.
+        assert!(overlap(&apart.join(", "), "") <= 8.0);
+    }
+
+    #[test]
+    fn instances_of_instances_double_it() {
+        let mut definitions = vec![format!(r#""d0": [ {} ]"#, ball(0.0))];
+        for level in 1..=20 {
+            let instance = format!(r#"{{ "instance": {{ "of": "d{}" }} }}"#, level - 1);
+            definitions.push(format!(r#""d{level}": [ {instance}, {instance} ]"#));
+        }
+        assert_eq!(overlap(r#"{ "instance": { "of": "d20" } }"#, &definitions.join(", ")), f64::from(1 << 20));
+    }
+}
