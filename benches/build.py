@@ -34,7 +34,7 @@ PROGRAM = "release/strahl"
 
 # Edits that change machine code, as a day's work does: in the one file below a folder that has a line, it becomes another.
 EDITS = {
-    "api": ("api", "const PAGE: [usize; 2] = [50, 200];", "const PAGE: [usize; 2] = [51, 201];"),
+    "api": ("api", "const PAGE: [u32; 2] = [50, 200];", "const PAGE: [u32; 2] = [51, 201];"),
     "library": ("src", "const CLEARLY: f64 = 0.1;", "const CLEARLY: f64 = 0.11;"),
     # The same pictures by another comparison, since tests are run after it.
     "kernel": ("src", "if exponent <= MAX_SQUARED && exponent", "if exponent < MAX_SQUARED + 0.5 && exponent"),
