@@ -213,9 +213,9 @@ pub(crate) fn is_stopping() -> bool {
     COUNT.get() >= STEPS
 }
 
-/// [`step`] for code that may fail.
+/// Counts steps of some microseconds at most; waits where the work of this thread is paused, and fails once it is cancelled.
 #[inline]
-pub(crate) fn checkpoint(steps: u32) -> Result<(), Cancelled> {
+pub fn checkpoint(steps: u32) -> Result<(), Cancelled> {
     if step(steps) { Err(Cancelled) } else { Ok(()) }
 }
 

@@ -112,7 +112,13 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let encoding = Instant::now();
     let canvas = locked(&job.canvas).take().ok_or_else(|| stopped(job))?;
     let image = job.record().image_id.clone();
+    let entered = job.control.enter();
     let finished = finish(&canvas, &ready, &spec, image, &workers, began).map_err(|Cancelled| stopped(job))?;
+    drop(entered);
+    if job.control.is_cancelled() {
+        // The file may be cut short.
+        return Err(stopped(job));
+    }
     let written = jobs.write(&folder, PICTURE, &finished.made.to_blob());
     let written = written.and_then(|()| jobs.write(&folder, PREVIEW, &finished.preview));
     written.map_err(|error| disk(&error))?;

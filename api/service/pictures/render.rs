@@ -76,6 +76,10 @@ pub(crate) fn make(
     let replay = Replay::of(&picture, ready);
     let writing = Instant::now();
     let file = codes.file_with(&picture.film, format, note.then(|| super::render::note(&error, &replay)).as_deref());
+    if control.is_cancelled() {
+        // The file may be cut short.
+        return Err(Cancelled);
+    }
     let phases = Phases {
         parse: loading.parse,
         plan: loading.plan,

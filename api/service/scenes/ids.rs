@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 use std::fmt;
 use std::io::{self, Write};
 use std::sync::LazyLock;
+use strahl::control::{Cancelled, checkpoint};
 use strahl::render::RENDER_EPOCH;
 use strahl::scene::Description;
 use strahl::scene::description::{Accuracy, RenderSettings};
@@ -31,7 +32,7 @@ pub(crate) fn is_reproducible(settings: &RenderSettings) -> bool {
 /// Name of a scene: `s_` and 32 letters of `a-z2-7`. The description is the same afterwards, but for `$schema`.
 pub(crate) fn scene_id(description: &mut Description) -> String {
     let mut hash = Hash(Sha256::new());
-    // A hash takes any amount of bytes, and a description is made of what JSON can say.
+    // A hash takes any amount of bytes, and a description is made of what JSON can say. Once cancelled, nobody wants the id.
     let _ = write_canonical(description, &mut hash);
     format!("s_{}", letters(&hash.0.finalize()[..SCENE_LETTERS * 5 / 8]))
 }
@@ -142,6 +143,7 @@ struct Hash(Sha256);
 
 impl Write for Hash {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        checkpoint(1).map_err(|Cancelled| io::Error::other("cancelled"))?;
         self.0.update(bytes);
         Ok(bytes.len())
     }

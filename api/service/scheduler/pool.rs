@@ -88,18 +88,25 @@ impl Workers {
         Ok(())
     }
 
-    /// Does some work on the pool. It is paused while others have their time slices.
+    /// Does some work on the pool. It is paused while others have their time slices. What it has made is dropped if it was
+    /// cancelled meanwhile.
     pub(crate) fn work<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
         let first = self.first().take();
-        let _slices = first.map_or_else(|| self.scheduled.wait_here(None), Ok)?;
-        Ok(self.threads_of_its_own()?.install(work))
+        let slices = first.map_or_else(|| self.scheduled.wait_here(None), Ok)?;
+        self.run(slices, work)
     }
 
     /// The same for work that ends by itself at some time, which should not be paused shortly before.
     pub(crate) fn work_until<T: Send>(&self, ends: Instant, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
         let first = self.first().take().inspect(|slices| slices.end_at(ends));
-        let _slices = first.map_or_else(|| self.scheduled.wait_here(Some(ends)), Ok)?;
-        Ok(self.threads_of_its_own()?.install(work))
+        let slices = first.map_or_else(|| self.scheduled.wait_here(Some(ends)), Ok)?;
+        self.run(slices, work)
+    }
+
+    fn run<T: Send>(&self, _slices: Slices, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
+        let result = self.threads_of_its_own()?.install(work);
+        // What cancelled work has made may be cut short anywhere.
+        if self.control.is_cancelled() { Err(Cancelled) } else { Ok(result) }
     }
 
     /// How many threads there are.
