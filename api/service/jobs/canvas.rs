@@ -1,21 +1,21 @@
-//! A picture that is coming into being: finished tiles, and a small picture of it all, whose gaps coarser passes fill.
+//! The unfinished picture of a job: finished tiles, and a preview whose gaps are filled by coarser passes.
 
 use strahl::bound::BoundedPixels;
 use strahl::film::{Film, Region};
 use strahl::render::{Picture, RayCounts, Refined, Sampling};
 
-/// Longest side of the small picture in pixels.
+/// Longest side of a preview in pixels.
 pub(crate) const PREVIEW_SIDE: u32 = 1_024;
 
 /// The picture so far.
 #[derive(Debug)]
 pub(super) struct Canvas {
     picture: Picture,
-    /// The small picture.
+    /// The preview.
     preview: Film,
-    /// How many pixels of the picture are one of the small one, in a row; a power of two.
+    /// Width of a pixel of the preview in pixels of the picture: a power of two.
     scale: u32,
-    /// Pixels of the small picture that finished tiles have decided.
+    /// Pixels of the preview that come from finished tiles.
     decided: Vec<bool>,
 }
 
@@ -41,7 +41,7 @@ impl Canvas {
         Self { picture, ..canvas }
     }
 
-    /// A tile is finished. Its corners lie at multiples of 32 pixels, or it is the whole picture.
+    /// Adds a finished tile. Its corners lie at multiples of 32 pixels, or it is the whole picture.
     pub(super) fn finish(&mut self, tile: &Picture) {
         join(&mut self.picture, tile);
         let Region { x, y, width, height } = tile.film.region;
@@ -55,7 +55,7 @@ impl Canvas {
         }
     }
 
-    /// A part of a pass is there, whose pixels are 2^level times as wide as the picture's.
+    /// Adds a part of a coarse pass, whose pixels are 2^level times as wide as the picture's.
     pub(super) fn fill(&mut self, part: &Film, level: u32) {
         let (scale, width) = (self.scale, self.preview.region.width);
         for (at, pixel) in self.preview.pixels.iter_mut().enumerate().filter(|(at, _)| !self.decided[*at]) {
@@ -68,12 +68,12 @@ impl Canvas {
         }
     }
 
-    /// The picture, and what its tiles took together.
+    /// The picture, with the cost of all its tiles.
     pub(super) fn picture(&self) -> &Picture {
         &self.picture
     }
 
-    /// The small picture.
+    /// The preview.
     pub(super) fn preview(&self) -> &Film {
         &self.preview
     }
@@ -86,7 +86,7 @@ impl Canvas {
     }
 }
 
-/// Average of a square of pixels, as far as it lies in the picture.
+/// Average of the pixels of a square that lie in the picture.
 fn average(film: &Film, left: u32, top: u32, side: u32) -> [f32; 3] {
     let Region { width, height, .. } = film.region;
     let square = Region { x: left, y: top, width: side.min(width - left), height: side.min(height - top) };

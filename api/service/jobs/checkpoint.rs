@@ -1,7 +1,7 @@
-//! The finished tiles of a job on disk, so that none is rendered twice: one file, to which each is added when it is done.
+//! The finished tiles of a job on disk, so that none is rendered twice. Each is appended to one file when it is done.
 //!
-//! A tile is its number, what it took as JSON, its pixels as linear floats, those that lack light with what they are at most,
-//! and a hash of all that. What a kill has left half-written at the end is cut off.
+//! A tile is written as its number, its cost as JSON, its pixels as linear floats, the bounds of pixels that lack light, and
+//! a hash of all that. A tile that a crash has left half-written at the end of the file is cut off.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -14,27 +14,27 @@ use strahl::render::{Picture, RayCounts, Refined, Sampling};
 
 /// Bytes of the hash.
 const DIGEST: usize = 16;
-/// Bytes before the rest: number of the tile, bytes of the JSON, number of pixels that lack light.
+/// Bytes of the header: number of the tile, bytes of the JSON, number of pixels that lack light.
 const HEAD: usize = 12;
 /// Most bytes of the JSON.
 const MOST: usize = 16_384;
 /// Bytes of a pixel.
 const PIXEL: usize = 12;
-/// Bytes of one that lacks light: where it is, and what it is at most.
+/// Bytes of the bound of a pixel that lacks light: where it is, and its highest value.
 const LACKING: usize = 20;
 
 /// A finished tile.
 #[derive(Debug)]
 pub(super) struct Tile {
-    /// Which one.
+    /// Its number.
     pub(super) number: u32,
-    /// The tile itself.
+    /// Its pixels, and what they took.
     pub(super) picture: Picture,
 }
 
-/// What a tile took.
+/// Cost of a tile.
 #[derive(Debug, Serialize, Deserialize)]
-struct Took {
+struct TileCost {
     rays: RayCounts,
     camera_hits: u64,
     deepest: u32,
@@ -44,13 +44,13 @@ struct Took {
     refine_ms: f64,
 }
 
-/// The file.
+/// The file of tiles.
 #[derive(Debug)]
 pub(super) struct Tiles(File);
 
 impl Tiles {
-    /// Opens the file of a picture of some size, or makes it, and hands over the tiles that are there; `region` says where
-    /// a tile is, none that there is no such tile.
+    /// Opens or makes the file for a picture of `size`, and calls `found` with each tile in it. `region` gives the region of
+    /// a tile by its number, if there is such a tile.
     pub(super) fn open(
         path: &Path,
         size: [u32; 2],
@@ -69,10 +69,10 @@ impl Tiles {
         Ok(Self(file))
     }
 
-    /// Adds a tile; it outlives the process from then on.
+    /// Appends a tile, which survives the process from then on.
     pub(super) fn add(&mut self, Tile { number, picture }: &Tile) -> io::Result<()> {
         let &Picture { ref film, ref bounded, ref sampling, rays, refined, trace_ms, refine_ms, .. } = picture;
-        let took = serde_json::to_vec(&Took {
+        let took = serde_json::to_vec(&TileCost {
             rays,
             camera_hits: rays.camera_hits,
             deepest: rays.deepest,
@@ -98,7 +98,7 @@ impl Tiles {
     }
 }
 
-/// The next tile and its bytes in the file; none at the end of what is whole.
+/// The next tile and its bytes in the file. None at the end of the intact tiles.
 fn read(
     from: &mut impl Read,
     [full_width, full_height]: [u32; 2],
@@ -126,7 +126,8 @@ fn read(
     let (took, pixels) = contents[HEAD..].split_at(took);
     let (pixels, bounded) = pixels.split_at(count * PIXEL);
     // Another version of the program may have written it.
-    let Ok(Took { rays, camera_hits, deepest, refined, sampling, trace_ms, refine_ms }) = serde_json::from_slice(took)
+    let Ok(TileCost { rays, camera_hits, deepest, refined, sampling, trace_ms, refine_ms }) =
+        serde_json::from_slice(took)
     else {
         return Ok(None);
     };
@@ -141,12 +142,12 @@ fn read(
     Ok(Some((Tile { number, picture }, bytes.len())))
 }
 
-/// Numbers of 32 bits.
+/// Bytes as numbers of 32 bits.
 fn words(bytes: &[u8]) -> Vec<u32> {
     bytes.chunks_exact(4).map(|bytes| bytes.try_into().map_or(0, u32::from_le_bytes)).collect()
 }
 
-/// Whether there was enough to fill it.
+/// Fills a buffer; false at the end of the file.
 fn fill(from: &mut impl Read, into: &mut [u8]) -> io::Result<bool> {
     match from.read_exact(into) {
         Ok(()) => Ok(true),

@@ -1,23 +1,23 @@
-//! What happens to a job, numbered, for those who watch: the last thousand events, and a bell.
+//! The events of a job, numbered: the last thousand, and a channel that signals new ones.
 
 use serde_json::Value;
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 
-/// Events that are kept for those who come back.
+/// Events that are kept for clients that reconnect.
 const KEPT: usize = 1_024;
-/// Numbers for each process that works on a job: so they grow over restarts, too.
+/// Event numbers for each restart, so that numbers grow over restarts, too.
 const PER_LIFE: u64 = 1_000_000_000;
 
-/// Something that happened.
+/// An event.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Event {
-    /// Its number; later ones are greater.
+    /// Its number. Later events have greater ones.
     pub(crate) seq: u64,
-    /// What kind.
+    /// Its kind.
     pub(crate) name: &'static str,
-    /// The rest.
+    /// Its contents.
     pub(crate) data: Value,
 }
 
@@ -37,14 +37,14 @@ struct Kept {
 }
 
 impl Events {
-    /// No events yet in this life of the job.
+    /// No events yet since the last restart.
     pub(super) fn new(life: u64) -> Self {
         let before = life * PER_LIFE;
         let kept = Kept { events: VecDeque::new(), before, last: before };
         Self { kept: Mutex::new(kept), last: watch::Sender::new(before) }
     }
 
-    /// Something happened; returns its number.
+    /// Publishes an event and returns its number.
     pub(super) fn publish(&self, name: &'static str, data: Value) -> u64 {
         let mut kept = self.kept();
         kept.last += 1;
@@ -60,7 +60,7 @@ impl Events {
         seq
     }
 
-    /// Everything after a number; none if some of it is not kept any more, or the number was never given.
+    /// All events after a number. None if some of them are not kept any more, or no event has had the number.
     pub(crate) fn since(&self, seq: u64) -> Option<Vec<Event>> {
         let kept = self.kept();
         (kept.before..=kept.last)
@@ -73,7 +73,7 @@ impl Events {
         self.kept().last
     }
 
-    /// Changes whenever something happens.
+    /// A channel that changes with each event.
     pub(crate) fn bell(&self) -> watch::Receiver<u64> {
         self.last.subscribe()
     }

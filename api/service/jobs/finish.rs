@@ -1,4 +1,4 @@
-//! From a finished canvas to the picture's file, what is said about it, and the small picture.
+//! Encodes the finished picture of a job, its report and its preview.
 
 use super::canvas::Canvas;
 use super::record::JobSpec;
@@ -12,17 +12,17 @@ use std::time::Instant;
 use strahl::film::{Codes, FileFormat, encode};
 use strahl::render::Cancelled;
 
-/// The files of a job.
+/// The files of a finished job.
 #[derive(Debug)]
 pub(super) struct JobFiles {
     /// The picture and its cost report.
     pub(super) made: PictureFile,
-    /// The small picture, a PNG.
+    /// The preview, a PNG.
     pub(super) preview: Vec<u8>,
 }
 
-/// Encodes the picture and says what it cost. `began` is when this process began to work on it; times of tracing are those
-/// of all processes.
+/// Encodes the picture and reports its cost. `began` is when this process began to work on it; times of tracing include
+/// those of earlier processes.
 pub(super) fn finish(
     canvas: &Canvas,
     ready: &PreparedScene,

@@ -1,4 +1,4 @@
-//! A job as the process that works on it sees it: its record, how far it is, and who watches.
+//! A job in memory: its record, progress and watchers.
 
 use super::canvas::Canvas;
 use super::event_log::Events;
@@ -14,65 +14,65 @@ use strahl::render::Control;
 #[derive(Debug)]
 pub(crate) struct Job {
     record: Mutex<Record>,
-    /// What happens to it.
+    /// Its events.
     pub(crate) events: Events,
     /// Stops its render.
     pub(super) control: Control,
-    /// Why it was stopped: the first reason counts.
+    /// Why it was stopped. The first reason counts.
     pub(super) stopped: Mutex<Option<Stopped>>,
-    /// Shared with its seat on the pool.
+    /// Shared with its task in the scheduler.
     pub(super) priority: Arc<AtomicU8>,
     /// The picture so far, while it is being rendered.
     pub(super) canvas: Mutex<Option<Canvas>>,
-    /// Which tile is next, while it is being rendered.
+    /// Order of the tiles, while it is being rendered.
     pub(super) order: Mutex<Option<TileOrder>>,
-    /// Looks at it before it was begun.
+    /// Regions that clients asked for before it was started.
     pub(super) early_looks: Mutex<Vec<Region>>,
-    /// Tiles by number, and whether they are finished.
+    /// Tiles, and whether each is finished.
     pub(super) tiles: Vec<(Region, AtomicBool)>,
     pub(super) done: AtomicUsize,
     pub(super) rays: AtomicU64,
-    /// Rays that this process has traced for it, those of previews included.
+    /// Rays that this process has traced for it, previews included.
     pub(super) spent: AtomicU64,
-    /// Changes of the preview.
+    /// Number of changes of the preview.
     pub(super) revision: AtomicU64,
-    /// Bytes of its files, once it has succeeded.
+    /// Bytes of its files on disk, once it has succeeded.
     pub(super) kept: AtomicU64,
     /// Whether its owner does not want to see it any more.
     pub(super) forgotten: AtomicBool,
     watchers: AtomicUsize,
-    /// When this process began it, and how many tiles were done then.
+    /// When this process began to render it, and how many tiles were done then.
     pub(super) begun: Mutex<Option<(Instant, usize)>>,
-    /// When it was accepted, as far as this process can say.
+    /// When it was accepted. Capped at the time since which the clock counts.
     pub(super) since: Instant,
 }
 
-/// Why a job does not go on.
+/// Why a job was stopped.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Stopped {
-    /// Its owner said so.
+    /// The owner has canceled it.
     Canceled,
-    /// The service ends; another process goes on.
+    /// The service shuts down. The next process resumes it.
     Suspended,
-    /// It cannot.
+    /// It has failed.
     Failed(Failure),
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Progress {
     /// Finished tiles.
     pub(crate) done: usize,
     /// All tiles.
     pub(crate) total: usize,
-    /// Rays of the finished ones.
+    /// Rays of the finished tiles.
     pub(crate) rays: u64,
-    /// Milliseconds until it is done, once a tile has said how long they take.
+    /// Estimated milliseconds until it is done, once this process has finished a tile.
     pub(crate) eta_ms: Option<f64>,
 }
 
 impl Job {
-    /// A job that nobody has begun in this process.
+    /// A job that this process has not started.
     pub(super) fn new(record: Record) -> Self {
         let picture = Region::whole(record.width, record.height);
         let regions = if record.edge == 0 { vec![picture] } else { picture.tiles(record.edge).collect() };
@@ -100,12 +100,12 @@ impl Job {
         }
     }
 
-    /// Its record, for a moment.
+    /// Locks its record.
     pub(crate) fn record(&self) -> MutexGuard<'_, Record> {
         locked(&self.record)
     }
 
-    /// How far it is.
+    /// Its progress.
     pub(crate) fn progress(&self) -> Progress {
         let total = self.tiles.len();
         let done = if self.record().state == State::Succeeded { total } else { self.done.load(Ordering::Relaxed) };
@@ -116,7 +116,7 @@ impl Job {
         Progress { done, total, rays: self.rays.load(Ordering::Relaxed), eta_ms }
     }
 
-    /// Somebody looks at a region: its tiles are next.
+    /// Renders the tiles of a region next, since a client has asked for it.
     pub(crate) fn look(&self, region: Region) {
         match &mut *locked(&self.order) {
             Some(order) => order.look(region),
@@ -136,25 +136,25 @@ impl Job {
         canvas.as_ref().filter(|_| self.tiles.iter().all(is_done)).map(|canvas| canvas.crop(region))
     }
 
-    /// The small picture so far and its revision; none before there is anything to see.
+    /// The preview and its revision, once anything has been rendered.
     pub(crate) fn preview(&self) -> Option<(Film, u64)> {
         let canvas = locked(&self.canvas);
         let revision = self.revision();
         canvas.as_ref().filter(|_| revision > 0).map(|canvas| (canvas.preview().clone(), revision))
     }
 
-    /// Number of the preview.
+    /// Revision of the preview.
     pub(crate) fn revision(&self) -> u64 {
         self.revision.load(Ordering::Relaxed)
     }
 
-    /// Somebody watches until the guard is dropped: finer previews are worth their rays.
+    /// Counts a watcher until the guard is dropped. Finer previews are made for watched jobs only.
     pub(crate) fn watch(self: &Arc<Self>) -> Watcher {
         self.watchers.fetch_add(1, Ordering::Relaxed);
         Watcher(Arc::clone(self))
     }
 
-    /// Whether somebody watches.
+    /// Whether any client watches it.
     pub(super) fn is_watched(&self) -> bool {
         self.watchers.load(Ordering::Relaxed) > 0
     }
@@ -166,7 +166,7 @@ impl Job {
     }
 }
 
-/// Somebody who watches a job.
+/// A client that watches a job.
 #[derive(Debug)]
 pub(crate) struct Watcher(Arc<Job>);
 
@@ -176,7 +176,7 @@ impl Drop for Watcher {
     }
 }
 
-/// A panic elsewhere leaves single values behind these locks, each of them whole.
+/// Locks a mutex. A panic of another thread cannot leave the values of this module half-written.
 pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

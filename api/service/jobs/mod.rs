@@ -1,4 +1,4 @@
-//! Jobs: pictures that nobody has to wait for. Accepted jobs survive any end of the process, finished tiles included.
+//! Jobs: renders that run in the background. Accepted jobs and their finished tiles survive a restart or a crash.
 //!
 //! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash, shared by all jobs that render them) and
 //! `jobs/ID/`: `tiles` while the job is rendered, `picture` (with its cost report) and `preview` afterwards.
@@ -40,20 +40,20 @@ use std::thread;
 use store::Store;
 use tokio::sync::watch;
 
-/// The finished picture's file in the folder of a job.
+/// Name of the picture file in the folder of a job.
 const PICTURE: &str = "picture";
-/// The small picture's.
+/// Name of the preview file.
 const PREVIEW: &str = "preview";
 
 /// A job goes on after so many ends of the process without a new tile.
 const CRASHES: u32 = 2;
 
-/// Who charges tenants for jobs, and counts them.
+/// Charges tenants for jobs and counts jobs.
 pub(crate) trait JobObserver: Send + Sync {
-    /// This process has stopped working on a tenant's job, after tracing this number of rays for it.
+    /// This process has stopped working on a tenant's job, for which it has traced `rays`.
     fn spent(&self, tenant: &str, rays: u64);
 
-    /// A job has ended, in this state.
+    /// A job has ended in a final state.
     fn ended(&self, record: &Record, state: State);
 }
 
@@ -68,9 +68,9 @@ pub(crate) struct Jobs {
     /// The limits.
     pub(crate) limits: JobLimits,
     registry: Mutex<Registry>,
-    /// How many are open.
+    /// Number of open jobs.
     open: watch::Sender<usize>,
-    /// Milliseconds of work on jobs that came to nothing.
+    /// Milliseconds of work on jobs that failed or were canceled.
     canceled: AtomicU64,
 }
 
@@ -81,7 +81,7 @@ impl std::fmt::Debug for Jobs {
 }
 
 impl Jobs {
-    /// Opens a folder and goes on with the jobs in it.
+    /// Opens a folder and resumes the jobs in it.
     pub(crate) fn open(
         folder: &Path,
         limits: JobLimits,
@@ -119,12 +119,12 @@ impl Jobs {
             open: watch::Sender::new(0),
             canceled: AtomicU64::new(0),
         });
-        // What another version wrote is not for this one to remove.
+        // Records that cannot be read may belong to another version of the program, so no files are removed.
         if !others {
-            jobs.remove_strangers();
+            jobs.remove_orphans();
         }
         let is_done = |job: &&Arc<Job>| job.record().state == State::Succeeded;
-        locked(&jobs.registry).jobs.values().filter(is_done).for_each(|job| jobs.weigh(job));
+        locked(&jobs.registry).jobs.values().filter(is_done).for_each(|job| jobs.measure_files(job));
         for job in hopeless {
             let detail =
                 format!("the service ended {} times while it rendered this job, without a new tile", CRASHES + 1);
@@ -134,7 +134,7 @@ impl Jobs {
         Ok(jobs)
     }
 
-    /// Stops a job; whether it was not final yet.
+    /// Stops a job. False if it had already ended.
     pub(crate) fn cancel(&self, job: &Arc<Job>) -> bool {
         let was_queued = {
             let mut registry = locked(&self.registry);
@@ -150,7 +150,7 @@ impl Jobs {
         running
     }
 
-    /// Changes a job's priority, from its next turn on.
+    /// Changes a job's priority. It counts from the next time slice on.
     pub(crate) fn set_priority(&self, job: &Job, priority: u8) -> io::Result<()> {
         job.priority.store(priority, Ordering::Relaxed);
         {
@@ -161,7 +161,7 @@ impl Jobs {
         self.save(job)
     }
 
-    /// Forgets a job. Its files go when its work has stopped.
+    /// Deletes a job. Its files go when its work has stopped.
     pub(crate) fn forget(&self, job: &Arc<Job>) {
         job.forgotten.store(true, Ordering::SeqCst);
         self.cancel(job);
@@ -182,7 +182,7 @@ impl Jobs {
         }
     }
 
-    /// Opens no more jobs. Those that are open are suspended if another process can go on with them.
+    /// Opens no more jobs, and suspends open ones if their folder outlives this process.
     pub(crate) fn close(&self) {
         let mut registry = locked(&self.registry);
         registry.closing = true;
@@ -217,7 +217,7 @@ impl Jobs {
         if job.forgotten.load(Ordering::SeqCst) { Ok(()) } else { self.store.put(record) }
     }
 
-    /// A job has reached its final state.
+    /// Writes the final state of a job, and tells observer and watchers.
     fn finish(&self, job: &Job, state: State, failure: Option<Failure>) {
         let (id, data) = {
             let mut record = job.record();
@@ -230,7 +230,7 @@ impl Jobs {
         if state != State::Succeeded {
             self.remove_files(&id);
         }
-        // On disk before anybody hears of it.
+        // The record is on disk before clients see it.
         let on_disk = Record { state, ..job.record().clone() };
         if let Err(error) = self.put(job, &on_disk) {
             tracing::error!(job = id, %error, "a record cannot be written");
@@ -238,7 +238,7 @@ impl Jobs {
         let _ = fs::remove_file(self.folder_of(&id).join("tiles"));
         job.record().state = state;
         if state == State::Succeeded {
-            self.weigh(job);
+            self.measure_files(job);
         } else {
             locked(&self.registry).release_scene(&on_disk.spec, &self.scenes);
         }
@@ -250,7 +250,7 @@ impl Jobs {
         job.events.publish(state.name(), data);
     }
 
-    /// Opens the jobs that are next, as far as there is room.
+    /// Opens waiting jobs while there is room for more.
     fn open_next(self: &Arc<Self>) {
         let mut registry = locked(&self.registry);
         while let Some(at) = registry.next_to_open(&self.limits) {
@@ -273,7 +273,7 @@ impl Jobs {
                 return;
             }
         }
-        // Who watches a waiting job sees it move up.
+        // Clients that watch a waiting job see it move up.
         let watched: Vec<_> = registry.queued.iter().filter(|job| job.is_watched()).map(Arc::clone).collect();
         drop(registry);
         for job in watched {

@@ -1,4 +1,4 @@
-//! What there is to know of jobs, without changing any.
+//! Queries about jobs.
 
 use super::job::{Job, locked};
 use super::record::{JobSpec, Record, State};
@@ -19,7 +19,7 @@ impl Jobs {
         locked(&self.registry).jobs.get(id).map(Arc::clone)
     }
 
-    /// The scene of some job that goes by this name, and the settings over it.
+    /// What a job with this scene id renders, if there is one.
     pub(crate) fn spec_of(&self, scene_id: &str) -> Option<JobSpec> {
         let registry = locked(&self.registry);
         let same = |job: &Arc<Job>| {
@@ -30,13 +30,13 @@ impl Jobs {
         registry.jobs.values().find_map(same)
     }
 
-    /// The picture of some job that is the whole of this image in this format.
+    /// The picture of a job that shows this whole image in this format.
     pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<PictureFile> {
-        // One that has just been forgotten is as good as none.
+        // A job may be deleted between these two calls.
         self.with_picture(image_id, format).iter().find_map(|id| self.picture(id).ok())
     }
 
-    /// The jobs that have that picture.
+    /// Ids of the jobs that have such a picture.
     pub(crate) fn with_picture(&self, image_id: &str, format: FileFormat) -> Vec<String> {
         let registry = locked(&self.registry);
         let same = |job: &Arc<Job>| {
@@ -47,14 +47,14 @@ impl Jobs {
         registry.jobs.values().filter_map(same).collect()
     }
 
-    /// Jobs after an id, the newest first, as far as `wanted` says so.
+    /// Jobs older than `before` that are `wanted`, the newest first.
     pub(crate) fn list(&self, before: Option<&str>, limit: usize, wanted: impl Fn(&Record) -> bool) -> Vec<Arc<Job>> {
         let registry = locked(&self.registry);
         let older = registry.jobs.range::<str, _>((Bound::Unbounded, before.map_or(Bound::Unbounded, Bound::Excluded)));
         older.rev().map(|(_, job)| job).filter(|job| wanted(&job.record())).take(limit).map(Arc::clone).collect()
     }
 
-    /// Place of a job among the waiting ones of its tenant, from 1, and milliseconds until it should be done.
+    /// Position of a waiting job among those of its tenant, from 1, and estimated milliseconds until it is done.
     pub(crate) fn place(&self, job: &Arc<Job>) -> Option<(usize, f64)> {
         let registry = locked(&self.registry);
         let mine = rank(job);
@@ -72,13 +72,13 @@ impl Jobs {
         Some((ahead.len() + 1, alone * registry.slowness.unwrap_or(1.0) * tenants.len() as f64))
     }
 
-    /// Jobs that wait and jobs that are open.
+    /// Numbers of waiting jobs and open jobs.
     pub(crate) fn counts(&self) -> (usize, usize) {
         let registry = locked(&self.registry);
         (registry.queued.len(), registry.open.len())
     }
 
-    /// The states of all jobs that are known.
+    /// The states of all jobs.
     pub(crate) fn by_state(&self) -> Vec<State> {
         locked(&self.registry).jobs.values().map(|job| job.record().state).collect()
     }
@@ -98,17 +98,17 @@ impl Jobs {
         PictureFile::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
     }
 
-    /// What is known about it.
+    /// The metadata of that picture.
     pub(crate) fn meta(&self, id: &str) -> io::Result<PictureMeta> {
         PictureMeta::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
     }
 
-    /// The text of a scene that a job needs.
+    /// The text of a job's scene.
     pub(crate) fn scene(&self, name: &str) -> Option<Vec<u8>> {
         self.scenes.get(name)
     }
 
-    /// Its last preview, a PNG; jobs whose picture was there already have none.
+    /// The last preview of a finished job, a PNG. Jobs whose picture existed already have none.
     pub(crate) fn last_preview(&self, id: &str) -> io::Result<Vec<u8>> {
         fs::read(self.folder_of(id).join(PREVIEW))
     }

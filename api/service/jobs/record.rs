@@ -1,4 +1,4 @@
-//! What is known of a job, and outlives the process.
+//! The record of a job, which is kept on disk.
 
 use crate::service::clock::unix_time;
 use crate::service::error::Error;
@@ -11,48 +11,48 @@ use strahl::scene::{Format, Overrides, Problems};
 /// A job.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Record {
-    /// A UUID of version 7: later jobs have greater ones.
+    /// A UUID of version 7, so that later jobs have greater ids.
     pub(crate) id: String,
-    /// Whose it is.
+    /// The tenant that owns it.
     pub(crate) tenant: String,
-    /// That tenant's share beside others.
+    /// The tenant's weight in the scheduler.
     pub(crate) weight: u32,
-    /// Where it stands.
+    /// Its state.
     pub(crate) state: State,
     /// 0 to 100.
     pub(crate) priority: u8,
-    /// What its owner calls it.
+    /// The owner's labels.
     pub(crate) labels: Vec<String>,
     /// What it renders.
     #[serde(rename = "order")]
     pub(crate) spec: JobSpec,
-    /// Name of the scene with the settings in it, if its picture has a name.
+    /// Id of the scene with its settings, if the picture has an id.
     pub(crate) scene_id: Option<String>,
-    /// Name of the picture, if it has one.
+    /// Id of the picture, if it has one.
     pub(crate) image_id: Option<String>,
     /// Pixels across.
     pub(crate) width: u32,
     /// Pixels down.
     pub(crate) height: u32,
-    /// Edge of a tile in pixels; the picture is one tile if it is 0.
+    /// Edge of a tile in pixels. 0: the picture is one tile.
     pub(crate) edge: u32,
-    /// Milliseconds it should take on the whole pool.
+    /// Estimated milliseconds on the whole pool.
     pub(crate) estimate_ms: f64,
     /// Bytes of its built scene.
     pub(crate) scene_bytes: u64,
-    /// What makes a second submission the same as this one.
+    /// Tells a repeated submission from a new one.
     pub(crate) idempotency: Option<Idempotency>,
-    /// Milliseconds since 1970 when it was accepted.
+    /// When it was accepted, in milliseconds since 1970.
     pub(crate) created: u64,
-    /// When it was first begun.
+    /// When it was first started.
     pub(crate) started: Option<u64>,
     /// When it reached its final state.
     pub(crate) finished: Option<u64>,
-    /// What it took.
+    /// Its cost.
     pub(crate) stats: Stats,
     /// Why it failed.
     pub(crate) failure: Option<Failure>,
-    /// How many processes have worked on it.
+    /// Number of restarts since it was accepted.
     pub(crate) lives: u64,
     /// How many processes ended while they rendered it, without a new tile.
     #[serde(default)]
@@ -74,22 +74,22 @@ impl Record {
     }
 }
 
-/// Where a job stands.
+/// State of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "JobState")]
 pub(crate) enum State {
-    /// It waits.
+    /// Waits for its turn.
     Queued,
-    /// It is being rendered.
+    /// Is being rendered.
     Running,
-    /// There is a picture.
+    /// The picture is finished.
     Succeeded,
-    /// There is none, for a reason.
+    /// There is no picture; `failure` says why.
     Failed,
-    /// Its owner wants it no more.
+    /// The owner has canceled it.
     Canceled,
-    /// There was a picture.
+    /// The picture has been deleted to make room, or because it was old.
     Expired,
 }
 
@@ -104,12 +104,12 @@ impl State {
         ("expired", Self::Expired),
     ];
 
-    /// Whether nothing more happens.
+    /// Whether the state will not change any more, except by expiring.
     pub(crate) fn is_final(self) -> bool {
         !matches!(self, Self::Queued | Self::Running)
     }
 
-    /// Whether it may still be rendered, or a part of it again.
+    /// Whether the scene may still have to be rendered, or a part of it again.
     pub(crate) fn needs_scene(self) -> bool {
         matches!(self, Self::Queued | Self::Running | Self::Succeeded)
     }
@@ -120,16 +120,16 @@ impl State {
     }
 }
 
-/// A scene, settings over it, and how the picture is written.
+/// What a job renders: a scene with settings, and the format of the picture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct JobSpec {
-    /// Name of the file with the scene's text: its SHA-256.
+    /// Name of the scene's file: the SHA-256 of its text.
     pub(crate) scene: String,
     /// The format of that text.
     pub(crate) format: Format,
-    /// Settings over the scene's.
+    /// Settings that replace the scene's.
     pub(crate) settings: Overrides,
-    /// How the picture is written.
+    /// Format of the picture.
     pub(crate) output: FileFormat,
 }
 
@@ -142,39 +142,39 @@ pub(crate) struct Idempotency {
     pub(crate) request: String,
 }
 
-/// What a job took, in all processes that worked on it.
+/// Cost of a job, over all restarts.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "JobStats")]
 pub(crate) struct Stats {
-    /// Milliseconds until it was first begun.
+    /// Milliseconds from acceptance until it was first started.
     pub(crate) queue_ms: f64,
-    /// Milliseconds spent reading and building the scene, the last time.
+    /// Milliseconds spent reading and building the scene, since the last restart.
     pub(crate) bvh_ms: f64,
-    /// Milliseconds of tracing, as far as it is known which process did it: the last one's.
+    /// Milliseconds of tracing, since the last restart.
     pub(crate) render_ms: f64,
     /// Milliseconds of encoding the picture.
     pub(crate) encode_ms: f64,
-    /// Rays of all tiles, those of a former process included.
+    /// Rays of all tiles.
     pub(crate) rays: u64,
-    /// Tiles that a former process had finished, and that were not rendered again.
+    /// Tiles that were finished before the last restart and not rendered again.
     pub(crate) tiles_recovered: u64,
     /// Bytes of the picture file.
     pub(crate) picture_bytes: u64,
-    /// Whether the picture was there already, so that nothing was rendered.
+    /// Whether the picture existed already and nothing was rendered.
     pub(crate) reused: bool,
 }
 
-/// Why a job failed, in the words of a problem document.
+/// Why a job failed, as in a problem document.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Failure {
-    /// The kind of problem: its page is `/problems/{slug}`.
+    /// Kind of problem. Its page is `/problems/{slug}`.
     pub(crate) slug: String,
-    /// What happened and what to do.
+    /// What is wrong and what to do.
     pub(crate) detail: String,
 }
 
 impl From<&Problems> for Failure {
-    /// Text that cannot even be read as its format is another kind of problem than a scene that is not valid.
+    /// Text that is no JSON or NFF is another kind of problem than an invalid scene.
     fn from(problems: &Problems) -> Self {
         let slug = match problems.0.first().map(|first| first.code) {
             Some(Code::InvalidJson) => "invalid-json",

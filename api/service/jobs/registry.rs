@@ -1,4 +1,4 @@
-//! Which jobs there are, and which of those that wait is opened next.
+//! All jobs in memory, and which of the waiting ones is opened next.
 
 use super::job::Job;
 use super::record::{JobSpec, Record};
@@ -10,31 +10,31 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Jobs of one tenant that are open at one time: one renders while another encodes its picture.
+/// Open jobs of one tenant: one renders while another encodes its picture.
 const OPEN: usize = 2;
-/// Likewise, counting those that were opened for their higher priority.
+/// Open jobs of one tenant, counting those opened for their higher priority.
 const MOST_OPEN: usize = 4;
 /// Open jobs of all tenants.
 const ALL_OPEN: usize = 64;
 
-/// All jobs, and what they have in common.
+/// All jobs.
 #[derive(Debug, Default)]
 pub(super) struct Registry {
     pub(super) jobs: BTreeMap<String, Arc<Job>>,
     pub(super) queued: Vec<Arc<Job>>,
     pub(super) open: Vec<Arc<Job>>,
-    /// Jobs by tenant and idempotency key; none while the job is being accepted.
+    /// Job ids by tenant and idempotency key. None while a job is being accepted.
     pub(super) keys: HashMap<(String, String), Option<String>>,
-    /// How many jobs need each scene.
+    /// Number of jobs that need each scene.
     pub(super) scenes: HashMap<String, usize>,
-    /// Whether no more jobs are opened.
+    /// Whether the service is shutting down, so that no more jobs are opened.
     pub(super) closing: bool,
-    /// How many times as long as estimated jobs take: a moving average.
+    /// Time of jobs divided by their estimates: a moving average.
     pub(super) slowness: Option<f64>,
 }
 
 impl Registry {
-    /// Takes a job in, from disk or new.
+    /// Adds a job, from disk or new.
     pub(super) fn add(&mut self, job: &Arc<Job>) {
         let record = job.record();
         if record.state.needs_scene() {
@@ -60,7 +60,7 @@ impl Registry {
         Some(job)
     }
 
-    /// A job needs its scene no more.
+    /// Called when a job does not need its scene any more.
     pub(super) fn release_scene(&mut self, order: &JobSpec, scenes: &BlobStore) {
         let Some(count) = self.scenes.get_mut(&order.scene) else { return };
         *count -= 1;
@@ -75,7 +75,7 @@ impl Registry {
         self.jobs.values().map(|job| job.kept.load(Ordering::Relaxed)).sum()
     }
 
-    /// Which of the waiting jobs is opened next; none if none can be.
+    /// Index of the waiting job that is opened next, if one can be.
     pub(super) fn next_to_open(&self, limits: &JobLimits) -> Option<usize> {
         if self.closing || self.open.len() >= ALL_OPEN {
             return None;
@@ -105,23 +105,23 @@ impl Registry {
     }
 }
 
-/// Greater goes first among the jobs of a tenant.
+/// Order among the jobs of a tenant: the greatest rank is opened first.
 pub(super) fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
     let record = job.record();
     (aged(record.priority, job.since), std::cmp::Reverse(record.id.clone()))
 }
 
-/// Bytes that an open job takes: its scene, its pixels as floats and as codes, what they lack at most, and its file.
+/// Memory of an open job in bytes: its scene, its pixels as floats and as codes, their bounds, and its file.
 pub(super) fn memory_of(record: &Record) -> u64 {
     record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 44
 }
 
-/// Milliseconds that it should take.
+/// Estimated milliseconds of a job.
 pub(super) fn estimate(job: &Arc<Job>) -> f64 {
     job.record().estimate_ms
 }
 
-/// Milliseconds that the rest of it should take.
+/// Estimated milliseconds that are left of a job.
 pub(super) fn remaining(job: &Arc<Job>) -> f64 {
     let progress = job.progress();
     estimate(job) * (progress.total - progress.done) as f64 / progress.total.max(1) as f64

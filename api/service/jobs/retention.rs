@@ -1,8 +1,7 @@
-//! What is kept, and for how long: pictures and records that are too old go, and where there is no room the oldest pictures
-//! go first.
+//! Retention: old pictures and records are deleted, and the oldest pictures first where disk space runs out.
 //!
-//! Of the bytes there are, texts of scenes may take one half, and what open jobs may write the other. So there is room for
-//! every job that was accepted, once pictures that are done have gone.
+//! Texts of scenes may take half of the space, and files of open jobs the other half. So there is room for every accepted
+//! job once finished pictures have been deleted.
 
 use super::Jobs;
 use super::job::{Job, Stopped, locked};
@@ -16,7 +15,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 impl Jobs {
-    /// What happens once a second: jobs that run too long are stopped, what is too old or too much goes.
+    /// Called once a second: stops jobs that run too long, and deletes what is too old or too much.
     pub(crate) fn tick(&self) {
         let now = now();
         let (mut expired, mut forgotten) = (Vec::new(), Vec::new());
@@ -48,7 +47,7 @@ impl Jobs {
         self.make_room();
     }
 
-    /// Lets the oldest pictures go until there is room for what open jobs may write.
+    /// Deletes the oldest pictures until there is room for the files of open jobs.
     pub(super) fn make_room(&self) {
         self.expire_until(|registry| {
             let written: u64 = registry.open.iter().map(|job| disk_of(&job.record())).sum();
@@ -56,12 +55,12 @@ impl Jobs {
         });
     }
 
-    /// Lets the oldest pictures go until there is room for another scene; whether there is.
+    /// Deletes the oldest pictures until there is room for another scene. False if there is none.
     pub(super) fn make_room_for_scene(&self, bytes: u64) -> bool {
         self.expire_until(|_| self.scenes.bytes() + bytes <= self.limits.data_bytes / 2)
     }
 
-    /// Lets pictures go, the oldest first, until it is enough; whether it is.
+    /// Deletes pictures, the oldest first, until `is_enough`. False if it never is.
     fn expire_until(&self, is_enough: impl Fn(&Registry) -> bool) -> bool {
         let mut oldest: Vec<(Option<u64>, Arc<Job>)> = {
             let registry = locked(&self.registry);
@@ -76,13 +75,13 @@ impl Jobs {
         };
         oldest.sort_by_key(|(finished, _)| *finished);
         oldest.iter().any(|(_, job)| {
-            tracing::info!(job = job.record().id, "a picture goes to make room (data_bytes)");
+            tracing::info!(job = job.record().id, "a picture is deleted to make room (data_bytes)");
             self.expire(job);
             is_enough(&locked(&self.registry))
         })
     }
 
-    /// Lets go of a picture and of the scene that it could be rendered from again.
+    /// Deletes a picture, and its scene if no other job needs it.
     fn expire(&self, job: &Job) {
         let record = {
             let mut record = job.record();
@@ -100,7 +99,7 @@ impl Jobs {
         }
     }
 
-    /// Forgets jobs that have ended.
+    /// Deletes jobs that have ended.
     pub(super) fn forget_all(&self, ids: &[String]) {
         if ids.is_empty() {
             return;
@@ -126,8 +125,8 @@ impl Jobs {
         }
     }
 
-    /// Removes what a former process has left of jobs that it was just forgetting.
-    pub(super) fn remove_strangers(&self) {
+    /// Deletes files without a record, which a crash has left behind.
+    pub(super) fn remove_orphans(&self) {
         let registry = locked(&self.registry);
         let folders = fs::read_dir(self.folder.join("jobs")).into_iter().flatten().flatten();
         let names: Vec<String> = folders.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
@@ -145,16 +144,16 @@ impl Jobs {
         }
     }
 
-    /// Notes how many bytes the files of a job take.
-    pub(super) fn weigh(&self, job: &Job) {
+    /// Measures the files of a job.
+    pub(super) fn measure_files(&self, job: &Job) {
         let files = fs::read_dir(self.folder_of(&job.record().id)).into_iter().flatten().flatten();
         let bytes = files.filter_map(|file| Some(file.metadata().ok()?.len())).sum();
         job.kept.store(bytes, Ordering::Relaxed);
     }
 }
 
-/// Bytes that a job may write at most while it is open: its tiles with what they lack at most, its picture in
-/// the largest format with its cost report, and its preview.
+/// Most bytes that an open job writes to disk: its tiles with their bounds, its picture in the largest format with its cost
+/// report, and its preview.
 pub(crate) fn disk_of(record: &Record) -> u64 {
     (64 << 10) + u64::from(record.width) * u64::from(record.height) * 46
 }

@@ -1,7 +1,7 @@
-//! Records on disk: an embedded database that is whole after any kill. One process has it at a time.
+//! Records on disk, in an embedded database that is intact after any crash. One process can open it at a time.
 //!
-//! redb rather than SQLite: a key and a value are all that is asked of it, it is Rust alone, so that the static binary
-//! needs no C, and it takes seconds to build.
+//! redb rather than SQLite: keys and values are enough, it is plain Rust, so that the static binary needs no C, and it builds
+//! in seconds.
 
 use super::record::Record;
 use redb::{Database, DatabaseError, ReadableDatabase, ReadableTable, TableDefinition};
@@ -16,7 +16,7 @@ const JOBS: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("jobs");
 pub(super) struct Store(Database);
 
 impl Store {
-    /// Opens it, or makes it.
+    /// Opens or makes it.
     pub(super) fn open(path: &Path) -> io::Result<Self> {
         let database = Database::create(path).map_err(|error| match error {
             DatabaseError::DatabaseAlreadyOpen => io::ErrorKind::ResourceBusy.into(),
@@ -27,13 +27,13 @@ impl Store {
         Ok(store)
     }
 
-    /// Writes a record; it is on disk afterwards.
+    /// Writes a record, which is on disk when this returns.
     pub(super) fn put(&self, record: &Record) -> io::Result<()> {
         let json = serde_json::to_vec(record)?;
         self.change(|table| table.insert(record.id.as_str(), json.as_slice()).map(drop))
     }
 
-    /// Forgets records.
+    /// Deletes records.
     pub(super) fn remove(&self, ids: &[String]) -> io::Result<()> {
         self.change(|table| ids.iter().try_for_each(|id| table.remove(id.as_str()).map(drop)))
     }
@@ -50,7 +50,7 @@ impl Store {
         transaction.commit().map_err(io::Error::other)
     }
 
-    /// All records that can be read, the oldest first, and whether there are others.
+    /// All records that can be read, the oldest first, and whether there are any that cannot.
     pub(super) fn all(&self) -> io::Result<(Vec<Record>, bool)> {
         let transaction = self.0.begin_read().map_err(io::Error::other)?;
         let table = transaction.open_table(JOBS).map_err(io::Error::other)?;

@@ -1,4 +1,4 @@
-//! Taking a job in: what is known already, what there is no room for, and what becomes a record.
+//! Accepting a job: idempotency keys, limits, and its record.
 
 use super::job::{Job, locked};
 use super::record::{Idempotency, JobSpec, Record, State, Stats, now};
@@ -15,58 +15,58 @@ use strahl::film::FileFormat;
 use strahl::scene::{Format, Overrides};
 use uuid::Uuid;
 
-/// Pixels of a tile for each thread: as many as keep it busy.
+/// Pixels of a tile for each thread, which keep it busy.
 const PIXELS_A_THREAD: f64 = 8_192.0;
-/// Milliseconds that a tile should take at most.
+/// Longest expected time of a tile, in milliseconds.
 const TILE_MS: f64 = 50.0;
-/// Edges of tiles.
+/// Edges that tiles may have, in pixels.
 const EDGES: [u32; 5] = [512, 256, 128, 64, 32];
 
-/// A job that its owner wants.
+/// A request for a job.
 #[derive(Debug)]
 pub(crate) struct Submission {
-    /// Whose it is.
+    /// The tenant that owns it.
     pub(crate) tenant: String,
-    /// The tenant's share beside others.
+    /// The tenant's weight in the scheduler.
     pub(crate) weight: u32,
-    /// How many jobs the tenant may have that wait or run.
+    /// Limit on the tenant's waiting and running jobs.
     pub(crate) most: usize,
     /// 0 to 100.
     pub(crate) priority: u8,
-    /// What its owner calls it.
+    /// The owner's labels.
     pub(crate) labels: Vec<String>,
     /// The scene's text.
     pub(crate) scene: Vec<u8>,
     /// Its format.
     pub(crate) format: Format,
-    /// Settings over the scene's.
+    /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
-    /// How the picture is written.
+    /// Format of the picture.
     pub(crate) output: FileFormat,
-    /// Names of the scene with the settings in it and of its picture, if it has any.
+    /// Ids of the scene with its settings and of its picture, if it has any.
     pub(crate) names: Option<[String; 2]>,
-    /// Whether a clock or a number of rays ends it, so that it is not cut into tiles.
+    /// Whether a time or a number of rays ends the render. Such a picture has no tiles.
     pub(crate) is_progressive: bool,
     /// Pixels across and down.
     pub(crate) size: [u32; 2],
-    /// Milliseconds it should take on the whole pool.
+    /// Estimated milliseconds on the whole pool.
     pub(crate) estimate_ms: f64,
     /// Bytes of the built scene.
     pub(crate) scene_bytes: u64,
 }
 
-/// What is known of an idempotency key.
+/// Why an idempotency key cannot be claimed.
 #[derive(Debug)]
 pub(crate) enum KeyUse {
-    /// The same request has become this job.
+    /// The same request has already made this job.
     Same(Arc<Job>),
-    /// It was another request.
+    /// Another request has used the key.
     Other,
-    /// The first one is still being accepted.
+    /// A request with the key is being accepted now.
     Pending,
 }
 
-/// A key that nobody else can use meanwhile; given up when dropped, unless a job was made with it.
+/// A claimed idempotency key. Dropping it gives the key up, unless a job was made with it.
 #[derive(Debug)]
 pub(crate) struct Claim {
     jobs: Arc<Jobs>,
@@ -104,8 +104,8 @@ impl Jobs {
         Ok(Claim { jobs: Arc::clone(self), tenant: tenant.to_owned(), idempotency })
     }
 
-    /// Takes a job in. It is on disk when this returns. With a picture that was there already it is finished then, and
-    /// takes no room among the others.
+    /// Accepts a job, which is on disk when this returns. Given a picture that exists already, the job is finished at once
+    /// and does not count against the limits on jobs.
     pub(crate) fn submit(
         self: &Arc<Self>,
         submission: Submission,
@@ -116,20 +116,20 @@ impl Jobs {
         let mut record = self.record_of(&submission, scene.clone(), claim);
         let (needs, max) = (memory_of(&record), self.limits.job_memory_bytes);
         if needs > max {
-            let detail = format!("it would take {needs} bytes of memory; jobs have at most {max} (job_memory_bytes)");
+            let detail = format!("it would take {needs} bytes of memory; a job may take {max} (job_memory_bytes)");
             return Err(Error::Limit { name: "job_memory_bytes", max, detail });
         }
         let text = submission.scene.len() as u64;
         let (written, max) = (text.max(disk_of(&record)), self.limits.data_bytes);
         if written > max / 2 {
             let detail = format!(
-                "its scene or its picture with all tiles would take {written} bytes on disk; half of {max} is there for \
-                 either (data_bytes)"
+                "its scene or its picture with all tiles would take {written} bytes on disk; each may take half of {max} \
+                 (data_bytes)"
             );
             return Err(Error::Limit { name: "data_bytes", max, detail });
         }
         if !self.scenes.has(&scene) && !self.make_room_for_scene(text) {
-            let detail = "the scenes of other jobs take all the room there is for them (data_bytes)".into();
+            let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
             return Err(Error::Busy { detail, retry_after: locked(&self.registry).seconds_for_a_tenth() });
         }
         {
@@ -138,13 +138,16 @@ impl Jobs {
             let mine = registry.queued.iter().chain(&registry.open).filter(of_tenant).count();
             let retry_after = registry.seconds_for_a_tenth();
             if made.is_none() && registry.queued.len() + registry.open.len() >= self.limits.jobs as usize {
-                return Err(Error::Busy { detail: "as many jobs wait as there may be (jobs)".into(), retry_after });
+                return Err(Error::Busy {
+                    detail: "the limit on waiting and running jobs is reached (jobs)".into(),
+                    retry_after,
+                });
             }
             if made.is_none() && mine >= submission.most {
-                let detail = "you have as many jobs that wait or run as you may have (jobs of your tenant)".into();
+                let detail = "your limit on waiting and running jobs is reached (jobs of your tenant)".into();
                 return Err(Error::TenantBusy { detail, retry_after });
             }
-            // From here on nobody removes the scene.
+            // From here on the scene's file is not removed.
             *registry.scenes.entry(scene.clone()).or_default() += 1;
         }
         let order = record.spec.clone();
@@ -156,22 +159,22 @@ impl Jobs {
         if kept.is_ok() {
             registry.add(&job);
         }
-        // Its own count is there by now.
+        // `add` has counted the scene for the job itself.
         registry.release_scene(&order, &self.scenes);
         drop(registry);
         kept.map_err(|error| {
-            tracing::error!(%error, "a job cannot be written down");
-            Error::Internal("the job cannot be written down")
+            tracing::error!(%error, "a job's record cannot be written");
+            Error::Internal("the job's record cannot be written; the service's log says why")
         })?;
         if made.is_some() {
-            self.weigh(&job);
+            self.measure_files(&job);
             self.make_room();
         }
         self.open_next();
         Ok(job)
     }
 
-    /// Puts a picture that was there already into a job's folder: then the job is finished.
+    /// Finishes a job with a picture that exists already.
     fn put_picture(&self, record: &mut Record, made: &PictureFile) -> io::Result<()> {
         let folder = self.folder_of(&record.id);
         fs::create_dir_all(&folder)?;
@@ -223,7 +226,7 @@ impl Jobs {
 }
 
 impl Registry {
-    /// Seconds until a tenth of all jobs, but at least one, should be done: 1 to 120.
+    /// Seconds until a tenth of all jobs, at least one, should be done: 1 to 120.
     fn seconds_for_a_tenth(&self) -> u32 {
         let all: f64 = self.queued.iter().map(estimate).chain(self.open.iter().map(remaining)).sum();
         let share = (0.1_f64).max(1.0 / (self.queued.len() + self.open.len()).max(1) as f64);

@@ -1,30 +1,30 @@
-//! Which tile comes next: those that somebody looks at, the latest look first, then from the centre of the picture outwards.
+//! The order of tiles: first those in regions that clients ask for, the latest region first, then from the centre outwards.
 
 use strahl::film::Region;
 
-/// Looks that are remembered.
+/// Regions that are remembered.
 pub(super) const REMEMBERED: usize = 64;
 
-/// The tiles that are not begun.
+/// The tiles that have not been started.
 #[derive(Debug)]
 pub(super) struct TileOrder {
-    /// By number.
+    /// All tiles by number.
     regions: Vec<Region>,
-    /// Numbers, the one farthest from the centre first.
+    /// Numbers of the tiles left, the farthest from the centre first.
     left: Vec<usize>,
-    /// What somebody looks at, the latest last.
+    /// Regions that clients ask for, the latest last.
     looks: Vec<Region>,
 }
 
 impl TileOrder {
-    /// All tiles of a picture but those that `is_done` says are.
+    /// All tiles of a picture that are not done yet.
     pub(super) fn new(regions: Vec<Region>, picture: Region, is_done: impl Fn(usize) -> bool) -> Self {
         let mut left: Vec<usize> = (0..regions.len()).filter(|number| !is_done(*number)).collect();
         left.sort_by_key(|number| std::cmp::Reverse((distance(regions[*number], picture), *number)));
         Self { regions, left, looks: Vec::new() }
     }
 
-    /// Somebody looks at a region.
+    /// A client asks for a region.
     pub(super) fn look(&mut self, region: Region) {
         self.looks.retain(|look| *look != region);
         if self.looks.len() == REMEMBERED {
@@ -33,12 +33,12 @@ impl TileOrder {
         self.looks.push(region);
     }
 
-    /// Whether somebody looks at tiles that are not begun.
+    /// Whether a client waits for a tile that has not been started.
     pub(super) fn is_looked_at(&self) -> bool {
         self.looks.iter().any(|look| self.left.iter().any(|number| meet(self.regions[*number], *look)))
     }
 
-    /// The next tile, which is begun then.
+    /// Takes the next tile.
     pub(super) fn next(&mut self) -> Option<(usize, Region)> {
         let number = self.looked_at().or_else(|| self.left.pop())?;
         Some((number, self.regions[number]))
@@ -59,13 +59,13 @@ impl TileOrder {
     }
 }
 
-/// Whether two regions have pixels in common.
+/// Whether two regions overlap.
 pub(super) fn meet(a: Region, b: Region) -> bool {
     let overlap = |a: u32, a_length: u32, b: u32, b_length: u32| a < b + b_length && b < a + a_length;
     overlap(a.x, a.width, b.x, b.width) && overlap(a.y, a.height, b.y, b.height)
 }
 
-/// How far apart the centres are, squared, in quarters of pixels.
+/// Squared distance of the centres, in quarters of pixels.
 fn distance(a: Region, b: Region) -> u64 {
     let apart = |a: u32, a_length: u32, b: u32, b_length: u32| {
         (u64::from(2 * a + a_length)).abs_diff(u64::from(2 * b + b_length)).pow(2)
