@@ -1,6 +1,9 @@
 //! The `strahl` command.
 
 mod cli;
+#[cfg(test)]
+#[path = "../fuzz/src/targets/mod.rs"]
+mod fuzz;
 mod http;
 mod service;
 

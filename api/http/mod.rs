@@ -5,6 +5,8 @@ mod contract;
 mod drain;
 mod extract;
 mod host;
+#[cfg(any(test, fuzzing))]
+pub(crate) mod in_process;
 mod job_observer;
 mod memory_budget;
 mod metrics;

@@ -8,7 +8,7 @@ use super::metrics::Metrics;
 use super::openapi_text;
 use super::server::{self, Listeners};
 use super::settings::HttpSettings;
-use super::state::AppState;
+use super::state::{App, AppState};
 use crate::service::concurrency_limit::ConcurrencyLimit;
 use crate::service::error::StartError;
 use crate::service::jobs::Jobs;
@@ -18,6 +18,7 @@ use crate::service::scheduler::pool::Pool;
 use crate::service::storage::data_folder::DataFolder;
 use std::io;
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 use tokio::net::TcpListener;
@@ -30,30 +31,10 @@ const LAST_WAIT: Duration = Duration::from_secs(1);
 /// Serves until SIGTERM or Ctrl-C.
 pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings) -> Result<(), StartError> {
     check_exposure(http)?;
-    let access = Access::open(http.keys.as_deref()).map_err(|error| {
-        let file = http.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
-        StartError::Settings(format!("{file}{error}"))
-    })?;
-    let pool = Pool::start(threads)
-        .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
     // A temporary folder is removed at the end of this function.
     let data =
         DataFolder::open(settings.jobs.data.as_deref()).map_err(|error| StartError::Settings(error.to_string()))?;
-    let (access, metrics) = (Arc::new(access), Arc::<Metrics>::default());
-    let accounts = JobAccounts { access: Arc::clone(&access), metrics: Arc::clone(&metrics) };
-    let app = Arc::new(AppState {
-        service: Service::open(settings, data.path(), pool, Box::new(accounts))?,
-        access,
-        origins: http.origins(),
-        public_url: http.public_url.clone(),
-        streams: ConcurrencyLimit::default(),
-        tile_clients: ConcurrencyLimit::default(),
-        limits: http.limits.clone(),
-        memory: MemoryBudget::new(http.limits.memory_bytes()),
-        metrics,
-        drain: Drain::default(),
-        contract: LazyLock::new(openapi_text),
-    });
+    let app = open(threads, http, settings, data.path())?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(TALKERS)
         .enable_all()
@@ -79,6 +60,36 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
     });
     runtime.shutdown_timeout(LAST_WAIT);
     served
+}
+
+/// What handlers share, with the jobs in a folder.
+pub(super) fn open(
+    threads: Option<u64>,
+    http: &HttpSettings,
+    settings: &Settings,
+    data: &Path,
+) -> Result<App, StartError> {
+    let access = Access::open(http.keys.as_deref()).map_err(|error| {
+        let file = http.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
+        StartError::Settings(format!("{file}{error}"))
+    })?;
+    let pool = Pool::start(threads)
+        .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
+    let (access, metrics) = (Arc::new(access), Arc::<Metrics>::default());
+    let accounts = JobAccounts { access: Arc::clone(&access), metrics: Arc::clone(&metrics) };
+    Ok(Arc::new(AppState {
+        service: Service::open(settings, data, pool, Box::new(accounts))?,
+        access,
+        origins: http.origins(),
+        public_url: http.public_url.clone(),
+        streams: ConcurrencyLimit::default(),
+        tile_clients: ConcurrencyLimit::default(),
+        limits: http.limits.clone(),
+        memory: MemoryBudget::new(http.limits.memory_bytes()),
+        metrics,
+        drain: Drain::default(),
+        contract: LazyLock::new(openapi_text),
+    }))
 }
 
 /// What jobs need once a second.

@@ -26,7 +26,7 @@ pub(crate) struct Understood {
 /// Understands a request about an image of some size, of which one answer has at most so many pixels.
 pub(crate) fn understand(asked: ImageRequest<'_>, image: [u32; 2], max_area: u64) -> Result<Understood, Problem> {
     let from = region(asked.region, image)?;
-    let (enlarges, size) = size(asked.size, from, max_area)?;
+    let size = size(asked.size, from, max_area)?;
     let (mirrored, quarters) = rotation(asked.rotation)?;
     let (tone, quality, format, ending) = quality_and_format(asked.file)?;
     let (grid, shown) = grid(from, size, image);
@@ -36,7 +36,7 @@ pub(crate) fn understand(asked: ImageRequest<'_>, image: [u32; 2], max_area: u64
     let whole = from == Region::whole(image[0], image[1]);
     let region = if whole { "full".to_owned() } else { format!("{x},{y},{width},{height}") };
     let size = match size {
-        _ if size == largest([width, height], max_area) && !enlarges => "max".to_owned(),
+        _ if size == largest([width, height], max_area) => "max".to_owned(),
         [w, h] => format!("{}{w},{h}", if w > width || h > height { "^" } else { "" }),
     };
     let rotation = format!("{}{}", if mirrored { "!" } else { "" }, u32::from(quarters) * 90);
@@ -98,8 +98,7 @@ fn largest([width, height]: [u32; 2], max_area: u64) -> [u32; 2] {
     [width, height].map(|length| ((f64::from(length) * scale).floor() as u32).max(1))
 }
 
-/// Whether larger than the region is allowed, and the size.
-fn size(text: &str, region: Region, max_area: u64) -> Result<(bool, [u32; 2]), Problem> {
+fn size(text: &str, region: Region, max_area: u64) -> Result<[u32; 2], Problem> {
     let wrong = || bad("size", text, "max, w,h w, ,h pct:n or !w,h, and ^ before it to enlarge");
     let (enlarges, form) = text.strip_prefix('^').map_or((false, text), |form| (true, form));
     let (width, height) = (f64::from(region.width), f64::from(region.height));
@@ -136,7 +135,7 @@ fn size(text: &str, region: Region, max_area: u64) -> Result<(bool, [u32; 2]), P
         let expected = format!("at most {max_area} pixels (maxArea in info.json)");
         return Err(bad("size for one answer", text, &expected));
     }
-    Ok((enlarges, [w, h]))
+    Ok([w, h])
 }
 
 /// Whether it is mirrored first, and quarters of a turn.
@@ -234,6 +233,7 @@ mod tests {
             ("pct:10,10,20.5,50/!100,100/0/default.png", "100,60,205,300/68,100/0/default.png"),
             ("square/^800,/0/default.png", "200,0,600,600/^800,800/0/default.png"),
             ("full/^!1200,1200/0/default.png", "full/^1200,720/0/default.png"),
+            ("full/^1000,600/0/default.png", "full/max/0/default.png"),
             ("0,0,100,100/^max/0/bitonal.png", "0,0,100,100/^1000,1000/0/bitonal.png"),
         ] {
             assert_eq!(of(path).map(|understood| understood.canonical).ok().as_deref(), Some(canonical), "{path}");

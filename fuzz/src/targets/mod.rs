@@ -1,0 +1,17 @@
+//! What is given any bytes, and panics if something is wrong. `cargo fuzz run NAME` and the tests call the same functions.
+
+mod keys;
+mod requests;
+mod scenes;
+#[cfg(test)]
+mod tests;
+
+/// A target's name, which is also that of the folder of its seeds.
+pub(crate) const TARGETS: [(&str, fn(&[u8])); 6] = [
+    ("scene", scenes::json),
+    ("nff", scenes::nff),
+    ("accept", requests::accept),
+    ("iiif", requests::iiif),
+    ("events", requests::events),
+    ("keys", keys::file),
+];
