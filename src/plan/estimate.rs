@@ -63,6 +63,9 @@ pub struct Estimate {
     pub ms: f64,
     /// The interval that should hold them, at 95 %.
     pub ms_ci: [f64; 2],
+    /// Whether even the pilot's first pixels took too long: then the picture takes at least what is said here.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub at_least: bool,
     /// Milliseconds that finding out took.
     pub pilot_ms: f64,
     /// Threads of the pool.
@@ -139,6 +142,7 @@ impl Plan {
             refined_pixels: pilot.refined.value.round() as u64,
             ms: ms(whole),
             ms_ci: [ms((whole - off).max(0.0)), ms(whole + off)],
+            at_least: pilot.is_cut_off,
             pilot_ms: rounded(milliseconds(started)),
             threads,
         });

@@ -63,6 +63,8 @@ pub struct Pilot {
     /// What the rays that antialiasing adds take, in nanoseconds: its packets gather edges from all over and are less
     /// coherent than blocks.
     pub added_nanoseconds: f64,
+    /// Whether even its first pixels took too long: the picture takes at least what is expected here.
+    pub is_cut_off: bool,
     /// How far the whole time may be from what is expected, as a share of it, in 19 of 20 pictures.
     pub time_off: f64,
 }
@@ -96,6 +98,7 @@ impl Pilot {
             refined: expect(&|b| if survey.factor > 0.0 { refined(b) } else { 0.0 }),
             rays: expect(&|b| with_added(b, all(b))),
             times: fitted,
+            is_cut_off: survey.is_cut_off,
             added_nanoseconds: added_time.value / added.value.max(1.0),
             time_off: off.iter().map(|off| off * off).sum::<f64>().sqrt() / time.value.max(1.0),
         };

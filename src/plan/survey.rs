@@ -16,6 +16,7 @@ use crate::scene::Scene;
 use crate::scene::effects::REFINED_SAMPLES;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::time::{Duration, Instant};
 
 /// Cells: one for so many blocks, but at least so many, if there are as many blocks.
 const SHARE: f64 = 1.0 / 16.0;
@@ -24,6 +25,8 @@ const LEAST_BLOCKS: f64 = 1_024.0;
 const RUN: u32 = 16;
 /// Part of the runs that come before the first look at how many more there may be.
 const FIRST: u32 = 16;
+/// A pilot that has not finished its first blocks after this time ends with what it has.
+const LONGEST: Duration = Duration::from_secs(2);
 /// Part of the effort that goes to blocks, where pixels are refined, too.
 const OF_BLOCKS: f64 = 0.5;
 /// Packets of refined pixels, at least and at most.
@@ -46,6 +49,8 @@ pub(super) struct Survey {
     pub(super) factor: f64,
     /// How many times as long a ray takes in packets of refined pixels as in the blocks they come from.
     pub(super) slowdowns: Vec<f64>,
+    /// Whether even the first blocks took too long, so that the picture takes at least what they tell.
+    pub(super) is_cut_off: bool,
     /// How many times as many rays refined samples have as the base samples around them: what a pixel's proof needs
     /// depends on the number of its samples.
     heavier: f64,
@@ -59,6 +64,7 @@ impl Survey {
         let all = f64::from(region.width.div_ceil(BLOCK)) * f64::from(region.height.div_ceil(BLOCK));
         let cells = Cells::new(region, (all * SHARE).max(LEAST_BLOCKS));
         let probe = Probe::new(scene, control);
+        let in_time = Control::until(Instant::now() + LONGEST);
         let (runs, first) = (cells.count().div_ceil(RUN), cells.count().div_ceil(RUN * FIRST));
         let trace = |k: u32| -> Vec<(u32, Block)> {
             if k > 0 && is_late(1.0) {
@@ -66,24 +72,39 @@ impl Survey {
             }
             let run: Vec<u32> = (k * RUN..cells.count().min((k + 1) * RUN)).map(|k| cells.visited(k)).collect();
             let regions: Vec<Region> = run.iter().map(|cell| cells.block(*cell)).collect();
+            let _entered = in_time.enter();
             let traced = probe.blocks(&regions).into_iter().zip(regions);
             run.into_iter().zip(traced.map(|((pixels, cost), at)| Block::new(scene, at, &pixels, cost))).collect()
         };
         let trace = |runs: Range<u32>| -> Vec<(u32, Block)> {
-            runs.into_par_iter().with_max_len(1).flat_map_iter(trace).collect()
+            let mut blocks: Vec<_> = runs.into_par_iter().with_max_len(1).flat_map_iter(trace).collect();
+            let is_begun = |(_, block): &(u32, Block)| block.base.camera > 0;
+            if in_time.is_cancelled() && blocks.iter().any(is_begun) {
+                // Those that were not begun tell nothing; one that was takes at least what it took so far.
+                blocks.retain(is_begun);
+            }
+            blocks
         };
         let (refines, traced) = (scene.refines(), trace(0..first));
         let factor = if refines { f64::from(REFINED_SAMPLES) / f64::from(scene.samples) } else { 0.0 };
-        let mut survey =
-            Self { blocks: Vec::new(), chances: Chances::default(), factor, slowdowns: Vec::new(), heavier: 1.0 };
+        let mut survey = Self {
+            blocks: Vec::new(),
+            chances: Chances::default(),
+            factor,
+            slowdowns: Vec::new(),
+            is_cut_off: false,
+            heavier: 1.0,
+        };
         survey.set(traced.iter().map(|(_, block)| block.clone()).collect());
         let share = effort.share * if refines { OF_BLOCKS } else { 1.0 };
         let times = (share * survey.rays(region) / survey.base_rays()).clamp(1.0, f64::from(FIRST));
         let more = trace(first..runs.min((f64::from(first) * times) as u32));
         survey.set(in_order(traced, more));
         if refines {
-            survey.refine(&probe, region, effort.share * (1.0 - OF_BLOCKS), scene.proves(), || is_late(1.5));
+            let share = effort.share * (1.0 - OF_BLOCKS);
+            survey.refine(&probe, region, share, scene.proves(), || is_late(1.5) || in_time.is_cancelled());
         }
+        survey.is_cut_off = in_time.is_cancelled();
         if is_cancelled() { Err(Cancelled) } else { Ok(survey) }
     }
 

@@ -47,8 +47,9 @@ impl Plan {
         line(table, "depth", &format!("{requested}, {known}"));
         if let Some(est) = &self.estimate {
             let [low, high] = est.rays_ci.map(grouped);
-            let text =
-                format!("{} rays ({low} to {high}), {:.1} ms on {} threads", grouped(est.rays), est.ms, est.threads);
+            let at_least = if est.at_least { "at least " } else { "" };
+            let (rays, ms, threads) = (grouped(est.rays), est.ms, est.threads);
+            let text = format!("{at_least}{rays} rays ({low} to {high}), {ms:.1} ms on {threads} threads");
             line(table, "estimate", &text);
             let share = 100.0 * est.pilot_pixels as f64 / est.pixels as f64;
             let refined = if est.refined_pixels > 0 {

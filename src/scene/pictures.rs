@@ -188,9 +188,12 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Fail
         if pixels < u64::from(most) { Vec::new() } else { (0..=most).map(|code| value(meaning, code, most)).collect() };
     let value = |code: u16| table.get(usize::from(code)).copied().unwrap_or_else(|| value(meaning, code, most));
     let texels = if wide {
-        image.into_rgb16().pixels().map(|pixel| texel(meaning, pixel.0.map(value))).collect()
+        let rgb = image.into_rgb16();
+        rgb.pixels().map_while(|pixel| unless_stopping(texel(meaning, pixel.0.map(value)))).collect()
     } else {
-        image.into_rgb8().pixels().map(|pixel| texel(meaning, pixel.0.map(|code| value(code.into())))).collect()
+        let rgb = image.into_rgb8();
+        let value = |code: u8| value(code.into());
+        rgb.pixels().map_while(|pixel| unless_stopping(texel(meaning, pixel.0.map(value)))).collect()
     };
     unless_cancelled().map_err(|_| (Code::Cancelled, String::new()))?;
     Ok(Mipmap::new(width, height, texels))
@@ -233,6 +236,11 @@ fn value(meaning: Meaning, code: u16, most: u16) -> f32 {
         Meaning::Normal => ((code - (middle + 1.0)) / middle).max(-1.0),
     };
     value as f32
+}
+
+/// The texel, or the end of all if the work is cancelled.
+fn unless_stopping(texel: [f32; 3]) -> Option<[f32; 3]> {
+    (!control::step(1)).then_some(texel)
 }
 
 fn texel(meaning: Meaning, [r, g, b]: [f32; 3]) -> [f32; 3] {

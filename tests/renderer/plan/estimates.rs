@@ -1,11 +1,13 @@
 //! Estimates beside what was traced.
 
-use crate::common::{load_scene, scene_names};
-use std::time::Duration;
+use crate::common::{load_scene, read, scene_names};
+use serde_json::{Value, json};
+use std::time::{Duration, Instant};
 use strahl::film::Region;
+use strahl::plan::Plan;
 use strahl::plan::pilot::{Effort, Expected, Pilot};
 use strahl::render::{Control, Picture, render};
-use strahl::scene::{Overrides, Scene};
+use strahl::scene::{Format, Overrides, Scene, load};
 
 const UNTIL_DONE: Effort = Effort { time: Duration::from_secs(1_000), share: f64::INFINITY };
 
@@ -66,4 +68,21 @@ fn small_pictures_are_traced_completely() {
         assert_eq!(pilot.rays.value.round(), picture.rays.total() as f64, "{name}");
         assert!(pilot.rays.interval[1] - pilot.rays.interval[0] < 1e-6 * pilot.rays.value, "{name}");
     }
+}
+
+/// One pixel of this takes minutes.
+#[test]
+fn a_pilot_that_cannot_finish_a_block_says_at_least_what() {
+    let mut scene: Value = serde_json::from_slice(&read("scenes/hard/corridor.json")).unwrap();
+    scene["render"]["max_depth"] = json!(100_000);
+    scene["render"]["samples"] = json!(1024);
+    let text = serde_json::to_vec(&scene).unwrap();
+    let mut loaded = load(&text, Format::Json, &Overrides::default()).unwrap();
+    let mut plan = Plan::new(&mut loaded.description, &loaded.scene);
+    let region = Region::whole(loaded.scene.width, loaded.scene.height);
+    let started = Instant::now();
+    plan.estimate(&loaded.scene, region, &Control::default(), Effort::QUICK).unwrap();
+    assert!(started.elapsed() < Duration::from_secs(20), "{:?}", started.elapsed());
+    let estimate = plan.estimate.unwrap();
+    assert!(estimate.at_least && estimate.ms > 1e4 && estimate.rays > 1_000_000, "{estimate:?}");
 }
