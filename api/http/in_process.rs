@@ -4,13 +4,13 @@ use super::auth::{capability, client, client::Ends};
 use super::settings::HttpSettings;
 use super::{routes, start};
 use crate::service::limits::Settings;
+use crate::service::requests::folders::Folders;
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::extract::Request;
 use axum::http::Response;
 use clap::Parser;
 use std::net::{IpAddr, Ipv4Addr};
-use std::path::Path;
 use tokio::runtime::Runtime;
 use tower::ServiceExt;
 
@@ -32,15 +32,17 @@ struct Flags {
 pub(crate) struct InProcess {
     router: Router,
     runtime: Runtime,
+    _folders: Folders,
 }
 
 impl InProcess {
     /// Starts it with the flags of `strahl serve`.
-    pub(crate) fn start(flags: &[&str], data: &Path) -> Self {
+    pub(crate) fn start(flags: &[&str]) -> Self {
         let flags = Flags::parse_from([&["serve"], flags].concat());
-        let app = start::open(Some(1), &flags.http, &flags.service, data).expect("it starts");
+        let mut folders = Folders::open(&flags.service).expect("it starts");
+        let app = start::open(Some(1), &flags.http, &flags.service, &mut folders).expect("it starts");
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("it starts");
-        Self { router: routes::router(app), runtime }
+        Self { router: routes::router(app), runtime, _folders: folders }
     }
 
     /// Status, headers and body of an answer, as soon as all of it is there.

@@ -14,11 +14,10 @@ use crate::service::error::StartError;
 use crate::service::jobs::Jobs;
 use crate::service::limits::Settings;
 use crate::service::requests::Service;
+use crate::service::requests::folders::Folders;
 use crate::service::scheduler::pool::Pool;
-use crate::service::storage::data_folder::DataFolder;
 use std::io;
 use std::net::SocketAddr;
-use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 use tokio::net::TcpListener;
@@ -31,10 +30,9 @@ const LAST_WAIT: Duration = Duration::from_secs(1);
 /// Serves until SIGTERM or Ctrl-C.
 pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings) -> Result<(), StartError> {
     check_exposure(http)?;
-    // A temporary folder is removed at the end of this function.
-    let data =
-        DataFolder::open(settings.jobs.data.as_deref()).map_err(|error| StartError::Settings(error.to_string()))?;
-    let app = open(threads, http, settings, data.path())?;
+    // They are given up, and a temporary one is removed, at the end of this function.
+    let mut folders = Folders::open(settings)?;
+    let app = open(threads, http, settings, &mut folders)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(TALKERS)
         .enable_all()
@@ -62,12 +60,12 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
     served
 }
 
-/// What handlers share, with the jobs in a folder.
+/// What handlers share, with what is in the folders.
 pub(super) fn open(
     threads: Option<u64>,
     http: &HttpSettings,
     settings: &Settings,
-    data: &Path,
+    folders: &mut Folders,
 ) -> Result<App, StartError> {
     let access = Access::open(http.keys.as_deref()).map_err(|error| {
         let file = http.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
@@ -78,7 +76,7 @@ pub(super) fn open(
     let (access, metrics) = (Arc::new(access), Arc::<Metrics>::default());
     let accounts = JobAccounts { access: Arc::clone(&access), metrics: Arc::clone(&metrics) };
     Ok(Arc::new(AppState {
-        service: Service::open(settings, data, pool, Box::new(accounts))?,
+        service: Service::open(settings, folders, pool, Box::new(accounts))?,
         access,
         origins: http.origins(),
         public_url: http.public_url.clone(),

@@ -78,7 +78,8 @@ pub(crate) struct CacheLimits {
     #[arg(long, env = "STRAHL_DISK_CACHE_BYTES", value_name = "BYTES", default_value_t = 10 << 30)]
     #[serde(skip)]
     pub(crate) disk_cache_bytes: u64,
-    /// Folder where finished pictures and remembered scenes outlive the service. Without it they are kept in memory only.
+    /// Folder where finished pictures and remembered scenes outlive the service: a new or empty one at first. Without it they
+    /// are kept in memory only.
     #[arg(long, env = "STRAHL_CACHE", value_name = "DIR", help_heading = "Folders")]
     #[serde(skip)]
     pub(crate) cache: Option<PathBuf>,
@@ -110,7 +111,7 @@ pub(crate) struct JobLimits {
     #[serde(rename = "job_timeout_s", serialize_with = "as_seconds")]
     #[schemars(with = "f64")]
     pub(crate) job_timeout: Duration,
-    /// Seconds that a job's picture is kept.
+    /// Seconds that a job's picture is kept, while the service runs.
     #[arg(long, env = "STRAHL_KEEP_PICTURES", value_name = "SECONDS", default_value = "604800", value_parser = long_seconds)]
     #[serde(rename = "keep_pictures_s", serialize_with = "as_seconds")]
     #[schemars(with = "f64")]
@@ -120,7 +121,8 @@ pub(crate) struct JobLimits {
     #[serde(rename = "keep_records_s", serialize_with = "as_seconds")]
     #[schemars(with = "f64")]
     pub(crate) keep_records: Duration,
-    /// Folder where jobs outlive the service. Without it they are kept in a temporary folder and end with the service.
+    /// Folder where jobs outlive the service: a new or empty one at first. Without it they are kept in a temporary folder and
+    /// end with the service.
     #[arg(long, env = "STRAHL_DATA", value_name = "DIR", help_heading = "Folders")]
     #[serde(rename = "durable", serialize_with = "is_some")]
     #[schemars(with = "bool", description = "Whether jobs outlive the service.")]

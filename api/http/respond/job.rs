@@ -7,12 +7,12 @@ use crate::http::auth::tenant::Tenant;
 use crate::http::extract::prefer::Prefer;
 use crate::http::problem::{Kind, Problem, ProblemSummary};
 use crate::http::state::{App, AppState};
+use crate::service::clock::unix_time;
 use crate::service::error::Error;
 use crate::service::jobs::record::{State as JobState, Stats};
 use crate::service::jobs::{Claim, Job, KeyUse};
 use crate::service::pictures::report::Report;
 use crate::service::pictures::spec::PictureSpec;
-use crate::service::requests::pictures::{Source, Upload};
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
 use axum::Json;
@@ -135,12 +135,8 @@ impl JobView {
         let path = format!("/v1/jobs/{}", record.id);
         let time = |ms: u64| humantime::format_rfc3339_millis(UNIX_EPOCH + Duration::from_millis(ms)).to_string();
         let eta_ms = if record.state.is_final() { None } else { place.map(|(_, eta)| eta).or(progress.eta_ms) };
-        let limits = &app.service.jobs.limits;
-        let kept = match record.state {
-            JobState::Succeeded => limits.keep_pictures,
-            JobState::Expired => limits.keep_pictures + limits.keep_records,
-            _ => limits.keep_records,
-        };
+        // Whole seconds: what two clocks say is not the same from one answer to the next.
+        let expires = app.service.jobs.kept_for(&record).map(|kept| (unix_time() + kept).as_secs() * 1_000);
         let ids = record.scene_id.as_ref().zip(record.image_id.as_ref());
         let tiles = ids.map(|(_, image)| tiles_of(image));
         let [iiif, dzi, xyz] = tiles.map_or_else(Default::default, |tiles| tiles.map(Some));
@@ -162,7 +158,7 @@ impl JobView {
             created_at: time(record.created),
             started_at: record.started.map(time),
             finished_at: record.finished.map(time),
-            expires_at: record.finished.map(|finished| time(finished + kept.as_millis() as u64)),
+            expires_at: expires.map(time),
             links: JobLinks {
                 events: format!("{path}/events"),
                 preview: format!("{path}/preview"),
@@ -191,9 +187,9 @@ impl JobView {
 pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
     let mut view = JobView::of(app, job);
     if view.state == JobState::Succeeded {
-        let (app, id) = (Arc::clone(app), view.id.clone());
-        let meta = blocking(move || app.service.jobs.meta(&id)).await;
-        let report = meta.ok().and_then(Result::ok).and_then(|meta| meta.report);
+        let (app, job) = (Arc::clone(app), Arc::clone(job));
+        let meta = blocking(move || app.service.jobs.meta(&job)).await;
+        let report = meta.ok().flatten().and_then(|meta| meta.report);
         view.report = report.or_else(|| RawValue::from_string("null".into()).ok());
     }
     let mut headers = HeaderMap::new();
@@ -268,25 +264,25 @@ pub(crate) async fn picture_of(
     tenant: &Tenant,
     method: &Method,
     headers: &HeaderMap,
-    job: &Job,
+    job: &Arc<Job>,
 ) -> Result<Response, Problem> {
-    let (state, id, output) = {
+    let (state, output) = {
         let record = job.record();
-        (record.state, record.id.clone(), record.spec.output)
+        (record.state, record.spec.output)
     };
     if state != JobState::Succeeded {
         return Err(no_picture(job));
     }
-    let file = {
-        let (jobs, id) = (Arc::clone(&app.service.jobs), id.clone());
-        blocking(move || jobs.picture(&id)).await?
-    };
-    let file = file.map_err(|error| {
-        tracing::error!(job = id, %error, "a picture cannot be read");
-        Problem::new(Kind::Internal, "the picture cannot be read")
+    let file = app.service.job_picture(tenant.task(Class::Renders), job).await?.ok_or_else(|| {
+        let id = job.record().id.clone();
+        let detail = format!(
+            "the file with the picture of job {id} is damaged, and it cannot be rendered again in one answer; submit the \
+             job again"
+        );
+        Problem::new(Kind::Gone, detail)
     })?;
     let context = ResponseContext { method, headers, tenant, freshness: Freshness::Once, negotiated: false };
-    picture::deliver(app, &context, &picture::stored(Arc::new(file)), &PictureSpec::plain(None, output))
+    picture::deliver(app, &context, &picture::stored(file), &PictureSpec::plain(None, output))
 }
 
 /// A job without a picture, when one is asked for.
@@ -310,15 +306,8 @@ pub(crate) fn no_picture(job: &Job) -> Problem {
 
 /// A part of a picture that was finished before: rendered again, to the same bytes, unless it is in a cache.
 pub(crate) async fn render_again(app: &App, tenant: &Tenant, job: &Job, spec: PictureSpec) -> Result<Vec<u8>, Problem> {
-    let of_job = job.record().spec.clone();
-    let text = {
-        let (jobs, scene) = (Arc::clone(&app.service.jobs), of_job.scene.clone());
-        blocking(move || jobs.scene(&scene)).await?
-    };
-    let text = text.ok_or_else(|| Problem::new(Kind::Gone, "the job's scene is gone"))?;
-    let upload = Upload::new(text, of_job.format, of_job.settings).await?;
-    let made = app.service.make_picture(tenant.task(Class::Tiles), Source::Sent(upload), spec).await?;
-    Ok(made.file.bytes.clone())
+    let made = app.service.render_of_job(tenant.task(Class::Tiles), job, spec).await?;
+    made.map(|file| file.bytes.clone()).ok_or_else(|| Problem::new(Kind::Gone, "the job's scene is gone"))
 }
 
 /// Pixels as a PNG.

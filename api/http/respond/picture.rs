@@ -11,6 +11,7 @@ use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::spec::PictureSpec;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use data_encoding::BASE64;
 use std::sync::Arc;
 use strahl::film::{DEFAULT_QUALITY, FileFormat};
 
@@ -93,7 +94,7 @@ pub(crate) fn deliver(
         }
     }
     // RFC 9530.
-    put(headers, HeaderName::from_static("repr-digest"), &format!("sha-256=:{}:", file.digest));
+    put(headers, HeaderName::from_static("repr-digest"), &format!("sha-256=:{}:", BASE64.encode(&file.digest)));
     headers.insert(header::CONTENT_LENGTH, file.bytes.len().into());
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     let name = image.map_or("picture", String::as_str);

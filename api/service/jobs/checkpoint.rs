@@ -1,12 +1,13 @@
 //! The finished tiles of a job on disk, so that none is rendered twice. Each is appended to one file when it is done.
 //!
 //! A tile is written as its number, its cost as JSON, its pixels as linear floats, the bounds of pixels that lack light, and
-//! a hash of all that. A tile that a crash has left half-written at the end of the file is cut off.
+//! a hash of all that and of whose tile it is. A tile that a crash has left half-written at the end of the file is cut off.
 
+use crate::service::scenes::ids::renderer;
+use crate::service::storage::disk::DiskFile;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::fs::{File, OpenOptions};
-use std::io::{self, BufReader, Read, Write};
+use std::io::{self, BufReader, Read};
 use std::path::Path;
 use strahl::bound::BoundedPixel;
 use strahl::film::{Film, Region};
@@ -46,27 +47,36 @@ struct TileCost {
 
 /// The file of tiles.
 #[derive(Debug)]
-pub(super) struct Tiles(File);
+pub(super) struct Tiles {
+    file: DiskFile,
+    /// Begins every hash: a tile of another job, or of another version of the renderer, is none of this picture.
+    owner: String,
+}
 
 impl Tiles {
-    /// Opens or makes the file for a picture of `size`, and calls `found` with each tile in it. `region` gives the region of
-    /// a tile by its number, if there is such a tile.
+    /// Opens or makes the file for a job's picture of `size`, and calls `found` with each tile in it. `region` gives the region
+    /// of a tile by its number, if there is such a tile.
     pub(super) fn open(
         path: &Path,
+        job: &str,
         size: [u32; 2],
         region: impl Fn(u32) -> Option<Region>,
         mut found: impl FnMut(Tile),
     ) -> io::Result<Self> {
-        let file = OpenOptions::new().read(true).append(true).create(true).open(path)?;
-        let mut reader = BufReader::with_capacity(1 << 20, &file);
+        let mut file = DiskFile::open(path)?;
+        let owner = format!("{job} {}\n", renderer());
+        let mut reader = BufReader::with_capacity(1 << 20, file.reader());
         let mut whole = 0;
-        while let Some((tile, bytes)) = read(&mut reader, size, &region)? {
+        while let Some((tile, bytes)) = read(&mut reader, &owner, size, &region)? {
             found(tile);
             whole += bytes as u64;
         }
         drop(reader);
-        file.set_len(whole)?;
-        Ok(Self(file))
+        let bytes = file.truncate(whole)?;
+        if bytes > 0 {
+            tracing::warn!(job, bytes, "the end of a job's tiles is damaged or incomplete and is rendered again");
+        }
+        Ok(Self { file, owner })
     }
 
     /// Appends a tile, which survives the process from then on.
@@ -92,15 +102,21 @@ impl Tiles {
             bytes.extend(at.iter().flat_map(|coordinate| coordinate.to_le_bytes()));
             bytes.extend(highest.iter().flat_map(|channel| channel.to_le_bytes()));
         }
-        let digest = Sha256::digest(&bytes);
-        bytes.extend(&digest[..DIGEST]);
-        self.0.write_all(&bytes)
+        let digest = hash(&self.owner, &bytes);
+        bytes.extend(digest);
+        self.file.append(&bytes)
     }
+}
+
+fn hash(owner: &str, tile: &[u8]) -> [u8; DIGEST] {
+    let hash = Sha256::new().chain_update(owner).chain_update(tile).finalize();
+    std::array::from_fn(|i| hash[i])
 }
 
 /// The next tile and its bytes in the file. None at the end of the intact tiles.
 fn read(
     from: &mut impl Read,
+    owner: &str,
     [full_width, full_height]: [u32; 2],
     region: &impl Fn(u32) -> Option<Region>,
 ) -> io::Result<Option<(Tile, usize)>> {
@@ -120,7 +136,7 @@ fn read(
         return Ok(None);
     }
     let (contents, digest) = bytes.split_at(bytes.len() - DIGEST);
-    if Sha256::digest(contents)[..DIGEST] != *digest {
+    if hash(owner, contents) != *digest {
         return Ok(None);
     }
     let (took, pixels) = contents[HEAD..].split_at(took);
@@ -180,7 +196,7 @@ mod tests {
 
     fn open(path: &Path) -> (Tiles, Vec<Tile>) {
         let mut found = Vec::new();
-        let tiles = Tiles::open(path, SIZE, region, |tile| found.push(tile)).unwrap();
+        let tiles = Tiles::open(path, "job", SIZE, region, |tile| found.push(tile)).unwrap();
         (tiles, found)
     }
 
@@ -202,7 +218,7 @@ mod tests {
         let whole = std::fs::metadata(&path).unwrap().len();
         tiles.add(&tile(1)).unwrap();
         drop(tiles);
-        File::options().write(true).open(&path).unwrap().set_len(whole + 20).unwrap();
+        std::fs::File::options().write(true).open(&path).unwrap().set_len(whole + 20).unwrap();
         let (mut tiles, found) = open(&path);
         assert_found(&found, &[2, 0]);
         tiles.add(&tile(3)).unwrap();

@@ -36,8 +36,6 @@ pub(crate) struct Job {
     pub(super) spent: AtomicU64,
     /// Number of changes of the preview.
     pub(super) revision: AtomicU64,
-    /// Bytes of its files on disk, once it has succeeded.
-    pub(super) kept: AtomicU64,
     /// Whether its owner does not want to see it any more.
     pub(super) forgotten: AtomicBool,
     watchers: AtomicUsize,
@@ -91,7 +89,6 @@ impl Job {
             rays: AtomicU64::new(record.stats.rays),
             spent: AtomicU64::new(0),
             revision: AtomicU64::new(0),
-            kept: AtomicU64::new(0),
             forgotten: AtomicBool::new(false),
             watchers: AtomicUsize::new(0),
             begun: Mutex::default(),

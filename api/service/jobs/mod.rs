@@ -1,49 +1,51 @@
 //! Jobs: renders that run in the background. Accepted jobs and their finished tiles survive a restart or a crash.
 //!
-//! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash, shared by all jobs that render them) and
-//! `jobs/ID/`: `tiles` while the job is rendered, `picture` (with its cost report) and `preview` afterwards.
+//! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash), `pictures/` (with their cost reports, and small ones
+//! beside them; jobs share both) and `tiles/` (finished tiles of the jobs that are rendered).
 
 mod canvas;
 mod checkpoint;
+#[cfg(test)]
+mod crash;
 mod event_log;
+mod files;
 mod finish;
 mod job;
+mod orphans;
 mod queries;
 pub(crate) mod record;
+mod references;
 mod registry;
 mod retention;
 mod run;
 mod store;
 mod submission;
 mod tile_order;
+mod upgrade;
 
 pub(crate) use canvas::PREVIEW_SIDE;
 pub(crate) use event_log::Event;
+pub(crate) use files::DATA;
 pub(crate) use job::{Job, Watcher};
 pub(crate) use submission::{Claim, KeyUse, Submission};
 
 use crate::service::clock::milliseconds;
+use crate::service::error::StartError;
 use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
-
-use crate::service::storage::blob_store::BlobStore;
+use crate::service::storage::folder::Folder;
+use files::Files;
 use job::{Stopped, locked};
 use record::{Failure, Record, State, now};
 use registry::Registry;
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use store::Store;
 use tokio::sync::watch;
-
-/// Name of the picture file in the folder of a job.
-const PICTURE: &str = "picture";
-/// Name of the preview file.
-const PREVIEW: &str = "preview";
 
 /// A job goes on after so many ends of the process without a new tile.
 const CRASHES: u32 = 2;
@@ -63,8 +65,9 @@ pub(crate) struct Jobs {
     cache: Arc<SceneCache>,
     observer: Box<dyn JobObserver>,
     store: Store,
-    scenes: BlobStore,
-    folder: PathBuf,
+    files: Files,
+    /// Whether another version of the program has written records that this one cannot read.
+    has_other_records: bool,
     /// The limits.
     pub(crate) limits: JobLimits,
     registry: Mutex<Registry>,
@@ -72,59 +75,68 @@ pub(crate) struct Jobs {
     open: watch::Sender<usize>,
     /// Milliseconds of work on jobs that failed or were canceled.
     canceled: AtomicU64,
+    /// The run time that was last written down for its own sake.
+    time_kept: AtomicU64,
 }
 
 impl std::fmt::Debug for Jobs {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Jobs").field("folder", &self.folder).field("limits", &self.limits).finish_non_exhaustive()
+        f.debug_struct("Jobs").field("files", &self.files).field("limits", &self.limits).finish_non_exhaustive()
     }
 }
 
 impl Jobs {
     /// Opens a folder and resumes the jobs in it.
     pub(crate) fn open(
-        folder: &Path,
+        folder: &mut Folder,
         limits: JobLimits,
         pool: Arc<Pool>,
         cache: Arc<SceneCache>,
         observer: Box<dyn JobObserver>,
-    ) -> io::Result<Arc<Self>> {
-        let store = Store::open(&folder.join("jobs.redb"))?;
-        let scenes = BlobStore::open(&folder.join("scenes"), u64::MAX)?;
+    ) -> Result<Arc<Self>, StartError> {
+        let path = folder.path();
+        let unusable = |error| {
+            let advice = "The service has to write into this folder: name another with --data DIR.";
+            StartError::Machine(format!("jobs cannot be kept in {}: {error}\n\n{advice}", path.display()))
+        };
+        let files = Files::open(path, limits.data.is_some()).map_err(unusable)?;
+        let (store, contents) = Store::open(path, !files.is_empty() || upgrade::has_files(path))?;
+        if !folder.is_marked() {
+            upgrade::upgrade(path, &files, &contents.records).map_err(unusable)?;
+        }
         let mut registry = Registry::default();
-        let (records, others) = store.all()?;
-        for mut record in records {
+        for mut record in contents.records {
             if !record.state.is_final() {
                 if record.state == State::Running {
-                    let tiles = folder.join("jobs").join(&record.id).join("tiles");
-                    record.count_crash(fs::metadata(tiles).map_or(0, |tiles| tiles.len()));
+                    record.count_crash(fs::metadata(files.tiles(&record.id)).map_or(0, |tiles| tiles.len()));
                 }
                 record.state = State::Queued;
                 record.lives += 1;
-                store.put(&record)?;
+                store.put(&record).map_err(unusable)?;
+            }
+            if record.state.is_final() && record.ended.is_none() {
+                record.ended = Some(store.run_time.ms());
+                store.put(&record).map_err(unusable)?;
             }
             registry.add(&Arc::new(Job::new(record)));
         }
         let hopeless = |job: &Arc<Job>| job.record().crashes > CRASHES;
         let hopeless: Vec<_> = registry.queued.extract_if(.., |job| hopeless(job)).collect();
+        folder.mark()?;
         let jobs = Arc::new(Self {
             pool,
             cache,
             observer,
             store,
-            scenes,
-            folder: folder.to_owned(),
+            files,
+            has_other_records: contents.others,
             limits,
             registry: Mutex::new(registry),
             open: watch::Sender::new(0),
             canceled: AtomicU64::new(0),
+            time_kept: AtomicU64::new(0),
         });
-        // Records that cannot be read may belong to another version of the program, so no files are removed.
-        if !others {
-            jobs.remove_orphans();
-        }
-        let is_done = |job: &&Arc<Job>| job.record().state == State::Succeeded;
-        locked(&jobs.registry).jobs.values().filter(is_done).for_each(|job| jobs.measure_files(job));
+        jobs.check_orphans();
         for job in hopeless {
             let detail =
                 format!("the service ended {} times while it rendered this job, without a new tile", CRASHES + 1);
@@ -197,17 +209,6 @@ impl Jobs {
         let _ = self.open.subscribe().wait_for(|open| *open == 0).await;
     }
 
-    fn folder_of(&self, id: &str) -> PathBuf {
-        self.folder.join("jobs").join(id)
-    }
-
-    /// Writes a file completely or not at all.
-    fn write(&self, folder: &Path, name: &str, contents: &[u8]) -> io::Result<()> {
-        let unfinished = folder.join(format!("{name}~"));
-        fs::write(&unfinished, contents)?;
-        fs::rename(unfinished, folder.join(name))
-    }
-
     fn save(&self, job: &Job) -> io::Result<()> {
         let record = job.record().clone();
         self.put(job, &record)
@@ -222,25 +223,21 @@ impl Jobs {
         let (id, data) = {
             let mut record = job.record();
             record.finished = Some(now());
+            record.ended = Some(self.store.run_time.ms());
             record.failure = failure;
             record.last_event = Some(job.events.last() + 1);
             record.stats.rays = record.stats.rays.max(job.rays.load(Ordering::Relaxed));
             (record.id.clone(), serde_json::json!({ "stats": record.stats, "failure": record.failure }))
         };
-        if state != State::Succeeded {
-            self.remove_files(&id);
-        }
         // The record is on disk before clients see it.
         let on_disk = Record { state, ..job.record().clone() };
         if let Err(error) = self.put(job, &on_disk) {
             tracing::error!(job = id, %error, "a record cannot be written");
         }
-        let _ = fs::remove_file(self.folder_of(&id).join("tiles"));
+        self.files.remove_tiles(&id);
         job.record().state = state;
-        if state == State::Succeeded {
-            self.measure_files(job);
-        } else {
-            locked(&self.registry).release_scene(&on_disk.spec, &self.scenes);
+        if state != State::Succeeded {
+            locked(&self.registry).release_scene(&on_disk, &self.files);
         }
         if let (false, Some((begun, _))) = (state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
@@ -296,11 +293,8 @@ impl Jobs {
         self.open.send_replace(registry.open.len());
         if job.forgotten.load(Ordering::SeqCst) {
             let record = job.record();
-            if record.state.needs_scene() {
-                registry.release_scene(&record.spec, &self.scenes);
-            }
+            registry.release_files(&record, &self.files);
             self.forget_record(&record.id);
-            self.remove_files(&record.id);
         }
         drop(registry);
         self.open_next();

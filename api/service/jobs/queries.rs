@@ -1,12 +1,11 @@
 //! Queries about jobs.
 
+use super::Jobs;
 use super::job::{Job, locked};
 use super::record::{JobSpec, Record, State};
 use super::registry::{estimate, rank, remaining};
-use super::{Jobs, PICTURE, PREVIEW};
 use crate::service::pictures::file::{PictureFile, PictureMeta};
-use std::fs::{self, File};
-use std::io::{self, BufReader};
+use crate::service::pictures::spec::PictureSpec;
 use std::ops::Bound;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -32,19 +31,14 @@ impl Jobs {
 
     /// The picture of a job that shows this whole image in this format.
     pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<PictureFile> {
-        // A job may be deleted between these two calls.
-        self.with_picture(image_id, format).iter().find_map(|id| self.picture(id).ok())
+        let name = PictureSpec::plain(None, format).name(&image_id);
+        let is_of_a_job = locked(&self.registry).pictures.has(&name);
+        PictureFile::stored(is_of_a_job.then(|| self.files.pictures.get(&name))??)
     }
 
-    /// Ids of the jobs that have such a picture.
-    pub(crate) fn with_picture(&self, image_id: &str, format: FileFormat) -> Vec<String> {
-        let registry = locked(&self.registry);
-        let same = |job: &Arc<Job>| {
-            let record = job.record();
-            let same = record.image_id.as_deref() == Some(image_id) && record.spec.output == format;
-            (same && record.state == State::Succeeded).then(|| record.id.clone())
-        };
-        registry.jobs.values().filter_map(same).collect()
+    /// Whether some job has that picture.
+    pub(crate) fn has_picture(&self, image_id: &str, format: FileFormat) -> bool {
+        locked(&self.registry).pictures.has(&PictureSpec::plain(None, format).name(&image_id))
     }
 
     /// Jobs older than `before` that are `wanted`, the newest first.
@@ -90,26 +84,29 @@ impl Jobs {
 
     /// Bytes of scenes and of finished pictures on disk.
     pub(crate) fn bytes(&self) -> u64 {
-        self.scenes.bytes() + locked(&self.registry).kept()
+        self.files.bytes()
     }
 
-    /// The picture of a job that has succeeded.
-    pub(crate) fn picture(&self, id: &str) -> io::Result<PictureFile> {
-        PictureFile::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
+    /// The picture of a job that has succeeded, if it is there and whole.
+    pub(crate) fn picture(&self, job: &Job) -> Option<PictureFile> {
+        let record = job.record().clone();
+        self.files.picture(&record)
     }
 
     /// The metadata of that picture.
-    pub(crate) fn meta(&self, id: &str) -> io::Result<PictureMeta> {
-        PictureMeta::read(&mut BufReader::new(File::open(self.folder_of(id).join(PICTURE))?))
+    pub(crate) fn meta(&self, job: &Job) -> Option<PictureMeta> {
+        let record = job.record().clone();
+        self.files.meta(&record)
     }
 
     /// The text of a job's scene.
     pub(crate) fn scene(&self, name: &str) -> Option<Vec<u8>> {
-        self.scenes.get(name)
+        Some(self.files.scenes.get(name)?.body)
     }
 
-    /// The last preview of a finished job, a PNG. Jobs whose picture existed already have none.
-    pub(crate) fn last_preview(&self, id: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.folder_of(id).join(PREVIEW))
+    /// The last preview of a finished job, a PNG. There may be none if the picture existed already.
+    pub(crate) fn last_preview(&self, job: &Job) -> Option<Vec<u8>> {
+        let record = job.record().clone();
+        self.files.preview(&record)
     }
 }

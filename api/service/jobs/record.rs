@@ -2,6 +2,7 @@
 
 use crate::service::clock::unix_time;
 use crate::service::error::Error;
+use crate::service::pictures::spec::PictureSpec;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use strahl::film::FileFormat;
@@ -48,6 +49,9 @@ pub(crate) struct Record {
     pub(crate) started: Option<u64>,
     /// When it reached its final state.
     pub(crate) finished: Option<u64>,
+    /// Milliseconds that services had run on the folder when it did. Versions before did not count them.
+    #[serde(default)]
+    pub(crate) ended: Option<u64>,
     /// Its cost.
     pub(crate) stats: Stats,
     /// Why it failed.
@@ -71,6 +75,14 @@ impl Record {
     pub(super) fn count_crash(&mut self, tile_bytes: u64) {
         self.crashes = if tile_bytes > self.tile_bytes { 0 } else { self.crashes + 1 };
         self.tile_bytes = tile_bytes;
+    }
+
+    /// Name of the picture's file: that of the picture, which several jobs may have, or else of the job.
+    pub(crate) fn picture_name(&self) -> String {
+        match &self.image_id {
+            Some(image) => PictureSpec::plain(None, self.spec.output).name(image),
+            None => self.id.clone(),
+        }
     }
 }
 

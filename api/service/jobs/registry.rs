@@ -1,14 +1,13 @@
 //! All jobs in memory, and which of the waiting ones is opened next.
 
 use super::job::Job;
-use super::record::{JobSpec, Record};
+use super::record::{Record, State};
+use super::references::References;
 use super::retention::disk_of;
 use crate::service::limits::JobLimits;
 use crate::service::scheduler::task::aged;
-use crate::service::storage::blob_store::BlobStore;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 /// Open jobs of one tenant: one renders while another encodes its picture.
 const OPEN: usize = 2;
@@ -25,8 +24,10 @@ pub(super) struct Registry {
     pub(super) open: Vec<Arc<Job>>,
     /// Job ids by tenant and idempotency key. None while a job is being accepted.
     pub(super) keys: HashMap<(String, String), Option<String>>,
-    /// Number of jobs that need each scene.
-    pub(super) scenes: HashMap<String, usize>,
+    /// Scenes that jobs need.
+    pub(super) scenes: References,
+    /// Pictures that jobs have.
+    pub(super) pictures: References,
     /// Whether the service is shutting down, so that no more jobs are opened.
     pub(super) closing: bool,
     /// Time of jobs divided by their estimates: a moving average.
@@ -38,7 +39,10 @@ impl Registry {
     pub(super) fn add(&mut self, job: &Arc<Job>) {
         let record = job.record();
         if record.state.needs_scene() {
-            *self.scenes.entry(record.spec.scene.clone()).or_default() += 1;
+            self.scenes.add(&record.spec.scene);
+        }
+        if record.state == State::Succeeded {
+            self.pictures.add(&record.picture_name());
         }
         if let Some(same) = &record.idempotency {
             self.keys.insert((record.tenant.clone(), same.key.clone()), Some(record.id.clone()));
@@ -58,21 +62,6 @@ impl Registry {
         }
         drop(record);
         Some(job)
-    }
-
-    /// Called when a job does not need its scene any more.
-    pub(super) fn release_scene(&mut self, order: &JobSpec, scenes: &BlobStore) {
-        let Some(count) = self.scenes.get_mut(&order.scene) else { return };
-        *count -= 1;
-        if *count == 0 {
-            self.scenes.remove(&order.scene);
-            scenes.remove(&order.scene);
-        }
-    }
-
-    /// Bytes of all pictures on disk.
-    pub(super) fn kept(&self) -> u64 {
-        self.jobs.values().map(|job| job.kept.load(Ordering::Relaxed)).sum()
     }
 
     /// Index of the waiting job that is opened next, if one can be.

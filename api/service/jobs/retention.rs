@@ -5,19 +5,27 @@
 
 use super::Jobs;
 use super::job::{Job, Stopped, locked};
-use super::record::{Failure, Record, State, now};
+use super::record::{Failure, Record, State};
 use super::registry::Registry;
 use crate::service::limits::JobLimits;
-use std::fs;
-use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+/// Milliseconds between two notes of how long services have run, while nothing else is written.
+const TIME_KEPT: u64 = 60_000;
+
 impl Jobs {
     /// Called once a second: stops jobs that run too long, and deletes what is too old or too much.
     pub(crate) fn tick(&self) {
-        let now = now();
+        let now = self.store.run_time.ms();
+        let is_empty = locked(&self.registry).jobs.is_empty();
+        if !is_empty && now >= self.time_kept.load(Ordering::Relaxed) + TIME_KEPT {
+            self.time_kept.store(now, Ordering::Relaxed);
+            if let Err(error) = self.store.put_time() {
+                tracing::error!(%error, "how long the service has run cannot be written down");
+            }
+        }
         let (mut expired, mut forgotten) = (Vec::new(), Vec::new());
         {
             let registry = locked(&self.registry);
@@ -31,14 +39,13 @@ impl Jobs {
             }
             for job in registry.jobs.values() {
                 let record = job.record();
-                let Some(finished) = record.finished else { continue };
-                let is_over = |kept: Duration| now.saturating_sub(finished) >= kept.as_millis() as u64;
-                let Self { limits: JobLimits { keep_pictures, keep_records, .. }, .. } = self;
-                match record.state {
-                    State::Succeeded if is_over(*keep_pictures) => expired.push(Arc::clone(job)),
-                    State::Expired if is_over(*keep_pictures + *keep_records) => forgotten.push(record.id.clone()),
-                    State::Failed | State::Canceled if is_over(*keep_records) => forgotten.push(record.id.clone()),
-                    _ => {}
+                if self.kept_for(&record).is_none_or(|kept| kept > Duration::ZERO) {
+                    continue;
+                }
+                if record.state == State::Succeeded {
+                    expired.push(Arc::clone(job));
+                } else {
+                    forgotten.push(record.id.clone());
                 }
             }
         }
@@ -47,17 +54,31 @@ impl Jobs {
         self.make_room();
     }
 
+    /// How long a job that has ended is kept from now on: with its picture if it has one. The time that no service runs does
+    /// not count.
+    pub(crate) fn kept_for(&self, record: &Record) -> Option<Duration> {
+        let age = Duration::from_millis(self.store.run_time.ms().saturating_sub(record.ended?));
+        let JobLimits { keep_pictures, keep_records, .. } = self.limits;
+        let kept = match record.state {
+            State::Succeeded => keep_pictures,
+            State::Expired => keep_pictures + keep_records,
+            State::Failed | State::Canceled => keep_records,
+            State::Queued | State::Running => return None,
+        };
+        Some(kept.saturating_sub(age))
+    }
+
     /// Deletes the oldest pictures until there is room for the files of open jobs.
     pub(super) fn make_room(&self) {
         self.expire_until(|registry| {
             let written: u64 = registry.open.iter().map(|job| disk_of(&job.record())).sum();
-            self.scenes.bytes() + registry.kept() + written <= self.limits.data_bytes
+            self.files.bytes() + written <= self.limits.data_bytes
         });
     }
 
     /// Deletes the oldest pictures until there is room for another scene. False if there is none.
     pub(super) fn make_room_for_scene(&self, bytes: u64) -> bool {
-        self.expire_until(|_| self.scenes.bytes() + bytes <= self.limits.data_bytes / 2)
+        self.expire_until(|_| self.files.scenes.bytes() + bytes <= self.limits.data_bytes / 2)
     }
 
     /// Deletes pictures, the oldest first, until `is_enough`. False if it never is.
@@ -67,9 +88,12 @@ impl Jobs {
             if is_enough(&registry) {
                 return true;
             }
+            if self.remove_orphans(&registry, Duration::ZERO).0 > 0 && is_enough(&registry) {
+                return true;
+            }
             let finished = |job: &Arc<Job>| {
                 let record = job.record();
-                (record.state == State::Succeeded).then(|| (record.finished, Arc::clone(job)))
+                (record.state == State::Succeeded).then(|| (record.ended, Arc::clone(job)))
             };
             registry.jobs.values().filter_map(finished).collect()
         };
@@ -91,9 +115,11 @@ impl Jobs {
             record.state = State::Expired;
             record.clone()
         };
-        self.remove_files(&record.id);
-        job.kept.store(0, Ordering::Relaxed);
-        locked(&self.registry).release_scene(&record.spec, &self.scenes);
+        {
+            let mut registry = locked(&self.registry);
+            registry.release_picture(&record, &self.files);
+            registry.release_scene(&record, &self.files);
+        }
         if let Err(error) = self.store.put(&record) {
             tracing::error!(job = record.id, %error, "a record cannot be written");
         }
@@ -107,14 +133,12 @@ impl Jobs {
         if let Err(error) = self.store.remove(ids) {
             tracing::error!(%error, "records cannot be removed");
         }
-        ids.iter().for_each(|id| self.remove_files(id));
+        ids.iter().for_each(|id| self.files.remove_tiles(id));
         let mut registry = locked(&self.registry);
         for id in ids {
             let Some(job) = registry.remove(id) else { continue };
             let record = job.record();
-            if record.state.needs_scene() {
-                registry.release_scene(&record.spec, &self.scenes);
-            }
+            registry.release_files(&record, &self.files);
         }
     }
 
@@ -123,32 +147,6 @@ impl Jobs {
         if let Err(error) = self.store.remove(&[id.to_owned()]) {
             tracing::error!(job = id, %error, "a record cannot be removed");
         }
-    }
-
-    /// Deletes files without a record, which a crash has left behind.
-    pub(super) fn remove_orphans(&self) {
-        let registry = locked(&self.registry);
-        let folders = fs::read_dir(self.folder.join("jobs")).into_iter().flatten().flatten();
-        let names: Vec<String> = folders.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-        names.iter().filter(|id| !registry.jobs.contains_key(*id)).for_each(|id| self.remove_files(id));
-        for name in self.scenes.names().iter().filter(|name| !registry.scenes.contains_key(*name)) {
-            self.scenes.remove(name);
-        }
-    }
-
-    pub(super) fn remove_files(&self, id: &str) {
-        if let Err(error) = fs::remove_dir_all(self.folder_of(id))
-            && error.kind() != io::ErrorKind::NotFound
-        {
-            tracing::warn!(job = id, %error, "a job's files cannot be removed");
-        }
-    }
-
-    /// Measures the files of a job.
-    pub(super) fn measure_files(&self, job: &Job) {
-        let files = fs::read_dir(self.folder_of(&job.record().id)).into_iter().flatten().flatten();
-        let bytes = files.filter_map(|file| Some(file.metadata().ok()?.len())).sum();
-        job.kept.store(bytes, Ordering::Relaxed);
     }
 }
 

@@ -2,13 +2,13 @@
 //!
 //! Another thread puts finished tiles on disk and tells those who watch, so that the pool does not wait for that.
 
+use super::Jobs;
 use super::canvas::Canvas;
 use super::checkpoint::{Tile, Tiles};
 use super::finish::finish;
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, Record, State, now};
 use super::tile_order::TileOrder;
-use super::{Jobs, PICTURE, PREVIEW};
 use crate::service::clock::milliseconds;
 use crate::service::error::panic_text;
 use crate::service::pictures::render::trace;
@@ -84,7 +84,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     };
     jobs.save(job).map_err(|error| disk(&error))?;
     let workers = Arc::clone(&jobs.pool).join(task, job.control.clone());
-    let text = jobs.scenes.get(&spec.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
+    let text = jobs.scene(&spec.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
     let building = Instant::now();
     let found = jobs.cache.find(&workers, &SentScene::new(&text, spec.format, &spec.settings));
     drop(text);
@@ -94,13 +94,11 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
 
     jobs.make_room();
-    let folder = jobs.folder_of(&job.record().id);
-    std::fs::create_dir_all(&folder).map_err(|error| disk(&error))?;
     let rendering = Instant::now();
     if edge == 0 {
         whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| stopped(job))?;
     } else {
-        let file = recover(job, &folder.join("tiles")).map_err(|error| disk(&error))?;
+        let file = recover(jobs, job).map_err(|error| disk(&error))?;
         *locked(&job.begun) = Some((rendering, job.done.load(Ordering::Relaxed)));
         if job.done.load(Ordering::Relaxed) == 0 {
             passes(job, &ready, &workers, edge).map_err(|Cancelled| stopped(job))?;
@@ -119,9 +117,8 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
         // The file may be cut short.
         return Err(stopped(job));
     }
-    let written = jobs.write(&folder, PICTURE, &finished.made.to_blob());
-    let written = written.and_then(|()| jobs.write(&folder, PREVIEW, &finished.preview));
-    written.map_err(|error| disk(&error))?;
+    let record = job.record().clone();
+    jobs.keep_picture(&record, &finished.made, &finished.preview).map_err(|error| disk(&error))?;
     let mut record = job.record();
     record.stats.encode_ms = milliseconds(encoding);
     record.stats.rays = canvas.picture().rays.total();
@@ -151,12 +148,12 @@ fn whole(
 }
 
 /// Opens the file of tiles and puts those that are there onto a new canvas.
-fn recover(job: &Job, path: &std::path::Path) -> io::Result<Tiles> {
-    let Record { width, height, .. } = *job.record();
+fn recover(jobs: &Jobs, job: &Job) -> io::Result<Tiles> {
+    let Record { ref id, width, height, .. } = job.record().clone();
     let mut canvas = Canvas::new(width, height);
     let (mut recovered, mut rays) = (0, 0);
     let region = |number: u32| job.tiles.get(number as usize).map(|(region, _)| *region);
-    let file = Tiles::open(path, [width, height], region, |Tile { number, picture }| {
+    let file = Tiles::open(&jobs.files.tiles(id), id, [width, height], region, |Tile { number, picture }| {
         let (_, done) = &job.tiles[number as usize];
         if !done.swap(true, Ordering::Release) {
             canvas.finish(&picture);

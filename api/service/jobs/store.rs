@@ -4,33 +4,98 @@
 //! in seconds.
 
 use super::record::Record;
-use redb::{Database, DatabaseError, ReadableDatabase, ReadableTable, TableDefinition};
+use crate::service::clock::RunTime;
+use crate::service::error::{StartError, panic_text};
+use crate::service::storage::disk::{self, DatabaseFile};
+use redb::{Database, ReadableDatabase, ReadableTable, StorageError, TableDefinition};
+use std::cell::Cell;
+use std::fs;
 use std::io;
+use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Once;
 
+/// Milliseconds that services have run on the folder.
+const TIME: TableDefinition<'_, (), u64> = TableDefinition::new("time");
 /// Records as JSON by id.
 const JOBS: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("jobs");
+/// The file.
+const NAME: &str = "jobs.redb";
+/// A new one, until it can be opened.
+const UNFINISHED: &str = "jobs.redb.new";
 
 /// The database.
 #[derive(Debug)]
-pub(super) struct Store(Database);
+pub(super) struct Store {
+    database: Database,
+    /// How long services have run on the folder.
+    pub(super) run_time: RunTime,
+}
+
+/// What is in a database.
+#[derive(Debug)]
+pub(super) struct Contents {
+    /// All records that can be read, the oldest first.
+    pub(super) records: Vec<Record>,
+    /// Whether there are others.
+    pub(super) others: bool,
+}
 
 impl Store {
-    /// Opens or makes it.
-    pub(super) fn open(path: &Path) -> io::Result<Self> {
-        let database = Database::create(path).map_err(|error| match error {
-            DatabaseError::DatabaseAlreadyOpen => io::ErrorKind::ResourceBusy.into(),
-            error => io::Error::other(error),
-        })?;
-        let store = Self(database);
-        store.change(|_| Ok(()))?;
-        Ok(store)
+    /// Opens the database in a folder, every page of it checked. It is made if there is none, unless jobs have files there.
+    pub(super) fn open(folder: &Path, has_files: bool) -> Result<(Self, Contents), StartError> {
+        let path = folder.join(NAME);
+        let is_there = fs::metadata(&path).is_ok_and(|about| about.len() > 0);
+        if !is_there && has_files {
+            return Err(StartError::Machine(format!(
+                "{} is missing or empty, but jobs have files beside it.\n\n\
+                 Restore {NAME} from a backup. Or name another folder with --data DIR, or move everything out of this \
+                 one, to begin without these jobs.",
+                path.display()
+            )));
+        }
+        let opened = caught(|| {
+            if !is_there {
+                Self::create(folder)?;
+            }
+            let mut database = Database::builder().create_with_backend(DatabaseFile::open(&path)?)?;
+            if !database.check_integrity()? {
+                tracing::warn!(file = NAME, "the database was damaged; its last whole state is used");
+            }
+            let transaction = database.begin_read()?;
+            // Versions before had no such table.
+            let before = transaction.open_table(TIME).ok().map(|table| table.get(())).transpose()?.flatten();
+            let store = Self { database, run_time: RunTime::after(before.map_or(0, |before| before.value())) };
+            let contents = store.contents()?;
+            Ok((store, contents))
+        });
+        opened.map_err(|error| StartError::Machine(format!("{}: {}", path.display(), advice(&error))))
+    }
+
+    /// It has its name when it is whole: a crash leaves none, or one that can be opened.
+    fn create(folder: &Path) -> Result<(), redb::Error> {
+        let (unfinished, path) = (folder.join(UNFINISHED), folder.join(NAME));
+        match disk::remove(&unfinished) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
+            _ => {}
+        }
+        let database = Database::builder().create_with_backend(DatabaseFile::open(&unfinished)?)?;
+        let store = Self { database, run_time: RunTime::after(0) };
+        store.put_time()?;
+        drop(store);
+        disk::rename(&unfinished, &path)?;
+        Ok(disk::sync_parent(&path)?)
     }
 
     /// Writes a record, which is on disk when this returns.
     pub(super) fn put(&self, record: &Record) -> io::Result<()> {
         let json = serde_json::to_vec(record)?;
         self.change(|table| table.insert(record.id.as_str(), json.as_slice()).map(drop))
+    }
+
+    /// Writes down how long services have run, as every change of a record does.
+    pub(super) fn put_time(&self) -> io::Result<()> {
+        self.change(|_| Ok(()))
     }
 
     /// Deletes records.
@@ -40,23 +105,24 @@ impl Store {
 
     fn change(
         &self,
-        change: impl FnOnce(&mut redb::Table<'_, &'static str, &'static [u8]>) -> Result<(), redb::StorageError>,
+        change: impl FnOnce(&mut redb::Table<'_, &'static str, &'static [u8]>) -> Result<(), StorageError>,
     ) -> io::Result<()> {
-        let transaction = self.0.begin_write().map_err(io::Error::other)?;
+        let transaction = self.database.begin_write().map_err(io::Error::other)?;
         {
             let mut table = transaction.open_table(JOBS).map_err(io::Error::other)?;
             change(&mut table).map_err(io::Error::other)?;
+            let mut time = transaction.open_table(TIME).map_err(io::Error::other)?;
+            time.insert((), self.run_time.ms()).map_err(io::Error::other)?;
         }
         transaction.commit().map_err(io::Error::other)
     }
 
-    /// All records that can be read, the oldest first, and whether there are any that cannot.
-    pub(super) fn all(&self) -> io::Result<(Vec<Record>, bool)> {
-        let transaction = self.0.begin_read().map_err(io::Error::other)?;
-        let table = transaction.open_table(JOBS).map_err(io::Error::other)?;
+    fn contents(&self) -> Result<Contents, redb::Error> {
+        let transaction = self.database.begin_read()?;
+        let table = transaction.open_table(JOBS)?;
         let (mut records, mut others) = (Vec::new(), false);
-        for entry in table.iter().map_err(io::Error::other)? {
-            let (id, json) = entry.map_err(io::Error::other)?;
+        for entry in table.iter()? {
+            let (id, json) = entry?;
             match serde_json::from_slice(json.value()) {
                 Ok(record) => records.push(record),
                 Err(error) => {
@@ -65,6 +131,39 @@ impl Store {
                 }
             }
         }
-        Ok((records, others))
+        Ok(Contents { records, others })
+    }
+}
+
+/// Runs what opens a database. redb panics where a damaged one does not fit; then that is an error, and nothing is printed.
+fn caught<T>(open: impl FnOnce() -> Result<T, redb::Error>) -> Result<T, redb::Error> {
+    thread_local!(static IS_QUIET: Cell<bool> = const { Cell::new(false) });
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let print = panic::take_hook();
+        panic::set_hook(Box::new(move |panic| {
+            if !IS_QUIET.get() {
+                print(panic)
+            }
+        }));
+    });
+    IS_QUIET.set(true);
+    let opened = catch_unwind(AssertUnwindSafe(open));
+    IS_QUIET.set(false);
+    opened.unwrap_or_else(|panic| Err(redb::Error::Corrupted(panic_text(&*panic))))
+}
+
+/// What happened and what to do.
+fn advice(error: &redb::Error) -> String {
+    use io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
+    match error {
+        redb::Error::DatabaseAlreadyOpen => "Another process uses the folder: each needs one of its own.".into(),
+        redb::Error::Io(error) if !matches!(error.kind(), InvalidData | InvalidInput | UnexpectedEof) => {
+            format!("{error}\n\nThe service has to write into this folder: name another with --data DIR.")
+        }
+        damaged => format!(
+            "the database of jobs is damaged ({damaged}).\n\nRestore {NAME} from a backup. Or remove it and everything \
+             beside it, or name another folder with --data DIR, to begin without these jobs."
+        ),
     }
 }

@@ -1,16 +1,16 @@
 //! Accepting a job: idempotency keys, limits, and its record.
 
+use super::Jobs;
 use super::job::{Job, locked};
 use super::record::{Idempotency, JobSpec, Record, State, Stats, now};
 use super::registry::{Registry, estimate, memory_of, remaining};
 use super::retention::disk_of;
-use super::{Jobs, PICTURE};
 use crate::service::error::Error;
 use crate::service::pictures::file::PictureFile;
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
+use std::io;
 use std::sync::Arc;
-use std::{fs, io};
 use strahl::film::FileFormat;
 use strahl::scene::{Format, Overrides};
 use uuid::Uuid;
@@ -128,7 +128,7 @@ impl Jobs {
             );
             return Err(Error::Limit { name: "data_bytes", max, detail });
         }
-        if !self.scenes.has(&scene) && !self.make_room_for_scene(text) {
+        if !self.files.scenes.has(&scene) && !self.make_room_for_scene(text) {
             let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
             return Err(Error::Busy { detail, retry_after: locked(&self.registry).seconds_for_a_tenth() });
         }
@@ -147,39 +147,46 @@ impl Jobs {
                 let detail = "your limit on waiting and running jobs is reached (jobs of your tenant)".into();
                 return Err(Error::TenantBusy { detail, retry_after });
             }
-            // From here on the scene's file is not removed.
-            *registry.scenes.entry(scene.clone()).or_default() += 1;
+            // From here on the files of the scene and the picture are not removed.
+            registry.scenes.add(&scene);
+            if made.is_some() {
+                registry.pictures.add(&record.picture_name());
+            }
         }
-        let order = record.spec.clone();
-        let kept = if self.scenes.get(&scene).is_some() { Ok(()) } else { self.scenes.put(&scene, &submission.scene) };
-        let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.put_picture(&mut record, made)));
+        let files = &self.files;
+        let kept =
+            if files.scenes.get(&scene).is_some() { Ok(()) } else { files.scenes.put(&scene, b"", &submission.scene) };
+        let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
         let kept = kept.and_then(|()| self.store.put(&record));
         let mut registry = locked(&self.registry);
-        let job = Arc::new(Job::new(record));
+        let job = Arc::new(Job::new(record.clone()));
         if kept.is_ok() {
             registry.add(&job);
         }
-        // `add` has counted the scene for the job itself.
-        registry.release_scene(&order, &self.scenes);
+        // `add` has counted them for the job itself.
+        registry.release_scene(&record, files);
+        if made.is_some() {
+            registry.release_picture(&record, files);
+        }
         drop(registry);
         kept.map_err(|error| {
             tracing::error!(%error, "a job's record cannot be written");
             Error::Internal("the job's record cannot be written; the service's log says why")
         })?;
         if made.is_some() {
-            self.measure_files(&job);
             self.make_room();
         }
         self.open_next();
         Ok(job)
     }
 
-    /// Finishes a job with a picture that exists already.
-    fn put_picture(&self, record: &mut Record, made: &PictureFile) -> io::Result<()> {
-        let folder = self.folder_of(&record.id);
-        fs::create_dir_all(&folder)?;
-        self.write(&folder, PICTURE, &made.to_blob())?;
+    /// Finishes a job with a picture that exists already. If another job has it, they share it.
+    fn reuse_picture(&self, record: &mut Record, made: &PictureFile) -> io::Result<()> {
+        if !self.files.pictures.has(&record.picture_name()) {
+            self.files.put_picture(record, made)?;
+        }
         record.state = State::Succeeded;
+        record.ended = Some(self.store.run_time.ms());
         (record.started, record.finished, record.last_event) = (Some(record.created), Some(record.created), Some(1));
         record.stats = Stats { picture_bytes: made.bytes.len() as u64, reused: true, ..Stats::default() };
         Ok(())
@@ -214,6 +221,7 @@ impl Jobs {
             created: now(),
             started: None,
             finished: None,
+            ended: None,
             stats: Stats::default(),
             failure: None,
             lives: 0,
@@ -241,7 +249,8 @@ fn edge(pixel_ms: f64, threads: usize) -> u32 {
     EDGES.into_iter().find(|edge| f64::from(*edge).powi(2) <= pixels * 1.01).unwrap_or(EDGES[EDGES.len() - 1])
 }
 
-fn hash(bytes: &[u8]) -> String {
+/// SHA-256 in hexadecimal digits.
+pub(super) fn hash(bytes: &[u8]) -> String {
     HEXLOWER.encode(&Sha256::digest(bytes))
 }
 

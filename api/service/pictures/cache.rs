@@ -1,4 +1,4 @@
-//! Pictures that were file lately, as files: in memory, and in a folder if there is one.
+//! Pictures that were made lately, as files: in memory, and in a folder if there is one.
 //!
 //! A picture's name says what it shows and how ([`spec`](super::spec)), so what is kept never becomes wrong.
 
@@ -6,10 +6,14 @@ use super::file::PictureFile;
 use super::report::{Phases, Report};
 use super::single_flight::SingleFlight;
 use crate::service::error::Error;
-use crate::service::storage::blob_store::BlobStore;
+use crate::service::scenes::ids::is_image_name;
+use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::hit_counter::HitCounter;
 use crate::service::storage::lru_cache::LruCache;
 use std::sync::Arc;
+
+/// Pictures in a folder. One that a power cut has spoilt is made again, so nobody waits for the disk.
+pub(crate) const KIND: BlobKind = BlobKind { is_name: is_image_name, durable: false };
 
 /// A picture and what it took this time.
 #[derive(Debug, Clone)]
@@ -56,7 +60,7 @@ pub(crate) struct PictureCache {
     disk: Option<BlobStore>,
     /// How often a picture was in memory, and how often in the folder.
     hit_counters: [HitCounter; 2],
-    /// Those that are being file.
+    /// Those that are being made.
     flights: SingleFlight<MadePicture>,
 }
 
@@ -81,8 +85,7 @@ impl PictureCache {
         if let Some(file) = self.cached(name) {
             return Some(file);
         }
-        let blob = self.disk.as_ref()?.get(name)?;
-        let file = Arc::new(PictureFile::read(&mut &blob[..]).ok()?);
+        let file = Arc::new(PictureFile::stored(self.disk.as_ref()?.get(name)?)?);
         self.hit_counters[1].hit();
         self.remember(name, &file);
         Some(file)
@@ -93,7 +96,7 @@ impl PictureCache {
         self.remember(name, file);
         let Some(disk) = &self.disk else { return };
         self.hit_counters[1].miss();
-        if let Err(error) = disk.put(name, &file.to_blob()) {
+        if let Err(error) = disk.put(name, &file.head(), &file.bytes) {
             tracing::warn!(name, %error, "a picture cannot be kept in the folder");
         }
     }

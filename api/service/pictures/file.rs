@@ -1,12 +1,11 @@
-//! A picture file and its meta data. Both are stored as one file: a line of JSON, and the picture.
+//! A picture file and its meta data. Both are stored as one file: JSON as its head, and the picture.
 
 use super::report::Report;
 use super::warnings;
-use data_encoding::BASE64;
+use crate::service::storage::blob_store::Blob;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 use sha2::{Digest, Sha256};
-use std::io::{self, BufRead};
 use strahl::scene::Scene;
 
 /// A picture file and its meta data.
@@ -14,8 +13,8 @@ use strahl::scene::Scene;
 pub(crate) struct PictureFile {
     /// The file.
     pub(crate) bytes: Vec<u8>,
-    /// SHA-256 of the file, in base 64.
-    pub(crate) digest: String,
+    /// SHA-256 of the file.
+    pub(crate) digest: [u8; 32],
     /// What is known about it.
     pub(crate) meta: PictureMeta,
 }
@@ -59,7 +58,7 @@ impl PictureMeta {
 impl PictureFile {
     /// A new file.
     pub(crate) fn new(bytes: Vec<u8>, meta: PictureMeta) -> Self {
-        let digest = BASE64.encode(&Sha256::digest(&bytes));
+        let digest = Sha256::digest(&bytes).into();
         Self { bytes, digest, meta }
     }
 
@@ -69,28 +68,20 @@ impl PictureFile {
         (self.bytes.len() + report + 1_024) as u64
     }
 
-    /// Both as they are stored.
-    pub(crate) fn to_blob(&self) -> Vec<u8> {
-        let mut blob = serde_json::to_vec(&self.meta).unwrap_or_default();
-        blob.push(b'\n');
-        blob.extend_from_slice(&self.bytes);
-        blob
+    /// What is known about it, as it is stored before the file itself.
+    pub(crate) fn head(&self) -> Vec<u8> {
+        serde_json::to_vec(&self.meta).unwrap_or_default()
     }
 
-    /// Reads both as they were stored.
-    pub(crate) fn read(from: &mut impl BufRead) -> io::Result<Self> {
-        let meta = PictureMeta::read(from)?;
-        let mut bytes = Vec::new();
-        from.read_to_end(&mut bytes)?;
-        Ok(Self::new(bytes, meta))
+    /// A file as it was stored; none if another version of the program has stored it.
+    pub(crate) fn stored(Blob { head, body, digest }: Blob) -> Option<Self> {
+        Some(Self { bytes: body, digest, meta: PictureMeta::stored(&head)? })
     }
 }
 
 impl PictureMeta {
-    /// Reads the beginning of what was stored.
-    pub(crate) fn read(from: &mut impl BufRead) -> io::Result<Self> {
-        let mut line = Vec::new();
-        from.read_until(b'\n', &mut line)?;
-        Ok(serde_json::from_slice(&line)?)
+    /// What was stored before the file itself.
+    pub(crate) fn stored(head: &[u8]) -> Option<Self> {
+        serde_json::from_slice(head).ok()
     }
 }

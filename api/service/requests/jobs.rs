@@ -1,9 +1,10 @@
 //! Submitting a job: its scene is checked and its time estimated before it is accepted.
 
 use super::Service;
-use super::pictures::image_of;
+use super::pictures::{Source, Upload, image_of};
 use crate::service::error::Error;
 use crate::service::jobs::{Claim, Job, Submission};
+use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::scenes::cache::SentScene;
 use crate::service::scenes::ids::ImageId;
@@ -84,6 +85,53 @@ impl Service {
         let jobs = Arc::clone(&self.jobs);
         let submit = move || jobs.submit(submission, claim.as_ref(), file.as_deref());
         tokio::task::spawn_blocking(submit).await.map_err(|_| Error::Internal("the request failed"))?
+    }
+
+    /// The picture of a job that has succeeded. If its file is damaged or gone it is rendered again, to the same bytes; none
+    /// if that cannot be.
+    pub(crate) async fn job_picture(
+        self: &Arc<Self>,
+        task: Task,
+        job: &Arc<Job>,
+    ) -> Result<Option<Arc<PictureFile>>, Error> {
+        let (jobs, kept) = (Arc::clone(&self.jobs), Arc::clone(job));
+        let found = tokio::task::spawn_blocking(move || jobs.picture(&kept)).await;
+        if let Some(file) = found.map_err(|_| Error::Internal("the request failed"))? {
+            return Ok(Some(Arc::new(file)));
+        }
+        let (output, image) = {
+            let record = job.record();
+            tracing::error!(job = record.id, "the picture of a job is damaged or gone");
+            (record.spec.output, record.image_id.clone())
+        };
+        if image.is_none() {
+            return Ok(None);
+        }
+        let made = match self.render_of_job(task, job, PictureSpec::plain(None, output)).await {
+            // The answer to a request may be smaller than a job.
+            Err(Error::Limit { .. }) | Ok(None) => return Ok(None),
+            Err(error) => return Err(error),
+            Ok(Some(made)) => made,
+        };
+        let (jobs, job, file) = (Arc::clone(&self.jobs), Arc::clone(job), Arc::clone(&made));
+        // Whether it can be kept does not matter to this request.
+        let _ = tokio::task::spawn_blocking(move || jobs.restore_picture(&job, &file)).await;
+        Ok(Some(made))
+    }
+
+    /// A part of a job's picture, rendered for a request unless it is in a cache; none if the job's scene is gone.
+    pub(crate) async fn render_of_job(
+        self: &Arc<Self>,
+        task: Task,
+        job: &Job,
+        spec: PictureSpec,
+    ) -> Result<Option<Arc<PictureFile>>, Error> {
+        let of_job = job.record().spec.clone();
+        let (jobs, scene) = (Arc::clone(&self.jobs), of_job.scene.clone());
+        let text = tokio::task::spawn_blocking(move || jobs.scene(&scene)).await;
+        let Some(text) = text.map_err(|_| Error::Internal("the request failed"))? else { return Ok(None) };
+        let upload = Upload::new(text, of_job.format, of_job.settings).await?;
+        Ok(Some(self.make_picture(task, Source::Sent(upload), spec).await?.file))
     }
 
     fn check_time(&self, estimate_ms: f64) -> Result<(), Error> {

@@ -1,28 +1,48 @@
 //! What requests ask for: scenes, pictures and jobs, from the caches or made on the pool.
 
+pub(crate) mod folders;
 pub(crate) mod jobs;
 pub(crate) mod pictures;
 pub(crate) mod scenes;
 
+use self::folders::Folders;
 use super::error::{Error, StartError};
 use super::jobs::{JobObserver, Jobs};
-use super::limits::Settings;
-use super::pictures::cache::PictureCache;
+use super::limits::{CacheLimits, Settings};
+use super::pictures::cache::{self, PictureCache};
 use super::scenes::cache::SceneCache;
-use super::scenes::store::SceneStore;
+use super::scenes::store::{self, SceneStore};
 use super::scenes::texture_folder::TextureFolder;
 use super::scheduler::admission::{Done, Queue, Work};
 use super::scheduler::pool::Pool;
 use super::scheduler::task::{Class, Task};
 use super::storage::blob_store::BlobStore;
+use super::storage::folder::Folder;
 use super::storage::lru_cache::LruCache;
 use std::io;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 /// Time limit of a tile, waiting included. OpenSeadragon gives up after 30 seconds, and never asks again.
 const TILE_PATIENCE: Duration = Duration::from_secs(25);
+
+/// Opens the parts of a cache: scenes and pictures.
+fn open_cache(folder: &mut Folder, limits: &CacheLimits) -> Result<(BlobStore, BlobStore), StartError> {
+    let parts = |folder: &Folder| {
+        let scenes = BlobStore::open(&folder.path().join("scenes"), limits.known_scene_bytes, store::KIND)?;
+        let pictures = BlobStore::open(&folder.path().join("pictures"), limits.disk_cache_bytes, cache::KIND)?;
+        if !folder.is_marked() {
+            scenes.upgrade(store::is_text_of)?;
+            // Their digests did not say which pictures they were.
+            pictures.names().iter().for_each(|name| _ = pictures.remove(name));
+        }
+        Ok((scenes, pictures))
+    };
+    let wrong = |error: io::Error| StartError::Settings(format!("--cache {}: {error}", folder.path().display()));
+    let opened = parts(folder).map_err(wrong)?;
+    folder.mark()?;
+    Ok(opened)
+}
 
 /// Everything that requests share.
 #[derive(Debug)]
@@ -44,10 +64,10 @@ pub(crate) struct Service {
 }
 
 impl Service {
-    /// Opens the caches and goes on with the jobs in a folder.
+    /// Opens the caches and goes on with the jobs in their folders.
     pub(crate) fn open(
         settings: &Settings,
-        folder: &Path,
+        folders: &mut Folders,
         pool: Arc<Pool>,
         observer: Box<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
@@ -56,26 +76,16 @@ impl Service {
             let wrong = |error| StartError::Settings(format!("--textures {}: {error}", path.display()));
             TextureFolder::open(path).map_err(wrong)
         });
-        let blobs = |part: &str, budget: u64| {
-            let folder = caches.cache.as_ref().map(|folder| folder.join(part));
-            let open = |folder: &Path| {
-                let wrong = |error| StartError::Settings(format!("--cache {}: {error}", folder.display()));
-                BlobStore::open(folder, budget).map_err(wrong)
-            };
-            folder.as_deref().map(open).transpose()
+        let (known, on_disk) = match &mut folders.cache {
+            None => (SceneStore::Memory(LruCache::new(caches.known_scene_bytes)), None),
+            Some(folder) => {
+                let (scenes, pictures) = open_cache(folder, caches)?;
+                (SceneStore::Folder(scenes), Some(pictures))
+            }
         };
-        let store = blobs("scenes", caches.known_scene_bytes)?
-            .map_or_else(|| SceneStore::Memory(LruCache::new(caches.known_scene_bytes)), SceneStore::Folder);
-        let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, textures.transpose()?, store));
-        let pictures = PictureCache::new(caches.picture_cache_bytes, blobs("pictures", caches.disk_cache_bytes)?);
-        let jobs = Jobs::open(folder, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), observer);
-        let jobs = jobs.map_err(|error| {
-            let advice = match error.kind() {
-                io::ErrorKind::ResourceBusy => "Another process uses the folder: each needs one of its own.",
-                _ => "The service has to write into this folder: name another with --data DIR.",
-            };
-            StartError::Machine(format!("jobs cannot be kept in {}: {error}\n\n{advice}", folder.display()))
-        })?;
+        let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, textures.transpose()?, known));
+        let pictures = PictureCache::new(caches.picture_cache_bytes, on_disk);
+        let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), observer)?;
         Ok(Arc::new(Self {
             queue: Queue::new(Arc::clone(&pool), answers.queue, answers.timeout),
             tiles: Queue::new(Arc::clone(&pool), answers.tile_queue, TILE_PATIENCE.min(answers.timeout)),

@@ -104,7 +104,7 @@ impl Service {
             return Some(file);
         }
         // A thread is used only if there is a disk to look at.
-        let by_a_job = || spec.is_whole() && !self.jobs.with_picture(&image.to_string(), spec.format).is_empty();
+        let by_a_job = || spec.is_whole() && self.jobs.has_picture(&image.to_string(), spec.format);
         if !self.pictures.has_folder() && !by_a_job() {
             return None;
         }

@@ -23,6 +23,8 @@ pub(crate) const MAX_ZOOM: u32 = 16;
 
 /// Letters of a hash that name a scene: 160 bits.
 const SCENE_LETTERS: usize = 32;
+/// Letters of a hash that name a version of the renderer.
+const RENDERER_LETTERS: usize = 6;
 
 /// Whether the same settings give the same picture on any machine. Those that a clock decides do not.
 pub(crate) fn is_reproducible(settings: &RenderSettings) -> bool {
@@ -34,7 +36,16 @@ pub(crate) fn scene_id(description: &mut Description) -> String {
     let mut hash = Hash(Sha256::new());
     // A hash takes any amount of bytes, and a description is made of what JSON can say. Once cancelled, nobody wants the id.
     let _ = write_canonical(description, &mut hash);
-    format!("s_{}", letters(&hash.0.finalize()[..SCENE_LETTERS * 5 / 8]))
+    named(&hash.0.finalize())
+}
+
+/// Name of the scene of a canonical text.
+pub(crate) fn id_of_text(text: &[u8]) -> String {
+    named(&Sha256::digest(text))
+}
+
+fn named(hash: &[u8]) -> String {
+    format!("s_{}", letters(&hash[..SCENE_LETTERS * 5 / 8]))
 }
 
 /// The canonical text of a scene.
@@ -83,11 +94,23 @@ pub(crate) fn is_scene_id(text: &str) -> bool {
     text.strip_prefix("s_").is_some_and(letters)
 }
 
-/// Six letters that stand for this version of the renderer.
-fn renderer() -> &'static str {
+/// Whether a file's name begins with an image id, of whatever version of the renderer.
+pub(crate) fn is_image_name(name: &str) -> bool {
+    let plain = |byte: u8| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'_' | b'.' | b'-');
+    let is_id = |id: &str| {
+        let mut parts = id.split('_');
+        let mut letters = |count| parts.next().is_some_and(|part| part.len() == count);
+        letters(1) && letters(SCENE_LETTERS) && letters(RENDERER_LETTERS) && letters(1)
+    };
+    let id = name.split('.').next().unwrap_or_default();
+    name.len() <= 200 && name.bytes().all(plain) && id.starts_with("i_") && is_id(id)
+}
+
+/// Letters that stand for this version of the renderer.
+pub(crate) fn renderer() -> &'static str {
     static RENDERER: LazyLock<String> = LazyLock::new(|| {
         let hash = Sha256::digest(format!("strahl {} {RENDER_EPOCH}", env!("CARGO_PKG_VERSION")));
-        letters(&hash[..4])[..6].to_owned()
+        letters(&hash[..4])[..RENDERER_LETTERS].to_owned()
     });
     &RENDERER
 }

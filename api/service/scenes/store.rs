@@ -3,10 +3,29 @@
 //! A scene belongs to the tenants that have posted it: each has a claim, an entry `SCENE.TENANT` beside the text. It goes
 //! when nobody claims it any more, or when there is no room.
 
-use crate::service::storage::blob_store::BlobStore;
+use super::ids::{id_of_text, is_scene_id};
+use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::lru_cache::LruCache;
 use std::io;
 use std::sync::Arc;
+
+/// Texts and claims in a folder. A scene that was accepted outlives a power cut.
+pub(crate) const KIND: BlobKind = BlobKind {
+    is_name: |name| {
+        let (id, tenant) = name.split_once('.').unwrap_or((name, ""));
+        let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
+        is_scene_id(id) && tenant.len() <= 64 && tenant.bytes().all(plain)
+    },
+    durable: true,
+};
+
+/// Whether a file of this name has these contents: the text of a scene, or a claim to one.
+pub(crate) fn is_text_of(name: &str, contents: &[u8]) -> bool {
+    match name.split_once('.') {
+        Some((_, tenant)) => contents == tenant.as_bytes(),
+        None => name == id_of_text(contents),
+    }
+}
 
 /// The texts, the one asked for longest ago first to go.
 #[derive(Debug)]
@@ -22,7 +41,7 @@ impl SceneStore {
     pub(crate) fn get(&self, id: &str) -> Option<Arc<[u8]>> {
         match self {
             Self::Memory(texts) => texts.get(id),
-            Self::Folder(blobs) => blobs.get(id).map(Arc::from),
+            Self::Folder(blobs) => blobs.get(id).map(|blob| blob.body.into()),
         }
     }
 
@@ -33,7 +52,7 @@ impl SceneStore {
                 let bytes = text.len() as u64;
                 texts.put(id.to_owned(), text.into(), bytes);
             }
-            Self::Folder(blobs) => blobs.put(id, &text)?,
+            Self::Folder(blobs) => blobs.put(id, b"", &text)?,
         }
         Ok(self.has(id))
     }
@@ -123,23 +142,24 @@ mod tests {
     #[test]
     fn a_text_stays_as_long_as_somebody_claims_it() {
         let folder = tempfile::tempdir().unwrap();
+        let id = format!("s_{}", "a".repeat(32));
         for texts in [
             SceneStore::Memory(LruCache::new(1_000)),
-            SceneStore::Folder(BlobStore::open(folder.path(), 1_000).unwrap()),
+            SceneStore::Folder(BlobStore::open(folder.path(), 1_000, KIND).unwrap()),
         ] {
-            texts.put("s_a", b"{}".to_vec()).unwrap();
-            assert_eq!([texts.claim("s_a", "one"), texts.claim("s_a", "one")].map(Result::unwrap), [true, false]);
-            assert!(texts.claim("s_a", "two").unwrap());
-            assert_eq!(texts.release("s_a", Some("three")), Released::Unknown);
-            assert_eq!(texts.release("s_a", Some("one")), Released::Shared);
-            assert_eq!(texts.release("s_a", Some("one")), Released::Unknown);
-            assert!(texts.has("s_a"));
-            assert_eq!(texts.release("s_a", Some("two")), Released::Gone);
-            assert!(!texts.has("s_a"));
-            texts.put("s_a", b"{}".to_vec()).unwrap();
-            texts.claim("s_a", "one").unwrap();
-            assert_eq!(texts.release("s_a", None), Released::Gone);
-            assert!(!texts.has("s_a") && texts.claim("s_a", "one").unwrap(), "claims go with the scene");
+            texts.put(&id, b"{}".to_vec()).unwrap();
+            assert_eq!([texts.claim(&id, "one"), texts.claim(&id, "one")].map(Result::unwrap), [true, false]);
+            assert!(texts.claim(&id, "two").unwrap());
+            assert_eq!(texts.release(&id, Some("three")), Released::Unknown);
+            assert_eq!(texts.release(&id, Some("one")), Released::Shared);
+            assert_eq!(texts.release(&id, Some("one")), Released::Unknown);
+            assert!(texts.has(&id));
+            assert_eq!(texts.release(&id, Some("two")), Released::Gone);
+            assert!(!texts.has(&id));
+            texts.put(&id, b"{}".to_vec()).unwrap();
+            texts.claim(&id, "one").unwrap();
+            assert_eq!(texts.release(&id, None), Released::Gone);
+            assert!(!texts.has(&id) && texts.claim(&id, "one").unwrap(), "claims go with the scene");
         }
     }
 }

@@ -1,96 +1,150 @@
 //! Bytes by name in a folder: written completely or not at all, checked when read, within a number of bytes.
 //!
 //! Names are those of what the bytes are made from, so a name never gets other bytes, and nothing has to be invalidated.
-//! Each file begins with the SHA-256 of the rest: what a failing disk or a power cut has spoilt is as good as not there.
+//! A file is a head, which can be read alone, and a body. It begins with digests (SHA-256) over its name and all of that: what
+//! a failing disk, a power cut or another program has spoilt is as good as not there, and is never given out.
 
+use super::disk;
 use super::lru_cache::LruCache;
 use sha2::{Digest, Sha256};
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
-/// Bytes of the digest before the contents.
+/// Bytes of a digest.
 const DIGEST: usize = 32;
-/// Files that are not complete yet have this ending, which no name has.
-const UNFINISHED: &str = "tmp~";
+/// Bytes before the head: digest of name and head, digest of the body, length of the head.
+const PREFIX: usize = 2 * DIGEST + 8;
 
 /// The folder. One process has it at a time.
 #[derive(Debug)]
 pub(crate) struct BlobStore {
     folder: PathBuf,
-    index: LruCache<String, ()>,
-    unfinished: AtomicU64,
+    kind: BlobKind,
+    budget: u64,
+    /// Bytes of each file.
+    index: LruCache<String, u64>,
+}
+
+/// What a folder keeps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BlobKind {
+    /// Whether a name is one of those that are kept there. Other files in the folder are left alone.
+    pub(crate) is_name: fn(&str) -> bool,
+    /// Whether what was put there outlives a power cut.
+    pub(crate) durable: bool,
+}
+
+/// What is kept by a name.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Blob {
+    /// What can be read alone.
+    pub(crate) head: Vec<u8>,
+    /// The rest.
+    pub(crate) body: Vec<u8>,
+    /// SHA-256 of the rest.
+    pub(crate) digest: [u8; DIGEST],
 }
 
 impl BlobStore {
     /// Opens a folder, or makes it. What is there counts as asked for when it was last written or read; if it is more
     /// than the budget, the oldest goes. A budget of `u64::MAX` keeps everything.
-    pub(crate) fn open(folder: &Path, budget: u64) -> io::Result<Self> {
-        fs::create_dir_all(folder)?;
+    pub(crate) fn open(folder: &Path, budget: u64, kind: BlobKind) -> io::Result<Self> {
+        disk::create_folder(folder)?;
         let mut found = Vec::new();
         for entry in fs::read_dir(folder)? {
             let entry = entry?;
             let name = entry.file_name().to_string_lossy().into_owned();
             let about = entry.metadata()?;
-            if name.ends_with(UNFINISHED) {
+            if disk::is_unfinished(&name) {
                 // A former process was stopped while it wrote this.
-                let _ = fs::remove_file(entry.path());
-            } else if about.is_file() && is_name(&name) {
+                let _ = disk::remove(&entry.path());
+            } else if about.is_file() && (kind.is_name)(&name) {
                 found.push((about.modified().unwrap_or(SystemTime::UNIX_EPOCH), name, about.len()));
             }
         }
         found.sort();
-        let blobs = Self { folder: folder.to_owned(), index: LruCache::new(budget), unfinished: AtomicU64::new(0) };
+        let blobs = Self { folder: folder.to_owned(), kind, budget, index: LruCache::new(budget) };
         for (_, name, bytes) in found {
             if bytes > budget {
                 blobs.delete(&name);
             }
-            blobs.index.put(name, (), bytes).iter().for_each(|gone| blobs.delete(gone));
+            blobs.index.put(name, bytes, bytes).iter().for_each(|gone| blobs.delete(gone));
         }
         Ok(blobs)
     }
 
-    /// The bytes of a name, if they are there and whole.
-    pub(crate) fn get(&self, name: &str) -> Option<Vec<u8>> {
+    /// What is kept by a name, if it is there and whole.
+    pub(crate) fn get(&self, name: &str) -> Option<Blob> {
+        self.read_with(name, |file, prefix, head| {
+            let mut body = Vec::new();
+            file.read_to_end(&mut body)?;
+            let digest = prefix.body;
+            Ok((Sha256::digest(&body)[..] == digest).then_some(Blob { head, body, digest }))
+        })
+    }
+
+    /// The head alone.
+    pub(crate) fn head(&self, name: &str) -> Option<Vec<u8>> {
+        self.read_with(name, |_, _, head| Ok(Some(head)))
+    }
+
+    fn read_with<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(&mut File, Prefix, Vec<u8>) -> io::Result<Option<T>>,
+    ) -> Option<T> {
         self.index.get(name)?;
-        let contents = self.read(name);
-        if contents.is_none() {
-            tracing::warn!(name, "a kept file is damaged or gone");
-            self.remove(name);
+        let found = File::open(self.folder.join(name)).and_then(|mut file| {
+            if self.budget < u64::MAX {
+                // So that the order survives a restart; without it only that is lost.
+                let _ = file.set_modified(SystemTime::now());
+            }
+            let Some((prefix, head)) = Prefix::read(&mut file, name)? else { return Ok(None) };
+            read(&mut file, prefix, head)
+        });
+        match found {
+            Ok(Some(found)) => return Some(found),
+            Err(error) if !matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::UnexpectedEof) => {
+                // It may be whole, and be read another time.
+                tracing::warn!(name, %error, "a kept file cannot be read");
+                return None;
+            }
+            _ => {}
         }
-        contents
+        tracing::warn!(name, "a kept file is damaged or gone");
+        self.remove(name);
+        None
     }
 
-    fn read(&self, name: &str) -> Option<Vec<u8>> {
-        let mut file = File::open(self.folder.join(name)).ok()?;
-        let mut digest = [0; DIGEST];
-        file.read_exact(&mut digest).ok()?;
-        let mut contents = Vec::new();
-        file.read_to_end(&mut contents).ok()?;
-        // So that the order survives a restart; without it only that is lost.
-        let _ = file.set_modified(SystemTime::now());
-        (Sha256::digest(&contents)[..] == digest).then_some(contents)
-    }
-
-    /// Keeps bytes under a name of letters, digits and `_.,-` that begins with a letter or digit. Whoever reads it sees
-    /// all of it or nothing, also after the process was killed.
-    pub(crate) fn put(&self, name: &str, contents: &[u8]) -> io::Result<()> {
-        if !is_name(name) {
+    /// Keeps bytes under a name, unless they are more than all there may be. Whoever reads it sees all of it or nothing, also after the process was killed.
+    pub(crate) fn put(&self, name: &str, head: &[u8], body: &[u8]) -> io::Result<()> {
+        if !(self.kind.is_name)(name) {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "no name for a kept file"));
         }
-        let number = self.unfinished.fetch_add(1, Ordering::Relaxed);
-        let unfinished = self.folder.join(format!("{number}.{UNFINISHED}"));
-        let written = File::create(&unfinished).and_then(|mut file| {
-            file.write_all(&Sha256::digest(contents))?;
-            file.write_all(contents)
-        });
-        written.and_then(|()| fs::rename(&unfinished, self.folder.join(name))).inspect_err(|_| {
-            let _ = fs::remove_file(&unfinished);
-        })?;
-        let bytes = (DIGEST + contents.len()) as u64;
-        self.index.put(name.to_owned(), (), bytes).iter().for_each(|gone| self.delete(gone));
+        let bytes = (PREFIX + head.len() + body.len()) as u64;
+        if bytes > self.budget {
+            return Ok(());
+        }
+        let prefix = Prefix { body: Sha256::digest(body).into(), head: head.len() as u64 };
+        disk::write(&self.folder.join(name), &[&prefix.bytes(name, head), head, body], self.kind.durable)?;
+        self.index.put(name.to_owned(), bytes, bytes).iter().for_each(|gone| self.delete(gone));
+        Ok(())
+    }
+
+    /// Gives files of versions that wrote a digest of the contents and the contents the digests of today, if the contents are
+    /// those of their name. Others that are not whole go.
+    pub(crate) fn upgrade(&self, is_named: impl Fn(&str, &[u8]) -> bool) -> io::Result<()> {
+        for name in self.names() {
+            let bytes = fs::read(self.folder.join(&name))?;
+            match bytes.split_at_checked(DIGEST) {
+                Some((digest, contents)) if Sha256::digest(contents)[..] == *digest && is_named(&name, contents) => {
+                    self.put(&name, b"", contents)?;
+                }
+                _ => drop(self.get(&name)),
+            }
+        }
         Ok(())
     }
 
@@ -103,9 +157,19 @@ impl BlobStore {
         known
     }
 
+    /// Bytes of the file of a name, if it is there; looking counts as asking for it.
+    pub(crate) fn size(&self, name: &str) -> Option<u64> {
+        self.index.get(name)
+    }
+
+    /// How long ago the file of a name was written or read, as far as the clock says.
+    pub(crate) fn age(&self, name: &str) -> Duration {
+        disk::age(&self.folder.join(name))
+    }
+
     /// Whether a name is there; looking counts as asking for it.
     pub(crate) fn has(&self, name: &str) -> bool {
-        self.index.get(name).is_some()
+        self.size(name).is_some()
     }
 
     /// All names, in no order.
@@ -119,7 +183,7 @@ impl BlobStore {
     }
 
     fn delete(&self, name: &str) {
-        if let Err(error) = fs::remove_file(self.folder.join(name))
+        if let Err(error) = disk::remove(&self.folder.join(name))
             && error.kind() != io::ErrorKind::NotFound
         {
             tracing::warn!(name, %error, "a file cannot be removed");
@@ -127,63 +191,118 @@ impl BlobStore {
     }
 }
 
-/// Nothing that could lead out of the folder.
-fn is_name(name: &str) -> bool {
-    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"_.,-".contains(&byte);
-    name.len() <= 200 && name.as_bytes().first().is_some_and(u8::is_ascii_alphanumeric) && name.bytes().all(plain)
+/// What a file begins with.
+struct Prefix {
+    /// Digest of the body.
+    body: [u8; DIGEST],
+    /// Bytes of the head.
+    head: u64,
+}
+
+impl Prefix {
+    /// As it stands in the file, after a digest of all but the body.
+    fn bytes(&self, name: &str, head: &[u8]) -> Vec<u8> {
+        let rest = [&self.body[..], &self.head.to_le_bytes()].concat();
+        // No name has a byte of 0.
+        let digest =
+            Sha256::new().chain_update(name).chain_update([0]).chain_update(&rest).chain_update(head).finalize();
+        [&digest[..], &rest].concat()
+    }
+
+    /// Reads it and the head, if they are whole and were written under this name.
+    fn read(file: &mut File, name: &str) -> io::Result<Option<(Self, Vec<u8>)>> {
+        let length = file.metadata()?.len();
+        let mut bytes = [0; PREFIX];
+        file.read_exact(&mut bytes)?;
+        let (mut prefix, mut head_length) = (Self { body: [0; DIGEST], head: 0 }, [0; 8]);
+        prefix.body.copy_from_slice(&bytes[DIGEST..2 * DIGEST]);
+        head_length.copy_from_slice(&bytes[2 * DIGEST..]);
+        prefix.head = u64::from_le_bytes(head_length);
+        // A spoilt length asks for no memory.
+        if prefix.head > length.saturating_sub(PREFIX as u64) {
+            return Ok(None);
+        }
+        let mut head = vec![0; prefix.head as usize];
+        file.read_exact(&mut head)?;
+        Ok((prefix.bytes(name, &head) == bytes).then_some((prefix, head)))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn folder(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("strahl-blobs-{}-{name}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        folder
+    const KIND: BlobKind =
+        BlobKind { is_name: |name| name.bytes().all(|b| b.is_ascii_lowercase() || b == b'.'), durable: true };
+
+    fn open(folder: &Path, budget: u64) -> BlobStore {
+        BlobStore::open(folder, budget, KIND).unwrap()
+    }
+
+    /// What is there under a name.
+    fn body(blobs: &BlobStore, name: &str) -> Option<Vec<u8>> {
+        blobs.get(name).map(|blob| blob.body)
     }
 
     #[test]
-    fn what_was_put_is_there_after_a_restart_and_what_is_spoilt_is_not() {
-        let folder = folder("restart");
-        let blobs = BlobStore::open(&folder, 1_000).unwrap();
-        blobs.put("i_a.png", b"picture").unwrap();
-        blobs.put("i_b.png", b"other").unwrap();
-        fs::write(folder.join(format!("7.{UNFINISHED}")), b"half").unwrap();
+    fn what_was_put_is_there_after_a_restart_and_what_was_half_written_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let blobs = open(folder.path(), 1_000);
+        blobs.put("a.png", b"about", b"picture").unwrap();
+        fs::write(folder.path().join("0f7.tmp~"), b"half").unwrap();
+        fs::write(folder.path().join("STRANGER"), b"not ours").unwrap();
         drop(blobs);
-        let spoilt = fs::read(folder.join("i_b.png")).unwrap();
-        fs::write(folder.join("i_b.png"), &spoilt[..spoilt.len() - 1]).unwrap();
 
-        let blobs = BlobStore::open(&folder, 1_000).unwrap();
-        assert_eq!(blobs.get("i_a.png").as_deref(), Some(&b"picture"[..]));
-        assert_eq!(blobs.get("i_b.png"), None);
-        assert_eq!((blobs.names(), blobs.bytes()), (vec!["i_a.png".to_owned()], 39));
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing else is left");
-        assert!(blobs.remove("i_a.png") && blobs.get("i_a.png").is_none());
-        fs::remove_dir_all(folder).unwrap();
+        let blobs = open(folder.path(), 1_000);
+        let blob = blobs.get("a.png").unwrap();
+        assert_eq!((&blob.head[..], &blob.body[..]), (&b"about"[..], &b"picture"[..]));
+        assert_eq!((&blob.digest[..], blobs.head("a.png")), (&Sha256::digest(b"picture")[..], Some(b"about".to_vec())));
+        assert_eq!((blobs.names(), blobs.bytes()), (vec!["a.png".to_owned()], PREFIX as u64 + 12));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "only what was half-written is gone");
+        assert!(blobs.remove("a.png") && blobs.get("a.png").is_none());
+    }
+
+    #[test]
+    fn every_flipped_bit_every_end_that_is_missing_and_every_other_name_is_seen() {
+        let folder = tempfile::tempdir().unwrap();
+        let blobs = open(folder.path(), 1_000);
+        let path = folder.path().join("a");
+        blobs.put("a", b"head", b"body").unwrap();
+        let whole = fs::read(&path).unwrap();
+        let flipped = (0..whole.len() * 8).map(|bit| {
+            let mut bytes = whole.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            bytes
+        });
+        let cut = (0..whole.len()).map(|length| whole[..length].to_vec());
+        for spoilt in flipped.chain(cut).chain([[&whole[..], b"more"].concat()]) {
+            fs::write(&path, spoilt).unwrap();
+            assert_eq!(blobs.get("a"), None);
+            assert!(!path.exists() && !blobs.has("a"), "it is as good as not there");
+            blobs.put("a", b"head", b"body").unwrap();
+        }
+        blobs.put("b", b"head", b"other").unwrap();
+        fs::rename(folder.path().join("b"), &path).unwrap();
+        assert_eq!(blobs.head("a"), None, "whole, but of another name");
     }
 
     #[test]
     fn the_oldest_goes_when_there_is_no_room() {
-        let folder = folder("room");
-        let blobs = BlobStore::open(&folder, 2 * 40).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let blobs = open(folder.path(), 2 * (PREFIX as u64 + 8));
         for name in ["a", "b"] {
-            blobs.put(name, &[0; 8]).unwrap();
+            blobs.put(name, b"", &[0; 8]).unwrap();
         }
         assert!(blobs.get("a").is_some());
-        blobs.put("c", &[0; 8]).unwrap();
-        assert_eq!(["a", "b", "c"].map(|name| blobs.get(name).is_some()), [true, false, true]);
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
-        fs::remove_dir_all(folder).unwrap();
+        blobs.put("c", b"", &[0; 8]).unwrap();
+        blobs.put("large", b"", &[0; 300]).unwrap();
+        assert_eq!(["a", "b", "c"].map(|name| body(&blobs, name).is_some()), [true, false, true]);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 
     #[test]
-    fn no_name_leads_out_of_the_folder() {
-        let folder = folder("names");
-        let blobs = BlobStore::open(&folder, 1_000).unwrap();
-        for name in ["", "..", "../a", "a/b", ".a", "a\0", "ä", &"a".repeat(300)] {
-            assert!(blobs.put(name, b"").is_err(), "{name}");
-        }
-        fs::remove_dir_all(folder).unwrap();
+    fn nothing_is_kept_under_a_name_of_another_pattern() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(open(folder.path(), 1_000).put("A", b"", b"").is_err());
     }
 }

@@ -1,6 +1,9 @@
 //! Where bytes are kept: LRU caches in memory, files on disk.
 
 pub(crate) mod blob_store;
-pub(crate) mod data_folder;
+pub(crate) mod disk;
+pub(crate) mod folder;
 pub(crate) mod hit_counter;
+#[cfg(test)]
+pub(crate) mod journal;
 pub(crate) mod lru_cache;

@@ -6,7 +6,6 @@ use axum::extract::Request;
 use axum::http::Response;
 use serde_json::Value;
 use std::sync::LazyLock;
-use tempfile::TempDir;
 
 const SCENE: &str = r#"{ "version": 1, "image": { "width": 40, "height": 24 },
     "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
@@ -17,12 +16,10 @@ struct Asked {
     service: InProcess,
     image: String,
     jobs: [String; 2],
-    _data: TempDir,
 }
 
 static ASKED: LazyLock<Asked> = LazyLock::new(|| {
-    let data = tempfile::tempdir().expect("there is room");
-    let service = InProcess::start(&["--max-pixels", "5000"], data.path());
+    let service = InProcess::start(&["--max-pixels", "5000"]);
     let known = json(&service.ask(post("/v1/scenes?zoom=2", SCENE.to_owned())));
     let jobs = [1, 2].map(|samples| {
         let job = format!(r#"{{ "scene": {SCENE}, "settings": {{ "samples": {samples} }} }}"#);
@@ -31,7 +28,7 @@ static ASKED: LazyLock<Asked> = LazyLock::new(|| {
         assert_eq!(ended["state"], "succeeded", "{ended}");
         job
     });
-    Asked { image: word(&known, "image_id"), service, jobs, _data: data }
+    Asked { image: word(&known, "image_id"), service, jobs }
 });
 
 pub(super) fn accept(header: &[u8]) {

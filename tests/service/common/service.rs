@@ -24,6 +24,15 @@ impl Service {
 
     /// Starts it in a folder, from which it sees files.
     pub(crate) fn start_in(folder: &Path, flags: &[&str]) -> Self {
+        Self::try_start_in(folder, flags).unwrap_or_else(|(code, said)| panic!("it ends with {code:?}:\n{said}"))
+    }
+
+    /// Starts it, or gives the exit code with which it ends and what it says.
+    pub(crate) fn try_start(flags: &[&str]) -> Result<Self, (Option<i32>, String)> {
+        Self::try_start_in(Path::new("."), flags)
+    }
+
+    fn try_start_in(folder: &Path, flags: &[&str]) -> Result<Self, (Option<i32>, String)> {
         let mut child = Command::new(env!("CARGO_BIN_EXE_strahl"))
             .args(["serve", "--listen", "127.0.0.1:0"])
             .args(flags)
@@ -33,21 +42,24 @@ impl Service {
             .spawn()
             .expect("the binary starts");
         let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines().map_while(Result::ok);
-        let first = lines.find(|line| line.contains("listening on http://")).expect("it says where it listens");
+        let (mut said, mut listeners) = (String::new(), Vec::<String>::new());
         // Operators' listener is announced before that for clients.
-        let mut last = first.clone();
-        if first.contains("admin") {
-            last = lines.find(|line| line.contains("listening on http://")).expect("it says where it listens");
+        while listeners.last().is_none_or(|line| line.contains("admin")) {
+            let Some(line) = lines.next() else { return Err((child.wait().expect("it ends").code(), said)) };
+            said += &format!("{line}\n");
+            if line.contains("listening on http://") {
+                listeners.push(line);
+            }
         }
-        let address = address_in(&last).expect("an address");
-        let log = Arc::new(Mutex::new(String::new()));
+        let address = address_in(&listeners[listeners.len() - 1]).expect("an address");
+        let log = Arc::new(Mutex::new(said));
         let sink = Arc::clone(&log);
         thread::spawn(move || {
             for line in lines {
                 sink.lock().unwrap().push_str(&(line + "\n"));
             }
         });
-        Self { child, address, log, first }
+        Ok(Self { child, address, log, first: listeners.swap_remove(0) })
     }
 
     pub(crate) fn pid(&self) -> u32 {

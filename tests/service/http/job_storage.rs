@@ -107,7 +107,7 @@ fn pictures_and_records_expire() {
     }
     service.get(&format!("/v1/jobs/{id}")).problem(410, "gone");
     let left = |name: &str| std::fs::read_dir(folder.path().join(name)).unwrap().count();
-    assert_eq!((left("jobs"), left("scenes")), (0, 0), "nothing of it is left on disk");
+    assert_eq!(["tiles", "pictures", "scenes"].map(left), [0; 3], "nothing of it is left on disk");
 }
 
 /// Bytes of all files in a folder and below it.
@@ -122,7 +122,8 @@ fn bytes_in(folder: &Path) -> u64 {
 fn where_there_is_no_room_on_disk_the_oldest_pictures_go_first() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().to_str().unwrap();
-    let used = || ["jobs", "scenes"].map(|part| bytes_in(&folder.path().join(part))).into_iter().sum::<u64>();
+    let used =
+        || ["tiles", "pictures", "scenes"].map(|part| bytes_in(&folder.path().join(part))).into_iter().sum::<u64>();
     let service = Service::start(&["--data", data, "--data-bytes", "3000000"]);
     assert_eq!(service.get("/v1/limits").json()["jobs"]["data_bytes"], 3_000_000);
     // A third of a megabyte each, and no two the same.

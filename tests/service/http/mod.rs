@@ -5,6 +5,7 @@ mod answer_sizes;
 mod contract;
 mod fairness;
 mod flood;
+mod folders;
 mod hosts;
 mod job_events;
 mod job_pictures;

@@ -64,10 +64,10 @@ async fn preview(
     }
     let succeeded = job.record().state == JobState::Succeeded;
     let (png, revision) = if succeeded {
-        let (jobs, id) = (Arc::clone(&app.service.jobs), job.record().id.clone());
-        let png = match blocking(move || jobs.last_preview(&id)).await? {
-            Ok(png) => png,
-            Err(_) => render_again(&app, &tenant, &job, small(&job)).await?,
+        let (jobs, kept) = (Arc::clone(&app.service.jobs), Arc::clone(&job));
+        let png = match blocking(move || jobs.last_preview(&kept)).await? {
+            Some(png) => png,
+            None => render_again(&app, &tenant, &job, small(&job)).await?,
         };
         (png, job.revision())
     } else {

@@ -1,0 +1,182 @@
+//! The files of jobs: texts of scenes and pictures, which jobs share, and tiles of the jobs that are rendered.
+
+use super::Jobs;
+use super::job::{Job, locked};
+use super::record::{Record, State};
+use super::registry::Registry;
+use super::upgrade;
+use crate::service::pictures::file::{PictureFile, PictureMeta};
+use crate::service::scenes::ids::is_image_name;
+use crate::service::storage::blob_store::{BlobKind, BlobStore};
+use crate::service::storage::disk;
+use crate::service::storage::folder::FolderKind;
+use std::io;
+use std::path::{Path, PathBuf};
+use uuid::Uuid;
+
+/// What the name of a small picture ends with, after that of the picture.
+const PREVIEW: &str = ".preview";
+
+/// The files. All of them are durable before the record that needs them.
+#[derive(Debug)]
+pub(super) struct Files {
+    /// Texts of scenes by their SHA-256.
+    pub(super) scenes: BlobStore,
+    /// Pictures by the names of their images, or else of their jobs, and small ones beside them.
+    pub(super) pictures: BlobStore,
+    /// Of finished tiles, by job.
+    tiles: PathBuf,
+}
+
+impl Files {
+    /// Opens the folders in a folder, or makes them; whether what is put there outlives a power cut.
+    pub(super) fn open(folder: &Path, durable: bool) -> io::Result<Self> {
+        let scenes = BlobKind { is_name: is_hash, durable };
+        let pictures = BlobKind { is_name: is_picture, durable };
+        let tiles = folder.join("tiles");
+        disk::create_folder(&tiles)?;
+        Ok(Self {
+            scenes: BlobStore::open(&folder.join("scenes"), u64::MAX, scenes)?,
+            pictures: BlobStore::open(&folder.join("pictures"), u64::MAX, pictures)?,
+            tiles,
+        })
+    }
+
+    /// Whether there is any.
+    pub(super) fn is_empty(&self) -> bool {
+        self.bytes() == 0 && self.jobs_with_tiles().is_empty()
+    }
+
+    /// Bytes of scenes and of finished pictures.
+    pub(super) fn bytes(&self) -> u64 {
+        self.scenes.bytes() + self.pictures.bytes()
+    }
+
+    /// The picture of a job that has succeeded.
+    pub(super) fn picture(&self, record: &Record) -> Option<PictureFile> {
+        PictureFile::stored(self.pictures.get(&record.picture_name())?)
+    }
+
+    /// What is known about it.
+    pub(super) fn meta(&self, record: &Record) -> Option<PictureMeta> {
+        PictureMeta::stored(&self.pictures.head(&record.picture_name())?)
+    }
+
+    /// The last preview, a PNG.
+    pub(super) fn preview(&self, record: &Record) -> Option<Vec<u8>> {
+        Some(self.pictures.get(&preview_name(record))?.body)
+    }
+
+    /// Puts a picture on disk.
+    pub(super) fn put_picture(&self, record: &Record, made: &PictureFile) -> io::Result<()> {
+        self.pictures.put(&record.picture_name(), &made.head(), &made.bytes)
+    }
+
+    /// Puts a small picture beside it.
+    pub(super) fn put_preview(&self, record: &Record, png: &[u8]) -> io::Result<()> {
+        self.pictures.put(&preview_name(record), b"", png)
+    }
+
+    /// Where the tiles of a job are.
+    pub(super) fn tiles(&self, id: &str) -> PathBuf {
+        self.tiles.join(id)
+    }
+
+    /// Removes the tiles of a job.
+    pub(super) fn remove_tiles(&self, id: &str) {
+        if let Err(error) = disk::remove(&self.tiles(id))
+            && error.kind() != io::ErrorKind::NotFound
+        {
+            tracing::warn!(job = id, %error, "a job's tiles cannot be removed");
+        }
+    }
+
+    /// The jobs that there are tiles of.
+    pub(super) fn jobs_with_tiles(&self) -> Vec<String> {
+        let files = std::fs::read_dir(&self.tiles).into_iter().flatten().flatten();
+        files.filter_map(|file| file.file_name().into_string().ok()).filter(|name| is_job(name)).collect()
+    }
+}
+
+impl Jobs {
+    /// Puts the picture of a job on disk. It is the job's from now on, whose record has to say so next.
+    pub(super) fn keep_picture(&self, record: &Record, made: &PictureFile, preview: &[u8]) -> io::Result<()> {
+        locked(&self.registry).pictures.add(&record.picture_name());
+        let kept = self.files.put_picture(record, made).and_then(|()| self.files.put_preview(record, preview));
+        kept.inspect_err(|_| locked(&self.registry).release_picture(record, &self.files))
+    }
+
+    /// Puts the picture of a job on disk again, unless the job has expired meanwhile.
+    pub(crate) fn restore_picture(&self, job: &Job, made: &PictureFile) {
+        let record = job.record().clone();
+        locked(&self.registry).pictures.add(&record.picture_name());
+        if let Err(error) = self.files.put_picture(&record, made) {
+            tracing::warn!(job = record.id, %error, "a picture that was rendered again cannot be kept");
+        }
+        locked(&self.registry).release_picture(&record, &self.files);
+    }
+}
+
+impl Registry {
+    /// A job needs the text of its scene no more.
+    pub(super) fn release_scene(&mut self, record: &Record, files: &Files) {
+        if self.scenes.remove(&record.spec.scene) {
+            files.scenes.remove(&record.spec.scene);
+        }
+    }
+
+    /// A job needs no file any more.
+    pub(super) fn release_files(&mut self, record: &Record, files: &Files) {
+        if record.state == State::Succeeded {
+            self.release_picture(record, files);
+        }
+        if record.state.needs_scene() {
+            self.release_scene(record, files);
+        }
+    }
+
+    /// A job has its picture no more.
+    pub(super) fn release_picture(&mut self, record: &Record, files: &Files) {
+        let name = record.picture_name();
+        if self.pictures.remove(&name) {
+            files.pictures.remove(&name);
+            files.pictures.remove(&preview_name(record));
+        }
+    }
+}
+
+/// Name of the picture that a file is, or that it is a small one of.
+pub(super) fn picture_of(name: &str) -> &str {
+    name.strip_suffix(PREVIEW).unwrap_or(name)
+}
+
+fn preview_name(record: &Record) -> String {
+    record.picture_name() + PREVIEW
+}
+
+/// The folder of `--data`.
+pub(crate) const DATA: FolderKind = FolderKind {
+    flag: "--data",
+    name: "data",
+    is_ours: |path| match path {
+        ["jobs.redb" | "jobs.redb.new" | "scenes" | "pictures" | "tiles"] => true,
+        ["scenes", name] => is_hash(name) || disk::is_unfinished(name),
+        ["pictures", name] => is_picture(name) || disk::is_unfinished(name),
+        ["tiles", name] => is_job(name),
+        _ => upgrade::is_ours(path, is_job),
+    },
+};
+
+/// Whether it is a SHA-256 in hexadecimal digits.
+fn is_hash(name: &str) -> bool {
+    name.len() == 64 && name.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'))
+}
+
+/// Whether it is an id of a job.
+fn is_job(name: &str) -> bool {
+    Uuid::try_parse(name).is_ok_and(|id| id.to_string() == name)
+}
+
+fn is_picture(name: &str) -> bool {
+    is_image_name(name) || is_job(picture_of(name))
+}
