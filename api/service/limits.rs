@@ -111,7 +111,7 @@ pub(crate) struct JobLimits {
     #[serde(rename = "job_timeout_s", serialize_with = "as_seconds")]
     #[schemars(with = "f64")]
     pub(crate) job_timeout: Duration,
-    /// Seconds that a job's picture is kept, while the service runs.
+    /// Seconds that a job's picture is kept.
     #[arg(long, env = "STRAHL_KEEP_PICTURES", value_name = "SECONDS", default_value = "604800", value_parser = long_seconds)]
     #[serde(rename = "keep_pictures_s", serialize_with = "as_seconds")]
     #[schemars(with = "f64")]

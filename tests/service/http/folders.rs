@@ -7,10 +7,7 @@ use crate::common::{BALL, SLOW};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 /// The exit code and the words of a service that does not start.
 fn refused(flags: &[&str]) -> (Option<i32>, String) {
@@ -126,7 +123,6 @@ fn a_database_that_is_gone_empty_or_damaged_is_no_reason_to_remove_pictures() {
         if let Some(bytes) = bytes {
             fs::write(copy.join("jobs.redb"), bytes).unwrap();
         }
-        let flags = ["--data", copy.to_str().unwrap()];
         match Service::try_start(&["--data", copy.to_str().unwrap()]) {
             Err((code, said)) => {
                 refusals += 1;
