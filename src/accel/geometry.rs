@@ -16,6 +16,9 @@ use crate::shape::{Frustum, Torus};
 use rayon::prelude::*;
 use std::mem::size_of;
 
+/// Bytes that a small allocation takes beside its own: the allocator's, and what is lost to rounding.
+pub(crate) const ALLOCATION: usize = 24;
+
 /// Items in one coordinate system.
 #[derive(Debug, Clone)]
 pub struct Geometry<R> {
@@ -89,11 +92,11 @@ impl<R: Real> Geometry<R> {
     pub fn bytes(&self) -> usize {
         let of_items: usize = self.items.iter().map(|item| size_of::<Item<R>>() + boxed(&item.shape)).sum();
         let wide = self.wide.as_ref().map_or(0, |wide| {
-            let columns: usize = wide.columns.iter().map(|column| size_of_val(&column[..])).sum();
+            let columns: usize = wide.columns.iter().map(|column| 2 * ALLOCATION + size_of_val(&column[..])).sum();
             wide.nodes.len() * size_of::<WideNode<R>>() + size_of_val(&wide.leaves[..]) + columns
         });
         let lists = size_of_val(&self.unbounded[..]) + self.primitives.len() * size_of::<Primitive>();
-        size_of::<Self>() + of_items + lists + wide
+        size_of::<Self>() + of_items + lists + wide + 4 * ALLOCATION
     }
 
     /// The item that owns an expanded index of this geometry.
@@ -133,11 +136,16 @@ fn extent_of<R: Real>(items: &[Item<R>], extents: &[Option<Extent>], bounds: Bou
 fn boxed<R>(shape: &Shape<R>) -> usize {
     match shape {
         Shape::Mesh(Mesh { vertices, faces, normals, uvs }) => {
-            size_of_val(&vertices[..]) + size_of_val(&faces[..]) + size_of_val(&normals[..]) + size_of_val(&uvs[..])
+            let lists =
+                [size_of_val(&vertices[..]), size_of_val(&faces[..]), size_of_val(&normals[..]), size_of_val(&uvs[..])];
+            lists.iter().filter(|bytes| **bytes > 0).map(|bytes| ALLOCATION + bytes).sum()
         }
-        Shape::Frustum(_) => size_of::<Frustum<R>>(),
-        Shape::Torus(_) => size_of::<Torus<R>>(),
-        Shape::Instance(instance) => size_of_val(&**instance),
+        Shape::Frustum(_) => ALLOCATION + size_of::<Frustum<R>>(),
+        Shape::Torus(_) => ALLOCATION + size_of::<Torus<R>>(),
+        Shape::Instance(instance) => {
+            let motion = instance.motion.as_ref().map_or(0, |motion| ALLOCATION + size_of_val(&**motion));
+            ALLOCATION + size_of_val(&**instance) + motion
+        }
         Shape::Sphere(_) | Shape::Plane(_) | Shape::Disc(_) | Shape::Cuboid(_) => 0,
     }
 }

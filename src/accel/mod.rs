@@ -24,6 +24,7 @@ mod wide_bvh;
 pub use bounds::Bounds;
 pub use build::{Bvh, BvhKind};
 pub use extent::{Ball, Extent};
+pub(crate) use geometry::ALLOCATION;
 pub use geometry::Geometry;
 pub use item::{Instance, Item, Mesh, Shape};
 pub use least_distance::least_distances;

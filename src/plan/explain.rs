@@ -5,10 +5,14 @@ use crate::scene::Scene;
 pub use crate::scene::effects::State;
 use crate::scene::effects::{Effect, Entry};
 
+use crate::scene::description::{Description, Material, Object};
+use crate::scene::named::Named;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::mem::take;
 
 /// The effects of a scene.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -31,7 +35,7 @@ pub struct Row {
     /// Whether it is simulated.
     pub state: State,
     /// Why, in a sentence.
-    pub reason: String,
+    pub reason: Cow<'static, str>,
     /// JSON pointers of what calls for it, at most 10.
     pub because: Vec<String>,
     /// Values of those pointers, if they are short.
@@ -72,22 +76,56 @@ impl Row {
             act: None,
         }
     }
+}
 
-    /// Fills in the values of its pointers from the settings of a description, its objects left out.
-    pub(super) fn look_up(&mut self, settings: &Value) {
-        let short = |pointer: &String| {
-            let value = settings.pointer(pointer).filter(|value| is_short(value))?;
-            Some((pointer.clone(), value.clone()))
+/// The settings of a description as JSON, to look up values by pointer. What may be large is left out: of materials each is
+/// written when it is asked for, and objects have no settings.
+pub(super) struct Lookup<'a> {
+    description: &'a mut Description,
+    materials: Named<Material>,
+    definitions: Named<Vec<Object>>,
+    objects: Vec<Object>,
+    settings: Value,
+}
+
+impl<'a> Lookup<'a> {
+    pub(super) fn new(description: &'a mut Description) -> Self {
+        let Description { materials, definitions, objects, .. } = description;
+        let (materials, definitions, objects) = (take(materials), take(definitions), take(objects));
+        let settings = serde_json::to_value(&*description).unwrap_or_default();
+        Self { description, materials, definitions, objects, settings }
+    }
+
+    /// Gives the description back what was left out.
+    pub(super) fn end(self) {
+        let Self { description, materials, definitions, objects, .. } = self;
+        (description.materials, description.definitions, description.objects) = (materials, definitions, objects);
+    }
+
+    /// The values of pointers that are short.
+    pub(super) fn values(&self, pointers: &[String]) -> BTreeMap<String, Value> {
+        let short = |pointer: &String| Some((pointer.clone(), self.value(pointer).filter(is_short)?));
+        pointers.iter().filter_map(short).collect()
+    }
+
+    fn value(&self, pointer: &str) -> Option<Value> {
+        let Some((name, key)) = pointer.strip_prefix("/materials/").and_then(|rest| rest.split_once('/')) else {
+            return self.settings.pointer(pointer).cloned();
         };
-        self.values = self.because.iter().filter_map(short).collect();
+        let material = self.materials.get(&name.replace("~1", "/").replace("~0", "~"))?;
+        serde_json::to_value(material).ok()?.pointer(&format!("/{key}")).cloned()
     }
 }
+
+/// Bytes of a short text.
+const SHORT: usize = 64;
 
 /// A number, a word or a colour.
 fn is_short(value: &Value) -> bool {
     match value {
         Value::Array(values) => values.len() <= 4 && values.iter().all(Value::is_number),
         Value::Object(_) => false,
+        Value::String(text) => text.len() <= SHORT,
         _ => true,
     }
 }

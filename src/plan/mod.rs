@@ -11,6 +11,7 @@ mod savings;
 mod survey;
 pub mod table;
 
+use crate::accel::ALLOCATION;
 use crate::lanes::Real;
 use crate::scene::compile::Precise;
 use crate::scene::description::{Description, Precision};
@@ -20,10 +21,12 @@ use crate::scene::{Problem, Scene};
 use crate::trace::variants::KernelVariant;
 use depth::Depth;
 use estimate::Estimate;
-use explain::{Explanation, explain};
+use explain::{Explanation, Lookup, explain};
 use fearless_simd::Level;
 use schemars::JsonSchema;
 use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// What rendering a scene means.
@@ -61,21 +64,40 @@ pub struct Kernel {
     pub precision: Precision,
 }
 
-impl Plan {
-    /// The plan of a scene and the description it was compiled from. The description keeps all but its objects.
+/// What a plan says of a description. The rest of it follows from the scene, so this is all that has to be kept.
+#[derive(Debug)]
+pub struct Outline {
+    max_depth: Option<u32>,
+    /// Values of the pointers of effects.
+    values: Vec<(Effect, BTreeMap<String, Value>)>,
+}
+
+impl Outline {
+    /// The outline of a scene and the description it was compiled from.
     pub fn new(description: &mut Description, scene: &Scene) -> Self {
+        let lookup = Lookup::new(description);
+        let values = scene.effects.iter().map(|entry| (entry.effect, lookup.values(&entry.because)));
+        let mut values: Vec<_> = values.filter(|(_, values)| !values.is_empty()).collect();
+        values.shrink_to_fit();
+        lookup.end();
+        Self { max_depth: description.render.max_depth, values }
+    }
+
+    /// The plan of the scene.
+    pub fn plan(&self, scene: &Scene) -> Plan {
         let started = Instant::now();
-        let (requested, mut explanation) = (description.render.max_depth, explain(scene));
-        (description.objects, description.definitions) = Default::default();
-        if let Ok(settings) = serde_json::to_value(&*description) {
-            explanation.effects.iter_mut().for_each(|row| row.look_up(&settings));
+        let mut explanation = explain(scene);
+        for (effect, values) in &self.values {
+            let row = explanation.effects.iter_mut().find(|row| row.kind == *effect);
+            row.into_iter().for_each(|row| row.values.clone_from(values));
         }
+        let requested = self.max_depth;
         let (kernel, depth) = match &scene.world {
             Precise::Single(world) => (Kernel::of(world, Precision::Single), Depth::of(requested, world, &explanation)),
             Precise::Double(world) => (Kernel::of(world, Precision::Double), Depth::of(requested, world, &explanation)),
         };
         let warnings = scene.warnings.clone();
-        Self {
+        Plan {
             kernel,
             explanation,
             depth,
@@ -84,6 +106,19 @@ impl Plan {
             estimate: None,
             explain_ms: milliseconds(started),
         }
+    }
+
+    /// Bytes of memory it takes, about.
+    pub fn bytes(&self) -> usize {
+        let pairs = self.values.iter().flat_map(|(_, values)| values);
+        size_of_val(&self.values[..]) + pairs.map(|(pointer, _)| 3 * ALLOCATION + pointer.len()).sum::<usize>()
+    }
+}
+
+impl Plan {
+    /// The plan of a scene and the description it was compiled from.
+    pub fn new(description: &mut Description, scene: &Scene) -> Self {
+        Outline::new(description, scene).plan(scene)
     }
 }
 

@@ -5,6 +5,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// Samples of each pixel of scenes with effects that are means over choices, where they name no number.
 const SAMPLES_OF_CHOICES: u32 = 64;
@@ -181,7 +182,7 @@ pub struct Entry {
     /// Whether it is simulated.
     pub state: State,
     /// Why, in a sentence.
-    pub reason: String,
+    pub reason: Cow<'static, str>,
     /// JSON pointers of what asks for it, at most [`MAX_POINTERS`].
     pub because: Vec<String>,
 }

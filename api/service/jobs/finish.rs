@@ -48,7 +48,7 @@ pub(super) fn finish(
         png: milliseconds(encoding),
     };
     let cost = Cost::of(picture, phases, None, began, workers);
-    let report = Report { plan: ready.plan.clone(), cost, error, replay };
+    let report = Report { plan: ready.outline.plan(&ready.scene), cost, error, replay };
     let about = PictureMeta::new(image, &report, &ready.scene, true);
     Ok(JobFiles { made: PictureFile::new(file, about), preview })
 }

@@ -61,7 +61,7 @@ pub(crate) fn make(
 ) -> Result<Rendered, Cancelled> {
     let scene = &ready.scene;
     let &RenderSpec { window, region, adjustment, format, note, predict, asked } = shot;
-    let mut plan = ready.plan.clone();
+    let mut plan = ready.outline.plan(scene);
     if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
         workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
     }

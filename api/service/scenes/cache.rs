@@ -147,7 +147,7 @@ impl SceneCache {
     pub(crate) fn keep(&self, key: Key, ready: PreparedScene) -> Arc<PreparedScene> {
         let ready = Arc::new(ready);
         if !ready.scene.from_files {
-            self.built.put(key, Arc::clone(&ready), ready.scene.bytes() as u64);
+            self.built.put(key, Arc::clone(&ready), ready.bytes());
             if ready.reproducible {
                 self.ids.put(ready.scene_id.clone(), key, 1);
             }

@@ -119,23 +119,31 @@ fn letters(bytes: &[u8]) -> String {
     BASE32_NOPAD.encode(bytes).to_ascii_lowercase()
 }
 
-/// Objects and definitions, which may be large, go out as they are; the rest goes through a map, which sorts its keys.
+/// Objects and definitions, which may be large, go out as they are; the rest goes through maps, which sort its keys.
 fn write_canonical(description: &mut Description, to: &mut impl Write) -> io::Result<()> {
     description.schema = None;
     description.render = description.render.resolved();
     let objects = std::mem::take(&mut description.objects);
     let definitions = std::mem::take(&mut description.definitions);
+    let materials = std::mem::take(&mut description.materials);
     let written = serde_json::to_value(&*description).map_err(io::Error::from).and_then(|rest| {
         let rest = rest.as_object().into_iter().flatten();
-        let mut by_name: Vec<_> = definitions.iter().collect();
+        let (mut by_name, mut of_materials): (Vec<_>, Vec<_>) =
+            (definitions.iter().collect(), materials.iter().collect());
         by_name.sort_unstable_by_key(|(name, _)| *name);
+        of_materials.sort_unstable_by_key(|(name, _)| *name);
         write_object(to, rest, |key, to| match key {
             "objects" => Some(write_json(to, &objects)),
             "definitions" => Some(write_object(to, by_name.iter().copied(), |_, _| None)),
+            // One after the other: as a map, each takes kilobytes.
+            "materials" => Some(write_object(to, of_materials.iter().copied(), |name, to| {
+                let value = serde_json::to_value(materials.get(name)?).map_err(io::Error::from);
+                Some(value.and_then(|value| write_json(to, &value)))
+            })),
             _ => None,
         })
     });
-    (description.objects, description.definitions) = (objects, definitions);
+    (description.objects, description.definitions, description.materials) = (objects, definitions, materials);
     written
 }
 

@@ -3,8 +3,8 @@
 use super::ids::{is_reproducible, scene_id};
 use crate::service::scheduler::pool::Workers;
 use strahl::film::Region;
-use strahl::plan::Plan;
 use strahl::plan::pilot::{Effort, Pilot};
+use strahl::plan::{Outline, Plan};
 use strahl::render::{Cancelled, Control};
 use strahl::scene::description::RenderSettings;
 use strahl::scene::nff::NffOptions;
@@ -15,8 +15,8 @@ use strahl::scene::{Loaded, Scene};
 pub(crate) struct PreparedScene {
     /// The scene.
     pub(crate) scene: Scene,
-    /// What rendering it means.
-    pub(crate) plan: Plan,
+    /// What plans of it say of its description.
+    pub(crate) outline: Outline,
     /// The settings, after overrides.
     pub(crate) render: RenderSettings,
     /// The scene's name ([`identity`](super::ids)).
@@ -40,16 +40,28 @@ pub(crate) struct Loading {
     pub(crate) bvh: f64,
 }
 
+/// Bytes that a kept scene takes beside its own: its keys, its places in the caches, and what the allocator cannot give to
+/// others. Of 8,000 small scenes each takes 11.4 kB, of which 6.5 kB are its own.
+const ENTRY_BYTES: u64 = 4 << 10;
+
+impl PreparedScene {
+    /// Bytes of memory it takes, kept in a cache.
+    pub(crate) fn bytes(&self) -> u64 {
+        let own = size_of::<Self>() - size_of::<Scene>();
+        (self.scene.bytes() + self.outline.bytes() + own) as u64 + ENTRY_BYTES
+    }
+}
+
 impl From<Loaded> for PreparedScene {
     fn from(Loaded { mut description, scene, nff, parse_ms, plan_ms }: Loaded) -> Self {
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
         // The plan takes the description apart.
         let scene_id = scene_id(&mut description);
-        let plan = Plan::new(&mut description, &scene);
+        let outline = Outline::new(&mut description, &scene);
         let reproducible = is_reproducible(&description.render) && !scene.from_files && !nff.spd_counts;
         // What the scene calls for decides the number it does not name.
         let render = RenderSettings { samples: Some(scene.samples), ..description.render.resolved() };
-        Self { plan, render, scene, scene_id, reproducible, nff, loading }
+        Self { outline, render, scene, scene_id, reproducible, nff, loading }
     }
 }
 
@@ -60,7 +72,7 @@ pub(crate) fn planned(
     workers: &Workers,
     control: &Control,
 ) -> Result<(Plan, Pilot), Cancelled> {
-    let mut plan = ready.plan.clone();
+    let mut plan = ready.outline.plan(&ready.scene);
     let pilot = workers.work(|| plan.estimate(&ready.scene, region, control, Effort::QUICK))??;
     Ok((plan, pilot))
 }

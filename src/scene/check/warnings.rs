@@ -7,7 +7,7 @@ use crate::scene::effects::Effect;
 use crate::scene::limits;
 use crate::scene::problem::{Code, Problem, push_token};
 use crate::scene::world::{World, shows};
-use std::collections::HashMap;
+use rayon::slice::ParallelSliceMut;
 
 /// Primitives around one point that are worth a warning.
 const DENSE: f64 = 10_000.0;
@@ -69,6 +69,9 @@ fn find_open_meshes(
     open: &mut Vec<String>,
 ) {
     for (i, object) in objects.iter().enumerate() {
+        if open.len() as u64 >= limits::PROBLEMS.max {
+            return;
+        }
         match object {
             Object::Group(group) => {
                 find_open_meshes(&format!("{list}/{i}/group/objects"), &group.objects, transmits, open);
@@ -83,17 +86,34 @@ fn find_open_meshes(
 
 /// Whether each edge belongs to two faces that run along it in opposite directions, vertices compared by position.
 fn is_closed(mesh: &Mesh) -> bool {
-    let mut edges: HashMap<([u64; 3], [u64; 3]), i32> = HashMap::new();
+    // Adding 0 turns -0 into 0.
+    let position = |vertex: &u32| mesh.vertices[*vertex as usize].map(|x| (x + 0.0).to_bits());
+    let mut sorted: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    sorted.par_sort_unstable_by_key(position);
+    // Vertices at one position have one number.
+    let mut numbers = vec![0; sorted.len()];
+    for pair in sorted.windows(2) {
+        let differ = position(&pair[0]) != position(&pair[1]);
+        numbers[pair[1] as usize] = numbers[pair[0] as usize] + u64::from(differ);
+    }
+    drop(sorted);
+    // The edges along which faces run upwards, and those along which they run downwards, each as a number.
+    let half = mesh.faces.len() * 3 / 2 + 3;
+    let (mut up, mut down) = (Vec::with_capacity(half), Vec::with_capacity(half));
     for face in &mesh.faces {
         if control::step(1) {
             return true;
         }
-        // Adding 0 turns -0 into 0.
-        let corner = face.map(|i| mesh.vertices[i as usize].map(|x| (x + 0.0).to_bits()));
+        let corner = face.map(|i| numbers[i as usize]);
         for k in 0..3 {
             let (a, b) = (corner[k], corner[(k + 1) % 3]);
-            *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+            if a < b { up.push(a << 32 | b) } else { down.push(b << 32 | a) }
+        }
+        if up.len().max(down.len()) > half {
+            return false;
         }
     }
-    edges.values().all(|balance| *balance == 0)
+    up.par_sort_unstable();
+    down.par_sort_unstable();
+    up == down
 }

@@ -191,7 +191,7 @@ impl<'a, R: Real> Builder<'a, R> {
     }
 
     fn collect(&mut self, objects: &'a [Object], list: u32, into: &mut Collected<R>) {
-        into.items.reserve(objects.len());
+        into.items.reserve_exact(objects.len());
         into.extents.reserve(objects.len());
         self.sources.entries.reserve(objects.len());
         for (index, object) in objects.iter().enumerate() {

@@ -21,9 +21,10 @@ use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::{Problems, unless_cancelled};
 use super::world::{Pruning, World};
 use super::{Problem, limits};
-use crate::accel::{BvhKind, overlap};
+use crate::accel::{ALLOCATION, BvhKind, overlap};
 use crate::bound::ceiling::Ceiling;
 use crate::lanes::Real;
+use crate::shading::texture::pattern::Textures;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -112,13 +113,24 @@ impl Scene {
     pub fn bytes(&self) -> usize {
         fn of_world<R: Real>(world: &World<R>) -> usize {
             let geometries: usize = world.geometries.iter().map(crate::accel::Geometry::bytes).sum();
-            geometries + size_of_val(&world.materials[..]) + size_of_val(&world.lights[..])
+            let textures = world.materials.iter().filter(|material| material.textures.is_some()).count();
+            geometries
+                + size_of_val(&world.materials[..])
+                + size_of_val(&world.usage.materials[..])
+                + textures * (ALLOCATION + size_of::<Textures>())
+                + size_of_val(&world.lights[..])
         }
         let world = match &self.world {
             Precise::Single(world) => of_world(world),
             Precise::Double(world) => of_world(world),
         };
-        size_of::<Self>() + world + self.picture_bytes + self.sources.bytes() + size_of_val(&self.warnings[..])
+        let texts = |texts: &[String]| texts.iter().map(|text| ALLOCATION + text.len()).sum::<usize>();
+        let entry = |entry: &Entry| size_of::<Entry>() + entry.reason.len() + texts(&entry.because);
+        let effects: usize = self.effects.iter().map(entry).sum();
+        let warning =
+            |warning: &Problem| size_of::<Problem>() + 2 * ALLOCATION + warning.pointer.len() + warning.detail.len();
+        let warnings: usize = self.warnings.iter().map(warning).sum();
+        size_of::<Self>() + world + self.picture_bytes + self.sources.bytes() + effects + warnings
     }
 }
 
@@ -140,8 +152,9 @@ fn told<R: Real>(description: &Description, world: &World<R>, built: &build::Bui
 
 impl Sources {
     fn bytes(&self) -> usize {
-        let lists: usize = self.lists.iter().map(|list| size_of::<String>() + list.len()).sum();
-        let names: usize = self.entries.iter().filter_map(|entry| entry.name.as_deref()).map(str::len).sum();
+        let lists: usize = self.lists.iter().map(|list| ALLOCATION + size_of::<String>() + list.len()).sum();
+        let names = self.entries.iter().filter_map(|entry| entry.name.as_deref());
+        let names: usize = names.map(|name| ALLOCATION + name.len()).sum();
         lists + size_of_val(&self.entries[..]) + names
     }
 

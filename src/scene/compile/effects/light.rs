@@ -202,7 +202,7 @@ fn colored_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
     let absorption = absorbing_bodies();
     if on {
         let reason = "bodies absorb some of the light on its way to surfaces";
-        return Said { reason: reason.to_owned(), ..absorption.why(facts, true) };
+        return Said { reason: reason.into(), ..absorption.why(facts, true) };
     }
     if !absorption.is_on(facts.world) {
         return Said::off("no body absorbs the light that passes through it");
@@ -237,7 +237,12 @@ fn environment<R>(facts: &Facts<'_, R>, on: bool) -> Said {
 }
 
 /// An effect of lights: `asks` says which ask for it.
-pub(super) fn by_light<R>(facts: &Facts<'_, R>, asks: impl Fn(&Light) -> bool, says: [&str; 3], on: bool) -> Said {
+pub(super) fn by_light<R>(
+    facts: &Facts<'_, R>,
+    asks: impl Fn(&Light) -> bool,
+    says: [&'static str; 3],
+    on: bool,
+) -> Said {
     let shines = |light: &Light| {
         let (color, intensity) = match light {
             Light::Point(l) => (l.color, l.intensity),

@@ -8,6 +8,7 @@ use crate::scene::problem::push_token;
 use crate::scene::usage::{Pointers, Used};
 use crate::scene::world::World;
 use crate::shading::material::Material;
+use std::borrow::Cow;
 
 /// All that is known of one effect.
 pub(super) struct Rule<R> {
@@ -58,24 +59,24 @@ pub(in crate::scene::compile) struct Facts<'a, R> {
 
 /// What is said about an effect.
 pub(super) struct Said {
-    pub(super) reason: String,
+    pub(super) reason: Cow<'static, str>,
     pub(super) because: Vec<String>,
     pub(super) asked: bool,
 }
 
 impl Said {
     /// About one that is on, or removed.
-    pub(super) fn asked(reason: impl Into<String>, because: Vec<String>) -> Self {
+    pub(super) fn asked(reason: impl Into<Cow<'static, str>>, because: Vec<String>) -> Self {
         Self { reason: reason.into(), because, asked: true }
     }
 
     /// About one that is on, or removed, because of one pointer.
-    pub(super) fn asked_at(reason: impl Into<String>, because: &str) -> Self {
+    pub(super) fn asked_at(reason: impl Into<Cow<'static, str>>, because: &str) -> Self {
         Self::asked(reason, vec![because.to_owned()])
     }
 
     /// About one that is off.
-    pub(super) fn off(reason: impl Into<String>) -> Self {
+    pub(super) fn off(reason: impl Into<Cow<'static, str>>) -> Self {
         Self { reason: reason.into(), because: Vec::new(), asked: false }
     }
 
@@ -85,7 +86,7 @@ impl Said {
     }
 
     /// The same, with another reason where it is off.
-    pub(super) fn or_off(self, reason: &str) -> Self {
+    pub(super) fn or_off(self, reason: &'static str) -> Self {
         if self.asked { self } else { Self::off(reason) }
     }
 
