@@ -9,18 +9,18 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 /// A service with keys, as one of its tenants sees it.
-struct Tenant<'a> {
-    service: &'a Service,
-    key: &'a str,
+pub(super) struct Tenant<'a> {
+    pub(super) service: &'a Service,
+    pub(super) key: &'a str,
 }
 
 impl Tenant<'_> {
-    fn send(&self, method: &str, path: &str, body: &str) -> Answer {
+    pub(super) fn send(&self, method: &str, path: &str, body: &str) -> Answer {
         let headers = [("Content-Type", "application/json"), ("Authorization", self.key)];
         self.service.send(method, path, &headers, body.as_bytes())
     }
 
-    fn begin(&self, method: &str, path: &str, body: &str) -> TcpStream {
+    pub(super) fn begin(&self, method: &str, path: &str, body: &str) -> TcpStream {
         let mut stream = self.service.connect();
         let headers = [("Content-Type", "application/json"), ("Authorization", self.key)];
         stream.write_all(&request(method, path, &headers, body.as_bytes())).unwrap();
