@@ -4,6 +4,7 @@ pub(crate) mod accept;
 pub(crate) mod body;
 pub(crate) mod conditions;
 pub(crate) mod named_job;
+pub(crate) mod path;
 pub(crate) mod prefer;
 pub(crate) mod query;
 pub(crate) mod scene_request;

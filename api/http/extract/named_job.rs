@@ -1,12 +1,13 @@
 //! The job that a path names, if its client may see it.
 
+use super::path::Path;
 use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::problem::{Kind, Problem};
 use crate::http::state::{App, AppState};
 use crate::service::clock::unix_time;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::Record;
-use axum::extract::{FromRequestParts, Path};
+use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
 use std::sync::Arc;
 use std::time::Duration;
@@ -24,9 +25,7 @@ impl FromRequestParts<App> for NamedJob {
 
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let tenant = Tenant::of(&parts.extensions);
-        let Path(id) = Path::<String>::from_request_parts(parts, app)
-            .await
-            .map_err(|_| Problem::new(Kind::NotFound, "a job's id is text"))?;
+        let Path(id) = Path::<String>::from_request_parts(parts, app).await?;
         find(app, &tenant, &id).map(|job| Self { job, tenant })
     }
 }

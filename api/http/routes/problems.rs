@@ -2,7 +2,6 @@
 
 use crate::http::extract::accept;
 use crate::http::prelude::*;
-use axum::extract::rejection::PathRejection;
 use std::fmt::Write;
 
 pub(super) fn routes() -> Vec<Route> {
@@ -46,8 +45,7 @@ async fn list(headers: HeaderMap) -> Result<Response, Problem> {
     })
 }
 
-async fn page(slug: Result<Path<String>, PathRejection>, headers: HeaderMap) -> Result<Response, Problem> {
-    let slug = slug.map_or_else(|_| String::new(), |Path(slug)| slug);
+async fn page(Path(slug): Path<String>, headers: HeaderMap) -> Result<Response, Problem> {
     let page = Kind::ALL.iter().map(|kind| kind.page()).find(|(known, ..)| *known == slug);
     let unknown = || Problem::new(Kind::NotFound, "there is no problem of that name; /problems lists those there are");
     let (_, status, title, advice) = page.ok_or_else(unknown)?;
