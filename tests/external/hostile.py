@@ -145,7 +145,7 @@ def requests(running, keys, hostile, seconds):
             sender.start()
         time.sleep(max(0, until - time.time()))
         neighbour.ended.set()
-        rested, calm = rest(seconds_to_rest(running))
+        rested, calm = ("", True) if hostile and hostile.goes_on else rest(seconds_to_rest(running))
     answers, sent = collections.Counter(), 0
     while hostile and (sender.is_alive() or not results.empty()):
         while not results.empty():

@@ -30,6 +30,7 @@ class Hostile:
     clients: int = 1
     leave: float = 60
     scene: Callable | None = None  # for a job about the same scene
+    goes_on: bool = False  # what was accepted is worked on when the clients have left
 
 
 def scene(objects, size=(64, 40), **rest):
@@ -318,5 +319,5 @@ REQUESTS = {
     "png-16": of(NOISE_8MP, False, "/v1/render?bits=16&antialias=0"),
     "crowd": of(LARGE_BALLS, False, clients=40),
     "leavers": of(LARGE_BALLS, False, clients=20, leave=0.05),
-    "job-storm": Hostile(job_storm(), clients=8),
+    "job-storm": Hostile(job_storm(), clients=8, goes_on=True),
 }
