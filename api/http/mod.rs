@@ -1,6 +1,9 @@
 //! The service over HTTP: connections, middleware, authorization, routes, and the contract.
 
+mod activity;
 pub(crate) mod auth;
+mod client_socket;
+mod connection_limit;
 mod contract;
 mod drain;
 mod extract;
@@ -21,7 +24,6 @@ mod server;
 pub(crate) mod settings;
 mod start;
 mod state;
-mod write_timeout;
 
 pub(crate) use start::run;
 

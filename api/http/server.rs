@@ -1,25 +1,26 @@
 //! The accept loops: a bounded number of connections, each with a deadline for its headers, until the service drains.
 
+use super::activity::Activity;
 use super::auth::capability;
 use super::auth::client::{self, Ends};
+use super::client_socket::ClientSocket;
+use super::connection_limit::{ConnectionLimit, Place};
 use super::drain::StopSignals;
 use super::raw_errors::RawErrors;
 use super::routes;
 use super::settings::HttpSettings;
 use super::state::App;
-use super::write_timeout::WriteTimeout;
 use axum::Router;
+use futures_util::TryFutureExt;
 use hyper::server::conn::http1;
+use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
-use hyper_util::service::TowerToHyperService;
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{sleep, timeout};
-use tower::util::MapRequest;
+use tower::ServiceExt;
 
 /// Bytes of a request's line and headers.
 const MAX_HEADER_BYTES: usize = 64 << 10;
@@ -47,13 +48,15 @@ pub(crate) async fn serve(listeners: Listeners, signals: StopSignals, app: App, 
         announce(&listener, "admin listening");
         let (routes, settings) = (routes::admin(Arc::clone(&app)), settings.clone());
         tokio::spawn(async move {
-            connections(listener, routes, ADMIN_CONNECTIONS, &settings, std::future::pending()).await;
+            let places = ConnectionLimit::new(ADMIN_CONNECTIONS, Some(ADMIN_CONNECTIONS));
+            connections(listener, routes, places, &settings, std::future::pending()).await;
         })
     });
     announce(&clients, "listening");
     teach(&clients, settings, &app);
     let end = drained(&app, signals, settings.drain_timeout);
-    connections(clients, routes::router(Arc::clone(&app)), settings.max_connections, settings, end).await;
+    let places = ConnectionLimit::new(settings.max_connections, settings.client_connections);
+    connections(clients, routes::router(Arc::clone(&app)), places, settings, end).await;
     if let Some(admin) = admin {
         admin.abort();
     }
@@ -85,33 +88,43 @@ fn teach(listener: &TcpListener, settings: &HttpSettings, app: &App) {
 async fn connections(
     listener: TcpListener,
     router: Router,
-    most: u32,
+    places: Arc<ConnectionLimit>,
     settings: &HttpSettings,
     end: impl Future<Output = ()>,
 ) {
     let limits = &settings.limits;
-    let places = Arc::new(Semaphore::new(most as usize));
     let connections = GracefulShutdown::new();
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new())
         .header_read_timeout(limits.header_timeout)
         .max_buf_size(MAX_HEADER_BYTES)
-        .max_headers(MAX_HEADERS);
+        .max_headers(MAX_HEADERS)
+        // A client that sends no more may still read: `Activity` knows whether it has gone.
+        .half_close(true);
 
     let mut end = std::pin::pin!(end);
     loop {
-        let (stream, peer, place) = tokio::select! {
-            next = next_connection(&listener, &places) => next,
+        let Accepted { stream, ends, activity, place } = tokio::select! {
+            accepted = next_connection(&listener, &places) => accepted,
             () = &mut end => break,
         };
-        let service = stream.local_addr().map_or(peer.ip(), |address| address.ip());
-        let ends = Ends { client: peer.ip().to_canonical(), service: service.to_canonical() };
-        let stream = TokioIo::new(RawErrors::new(WriteTimeout::new(stream, limits.write_timeout)));
-        let router = MapRequest::new(router.clone(), move |request| client::arrived(ends, capability::strip(request)));
-        let connection = connections.watch(http.serve_connection(stream, TowerToHyperService::new(router)));
+        let socket = ClientSocket::new(Arc::clone(&stream), Arc::clone(&activity), limits.write_timeout);
+        let service = {
+            let (router, activity) = (router.clone(), Arc::clone(&activity));
+            service_fn(move |request| {
+                let in_flight = activity.begin(&request);
+                let request = client::arrived(ends, capability::strip(request));
+                router.clone().oneshot(request).map_ok(|response| in_flight.answer(response))
+            })
+        };
+        let connection = http.serve_connection(TokioIo::new(RawErrors::new(socket)), service);
+        let connection = connections.watch(connection);
         tokio::spawn(async move {
-            if let Err(error) = connection.await {
-                tracing::debug!(%error, "connection ended early");
+            tokio::select! {
+                served = connection => if let Err(error) = served {
+                    tracing::debug!(%error, "connection ended early");
+                },
+                why = activity.ended(&stream) => tracing::debug!(why, "connection ended early"),
             }
             drop(place);
         });
@@ -139,18 +152,28 @@ async fn drained(app: &App, mut signals: StopSignals, patience: Duration) {
     }
 }
 
-async fn next_connection(
-    listener: &TcpListener,
-    places: &Arc<Semaphore>,
-) -> (TcpStream, SocketAddr, Option<OwnedSemaphorePermit>) {
-    // The semaphore is never closed.
-    let place = Arc::clone(places).acquire_owned().await.ok();
+/// A connection that has a place.
+struct Accepted {
+    stream: Arc<TcpStream>,
+    ends: Ends,
+    activity: Arc<Activity>,
+    place: Place,
+}
+
+async fn next_connection(listener: &TcpListener, places: &Arc<ConnectionLimit>) -> Accepted {
     loop {
         match listener.accept().await {
             Ok((stream, peer)) => {
+                let activity = Arc::default();
+                let client = peer.ip().to_canonical();
+                let Some(place) = places.admit(client, &activity).await else {
+                    tracing::debug!(%client, "a connection was refused: its address has as many as it may have");
+                    continue;
+                };
                 // Answers are written in one go; waiting to fill a packet only delays their end.
                 let _ = stream.set_nodelay(true);
-                return (stream, peer, place);
+                let service = stream.local_addr().map_or(client, |address| address.ip().to_canonical());
+                return Accepted { stream: Arc::new(stream), ends: Ends { client, service }, activity, place };
             }
             Err(error) => {
                 // Out of file descriptors, mostly: trying again at once would only burn a processor.

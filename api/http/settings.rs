@@ -40,9 +40,13 @@ pub(crate) struct HttpSettings {
     /// and to this one.
     #[arg(long, env = "STRAHL_PUBLIC_URL", value_name = "URL", value_parser = public_url)]
     pub(crate) public_url: Option<String>,
-    /// Open connections; one more waits to be accepted.
+    /// Open connections. One more takes the place of one that has no request; if all have one, it waits.
     #[arg(long, env = "STRAHL_MAX_CONNECTIONS", default_value_t = 2_048, value_parser = value_parser!(u32).range(1..=1_000_000))]
     pub(crate) max_connections: u32,
+    /// Open connections of one address, or of one network of 64 bits with IPv6. One more takes the place of one that has no
+    /// request; if all have one, it is closed [default: a quarter of --max-connections; loopback addresses may have all].
+    #[arg(long, env = "STRAHL_CLIENT_CONNECTIONS", value_name = "CONNECTIONS", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) client_connections: Option<u32>,
     /// Seconds that running requests have to finish after SIGTERM or Ctrl-C.
     #[arg(long, env = "STRAHL_DRAIN_TIMEOUT", value_name = "SECONDS", default_value = "20", value_parser = seconds)]
     pub(crate) drain_timeout: Duration,

@@ -29,8 +29,8 @@ const ROOMS: [(&str, &str); 3] = [
     ),
     (
         "http",
-        "host settings problem drain memory_budget write_timeout auth metrics job_observer state extract \
-         contract middleware raw_errors prelude respond scene_job routes server start in_process",
+        "host settings problem drain memory_budget activity client_socket connection_limit auth metrics job_observer \
+         state extract contract middleware raw_errors prelude respond scene_job routes server start in_process",
     ),
 ];
 

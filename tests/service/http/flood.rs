@@ -2,7 +2,7 @@
 
 use crate::common::service::{Answer, Service, request};
 use crate::common::{BALL, SLOW};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -142,4 +142,66 @@ fn clients_that_never_finish_their_bodies_are_answered_and_keep_no_memory() {
     for stream in slow {
         Answer::read(stream).problem(408, "body-timeout");
     }
+}
+
+#[test]
+fn idle_connections_keep_nobody_out() {
+    let service = Service::start(&["--max-connections", "40", "--header-timeout", "60"]);
+    let headers = [("Content-Type", "application/json")];
+    let mut busy = service.connect();
+    let whole = request("POST", "/v1/render", &headers, BALL.as_bytes());
+    busy.write_all(&whole[..whole.len() - 10]).unwrap();
+    service.get("/livez");
+    let idle: Vec<TcpStream> = (0..200).map(|_| service.connect()).collect();
+    let mut slow: Vec<TcpStream> = (0..200).map(|_| service.connect()).collect();
+    for stream in &mut slow {
+        // It may have given way to the next one already.
+        let _ = stream.write_all(b"POST /v1/render HTTP/1.1\r\n");
+    }
+    let asked = Instant::now();
+    service.post_json("/v1/render", BALL).picture();
+    assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
+    assert!(Holdings::of(&service).files < 40 + 60, "{:?}", Holdings::of(&service));
+    busy.write_all(&whole[whole.len() - 10..]).unwrap();
+    Answer::read(busy).picture();
+    drop((idle, slow));
+}
+
+#[test]
+fn an_address_has_its_share_of_connections() {
+    let service = Service::start(&["--client-connections", "4", "--body-timeout", "60"]);
+    let headers = [("Content-Type", "application/json")];
+    let whole = request("POST", "/v1/render", &headers, BALL.as_bytes());
+    let mut busy: Vec<TcpStream> = (0..4).map(|_| service.connect()).collect();
+    for stream in &mut busy {
+        stream.write_all(&whole[..whole.len() - 10]).unwrap();
+    }
+    // All four are read at some time, and then there is no place.
+    until("a fifth connection is served", || {
+        let mut fifth = service.connect();
+        let _ = fifth.write_all(&request("GET", "/livez", &[], b""));
+        !matches!(fifth.read(&mut [0; 1]), Ok(1))
+    });
+    drop(busy.pop());
+    until("the place of one that has left is not given to another", || {
+        let mut next = service.connect();
+        let _ = next.write_all(&request("GET", "/livez", &[], b""));
+        matches!(next.read(&mut [0; 1]), Ok(1))
+    });
+}
+
+/// Each answer goes out a part at a time, so that none of many large ones has the thread to itself.
+#[test]
+fn clients_that_do_not_read_large_answers_keep_nobody_waiting() {
+    let service = Service::start(&[]);
+    let large = service.post_json("/v1/render?format=pfm&width=1600&height=1000&antialias=false", BALL);
+    let place = large.header("content-location").to_owned();
+    let mut crowd: Vec<TcpStream> = (0..300).map(|_| service.connect()).collect();
+    for stream in &mut crowd {
+        stream.write_all(&request("GET", &place, &[], b"")).unwrap();
+    }
+    let asked = Instant::now();
+    service.post_json("/v1/render", BALL).picture();
+    println!("a small render beside 300 large answers that nobody reads: {:?}", asked.elapsed());
+    assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
 }

@@ -2,7 +2,8 @@
 
 use crate::common::service::{Answer, Service, request};
 use crate::common::{BALL, SLOW};
-use std::io::Write;
+use std::io::{Read, Write};
+use std::net::Shutdown;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -21,6 +22,27 @@ fn a_client_that_goes_away_frees_the_pool_within_100_ms() {
     assert!(fastest < Some(Duration::from_millis(100)), "{fastest:?}");
     service.wait_for_log("the client went away");
     assert!(!service.log().contains("ERROR"), "{}", service.log());
+}
+
+#[test]
+fn a_client_that_sends_no_more_gets_its_answer() {
+    let service = Service::start(&[]);
+    let ask = |path: &str, scene: &str| {
+        let mut client = service.begin(path, scene);
+        client.shutdown(Shutdown::Write).unwrap();
+        let mut bytes = Vec::new();
+        client.read_to_end(&mut bytes).unwrap();
+        bytes
+    };
+    let quick = ask("/v1/scenes/validate", BALL);
+    assert!(quick.starts_with(b"HTTP/1.1 200 OK\r\n"), "{}", String::from_utf8_lossy(&quick));
+    // One that waits for longer is asked whether it is still there.
+    let slow = ask("/v1/render?width=256&height=256&samples=2", SLOW);
+    let interim = b"HTTP/1.1 100 Continue\r\n\r\n";
+    let answer = slow.strip_prefix(interim).unwrap_or_else(|| panic!("{}", String::from_utf8_lossy(&slow)));
+    assert!(answer.starts_with(b"HTTP/1.1 200 OK\r\n"), "{}", String::from_utf8_lossy(answer));
+    let picture = answer.windows(4).position(|four| four == b"\r\n\r\n").unwrap() + 4;
+    image::load_from_memory(&answer[picture..]).expect("all of the picture");
 }
 
 #[test]

@@ -200,14 +200,17 @@ fn numbers_say_what_waits_what_runs_and_what_is_kept() {
 
 #[test]
 fn the_health_check_is_answered_however_many_clients_there_are() {
-    let (service, admin) = with_admin(&["--max-connections", "4", "--header-timeout", "60"]);
+    let (service, admin) = with_admin(&["--max-connections", "4", "--body-timeout", "60"]);
     let check = |variable: &str, address: SocketAddr| {
         let strahl =
             Command::new(env!("CARGO_BIN_EXE_strahl")).arg("healthcheck").env(variable, address.to_string()).output();
         strahl.expect("the binary starts").status.success()
     };
     assert!(check("STRAHL_LISTEN", service.address));
+    // Those that had no request would give way.
+    let unfinished = "POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n";
     let crowd: Vec<_> = (0..40).map(|_| service.connect()).collect();
+    crowd.iter().for_each(|mut client| client.write_all(unfinished.as_bytes()).unwrap());
     assert!(!check("STRAHL_LISTEN", service.address), "the crowd has not taken all connections");
     assert!(check("STRAHL_ADMIN_LISTEN", admin), "operators are kept waiting, too");
     drop(crowd);
