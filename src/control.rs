@@ -144,7 +144,8 @@ impl Control {
         self.0.total.store(total, Ordering::Relaxed);
     }
 
-    pub(crate) fn add_rays(&self, rays: u64) {
+    /// Adds to the rays traced so far, where a part of the work has a control of its own.
+    pub fn add_rays(&self, rays: u64) {
         self.0.rays.fetch_add(rays, Ordering::Relaxed);
     }
 

@@ -19,7 +19,7 @@ const NO_MORE: Interest = Interest::PRIORITY;
 #[cfg(not(any(target_os = "linux", target_os = "android")))]
 const NO_MORE: Interest = Interest::READABLE;
 /// How long a client that sends no more waits for its answer before it is asked whether it still listens.
-const GRACE: Duration = Duration::from_millis(20);
+const GRACE: Duration = Duration::from_millis(5);
 /// What it is asked: an interim answer, which every client of HTTP/1.1 skips.
 const ARE_YOU_THERE: &[u8] = b"HTTP/1.1 100 Continue\r\n\r\n";
 

@@ -6,10 +6,15 @@ use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::net::{IpAddr, Ipv6Addr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 use tokio::sync::Notify;
+use tokio::time::timeout;
 
 /// Addresses of IPv6 that differ only after so many bits belong to one client.
 const NETWORK_BITS: u32 = 64;
+
+/// A connection without a request gives way only after so long: its first one may be on its way.
+const FRESH: Duration = Duration::from_millis(100);
 
 /// The connections.
 #[derive(Debug)]
@@ -17,6 +22,7 @@ pub(crate) struct ConnectionLimit {
     most: usize,
     /// What each address may have, if that was told.
     of_address: Option<usize>,
+    fresh: Duration,
     open: Mutex<Open>,
     left: Notify,
 }
@@ -54,9 +60,9 @@ enum Admission {
 impl ConnectionLimit {
     /// At most so many; of each address as many as were told, else a quarter. Loopback addresses, where proxies are, may then
     /// have all.
-    pub(crate) fn new(most: u32, of_address: Option<u32>) -> Arc<Self> {
+    pub(crate) fn new(most: u32, of_address: Option<u32>) -> Self {
         let of_address = of_address.map(|most| most as usize);
-        Arc::new(Self { most: most as usize, of_address, open: Mutex::default(), left: Notify::new() })
+        Self { most: most as usize, of_address, fresh: FRESH, open: Mutex::default(), left: Notify::new() }
     }
 
     /// Waits until there is a place for another connection; none if its address has all it may have.
@@ -65,7 +71,10 @@ impl ConnectionLimit {
             match self.try_admit(address, activity) {
                 Admission::Admitted(place) => return Some(place),
                 Admission::Refused => return None,
-                Admission::Full => self.left.notified().await,
+                Admission::Full => {
+                    // One that has gone, or one that is idle by then.
+                    let _ = timeout(FRESH, self.left.notified()).await;
+                }
             }
         }
     }
@@ -74,10 +83,10 @@ impl ConnectionLimit {
         let client = client(address);
         let mut open = self.open();
         let most = self.of_address.unwrap_or(if client.is_loopback() { self.most } else { self.most.div_ceil(4) });
-        if open.count(client) >= most && !open.close_idle(|address| address == client) {
+        if open.count(client) >= most && !open.close_idle(self.fresh, |address| address == client) {
             return Admission::Refused;
         }
-        if open.connections.len() >= self.most && !open.close_idle(|_| true) {
+        if open.connections.len() >= self.most && !open.close_idle(self.fresh, |_| true) {
             return Admission::Full;
         }
         open.last += 1;
@@ -98,14 +107,14 @@ impl Open {
 
     /// Closes a connection that does nothing: of the addresses that are meant, one of the address that has most, and of these
     /// the one that has done nothing for longest. False if there is none.
-    fn close_idle(&mut self, is_meant: impl Fn(IpAddr) -> bool) -> bool {
+    fn close_idle(&mut self, fresh: Duration, is_meant: impl Fn(IpAddr) -> bool) -> bool {
         let mut counts: HashMap<IpAddr, usize> = HashMap::new();
         for (address, _) in self.connections.values() {
             *counts.entry(*address).or_default() += 1;
         }
         let idle =
             self.connections.iter().filter(|(_, (address, _))| is_meant(*address)).filter_map(|(number, place)| {
-                let since = place.1.idle_since()?;
+                let since = place.1.idle_since().filter(|since| since.elapsed() >= fresh)?;
                 Some((counts[&place.0], Reverse(since), *number))
             });
         let Some((_, _, number)) = idle.max() else { return false };
@@ -131,6 +140,11 @@ mod tests {
     use super::*;
     use axum::http::Request;
 
+    /// A limit by which idle connections give way at once.
+    fn at_once(most: u32, of_address: Option<u32>) -> Arc<ConnectionLimit> {
+        Arc::new(ConnectionLimit { fresh: Duration::ZERO, ..ConnectionLimit::new(most, of_address) })
+    }
+
     fn address(text: &str) -> IpAddr {
         text.parse().unwrap()
     }
@@ -150,7 +164,7 @@ mod tests {
 
     #[test]
     fn idle_connections_give_way_and_busy_ones_stay() {
-        let limit = ConnectionLimit::new(3, None);
+        let limit = at_once(3, None);
         let open: Vec<_> = (0..3).map(|_| connect(&limit, "127.0.0.1").unwrap()).collect();
         let first = open[0].0.begin(&Request::new(()));
         let another = connect(&limit, "127.0.0.1").unwrap();
@@ -163,7 +177,7 @@ mod tests {
 
     #[test]
     fn an_address_has_its_share_and_loses_its_own() {
-        let limit = ConnectionLimit::new(8, None);
+        let limit = at_once(8, None);
         let quiet = connect(&limit, "10.0.0.1").unwrap();
         let greedy: Vec<_> = (0..2).map(|_| connect(&limit, "10.0.0.2").unwrap()).collect();
         let third = connect(&limit, "10.0.0.2").unwrap();
@@ -175,7 +189,7 @@ mod tests {
         assert!(connect(&limit, "10.0.0.2").is_none() && connect(&limit, "::ffff:10.0.0.2").is_none());
         assert!(connect(&limit, "10.0.0.3").is_some());
 
-        let limit = ConnectionLimit::new(8, None);
+        let limit = at_once(8, None);
         let of_networks: Vec<_> =
             ["2001:db8::1", "2001:db8::2", "2001:db8:0:1::1"].map(|from| connect(&limit, from)).into();
         let _third = connect(&limit, "2001:db8::3").unwrap();
@@ -185,7 +199,7 @@ mod tests {
 
     #[test]
     fn where_all_are_taken_the_address_with_most_gives_way() {
-        let limit = ConnectionLimit::new(3, Some(2));
+        let limit = at_once(3, Some(2));
         let oldest = connect(&limit, "10.0.0.1").unwrap();
         let greedy: Vec<_> = (0..2).map(|_| connect(&limit, "10.0.0.2").unwrap()).collect();
         assert!(connect(&limit, "10.0.0.3").is_some());

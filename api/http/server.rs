@@ -28,6 +28,8 @@ const MAX_HEADER_BYTES: usize = 64 << 10;
 const MAX_HEADERS: usize = 100;
 /// What the last answers get to reach their clients, once they are made.
 const FLUSH: Duration = Duration::from_secs(2);
+/// Bytes that the system takes of an answer before the network does.
+const UNSENT: u32 = 256 << 10;
 /// Connections of operators.
 const ADMIN_CONNECTIONS: u32 = 64;
 
@@ -48,14 +50,14 @@ pub(crate) async fn serve(listeners: Listeners, signals: StopSignals, app: App, 
         announce(&listener, "admin listening");
         let (routes, settings) = (routes::admin(Arc::clone(&app)), settings.clone());
         tokio::spawn(async move {
-            let places = ConnectionLimit::new(ADMIN_CONNECTIONS, Some(ADMIN_CONNECTIONS));
+            let places = Arc::new(ConnectionLimit::new(ADMIN_CONNECTIONS, Some(ADMIN_CONNECTIONS)));
             connections(listener, routes, places, &settings, std::future::pending()).await;
         })
     });
     announce(&clients, "listening");
     teach(&clients, settings, &app);
     let end = drained(&app, signals, settings.drain_timeout);
-    let places = ConnectionLimit::new(settings.max_connections, settings.client_connections);
+    let places = Arc::new(ConnectionLimit::new(settings.max_connections, settings.client_connections));
     connections(clients, routes::router(Arc::clone(&app)), places, settings, end).await;
     if let Some(admin) = admin {
         admin.abort();
@@ -172,6 +174,7 @@ async fn next_connection(listener: &TcpListener, places: &Arc<ConnectionLimit>) 
                 };
                 // Answers are written in one go; waiting to fill a packet only delays their end.
                 let _ = stream.set_nodelay(true);
+                limit_unsent(&stream);
                 let service = stream.local_addr().map_or(client, |address| address.ip().to_canonical());
                 return Accepted { stream: Arc::new(stream), ends: Ends { client, service }, activity, place };
             }
@@ -182,4 +185,12 @@ async fn next_connection(listener: &TcpListener, places: &Arc<ConnectionLimit>) 
             }
         }
     }
+}
+
+/// Bounds what the system keeps of an answer that the client does not read: as much as the network holds, and this. It would
+/// take 4 MiB of each of 300 such answers, and seconds for copying them.
+fn limit_unsent(stream: &TcpStream) {
+    #[cfg(any(target_os = "linux", target_os = "android"))]
+    // Without it answers go out as well.
+    let _ = socket2::SockRef::from(stream).set_tcp_notsent_lowat(UNSENT);
 }

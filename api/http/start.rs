@@ -1,8 +1,8 @@
 //! Starting the service and stopping it. Tokio's threads talk, the pool's threads render.
 
-use super::auth::{Access, key_file};
+use super::auth::{Access, RayQuotas, key_file};
 use super::drain::{Drain, StopSignals};
-use super::job_observer::JobAccounts;
+use super::job_observer::JobCounters;
 use super::memory_budget::MemoryBudget;
 use super::metrics::Metrics;
 use super::openapi_text;
@@ -18,7 +18,9 @@ use crate::service::requests::folders::Folders;
 use crate::service::scheduler::pool::Pool;
 use std::io;
 use std::net::SocketAddr;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Arc, LazyLock};
+use std::thread;
 use std::time::Duration;
 use tokio::net::TcpListener;
 
@@ -50,10 +52,13 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
         let signals = StopSignals::watch()
             .map_err(|error| StartError::Machine(format!("the signals to stop cannot be watched for: {error}")))?;
         let reload = tokio::spawn(key_file::watch(Arc::clone(&app.access)));
-        let ticking = tokio::spawn(tick(Arc::clone(&app.service.jobs)));
+        let (stop, stopped) = mpsc::channel();
+        let jobs = Arc::clone(&app.service.jobs);
+        let ticking = thread::Builder::new().name("retention".into()).spawn(move || tick(&jobs, &stopped));
+        ticking.map_err(|error| StartError::Machine(format!("no thread can be started: {error}")))?;
         server::serve(listeners, signals, app, http).await;
         reload.abort();
-        ticking.abort();
+        drop(stop);
         Ok(())
     });
     runtime.shutdown_timeout(LAST_WAIT);
@@ -71,12 +76,11 @@ pub(super) fn open(
         let file = http.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
         StartError::Settings(format!("{file}{error}"))
     })?;
-    let pool = Pool::start(threads)
-        .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
     let (access, metrics) = (Arc::new(access), Arc::<Metrics>::default());
-    let accounts = JobAccounts { access: Arc::clone(&access), metrics: Arc::clone(&metrics) };
+    let pool = Pool::start_metered(threads, Box::new(RayQuotas(Arc::clone(&access))))
+        .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
     Ok(Arc::new(AppState {
-        service: Service::open(settings, folders, pool, Box::new(accounts))?,
+        service: Service::open(settings, folders, pool, Box::new(JobCounters(Arc::clone(&metrics))))?,
         access,
         origins: http.origins(),
         public_url: http.public_url.clone(),
@@ -90,14 +94,11 @@ pub(super) fn open(
     }))
 }
 
-/// What jobs need once a second.
-async fn tick(jobs: Arc<Jobs>) {
-    let mut seconds = tokio::time::interval(Duration::from_secs(1));
-    loop {
-        seconds.tick().await;
-        let jobs = Arc::clone(&jobs);
-        // Files may be removed, which takes its time.
-        let _ = tokio::task::spawn_blocking(move || jobs.tick()).await;
+/// Does what jobs need once a second until the sender is dropped. Files may be removed, which takes its time; a thread that
+/// was borrowed each second would keep tokio's other idle threads alive, too.
+fn tick(jobs: &Jobs, until: &Receiver<()>) {
+    while until.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
+        jobs.tick();
     }
 }
 

@@ -11,6 +11,7 @@ pub(crate) use keys::{new_key, new_signer};
 
 use crate::http::problem::{Kind, Problem};
 use crate::service::clock::unix_time;
+use crate::service::scheduler::pool::Meter;
 use axum::extract::Request;
 use axum::http::header;
 use capability::{Capability, Signers};
@@ -32,6 +33,19 @@ pub(crate) struct Access {
     own: Signers,
 }
 
+/// Charges tenants for the rays that are traced for them. Tenants that are no longer in the key file owe nothing.
+#[derive(Debug)]
+pub(crate) struct RayQuotas(pub(crate) Arc<Access>);
+
+impl Meter for RayQuotas {
+    fn traced(&self, tenant: &str, rays: u64) {
+        let tenant = self.0.keys().and_then(|keys| keys.reader(tenant));
+        if let Some(rate_limit) = tenant.as_ref().and_then(|tenant| tenant.rate_limit.as_ref()) {
+            rate_limit.charge(rays, Instant::now());
+        }
+    }
+}
+
 impl Access {
     /// Reads the key file, if there is one.
     pub(crate) fn open(path: Option<&Path>) -> io::Result<Self> {
@@ -40,15 +54,6 @@ impl Access {
             anonymous: Arc::new(Tenant::anonymous()),
             own: Signers::random()?,
         })
-    }
-
-    /// Charges a tenant for rays that were traced for it by other means than a request. Tenants that are no longer in the
-    /// key file owe nothing.
-    pub(crate) fn charge(&self, tenant: &str, rays: u64) {
-        let tenant = self.keys().and_then(|keys| keys.reader(tenant));
-        if let Some(rate_limit) = tenant.as_ref().and_then(|tenant| tenant.rate_limit.as_ref()) {
-            rate_limit.charge(rays, Instant::now());
-        }
     }
 
     /// Whether requests need a key.

@@ -1,5 +1,4 @@
-//! What an answer has cost. Handlers put it into their response's extensions; quotas are charged and numbers counted from
-//! there.
+//! What an answer has cost. Handlers put it into their response's extensions, from where it is counted.
 
 use crate::service::pictures::cache::Took;
 use std::time::Duration;

@@ -2,7 +2,6 @@
 
 use crate::http::auth::rate_limit::Left;
 use crate::http::auth::tenant::{Scope, Tenant};
-use crate::http::metrics::render_cost::Cost;
 use crate::http::problem::{Kind, Problem};
 use crate::http::state::App;
 use axum::extract::{Request, State};
@@ -21,7 +20,7 @@ pub(crate) async fn identify(State(app): State<App>, mut request: Request, next:
     Ok(next.run(request).await)
 }
 
-/// Lets requests through whose key allows it, and charges the tenant.
+/// Lets requests through whose key allows it, and charges the tenant. Rays are charged where they are traced.
 pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Result<Response, Problem> {
     let tenant = request.extensions().get::<Arc<Tenant>>().map(Arc::clone).ok_or_else(|| {
         let detail = "this service asks for a key: send Authorization: Bearer rk_...";
@@ -45,9 +44,6 @@ pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Resul
             Problem::new(Kind::RateLimited, detail).retry_after(seconds).into_response()
         }
     };
-    if let Some(cost) = response.extensions().get::<Cost>() {
-        rate_limit.charge(cost.rays, Instant::now());
-    }
     tell(rate_limit.left(Instant::now()), response.headers_mut());
     Ok(response)
 }

@@ -32,8 +32,6 @@ pub(crate) struct Job {
     pub(super) tiles: Vec<(Region, AtomicBool)>,
     pub(super) done: AtomicUsize,
     pub(super) rays: AtomicU64,
-    /// Rays that this process has traced for it, previews included.
-    pub(super) spent: AtomicU64,
     /// Number of changes of the preview.
     pub(super) revision: AtomicU64,
     /// Whether its owner does not want to see it any more.
@@ -87,7 +85,6 @@ impl Job {
             tiles: regions.into_iter().map(|region| (region, AtomicBool::new(false))).collect(),
             done: AtomicUsize::new(0),
             rays: AtomicU64::new(record.stats.rays),
-            spent: AtomicU64::new(0),
             revision: AtomicU64::new(0),
             forgotten: AtomicBool::new(false),
             watchers: AtomicUsize::new(0),

@@ -50,11 +50,8 @@ use tokio::sync::watch;
 /// A job goes on after so many ends of the process without a new tile.
 const CRASHES: u32 = 2;
 
-/// Charges tenants for jobs and counts jobs.
+/// Counts jobs.
 pub(crate) trait JobObserver: Send + Sync {
-    /// This process has stopped working on a tenant's job, for which it has traced `rays`.
-    fn spent(&self, tenant: &str, rays: u64);
-
     /// A job has ended in a final state.
     fn ended(&self, record: &Record, state: State);
 }

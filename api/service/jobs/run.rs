@@ -51,8 +51,6 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
     };
     *locked(&job.canvas) = None;
     *locked(&job.order) = None;
-    let tenant = job.record().tenant.clone();
-    jobs.observer.spent(&tenant, job.spent.load(Ordering::Relaxed));
     match end {
         // What is on disk suffices to go on. It waits again: this end of the process is not the job's fault.
         Some(Stopped::Suspended) => {
@@ -139,7 +137,6 @@ fn whole(
     let (window, region) = (Window::whole(width, height), Region::whole(width, height));
     let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control, |_| ())?;
     let rays = picture.rays.total();
-    job.spent.fetch_add(rays, Ordering::Relaxed);
     job.rays.store(rays, Ordering::Relaxed);
     *locked(&job.canvas) = Some(Canvas::of(picture));
     job.tiles[0].1.store(true, Ordering::Release);
@@ -190,7 +187,6 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Res
             // Who looks at a tile wants it more than another pass.
             while let Some(part) = parts.next_if(|_| !is_looked_at()) {
                 let picture = render_window(scene, &window, part, &job.control)?;
-                job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
                 if let Some(canvas) = &mut *locked(&job.canvas) {
                     canvas.fill(&picture.film, level);
                 }
@@ -212,7 +208,6 @@ fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, file: Tiles) -> Re
         let rendered = workers.work(|| {
             while let Some((number, region)) = next() {
                 let picture = render(&ready.scene, region, &job.control)?;
-                job.spent.fetch_add(picture.rays.total(), Ordering::Relaxed);
                 // It fails if the writer has stopped, which has cancelled the job.
                 finished.send(Tile { number: number as u32, picture }).map_err(|_| Cancelled)?;
             }

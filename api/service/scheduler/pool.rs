@@ -3,6 +3,7 @@
 use super::task::{Class, Task};
 use super::time_slices::{Scheduled, Scheduler, Slices};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::fmt;
 use std::io;
 use std::mem;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -22,12 +23,28 @@ pub(crate) struct Pool {
     threads: usize,
     idle: Mutex<Vec<ThreadPool>>,
     scheduler: Scheduler,
+    meter: Box<dyn Meter>,
+}
+
+/// Who is told what tasks took.
+pub(crate) trait Meter: fmt::Debug + Send + Sync {
+    /// A task of a tenant has ended, done or cancelled, after so many rays were traced for it.
+    fn traced(&self, tenant: &str, rays: u64);
+}
+
+/// Where nobody wants to know.
+#[derive(Debug)]
+struct Unmetered;
+
+impl Meter for Unmetered {
+    fn traced(&self, _: &str, _: u64) {}
 }
 
 /// The pool as one task sees it.
 #[derive(Debug)]
 pub(crate) struct Workers {
     pool: Arc<Pool>,
+    tenant: Arc<str>,
     scheduled: Scheduled,
     control: Control,
     threads: OnceLock<ThreadPool>,
@@ -38,16 +55,22 @@ pub(crate) struct Workers {
 impl Pool {
     /// Tasks will have a number of threads; by default as many as the machine or its container has processors.
     pub(crate) fn start(threads: Option<u64>) -> io::Result<Arc<Self>> {
+        Self::start_metered(threads, Box::new(Unmetered))
+    }
+
+    /// The same, and what tasks took is told.
+    pub(crate) fn start_metered(threads: Option<u64>, meter: Box<dyn Meter>) -> io::Result<Arc<Self>> {
         let processors = || thread::available_parallelism().map_or(1, usize::from);
         let threads = threads.map_or_else(processors, |threads| usize::try_from(threads).unwrap_or(usize::MAX));
         let idle = Mutex::new(vec![start_threads(threads)?]);
-        Ok(Arc::new(Self { threads, idle, scheduler: Scheduler::start()? }))
+        Ok(Arc::new(Self { threads, idle, scheduler: Scheduler::start()?, meter }))
     }
 
     /// A task that may want the pool. Waiting for it ends when `control` is cancelled.
     pub(crate) fn join(self: Arc<Self>, task: Task, control: Control) -> Workers {
+        let tenant = Arc::clone(&task.tenant);
         let scheduled = self.scheduler.join(task, control.clone());
-        Workers { scheduled, pool: self, control, threads: OnceLock::new(), first: Mutex::new(None) }
+        Workers { tenant, scheduled, pool: self, control, threads: OnceLock::new(), first: Mutex::new(None) }
     }
 
     /// How many threads a task has.
@@ -139,6 +162,7 @@ impl Drop for Workers {
     fn drop(&mut self) {
         // The processors first: whoever waits need not wait for the threads.
         drop(self.first().take());
+        self.pool.meter.traced(&self.tenant, self.control.rays());
         if let Some(threads) = mem::take(&mut self.threads).into_inner() {
             threads.broadcast(|_| leave_all());
             let mut idle = self.pool.idle();

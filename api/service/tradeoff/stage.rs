@@ -103,7 +103,9 @@ impl<'a> Stage<'a> {
         let (scene, whole) = (&*scene, Region::whole(scene.width, scene.height));
         let deadline = Instant::now() + Duration::from_secs_f64(left.max(0.0));
         let in_time = Control::until(deadline);
-        match self.workers.work(|| render(scene, whole, &in_time))? {
+        let rendered = self.workers.work(|| render(scene, whole, &in_time));
+        self.control.add_rays(in_time.rays());
+        match rendered? {
             Ok(picture) => Ok(Some(picture)),
             Err(Cancelled) if self.control.is_cancelled() => Err(Cancelled),
             Err(Cancelled) => Ok(None),

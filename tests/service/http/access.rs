@@ -1,9 +1,11 @@
 //! Who may do what: keys, scopes, quotas, capabilities, pages of other origins, and who is not let in at all.
 
-use crate::common::BALL;
-use crate::common::service::{Answer, Service};
+use crate::common::service::{Answer, Service, request};
+use crate::common::{BALL, SLOW};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::thread;
 use std::time::{Duration, Instant};
 
 fn strahl(args: &[&str]) -> std::process::Output {
@@ -131,6 +133,58 @@ fn a_picture_costs_units_by_its_rays() {
     let left = left.unwrap();
     // Ten units come back each second.
     assert!((600 - units..=600 - units + 50).contains(&left), "{left} left after {units}");
+}
+
+/// Units that are left, by the header of a request that costs one.
+fn units_left(service: &Service, key: &str) -> u64 {
+    let answer = post(service, "/v1/scenes/validate", key, BALL);
+    let left = answer.header("ratelimit").split(';').find_map(|part| part.strip_prefix("r=")?.parse().ok());
+    left.unwrap_or_else(|| panic!("{answer:?}"))
+}
+
+/// Starts a render and leaves before it is done.
+fn render_and_leave(service: &Service, key: &str, path: &str) {
+    let headers = [("Content-Type", "application/json"), ("Authorization", key)];
+    let mut client = service.connect();
+    client.write_all(&request("POST", path, &headers, SLOW.as_bytes())).unwrap();
+    service.wait_for(1, 0);
+    thread::sleep(Duration::from_millis(300));
+}
+
+#[test]
+fn rays_of_renders_that_were_left_are_charged() {
+    let file = KeyFile::new("left", "[tenants.hasty]\nunits_per_minute = 60\n");
+    let key = file.key("hasty", "render");
+    let service = file.serve(&[]);
+    let started = Instant::now();
+    // A unit comes back each second, and each round takes two.
+    while units_left(&service, &key) > 20 {
+        assert!(started.elapsed() < Duration::from_secs(60), "{} units are left", units_left(&service, &key));
+        render_and_leave(&service, &key, "/v1/render");
+        service.wait_for(0, 0);
+    }
+}
+
+#[test]
+fn who_began_a_render_pays_for_it_although_another_waits_for_it() {
+    let tenants = "[tenants.first]\nunits_per_minute = 1000\n[tenants.second]\nunits_per_minute = 1000\n";
+    let file = KeyFile::new("flight", tenants);
+    let [first, second] = ["first", "second"].map(|tenant| file.key(tenant, "render"));
+    let service = file.serve(&[]);
+    let path = "/v1/render?width=256&height=256&samples=4";
+    let picture = thread::scope(|scope| {
+        let waiting = scope.spawn(|| {
+            service.wait_for(1, 0);
+            post(&service, path, &second, SLOW)
+        });
+        render_and_leave(&service, &first, path);
+        waiting.join().unwrap()
+    });
+    let rays = picture.header("render-rays").split(", ").filter_map(|kind| kind.split_once('=')?.1.parse::<u64>().ok());
+    let units = rays.sum::<u64>() / 1_000_000;
+    assert!(units > 100, "{picture:?}");
+    let [first, second] = [first, second].map(|key| units_left(&service, &key));
+    assert!(first < 1_000 - units / 2 && second > 1_000 - units / 2, "{first} and {second} are left of {units}");
 }
 
 #[test]

@@ -170,24 +170,22 @@ fn idle_connections_keep_nobody_out() {
 #[test]
 fn an_address_has_its_share_of_connections() {
     let service = Service::start(&["--client-connections", "4", "--body-timeout", "60"]);
-    let headers = [("Content-Type", "application/json")];
+    let headers = [("Content-Type", "application/json"), ("Expect", "100-continue")];
     let whole = request("POST", "/v1/render", &headers, BALL.as_bytes());
     let mut busy: Vec<TcpStream> = (0..4).map(|_| service.connect()).collect();
     for stream in &mut busy {
-        stream.write_all(&whole[..whole.len() - 10]).unwrap();
+        stream.write_all(&whole[..whole.len() - BALL.len()]).unwrap();
+        // The service says so as soon as it wants the body.
+        stream.read_exact(&mut [0; 25]).unwrap();
     }
-    // All four are read at some time, and then there is no place.
-    until("a fifth connection is served", || {
-        let mut fifth = service.connect();
-        let _ = fifth.write_all(&request("GET", "/livez", &[], b""));
-        !matches!(fifth.read(&mut [0; 1]), Ok(1))
-    });
+    let is_served = || {
+        let mut another = service.connect();
+        let _ = another.write_all(&request("GET", "/livez", &[], b""));
+        matches!(another.read(&mut [0; 1]), Ok(1))
+    };
+    assert!(!is_served(), "a fifth connection has a place");
     drop(busy.pop());
-    until("the place of one that has left is not given to another", || {
-        let mut next = service.connect();
-        let _ = next.write_all(&request("GET", "/livez", &[], b""));
-        matches!(next.read(&mut [0; 1]), Ok(1))
-    });
+    until("the place of one that has left is not given to another", is_served);
 }
 
 /// Each answer goes out a part at a time, so that none of many large ones has the thread to itself.
