@@ -1,8 +1,6 @@
-//! The socket of a client. A client that stops reading its answer is cut off, since the answer's memory is wanted elsewhere;
-//! and a large answer goes out a part at a time, so that hundreds of them do not keep a small one waiting.
+//! The socket of a client. A client that stops reading its answer is cut off: the answer's memory is wanted elsewhere.
 
 use super::activity::Activity;
-use smallvec::SmallVec;
 use std::io::{self, IoSlice};
 use std::pin::Pin;
 use std::sync::Arc;
@@ -12,9 +10,10 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 use tokio::time::{Sleep, sleep};
 
-/// Bytes that are written before other connections have their turn: copying them takes some 50 microseconds. The system
-/// takes up to 4 MiB at a time, and with 300 such answers a small render waited for 2.6 seconds.
-const PART: usize = 256 << 10;
+/// Bytes that the system takes of an answer before the network does. It would take 4 MiB, and 300 such answers that nobody
+/// reads took 2.6 seconds to copy, for which a small render waited.
+#[cfg(any(target_os = "linux", target_os = "android"))]
+const UNSENT: u32 = 256 << 10;
 
 /// A TCP stream whose writes fail when nothing has gone out for a while.
 #[derive(Debug)]
@@ -24,28 +23,24 @@ pub(crate) struct ClientSocket {
     patience: Duration,
     /// Runs while a write waits for the client.
     waiting: Option<Pin<Box<Sleep>>>,
-    /// Bytes written since others had their turn.
-    written: usize,
 }
 
 impl ClientSocket {
     /// Gives each write so much time.
     pub(crate) fn new(stream: Arc<TcpStream>, activity: Arc<Activity>, patience: Duration) -> Self {
-        Self { stream, activity, patience, waiting: None, written: 0 }
+        // Answers are written in one go; waiting to fill a packet only delays their end.
+        let _ = stream.set_nodelay(true);
+        #[cfg(any(target_os = "linux", target_os = "android"))]
+        let _ = socket2::SockRef::from(&*stream).set_tcp_notsent_lowat(UNSENT);
+        Self { stream, activity, patience, waiting: None }
     }
 
-    /// Writes when the client is ready, and the other connections have had their turn.
+    /// Writes as soon as the system takes more.
     fn poll_send(
         &mut self,
         context: &mut Context<'_>,
-        mut send: impl FnMut(&TcpStream) -> io::Result<usize>,
+        send: impl Fn(&TcpStream) -> io::Result<usize>,
     ) -> Poll<io::Result<usize>> {
-        if self.written >= PART {
-            self.written = 0;
-            self.activity.set_blocked(true);
-            context.waker().wake_by_ref();
-            return Poll::Pending;
-        }
         loop {
             let ready = self.stream.poll_write_ready(context)?;
             if ready.is_pending() {
@@ -54,7 +49,6 @@ impl ClientSocket {
             match send(&self.stream) {
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
                 sent => {
-                    self.written += sent.as_ref().copied().unwrap_or(0);
                     self.waiting = None;
                     self.activity.set_blocked(false);
                     return Poll::Ready(sent);
@@ -86,7 +80,7 @@ impl AsyncRead for ClientSocket {
 
 impl AsyncWrite for ClientSocket {
     fn poll_write(mut self: Pin<&mut Self>, context: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
-        self.poll_send(context, |stream| stream.try_write(&bytes[..bytes.len().min(PART)]))
+        self.poll_send(context, |stream| stream.try_write(bytes))
     }
 
     fn poll_write_vectored(
@@ -94,17 +88,7 @@ impl AsyncWrite for ClientSocket {
         context: &mut Context<'_>,
         bytes: &[IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        let mut left = PART;
-        let mut part = SmallVec::<[IoSlice<'_>; 8]>::new();
-        for slice in bytes {
-            let length = slice.len().min(left);
-            part.push(IoSlice::new(&slice[..length]));
-            left -= length;
-            if left == 0 {
-                break;
-            }
-        }
-        self.poll_send(context, |stream| stream.try_write_vectored(&part))
+        self.poll_send(context, |stream| stream.try_write_vectored(bytes))
     }
 
     fn is_write_vectored(&self) -> bool {

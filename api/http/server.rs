@@ -28,8 +28,6 @@ const MAX_HEADER_BYTES: usize = 64 << 10;
 const MAX_HEADERS: usize = 100;
 /// What the last answers get to reach their clients, once they are made.
 const FLUSH: Duration = Duration::from_secs(2);
-/// Bytes that the system takes of an answer before the network does.
-const UNSENT: u32 = 256 << 10;
 /// Connections of operators.
 const ADMIN_CONNECTIONS: u32 = 64;
 
@@ -172,9 +170,6 @@ async fn next_connection(listener: &TcpListener, places: &Arc<ConnectionLimit>) 
                     tracing::debug!(%client, "a connection was refused: its address has as many as it may have");
                     continue;
                 };
-                // Answers are written in one go; waiting to fill a packet only delays their end.
-                let _ = stream.set_nodelay(true);
-                limit_unsent(&stream);
                 let service = stream.local_addr().map_or(client, |address| address.ip().to_canonical());
                 return Accepted { stream: Arc::new(stream), ends: Ends { client, service }, activity, place };
             }
@@ -185,12 +180,4 @@ async fn next_connection(listener: &TcpListener, places: &Arc<ConnectionLimit>) 
             }
         }
     }
-}
-
-/// Bounds what the system keeps of an answer that the client does not read: as much as the network holds, and this. It would
-/// take 4 MiB of each of 300 such answers, and seconds for copying them.
-fn limit_unsent(stream: &TcpStream) {
-    #[cfg(any(target_os = "linux", target_os = "android"))]
-    // Without it answers go out as well.
-    let _ = socket2::SockRef::from(stream).set_tcp_notsent_lowat(UNSENT);
 }

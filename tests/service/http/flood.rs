@@ -188,7 +188,7 @@ fn an_address_has_its_share_of_connections() {
     until("the place of one that has left is not given to another", is_served);
 }
 
-/// Each answer goes out a part at a time, so that none of many large ones has the thread to itself.
+/// The system takes no more of each answer than the network does.
 #[test]
 fn clients_that_do_not_read_large_answers_keep_nobody_waiting() {
     let service = Service::start(&[]);
