@@ -82,8 +82,10 @@ impl ConnectionLimit {
     fn try_admit(self: &Arc<Self>, address: IpAddr, activity: &Arc<Activity>) -> Admission {
         let client = client(address);
         let mut open = self.open();
-        let most = self.of_address.unwrap_or(if client.is_loopback() { self.most } else { self.most.div_ceil(4) });
-        if open.count(client) >= most && !open.close_idle(self.fresh, |address| address == client) {
+        let share = self.of_address.or((!client.is_loopback()).then(|| self.most.div_ceil(4)));
+        if share.is_some_and(|share| open.count(client) >= share)
+            && !open.close_idle(self.fresh, |address| address == client)
+        {
             return Admission::Refused;
         }
         if open.connections.len() >= self.most && !open.close_idle(self.fresh, |_| true) {
@@ -165,6 +167,7 @@ mod tests {
     #[test]
     fn idle_connections_give_way_and_busy_ones_stay() {
         let limit = at_once(3, None);
+        assert!((0..3).all(|_| connect(&limit, "127.0.0.1").is_some()), "places are given back");
         let open: Vec<_> = (0..3).map(|_| connect(&limit, "127.0.0.1").unwrap()).collect();
         let first = open[0].0.begin(&Request::new(()));
         let another = connect(&limit, "127.0.0.1").unwrap();
