@@ -35,8 +35,6 @@ const SCENE: &str = r#"{
 struct Nobody;
 
 impl JobObserver for Nobody {
-    fn spent(&self, _: &str, _: u64) {}
-
     fn ended(&self, _: &Record, _: State) {}
 }
 
