@@ -11,13 +11,13 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Steps between two looks. A step takes at most some microseconds, so a thread looks every few milliseconds at least.
-pub(crate) const STEPS: u32 = 1_024;
+const STEPS: i32 = 1_024;
 
 thread_local! {
     /// Controls that this thread has entered.
     static ENTERED: RefCell<Vec<Control>> = const { RefCell::new(Vec::new()) };
-    /// Steps since the last look; [`STEPS`] once the thread is to stop.
-    static COUNT: Cell<u32> = const { Cell::new(0) };
+    /// Steps until the next look; below 0 once the thread is to stop.
+    static LEFT: Cell<i32> = const { Cell::new(STEPS) };
 }
 
 /// The work was cancelled before it was done.
@@ -178,25 +178,23 @@ pub struct Entered(PhantomData<*const ()>);
 impl Drop for Entered {
     fn drop(&mut self) {
         ENTERED.with_borrow_mut(Vec::pop);
-        COUNT.set(0);
+        LEFT.set(STEPS);
     }
 }
 
 /// Makes this thread look at no control any more.
 pub fn leave_all() {
     ENTERED.with_borrow_mut(Vec::clear);
-    COUNT.set(0);
+    LEFT.set(STEPS);
 }
 
-/// Counts steps of some microseconds at most; waits where the work is paused. True once it is to stop.
+/// Counts steps of some microseconds at most, fewer than 2^30; waits where the work is paused. True once it is to stop.
 #[inline(always)]
 pub(crate) fn step(steps: u32) -> bool {
-    let count = COUNT.get() + steps;
-    if count < STEPS {
-        COUNT.set(count);
-        return false;
-    }
-    look()
+    // Written before it is compared, which makes one instruction of both.
+    let left = LEFT.get() - steps as i32;
+    LEFT.set(left);
+    left < 0 && look()
 }
 
 /// Waits where the work of this thread is paused. True once it is to stop.
@@ -204,14 +202,19 @@ pub(crate) fn step(steps: u32) -> bool {
 #[inline(never)]
 fn look() -> bool {
     let stops = ENTERED.with_borrow(|entered| entered.iter().any(Control::look));
-    COUNT.set(if stops { STEPS } else { 0 });
+    LEFT.set(if stops { -1 } else { STEPS });
     stops
+}
+
+/// Looks at once: waits where the work of this thread is paused, and fails once it is cancelled.
+pub(crate) fn look_now() -> Result<(), Cancelled> {
+    if look() { Err(Cancelled) } else { Ok(()) }
 }
 
 /// Whether [`step`] has said that the work of this thread is to stop.
 #[inline(always)]
 pub(crate) fn is_stopping() -> bool {
-    COUNT.get() >= STEPS
+    LEFT.get() < 0
 }
 
 /// Counts steps of some microseconds at most; waits where the work of this thread is paused, and fails once it is cancelled.
@@ -296,7 +299,7 @@ mod tests {
                 thread::sleep(Duration::from_millis(50));
                 control.resume();
             });
-            for _ in 0..STEPS {
+            for _ in 0..=STEPS {
                 assert!(!step(1));
             }
         });

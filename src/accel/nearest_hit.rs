@@ -3,7 +3,7 @@
 use super::geometry::Geometry;
 use super::intersect::intersect_item;
 use super::item::{Item, Shape};
-use super::traversal::{Coherence, Prepared, Stack, StackEntry, first};
+use super::traversal::{Coherence, MANY, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::control;
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
@@ -156,10 +156,10 @@ impl<L: Lanes> Search<'_, '_, L> {
     fn closest_in(&mut self, s: L::Simd, geometry: usize, base: u64, rays: &mut Rays<L>) {
         let here = &self.geometries[geometry];
         let mut prepared = Prepared::new(s, here, rays, self.coherence);
+        if here.unbounded.len() > MANY && control::step(here.unbounded.len() as u32) {
+            return;
+        }
         for &index in &here.unbounded {
-            if control::step(1) {
-                return;
-            }
             self.visit(s, &here.items[index as usize], 0, base, rays);
         }
         let Some(wide) = &here.wide else { return };

@@ -3,7 +3,7 @@
 use super::geometry::Geometry;
 use super::intersect::intersect_item;
 use super::item::{Item, Shape};
-use super::traversal::{Coherence, Prepared, Stack, StackEntry, first};
+use super::traversal::{Coherence, MANY, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::control;
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
@@ -84,10 +84,10 @@ impl<L: Lanes> ShadowSearch<'_, L> {
     fn attenuate_in(&mut self, s: L::Simd, geometry: usize, rays: &mut Rays<L>) {
         let here = &self.geometries[geometry];
         let mut prepared = Prepared::new(s, here, rays, self.coherence);
+        if here.unbounded.len() > MANY && control::step(here.unbounded.len() as u32) {
+            return;
+        }
         for &index in &here.unbounded {
-            if control::step(1) {
-                return;
-            }
             self.visit(s, &here.items[index as usize], 0, rays);
         }
         let Some(wide) = &here.wide else { return };

@@ -13,6 +13,8 @@ use crate::ray::Rays;
 use crate::shape::Shear;
 use smallvec::SmallVec;
 
+/// With more items without bounds a search looks whether it is cancelled before it tests them all.
+pub(super) const MANY: usize = 64;
 /// For fewer rays, bounds on all of them do not pay.
 const FEWEST_RAYS: u32 = 4;
 

@@ -100,7 +100,7 @@ impl Problems {
 
 /// Stops loading where the work of this thread is to stop ([`Control`](crate::control::Control)).
 pub(in crate::scene) fn unless_cancelled() -> Result<(), Problems> {
-    match control::checkpoint(control::STEPS) {
+    match control::look_now() {
         Ok(()) => Ok(()),
         Err(Cancelled) => Err(Problems::one(Problem::new("", Code::Cancelled, "loading was cancelled"))),
     }
