@@ -3,6 +3,7 @@
 use super::auth::{capability, client, client::Ends};
 use super::settings::HttpSettings;
 use super::{routes, start};
+use crate::service::error::StartError;
 use crate::service::limits::Settings;
 use crate::service::requests::folders::Folders;
 use axum::Router;
@@ -37,12 +38,12 @@ pub(crate) struct InProcess {
 
 impl InProcess {
     /// Starts it with the flags of `strahl serve`.
-    pub(crate) fn start(flags: &[&str]) -> Self {
+    pub(crate) fn start(flags: &[&str]) -> Result<Self, StartError> {
         let flags = Flags::parse_from([&["serve"], flags].concat());
-        let mut folders = Folders::open(&flags.service).expect("it starts");
-        let app = start::open(Some(1), &flags.http, &flags.service, &mut folders).expect("it starts");
+        let mut folders = Folders::open(&flags.service)?;
+        let app = start::open(Some(1), &flags.http, &flags.service, &mut folders)?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("it starts");
-        Self { router: routes::router(app), runtime, _folders: folders }
+        Ok(Self { router: routes::router(app), runtime, _folders: folders })
     }
 
     /// Status, headers and body of an answer, as soon as all of it is there.

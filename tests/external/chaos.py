@@ -34,10 +34,12 @@ from hostile_requests import JSON, REQUESTS, balls, box, different, hall, noise 
 
 HERE = pathlib.Path(__file__).resolve().parent
 DISK = 96  # MB of the disk that gets full
-BUDGETS = ["--scene-cache-bytes", "50000000", "--picture-cache-bytes", "20000000", "--data-bytes", "60000000"]
+BUDGETS = ["--scene-cache-bytes", "50000000", "--picture-cache-bytes", "2000000", "--disk-cache-bytes", "5000000"]
 WORST = 1.0  # seconds that a small render may take
 RESTING = 500  # MB of memory that may be left in the end: budgets, and what an allocator keeps
 LOST_FOR = 120  # seconds that jobs have to end after the last disturbance
+# More than before that a process may hold at rest. Of tokio's threads for files those stay that its tick wakes in turn.
+MORE = {"files": 2, "open files": 8, "threads": 16}
 
 # What is rendered and compared: a few seconds of work each, some in many tiles, and in several formats.
 SCENES = [
@@ -190,9 +192,10 @@ class World:
     def renders(self, tenant, right):
         chance = random.Random(tenant)
         while not self.ended.is_set():
-            which = chance.randrange(len(SCENES))
-            answer = self.ask(tenant, "POST", "/v1/render", JSON, different(SCENES[which], 0))
-            self.check("render", answer, right[which, 0])
+            which, output = chance.randrange(len(SCENES)), chance.randrange(len(OUTPUTS))
+            answer = self.ask(tenant, "POST", f"/v1/render?{query(output)}", JSON, different(SCENES[which], 0))
+            self.check("render", answer, right[which, output])
+            time.sleep(0.02)
 
     def check(self, what, answer, right):
         if answer is None:
@@ -204,13 +207,26 @@ class World:
             self.fail(f"{what}: {answer[0]} {answer[1][:200]}")
 
     def hostile(self):
-        """One hostile request after another, each left after some seconds."""
+        """One hostile request or job after another, each left or deleted after some seconds."""
         chance, names = random.Random(9), [name for name, known in REQUESTS.items() if known.scene]
         while not self.ended.is_set():
-            name = chance.choice(names)
-            request = REQUESTS[name].make()(chance.randrange(10**6), None)
-            self.counts["hostile requests"] += 1
-            self.ask(0, *request, timeout=3)
+            name, number = chance.choice(names), chance.randrange(10**6)
+            if chance.random() < 0.5:
+                self.counts["hostile requests"] += 1
+                self.ask(0, *REQUESTS[name].make()(number, None), timeout=3)
+                continue
+            self.counts["hostile jobs"] += 1
+            answer = self.ask(0, "POST", "/v1/jobs", JSON, b'{"scene": %s}' % different(REQUESTS[name].scene(), number), timeout=10)
+            time.sleep(2)
+            if answer and answer[0] == 202:
+                self.ask(0, "DELETE", f"/v1/jobs/{json.loads(answer[1])['id']}")
+
+    def delete_the_rest(self):
+        """Jobs that nobody could delete while the service was away."""
+        for tenant in (0, 1):
+            for job in json.loads(self.ask(tenant, "GET", "/v1/jobs?limit=200")[1])["jobs"]:
+                if (answer := self.ask(tenant, "DELETE", f"/v1/jobs/{job['id']}")) is None or answer[0] != 204:
+                    self.fail(f"DELETE of a job: {answer}")
 
     def jobs(self, tenant, right):
         """Jobs, one after the other; each has an end, and its picture is the right one."""
@@ -256,14 +272,17 @@ class World:
             time.sleep(0.2)
 
 
+def query(output):
+    return "&".join(f"{key}={value}" for key, value in OUTPUTS[output].items())
+
+
 def undisturbed(program):
     """The right pictures of all scenes in all formats."""
     running = service.Service("--insecure-no-auth", program=program)
     try:
         right = {}
         for which, output in itertools.product(range(len(SCENES)), range(len(OUTPUTS))):
-            query = "&".join(f"{key}={value}" for key, value in OUTPUTS[output].items())
-            status, picture = ask(running.address, {}, "POST", f"/v1/render?{query}", JSON, different(SCENES[which], 0))
+            status, picture = ask(running.address, {}, "POST", f"/v1/render?{query(output)}", JSON, different(SCENES[which], 0))
             assert status == 200, picture
             right[which, output] = picture
         return right
@@ -275,7 +294,8 @@ def holdings(running, data):
     """What a process holds: files in its folder, open files, threads."""
     process = pathlib.Path(f"/proc/{running.process.pid}")
     files = sum(len(files) for _, _, files in os.walk(data))
-    return {"files": files, "open files": len(list((process / "fd").iterdir())), "threads": len(list((process / "task").iterdir()))}
+    opened, threads = (len(list((process / what).iterdir())) for what in ("fd", "task"))
+    return {"files": files, "open files": opened, "threads": threads}
 
 
 def main():
@@ -302,10 +322,11 @@ def main():
             world.go_on()
             for each in threads:
                 each.join()
-            time.sleep(12)  # connections end, threads rest
+            world.delete_the_rest()
+            time.sleep(15)  # connections end, threads rest
             after, memory = holdings(world.running, world.data), world.running.memory("VmRSS")
             for what, count in after.items():
-                if count > before[what] + 8:
+                if count > before[what] + MORE[what]:
                     world.fail(f"{what}: {before[what]} before, {count} after")
             if memory > RESTING:
                 world.fail(f"{memory:.0f} MB of memory at rest")

@@ -1,5 +1,6 @@
 //! What is given any bytes, and panics if something is wrong. `cargo fuzz run NAME` and the tests call the same functions.
 
+mod data;
 mod keys;
 mod requests;
 mod scenes;
@@ -7,11 +8,12 @@ mod scenes;
 mod tests;
 
 /// A target's name, which is also that of the folder of its seeds.
-pub(crate) const TARGETS: [(&str, fn(&[u8])); 6] = [
+pub(crate) const TARGETS: [(&str, fn(&[u8])); 7] = [
     ("scene", scenes::json),
     ("nff", scenes::nff),
     ("accept", requests::accept),
     ("iiif", requests::iiif),
     ("events", requests::events),
     ("keys", keys::file),
+    ("data", data::folder),
 ];

@@ -7,7 +7,7 @@ use axum::http::Response;
 use serde_json::Value;
 use std::sync::LazyLock;
 
-const SCENE: &str = r#"{ "version": 1, "image": { "width": 40, "height": 24 },
+pub(super) const SCENE: &str = r#"{ "version": 1, "image": { "width": 40, "height": 24 },
     "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
     "objects": [ { "sphere": { "center": [0, 0, 0], "radius": 1 } } ] }"#;
 
@@ -19,7 +19,7 @@ struct Asked {
 }
 
 static ASKED: LazyLock<Asked> = LazyLock::new(|| {
-    let service = InProcess::start(&["--max-pixels", "5000"]);
+    let service = InProcess::start(&["--max-pixels", "5000"]).expect("it starts");
     let known = json(&service.ask(post("/v1/scenes?zoom=2", SCENE.to_owned())));
     let jobs = [1, 2].map(|samples| {
         let job = format!(r#"{{ "scene": {SCENE}, "settings": {{ "samples": {samples} }} }}"#);
@@ -67,11 +67,11 @@ pub(super) fn events(last: &[u8]) {
 }
 
 /// A request, if there can be one of this path and header.
-fn get(path: &str, (name, value): (&str, &[u8])) -> Option<Request<Body>> {
+pub(super) fn get(path: &str, (name, value): (&str, &[u8])) -> Option<Request<Body>> {
     Request::get(path).header("Host", "localhost").header(name, value).body(Body::empty()).ok()
 }
 
-fn post(path: &str, body: String) -> Request<Body> {
+pub(super) fn post(path: &str, body: String) -> Request<Body> {
     Request::post(path)
         .header("Host", "localhost")
         .header("Content-Type", "application/json")
@@ -91,10 +91,10 @@ fn answer(request: Request<Body>) -> Response<Vec<u8>> {
     given
 }
 
-fn json(answer: &Response<Vec<u8>>) -> Value {
+pub(super) fn json(answer: &Response<Vec<u8>>) -> Value {
     serde_json::from_slice(answer.body()).expect("JSON")
 }
 
-fn word(value: &Value, key: &str) -> String {
+pub(super) fn word(value: &Value, key: &str) -> String {
     value[key].as_str().unwrap_or_else(|| panic!("no {key} in {value}")).to_owned()
 }

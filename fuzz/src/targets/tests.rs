@@ -152,6 +152,11 @@ fn any_key_file_is_understood_or_refused() {
     try_all("keys", 50_000);
 }
 
+#[test]
+fn no_folder_gives_a_wrong_picture() {
+    try_all("data", 150);
+}
+
 /// A program is built of the same parts by `cargo fuzz`.
 #[test]
 fn fuzzers_have_the_dependencies_of_the_program() {
