@@ -58,7 +58,8 @@ impl Folder {
             let flag = kind.flag;
             StartError::Settings(format!("there is no folder for temporary files ({error}): name one with {flag} DIR"))
         })?;
-        Self::open_any(&folder.path().to_owned(), kind, Some(folder))
+        let path = folder.path().to_path_buf();
+        Self::open_any(&path, kind, Some(folder))
     }
 
     fn open_any(path: &Path, kind: &'static FolderKind, temporary: Option<TempDir>) -> Result<Self, StartError> {

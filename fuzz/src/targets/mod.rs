@@ -7,8 +7,11 @@ mod scenes;
 #[cfg(test)]
 mod tests;
 
-/// A target's name, which is also that of the folder of its seeds.
-pub(crate) const TARGETS: [(&str, fn(&[u8])); 7] = [
+/// Takes any bytes; it fails by a panic.
+pub(crate) type Target = fn(&[u8]);
+
+/// The targets by name, which is also that of the folder of their seeds.
+pub(crate) const TARGETS: [(&str, Target); 7] = [
     ("scene", scenes::json),
     ("nff", scenes::nff),
     ("accept", requests::accept),

@@ -72,7 +72,7 @@ impl Chance {
             }
             3 => drop(bytes.splice(at..word, NUMBERS[self.below(NUMBERS.len())].bytes())),
             4 => drop(bytes.splice(at..word, other[self.range(other)].iter().copied())),
-            5 => drop(bytes.insert(at, self.next() as u8)),
+            5 => bytes.insert(at, self.next() as u8),
             _ => {
                 // A word in the place of another.
                 let from = self.place(bytes);
