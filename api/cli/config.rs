@@ -1,4 +1,4 @@
-//! `strahl config`: checks a configuration file, or shows what a service with such flags would use.
+//! `strahl config`: checks a configuration file, or shows the settings that the service would use.
 
 use super::Cli;
 use super::config_file::{flags_of, is_entry, serve_command};
@@ -19,11 +19,11 @@ pub(super) enum ConfigCommand {
         /// The file.
         file: PathBuf,
     },
-    /// Print what a service with these flags would use, and where each value comes from.
+    /// Print the settings that the service would use with these flags, and where each comes from.
     Print(Box<ServeArgs>),
 }
 
-/// Does it.
+/// Runs the command.
 pub(super) fn run(command: &ConfigCommand) -> Result<(), Failure> {
     match command {
         ConfigCommand::Check { file } => check(file),
@@ -43,7 +43,7 @@ fn check(file: &Path) -> Result<(), Failure> {
     output::print(format!("{}: ok\n", file.display()).as_bytes())
 }
 
-/// Every setting as TOML, each with where it comes from. The file's entries are among the arguments by now.
+/// Prints every setting as TOML, with its source. Entries of the file have been added to the arguments before.
 fn print() -> Result<(), Failure> {
     let given: Vec<_> = std::env::args_os().collect();
     let of = |args: Vec<OsString>| Cli::command().get_matches_from(args);
@@ -77,7 +77,7 @@ fn print() -> Result<(), Failure> {
     output::print(text.as_bytes())
 }
 
-/// A value as TOML, whose strings may be those of JSON.
+/// A value as TOML. A JSON string is one of TOML, too.
 fn literal(text: &str) -> String {
     let is_number = text.parse::<f64>().is_ok_and(f64::is_finite);
     if is_number { text.to_owned() } else { serde_json::Value::from(text).to_string() }

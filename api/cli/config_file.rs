@@ -1,8 +1,8 @@
-//! The configuration file of `strahl serve`: TOML, with the names of the flags. Flags come before the environment, that
-//! before the file, and the file before defaults.
+//! The configuration file of `strahl serve`: TOML, with the names of the flags. Flags override the environment, which overrides
+//! the file, which overrides defaults.
 //!
-//! Its entries become flags in front of those that were given, except where a flag or the environment says something
-//! already. So every value is checked in one place, by the same rules, wherever it comes from.
+//! Its entries are put in front of the flags on the command line, unless a flag or the environment sets the same. So all values
+//! are checked in one place by the same rules.
 
 use super::Cli;
 use super::failure::Failure;
@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 use strahl::scene::problem::did_you_mean;
 use toml::{Table, Value};
 
-/// The arguments, with the entries of the file they name, if any, put in.
+/// The arguments, with the entries of the configuration file added if they name one.
 pub(super) fn with_file(given: Vec<OsString>) -> Result<Vec<OsString>, Failure> {
-    // Mistakes in the arguments are told by whoever reads them next.
+    // Mistakes in the arguments are reported when they are parsed again.
     let Ok(matches) = Cli::command().try_get_matches_from(&given) else { return Ok(given) };
     let Some((at, serve)) = serve_matches(&matches) else { return Ok(given) };
     let Some(path) = serve.get_one::<PathBuf>("config") else { return Ok(given) };
@@ -27,7 +27,7 @@ pub(super) fn with_file(given: Vec<OsString>) -> Result<Vec<OsString>, Failure> 
     Ok(all)
 }
 
-/// Where in the arguments the flags of the service begin, and what they say.
+/// Index of the service's first flag in the arguments, and the matches of its flags.
 fn serve_matches(matches: &ArgMatches) -> Option<(usize, &ArgMatches)> {
     match matches.subcommand()? {
         ("serve", serve) => Some((2, serve)),
@@ -36,7 +36,7 @@ fn serve_matches(matches: &ArgMatches) -> Option<(usize, &ArgMatches)> {
     }
 }
 
-/// The entries of a file as flags, without those that are decided elsewhere.
+/// The entries of a file as flags, without those that are set elsewhere.
 pub(super) fn flags_of(path: &Path, decided: impl Fn(&str) -> bool) -> Result<Vec<OsString>, Failure> {
     let name = path.display();
     let text =
@@ -68,7 +68,7 @@ pub(super) fn serve_command() -> Command {
     Cli::command().find_subcommand("serve").cloned().unwrap_or_default()
 }
 
-/// Whether an argument may stand in a file.
+/// Whether a file may set an argument.
 pub(super) fn is_entry(id: &str) -> bool {
     !matches!(id, "config" | "help" | "version")
 }

@@ -10,7 +10,7 @@ use strahl::scene::Problems;
 /// Why a command failed.
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// The arguments do not make sense together or with this scene. Exit code 2, as clap's own errors.
+    /// The arguments contradict each other or the scene. Exit code 2, as for clap's own errors.
     Usage(String),
     /// A file cannot be read or written, or the service does not answer. Exit code 1.
     Input(String),
@@ -21,19 +21,19 @@ pub(crate) enum Failure {
         /// What is wrong with it.
         problems: Problems,
     },
-    /// The output is incomplete and says itself where. Exit code 1.
+    /// The output is incomplete, and contains the reasons. Exit code 1.
     Incomplete(String),
-    /// Whoever read the output has closed it: nobody is left to tell. Exit code 1.
+    /// The reader of the output has closed it. Exit code 1.
     OutputClosed,
-    /// Ctrl-C. Exit code 130, as shells expect of a command that SIGINT ended.
+    /// Ctrl-C. Exit code 130, as shells expect after SIGINT.
     Interrupted,
 }
 
 impl Failure {
-    /// Says what happened on standard error; returns the exit code.
+    /// Writes the message to standard error, and returns the exit code.
     pub(crate) fn tell(&self) -> ExitCode {
         if !matches!(self, Self::OutputClosed) {
-            // With standard error closed there is nowhere left to complain.
+            // If standard error is closed, nothing can be reported.
             let _ = writeln!(io::stderr().lock(), "{self}");
         }
         match self {

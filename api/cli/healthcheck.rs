@@ -7,7 +7,7 @@ use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
-/// `strahl healthcheck`. It goes by what the service itself goes by, so that both say the same in one environment.
+/// `strahl healthcheck`. It reads the same environment variables as the service.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Ask on the listener for operators if there is one: on that for clients, a crowd of them may take all connections.")]
@@ -40,7 +40,7 @@ pub(super) fn run(args: &HealthcheckArgs) -> Result<(), Failure> {
     }
 }
 
-/// Who listens on all addresses is asked on this machine's own.
+/// A listener on all addresses is asked on the loopback address.
 fn reachable(mut listener: SocketAddr) -> SocketAddr {
     if listener.ip().is_unspecified() {
         let own: IpAddr = if listener.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() };

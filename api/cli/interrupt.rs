@@ -1,4 +1,4 @@
-//! Ctrl-C: the first stops the render cleanly, the second ends the process at once.
+//! Ctrl-C: the first one cancels the render, the second ends the process at once.
 
 use super::failure::Failure;
 use std::thread;

@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 /// `strahl key`.
 #[derive(Debug, Subcommand)]
 pub(super) enum KeyCommand {
-    /// Make an API key, which is shown once, and the lines about it for the key file.
+    /// Make an API key, which is shown only once, and its lines for the key file.
     New(NewKeyArgs),
-    /// Make a secret that signs capability URLs, for the key file. The first one signs, all of them are accepted.
+    /// Make a secret that signs capability URLs, for the key file. The first one in the file signs, all are accepted.
     Signer {
         /// Add it to this key file instead of printing it.
         #[arg(long, value_name = "FILE")]
@@ -26,10 +26,10 @@ pub(super) enum KeyCommand {
 /// `strahl key new`.
 #[derive(Debug, Args)]
 pub(super) struct NewKeyArgs {
-    /// Whose key it is: letters, digits and -.
+    /// Name of the tenant: letters, digits and -.
     #[arg(long, value_name = "NAME")]
     tenant: String,
-    /// What it allows.
+    /// What the key allows.
     #[arg(long, value_name = "SCOPES", value_delimiter = ',', value_parser = word::<Scope>(), default_value = "render,jobs,read")]
     scopes: Vec<Scope>,
     /// Add the lines to this key file instead of printing them.
@@ -63,7 +63,7 @@ pub(super) fn run(command: &KeyCommand) -> Result<(), Failure> {
     }
 }
 
-/// Adds lines to a key file, which is made if need be, for its owner alone.
+/// Appends lines to a key file, which is created readable by its owner only.
 fn append(file: &Path, lines: &str) -> Result<(), Failure> {
     let mut options = OpenOptions::new();
     options.append(true).create(true);

@@ -1,4 +1,4 @@
-//! `strahl map`: what is proved of each pixel, or what each of them takes, as a picture.
+//! `strahl map`: what is proved of each pixel, or the rays, time or depth of each, as a picture.
 
 use super::failure::Failure;
 use super::scene_args::{SceneArgs, SettingsArgs};

@@ -46,22 +46,22 @@ struct Cli {
     command: Command,
 }
 
-/// Everything `strahl` can do.
+/// The commands of `strahl`.
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Render a scene into a picture file.
     Render(render::RenderArgs),
-    /// Follow single rays to their first hit: one JSON ray per line in, one JSON answer per line out.
+    /// Find what single rays hit first: one JSON ray per line in, one JSON answer per line out.
     Rays(rays::RaysArgs),
-    /// Show the tree of rays behind one pixel.
+    /// Show the tree of all rays of one pixel.
     Tree(tree::TreeArgs),
-    /// Draw what is proved of each pixel, or what each of them takes.
+    /// Draw what is proved of each pixel, or how many rays, how much time or what depth each takes.
     Map(map::MapArgs),
     /// Show which effects a scene calls for, and why.
     Explain(explain::ExplainArgs),
-    /// Measure what accuracy costs in time: many settings, their errors and times, on one page.
+    /// Measure the time and error of many settings, and write a page about them.
     Tradeoff(tradeoff::TradeoffArgs),
-    /// Turn a Neutral File Format file into scene JSON.
+    /// Convert a Neutral File Format file into scene JSON.
     Import(import::ImportArgs),
     /// Check a scene and report all its problems, without rendering it.
     Validate(validate::ValidateArgs),

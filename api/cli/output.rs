@@ -14,7 +14,7 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     }
 }
 
-/// The file that a result goes into: the one that is named, or else one in this folder with the name of the scene.
+/// The file for a result: the one on the command line, else one in the working directory with the name of the scene.
 pub(super) fn file_of(named: Option<&Path>, scene: &str, ending: &str) -> PathBuf {
     named.map_or_else(|| format!("{}{ending}", stem(scene)).into(), Path::to_owned)
 }
@@ -27,10 +27,10 @@ fn stem(scene: &str) -> &str {
     if matches!(name, "" | "-") { "scene" } else { name }
 }
 
-/// Says where a result is that had no name on the command line.
+/// Reports the file of a result that was not named on the command line.
 pub(super) fn tell(named: Option<&Path>, path: &Path) {
     if named.is_none() {
-        // The file is there, whoever reads this.
+        // The file is written even if this message is not.
         let _ = writeln!(io::stderr().lock(), "wrote {}", path.display());
     }
 }
@@ -49,7 +49,7 @@ pub(super) fn pretty(value: &impl Serialize) -> Result<Vec<u8>, Failure> {
     Ok(json)
 }
 
-/// Finds out before a long render, not after it, that its folder does not exist.
+/// Checks before a long render that the folder of its picture exists.
 pub(super) fn check_folder(path: &Path) -> Result<(), Failure> {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => Err(Failure::Input(format!(

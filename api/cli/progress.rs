@@ -9,7 +9,7 @@ use strahl::render::Control;
 
 const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
 
-/// Does some work while a bar shows its progress.
+/// Runs work while a bar shows its progress.
 pub(super) fn while_showing<T>(control: &Control, work: impl FnOnce() -> T) -> T {
     if !io::stderr().is_terminal() {
         return work();

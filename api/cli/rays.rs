@@ -29,7 +29,7 @@ pub(super) struct RaysArgs {
     settings: SettingsArgs,
 }
 
-/// Bytes read ahead, which is also about how much is answered at one time.
+/// Bytes that are read ahead, and about as many that are answered at a time.
 const BATCH: usize = 1 << 20;
 
 /// Answers rays until they end.
@@ -66,7 +66,7 @@ pub(super) fn run(args: &RaysArgs) -> Result<(), Failure> {
     }
 }
 
-/// All lines that are there already, but at least one: who sends a single ray and waits gets its answer.
+/// All lines that have arrived, at least one, so that a program that sends a ray and waits gets its answer.
 fn read_batch<R: Read>(rays: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
     let mut lines = Vec::new();
     loop {

@@ -99,11 +99,11 @@ fn bits(text: &str) -> Result<u8, &'static str> {
     text.parse().ok().filter(|bits| matches!(bits, 8 | 16)).ok_or("expected 8 or 16")
 }
 
-/// Warnings are no errors: the picture comes all the same.
+/// Writes warnings to standard error. The picture is rendered all the same.
 fn warn(name: &str, warnings: &[Problem]) {
     let mut err = io::stderr().lock();
     for warning in warnings {
-        // The picture matters more than what is said about it.
+        // The picture is rendered even if a warning cannot be written.
         let _ = writeln!(err, "warning: {name}: {warning}");
     }
 }

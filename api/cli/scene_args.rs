@@ -1,4 +1,4 @@
-//! What commands about scenes share: where the scene comes from, and what is put over it.
+//! Arguments of commands about scenes: the scene, and settings that replace its own.
 
 use super::values::{region, up_to, weight, word};
 use crate::service::values::threads;
@@ -19,10 +19,10 @@ pub(super) struct SceneArgs {
     pub(super) input: Option<Format>,
 }
 
-/// Settings put over those in the scene, and the threads to use.
+/// Settings that replace the scene's, and the threads to use.
 #[derive(Debug, Args)]
 pub(super) struct SettingsArgs {
-    /// Threads to render with [default: all the machine, or its container, gives].
+    /// Threads to render with [default: all of the machine, or of its container].
     #[arg(long, env = "STRAHL_THREADS", value_parser = threads())]
     pub(super) threads: Option<u64>,
     /// Pixels across [default: as the scene says].
@@ -75,7 +75,7 @@ impl SettingsArgs {
     }
 }
 
-/// What only commands that render pictures take.
+/// Arguments of commands that render pictures.
 #[derive(Debug, Args)]
 pub(super) struct PictureArgs {
     /// Render only these pixels of the picture: left edge, upper edge, width, height.

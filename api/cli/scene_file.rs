@@ -1,4 +1,4 @@
-//! A scene file or standard input, and which format it has.
+//! Reads a scene from a file or standard input, and finds its format.
 
 use super::failure::Failure;
 use super::scene_args::SceneArgs;
@@ -18,7 +18,7 @@ pub(super) struct SceneFile {
     pub(super) bytes: Vec<u8>,
     /// Which format it is in.
     pub(super) format: Format,
-    /// The folder it lies in, where its pictures are.
+    /// Its folder, in which its textures are.
     folder: Option<TextureFolder>,
 }
 
@@ -27,7 +27,7 @@ impl SceneFile {
     pub(super) fn read(scene: &SceneArgs) -> Result<Self, Failure> {
         let (name, bytes) = read(&scene.scene)?;
         let format = scene.input.or_else(|| by_name(&scene.scene)).unwrap_or_else(|| sniff(&bytes));
-        // A file in no named folder lies in the working directory.
+        // A path without a folder is in the working directory.
         let parent = Path::new(&scene.scene).parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = (scene.scene != "-").then(|| TextureFolder::open(parent.unwrap_or(Path::new("."))).ok()).flatten();
         Ok(Self { name, bytes, format, folder })
@@ -56,7 +56,7 @@ pub(super) fn read(path: &str) -> Result<(String, Vec<u8>), Failure> {
     let file: Box<dyn Read> =
         if path == "-" { Box::new(io::stdin().lock()) } else { Box::new(std::fs::File::open(path).map_err(cannot)?) };
     let mut bytes = Vec::new();
-    // One byte more than allowed is enough for the loader to refuse it, and an endless input must end somewhere.
+    // The loader refuses anything longer than the limit, so one byte more is enough, also of an endless input.
     file.take(SCENE_BYTES.max + 1).read_to_end(&mut bytes).map_err(cannot)?;
     Ok((name.to_owned(), bytes))
 }

@@ -22,10 +22,10 @@ pub(super) struct ServeArgs {
     /// it.
     #[arg(long, env = "STRAHL_CONFIG", value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// How the log is written.
+    /// Format of the log.
     #[arg(long, env = "STRAHL_LOG_FORMAT", value_name = "FORMAT", default_value = "text", value_parser = word::<LogFormat>())]
     log_format: LogFormat,
-    /// Threads to render with [default: all that the machine, or its container, gives].
+    /// Threads to render with [default: all of the machine, or of its container].
     #[arg(long, env = "STRAHL_THREADS", value_parser = threads())]
     threads: Option<u64>,
     #[command(flatten)]
@@ -50,7 +50,7 @@ pub(super) fn run(args: &ServeArgs) -> Result<(), Failure> {
     Ok(crate::http::run(args.threads, &args.http, &args.service)?)
 }
 
-/// From now on the log goes to standard error; `STRAHL_LOG` says what of it, by default what is at least `info`.
+/// Starts the log on standard error. `STRAHL_LOG` filters it; the default is `info`.
 fn log(format: LogFormat) {
     let wanted = std::env::var("STRAHL_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
     let filter = wanted.unwrap_or_else(|| Targets::new().with_default(tracing::Level::INFO));

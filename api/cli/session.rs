@@ -1,4 +1,4 @@
-//! What commands about a scene have in common: the threads that render, the scene, and Ctrl-C.
+//! Common parts of commands about a scene: the rendering threads, the scene, and Ctrl-C.
 
 use super::failure::Failure;
 use super::interrupt;
@@ -12,7 +12,7 @@ use strahl::film::Region;
 use strahl::render::Control;
 use strahl::scene::{Loaded, Overrides, Scene};
 
-/// A command at work.
+/// A running command.
 #[derive(Debug)]
 pub(super) struct Session {
     /// The threads that render.

@@ -76,7 +76,7 @@ fn is_drawing(path: &Path) -> Result<bool, Failure> {
     }
 }
 
-/// The drawing of the error that settings of the recursion make: the plane this renderer can say most about.
+/// The plot of error against time for settings of the recursion.
 fn error_against_time(tradeoff: &Tradeoff) -> String {
     let wanted = |front: &&strahl::tradeoff::Front| (front.error, front.cost) == (ErrorSource::Truncation, Cost::Time);
     tradeoff.fronts.iter().find(wanted).map(|front| plot(&tradeoff.points, front, true)).unwrap_or_default() + "\n"

@@ -1,11 +1,11 @@
-//! The end of the service: no new work, the running work finishes, probes are told.
+//! Draining before shutdown: new work is refused, running work finishes, and probes are told.
 
 use super::problem::{Kind, Problem};
 use std::io;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::watch;
 
-/// Whether the service is about to end, and how many requests it still has.
+/// Whether the service is draining, and how many requests are running.
 #[derive(Debug)]
 pub(crate) struct Drain {
     draining: watch::Sender<bool>,
@@ -19,17 +19,17 @@ impl Default for Drain {
 }
 
 impl Drain {
-    /// From now on the service takes no work.
+    /// Begins to drain: from now on new work is refused.
     pub(crate) fn begin(&self) {
         self.draining.send_replace(true);
     }
 
-    /// Whether it has begun.
+    /// Whether the service is draining.
     pub(crate) fn has_begun(&self) -> bool {
         *self.draining.borrow()
     }
 
-    /// Refuses new work once it has begun.
+    /// Refuses new work while the service is draining.
     pub(crate) fn accepts_work(&self) -> Result<(), Problem> {
         if self.has_begun() { Err(refused()) } else { Ok(()) }
     }
@@ -44,14 +44,14 @@ impl Drain {
         }
     }
 
-    /// Becomes true when it begins.
+    /// Becomes true when draining begins.
     pub(crate) fn watch(&self) -> watch::Receiver<bool> {
         self.draining.subscribe()
     }
 
-    /// Counts a request; dropping it counts it off.
+    /// Counts a request until the guard is dropped.
     pub(crate) fn request(&self) -> Counted {
-        // Nobody has to hear of more requests, nor of fewer, unless there are none.
+        // Only reaching zero matters to those that wait.
         self.requests.send_if_modified(|requests| {
             *requests += 1;
             false
@@ -59,7 +59,7 @@ impl Drain {
         Counted(self.requests.clone())
     }
 
-    /// Waits until there are no requests.
+    /// Waits until no request is running.
     pub(crate) async fn idle(&self) {
         // It fails only without a sender, and `self` is one.
         let _ = self.requests.subscribe().wait_for(|requests| *requests == 0).await;
@@ -70,7 +70,7 @@ fn refused() -> Problem {
     Problem::new(Kind::Draining, "the service is about to stop and takes no new work").retry_after(1)
 }
 
-/// A request under way.
+/// A running request.
 #[derive(Debug)]
 pub(crate) struct Counted(watch::Sender<usize>);
 
@@ -83,7 +83,7 @@ impl Drop for Counted {
     }
 }
 
-/// SIGTERM and SIGINT.
+/// The signals SIGTERM and SIGINT.
 #[derive(Debug)]
 pub(crate) struct StopSignals {
     terminate: Signal,
@@ -96,7 +96,7 @@ impl StopSignals {
         Ok(Self { terminate: signal(SignalKind::terminate())?, interrupt: signal(SignalKind::interrupt())? })
     }
 
-    /// Waits for the next one; its name.
+    /// Waits for the next signal and returns its name.
     pub(crate) async fn next(&mut self) -> &'static str {
         tokio::select! {
             _ = self.terminate.recv() => "SIGTERM",

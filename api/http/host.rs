@@ -3,16 +3,16 @@
 use std::fmt::{self, Display};
 use std::net::{IpAddr, Ipv6Addr};
 
-/// A name or an address, and perhaps a port. It has only characters that may stand in URLs and headers.
+/// A name or an address, with or without a port. All its characters are allowed in URLs and headers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Host {
     name: String,
-    /// The colon included.
+    /// With its colon.
     port: String,
 }
 
 impl Host {
-    /// The host that a text is.
+    /// Parses a host.
     pub(crate) fn read(text: &str) -> Option<Self> {
         let end = if text.starts_with('[') { text.find(']')? + 1 } else { text.find(':').unwrap_or(text.len()) };
         let (name, port) = text.split_at(end);

@@ -1,4 +1,4 @@
-//! How much memory the bodies of requests and answers may take together.
+//! A limit on the memory of all request bodies and answers together.
 
 use crate::service::pictures::file::PictureFile;
 use axum::body::{Body, Bytes};
@@ -39,13 +39,13 @@ impl MemoryBudget {
         true
     }
 
-    /// The body of an answer. Its bytes are there already, so it takes a share if there is one, and goes out in any case.
+    /// The body of an answer. Its bytes exist already, so it is sent even if there is no share left.
     pub(crate) fn body(&self, bytes: Vec<u8>) -> Body {
         let share = self.share(bytes.len());
         Body::from(Bytes::from_owner(MeteredBytes { bytes, share }))
     }
 
-    /// The body of an answer with a picture that other answers may have, too. Each takes a share of its own.
+    /// The body of an answer with a picture, which several answers may share. Each takes a share of its own.
     pub(crate) fn picture(&self, file: &Arc<PictureFile>) -> Body {
         struct Shared(
             Arc<PictureFile>,

@@ -1,4 +1,4 @@
-//! The service over HTTP: connections, middleware, authorization, routes, and the contract.
+//! The service over HTTP: connections, middleware, authorization, routes and the contract.
 
 mod activity;
 pub(crate) mod auth;

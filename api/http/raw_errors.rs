@@ -1,6 +1,5 @@
-//! What is no HTTP at all, or has too large a head, never reaches a handler: hyper answers it by itself, with a status
-//! and no body. Here such an answer becomes a problem document on its way out, since clients should have to read one
-//! kind of error only.
+//! Turns hyper's own answers into problem documents. Hyper answers requests that are not HTTP, or have too large a head, with a
+//! status without a body, and handlers never see them.
 
 use super::problem::{Kind, Problem};
 use crate::http::middleware::request_log::request_id;
@@ -10,16 +9,16 @@ use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
-/// A stream whose answers without a body get one, where hyper has given up on the request.
+/// A stream that adds a problem document to hyper's own answers.
 #[derive(Debug)]
 pub(crate) struct RawErrors<S> {
     stream: S,
-    /// What goes out in place of hyper's answer.
+    /// What is sent in place of hyper's answer.
     pending: Vec<u8>,
 }
 
 impl<S: AsyncWrite + Unpin> RawErrors<S> {
-    /// Watches what is written to a stream.
+    /// Wraps a stream.
     pub(crate) fn new(stream: S) -> Self {
         Self { stream, pending: Vec::new() }
     }
@@ -35,7 +34,7 @@ impl<S: AsyncWrite + Unpin> RawErrors<S> {
         Poll::Ready(Ok(()))
     }
 
-    /// Whether these bytes were replaced.
+    /// Replaces these bytes if they are an answer of hyper's own.
     fn replace(&mut self, bytes: &[u8]) -> bool {
         let Some(problem) = given_up(bytes) else { return false };
         let id = request_id(&HeaderMap::new());
@@ -51,7 +50,7 @@ impl<S: AsyncWrite + Unpin> RawErrors<S> {
     }
 }
 
-/// The problem behind an answer of hyper's own. Handlers never answer so: their problems have bodies.
+/// The problem in an answer of hyper's own. Answers of handlers differ, since their problems have bodies.
 fn given_up(bytes: &[u8]) -> Option<Problem> {
     let status = bytes.strip_prefix(b"HTTP/1.1 4")?;
     if !bytes.ends_with(b"\r\n\r\n") || !bytes.windows(19).any(|part| part == b"content-length: 0\r\n") {

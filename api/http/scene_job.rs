@@ -1,4 +1,4 @@
-//! A question about a scene that one piece of work answers: the request is read, queued, and answered.
+//! Requests about a scene that are answered by one piece of work on the pool.
 
 use super::extract::query::Query;
 use super::extract::scene_request::{self, SceneRequest};
@@ -13,7 +13,7 @@ use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 
-/// What answers a question.
+/// What is needed for the answer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Question<'a> {
     /// What handlers share.
@@ -24,7 +24,7 @@ pub(crate) struct Question<'a> {
     pub(crate) sent: &'a SentScene<'a>,
 }
 
-/// Reads a question, and answers it when it is its turn. `extra` takes the parameters that only this question has.
+/// Reads a request, queues it, and answers it. `extra` reads the parameters that only this kind of request has.
 pub(crate) async fn ask<P: Send + 'static>(
     app: App,
     request: Request,

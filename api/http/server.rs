@@ -26,7 +26,7 @@ use tower::ServiceExt;
 const MAX_HEADER_BYTES: usize = 64 << 10;
 /// Headers of a request.
 const MAX_HEADERS: usize = 100;
-/// What the last answers get to reach their clients, once they are made.
+/// Time for the last answers to reach their clients.
 const FLUSH: Duration = Duration::from_secs(2);
 /// Connections of operators.
 const ADMIN_CONNECTIONS: u32 = 64;
@@ -70,7 +70,7 @@ fn announce(listener: &TcpListener, what: &str) {
     }
 }
 
-/// The first things to do with a service that has just started.
+/// Logs what to do with a service that has just started.
 fn teach(listener: &TcpListener, settings: &HttpSettings, app: &App) {
     let Ok(address) = listener.local_addr() else { return };
     let key = if settings.keys.is_some() { " -H 'Authorization: Bearer KEY'" } else { "" };
@@ -84,7 +84,7 @@ fn teach(listener: &TcpListener, settings: &HttpSettings, app: &App) {
     }
 }
 
-/// Accepts connections until the end, then gives those that are open some time to finish.
+/// Accepts connections until the service ends, then gives open ones some time to finish.
 async fn connections(
     listener: TcpListener,
     router: Router,
@@ -129,7 +129,7 @@ async fn connections(
             drop(place);
         });
     }
-    // Whatever is still open now is idle, sending its last bytes, or out of time.
+    // Connections that are still open are idle, sending their last bytes, or out of time.
     if timeout(FLUSH, connections.shutdown()).await.is_err() {
         tracing::warn!("connections were cut off");
     }
@@ -174,7 +174,7 @@ async fn next_connection(listener: &TcpListener, places: &Arc<ConnectionLimit>) 
                 return Accepted { stream: Arc::new(stream), ends: Ends { client, service }, activity, place };
             }
             Err(error) => {
-                // Out of file descriptors, mostly: trying again at once would only burn a processor.
+                // Usually there are no file descriptors left, and trying again at once would only take processor time.
                 tracing::warn!(%error, "a connection was not accepted");
                 sleep(Duration::from_millis(50)).await;
             }

@@ -10,7 +10,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Where the service listens, and to whom.
+/// Addresses, keys and origins.
 #[derive(Debug, Clone, Args)]
 #[group(skip)]
 #[command(next_help_heading = "Network and keys")]
@@ -56,7 +56,7 @@ pub(crate) struct HttpSettings {
 }
 
 impl HttpSettings {
-    /// Whose pages may ask. Where no key is needed, nothing else keeps strangers' pages out.
+    /// Origins that may use the service. Without keys nothing else keeps pages of other sites out.
     pub(crate) fn origins(&self) -> Origins {
         let default = if self.keys.is_some() { Origins::Any } else { Origins::Loopback };
         self.cors_origin.clone().unwrap_or(default)
@@ -92,17 +92,17 @@ pub(crate) struct ConnectionLimits {
     pub(crate) write_timeout: Duration,
 }
 
-/// Bodies of the largest size that memory is set aside for.
+/// Number of bodies of the largest size for which there is memory.
 const BODIES: u64 = 8;
 
 impl ConnectionLimits {
-    /// Bytes of memory that all bodies and answers may take together.
+    /// Memory of all bodies and answers together, in bytes.
     pub(crate) fn memory_bytes(&self) -> u64 {
         self.max_body_bytes.saturating_mul(BODIES).max(512 << 20)
     }
 }
 
-/// Where clients see the service.
+/// Parses the address under which clients see the service.
 fn public_url(text: &str) -> Result<String, &'static str> {
     match Host::of_url(text).is_some() && text.bytes().all(|byte| byte.is_ascii_graphic()) {
         true => Ok(text.trim_end_matches('/').to_owned()),
@@ -110,14 +110,14 @@ fn public_url(text: &str) -> Result<String, &'static str> {
     }
 }
 
-/// Whose pages may ask.
+/// Origins whose pages may use the service.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Origins {
-    /// Everybody's.
+    /// All origins.
     Any,
     /// Those of this machine.
     Loopback,
-    /// These, such as `https://example.org`; perhaps none.
+    /// Some origins, such as `https://example.org`, or none.
     Listed(Vec<String>),
 }
 
@@ -140,7 +140,7 @@ impl Origins {
         }
     }
 
-    /// What `Access-Control-Allow-Origin` says to a request.
+    /// The value of `Access-Control-Allow-Origin` for a request.
     pub(crate) fn allowed(&self, headers: &HeaderMap) -> Option<HeaderValue> {
         let origin = headers.get(header::ORIGIN);
         let is_loopback =

@@ -1,4 +1,4 @@
-//! Starting the service and stopping it. Tokio's threads talk, the pool's threads render.
+//! Starts and stops the service. Tokio's threads serve connections, the pool's threads render.
 
 use super::auth::{Access, RayQuotas, key_file};
 use super::drain::{Drain, StopSignals};
@@ -24,9 +24,9 @@ use std::thread;
 use std::time::Duration;
 use tokio::net::TcpListener;
 
-/// Threads that only wait for sockets: the pool needs the processors.
+/// Threads for connections. They mostly wait, and the pool needs the processors.
 const TALKERS: usize = 2;
-/// What a render that ignores its cancellation gets before the process ends without it.
+/// Time for cancelled renders to stop before the process ends without them.
 const LAST_WAIT: Duration = Duration::from_secs(1);
 
 /// Serves until SIGTERM or Ctrl-C.
@@ -48,7 +48,7 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
                 None => None,
             },
         };
-        // Before the address is announced: whoever reads it may send a signal at once.
+        // Before the address is announced, since a client that reads it may send a signal at once.
         let signals = StopSignals::watch()
             .map_err(|error| StartError::Machine(format!("the signals to stop cannot be watched for: {error}")))?;
         let reload = tokio::spawn(key_file::watch(Arc::clone(&app.access)));
@@ -94,11 +94,22 @@ pub(super) fn open(
     }))
 }
 
+<<<<<<< HEAD
 /// Does what jobs need once a second until the sender is dropped. Files may be removed, which takes its time; a thread that
 /// was borrowed each second would keep tokio's other idle threads alive, too.
 fn tick(jobs: &Jobs, until: &Receiver<()>) {
     while until.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
         jobs.tick();
+=======
+/// Runs the periodic work of jobs, once a second.
+async fn tick(jobs: Arc<Jobs>) {
+    let mut seconds = tokio::time::interval(Duration::from_secs(1));
+    loop {
+        seconds.tick().await;
+        let jobs = Arc::clone(&jobs);
+        // Removing files may take time.
+        let _ = tokio::task::spawn_blocking(move || jobs.tick()).await;
+>>>>>>> 3c3dbe3 (The program's comments and help in plain English)
     }
 }
 

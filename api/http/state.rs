@@ -1,4 +1,4 @@
-//! What all handlers share.
+//! The state that all handlers share.
 
 use super::auth::Access;
 use super::auth::client::Client;
@@ -12,16 +12,16 @@ use crate::service::requests::Service;
 use axum::http::Extensions;
 use std::sync::{Arc, LazyLock};
 
-/// Everything that handlers share.
+/// The state of the service over HTTP.
 #[derive(Debug)]
 pub(crate) struct AppState {
     /// Scenes, pictures and jobs.
     pub(crate) service: Arc<Service>,
-    /// Who may do what.
+    /// Keys, capabilities and rate limits.
     pub(crate) access: Arc<Access>,
-    /// Whose pages may ask.
+    /// Origins whose pages may use the service.
     pub(crate) origins: Origins,
-    /// The address under which clients see the service, if it was told.
+    /// The address under which clients see the service, if it is set.
     pub(crate) public_url: Option<String>,
     /// Open event streams of tenants.
     pub(crate) streams: ConcurrencyLimit<String>,
@@ -29,18 +29,18 @@ pub(crate) struct AppState {
     pub(crate) tile_clients: ConcurrencyLimit<Client>,
     /// What one connection may take.
     pub(crate) limits: ConnectionLimits,
-    /// How much memory bodies and answers may take together.
+    /// Limit on the memory of bodies and answers.
     pub(crate) memory: MemoryBudget,
-    /// What has been counted.
+    /// Figures for Prometheus.
     pub(crate) metrics: Arc<Metrics>,
-    /// Whether the service is about to end.
+    /// Whether the service is draining.
     pub(crate) drain: Drain,
-    /// The contract, made when somebody asks for it.
+    /// The contract, made at the first request for it.
     pub(crate) contract: LazyLock<String>,
 }
 
 impl AppState {
-    /// The host of the address under which clients see the service, if it was told.
+    /// The host of `public_url`, if it is set.
     pub(crate) fn public_host(&self) -> Option<Host> {
         self.public_url.as_deref().and_then(Host::of_url)
     }
@@ -55,5 +55,5 @@ impl AppState {
     }
 }
 
-/// How handlers get it.
+/// The state as handlers get it.
 pub(crate) type App = Arc<AppState>;

@@ -1,16 +1,15 @@
-//! How many of something each has at one time: event streams of a tenant, tiles of a client. None has more than its share,
-//! so that one who asks for everything leaves room for the others.
+//! Concurrency limits: event streams of a tenant, tiles of a client. One that asks for everything leaves room for the others.
 
 use std::collections::HashMap;
 use std::fmt::Debug;
 use std::hash::Hash;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Who has how many.
+/// Permits in use by holder.
 #[derive(Debug)]
 pub(crate) struct ConcurrencyLimit<K>(Arc<Mutex<HashMap<K, u32>>>);
 
-/// One of them, given back when dropped.
+/// A permit, which is given back when dropped.
 #[derive(Debug)]
 pub(crate) struct Permit<K: Hash + Eq> {
     places: Arc<Mutex<HashMap<K, u32>>>,
@@ -24,7 +23,7 @@ impl<K> Default for ConcurrencyLimit<K> {
 }
 
 impl<K: Hash + Eq + Clone> ConcurrencyLimit<K> {
-    /// One more for somebody who may have at most so many; none if that is reached.
+    /// Another permit for `who`. None if it has `most` already.
     pub(crate) fn enter(&self, who: K, most: u32) -> Option<Permit<K>> {
         let mut taken = locked(&self.0);
         let count = taken.get(&who).copied().unwrap_or(0);
@@ -34,7 +33,7 @@ impl<K: Hash + Eq + Clone> ConcurrencyLimit<K> {
         })
     }
 
-    /// How many all have together.
+    /// All permits in use.
     pub(crate) fn taken(&self) -> u64 {
         locked(&self.0).values().copied().map(u64::from).sum()
     }
@@ -53,7 +52,7 @@ impl<K: Hash + Eq> Drop for Permit<K> {
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // Each change of a count is whole.
+    // A panic cannot leave a count half-changed.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -1,4 +1,4 @@
-//! Why the service refuses something, or fails. HTTP makes problem documents of these.
+//! Errors of the service. HTTP turns them into problem documents.
 
 use std::any::Any;
 use strahl::render::Cancelled;
@@ -9,11 +9,11 @@ use strahl::scene::Problems;
 pub(crate) enum Error {
     /// The scene has problems.
     Scene(Problems),
-    /// No scene has this id, or none has it any more.
+    /// There is no scene with this id, or no longer.
     UnknownScene(String),
-    /// Pictures of this scene have no ids; says why.
+    /// Pictures of this scene have no ids, for a reason.
     NoIds(&'static str),
-    /// The request asks for something outside of the picture, or beyond the renderer's numbers.
+    /// The request asks for something outside of the picture, or beyond the precision of its numbers.
     OutOfRange(String),
     /// The picture is more work than one answer or one job may take.
     Limit {
@@ -21,28 +21,28 @@ pub(crate) enum Error {
         name: &'static str,
         /// Its value.
         max: u64,
-        /// What is over it, and what to do.
+        /// What exceeds it, and what to do.
         detail: String,
     },
-    /// The scene is larger than the memory or the disk that is set aside for scenes.
+    /// The scene is larger than the memory or disk space for scenes.
     TooLarge(&'static str),
-    /// There is no room now.
+    /// The service is full.
     Busy {
-        /// What there is no room in.
+        /// What is full.
         detail: String,
-        /// Seconds until there should be room.
+        /// Seconds after which to try again.
         retry_after: u32,
     },
-    /// The tenant has as much as it may have now.
+    /// The tenant has reached a limit of its own.
     TenantBusy {
-        /// What it has.
+        /// Which limit.
         detail: String,
-        /// Seconds until it should have less.
+        /// Seconds after which to try again.
         retry_after: u32,
     },
     /// The work took too long.
     Deadline(String),
-    /// The client has gone or was answered already, so nobody reads this.
+    /// The request was cancelled, and no client reads the answer.
     Cancelled,
     /// The service has failed; its log says why.
     Internal(&'static str),
@@ -63,9 +63,9 @@ impl From<Cancelled> for Error {
 /// Why the service does not start.
 #[derive(Debug)]
 pub(crate) enum StartError {
-    /// Its settings do not make sense.
+    /// Its settings are not valid.
     Settings(String),
-    /// The machine does not let it: a port, a folder, a thread.
+    /// A port, a folder or a thread is not available.
     Machine(String),
 }
 

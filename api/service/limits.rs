@@ -1,5 +1,5 @@
-//! The service's limits and where it keeps things: one list for flags, for checks, and for `GET /v1/limits`. What a scene
-//! may say is in `strahl::scene::limits`.
+//! The service's limits and folders: one list for flags, checks and `GET /v1/limits`. Limits of scenes are in
+//! `strahl::scene::limits`.
 
 use super::error::Error;
 use super::memory;
@@ -15,10 +15,10 @@ use strahl::scene::{Description, Scene};
 
 /// Rays of one `POST /v1/rays`.
 pub(crate) const MAX_RAYS: usize = 100_000;
-/// Seconds of one trade-off, however long a request may take.
+/// Most seconds of a trade-off, whatever the time limit of a request.
 const MAX_TRADEOFF_SECONDS: f64 = 300.0;
 
-/// Everything that the service itself is told.
+/// Settings of the service.
 #[derive(Debug, Clone, Args)]
 #[group(skip)]
 pub(crate) struct Settings {
@@ -47,7 +47,7 @@ pub(crate) struct AnswerLimits {
     /// Samples of one answer: its pixels times the samples of each.
     #[arg(long, env = "STRAHL_MAX_SAMPLES_TOTAL", value_name = "SAMPLES", default_value_t = 64_000_000)]
     pub(crate) max_samples_total: u64,
-    /// Seconds until a request is answered or given up.
+    /// Seconds after which a request is given up.
     #[arg(long, env = "STRAHL_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     #[serde(rename = "timeout_s", serialize_with = "as_seconds")]
     #[schemars(with = "f64")]
@@ -60,7 +60,7 @@ pub(crate) struct AnswerLimits {
     pub(crate) tile_queue: u32,
 }
 
-/// How much is kept of what was built and made.
+/// Sizes of the caches.
 #[derive(Debug, Clone, Args, Serialize, JsonSchema)]
 #[group(skip)]
 #[command(next_help_heading = "Caches")]
@@ -71,7 +71,7 @@ pub(crate) struct CacheLimits {
     /// Bytes of finished pictures in memory. 0 keeps none.
     #[arg(long, env = "STRAHL_PICTURE_CACHE_BYTES", value_name = "BYTES", default_value_t = 256 << 20)]
     pub(crate) picture_cache_bytes: u64,
-    /// Bytes of the scenes that POST /v1/scenes remembers.
+    /// Bytes of the scenes posted to /v1/scenes.
     #[arg(long, env = "STRAHL_KNOWN_SCENE_BYTES", value_name = "BYTES", default_value_t = 256 << 20)]
     pub(crate) known_scene_bytes: u64,
     /// Bytes of finished pictures in the folder of --cache.
@@ -162,24 +162,24 @@ impl AnswerLimits {
         Ok(())
     }
 
-    /// Refuses a picture of a scene, or a region of it, as far as its description says how much work it is. The samples that
-    /// effects call for are known only when the scene is built.
+    /// Refuses a picture of a scene, or a region of it, before the scene is built. The default number of samples is known only
+    /// afterwards.
     pub(crate) fn check_unbuilt(&self, scene: &Description, region: Option<Region>) -> Result<(), Error> {
         let ImageSize { width, height } = scene.image;
         let region = region.unwrap_or_else(|| Region::whole(width, height));
-        // A region outside of the picture is another mistake.
+        // A region outside of the picture is reported as another problem.
         if !region.fits(width, height) {
             return Ok(());
         }
         self.check(region, scene.render.samples.unwrap_or(1))
     }
 
-    /// Pixels that one answer about a scene may have.
+    /// Most pixels of one answer about a scene.
     pub(crate) fn max_area(&self, scene: &Scene) -> u64 {
         self.max_pixels.min(self.max_samples_total / u64::from(scene.samples))
     }
 
-    /// Seconds that one trade-off may ask for: the rest of a request's time is for waiting and for writing the answer.
+    /// Most seconds of a trade-off. The rest of a request's time is for waiting and for writing the answer.
     pub(crate) fn tradeoff_seconds(&self) -> f64 {
         (self.timeout.as_secs_f64() * 2.0 / 3.0).min(MAX_TRADEOFF_SECONDS)
     }

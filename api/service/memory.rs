@@ -1,8 +1,8 @@
-//! How much memory the machine has, or the container the service runs in.
+//! The memory of the machine, or of the container that the service runs in.
 
 use std::fs;
 
-/// What is assumed where nobody says.
+/// Assumed where the system does not say.
 const UNKNOWN: u64 = 4 << 30;
 
 /// Bytes: the container's limit (control groups, version 2) or the machine's memory, whichever is less.

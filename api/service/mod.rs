@@ -1,5 +1,4 @@
-//! What the program does, for its commands and for HTTP alike: scenes, pictures, jobs, and the scheduler of the threads that
-//! render.
+//! What commands and HTTP share: scenes, pictures, jobs, and the scheduler of the rendering threads.
 
 pub(crate) mod clock;
 pub(crate) mod concurrency_limit;

@@ -1,4 +1,4 @@
-//! Values of settings as flags, environment and configuration file write them.
+//! Parsers of settings, as flags, environment variables and the configuration file write them.
 
 use clap::builder::RangedU64ValueParser;
 use serde::Serializer;

@@ -1,9 +1,9 @@
-//! Capability URLs, `/c/{kid}.{expires}.{id}~{tenant}.{signature}/...`: whoever has one may look at one job or picture
-//! until it expires. Pages need them, since neither `<img>` nor EventSource can send a key, and a prefix of the path is
-//! the only thing that survives the relative URLs of deep zoom.
+//! Capability URLs, `/c/{kid}.{expires}.{id}~{tenant}.{signature}/...`: they give access to one job or picture until they
+//! expire. Pages need them, since neither `<img>` nor EventSource can send a key, and only a prefix of the path is kept by the
+//! relative URLs of deep zoom.
 //!
-//! The signature is HMAC-SHA256 over what stands before it. Any of the secrets in the key file verifies, the first one
-//! signs, so that secrets can be changed without breaking the URLs that are out.
+//! The signature is HMAC-SHA256 of the text before it. The first secret in the key file signs and all of them verify, so that
+//! secrets can be changed without breaking URLs that are in use.
 
 use super::keys::fill;
 use crate::http::problem::{Kind, Problem};
@@ -15,9 +15,9 @@ use sha2::Sha256;
 use std::borrow::Cow;
 use std::io;
 
-/// Where capabilities begin.
+/// Prefix of paths with a capability.
 pub(crate) const PREFIX: &str = "/c/";
-/// What a capability opens: these, followed by its id.
+/// Paths that a capability gives access to, each followed by its id.
 const PLACES: [&str; 6] = ["/v1/jobs/", "/v1/images/", "/v1/scenes/", "/iiif/3/", "/dzi/", "/xyz/"];
 
 /// Secrets by name; the first one signs.
@@ -30,7 +30,7 @@ impl Signers {
         (!secrets.is_empty()).then_some(Self(secrets))
     }
 
-    /// One secret that nobody knows and that ends with the process.
+    /// A random secret, which is forgotten when the process ends.
     pub(crate) fn random() -> io::Result<Self> {
         let mut secret = [0; 32];
         fill(&mut secret)?;
@@ -38,11 +38,11 @@ impl Signers {
     }
 
     fn mac(secret: &[u8; 32], text: &str) -> Option<Hmac<Sha256>> {
-        // Keys of any length will do, so this is always there.
+        // HMAC takes keys of any length, so this cannot fail.
         Hmac::<Sha256>::new_from_slice(secret).ok().map(|mac| mac.chain_update(text))
     }
 
-    /// A capability for one thing of a tenant's, until a second since 1970.
+    /// A capability for an id of a tenant. `expires` is in seconds since 1970.
     pub(crate) fn sign(&self, id: &str, tenant: &str, expires: u64) -> String {
         let (kid, secret) = &self.0[0];
         let text = format!("{kid}.{expires}.{id}~{tenant}");
@@ -66,12 +66,12 @@ impl Signers {
 /// The capability that a request came with, in its extensions.
 #[derive(Debug, Clone)]
 pub(crate) struct Capability {
-    /// As it stands in the path.
+    /// Its text in the path.
     text: String,
 }
 
 impl Capability {
-    /// What links in the answer begin with, so that they can be followed with the same capability.
+    /// Prefix of links in the answer, so that they work with the same capability.
     pub(crate) fn prefix(&self) -> String {
         format!("{PREFIX}{}", self.text)
     }
@@ -99,7 +99,7 @@ impl Capability {
     }
 }
 
-/// Takes a capability off the path, before the path is routed.
+/// Removes a capability from the path, before routing.
 pub(crate) fn strip<B>(mut request: axum::http::Request<B>) -> axum::http::Request<B> {
     let taken = request.uri().path_and_query().and_then(|all| {
         let (text, rest) = all.as_str().strip_prefix(PREFIX)?.split_once('/')?;

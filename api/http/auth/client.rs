@@ -1,4 +1,4 @@
-//! Where a request comes from. Of tenants whose clients are many, or of the anonymous, one is told from another by that.
+//! Where a request comes from. This tells clients of the same tenant apart.
 
 use super::tenant::Tenant;
 use axum::http::{Extensions, Request};
@@ -7,9 +7,9 @@ use std::net::IpAddr;
 /// The addresses of a connection.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ends {
-    /// The client's, or that of the proxy before it.
+    /// That of the client, or of a proxy before the service.
     pub(crate) client: IpAddr,
-    /// The one by which it has reached the service.
+    /// The address of the service that the client connected to.
     pub(crate) service: IpAddr,
 }
 
@@ -21,14 +21,14 @@ pub(crate) struct Client {
 }
 
 impl Client {
-    /// Whose request this is, and where it comes from.
+    /// The client of a request.
     pub(crate) fn of(extensions: &Extensions) -> Self {
         let address = extensions.get::<Ends>().map(|ends| ends.client);
         Self { tenant: Tenant::of(extensions).name.clone(), address }
     }
 }
 
-/// Notes on a request where it comes from.
+/// Puts the addresses into a request's extensions.
 pub(crate) fn arrived<B>(ends: Ends, mut request: Request<B>) -> Request<B> {
     request.extensions_mut().insert(ends);
     request

@@ -1,4 +1,4 @@
-//! The key file is read again whenever it changes, so that keys come and go without a restart.
+//! The key file, which is read again whenever it changes, so that keys change without a restart.
 
 use super::Access;
 use super::keys::Keys;
@@ -8,17 +8,17 @@ use std::time::{Duration, SystemTime};
 use std::{fs, io};
 use tokio::time::interval;
 
-/// How often it is looked at.
+/// Time between two checks of the file.
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// When a file was written, and how long it is.
 type State = Option<(SystemTime, u64)>;
 
-/// The key file, and what it said last.
+/// The key file and the keys read from it.
 #[derive(Debug)]
 pub(crate) struct KeyFile {
     path: PathBuf,
-    /// The file as it was before it was read, so that no change is missed.
+    /// State of the file before it was read, so that no change is missed.
     seen: Mutex<State>,
     keys: RwLock<Arc<Keys>>,
 }
@@ -31,13 +31,13 @@ impl KeyFile {
         Ok(Self { path: path.to_owned(), seen, keys: RwLock::new(Arc::new(keys)) })
     }
 
-    /// What it said last.
+    /// The keys read last.
     pub(crate) fn keys(&self) -> Arc<Keys> {
-        // A panic while one pointer is swapped for another leaves one of the two.
+        // A panic cannot leave a pointer half-written.
         Arc::clone(&self.keys.read().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Reads it again if it has changed. One with mistakes changes nothing but the log.
+    /// Reads the file again if it has changed. If it has mistakes, the keys stay as they were and the log says so.
     fn refresh(&self) {
         let now = state(&self.path);
         if std::mem::replace(&mut *self.seen.lock().unwrap_or_else(PoisonError::into_inner), now) == now {

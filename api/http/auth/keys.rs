@@ -1,4 +1,4 @@
-//! API keys, `rk_<id>_<secret>`, and the file that says whose they are. The file holds hashes, never keys.
+//! API keys, `rk_<id>_<secret>`, and the file that lists them with their tenants. The file contains hashes, never keys.
 
 use super::capability::Signers;
 use super::rate_limit::RateLimit;
@@ -17,11 +17,11 @@ const SECRET_BYTES: usize = 32;
 /// Bytes of a key's id.
 const ID_BYTES: usize = 5;
 
-/// What the key file says.
+/// The contents of the key file.
 #[derive(Debug)]
 pub(crate) struct Keys {
     by_id: HashMap<String, Key>,
-    /// What each tenant may do through a capability.
+    /// Each tenant as it may act through a capability.
     readers: HashMap<String, Arc<Tenant>>,
     /// Secrets that sign capabilities, if the file has any.
     pub(crate) signers: Option<Signers>,
@@ -71,7 +71,7 @@ struct SignerEntry {
 }
 
 impl Keys {
-    /// Reads the text of a key file; tenants that were there before keep what is left of their allowance.
+    /// Reads the text of a key file. Tenants that were in it `before` keep the state of their rate limits.
     pub(crate) fn read(text: &str, before: Option<&Self>) -> Result<Self, String> {
         let File { tenants, keys, signers } = toml::from_str(text).map_err(|error| error.to_string())?;
         let mut readers = HashMap::new();
@@ -105,7 +105,7 @@ impl Keys {
         Ok(Self { by_id, readers, signers: Signers::new(signers) })
     }
 
-    /// Whose key this is.
+    /// The tenant of a key.
     pub(crate) fn tenant(&self, presented: &str) -> Option<Arc<Tenant>> {
         let (id, _) = presented.strip_prefix("rk_")?.split_once('_')?;
         let key = self.by_id.get(id)?;
@@ -113,7 +113,7 @@ impl Keys {
         bool::from(same).then(|| Arc::clone(&key.tenant))
     }
 
-    /// What a tenant may do through a capability: look at things.
+    /// A tenant as it may act through a capability: read-only.
     pub(crate) fn reader(&self, tenant: &str) -> Option<Arc<Tenant>> {
         self.readers.get(tenant).map(Arc::clone)
     }
@@ -133,7 +133,7 @@ fn reader(name: &str, entry: &TenantEntry, before: Option<&Tenant>) -> Tenant {
     }
 }
 
-/// Names appear in keys and URLs, between characters that they must not contain.
+/// Names are parts of keys and URLs, so they must not contain the characters between those parts.
 fn check_name(what: &str, name: &str) -> Result<(), String> {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-';
     if (1..=64).contains(&name.len()) && name.bytes().all(plain) {
@@ -143,7 +143,7 @@ fn check_name(what: &str, name: &str) -> Result<(), String> {
     }
 }
 
-/// A new key, and the lines about it for the key file.
+/// A new key, and its lines for the key file.
 pub(crate) fn new_key(tenant: &str, scopes: &[Scope]) -> io::Result<(String, String)> {
     check_name("tenant", tenant).map_err(io::Error::other)?;
     let id = random::<ID_BYTES>()?;
@@ -164,7 +164,7 @@ pub(crate) fn new_signer() -> io::Result<String> {
 
 /// Fills bytes with random ones.
 pub(super) fn fill(bytes: &mut [u8]) -> io::Result<()> {
-    // A static program in a file system without devices asks for them by name, and the error does not say which.
+    // In a file system without devices a static program fails here, and the error does not name the missing file.
     getrandom::fill(bytes).map_err(|error| io::Error::other(no_random(&error)))
 }
 

@@ -1,4 +1,4 @@
-//! Who may do what: keys, capability URLs, quotas.
+//! Authorization: keys, capability URLs, tenants, rate limits.
 
 pub(crate) mod capability;
 pub(crate) mod client;
@@ -23,13 +23,13 @@ use std::sync::Arc;
 use std::time::Instant;
 use tenant::Tenant;
 
-/// What decides about a request's tenant.
+/// Finds the tenant of a request.
 #[derive(Debug)]
 pub(crate) struct Access {
-    /// The key file; without one everybody is anonymous.
+    /// The key file. Without one all requests are anonymous.
     keys: Option<KeyFile>,
     anonymous: Arc<Tenant>,
-    /// Signs capabilities where the key file names no secrets; they end with the process.
+    /// Signs capabilities if the key file has no secrets. They are valid until the process ends.
     own: Signers,
 }
 
@@ -56,6 +56,17 @@ impl Access {
         })
     }
 
+<<<<<<< HEAD
+=======
+    /// Charges a tenant for rays of its jobs. Tenants that are no longer in the key file are not charged.
+    pub(crate) fn charge(&self, tenant: &str, rays: u64) {
+        let tenant = self.keys().and_then(|keys| keys.reader(tenant));
+        if let Some(rate_limit) = tenant.as_ref().and_then(|tenant| tenant.rate_limit.as_ref()) {
+            rate_limit.charge(rays, Instant::now());
+        }
+    }
+
+>>>>>>> 3c3dbe3 (The program's comments and help in plain English)
     /// Whether requests need a key.
     pub(crate) fn needs_keys(&self) -> bool {
         self.keys.is_some()
@@ -67,7 +78,7 @@ impl Access {
 }
 
 impl Access {
-    /// Whose request this is; nobody's where keys are asked for and none is shown.
+    /// The tenant of a request. None if the service needs keys and the request has none.
     pub(crate) fn tenant(&self, request: &Request) -> Result<Option<Arc<Tenant>>, Problem> {
         let keys = self.keys();
         if let Some(capability) = request.extensions().get::<Capability>() {
@@ -88,7 +99,7 @@ impl Access {
         presented.and_then(|key| keys.tenant(key)).ok_or_else(refused).map(Some)
     }
 
-    /// A capability for one thing of a tenant's.
+    /// A capability for an id of a tenant.
     pub(crate) fn sign(&self, id: &str, tenant: &str, expires: u64) -> String {
         let keys = self.keys();
         keys.as_ref().and_then(|keys| keys.signers.as_ref()).unwrap_or(&self.own).sign(id, tenant, expires)

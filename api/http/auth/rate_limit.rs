@@ -1,9 +1,7 @@
-//! How much a tenant may ask for in a minute, in units of cost: one for each request, and one for each million rays
-//! that were traced for it.
+//! Rate limit of a tenant in units of cost: one for each request, and one for each million rays.
 //!
-//! A bucket of as many units as a minute has fills up steadily. A request is let in when it holds one unit, and what its
-//! picture has cost is taken out afterwards, when it is known. That may leave a debt, which later requests wait for; how
-//! large it gets is bounded by the queue.
+//! It is a token bucket that holds the units of a minute. A request needs one unit. The cost of its picture is taken out
+//! afterwards, when it is known. This may leave a debt, for which later requests wait, and which the queue bounds.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -24,12 +22,12 @@ struct Bucket {
     at: Instant,
 }
 
-/// What is left, for the `RateLimit` headers.
+/// State of a bucket, for the `RateLimit` headers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Left {
     /// Units in a minute.
     pub(crate) per_minute: u32,
-    /// Units there are now.
+    /// Units in the bucket.
     pub(crate) units: u32,
     /// Seconds until the bucket is full.
     pub(crate) full_in: u32,
@@ -46,7 +44,7 @@ impl RateLimit {
         self.per_minute
     }
 
-    /// Takes one unit; or says in how many seconds there will be one.
+    /// Takes one unit, or returns the seconds until there is one.
     pub(crate) fn enter(&self, now: Instant) -> Result<(), u32> {
         self.with(now, |bucket, per_second| {
             if bucket.units >= 1.0 {
@@ -58,12 +56,12 @@ impl RateLimit {
         })
     }
 
-    /// Takes what rays cost that an answer or a job has taken.
+    /// Takes the cost of an answer's or a job's rays.
     pub(crate) fn charge(&self, rays: u64, now: Instant) {
         self.with(now, |bucket, _| bucket.units -= (rays / RAYS) as f64);
     }
 
-    /// What is left.
+    /// The state of the bucket.
     pub(crate) fn left(&self, now: Instant) -> Left {
         self.with(now, |bucket, per_second| Left {
             per_minute: self.per_minute,
@@ -73,7 +71,7 @@ impl RateLimit {
     }
 
     fn with<T>(&self, now: Instant, act: impl FnOnce(&mut Bucket, f64) -> T) -> T {
-        // A panic between two lines of this file leaves at worst a unit too many.
+        // At worst a panic leaves a unit too many.
         let mut bucket = self.bucket.lock().unwrap_or_else(PoisonError::into_inner);
         let most = f64::from(self.per_minute);
         let per_second = most / 60.0;

@@ -1,7 +1,7 @@
-//! Who asks: the tenant a request belongs to, what it may do, and how much of it.
+//! The tenant of a request, what it may do, and its limits.
 //!
-//! A middleware puts an `Arc<Tenant>` into each request's extensions; [`Tenant::of`] takes it out. Without keys everybody
-//! is the tenant "anonymous" and may do everything.
+//! Middleware puts an `Arc<Tenant>` into each request's extensions, and [`Tenant::of`] takes it out. Without keys every request
+//! belongs to the tenant "anonymous", which may do everything.
 
 use super::rate_limit::RateLimit;
 use crate::service::scheduler::task::{Class, Task};
@@ -10,17 +10,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A kind of thing that a key may allow.
+/// A scope of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Scope {
-    /// Send scenes and get an answer at once: pictures, tiles, rays, trees, plans, trade-offs.
+    /// Send scenes: pictures, tiles, rays, trees, plans, trade-offs.
     Render,
     /// Submit, change and cancel jobs.
     Jobs,
-    /// Look at what is there: jobs, events, previews, pictures, tiles of known scenes.
+    /// Read jobs, events, previews, pictures, and tiles of known scenes.
     Read,
-    /// What concerns the service as a whole.
+    /// Administer the service, and see jobs of all tenants.
     Admin,
 }
 
@@ -39,10 +39,10 @@ impl Scope {
     }
 }
 
-/// How much a tenant may have at one time.
+/// Concurrency limits of a tenant.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Quotas {
-    /// Jobs that wait or run.
+    /// Waiting and running jobs.
     pub(crate) jobs: u32,
     /// Open event streams.
     pub(crate) streams: u32,
@@ -54,23 +54,23 @@ impl Default for Quotas {
     }
 }
 
-/// Who asks.
+/// A tenant.
 #[derive(Debug, Clone)]
 pub(crate) struct Tenant {
-    /// What it is called: letters, digits, `-` and `_`.
+    /// Its name: letters, digits, `-` and `_`.
     pub(crate) name: String,
-    /// Its share of the machine beside other tenants' weights, at least 1.
+    /// Its weight in the scheduler, at least 1.
     pub(crate) weight: u32,
-    /// What this request's key allows.
+    /// The scopes of this request's key.
     pub(crate) scopes: Vec<Scope>,
-    /// How much it may have at one time.
+    /// Its concurrency limits.
     pub(crate) quotas: Quotas,
-    /// How much it may ask for in a minute; without one, as much as it likes.
+    /// Its rate limit. None: unlimited.
     pub(crate) rate_limit: Option<Arc<RateLimit>>,
 }
 
 impl Tenant {
-    /// Everybody, where there are no keys.
+    /// The tenant of all requests if there are no keys.
     pub(crate) fn anonymous() -> Self {
         Self::named("anonymous", &Scope::ALL)
     }
@@ -80,22 +80,22 @@ impl Tenant {
         Self { name, weight: 1, scopes, quotas: Quotas::default(), rate_limit: None }
     }
 
-    /// Whose request this is. Where no middleware has said so, nobody's: a tenant that may do nothing.
+    /// The tenant of a request. If no middleware has set it, a tenant that may do nothing.
     pub(crate) fn of(extensions: &Extensions) -> Arc<Self> {
         extensions.get::<Arc<Self>>().map_or_else(|| Arc::new(Self::named("nobody", &[])), Arc::clone)
     }
 
-    /// Whether there are no keys, so that everybody sees the same.
+    /// Whether the service has no keys, so that all requests see the same.
     pub(crate) fn is_anonymous(&self) -> bool {
         self.name == "anonymous"
     }
 
-    /// A task of its own for the scheduler.
+    /// A task of this tenant for the scheduler.
     pub(crate) fn task(&self, class: Class) -> Task {
         Task::new(class, &self.name, self.weight)
     }
 
-    /// Whether its key allows this.
+    /// Whether its key has a scope.
     pub(crate) fn may(&self, scope: Scope) -> bool {
         self.scopes.contains(&scope)
     }

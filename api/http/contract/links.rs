@@ -1,8 +1,8 @@
-//! Which answers say what other operations ask for: a job's id, a scene's, an image's. Clients and tests follow them.
+//! Links of the contract: which answers contain ids for other operations. Clients and tests follow them.
 
 use serde_json::{Map, Value, json};
 
-/// An operation, its status, the place of an id in its answer, and what that id is for.
+/// An operation, a status, the key of an id in the answer, and the operations that take it.
 const SOURCES: [(&str, &str, &str, &[Target]); 5] = [
     ("submitJob", "202", "id", &JOB),
     ("addScene", "201", "scene_id", &SCENE),
@@ -11,7 +11,7 @@ const SOURCES: [(&str, &str, &str, &[Target]); 5] = [
     ("addScene", "200", "image_id", &IMAGE),
 ];
 
-/// An operation, the parameter that takes the id, and what stands after the id in it.
+/// An operation, the parameter that takes the id, and the text after the id in it.
 type Target = (&'static str, &'static str, &'static str);
 
 const JOB: [Target; 9] = [

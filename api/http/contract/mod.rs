@@ -1,5 +1,5 @@
-//! The contract as OpenAPI 3.1, made from the routes: each says beside its handler what it takes and answers ([`Route`]),
-//! and the schemas are those of the types that are read and written. What all operations share is added here.
+//! The contract as OpenAPI 3.1. It is made from the routes, which declare their requests and answers beside their handlers
+//! ([`Route`]). Schemas are those of the types that are read and written.
 //!
 //! After a change: `strahl openapi > api/openapi.json`.
 
@@ -14,7 +14,7 @@ use super::problem::{Kind, ProblemDocument};
 use schemas::Schemas;
 use serde_json::{Map, Value, json};
 
-/// What operations are grouped by.
+/// Tags that group operations.
 const TAGS: [(&str, &str); 5] = [
     ("render", "A scene in, an answer at once"),
     ("jobs", "Renders that take longer: submit, watch, fetch"),
@@ -50,7 +50,7 @@ fn document(routes: &[Route]) -> Value {
         },
         "servers": [{ "url": "/", "description": "This service" }],
         "tags": TAGS.map(|(name, description)| json!({ "name": name, "description": description })).as_slice(),
-        // A service without keys asks for none. With keys every operation needs one, unless it says otherwise.
+        // Without a key file no key is needed. With one every operation needs a key, unless it declares otherwise.
         "security": [{ "key": [] }, {}],
         "paths": paths,
         "components": {
@@ -63,7 +63,7 @@ fn document(routes: &[Route]) -> Value {
     })
 }
 
-/// The names that problems have.
+/// Lists the kinds of problems.
 fn add_slugs(paths: &mut Map<String, Value>) {
     if let Some(slug) = paths.get_mut("/problems/{slug}").and_then(|path| path.pointer_mut("/get/parameters/0/schema"))
     {
@@ -93,7 +93,7 @@ fn picture() -> Value {
     })
 }
 
-/// Any operation may be answered by a problem.
+/// The answer of any operation that fails.
 fn problem() -> Value {
     json!({
         "description": "A problem (RFC 9457): what is wrong, where, and what to do.",

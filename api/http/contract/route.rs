@@ -18,21 +18,21 @@ pub(crate) struct Route {
     pub(crate) path: &'static str,
     /// The method in lower case.
     pub(crate) method: &'static str,
-    /// What a key must allow; open to all without one.
+    /// The scope that a key needs. None: open to all.
     pub(crate) scope: Option<Scope>,
     /// The handler.
     pub(crate) handler: MethodRouter<App>,
     name: &'static str,
     tag: &'static str,
     about: &'static str,
-    /// Names and meanings of those in the path and the headers.
+    /// Parameters in the path and the headers, with their descriptions.
     parameters: Vec<(&'static str, Place, &'static str)>,
     query: Vec<Parameter>,
     body: Option<Body>,
     answers: Vec<(u16, &'static str, Vec<Content>)>,
     /// Headers of the answers.
     headers: Vec<(&'static str, &'static str)>,
-    /// Whether it answers 200 with a picture.
+    /// Whether its answer 200 is a picture.
     picture: bool,
 }
 
@@ -45,7 +45,7 @@ enum Place {
     Header,
 }
 
-/// A media type and what it contains.
+/// A media type and its schema.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Content {
     media_type: &'static str,
@@ -68,13 +68,13 @@ impl Content {
         Self { media_type, schema: |_| bytes() }
     }
 
-    /// What a schema says.
+    /// Contents with a schema.
     pub(crate) const fn of(media_type: &'static str, schema: fn(&mut Schemas) -> Value) -> Self {
         Self { media_type, schema }
     }
 }
 
-/// What a request contains.
+/// Body of a request.
 #[derive(Debug)]
 pub(crate) struct Body {
     about: &'static str,
@@ -138,7 +138,7 @@ impl Body {
 }
 
 impl Route {
-    /// A route of a method: its name, its tag, and what it does, in a line and perhaps a paragraph after it.
+    /// A route of a method. `about` is its name, its tag, and what it does: a line, with or without a paragraph after it.
     fn new<H: Handler<T, App>, T: 'static>(
         (method, filter): (&'static str, MethodFilter),
         path: &'static str,
@@ -162,7 +162,7 @@ impl Route {
         }
     }
 
-    /// A GET route: its name, its tag, and what it does.
+    /// A GET route, as all below with its name, its tag, and what it does.
     pub(crate) fn get<H: Handler<T, App>, T: 'static>(
         path: &'static str,
         handler: H,
@@ -198,13 +198,13 @@ impl Route {
         Self::new(("delete", MethodFilter::DELETE), path, handler, about)
     }
 
-    /// What answers all other methods. Its scope is that of the route.
+    /// Handles all other methods, with the scope of the route.
     pub(crate) fn or_else<H: Handler<T, App>, T: 'static>(mut self, handler: H) -> Self {
         self.handler = self.handler.fallback(handler);
         self
     }
 
-    /// Keys must allow this.
+    /// Sets the scope that keys need.
     pub(crate) fn needs(self, scope: Scope) -> Self {
         Self { scope: Some(scope), ..self }
     }
@@ -229,40 +229,40 @@ impl Route {
         self
     }
 
-    /// What it reads from the query.
+    /// Declares the parameters that `read` takes from the query.
     pub(crate) fn query<T>(mut self, read: impl FnOnce(&mut Query) -> T) -> Self {
         self.query.extend(Query::describe(read));
         self
     }
 
-    /// It is about a scene: settings in the query, the scene as the body.
+    /// Declares a scene as the body, and settings in the query.
     pub(crate) fn about_scene(self) -> Self {
         self.needs(Scope::Render).query(|query| query.settings(Format::Json)).body(Body::scene())
     }
 
-    /// What it reads from the body.
+    /// Declares the body.
     pub(crate) fn body(self, body: Body) -> Self {
         Self { body: Some(body), ..self }
     }
 
-    /// An answer.
+    /// Declares an answer.
     pub(crate) fn answer(mut self, status: u16, about: &'static str, contents: &[Content]) -> Self {
         self.answers.push((status, about, contents.to_vec()));
         self
     }
 
-    /// A header of its answers.
+    /// Declares a header of the answers.
     pub(crate) fn answer_header(mut self, name: &'static str, about: &'static str) -> Self {
         self.headers.push((name, about));
         self
     }
 
-    /// It answers 200 with a picture.
+    /// Declares a picture as the answer 200.
     pub(crate) fn picture(self) -> Self {
         Self { picture: true, ..self }
     }
 
-    /// The operation as the contract has it.
+    /// The operation object of the contract.
     pub(super) fn operation(&self, schemas: &mut Schemas) -> Value {
         let (summary, description) = self.about.split_once("\n\n").unwrap_or((self.about, ""));
         let mut operation = json!({

@@ -1,4 +1,4 @@
-//! The schemas of the contract, as schemars makes them of the types that requests are read into and answers written from.
+//! The schemas of the contract, which schemars makes from the types of requests and answers.
 
 use crate::http::extract::query::{Parameter, Query};
 use schemars::generate::{Contract, SchemaSettings};
@@ -7,10 +7,10 @@ use serde_json::{Map, Value, json};
 use strahl::scene::Format;
 use strahl::scene::schema::schema;
 
-/// Where components are.
+/// Path of the components.
 const COMPONENTS: &str = "#/components/schemas/";
 
-/// The schemas that were asked for.
+/// Collects schemas.
 #[derive(Debug)]
 pub(crate) struct Schemas {
     answers: SchemaGenerator,
@@ -31,12 +31,12 @@ impl Default for Schemas {
 }
 
 impl Schemas {
-    /// The schema of something that is written.
+    /// The schema of a type that is written.
     pub(crate) fn answer<T: JsonSchema>(&mut self) -> Value {
         self.answers.subschema_for::<T>().to_value()
     }
 
-    /// The schema of something that is read.
+    /// The schema of a type that is read.
     pub(crate) fn body<T: JsonSchema>(&mut self) -> Value {
         self.bodies.subschema_for::<T>().to_value()
     }
@@ -45,7 +45,7 @@ impl Schemas {
     pub(super) fn components(mut self) -> Map<String, Value> {
         let mut components = self.bodies.take_definitions(true);
         components.extend(self.answers.take_definitions(true));
-        // Settings in an answer are those that a scene may have.
+        // Settings in an answer are those of scenes.
         let mut scene = schema().clone();
         rename_references(&mut scene);
         if let Some(Value::Object(parts)) = scene.as_object_mut().and_then(|scene| scene.remove("$defs")) {
@@ -66,7 +66,7 @@ impl Schemas {
     }
 }
 
-/// Query parameters as an object: the settings and the output of a job are those of a render.
+/// Query parameters as an object, since jobs take the settings and output of renders as JSON.
 fn object(about: &str, parameters: Vec<Parameter>) -> Value {
     let property = |parameter: Parameter| {
         let mut schema = parameter.schema();
@@ -77,7 +77,7 @@ fn object(about: &str, parameters: Vec<Parameter>) -> Value {
     json!({ "type": "object", "description": about, "properties": properties, "additionalProperties": false })
 }
 
-/// A scene inside of a body, which stays text until it is read on its own.
+/// The schema of a scene inside of a body, whose type is raw JSON.
 pub(crate) fn scene_reference(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "$ref": format!("{COMPONENTS}Scene") })
 }

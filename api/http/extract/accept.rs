@@ -1,19 +1,19 @@
-//! Which format an answer has: `?format=`, else the `Accept` header with its quality values (RFC 9110 12.5.1).
+//! The format of an answer: `?format=`, else the `Accept` header with its quality values (RFC 9110 section 12.5.1).
 
 use crate::http::problem::{Kind, Problem};
 use axum::http::{HeaderMap, header};
 use strahl::film::PictureFormat;
 
-/// The picture format that the client likes best.
+/// The picture format that the client prefers.
 pub(crate) fn by_accept(headers: &HeaderMap) -> Result<PictureFormat, Problem> {
     best(headers, &PictureFormat::ALL.map(|format| (format.names().1, format)))
 }
 
-/// Of some media types the one that the client likes best, and of equally acceptable ones the first.
+/// The media type that the client prefers, and of equally acceptable ones the first.
 pub(crate) fn best<T: Copy>(headers: &HeaderMap, available: &[(&'static str, T)]) -> Result<T, Problem> {
     let accept: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
     let accept = accept.join(",");
-    // No header accepts anything.
+    // Without the header anything is acceptable.
     let accept = if accept.trim().is_empty() { "*/*".to_owned() } else { accept };
     let ranges: Vec<(&str, f32)> = accept.split(',').filter_map(range).collect();
     // `max_by` takes the last of equals; the list runs backwards so that the first wins.
@@ -31,7 +31,7 @@ pub(crate) fn best<T: Copy>(headers: &HeaderMap, available: &[(&'static str, T)]
         })
 }
 
-/// `type/subtype;q=0.5` taken apart; a broken quality value counts as 0.
+/// Parses `type/subtype;q=0.5`. A malformed quality value counts as 0.
 fn range(text: &str) -> Option<(&str, f32)> {
     let mut parts = text.split(';').map(str::trim);
     let media_range = parts.next().filter(|range| !range.is_empty())?;

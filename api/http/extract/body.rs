@@ -12,13 +12,13 @@ use std::time::Duration;
 use strahl::scene::Format;
 use tokio::time::timeout;
 
-/// Compressed bytes that are unpacked at a time.
+/// Compressed bytes that are decompressed at a time.
 const PIECE: usize = 4_096;
 
-/// How long the body of a refused request is listened to.
+/// Time for which the body of a refused request is read.
 const DISCARD: Duration = Duration::from_secs(2);
 
-/// Which format the headers say the scene has. None if they say nothing, or what curl says of any data: then the body
+/// The format of the scene by its Content-Type. None if there is none, or the one that curl sends by default. Then the body
 /// decides ([`check_content`]).
 pub(crate) fn declared_format(headers: &HeaderMap) -> Result<Option<Format>, Problem> {
     let kind = text(headers, header::CONTENT_TYPE);
@@ -32,7 +32,7 @@ pub(crate) fn declared_format(headers: &HeaderMap) -> Result<Option<Format>, Pro
     encoding(headers).map(|_| format)
 }
 
-/// Without a declared format a body has to begin as a JSON object does.
+/// Without a declared format a body has to begin like a JSON object.
 pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<Format, Problem> {
     match declared {
         Some(format) => Ok(format),
@@ -41,7 +41,7 @@ pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<For
     }
 }
 
-/// Refuses what is not JSON by its Content-Type.
+/// Refuses a Content-Type other than JSON.
 pub(crate) fn declares_json(headers: &HeaderMap) -> Result<Option<Format>, Problem> {
     match declared_format(headers)? {
         Some(Format::Nff) => Err(Problem::new(Kind::UnsupportedMediaType, "this takes application/json only")),
@@ -73,7 +73,7 @@ fn unsupported(what: String) -> Problem {
     Problem::new(Kind::UnsupportedMediaType, detail)
 }
 
-/// Reads a whole body, within the limits. A client that announces too much is refused before it sends it.
+/// Reads a whole body, within the limits. A client that announces too large a body is refused before it sends it.
 pub(crate) async fn read(app: &AppState, headers: &HeaderMap, body: Body) -> Result<MeteredBytes, Problem> {
     if announced(headers) > app.limits.max_body_bytes {
         return Err(too_large(app));
@@ -105,7 +105,7 @@ pub(crate) async fn discard(app: &AppState, headers: &HeaderMap, mut body: Body)
             left -= length;
         }
     };
-    // Out of time or not, the answer is the same.
+    // The answer is the same if the time is over.
     let _ = timeout(DISCARD, all).await;
 }
 
@@ -121,7 +121,7 @@ async fn collect(app: &AppState, encoding: Encoding, mut body: Body) -> Result<M
         let Ok(data) = frame.into_data() else { continue };
         match &mut unpacked {
             None => append(app, &mut all, &data)?,
-            // A little at a time: a small piece may hold a thousand times as much.
+            // A little at a time, since it may decompress to a thousand times its size.
             Some(decoder) => {
                 for piece in data.chunks(PIECE) {
                     decoder.write_all(piece).map_err(|error| no_gzip(&error))?;

@@ -1,15 +1,15 @@
-//! Conditional requests (RFC 9110 section 13): whether a client has already what it asks for.
+//! Conditional requests (RFC 9110 section 13).
 
 use axum::http::{HeaderMap, HeaderName, Method, header};
 
-/// What the conditions of a request come to.
+/// The outcome of a request's conditions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// Answer as ever.
+    /// Answer as without conditions.
     Proceed,
-    /// 304: the client has it.
+    /// 304: the client has the current version.
     NotModified,
-    /// 412: it is not what the client goes by.
+    /// 412: the client has another version.
     Failed,
 }
 
@@ -18,7 +18,7 @@ pub(crate) fn has_any(headers: &HeaderMap) -> bool {
     headers.contains_key(header::IF_MATCH) || headers.contains_key(header::IF_NONE_MATCH)
 }
 
-/// Weighs a request's conditions against an entity tag, with its quotes; without one only `*` can match.
+/// Evaluates a request's conditions for an entity tag with its quotes. Without a tag only `*` can match.
 pub(crate) fn weigh(method: &Method, headers: &HeaderMap, etag: Option<&str>) -> Verdict {
     if headers.contains_key(header::IF_MATCH) && !names(headers, header::IF_MATCH, etag, false) {
         return Verdict::Failed;
@@ -26,14 +26,14 @@ pub(crate) fn weigh(method: &Method, headers: &HeaderMap, etag: Option<&str>) ->
     if !names(headers, header::IF_NONE_MATCH, etag, true) {
         return Verdict::Proceed;
     }
-    // Safe methods are told that nothing has changed; QUERY is one (RFC 10008).
+    // Safe methods get 304. QUERY is one of them (RFC 10008).
     if method.is_safe() { Verdict::NotModified } else { Verdict::Failed }
 }
 
-/// Whether one of the tags in a header is this one; a weak tag is the same only where weakness does not matter.
+/// Whether a header contains this tag. Weak tags match only if `weak` comparison is allowed.
 fn names(headers: &HeaderMap, name: HeaderName, etag: Option<&str>, weakly: bool) -> bool {
     let values = headers.get_all(name).into_iter().filter_map(|value| value.to_str().ok());
-    // No tag of ours has a comma in its quotes that could be taken for the next: regions are `x-y-w-h` there.
+    // Our tags contain no commas: regions are written as `x-y-w-h`.
     values.flat_map(|value| value.split(',')).map(str::trim).any(|tag| {
         let tag = if weakly { tag.strip_prefix("W/").unwrap_or(tag) } else { tag };
         tag == "*" || Some(tag) == etag

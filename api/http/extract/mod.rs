@@ -1,4 +1,4 @@
-//! What handlers take out of a request: its body, its query, what its headers ask for.
+//! Extractors of handlers: the body, the query and the headers of a request.
 
 pub(crate) mod accept;
 pub(crate) mod body;

@@ -1,4 +1,4 @@
-//! The job that a path names, if its client may see it.
+//! The job in a path, if the tenant may see it.
 
 use super::path::Path;
 use crate::http::auth::tenant::{Scope, Tenant};
@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use uuid::Uuid;
 
-/// A job, and who asks about it.
+/// A job, and the tenant of the request.
 #[derive(Debug)]
 pub(crate) struct NamedJob {
     pub(crate) job: Arc<Job>,
@@ -36,7 +36,7 @@ pub(crate) fn find(app: &AppState, tenant: &Tenant, id: &str) -> Result<Arc<Job>
     found.ok_or_else(|| missing(app, id))
 }
 
-/// Whether a tenant may see a job: its own, and operators all.
+/// Whether a tenant may see a job. Keys with the scope admin may see all.
 pub(crate) fn may_see(tenant: &Tenant, record: &Record) -> bool {
     record.tenant == tenant.name || tenant.may(Scope::Admin)
 }
@@ -51,7 +51,7 @@ fn missing(app: &AppState, id: &str) -> Problem {
     }
 }
 
-/// Whether an id is that of a job from so long ago that it may have been forgotten.
+/// Whether the job of an id is so old that it may have been deleted.
 fn is_older(id: &str, age: Duration) -> bool {
     let made = Uuid::try_parse(id).ok().and_then(|id| id.get_timestamp()).map(|made| made.to_unix());
     made.is_some_and(|(seconds, _)| unix_time().as_secs().saturating_sub(seconds) >= age.as_secs().max(1))

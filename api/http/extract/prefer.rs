@@ -5,20 +5,20 @@ use std::time::Duration;
 
 /// The header's name.
 const PREFER: HeaderName = HeaderName::from_static("prefer");
-/// Longest wait, whatever is asked for.
+/// Longest wait.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// What a client prefers.
+/// The preferences of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Prefer {
-    /// A job rather than a picture.
+    /// Whether a job is preferred to a picture.
     pub(crate) respond_async: bool,
-    /// An answer after so long at the latest.
+    /// Longest wait for the answer.
     pub(crate) wait: Option<Duration>,
 }
 
 impl Prefer {
-    /// What the headers say; preferences that are not understood are ignored, as the standard has it.
+    /// Reads the headers. Unknown preferences are ignored, as the standard requires.
     pub(crate) fn of(headers: &HeaderMap) -> Self {
         let mut prefer = Self::default();
         let values = headers.get_all(PREFER).iter().filter_map(|value| value.to_str().ok());
@@ -35,7 +35,7 @@ impl Prefer {
         prefer
     }
 
-    /// What an answer says it has honoured.
+    /// The header that tells which preferences were applied.
     pub(crate) fn applied(self) -> [(HeaderName, String); 1] {
         let wait = self.wait.map(|wait| format!("wait={}", wait.as_secs()));
         let respond_async = self.respond_async.then(|| "respond-async".to_owned());

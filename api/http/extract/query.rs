@@ -23,7 +23,7 @@ pub(crate) struct Query {
     given: Vec<(String, String)>,
     known: Vec<&'static str>,
     errors: Vec<ErrorEntry>,
-    /// The parameters that are read, if this is about the contract.
+    /// Collects the parameters that are read, when the contract is made.
     described: Option<Vec<Parameter>>,
 }
 
@@ -39,16 +39,16 @@ pub(crate) struct Parameter {
     values: Values,
 }
 
-/// What a parameter may be.
+/// Values of a parameter.
 #[derive(Debug, Clone)]
 enum Values {
     Text,
     /// Any number of texts, each as a parameter of the same name.
     Texts,
     Flag,
-    /// A whole number within a range, and the limit it comes from.
+    /// A whole number within a range, and the limit that gives the range.
     Whole(u64, u64, Option<&'static str>),
-    /// A number of at least the first, and at most the second, which a limit says.
+    /// A number of at least the first and at most the second, and the limit that gives the latter.
     Number(f64, Option<f64>, Option<&'static str>),
     Words(Vec<String>),
     Accuracy,
@@ -57,10 +57,10 @@ enum Values {
 /// The largest whole number that the contract's format int64 holds.
 const MAX_WHOLE: u64 = i64::MAX as u64;
 
-/// Pixels that can be counted; no picture has as many.
+/// More pixels than any picture has.
 const MAX_PIXELS: u64 = u32::MAX as u64;
 
-/// What [`Accuracy`] reads, as far as a pattern can say it.
+/// The values of [`Accuracy`] as a pattern.
 const ACCURACY: &str = "^(fixed|proved(:[0-2])?|time:[1-9][0-9]{0,5}|rays:[1-9][0-9]{0,14}|\
     statistical:(0[.](25|5|75)|[1-9]([.][0-9])?|[1-5][0-9])(,0[.][5-9][0-9]?)?)$";
 
@@ -90,7 +90,7 @@ impl Parameter {
 }
 
 impl Values {
-    /// What is expected, in a sentence.
+    /// The expected values in words.
     fn expected(&self) -> String {
         match self {
             Self::Text | Self::Texts => "text".into(),
@@ -111,7 +111,7 @@ impl Values {
     }
 }
 
-/// How a picture is written, as far as a query says it.
+/// The format of a picture in a query.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Output {
     /// The format, if it is named.
@@ -121,14 +121,14 @@ pub(crate) struct Output {
 }
 
 impl Query {
-    /// Takes the query of a request apart.
+    /// Parses the query of a request.
     pub(crate) fn of(uri: &Uri) -> Result<Self, Problem> {
         let Pairs(given) = Pairs::try_from_uri(uri)
             .map_err(|error| Problem::new(Kind::InvalidParameter, format!("the query cannot be read: {error}")))?;
         Ok(Self { given, ..Self::default() })
     }
 
-    /// The keys of a JSON object, with numbers, words and truth values, as parameters.
+    /// The keys of a JSON object as parameters.
     pub(crate) fn given(object: Map<String, Value>) -> Self {
         let text = |value: Value| if let Value::String(text) = value { text } else { value.to_string() };
         let given = object.into_iter().map(|(name, value)| (name, text(value))).collect();
@@ -261,9 +261,9 @@ impl Query {
         self.errors.push(ErrorEntry { parameter: Some(parameter.into()), ..ErrorEntry::new(code, detail) });
     }
 
-    /// The settings that a query may put over the scene's.
+    /// Settings that replace the scene's.
     pub(crate) fn settings(&mut self, format: Format) -> Overrides {
-        // It is only for NFF, whose text has no place for it.
+        // Only for NFF, which cannot contain this setting.
         let two_sided = match self.described {
             Some(_) => None,
             None => self.flag("two_sided", "See opaque surfaces from behind, too (NFF only)."),
@@ -317,7 +317,7 @@ impl Query {
         Output { format: None, bits, quality }
     }
 
-    /// The picture's format: the one that is named, or else the one that the client accepts.
+    /// The picture's format: that of the query, else the one that the client accepts.
     pub(crate) fn picture_format(&mut self, output: Output, headers: &HeaderMap) -> Result<FileFormat, Problem> {
         let format = output.format.map_or_else(|| by_accept(headers), Ok)?;
         Ok(self.with_details(format, output))
@@ -360,7 +360,7 @@ impl Query {
         self.take("seconds", about, values, |text| text.parse().ok().filter(fits))
     }
 
-    /// Everything has been taken: what is left is unknown or there twice.
+    /// Ends reading. Parameters that are left are unknown or repeated.
     pub(crate) fn finish(mut self) -> Result<(), Problem> {
         for (name, _) in std::mem::take(&mut self.given) {
             if self.known.contains(&name.as_str()) {

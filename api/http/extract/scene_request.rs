@@ -1,4 +1,4 @@
-//! What all requests about a scene share: a content type, a query, and the scene itself as the body.
+//! Requests about a scene: a content type, a query, and the scene as the body.
 
 use super::body;
 use super::query::Query;
@@ -17,11 +17,11 @@ use strahl::scene::{Format, Overrides};
 pub(crate) struct SceneRequest<P> {
     /// The format of the scene.
     pub(crate) format: Format,
-    /// Settings put over the scene's.
+    /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
-    /// The parameters that only some requests take.
+    /// Parameters of this kind of request only.
     pub(crate) extra: P,
-    /// Who asks.
+    /// The tenant.
     pub(crate) tenant: Arc<Tenant>,
     /// The request's method.
     pub(crate) method: Method,
@@ -31,7 +31,7 @@ pub(crate) struct SceneRequest<P> {
     pub(crate) body: MeteredBytes,
 }
 
-/// Reads a request; `extra` takes the parameters that only this kind of request has.
+/// Reads a request. `extra` reads the parameters of this kind of request only.
 pub(crate) async fn read<P>(
     app: &AppState,
     request: Request,

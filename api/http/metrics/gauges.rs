@@ -1,4 +1,4 @@
-//! Gauges: what waits, what runs and what is kept, looked up when Prometheus asks.
+//! Gauges: what waits, runs and is cached, read when Prometheus asks.
 
 use crate::service::jobs::record::State;
 use crate::service::requests::Service;
@@ -11,7 +11,7 @@ use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::registry::{Registry, Unit};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The numbers, as they were looked up last.
+/// The gauges, as they were read last.
 #[derive(Debug, Default)]
 pub(crate) struct Gauges {
     running: Family<ClassLabels, Gauge>,
@@ -28,7 +28,7 @@ pub(crate) struct Gauges {
     cache_misses: Family<CacheLabels, Counter>,
 }
 
-/// A [`Class`] by name.
+/// Label with the name of a [`Class`].
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
 pub(crate) struct ClassLabels {
     pub(crate) lane: &'static str,
@@ -51,7 +51,7 @@ struct CacheLabels {
 }
 
 impl Gauges {
-    /// Puts them on the page.
+    /// Registers all gauges.
     pub(crate) fn register(&self, to: &mut Registry) {
         to.register("renders_running", "Renders and jobs under way", self.running.clone());
         to.register("queue_depth", "Renders and jobs that wait", self.waiting.clone());
@@ -69,7 +69,7 @@ impl Gauges {
         to.register("cache_misses", "What had to be made or fetched", self.cache_misses.clone());
     }
 
-    /// Looks everything up.
+    /// Reads all gauges.
     pub(crate) fn read(&self, service: &Service, streams: u64) {
         let (jobs_waiting, jobs_open) = service.jobs.counts();
         let of_queue = [(Class::Tiles, &service.tiles), (Class::Renders, &service.queue)];
@@ -116,7 +116,7 @@ impl Gauges {
     }
 }
 
-/// Gauges have a sign.
+/// A count as a gauge, whose numbers are signed.
 fn whole(count: u64) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }

@@ -1,8 +1,8 @@
-//! Numbers for Prometheus, at `/metrics` of the admin listener.
+//! Metrics for Prometheus, at `/metrics` of the admin listener.
 //!
 //! The request log counts every request by the status of its answer, and by the [`Cost`] in it if something was rendered.
-//! Jobs report when they end. Gauges are looked up when Prometheus asks (`gauges.rs`). Tenants are no labels, since there may
-//! be thousands.
+//! Jobs report when they end. Gauges are read when Prometheus asks (`gauges.rs`). There are no labels for tenants, since there
+//! may be thousands.
 
 mod gauges;
 pub(crate) mod render_cost;
@@ -27,7 +27,7 @@ use std::time::Duration;
 const SECONDS: [f64; 16] =
     [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 300.0, 3_600.0];
 
-/// All numbers.
+/// All metrics.
 #[derive(Debug)]
 pub(crate) struct Metrics {
     registry: Registry,
@@ -110,7 +110,7 @@ impl Metrics {
         self.gauges.register(to);
     }
 
-    /// A request has been answered.
+    /// Counts an answered request.
     pub(crate) fn answered(&self, route: &str, method: &Method, response: &Response, took: Duration) {
         let status = response.status();
         let labels = RequestLabels { route: route.to_owned(), method: known(method), status: status.as_u16() };
@@ -125,19 +125,19 @@ impl Metrics {
         }
     }
 
-    /// A request was refused for lack of room or allowance.
+    /// Counts a request that was refused because the service is full or the tenant over its limits.
     pub(crate) fn shed(&self, reason: &'static str) {
         self.shed.get_or_create(&ReasonLabels { reason }).inc();
     }
 
-    /// A client went away before its answer.
+    /// Counts a client that has disconnected before its answer.
     pub(crate) fn left(&self, route: &str) {
         if let Some(class) = class_of(route) {
             self.ended(class, "canceled");
         }
     }
 
-    /// A job has ended.
+    /// Counts an ended job.
     pub(crate) fn job_ended(&self, record: &Record, state: State) {
         let stats = &record.stats;
         match state {
@@ -160,7 +160,7 @@ impl Metrics {
         }
     }
 
-    /// A picture was made.
+    /// Counts a rendered picture.
     fn rendered(&self, class: Class, cost: &Cost) {
         self.ended(class, "ok");
         self.rays.get_or_create(&class.into()).inc_by(cost.rays);
@@ -169,12 +169,12 @@ impl Metrics {
         self.encode_seconds.get_or_create(&FormatLabels { format: cost.format }).observe(cost.encode.as_secs_f64());
     }
 
-    /// A render has ended: `ok`, `refused`, `failed`, `deadline` or `canceled`.
+    /// Counts an ended render: `ok`, `refused`, `failed`, `deadline` or `canceled`.
     fn ended(&self, class: Class, outcome: &'static str) {
         self.renders.get_or_create(&OutcomeLabels { lane: class.name(), outcome }).inc();
     }
 
-    /// Everything as OpenMetrics text.
+    /// All metrics as OpenMetrics text.
     pub(crate) fn text(&self, service: &Service, streams: u64) -> String {
         self.gauges.read(service, streams);
         let mut text = String::new();
@@ -184,7 +184,7 @@ impl Metrics {
     }
 }
 
-/// Paths whose answers are pictures made for them.
+/// The class of renders for a path, if it renders.
 fn class_of(route: &str) -> Option<Class> {
     match route {
         "/v1/render" | "/v1/images/{image}" => Some(Class::Renders),
@@ -196,7 +196,7 @@ fn class_of(route: &str) -> Option<Class> {
     }
 }
 
-/// Methods come from clients, who could make up any number of them.
+/// Name of a known method. Clients could make up any number of others.
 fn known(method: &Method) -> &'static str {
     const KNOWN: [&str; 8] = ["GET", "HEAD", "POST", "QUERY", "PUT", "PATCH", "DELETE", "OPTIONS"];
     KNOWN.into_iter().find(|name| *name == method.as_str()).unwrap_or("other")

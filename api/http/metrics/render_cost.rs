@@ -1,26 +1,30 @@
+<<<<<<< HEAD
 //! What an answer has cost. Handlers put it into their response's extensions, from where it is counted.
+=======
+//! The cost of an answer. Handlers put it into the response's extensions, from which rate limits are charged and metrics counted.
+>>>>>>> 3c3dbe3 (The program's comments and help in plain English)
 
 use crate::service::pictures::cache::Took;
 use std::time::Duration;
 use strahl::film::FileFormat;
 
-/// What a picture took.
+/// Cost of a picture.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Cost {
     /// Rays of all kinds.
     pub(crate) rays: u64,
-    /// How long it waited.
+    /// Time in the queue.
     pub(crate) queue: Duration,
-    /// How long it took, without waiting.
+    /// Time without waiting.
     pub(crate) render: Duration,
-    /// How much of that was writing the picture.
+    /// Part of that for encoding the picture.
     pub(crate) encode: Duration,
     /// The picture's format by name.
     pub(crate) format: &'static str,
 }
 
 impl Cost {
-    /// What a picture cost the request that had it made; none if it was there, or another request had it made.
+    /// Cost of a picture for the request that rendered it. None if it was cached, or another request rendered it.
     pub(crate) fn of(took: &Took, format: FileFormat) -> Option<Self> {
         let (phases, rays) = took.render.filter(|_| !took.is_shared)?;
         let duration = |ms: f64| Duration::try_from_secs_f64(ms / 1e3).unwrap_or_default();

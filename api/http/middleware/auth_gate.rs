@@ -1,4 +1,4 @@
-//! Authorization: whose request it is, whether its key allows it, and whether the tenant is within its rate limit.
+//! Authorization: the tenant of a request, the scopes of its key, and its rate limit.
 
 use crate::http::auth::rate_limit::Left;
 use crate::http::auth::tenant::{Scope, Tenant};
@@ -20,7 +20,11 @@ pub(crate) async fn identify(State(app): State<App>, mut request: Request, next:
     Ok(next.run(request).await)
 }
 
-/// Lets requests through whose key allows it, and charges the tenant. Rays are charged where they are traced.
+<<<<<<< HEAD
+/// Refuses requests whose key lacks a scope, and charges the tenant. Rays are charged where they are traced.
+=======
+/// Refuses requests whose key lacks a scope, and charges the tenant.
+>>>>>>> 3c3dbe3 (The program's comments and help in plain English)
 pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Result<Response, Problem> {
     let tenant = request.extensions().get::<Arc<Tenant>>().map(Arc::clone).ok_or_else(|| {
         let detail = "this service asks for a key: send Authorization: Bearer rk_...";

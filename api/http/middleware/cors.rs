@@ -1,5 +1,5 @@
-//! Which pages may use the service from a browser (CORS). It stands outside of keys and limits, so that a page can read
-//! why it was refused.
+//! CORS: which pages may use the service from a browser. It comes before keys and limits, so that a page can read why it was
+//! refused.
 //!
 //! Cookies play no part: a page gets what any client gets that reaches the service and has a key. Where none is needed, only
 //! pages of this machine get anything, unless told otherwise. tower-http's layer
@@ -17,10 +17,10 @@ const EXPOSED: &str = "Content-Disposition, Content-Location, ETag, Idempotency-
                        Preference-Applied, RateLimit, RateLimit-Policy, Render-Error, Render-Plan, Render-Rays, \
                        Render-Warnings, Repr-Digest, Retry-After, Server-Timing, WWW-Authenticate, X-Request-Id";
 const METHODS: &str = "GET, HEAD, POST, QUERY, PUT, PATCH, DELETE";
-/// Seconds a browser may remember the answer to a preflight request.
+/// Seconds for which a browser may cache the answer to a preflight request.
 const MAX_AGE: &str = "7200";
 
-/// Answers preflight requests, and marks all other answers.
+/// Answers preflight requests, and adds CORS headers to all other answers.
 pub(crate) async fn cors(State(app): State<App>, request: Request, next: Next) -> Response {
     let origins = &app.origins;
     let allowed = origins.allowed(request.headers());

@@ -1,9 +1,8 @@
-//! By which name the service is reached, and which pages may change something in it.
+//! Checks the `Host` and `Origin` of requests to a service without keys.
 //!
-//! Where no key is needed, being able to reach the service is all that it takes to use it, and every page that a browser on
-//! this machine shows can reach it. CORS keeps pages of other origins from reading answers, but requests such as
-//! `POST cancel` are sent all the same, and a page whose name leads to this machine (DNS rebinding) is no other origin. So
-//! both are refused here.
+//! Without keys every client that can reach the service can use it, and so can every page in a browser on this machine. CORS
+//! keeps pages of other origins from reading answers, but requests such as `POST cancel` are sent all the same, and a page
+//! whose name resolves to this machine (DNS rebinding) has the same origin. So both are refused here.
 
 use crate::http::auth::client::Ends;
 use crate::http::host::Host;
@@ -37,7 +36,7 @@ fn host_of(request: &Request) -> Result<Option<Host>, Problem> {
         (Some(_), Some(_)) => return Err(malformed("there is more than one Host header")),
         (Some(host), None) => Some(host.to_str().unwrap_or_default()),
     };
-    // The address of a request to a proxy wins over its header.
+    // The address in the request line takes precedence over the header.
     let host = request.uri().authority().map(|authority| authority.as_str()).or(host);
     let wrong = || malformed("the Host header is a name or an address, and perhaps a port, such as localhost:8080");
     host.map(|host| Host::read(host).ok_or_else(wrong)).transpose()

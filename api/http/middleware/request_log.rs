@@ -1,4 +1,4 @@
-//! What every answer has: a request id, security headers, problems as JSON, and a line in the log.
+//! Gives every answer a request id, security headers, a problem document for errors, and a line in the log.
 
 use crate::http::auth::capability;
 use crate::http::drain::Counted;
@@ -16,7 +16,7 @@ use std::time::Instant;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
-/// Headers of a response that stay when a problem takes its place.
+/// Headers of a response that are kept when a problem document replaces it.
 const KEPT: [HeaderName; 3] =
     [header::ALLOW, HeaderName::from_static("ratelimit"), HeaderName::from_static("ratelimit-policy")];
 
@@ -41,8 +41,8 @@ pub(crate) async fn request_log(State(app): State<App>, request: Request, next: 
         headers.insert(REQUEST_ID, id);
     }
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    // Ray trees as SVG repeat names from the scene; nothing in an answer may ever run. Reports contain their pictures.
-    // Only pages that are part of the program say something else.
+    // Ray trees as SVG repeat names from the scene, so nothing in an answer may run. Reports contain their pictures. Only pages
+    // that are part of the program have another policy.
     headers
         .entry(header::CONTENT_SECURITY_POLICY)
         .or_insert(HeaderValue::from_static("default-src 'none'; img-src data:; style-src 'unsafe-inline'; sandbox"));
@@ -54,7 +54,7 @@ pub(crate) async fn request_log(State(app): State<App>, request: Request, next: 
     response
 }
 
-/// The client's id if it is harmless, else a new one: 32 random bits of this process and a counter.
+/// The client's request id if it is harmless, else a new one: 32 random bits of this process and a counter.
 pub(crate) fn request_id(headers: &HeaderMap) -> String {
     static PROCESS: LazyLock<u64> = LazyLock::new(|| RandomState::new().build_hasher().finish() & 0xffff_ffff);
     static COUNT: AtomicU64 = AtomicU64::new(1);
@@ -76,14 +76,14 @@ fn trace_id(headers: &HeaderMap) -> Option<String> {
     (sound && id.bytes().any(|b| b != b'0')).then(|| id.to_owned())
 }
 
-/// One request, from its headers to its answer or to its client going away; it ends with a line in the log.
+/// One request, from its headers to its answer or its disconnection. Dropping it writes a line to the log.
 #[derive(Debug)]
 struct RequestLog {
     app: App,
     id: String,
-    /// The trace it is part of, as its client says (W3C trace context).
+    /// Its trace id, if the client sends one (W3C trace context).
     trace: Option<String>,
-    /// The path's pattern.
+    /// The pattern of its path.
     route: String,
     method: Method,
     path: String,
@@ -120,7 +120,7 @@ impl Drop for RequestLog {
         let trace = trace.as_deref();
         let ms = started.elapsed().as_millis();
         match status.map(|status| status.as_u16()) {
-            // Probes come every few seconds and say nothing new.
+            // Probes come every few seconds.
             Some(status) if matches!(path.as_str(), "/livez" | "/readyz") => {
                 tracing::debug!(request = %id, %method, %path, status, ms, "answered");
             }

@@ -1,11 +1,11 @@
-//! The kinds of problems there are, in one table: a new one needs a line here, and has its page then.
+//! All kinds of problems, in one table. Each has a page.
 
 use axum::http::StatusCode;
 
 /// Makes the enum, the list of all, and their pages from one table.
 macro_rules! kinds {
     ($($name:ident = $slug:literal, $status:ident, $title:literal, $advice:literal;)+) => {
-        /// What can go wrong. Each kind has a page at `/problems/{slug}`.
+        /// Kinds of problems. Each has a page at `/problems/{slug}`.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub(crate) enum Kind {
             $($name,)+
@@ -15,7 +15,7 @@ macro_rules! kinds {
             /// All kinds.
             pub(crate) const ALL: &[Self] = &[$(Self::$name,)+];
 
-            /// Its name in URLs, its status, its title, and what to do about it.
+            /// Its slug, its status, its title, and what to do.
             pub(crate) fn page(self) -> (&'static str, StatusCode, &'static str, &'static str) {
                 match self {
                     $(Self::$name => ($slug, StatusCode::$status, $title, $advice),)+
@@ -56,7 +56,7 @@ kinds! {
     UriTooLong = "uri-too-long", URI_TOO_LONG, "The URI is too long",
         "Scenes go into the body, not into the URI.";
     HeadersTooLarge = "headers-too-large", REQUEST_HEADER_FIELDS_TOO_LARGE, "The headers are too large",
-        "Send fewer headers, or smaller ones: 100 of them, and 64 KiB with the request's line, are the most.";
+        "Send fewer or smaller headers: at most 100, and 64 KiB together with the request line.";
     Unauthorized = "unauthorized", UNAUTHORIZED, "A key is needed",
         "Send Authorization: Bearer and a key that the operator of this service has made with `strahl key new`.";
     Forbidden = "forbidden", FORBIDDEN, "This is not allowed",

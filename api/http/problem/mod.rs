@@ -1,4 +1,4 @@
-//! Errors as RFC 9457 problem documents. Handlers return a [`Problem`]; the request log writes it, with the request's id.
+//! Errors as RFC 9457 problem documents. Handlers return a [`Problem`], and the request log writes it with the request's id.
 
 mod kind;
 
@@ -15,7 +15,7 @@ use std::fmt::Write;
 use strahl::scene;
 use strahl::scene::limits::PROBLEMS;
 
-/// Bytes of a sentence in a problem, at most.
+/// Most bytes of a detail.
 const DETAIL: usize = 2_048;
 
 /// An error on its way to a client.
@@ -60,7 +60,7 @@ struct Members {
     /// What is wrong, one by one, up to the limit `problems`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     errors: Vec<ErrorEntry>,
-    /// Errors that were found beside those in `errors`. After a thousand no more are looked for.
+    /// Number of further errors. The check stops after a thousand.
     #[serde(skip_serializing_if = "is_none")]
     more: usize,
     /// The limit that was exceeded; `/v1/limits` has all limits.
@@ -72,7 +72,7 @@ struct Members {
     /// With 403: the scope that the key lacks.
     #[serde(skip_serializing_if = "Option::is_none")]
     scope: Option<&'static str>,
-    /// What to do instead, in one word.
+    /// What to do instead, as one word.
     #[serde(skip_serializing_if = "Option::is_none")]
     suggest: Option<&'static str>,
 }
@@ -84,14 +84,14 @@ fn is_none(count: &usize) -> bool {
 /// One thing that is wrong.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 pub(crate) struct ErrorEntry {
-    /// Its place in the body: a JSON pointer as a URI fragment.
+    /// Where it is in the body: a JSON pointer as a URI fragment.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("example" = "#/objects/3/sphere/radius"))]
     pub(crate) pointer: Option<String>,
     /// The query parameter that is wrong.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) parameter: Option<String>,
-    /// What kind of mistake it is.
+    /// The kind of mistake.
     #[schemars(with = "String")]
     pub(crate) code: Value,
     /// What is wrong, and what to do.
@@ -114,7 +114,7 @@ struct LimitEntry {
 }
 
 impl ErrorEntry {
-    /// A mistake of some kind.
+    /// An error of a kind.
     pub(crate) fn new(code: &'static str, detail: impl Into<String>) -> Self {
         Self { code: code.into(), detail: shortened(detail.into()), ..Self::default() }
     }
@@ -134,7 +134,7 @@ impl ProblemSummary {
 }
 
 impl Problem {
-    /// A problem with a sentence that says what to do.
+    /// A problem with its detail.
     pub(crate) fn new(kind: Kind, detail: impl Into<String>) -> Self {
         Self { kind, detail: shortened(detail.into()), members: Box::default(), retry_after: None }
     }
@@ -146,7 +146,7 @@ impl Problem {
         problem
     }
 
-    /// Adds what is wrong, one by one.
+    /// Adds the list of errors.
     pub(crate) fn with_errors(mut self, errors: Vec<ErrorEntry>) -> Self {
         self.members.more += errors.len().saturating_sub(PROBLEMS.max as usize);
         self.members.errors = errors;
@@ -189,21 +189,21 @@ impl Problem {
         status
     }
 
-    /// Why the service refused a request that it would have accepted at another time.
+    /// The label of this problem in the metric `shed`, if the request would be accepted at another time.
     pub(crate) fn shed(&self) -> Option<&'static str> {
         let (slug, _, _, _) = self.kind.page();
         matches!(self.kind, Kind::Saturated | Kind::Draining | Kind::RateLimited).then_some(slug)
     }
 
-    /// The document; the request's id completes it.
+    /// The document with the request's id.
     pub(crate) fn document(self, request_id: &str) -> String {
         let summary = ProblemSummary::new(self.kind, self.detail);
         let document = ProblemDocument { summary, instance: request_id.into(), members: *self.members };
-        // Texts and numbers always become JSON.
+        // Strings and numbers can always be written as JSON.
         serde_json::to_string(&document).unwrap_or_default()
     }
 
-    /// The answer; the request's id completes it.
+    /// The answer with the request's id.
     pub(crate) fn answer(self, request_id: &str) -> Response {
         let (kind, status, retry_after) = (self.kind, self.status(), self.retry_after);
         let mut response = (status, self.document(request_id)).into_response();
@@ -253,7 +253,7 @@ impl IntoResponse for Problem {
     }
 }
 
-/// A sentence, without its middle if that is long: it may quote what was sent.
+/// A detail without its middle if it is long, since it may quote the request.
 fn shortened(detail: String) -> String {
     if detail.len() <= DETAIL {
         return detail;

@@ -25,7 +25,7 @@ pub(crate) fn image_id(text: &str) -> Result<ImageId, Problem> {
     })
 }
 
-/// Opens an image that a path names; its scene is built if need be.
+/// Opens the image in a path, and builds its scene if it is not in the cache.
 pub(crate) async fn open(app: &App, tenant: &Tenant, id: &str) -> Result<OpenedImage, Problem> {
     Ok(app.service.open_image(tenant.task(Class::Tiles), image_id(id)?).await?)
 }
@@ -67,7 +67,7 @@ pub(crate) async fn tile(
     Ok(everywhere(app, answer(app, &context, tenant.task(Class::Tiles), image, spec).await?))
 }
 
-/// Counts a tile of a client, until the tile is made.
+/// Counts a tile of a client until it is rendered.
 pub(crate) fn tile_permit(app: &AppState, client: Client) -> Result<Permit<Client>, Problem> {
     let most = app.limits.client_tiles;
     app.tile_clients.enter(client, most).ok_or_else(|| {
@@ -76,8 +76,7 @@ pub(crate) fn tile_permit(app: &AppState, client: Client) -> Result<Permit<Clien
     })
 }
 
-/// Lets pages of any origin read an answer: a client that has a key and an image's id may see it. Without keys, pages of
-/// other origins are strangers here, too.
+/// Lets pages of any origin read an answer, since its client has a key and knows the image's id. Not without keys.
 pub(crate) fn everywhere(app: &AppState, answer: impl IntoResponse) -> Response {
     let mut response = answer.into_response();
     if app.access.needs_keys() {
@@ -86,7 +85,7 @@ pub(crate) fn everywhere(app: &AppState, answer: impl IntoResponse) -> Response 
     response
 }
 
-/// Where an image's tiles are, by convention: IIIF, DZI and XYZ.
+/// Paths of an image's tiles: IIIF, DZI and XYZ.
 pub(crate) fn tiles_of(image: &str) -> [String; 3] {
     [format!("/iiif/3/{image}/info.json"), format!("/dzi/{image}.dzi"), format!("/xyz/{image}.json")]
 }

@@ -1,4 +1,4 @@
-//! Jobs as answers: one, many, and waiting for one.
+//! Answers about jobs.
 
 use super::blocking;
 use super::image::tiles_of;
@@ -25,7 +25,7 @@ use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
 use strahl::film::{FileFormat, Film, encode};
 
-/// Letters of an idempotency key.
+/// Most characters of an idempotency key.
 const KEY: usize = 255;
 
 /// A job.
@@ -33,20 +33,20 @@ const KEY: usize = 255;
 pub(crate) struct JobView {
     /// A UUID of version 7.
     id: String,
-    /// Where it stands.
+    /// Its state.
     state: JobState,
-    /// How far it is.
+    /// Its progress.
     progress: JobProgress,
-    /// Its place among the tenant's waiting jobs, from 1.
+    /// Its position among the tenant's waiting jobs, from 1.
     position: Option<usize>,
-    /// Milliseconds until it should be done.
+    /// Estimated milliseconds until it is done.
     eta_ms: Option<f64>,
-    /// Milliseconds it should take on a machine that does nothing else.
+    /// Estimated milliseconds on a machine that does nothing else.
     estimate_ms: f64,
     /// 0 to 100.
     #[schemars(range(min = 0, max = 100))]
     priority: u8,
-    /// What its owner calls it.
+    /// The owner's labels.
     labels: Vec<String>,
     /// Pixels across.
     width: u32,
@@ -58,19 +58,19 @@ pub(crate) struct JobView {
     scene_id: Option<String>,
     /// Id of the picture, if it has one.
     image_id: Option<String>,
-    /// Whose it is.
+    /// The tenant that owns it.
     tenant: String,
     /// When it was accepted (RFC 3339).
     created_at: String,
-    /// When it was first begun.
+    /// When it was first started.
     started_at: Option<String>,
     /// When it ended.
     finished_at: Option<String>,
-    /// Until when it is kept.
+    /// When it will be deleted.
     expires_at: Option<String>,
-    /// Paths of what there is to see.
+    /// Paths of the job and what belongs to it.
     links: JobLinks,
-    /// What it took.
+    /// Its cost.
     stats: Stats,
     /// Why it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -82,7 +82,7 @@ pub(crate) struct JobView {
     report: Option<Box<RawValue>>,
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Debug, Serialize, JsonSchema)]
 struct JobProgress {
     /// From 0 to 1.
@@ -95,13 +95,13 @@ struct JobProgress {
     rays: u64,
 }
 
-/// Paths of what there is to see of a job, and where its picture and tiles are if they have ids.
+/// Paths of a job and what belongs to it, and of its picture and tiles if they have ids.
 #[derive(Debug, Serialize, JsonSchema)]
 struct JobLinks {
     /// The job.
     #[serde(rename = "self")]
     this: String,
-    /// What happens to it.
+    /// Its events.
     events: String,
     /// The picture so far.
     preview: String,
@@ -183,7 +183,7 @@ impl JobView {
     }
 }
 
-/// A job as an answer: with the cost report once there is a picture, its version as ETag, and when to ask again.
+/// The answer about a job: with the cost report if it has succeeded, its version as ETag, and when to ask again.
 pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
     let mut view = JobView::of(app, job);
     if view.state == JobState::Succeeded {
@@ -210,7 +210,7 @@ pub(crate) fn etag(version: u64) -> String {
     format!("\"v{version}\"")
 }
 
-/// The answer to a submission; `again` if the same request has become this job before.
+/// The answer to a submission. `again` if the same request has made this job before.
 pub(crate) async fn accepted(app: &App, job: &Arc<Job>, again: bool, prefer: Prefer) -> Response {
     let mut response = (StatusCode::ACCEPTED, shown(app, job).await).into_response();
     let headers = response.headers_mut();
@@ -230,9 +230,9 @@ pub(crate) async fn accepted(app: &App, job: &Arc<Job>, again: bool, prefer: Pre
 /// A submission's idempotency key.
 #[derive(Debug)]
 pub(crate) enum Claimed {
-    /// The same submission has become this job.
+    /// The same submission has made this job before.
     Before(Arc<Job>),
-    /// It is the first, or has no key.
+    /// The submission is new, or has no key.
     Now(Option<Claim>),
 }
 
@@ -258,7 +258,7 @@ pub(crate) fn claim(app: &AppState, tenant: &Tenant, headers: &HeaderMap, reques
     }
 }
 
-/// The picture of a job as any other picture is answered, if there is one.
+/// The answer with the picture of a job.
 pub(crate) async fn picture_of(
     app: &App,
     tenant: &Tenant,
@@ -285,7 +285,7 @@ pub(crate) async fn picture_of(
     picture::deliver(app, &context, &picture::stored(file), &PictureSpec::plain(None, output))
 }
 
-/// A job without a picture, when one is asked for.
+/// The problem of a job that has no picture.
 pub(crate) fn no_picture(job: &Job) -> Problem {
     let record = job.record();
     let (id, state) = (record.id.clone(), record.state);
@@ -304,7 +304,7 @@ pub(crate) fn no_picture(job: &Job) -> Problem {
     }
 }
 
-/// A part of a picture that was finished before: rendered again, to the same bytes, unless it is in a cache.
+/// A part of a finished picture, from a cache or rendered again to the same bytes.
 pub(crate) async fn render_again(app: &App, tenant: &Tenant, job: &Job, spec: PictureSpec) -> Result<Vec<u8>, Problem> {
     let made = app.service.render_of_job(tenant.task(Class::Tiles), job, spec).await?;
     made.map(|file| file.bytes.clone()).ok_or_else(|| Problem::new(Kind::Gone, "the job's scene is gone"))
@@ -316,7 +316,7 @@ pub(crate) async fn encode_png(app: &App, tenant: &Tenant, film: Film) -> Result
     Ok(app.service.queue.run(tenant.task(Class::Tiles), work).await?.value)
 }
 
-/// Waits for something, until the time is over or the service is about to end; none then.
+/// Waits for something. None if the time is over or the service drains.
 pub(crate) async fn patiently<T>(app: &AppState, patience: Duration, wait: impl Future<Output = T>) -> Option<T> {
     let mut draining = app.drain.watch();
     tokio::select! {
@@ -326,7 +326,7 @@ pub(crate) async fn patiently<T>(app: &AppState, patience: Duration, wait: impl 
     }
 }
 
-/// Waits until a job is final or the time is over.
+/// Waits until a job has ended or the time is over.
 pub(crate) async fn until_final(app: &AppState, job: &Arc<Job>, patience: Duration) {
     let mut bell = job.events.bell();
     let ended = async {
@@ -336,6 +336,6 @@ pub(crate) async fn until_final(app: &AppState, job: &Arc<Job>, patience: Durati
             }
         }
     };
-    // Either way the caller looks at the state.
+    // The caller reads the state in either case.
     patiently(app, patience, ended).await;
 }

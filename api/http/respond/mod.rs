@@ -8,7 +8,7 @@ use super::problem::{Kind, Problem};
 use axum::http::{HeaderMap, HeaderName, HeaderValue};
 use serde::Serialize;
 
-/// A media type and bytes of it.
+/// A media type and the bytes of an answer.
 pub(crate) type Answer = (&'static str, Vec<u8>);
 
 /// A value as an answer.
@@ -27,7 +27,7 @@ pub(crate) fn put(headers: &mut HeaderMap, name: HeaderName, value: &str) {
     }
 }
 
-/// Work that waits for a disk, on a thread that may wait.
+/// Runs work that may wait for the disk, on a thread for such work.
 pub(crate) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
     tokio::task::spawn_blocking(work).await.map_err(|_| Problem::new(Kind::Internal, "the request failed"))
 }

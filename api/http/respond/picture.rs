@@ -1,4 +1,4 @@
-//! A picture as an answer: conditions, headers, caching.
+//! Answers with a picture: conditions, headers, caching.
 
 use super::put;
 use crate::http::auth::tenant::Tenant;
@@ -15,36 +15,36 @@ use data_encoding::BASE64;
 use std::sync::Arc;
 use strahl::film::{DEFAULT_QUALITY, FileFormat};
 
-/// How long others may keep an answer.
+/// How long caches may keep an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Freshness {
-    /// For ever: its address always means this picture.
+    /// For ever, since its URL always means this picture.
     Immutable,
-    /// It answers this request; to be asked about before it is used again.
+    /// Only if they ask again before each use.
     Once,
 }
 
-/// What an answer depends on beside its picture.
+/// What an answer depends on besides its picture.
 #[derive(Debug)]
 pub(crate) struct ResponseContext<'a> {
     /// The request's method.
     pub(crate) method: &'a Method,
     /// The request's headers.
     pub(crate) headers: &'a HeaderMap,
-    /// Who asks: shared caches must not keep what only one tenant may see.
+    /// The tenant. Shared caches must not keep what only one tenant may see.
     pub(crate) tenant: &'a Tenant,
-    /// How long others may keep it.
+    /// How long caches may keep it.
     pub(crate) freshness: Freshness,
     /// Whether `Accept` decided on the format.
     pub(crate) negotiated: bool,
 }
 
-/// The entity tag of a picture: its whole name.
+/// The entity tag of a picture: its name.
 pub(crate) fn tag(name: &str) -> String {
     format!("\"{name}\"")
 }
 
-/// The answer of a request whose conditions decide it, before anything is made.
+/// The answer of a request whose conditions decide it before anything is rendered.
 pub(crate) fn precondition_response(
     context: &ResponseContext<'_>,
     etag: Option<&str>,
@@ -64,7 +64,7 @@ pub(crate) fn precondition_response(
     }
 }
 
-/// A picture that was there.
+/// A picture that was in a cache.
 pub(crate) fn stored(file: Arc<PictureFile>) -> MadePicture {
     MadePicture { file, took: Took::CACHED }
 }
@@ -113,7 +113,7 @@ pub(crate) fn deliver(
     Ok(response)
 }
 
-/// Where an image stays in a format, as long as its scene is known.
+/// The permanent path of an image in a format.
 pub(crate) fn place_of(image: &str, format: FileFormat) -> String {
     let parameters = match format {
         FileFormat::Png16 => "?bits=16".into(),
@@ -123,7 +123,7 @@ pub(crate) fn place_of(image: &str, format: FileFormat) -> String {
     format!("/v1/images/{image}.{}{parameters}", format.names().0)
 }
 
-/// `Server-Timing`: what this answer took, if its picture had to be made.
+/// `Server-Timing`: milliseconds of the phases, if the picture was rendered.
 fn timing(took: &Took) -> String {
     let scene = format!("scene;desc={}", if took.scene_cached { "hit" } else { "miss" });
     let Some((phases, _)) = took.render else { return scene + ", picture;desc=hit" };

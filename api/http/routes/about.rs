@@ -1,4 +1,4 @@
-//! About the service itself: its limits, its version, the formats of pictures, the scene's schema, the contract.
+//! The service's limits and version, the formats of pictures, the schema of scenes, the contract.
 
 use crate::http::prelude::*;
 use crate::http::settings::ConnectionLimits;
@@ -48,13 +48,13 @@ pub(super) fn routes() -> Vec<Route> {
 /// All limits by the names that problems quote.
 #[derive(Debug, Serialize, JsonSchema)]
 struct AllLimits<'a> {
-    /// What one request may ask for: bytes, seconds (`_s`) and counts. Null: there is no such thing here.
+    /// Limits of one request: bytes, seconds (`_s`) and counts. Null: not available here.
     request: RequestLimits<'a>,
-    /// What jobs may ask for.
+    /// Limits of jobs.
     jobs: &'a JobLimits,
     /// Concurrency limits of the caller's tenant, and units in a minute. Null: unlimited.
     tenant: TenantLimits,
-    /// What a scene may say.
+    /// Limits of scenes.
     #[schemars(with = "BTreeMap<String, f64>")]
     scene: BTreeMap<&'static str, Number>,
 }
@@ -80,10 +80,10 @@ struct RequestLimits<'a> {
     max_zoom: u32,
 }
 
-/// What the caller's tenant may have.
+/// Limits of the caller's tenant.
 #[derive(Debug, Serialize, JsonSchema)]
 struct TenantLimits {
-    /// Jobs that wait or run.
+    /// Waiting and running jobs.
     jobs: u32,
     /// Open event streams.
     streams: u32,
@@ -137,7 +137,7 @@ struct Version {
     name: &'static str,
     /// The program's version.
     version: &'static str,
-    /// Changes whenever pixels do.
+    /// Changes whenever a version renders other pixels.
     render_epoch: u32,
 }
 
@@ -148,7 +148,7 @@ async fn version() -> Json<Version> {
 /// The formats of pictures.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Formats {
-    /// One by one.
+    /// All formats.
     formats: Vec<FormatEntry>,
 }
 
@@ -163,7 +163,7 @@ struct FormatEntry {
     lossless: bool,
     /// Whether it holds linear floats.
     linear: bool,
-    /// Query parameters that are only for it, each as a JSON Schema.
+    /// Query parameters for this format only, each as a JSON Schema.
     #[schemars(with = "BTreeMap<String, serde_json::Map<String, Value>>")]
     parameters: Value,
 }

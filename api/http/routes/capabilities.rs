@@ -6,7 +6,7 @@ use crate::http::prelude::*;
 use crate::service::clock::unix_time;
 
 pub(super) fn routes() -> Vec<Route> {
-    let about = "A URL prefix that lets pages without a key look at one job or picture.";
+    let about = "Makes a URL prefix with which pages can read one job or picture without a key.";
     vec![
         Route::post("/v1/capabilities", mint, ["mintCapability", "service", about])
             .needs(Scope::Read)
@@ -15,9 +15,9 @@ pub(super) fn routes() -> Vec<Route> {
     ]
 }
 
-/// Seconds a capability lasts by default.
+/// Default lifetime of a capability in seconds.
 const TTL: u64 = 3_600;
-/// Seconds a capability lasts at most.
+/// Longest lifetime of a capability in seconds.
 const MAX_TTL: u64 = 7 * 86_400;
 
 /// What a capability is for: a job or a picture.
@@ -30,7 +30,7 @@ struct Wanted {
     /// Id of a job.
     #[schemars(length(min = 1, max = 64), regex(pattern = "^[A-Za-z0-9_-]+$"))]
     job_id: Option<String>,
-    /// Seconds it lasts, 3600 by default.
+    /// Lifetime in seconds, 3600 by default.
     #[schemars(range(min = 1, max = 604_800))]
     ttl: Option<u64>,
 }
@@ -38,9 +38,9 @@ struct Wanted {
 /// A capability.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Minted {
-    /// What to put before paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`.
+    /// Prefix of paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`.
     prefix: String,
-    /// When it ends, in seconds since 1970.
+    /// When it expires, in seconds since 1970.
     expires: u64,
 }
 

@@ -1,4 +1,4 @@
-//! `/docs`: the contract as a page. All of it is in this program, so that it works without a network.
+//! `/docs`: the contract as a page. The program contains all of it, so that it works without a network.
 
 use crate::http::prelude::*;
 use flate2::read::GzDecoder;
@@ -16,7 +16,7 @@ pub(super) fn routes() -> Vec<Route> {
     ]
 }
 
-/// RapiDoc 9.3.8, MIT, from npm: `package/dist/rapidoc-min.js.gz`, unchanged. Its licence lies beside it.
+/// RapiDoc 9.3.8, MIT, from npm: `package/dist/rapidoc-min.js.gz`, unchanged. Its licence is beside it.
 const VIEWER: &[u8] = include_bytes!("../../docs/rapidoc-9.3.8.min.js.gz");
 /// The page may run the viewer and read the contract, and nothing else.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'unsafe-inline'; connect-src 'self'; \

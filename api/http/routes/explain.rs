@@ -23,7 +23,7 @@ pub(super) fn routes() -> Vec<Route> {
     )]
 }
 
-/// The plan of a scene, with `actual` if it was carried out.
+/// The plan of a scene, with `actual` if the picture was rendered.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
 enum Explained<'a> {
@@ -36,7 +36,7 @@ async fn explain(State(app): State<App>, request: Request) -> Result<Response, P
 }
 
 fn analyze(query: &mut Query) -> bool {
-    let about = "Whether the picture is rendered, too, and what it took is put beside the estimates.";
+    let about = "Whether to render the picture, too, and put its actual figures beside the estimates.";
     query.flag("analyze", about).unwrap_or(false)
 }
 

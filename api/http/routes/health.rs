@@ -1,4 +1,4 @@
-//! `GET /livez`, `GET /readyz`: whether the service is alive, and whether it takes work.
+//! `GET /livez`, `GET /readyz`: whether the service is alive, and whether it accepts work.
 
 use crate::http::prelude::*;
 

@@ -1,4 +1,4 @@
-//! `GET /`: what this is, and where to begin.
+//! `GET /`: what this service is, and where to begin.
 
 use crate::http::extract::accept;
 use crate::http::prelude::*;
@@ -10,10 +10,10 @@ pub(super) fn routes() -> Vec<Route> {
     vec![Route::get("/", home, ["home", "service", about]).answer(200, "The page", &forms)]
 }
 
-/// Whether a page is for a browser.
+/// Media types of the page, and whether each is for browsers.
 const FORMS: [(&str, bool); 2] = [("text/plain", false), ("text/html", true)];
 
-/// What there is to begin with.
+/// Paths to begin with.
 const PLACES: [(&str, &str); 6] = [
     ("/docs", "every request and its answers, to read and to try"),
     ("/openapi.json", "the same for programs (OpenAPI 3.1)"),

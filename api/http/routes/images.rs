@@ -1,4 +1,4 @@
-//! `GET /v1/images/{image}`: the picture that an id stands for, for ever.
+//! `GET /v1/images/{image}`: the picture of an image id, which never changes.
 
 use crate::http::prelude::*;
 use crate::http::respond::image::{answer, image_id};
@@ -38,7 +38,7 @@ async fn image(State(app): State<App>, Path(file): Path<String>, request: Reques
     answer(&app, &context, tenant.task(Class::Renders), image, spec).await
 }
 
-/// The image and the format that a file's name says.
+/// The image id and the format in a file's name.
 fn file_name(file: &str) -> Result<(ImageId, PictureFormat), Problem> {
     let (id, ending) = file.rsplit_once('.').unwrap_or((file, ""));
     let format = PictureFormat::by_name(ending).ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! `POST /v1/map`: what is proved of each pixel, or what each of them takes, as a picture.
+//! `POST /v1/map`: what is proved of each pixel, or the rays, time or depth of each, as a picture.
 
 use crate::http::prelude::*;
 use crate::http::respond::Answer;

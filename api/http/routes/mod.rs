@@ -102,7 +102,7 @@ pub(crate) fn router(app: App) -> Router {
         .with_state(app)
 }
 
-/// The service for operators, on a listener of its own: clients cannot keep a probe waiting, nor read the numbers.
+/// The routes of the admin listener. Clients can neither delay its probes nor read its metrics.
 pub(crate) fn admin(app: App) -> Router {
     Router::new()
         .route("/livez", get(health::livez))
@@ -112,22 +112,22 @@ pub(crate) fn admin(app: App) -> Router {
         .with_state(app)
 }
 
-/// Lets requests through whose key allows it.
+/// Refuses requests whose key lacks a scope.
 fn needs(scope: Scope) -> impl Fn(Request, Next) -> BoxFuture<Result<Response, Problem>> + Clone {
     move |request, next| Box::pin(require(scope, request, next))
 }
 
-/// A handler panicked (panics of renders are caught in the queue). The panic itself has been written to standard error.
+/// The answer if a handler has panicked, which standard error tells. Panics of renders are caught in the queue.
 fn panicked(_: Box<dyn Any + Send>) -> Response {
     Problem::new(Kind::Internal, "the request failed; the service goes on, and its log says more").into_response()
 }
 
-/// Any other path.
+/// The answer to any other path.
 async fn not_found(uri: Uri) -> Problem {
     Problem::new(Kind::NotFound, format!("there is nothing at {}", uri.path()))
 }
 
-/// A path with another method than its own.
+/// The answer to a method that a path does not take.
 async fn method_not_allowed(uri: Uri) -> Problem {
     let detail = format!("{} does not take this method; Allow lists those it takes", uri.path());
     Problem::new(Kind::MethodNotAllowed, detail)

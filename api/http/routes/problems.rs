@@ -19,7 +19,7 @@ pub(super) fn routes() -> Vec<Route> {
     ]
 }
 
-/// How a page is written.
+/// Form of a page.
 #[derive(Debug, Clone, Copy)]
 enum Form {
     Text,

@@ -1,4 +1,4 @@
-//! `POST /v1/rays`: a scene and rays in, what each ray hits first out.
+//! `POST /v1/rays`: finds what each of some rays hits first in a scene.
 
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body::declares_json;
@@ -20,7 +20,7 @@ use strahl::render::Cancelled;
 use strahl::scene::{Format, Problems, Scene, problem};
 
 pub(super) fn routes() -> Vec<Route> {
-    let about = "A scene and rays in, what each ray hits first out.";
+    let about = "Finds what each of some rays hits first in a scene.";
     let example = json!({ "scene": example_scene(), "rays": [{ "origin": [0, 1, 5], "direction": [0, 0, -1] }] });
     vec![
         Route::post("/v1/rays", rays, ["rays", "render", about])
@@ -31,11 +31,11 @@ pub(super) fn routes() -> Vec<Route> {
     ]
 }
 
-/// A scene and rays. Both stay text: each part is read on its own, so that errors say where they are.
+/// A scene and rays. Both are raw JSON, and each part is parsed on its own, so that errors say where they are.
 #[derive(Debug, serde::Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Questions<'a> {
-    /// The scene the rays are sent into.
+    /// The scene.
     #[serde(borrow)]
     #[schemars(schema_with = "scene_reference")]
     scene: &'a RawValue,
@@ -45,7 +45,7 @@ struct Questions<'a> {
     rays: Rays<'a>,
 }
 
-/// What the rays hit, in their order.
+/// What the rays hit, in the order of the rays.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Answers {
     /// One for each ray.
@@ -72,7 +72,7 @@ fn answer(Question { app, work, sent }: Question<'_>, (): ()) -> Result<Answer, 
     to_json(&Answers { answers: answers.map_err(Error::from)? })
 }
 
-/// As many rays as are allowed, and how many there are: a reference takes several times the memory of `0,`.
+/// The rays, up to the limit, and their number. More are only counted, since a reference to each takes memory.
 #[derive(Debug)]
 struct Rays<'a> {
     texts: Vec<&'a RawValue>,
@@ -95,7 +95,7 @@ impl<'de: 'a, 'a> Deserialize<'de> for Rays<'a> {
                     texts.push(text);
                 }
                 let mut count = texts.len();
-                // Asking again after the end of a shorter array is an error in serde_json.
+                // In serde_json reading on after the end of a shorter array is an error.
                 while count >= MAX_RAYS && all.next_element::<IgnoredAny>()?.is_some() {
                     count += 1;
                 }
@@ -135,7 +135,7 @@ fn follow_all(work: &Work, scene: &Scene, rays: &[RayQuery]) -> Result<Vec<RayAn
     rays.par_iter().map(|ray| if is_cancelled() { Err(Cancelled) } else { Ok(follow(scene, ray)) }).collect()
 }
 
-/// The problems of a scene that is a part of a larger text, as places in that text.
+/// The problems of a scene that is part of a body, with places in that body.
 fn inside(body: &[u8], scene: &RawValue, problems: Problems) -> Problems {
     let before = scene.get().as_ptr() as usize - body.as_ptr() as usize;
     let before = &body[..before];

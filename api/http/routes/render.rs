@@ -1,4 +1,4 @@
-//! `POST` and `QUERY /v1/render`, `POST /v1/render/tile`: a scene in, a picture out.
+//! `POST` and `QUERY /v1/render`, `POST /v1/render/tile`: renders a scene.
 
 use crate::http::auth::client::Client;
 use crate::http::extract::conditions;
@@ -18,9 +18,9 @@ use std::time::Duration;
 use strahl::film::Region;
 
 pub(super) fn routes() -> Vec<Route> {
-    let about = "A region of the picture: the same bytes as that part of the whole.";
+    let about = "Renders a region of the picture, with the same pixels as that part of the whole.";
     vec![
-        Route::post("/v1/render", whole, ["render", "render", "A scene in, a picture out."])
+        Route::post("/v1/render", whole, ["render", "render", "Renders a scene."])
             .about_scene()
             .or_else(other_methods)
             .query(Query::output)
@@ -45,7 +45,7 @@ async fn tile(State(app): State<App>, request: Request) -> Result<Response, Prob
     answer(app, request, |query| Some(query.region())).await
 }
 
-/// `QUERY /v1/render` (RFC 10008): as `POST`, but safe, so that a client that has the picture is told so. The router knows no
+/// `QUERY /v1/render` (RFC 10008): as `POST`, but safe, so that a client that has the picture gets 304. The router does not know
 /// QUERY, so it comes here with all other methods, which are refused.
 async fn other_methods(State(app): State<App>, request: Request) -> Result<Response, Problem> {
     if *request.method() == Method::OPTIONS {
@@ -89,7 +89,7 @@ async fn answer(
     let context =
         ResponseContext { method: &method, headers: &headers, tenant: &tenant, freshness: Freshness::Once, negotiated };
 
-    // A client that has the picture already need not wait until it is traced, only until its scene is known.
+    // A client that has the picture already waits only until its scene is built.
     let mut ready = app.service.scenes.cached(&upload.sent().key);
     if ready.is_none() && conditions::has_any(&headers) {
         ready = Some(app.service.build_scene(task.clone(), Source::Sent(upload.clone())).await?);
@@ -97,7 +97,7 @@ async fn answer(
     if let Some(ready) = ready
         && let Some(image) = image_of(&ready)
     {
-        // What does not fit the picture is refused before its tag is compared.
+        // A region outside of the picture is refused before tags are compared.
         spec.shot(&ready.scene, image.zoom)?;
         let name = spec.name(&image);
         if let Some(answer) = picture::precondition_response(&context, Some(&picture::tag(&name))) {
@@ -111,8 +111,8 @@ async fn answer(
     picture::deliver(&app, &context, &made, &spec)
 }
 
-/// With `Prefer: respond-async` or `wait=N` the render becomes a job. The answer is the picture if it is done in time, else
-/// the job.
+/// Renders as a job, for `Prefer: respond-async` or `wait=N`. The answer is the picture if it is finished in time, else the
+/// job.
 async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, Problem> {
     let headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
@@ -122,7 +122,7 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
     };
     let SceneRequest { format, overrides, extra: output, tenant, method, body, .. } =
         scene_request::read(&app, request, extra).await?;
-    // The query is part of what is submitted.
+    // The query is part of the request that an idempotency key stands for.
     let whole = [query.as_bytes(), b"\n", body.as_ref()].concat();
     let job = match claim(&app, &tenant, &headers, &whole)? {
         Claimed::Before(job) => return Ok(accepted(&app, &job, true, prefer).await),

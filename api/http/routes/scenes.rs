@@ -1,4 +1,4 @@
-//! `/v1/scenes`: scenes that are remembered by their ids, so that their pictures have addresses.
+//! `/v1/scenes`: scenes that are stored by their ids, so that their pictures have URLs.
 
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::prelude::*;
@@ -17,7 +17,7 @@ use strahl::scene::{self};
 pub(super) fn routes() -> Vec<Route> {
     let known = [Content::json::<KnownScene<'_>>()];
     let scene = Content::of("application/json", |_| json!({ "$ref": "#/components/schemas/Scene" }));
-    let about_add = "Remembers a scene, opened as 2^zoom times its size, and says where its pictures and tiles are.";
+    let about_add = "Stores a scene, opened as 2^zoom times its size, and returns the paths of its pictures and tiles.";
     let about_get = "The canonical text of a known scene: all defaults filled in, keys in alphabetical order.";
     let about_remove = "Forgets a scene. It and its pictures are deleted once every tenant that posted it has deleted \
                         it.\n\nWith the scope admin they are deleted at once.";
@@ -38,7 +38,7 @@ pub(super) fn routes() -> Vec<Route> {
     ]
 }
 
-/// A scene that is remembered.
+/// A stored scene.
 #[derive(Debug, Serialize, JsonSchema)]
 struct KnownScene<'a> {
     /// Its id: a hash of its canonical text.
@@ -51,15 +51,15 @@ struct KnownScene<'a> {
     width: u32,
     /// Pixels down.
     height: u32,
-    /// What the author should know.
+    /// Warnings about the scene.
     warnings: &'a [scene::Problem],
-    /// Rays and milliseconds that its own picture should take.
+    /// Estimated rays and milliseconds of its picture.
     estimate: Estimate,
-    /// Addresses of the scene, its picture, and its tiles by each convention.
+    /// Paths of the scene, its picture and its tiles.
     links: SceneLinks,
 }
 
-/// Addresses of a scene, its picture, and its tiles by each convention.
+/// Paths of a scene, its picture and its tiles.
 #[derive(Debug, Serialize, JsonSchema)]
 struct SceneLinks {
     /// The scene's canonical text.

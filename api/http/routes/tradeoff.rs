@@ -10,10 +10,10 @@ use strahl::film::Region;
 use strahl::tradeoff::Tradeoff;
 use strahl::tradeoff::page::page;
 
-/// Seconds it takes by default.
+/// Default time limit in seconds.
 const SECONDS: f64 = 10.0;
 
-/// How the answer is written.
+/// Form of the answer.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum Form {
@@ -21,7 +21,7 @@ enum Form {
     Html,
 }
 
-/// Forms by media type; of equally acceptable ones the first is taken.
+/// Forms by media type. Of equally acceptable ones the first is used.
 const FORMS: [(&str, Form); 2] = [("application/json", Form::Json), ("text/html", Form::Html)];
 
 pub(super) fn routes() -> Vec<Route> {
@@ -52,7 +52,7 @@ fn form(query: &mut Query) -> Option<Form> {
 }
 
 fn answer(Question { app, work, sent }: Question<'_>, (seconds, form): (f64, Form)) -> Result<Answer, Problem> {
-    // Built scenes in the cache have no description, and settings are put over this one.
+    // Scenes in the cache have no description, which is needed to change settings.
     let scenes = &app.service.scenes;
     let limits = &app.service.settings.answers;
     let loaded = scenes.build(&work.workers, sent, |scene| limits.check_unbuilt(scene, None), |loaded| loaded)?;

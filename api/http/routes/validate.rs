@@ -14,12 +14,12 @@ pub(super) fn routes() -> Vec<Route> {
     )]
 }
 
-/// A valid scene.
+/// The answer about a valid scene.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Valid<'a> {
-    /// True; a scene that is not valid is answered with a problem.
+    /// True. The answer about an invalid scene is a problem.
     valid: bool,
-    /// What the author should know.
+    /// Warnings about the scene.
     warnings: &'a [scene::Problem],
 }
 

@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Pictures in a folder. One that a power cut has spoilt is made again, so nobody waits for the disk.
 pub(crate) const KIND: BlobKind = BlobKind { is_name: is_image_name, durable: false };
 
-/// A picture and what it took this time.
+/// A picture and what this request took.
 #[derive(Debug, Clone)]
 pub(crate) struct MadePicture {
     /// The picture.
@@ -24,21 +24,21 @@ pub(crate) struct MadePicture {
     pub(crate) took: Took,
 }
 
-/// What a picture took this time.
+/// What a request for a picture took.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Took {
-    /// Whether its scene was built already.
+    /// Whether its scene was in the cache.
     pub(crate) scene_cached: bool,
     /// Milliseconds of waiting for the renderer.
     pub(crate) queue_ms: f64,
-    /// Milliseconds and rays of rendering it; none if it was there.
+    /// Milliseconds and rays of the render. None if the picture was in a cache.
     pub(crate) render: Option<(Phases, u64)>,
-    /// Whether another request paid for it.
+    /// Whether another request rendered it, and is charged for it.
     pub(crate) is_shared: bool,
 }
 
 impl Took {
-    /// What a picture takes that is there.
+    /// What a cached picture takes.
     pub(crate) const CACHED: Self = Self { scene_cached: true, queue_ms: 0.0, render: None, is_shared: false };
 
     /// What rendering took: the report, and the milliseconds in the queue.
@@ -53,34 +53,34 @@ impl Took {
     }
 }
 
-/// The pictures.
+/// The cache.
 #[derive(Debug)]
 pub(crate) struct PictureCache {
     memory: LruCache<String, Arc<PictureFile>>,
     disk: Option<BlobStore>,
-    /// How often a picture was in memory, and how often in the folder.
+    /// Hits and misses in memory, and on disk.
     hit_counters: [HitCounter; 2],
     /// Those that are being made.
     flights: SingleFlight<MadePicture>,
 }
 
 impl PictureCache {
-    /// No pictures in memory yet, and those of the folder.
+    /// A cache that is empty in memory, and has the pictures on disk.
     pub(crate) fn new(budget: u64, disk: Option<BlobStore>) -> Self {
         Self { memory: LruCache::new(budget), disk, hit_counters: Default::default(), flights: SingleFlight::default() }
     }
 
-    /// Whether there is a folder to look into.
+    /// Whether pictures are cached on disk.
     pub(crate) fn has_folder(&self) -> bool {
         self.disk.is_some()
     }
 
-    /// A picture that is in memory.
+    /// A picture, if it is in memory.
     pub(crate) fn cached(&self, name: &str) -> Option<Arc<PictureFile>> {
         self.memory.get(name).inspect(|_| self.hit_counters[0].hit())
     }
 
-    /// A picture, from memory or from the folder, on this thread.
+    /// A picture, from memory or from disk, read on this thread.
     pub(crate) fn get(&self, name: &str) -> Option<Arc<PictureFile>> {
         if let Some(file) = self.cached(name) {
             return Some(file);
@@ -91,7 +91,7 @@ impl PictureCache {
         Some(file)
     }
 
-    /// Keeps a picture. Writing it into the folder takes place on this thread.
+    /// Caches a picture. It is written to disk on this thread.
     pub(crate) fn put(&self, name: &str, file: &Arc<PictureFile>) {
         self.remember(name, file);
         let Some(disk) = &self.disk else { return };
@@ -101,14 +101,14 @@ impl PictureCache {
         }
     }
 
-    /// What is kept where: a name, the bytes there, and how often they were of use.
+    /// Name, bytes and hits of each part of the cache.
     pub(crate) fn hit_counters(&self) -> impl Iterator<Item = (&'static str, u64, &HitCounter)> {
         let [memory, disk] = &self.hit_counters;
         let folder = self.disk.as_ref().map(|blobs| ("picture_folder", blobs.bytes(), disk));
         [("pictures", self.memory.bytes(), memory)].into_iter().chain(folder)
     }
 
-    /// The picture of a name, made by `work` unless it is there or on its way.
+    /// The outcome of `work`, or of the same work of another request that is under way.
     pub(crate) async fn share<F>(&self, name: String, work: impl FnOnce() -> F) -> Result<MadePicture, Error>
     where
         F: Future<Output = Result<MadePicture, Error>> + Send + 'static,
@@ -116,7 +116,7 @@ impl PictureCache {
         self.flights.share(name, work).await
     }
 
-    /// Forgets every picture whose name begins so.
+    /// Deletes every picture whose name begins with `prefix`.
     pub(crate) fn forget(&self, prefix: &str) {
         for name in self.memory.keys().into_iter().filter(|name| name.starts_with(prefix)) {
             self.memory.remove(&name);
@@ -128,7 +128,7 @@ impl PictureCache {
         }
     }
 
-    /// Keeps a picture in memory.
+    /// Caches a picture in memory.
     pub(crate) fn remember(&self, name: &str, file: &Arc<PictureFile>) {
         self.hit_counters[0].miss();
         self.memory.put(name.to_owned(), Arc::clone(file), file.size());

@@ -8,23 +8,23 @@ use serde_json::value::RawValue;
 use sha2::{Digest, Sha256};
 use strahl::scene::Scene;
 
-/// A picture file and its meta data.
+/// A picture file and its metadata.
 #[derive(Debug)]
 pub(crate) struct PictureFile {
     /// The file.
     pub(crate) bytes: Vec<u8>,
     /// SHA-256 of the file.
     pub(crate) digest: [u8; 32],
-    /// What is known about it.
+    /// Its metadata.
     pub(crate) meta: PictureMeta,
 }
 
-/// What is known about a picture, independent of who asks for it and when.
+/// Metadata of a picture, the same for all requests.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct PictureMeta {
     /// Id of its image, if it has one.
     pub(crate) image: Option<String>,
-    /// Lines by name: which rays were traced, which effects are in it, how exact it is. Answers have them as headers.
+    /// Header fields of answers: which rays were traced, which effects are in it, how exact it is.
     #[serde(rename = "headers")]
     pub(crate) lines: Vec<(String, String)>,
     /// The cost report of a whole picture; parts have none.
@@ -32,7 +32,7 @@ pub(crate) struct PictureMeta {
 }
 
 impl PictureMeta {
-    /// What a report says about a picture of a scene; `is_whole` if it is all of the picture.
+    /// Metadata from a report. `is_whole` if it is not a part of the picture.
     pub(crate) fn new(image: Option<String>, report: &Report, scene: &Scene, is_whole: bool) -> Self {
         let rays = report.cost.rays;
         let mut kinds = format!(
@@ -49,7 +49,7 @@ impl PictureMeta {
             ("render-plan".to_owned(), on.join(", ")),
         ];
         lines.extend(warnings::line(&scene.warnings).map(|value| ("render-warnings".to_owned(), value)));
-        // Reports are made of what JSON can say.
+        // All values of a report can be written as JSON.
         let report = is_whole.then(|| serde_json::value::to_raw_value(report).ok()).flatten();
         Self { image, lines, report }
     }
@@ -62,7 +62,7 @@ impl PictureFile {
         Self { bytes, digest, meta }
     }
 
-    /// Bytes of memory that it takes, about.
+    /// Approximate bytes of memory.
     pub(crate) fn size(&self) -> u64 {
         let report = self.meta.report.as_ref().map_or(0, |report| report.get().len());
         (self.bytes.len() + report + 1_024) as u64

@@ -1,4 +1,4 @@
-//! From a loaded scene to a picture file and its cost report.
+//! Renders a loaded scene into a picture file with its cost report.
 
 use super::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use crate::service::clock::milliseconds;
@@ -18,26 +18,26 @@ use strahl::scene::description::{Accuracy, Rays, Time};
 pub(crate) struct Rendered {
     /// The bytes of the file.
     pub(crate) file: Vec<u8>,
-    /// What it cost.
+    /// Its cost report.
     pub(crate) report: Report,
 }
 
-/// What is made of a scene.
+/// What is rendered of a scene, and how it is encoded.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RenderSpec {
-    /// How large the picture is, and what it shows.
+    /// The size of the picture, and what it shows.
     pub(crate) window: Window,
-    /// The part of it that is rendered; it must fit the window.
+    /// The part of it that is rendered, which must fit the window.
     pub(crate) region: Region,
-    /// What is done to its codes, for formats of 8 bits.
+    /// Mirroring, rotation and tone, for formats of 8 bits.
     pub(crate) adjustment: Adjustment,
     /// The format of the file.
     pub(crate) format: FileFormat,
-    /// Whether the file says what is proved about it and what makes it again, if its format has a place for that.
+    /// Whether the file contains a note on its error bounds and on how to render it again, if its format can hold one.
     pub(crate) note: bool,
-    /// Whether the report says what was expected before.
+    /// Whether the report contains an estimate made before the render.
     pub(crate) predict: bool,
-    /// When a picture in a time was asked for, if it had to wait before work on it began: that is part of its time.
+    /// When a picture with a time limit was requested. Waiting is part of its time.
     pub(crate) asked: Option<Instant>,
 }
 
@@ -49,8 +49,7 @@ impl RenderSpec {
     }
 }
 
-/// Renders a picture and encodes it. `started` is when work on the scene's bytes began,
-/// `loading` what that took.
+/// Renders a picture and encodes it. `started` is when work on the scene's bytes began, `loading` is what that took.
 pub(crate) fn make(
     started: Instant,
     ready: &PreparedScene,
@@ -125,13 +124,13 @@ pub(crate) fn trace<T: Send>(
     }?
 }
 
-/// What the file says about its picture: of the cost report all that depends on neither the machine nor the moment, since
-/// the same request gives the same bytes everywhere.
+/// The note in a picture file: all of the cost report that depends on neither the machine nor the time, since the same
+/// request gives the same bytes everywhere.
 pub(crate) fn note(error: &ErrorBounds, replay: &Replay) -> String {
     json!({ "error": error, "replay": replay }).to_string()
 }
 
-/// Milliseconds that a region takes from its last ray to the end of its file, generously: filling in and judging its pixels
+/// Upper estimate of the milliseconds from the last ray to the end of the file: filling in and judging the pixels of a region
 /// on all threads, and writing the file on one.
 fn file_ms(region: Region, format: FileFormat, threads: usize) -> f64 {
     let file = match format {

@@ -1,4 +1,4 @@
-//! What a picture cost: the same JSON on `--stats`, and behind the headers of an answer.
+//! The cost report of a picture, which `--stats` and jobs give as JSON and headers of answers in short.
 
 use crate::service::clock::milliseconds;
 use crate::service::scenes::prepared::PreparedScene;
@@ -22,7 +22,7 @@ use strahl::scene::nff::NffOptions;
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "CostReport")]
 pub(crate) struct Report {
-    /// The effects, each on or off, and why, and how deep rays go.
+    /// The effects, which of them are on and why, and how deep rays go.
     pub(crate) plan: Plan,
     /// Time and rays.
     pub(crate) cost: Cost,
@@ -38,7 +38,7 @@ pub(crate) struct Report {
 pub(crate) struct Cost {
     /// Milliseconds from the scene's bytes to the picture's.
     pub(crate) wall_ms: f64,
-    /// Where they went.
+    /// Milliseconds by phase.
     pub(crate) phases_ms: Phases,
     /// Rays by kind.
     pub(crate) rays: RayCounts,
@@ -50,16 +50,16 @@ pub(crate) struct Cost {
     pub(crate) refined: Refined,
     /// Threads of the pool.
     pub(crate) threads: usize,
-    /// How far a picture came that had to stop: in the modes time and rays.
+    /// How far a picture of the modes `time` and `rays` came.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) progress: Option<Progress>,
-    /// What tracing was expected to take, from a few of the pixels before.
+    /// Estimate that was made before, from a few of the pixels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) predicted: Option<Estimate>,
 }
 
 impl Cost {
-    /// What a picture took, begun at an instant, on the threads of some workers.
+    /// The cost of a picture that was begun at `started`.
     pub(crate) fn of(
         picture: &Picture,
         phases_ms: Phases,
@@ -81,7 +81,7 @@ impl Cost {
     }
 }
 
-/// A plan, and what carrying it out has cost.
+/// A plan, and what rendering the picture has cost.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Analyzed<'a> {
     /// The plan, with the rays and milliseconds of each effect.
@@ -91,7 +91,7 @@ pub(crate) struct Analyzed<'a> {
     pub(crate) actual: &'a Cost,
 }
 
-/// Adds to a plan what its effects took of a picture that has been rendered, and what the picture would save without each.
+/// Adds to a plan what each effect took of the rendered picture, and what the picture would save without it.
 pub(crate) fn measured(
     (mut plan, pilot): (Plan, Pilot),
     cost: &Cost,
@@ -128,36 +128,36 @@ pub(crate) struct Phases {
 }
 
 impl Phases {
-    /// Names and milliseconds, in order, without parts of others.
+    /// Names and milliseconds, in order, without those that are part of another.
     pub(crate) fn list(&self) -> [(&'static str, f64); 5] {
         [("parse", self.parse), ("plan", self.plan), ("bvh", self.bvh), ("trace", self.trace), ("png", self.png)]
     }
 }
 
-/// Bounds by how they are known, kept apart. Null means unknown, not exact.
+/// Error bounds by how they are known. Null means unknown, not exact.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ErrorBounds {
-    /// True for certain.
+    /// Bounds that certainly hold.
     pub(crate) proved: Proved,
-    /// Likely. None where pixels have one sample and are not compared with their neighbours.
+    /// Bounds that likely hold. Null where pixels have one sample and are not compared with their neighbours.
     pub(crate) estimated: Option<Estimated>,
-    /// Found against a reference picture.
+    /// Errors measured against a reference picture.
     pub(crate) measured: Option<f64>,
 }
 
-/// What ending the recursion may have changed.
+/// Bound on the error of ending the recursion.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "ProvedError")]
 pub(crate) struct Proved {
-    /// How much. None where nothing bounds it.
+    /// The bound. Null where there is none.
     #[serde(flatten)]
     pub(crate) proof: Option<Proof>,
-    /// Against what: the same samples.
+    /// The picture that it compares with.
     pub(crate) reference: &'static str,
-    /// How bright a ray can be that was left out, why, and how long the chains of rays of the reference are.
+    /// How bright an omitted ray can be, why, and how long the chains of rays of the reference are.
     #[serde(flatten)]
     pub(crate) reach: Reach,
-    /// What it says nothing about.
+    /// Errors that it does not cover.
     pub(crate) not_covered: &'static [&'static str],
 }
 
@@ -200,7 +200,7 @@ impl Proved {
     }
 }
 
-/// How far more samples would likely take the picture, as those it has tell.
+/// Error of sampling, estimated from the samples themselves.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "EstimatedError")]
 pub(crate) struct Estimated {
@@ -208,20 +208,20 @@ pub(crate) struct Estimated {
     pub(crate) half_width_codes: f64,
     /// That share.
     pub(crate) share_of_pixels: f64,
-    /// How it is known.
+    /// How it was estimated.
     pub(crate) method: &'static str,
-    /// What came of the target, in the statistical mode.
+    /// In the mode `statistical`: whether the target was reached.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) target: Option<Target>,
 }
 
-/// A target of the statistical mode, and what came of it.
+/// Result of the mode `statistical`.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "SamplingTarget")]
 pub(crate) struct Target {
     #[serde(flatten)]
     asked: Statistical,
-    /// Share of the pixels that are as sure as asked for; the others got the most samples that there are.
+    /// Share of the pixels that reached the target. The others got the most samples allowed.
     sure_fraction: f64,
     /// Samples of a pixel, on average.
     mean_samples: f64,
@@ -268,7 +268,7 @@ impl ErrorBounds {
     }
 }
 
-/// What renders the same pixels again, on any machine and any number of threads.
+/// Settings that render the same pixels again, on any machine and any number of threads.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Replay {
     /// Version of the renderer.
@@ -285,7 +285,7 @@ pub(crate) struct Replay {
 }
 
 impl Replay {
-    /// What renders a picture of a scene again; one that a clock has stopped is made again by its rays.
+    /// What renders a picture again. One that a time limit has ended is repeated by its number of rays.
     pub(crate) fn of(picture: &Picture, ready: &PreparedScene) -> Self {
         let render = match picture.progress {
             Some(Progress { count, .. }) => {

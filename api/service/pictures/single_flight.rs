@@ -1,5 +1,4 @@
-//! The same work is done once: who asks for what is already on its way waits for it with the others. The work is given up
-//! when the last of them has gone.
+//! Single flight: requests for the same work wait for one run of it. It is cancelled when the last of them has gone.
 
 use crate::service::error::Error;
 use std::collections::HashMap;
@@ -7,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tokio::sync::watch;
 use tokio::task::AbortHandle;
 
-/// What is on its way, by name.
+/// Work under way, by name.
 #[derive(Debug)]
 pub(crate) struct SingleFlight<T>(Mutex<HashMap<String, Weak<Flight<T>>>>);
 
@@ -17,7 +16,7 @@ impl<T> Default for SingleFlight<T> {
     }
 }
 
-/// Work that some wait for.
+/// Work that requests wait for.
 #[derive(Debug)]
 struct Flight<T> {
     outcome: watch::Receiver<Option<Result<T, Error>>>,
@@ -26,13 +25,13 @@ struct Flight<T> {
 
 impl<T> Drop for Flight<T> {
     fn drop(&mut self) {
-        // Dropping the task's future cancels what it waits for. Work that is done no longer cares.
+        // Dropping the task's future cancels what it waits for. Finished work is not affected.
         self.task.abort();
     }
 }
 
 impl<T: Clone + Send + Sync + 'static> SingleFlight<T> {
-    /// The outcome of the work of that name, which is started unless it is under way.
+    /// The outcome of the work of a name, which is started unless it is under way.
     pub(crate) async fn share<F>(&self, name: String, work: impl FnOnce() -> F) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>> + Send + 'static,
@@ -40,7 +39,7 @@ impl<T: Clone + Send + Sync + 'static> SingleFlight<T> {
         let flight = self.join(name, work);
         let mut outcome = flight.outcome.clone();
         let outcome = outcome.wait_for(Option::is_some).await.ok().and_then(|outcome| outcome.clone());
-        // Without an outcome the task has panicked, which the log tells.
+        // Without an outcome the task has panicked, and the log says so.
         outcome.unwrap_or_else(|| Err(Error::Internal("the work broke off; the service's log says more")))
     }
 

@@ -1,4 +1,5 @@
-//! What of an image is shown, and how. With the image's id it names a file's bytes before they are there.
+//! Which part of an image is shown, and how. Together with the image's id this is the name of a file, known before it is
+//! rendered.
 
 use super::render::RenderSpec;
 use crate::service::error::Error;
@@ -7,28 +8,28 @@ use strahl::camera::Window;
 use strahl::film::{Adjustment, FileFormat, Region, Tone};
 use strahl::scene::Scene;
 
-/// Edge of tiles.
+/// Edge of a tile in pixels.
 pub(crate) const TILE: u32 = 512;
 
 /// A grid of pixels over an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Grid {
-    /// The image, of whose pixels each is 2^n wide and high; enlarged if n is negative.
+    /// The whole image, scaled down by 2^n, or enlarged if n is negative.
     Level(i32),
-    /// The same, in whole tiles: those along the edges go on beyond the image.
+    /// The same in whole tiles. Tiles along the edges extend beyond the image.
     Tiles(i32),
-    /// A rectangle of the image in any number of pixels.
+    /// A rectangle of the image, scaled to any number of pixels.
     Part(Region, [u32; 2]),
 }
 
-/// A part of an image and how it is written down.
+/// A part of an image and how it is encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PictureSpec {
     /// The pixels.
     pub(crate) grid: Grid,
-    /// Those that are shown; all without it.
+    /// The pixels that are shown. None: all.
     pub(crate) region: Option<Region>,
-    /// What is done to them.
+    /// Mirroring, rotation and tone.
     pub(crate) adjustment: Adjustment,
     /// The format of the file.
     pub(crate) format: FileFormat,
@@ -40,12 +41,12 @@ impl PictureSpec {
         Self { grid: Grid::Level(0), region, adjustment: Adjustment::default(), format }
     }
 
-    /// Whether it is all of an image as it is.
+    /// Whether it is the whole image without changes.
     pub(crate) fn is_whole(&self) -> bool {
         self.grid == Grid::Level(0) && self.region.is_none() && self.adjustment == Adjustment::default()
     }
 
-    /// The part of a name that comes after the image's id.
+    /// The part of a name after the image's id.
     pub(crate) fn suffix(&self) -> String {
         let mut name = String::new();
         let list = |name: &mut String, region: Region| {
@@ -90,12 +91,12 @@ impl PictureSpec {
         name
     }
 
-    /// The whole name, from the image's id.
+    /// The name for an image.
     pub(crate) fn name(&self, image: &impl Display) -> String {
         format!("{image}{}", self.suffix())
     }
 
-    /// What this is of a scene that is opened as 2^zoom times its size.
+    /// What to render of a scene that is opened as 2^zoom times its size.
     pub(crate) fn shot(&self, scene: &Scene, zoom: u32) -> Result<RenderSpec, Error> {
         let window = self.window(scene, zoom).ok_or_else(|| {
             Error::OutOfRange("the picture would be larger than this scene's numbers can tell apart".into())
@@ -134,7 +135,7 @@ impl PictureSpec {
     }
 }
 
-/// A region or pixel that the picture does not have.
+/// The error for a region or pixel outside of the picture.
 pub(crate) fn outside(what: &str, width: u32, height: u32) -> Error {
     Error::OutOfRange(format!("{what} does not lie inside the picture of {width} x {height} pixels"))
 }

@@ -1,11 +1,11 @@
-//! A scene's warnings in one line, as the header `Render-Warnings` has them: a list of texts (RFC 9651). All of them, with
-//! line and column, are what `POST /v1/scenes/validate` answers.
+//! A scene's warnings as the header `Render-Warnings`: a list of strings (RFC 9651). `POST /v1/scenes/validate` gives all of
+//! them with line and column.
 
 use strahl::scene::Problem;
 
-/// How many are written out.
+/// Most warnings in the header.
 const SHOWN: usize = 5;
-/// Characters of each.
+/// Most characters of a warning.
 const LONGEST: usize = 200;
 
 /// The line, if there are any.
@@ -14,7 +14,7 @@ pub(crate) fn line(warnings: &[Problem]) -> Option<String> {
     (!texts.is_empty()).then(|| texts.join(", "))
 }
 
-/// A warning with its place, in the characters that such texts may have.
+/// A warning with its pointer, in characters that a header may have.
 fn text(warning: &Problem) -> String {
     let sentence = format!("{}: {}", warning.pointer, warning.detail);
     let plain = |c: char| if (' '..='~').contains(&c) { c } else { '?' };

@@ -16,26 +16,26 @@ use strahl::film::{FileFormat, Region};
 use strahl::scene::description::{Accuracy, ImageSize};
 use strahl::scene::{Description, Format, Overrides};
 
-/// A job that somebody wants.
+/// A job that a client asks for.
 #[derive(Debug)]
 pub(crate) struct WantedJob {
     /// The scene's text.
     pub(crate) scene: Vec<u8>,
     /// Its format.
     pub(crate) format: Format,
-    /// Settings over the scene's.
+    /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
-    /// How the picture is written.
+    /// Format of the picture.
     pub(crate) output: FileFormat,
     /// 0 to 100.
     pub(crate) priority: u8,
-    /// What its owner calls it.
+    /// The owner's labels.
     pub(crate) labels: Vec<String>,
 }
 
 impl Service {
-    /// Checks a scene and estimates its time, and accepts the job. `task` says whose it is; its owner may have `most` jobs
-    /// that wait or run.
+    /// Checks a scene, estimates its time, and accepts the job for the tenant of `task`, which may have `most` waiting and
+    /// running jobs.
     pub(crate) async fn submit(
         self: &Arc<Self>,
         task: Task,

@@ -1,4 +1,4 @@
-//! What requests ask for: scenes, pictures and jobs, from the caches or made on the pool.
+//! The service itself: scenes, pictures and jobs for requests, from the caches or made on the pool.
 
 pub(crate) mod folders;
 pub(crate) mod jobs;
@@ -44,22 +44,22 @@ fn open_cache(folder: &mut Folder, limits: &CacheLimits) -> Result<(BlobStore, B
     Ok(opened)
 }
 
-/// Everything that requests share.
+/// The service: pool, queues, caches and jobs, shared by all requests.
 #[derive(Debug)]
 pub(crate) struct Service {
     /// The threads that render.
     pub(crate) pool: Arc<Pool>,
-    /// The one way to them.
+    /// Requests that wait for the pool.
     pub(crate) queue: Queue,
-    /// The way for tiles, of which a viewer asks for many at once.
+    /// Tiles that wait for the pool. A viewer asks for many at once.
     pub(crate) tiles: Queue,
-    /// Scenes that need not be built again.
+    /// Built scenes and posted scenes.
     pub(crate) scenes: Arc<SceneCache>,
-    /// Pictures that need not be made again.
+    /// Finished pictures.
     pub(crate) pictures: PictureCache,
-    /// Renders that nobody has to wait for.
+    /// Renders in the background.
     pub(crate) jobs: Arc<Jobs>,
-    /// What it was told.
+    /// Its settings.
     pub(crate) settings: Settings,
 }
 

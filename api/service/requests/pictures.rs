@@ -1,4 +1,4 @@
-//! Pictures: from a cache, from a job, from another request that makes the same one, or made.
+//! Finding or rendering pictures: in a cache, in a job, by another request for the same picture, or anew.
 
 use super::Service;
 use crate::service::error::Error;
@@ -17,10 +17,10 @@ use std::fmt::Debug;
 use std::sync::Arc;
 use strahl::scene::{Description, Format, Overrides};
 
-/// Bytes of a scene that are hashed between two requests; longer texts are hashed on a thread of their own.
+/// Texts of at least this many bytes are hashed on a thread of their own, since hashing would delay other requests.
 const HASHED_AT_ONCE: usize = 64 << 10;
 
-/// The bytes of a scene, in whatever holds them.
+/// The bytes of a scene in any container.
 pub(crate) trait Text: AsRef<[u8]> + Debug + Send + Sync + 'static {}
 
 impl<T: AsRef<[u8]> + Debug + Send + Sync + 'static> Text for T {}
@@ -50,24 +50,24 @@ impl Upload {
         hashed.map_err(|_| Error::Internal("the scene cannot be hashed"))
     }
 
-    /// What the scene cache knows it by.
+    /// The scene as the scene cache takes it.
     pub(crate) fn sent(&self) -> SentScene<'_> {
         let &Self { ref text, format, overrides, key, hash_ms } = self;
         SentScene { text: (**text).as_ref(), format, overrides, key, hash_ms }
     }
 }
 
-/// Which scene a picture is of.
+/// The scene of a picture.
 #[derive(Debug, Clone)]
 pub(crate) enum Source {
-    /// One that was sent.
+    /// A scene that was sent with the request.
     Sent(Upload),
-    /// One that is known by its image.
+    /// A scene that is known by the id of its image.
     Known(ImageId),
 }
 
 impl Source {
-    /// The scene, and its zoom. One that was sent is built only if the picture that is wanted of it is not too large.
+    /// The scene and its zoom. A scene that was sent is not built if the requested picture is too large.
     fn find(&self, service: &Service, work: &Work, spec: Option<&PictureSpec>) -> Result<(Found, u32), Error> {
         match self {
             Self::Sent(upload) => {
@@ -79,7 +79,7 @@ impl Source {
         }
     }
 
-    /// A name that is the same for requests about the same picture.
+    /// The name for single flight: the same for requests for the same picture.
     fn flight(&self, spec: &PictureSpec) -> String {
         match self {
             Self::Sent(upload) => HEXLOWER.encode(&upload.key) + &spec.suffix(),
@@ -88,13 +88,13 @@ impl Source {
     }
 }
 
-/// The image that a scene's own picture is, if it has an id.
+/// The id of a scene's own picture, if it has one.
 pub(crate) fn image_of(ready: &PreparedScene) -> Option<ImageId> {
     ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom: 0 })
 }
 
 impl Service {
-    /// A picture that is there: in a cache, or in a job.
+    /// A picture that exists already, in a cache or in a job.
     pub(crate) async fn stored_picture(
         self: &Arc<Self>,
         image: &ImageId,
@@ -103,7 +103,7 @@ impl Service {
         if let Some(file) = self.pictures.cached(&spec.name(image)) {
             return Some(file);
         }
-        // A thread is used only if there is a disk to look at.
+        // A thread is needed only if the disk has to be read.
         let by_a_job = || spec.is_whole() && self.jobs.has_picture(&image.to_string(), spec.format);
         if !self.pictures.has_folder() && !by_a_job() {
             return None;
@@ -112,7 +112,7 @@ impl Service {
         tokio::task::spawn_blocking(move || service.read_picture(&image, &spec)).await.ok().flatten()
     }
 
-    /// The same on this thread, which may have to wait for the disk.
+    /// The same on this thread, which may wait for the disk.
     fn read_picture(&self, image: &ImageId, spec: &PictureSpec) -> Option<Arc<PictureFile>> {
         let name = spec.name(image);
         if let Some(file) = self.pictures.get(&name) {
@@ -124,7 +124,7 @@ impl Service {
         Some(file)
     }
 
-    /// Makes a picture, or waits for the request that makes the same one.
+    /// Renders a picture, or waits for another request that renders the same one.
     pub(crate) async fn make_picture(
         self: &Arc<Self>,
         task: Task,
@@ -155,7 +155,7 @@ impl Service {
         Ok(self.run(task, work).await?.value)
     }
 
-    /// A picture, what it took unless it was there, and whether its scene was there.
+    /// A picture, its report unless it existed already, and whether its scene was in the cache.
     fn render(
         &self,
         work: &Work,
@@ -165,11 +165,11 @@ impl Service {
         let (Found { ready, loading, cached }, zoom) =
             source.find(self, work, Some(spec).filter(|spec| spec.grid == Grid::Level(0)))?;
         let image = ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom });
-        // The same scene may have been sent in other words, or to another process.
+        // The same scene may have been sent in another form, or to another process.
         if let Some(file) = image.as_ref().and_then(|image| self.read_picture(image, spec)) {
             return Ok((file, None, cached));
         }
-        // Tiles are many and small: their headers say what there is to say.
+        // Tiles are many and small, so they contain no note. Their headers say the same.
         let shot = RenderSpec { note: spec.is_whole(), asked: Some(work.asked), ..spec.shot(&ready.scene, zoom)? };
         self.settings.answers.check(shot.region, ready.scene.samples)?;
         let Rendered { file, report } =

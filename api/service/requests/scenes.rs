@@ -1,4 +1,4 @@
-//! Scenes by id: remembering them, finding them again, forgetting them.
+//! Posting, finding and deleting scenes by id.
 
 use super::Service;
 use crate::service::error::Error;
@@ -14,7 +14,7 @@ use strahl::film::Region;
 use strahl::plan::estimate::Estimate;
 use strahl::scene::Loaded;
 
-/// A scene that is remembered.
+/// A posted scene.
 #[derive(Debug)]
 pub(crate) struct Remembered {
     /// The scene.
@@ -23,9 +23,9 @@ pub(crate) struct Remembered {
     pub(crate) image: ImageId,
     /// Pixels across and down of that picture.
     pub(crate) size: [u32; 2],
-    /// What rendering the scene's own picture should take.
+    /// Estimate of rendering the scene's own picture.
     pub(crate) estimate: Estimate,
-    /// Whether the tenant has not sent it before.
+    /// Whether the tenant has not posted it before.
     pub(crate) is_new: bool,
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct OpenedImage {
 }
 
 impl Service {
-    /// Remembers a scene for a tenant, opened as 2^zoom times its size.
+    /// Stores a scene for a tenant, opened as 2^zoom times its size.
     pub(crate) fn remember(
         &self,
         work: &Work,
@@ -89,7 +89,7 @@ impl Service {
         Ok(Remembered { ready, image, size, estimate, is_new })
     }
 
-    /// The scene of an id: one that was remembered, or one that some job renders.
+    /// The scene of an id, if it was posted or if a job renders it.
     pub(crate) fn known_scene(&self, work: &Work, id: &str) -> Result<Found, Error> {
         if let Some(spec) = self.jobs.spec_of(id).filter(|_| !self.scenes.store.has(id))
             && let Some(text) = self.jobs.scene(&spec.scene)
@@ -119,7 +119,7 @@ impl Service {
         Ok(self.run(task, of_a_job).await?.value.into())
     }
 
-    /// Ends a tenant's claim to a scene, or everybody's. Without claims the scene and its pictures are deleted.
+    /// Releases a tenant's claim on a scene, or all claims. Without claims the scene and its pictures are deleted.
     pub(crate) async fn forget_scene(self: &Arc<Self>, id: String, owner: Option<String>) -> Released {
         let service = Arc::clone(self);
         let released = tokio::task::spawn_blocking(move || {
@@ -136,7 +136,7 @@ impl Service {
         released.await.unwrap_or(Released::Unknown)
     }
 
-    /// Opens an image; its scene is built if need be.
+    /// Opens an image, and builds its scene if it is not in the cache.
     pub(crate) async fn open_image(self: &Arc<Self>, task: Task, image: ImageId) -> Result<OpenedImage, Error> {
         let ready = match self.scenes.cached_known(&image.scene) {
             Some(ready) => ready,

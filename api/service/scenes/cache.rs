@@ -1,8 +1,8 @@
 //! The LRU cache of built scenes: a second request about a scene skips reading and building it, which takes longer than a
 //! picture of a large scene.
 //!
-//! A scene is known by a hash of its bytes and of all that is put over them. Problems are not kept: they are found again.
-//! Nor are scenes with pictures from files, which may change between requests; pictures in the scene are part of it.
+//! The key of a scene is a hash of its bytes, format and settings. Invalid scenes are not cached, nor are scenes with textures
+//! from files, which may change between requests.
 
 use super::prepared::{Loading, PreparedScene};
 use super::store::SceneStore;
@@ -17,24 +17,24 @@ use std::sync::Arc;
 use std::time::Instant;
 use strahl::scene::{Description, Files, Format, Loaded, NoFiles, NotLoaded, Overrides, load_if};
 
-/// Scene ids that lead to a built scene.
+/// Most scene ids that are kept.
 const IDS: u64 = 10_000;
 
 /// The scenes.
 #[derive(Debug)]
 pub(crate) struct SceneCache {
-    /// Where the pictures are that scenes may name, if they may.
+    /// Folder of the textures that scenes may name, if there is one.
     textures: Option<TextureFolder>,
     built: LruCache<Key, Arc<PreparedScene>>,
-    /// What the scene of an id was last sent as.
+    /// Key with which the scene of an id was last sent.
     ids: LruCache<String, Key>,
-    /// Scenes that can be built again.
+    /// Texts of scenes, from which they can be built again.
     pub(crate) store: SceneStore,
-    /// How often a scene was built already.
+    /// Hits and misses of built scenes.
     pub(crate) hits: HitCounter,
 }
 
-/// A hash of a scene as it was sent, and of all that is put over it.
+/// A hash of a scene as it was sent, its format and settings.
 pub(crate) type Key = [u8; 32];
 
 /// A scene as it was sent.
@@ -44,9 +44,9 @@ pub(crate) struct SentScene<'a> {
     pub(crate) text: &'a [u8],
     /// The format of the text.
     pub(crate) format: Format,
-    /// Settings over the scene's.
+    /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
-    /// Names all of this.
+    /// Hash of all of this.
     pub(crate) key: Key,
     /// Milliseconds that hashing took.
     pub(crate) hash_ms: f64,
@@ -56,26 +56,26 @@ impl<'a> SentScene<'a> {
     /// Hashes the text, which takes a while if it is long.
     pub(crate) fn new(text: &'a [u8], format: Format, overrides: &Overrides) -> Self {
         let start = Instant::now();
-        // The overrides go in as they print for debugging, which no field can be missing from.
+        // The debug format of overrides cannot miss a field.
         let settings = format!("{format:?} {overrides:?}\n");
         let key = Sha256::new().chain_update(settings).chain_update(text).finalize().into();
         Self { text, format, overrides: *overrides, key, hash_ms: milliseconds(start) }
     }
 }
 
-/// A scene that a request is about.
+/// The scene of a request.
 #[derive(Debug)]
 pub(crate) struct Found {
     /// The scene.
     pub(crate) ready: Arc<PreparedScene>,
     /// What this request spent on it.
     pub(crate) loading: Loading,
-    /// Whether it was built already.
+    /// Whether it was in the cache.
     pub(crate) cached: bool,
 }
 
 impl SceneCache {
-    /// No scenes yet, and later as many as fit.
+    /// An empty cache.
     pub(crate) fn new(budget: u64, textures: Option<TextureFolder>, store: SceneStore) -> Self {
         Self { textures, built: LruCache::new(budget), ids: LruCache::new(IDS), store, hits: HitCounter::default() }
     }
@@ -90,7 +90,7 @@ impl SceneCache {
         self.find_if(workers, sent, |_| Ok(()))
     }
 
-    /// The same, but only a scene that `accept` wants is built.
+    /// The same, but a scene that `accept` refuses is not built.
     pub(crate) fn find_if(
         &self,
         workers: &Workers,
@@ -113,11 +113,11 @@ impl SceneCache {
             return Ok(Found { ready, loading: Loading::default(), cached: true });
         }
         let text = self.store.get(id).ok_or_else(|| Error::UnknownScene(id.to_owned()))?;
-        // Stored texts have been valid scenes; they are invalid now only if the renderer's limits have changed.
+        // Stored texts were valid scenes. They are invalid now only if the renderer's limits have changed.
         self.find(workers, &SentScene::new(&text, Format::Json, &Overrides::default()))
     }
 
-    /// Reads a scene, and if `accept` wants it, checks and compiles it; `read` makes the result of it.
+    /// Reads a scene, checks and compiles it unless `accept` refuses it, and makes the result with `read`.
     pub(crate) fn build<T: Send>(
         &self,
         workers: &Workers,
@@ -133,17 +133,17 @@ impl SceneCache {
         })
     }
 
-    /// The scene that was sent like this, if it is still built.
+    /// The built scene of a key, if it is in the cache.
     pub(crate) fn cached(&self, key: &Key) -> Option<Arc<PreparedScene>> {
         self.built.get(key).inspect(|_| self.hits.hit())
     }
 
-    /// The scene of an id, if it is still built.
+    /// The built scene of an id, if it is in the cache.
     pub(crate) fn cached_known(&self, id: &str) -> Option<Arc<PreparedScene>> {
         self.cached(&self.ids.get(id)?)
     }
 
-    /// Keeps a built scene, unless its pictures are files.
+    /// Caches a built scene, unless it has textures from files.
     pub(crate) fn keep(&self, key: Key, ready: PreparedScene) -> Arc<PreparedScene> {
         let ready = Arc::new(ready);
         if !ready.scene.from_files {
@@ -155,7 +155,7 @@ impl SceneCache {
         ready
     }
 
-    /// Forgets the built scene of an id.
+    /// Deletes the built scene of an id.
     pub(crate) fn forget(&self, id: &str) {
         if let Some(key) = self.ids.get(id) {
             self.built.remove(&key);
@@ -163,7 +163,7 @@ impl SceneCache {
         self.ids.remove(id);
     }
 
-    /// The pictures that scenes may name.
+    /// The texture files that scenes may name.
     pub(crate) fn files(&self) -> &dyn Files {
         self.textures.as_ref().map_or(&NoFiles, |folder| folder)
     }

@@ -1,11 +1,11 @@
-//! What a scene and its picture are called: names made from what they are, so that the same scene has the same name
-//! everywhere, and a picture's name is known before a ray is traced.
+//! Ids of scenes and pictures. They are hashes of the contents, so that a scene has the same id everywhere, and a picture's id
+//! is known before a ray is traced.
 //!
 //! - The **canonical text** of a scene is its description as JSON: defaults filled in, keys in the order of the alphabet,
-//!   without white space and `$schema`. What the scene says counts, not how it was written, nor in which format.
+//!   without white space and `$schema`. It does not depend on how the scene was written, nor on its format.
 //! - Its **scene id** is a hash of that text.
 //! - An **image id** names the scene, the renderer and the zoom. It changes with everything that may change a pixel, and
-//!   with nothing else: pictures depend on neither threads nor machines. It can be read, so nobody has to remember it.
+//!   with nothing else: pictures depend on neither threads nor machines. It can be parsed, so the service keeps no table.
 
 use data_encoding::BASE32_NOPAD;
 use serde::Serialize;
@@ -21,20 +21,20 @@ use strahl::scene::description::{Accuracy, RenderSettings};
 /// Largest zoom: a scene may be opened as 2^16 times its size.
 pub(crate) const MAX_ZOOM: u32 = 16;
 
-/// Letters of a hash that name a scene: 160 bits.
+/// Letters of a scene id: 160 bits of a hash.
 const SCENE_LETTERS: usize = 32;
 /// Letters of a hash that name a version of the renderer.
 const RENDERER_LETTERS: usize = 6;
 
-/// Whether the same settings give the same picture on any machine. Those that a clock decides do not.
+/// Whether the same settings give the same picture on any machine. A time limit does not.
 pub(crate) fn is_reproducible(settings: &RenderSettings) -> bool {
     !matches!(settings.accuracy(), Accuracy::Time(_))
 }
 
-/// Name of a scene: `s_` and 32 letters of `a-z2-7`. The description is the same afterwards, but for `$schema`.
+/// Id of a scene: `s_` and 32 letters of `a-z2-7`. Clears `$schema` of the description and fills in render settings.
 pub(crate) fn scene_id(description: &mut Description) -> String {
     let mut hash = Hash(Sha256::new());
-    // A hash takes any amount of bytes, and a description is made of what JSON can say. Once cancelled, nobody wants the id.
+    // Writing to a hash cannot fail, and all values of a description can be written as JSON. A cancelled id is not used.
     let _ = write_canonical(description, &mut hash);
     named(&hash.0.finalize())
 }
@@ -51,13 +51,13 @@ fn named(hash: &[u8]) -> String {
 /// The canonical text of a scene.
 pub(crate) fn canonical(description: &mut Description) -> Vec<u8> {
     let mut text = Vec::new();
-    // As above: neither memory nor serde_json refuses anything here.
+    // As above, this cannot fail.
     let _ = write_canonical(description, &mut text);
     text
 }
 
-/// Name of the picture of a scene, opened as 2^zoom times its size, as this renderer makes it:
-/// `i_<scene>_<renderer>_<zoom>`, all of `a-z2-7`.
+/// Id of the picture of a scene opened as 2^zoom times its size, as this version renders it: `i_<scene>_<renderer>_<zoom>`, all
+/// of `a-z2-7`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct ImageId {
     /// The scene's id.
@@ -67,7 +67,7 @@ pub(crate) struct ImageId {
 }
 
 impl ImageId {
-    /// The id that a text is, if it is one of this renderer's.
+    /// Parses an id of this version of the renderer.
     pub(crate) fn read(text: &str) -> Option<Self> {
         let (scene, rest) = text.strip_prefix("i_")?.split_at_checked(SCENE_LETTERS)?;
         let zoom = match rest.strip_prefix('_')?.strip_prefix(renderer())?.strip_prefix('_')?.as_bytes() {
@@ -147,7 +147,7 @@ fn write_canonical(description: &mut Description, to: &mut impl Write) -> io::Re
     written
 }
 
-/// A JSON object; `instead` may write the value of a key.
+/// Writes a JSON object. `instead` may write the value of a key.
 fn write_object<'a, W: Write, K: AsRef<str> + 'a + ?Sized, V: Serialize + 'a + ?Sized>(
     to: &mut W,
     entries: impl Iterator<Item = (&'a K, &'a V)>,
@@ -169,7 +169,7 @@ fn write_json(to: &mut impl Write, value: &(impl Serialize + ?Sized)) -> io::Res
     serde_json::to_writer(to, value).map_err(io::Error::from)
 }
 
-/// A hash as something to write to.
+/// A hash as a writer.
 struct Hash(Sha256);
 
 impl Write for Hash {

@@ -1,4 +1,4 @@
-//! A scene ready to be rendered, and what every answer about it says.
+//! A scene that is ready to be rendered, with its plan and id.
 
 use super::ids::{is_reproducible, scene_id};
 use crate::service::scheduler::pool::Workers;
@@ -10,7 +10,7 @@ use strahl::scene::description::RenderSettings;
 use strahl::scene::nff::NffOptions;
 use strahl::scene::{Loaded, Scene};
 
-/// A scene without its description, which would take as much memory again.
+/// A compiled scene. Its description is dropped, since it takes as much memory again.
 #[derive(Debug)]
 pub(crate) struct PreparedScene {
     /// The scene.
@@ -19,20 +19,20 @@ pub(crate) struct PreparedScene {
     pub(crate) outline: Outline,
     /// The settings, after overrides.
     pub(crate) render: RenderSettings,
-    /// The scene's name ([`identity`](super::ids)).
+    /// Its [id](super::ids).
     pub(crate) scene_id: String,
-    /// Whether the same name always means the same picture.
+    /// Whether the same id always means the same picture.
     pub(crate) reproducible: bool,
     /// The options that an NFF file was read with.
     pub(crate) nff: NffOptions,
-    /// How long it took.
+    /// How long loading took.
     pub(crate) loading: Loading,
 }
 
-/// Milliseconds until a scene is ready; plan and bvh take 0 for one that was ready before.
+/// Milliseconds until a scene is ready. `plan` and `bvh` are 0 for a cached scene.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Loading {
-    /// Reading the scene, or recognising it.
+    /// Reading the scene, or finding it in the cache.
     pub(crate) parse: f64,
     /// Checking and compiling it.
     pub(crate) plan: f64,
@@ -59,13 +59,13 @@ impl From<Loaded> for PreparedScene {
         let scene_id = scene_id(&mut description);
         let outline = Outline::new(&mut description, &scene);
         let reproducible = is_reproducible(&description.render) && !scene.from_files && !nff.spd_counts;
-        // What the scene calls for decides the number it does not name.
+        // Effects decide the number of samples if the scene does not give one.
         let render = RenderSettings { samples: Some(scene.samples), ..description.render.resolved() };
         Self { outline, render, scene, scene_id, reproducible, nff, loading }
     }
 }
 
-/// The plan of a region, with what it is expected to take, and the pilot that says so.
+/// The plan of a region with its estimate, and the pilot that the estimate comes from.
 pub(crate) fn planned(
     ready: &PreparedScene,
     region: Region,

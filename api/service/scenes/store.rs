@@ -1,7 +1,7 @@
-//! The canonical texts of scenes that were told to be remembered, by scene id, and for whom: in a folder, or else in memory.
+//! The canonical texts of posted scenes by scene id, on disk or in memory.
 //!
-//! A scene belongs to the tenants that have posted it: each has a claim, an entry `SCENE.TENANT` beside the text. It goes
-//! when nobody claims it any more, or when there is no room.
+//! A scene belongs to the tenants that have posted it: each has a claim, an entry `SCENE.TENANT` beside the text. The scene is
+//! deleted with the last claim, or when there is no room for it.
 
 use super::ids::{id_of_text, is_scene_id};
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
@@ -27,17 +27,17 @@ pub(crate) fn is_text_of(name: &str, contents: &[u8]) -> bool {
     }
 }
 
-/// The texts, the one asked for longest ago first to go.
+/// The texts. The least recently used are deleted first.
 #[derive(Debug)]
 pub(crate) enum SceneStore {
-    /// They last as long as the process.
+    /// In memory, until the process ends.
     Memory(LruCache<String, Arc<[u8]>>),
-    /// They outlast it.
+    /// On disk.
     Folder(BlobStore),
 }
 
 impl SceneStore {
-    /// The text of a scene. Call this where waiting for a disk hurts nobody.
+    /// The text of a scene. This may wait for the disk.
     pub(crate) fn get(&self, id: &str) -> Option<Arc<[u8]>> {
         match self {
             Self::Memory(texts) => texts.get(id),
@@ -45,7 +45,7 @@ impl SceneStore {
         }
     }
 
-    /// Remembers a text; false if there is no room for it at all.
+    /// Stores a text. False if it is larger than the store.
     pub(crate) fn put(&self, id: &str, text: Vec<u8>) -> io::Result<bool> {
         match self {
             Self::Memory(texts) => {
@@ -57,7 +57,7 @@ impl SceneStore {
         Ok(self.has(id))
     }
 
-    /// Whether a text is remembered; looking counts as asking for it.
+    /// Whether a text is stored. This counts as a use.
     pub(crate) fn has(&self, id: &str) -> bool {
         match self {
             Self::Memory(texts) => texts.get(id).is_some(),
@@ -73,7 +73,7 @@ impl SceneStore {
         }
     }
 
-    /// Remembers that a tenant wants a scene to be there; whether that is new.
+    /// Adds a tenant's claim. False if there was one.
     pub(crate) fn claim(&self, id: &str, tenant: &str) -> io::Result<bool> {
         let name = claim_name(id, tenant);
         let is_new = !self.has(&name);
@@ -83,8 +83,7 @@ impl SceneStore {
         Ok(is_new)
     }
 
-    /// Forgets a tenant's claim, and with the last one the text; or at once everything about the scene, if the tenant is
-    /// none in particular.
+    /// Deletes a tenant's claim, and with the last one the text. Without a tenant all claims are deleted.
     pub(crate) fn release(&self, id: &str, tenant: Option<&str>) -> Released {
         let claimed = tenant.map_or_else(|| self.has(id), |tenant| self.remove(&claim_name(id, tenant)));
         if !claimed {
@@ -119,18 +118,18 @@ impl SceneStore {
     }
 }
 
-/// What has become of a scene that a tenant wants no more.
+/// What has become of a scene after a claim was released.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Released {
-    /// It was none of the tenant's.
+    /// The tenant had no claim.
     Unknown,
-    /// Others want it.
+    /// Other tenants have claims.
     Shared,
-    /// Nobody wants it: it is gone.
+    /// There was no other claim: the scene is deleted.
     Gone,
 }
 
-/// Neither ids nor names of tenants have points.
+/// Neither ids nor names of tenants contain dots.
 fn claim_name(id: &str, tenant: &str) -> String {
     format!("{id}.{tenant}")
 }

@@ -1,4 +1,4 @@
-//! The folder in which scenes find the pictures that they name, and nothing outside it.
+//! The folder of textures that scenes may name. Nothing outside of it can be read.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 use strahl::scene::Files;
 use strahl::scene::limits::PICTURE_BYTES;
 
-/// A folder and what lies below it, links followed only as far as they stay inside.
+/// A folder and everything below it. Links are followed only inside of it.
 #[derive(Debug)]
 pub(crate) struct TextureFolder(PathBuf);
 
@@ -29,7 +29,7 @@ impl Files for TextureFolder {
         if !path.starts_with(&self.0) {
             return Err("leads out of the folder of pictures".into());
         }
-        // Opening a pipe would wait for whoever writes into it.
+        // Opening a pipe would wait for a writer.
         if !path.is_file() {
             return Err("is no file".into());
         }

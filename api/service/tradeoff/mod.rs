@@ -1,5 +1,5 @@
-//! Measuring a trade-off within a time: first all settings once on a small picture, which is the warm-up and says how large
-//! a picture the time suffices for, then references, then all settings round by round on that picture.
+//! Measures a trade-off within a time limit: first all settings once on a small picture, as a warm-up and to choose the size of
+//! the picture, then references, then all settings round by round on that picture.
 
 mod references;
 mod stage;
@@ -20,12 +20,12 @@ use strahl::tradeoff::sweep::{Times, points};
 use strahl::tradeoff::{Circumstances, Front, HOW_TIMES_ARE_MEASURED, Reference, Tradeoff};
 use trial::Trial;
 
-/// Rounds that the size of the picture is chosen for, and that there are at most.
+/// Rounds for which the size of the picture is chosen, and most rounds.
 const ROUNDS: [usize; 2] = [3, 9];
-/// Shares of the time by when the small picture, the references and all rendering end.
+/// Shares of the time at which the small picture, the references and all rendering end.
 const ENDS: [f64; 3] = [0.3, 0.65, 0.95];
 
-/// What was found out.
+/// A measured trade-off.
 #[derive(Debug)]
 pub(crate) struct Outcome {
     /// The numbers.
@@ -34,10 +34,10 @@ pub(crate) struct Outcome {
     pub(crate) thumbnails: Vec<Option<Thumbnails>>,
 }
 
-/// Why nothing was found out.
+/// Why nothing was measured.
 #[derive(Debug)]
 pub(crate) enum Stopped {
-    /// Nobody wants to know any more.
+    /// The request was cancelled.
     Cancelled,
     /// The scene cannot be built in the other precision.
     Refused(Problems),
@@ -49,7 +49,7 @@ impl From<Cancelled> for Stopped {
     }
 }
 
-/// Measures what accuracy costs for a scene, in about so many seconds from `started`.
+/// Measures what accuracy costs for a scene, in about `seconds` from `started`.
 pub(crate) fn measure(
     loaded: Loaded,
     files: &dyn Files,
@@ -73,7 +73,7 @@ pub(crate) fn measure(
     let mut times = vec![Vec::new(); points.len()];
     for round in 0..ROUNDS[1] {
         for (i, point) in points.iter_mut().enumerate() {
-            // Once a point's time is known, it is only begun if it can end.
+            // Once a point's time is known, it is only rendered if there is time to finish it.
             let longest = times[i].iter().copied().fold(0.0, f64::max);
             if round > 0 && (times[i].is_empty() || stage.left(ENDS[2]) < 1.2 * longest / 1e3) {
                 continue;
@@ -82,7 +82,7 @@ pub(crate) fn measure(
             times[i].push(picture.trace_ms);
             if round == 0 {
                 point.rays = Some(picture.rays);
-                // The same bounds for all points: recursion without end, which the references come near to.
+                // The same bounds for all points: those against recursion without end, which the references come near to.
                 let endless = stage.single.ceiling().reach.max_depth.is_none();
                 let proof = endless.then(|| stage.workers.work(|| picture.proof())).transpose()?;
                 point.proved_codes = proof.filter(|p| p.max_linear.is_some()).map(|p| p.max_codes);

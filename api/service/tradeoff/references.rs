@@ -1,4 +1,4 @@
-//! The pictures that others are held against.
+//! The reference pictures.
 
 use super::ENDS;
 use super::stage::Stage;
@@ -10,7 +10,7 @@ use strahl::tradeoff::Errors;
 use strahl::tradeoff::page::Thumbnails;
 use strahl::tradeoff::sweep::{Point, REFERENCE_SAMPLES, Settings};
 
-/// Where samples may lie, each once, the fewest samples first.
+/// All sampling patterns of some points, the fewest samples first.
 pub(super) fn positions(points: &[Point]) -> Vec<(u32, bool)> {
     let mut all: Vec<_> = points.iter().map(|point| point.settings.positions()).collect();
     all.sort_unstable();
@@ -23,17 +23,17 @@ pub(super) fn reference((max_depth, min_weight): (u32, f64), (samples, antialias
     Settings { max_depth, min_weight, max_codes: None, samples, antialias, precision: Precision::Double }
 }
 
-/// Pictures in double precision, their recursion followed as far as possible, for each way that samples lie.
+/// Pictures in double precision with recursion as deep as possible, one for each sampling pattern.
 pub(super) struct References {
     /// Their depth and weight.
     recursion: (u32, f64),
     by_positions: Vec<((u32, bool), Image8)>,
-    /// What each of them misses for having too few samples.
+    /// Sampling error of each of them.
     sampling: Vec<Option<Difference>>,
 }
 
 impl References {
-    /// Traces as many as the time suffices for; also how many rays were dropped.
+    /// Traces as many as there is time for, and counts the rays that were dropped.
     pub(super) fn trace(
         stage: &mut Stage<'_>,
         points: &[Point],
@@ -64,7 +64,7 @@ impl References {
         self.place((REFERENCE_SAMPLES, false)).map(|i| &self.by_positions[i].1)
     }
 
-    /// Errors of a picture; no truncation of one that follows rays further than its reference.
+    /// Errors of a picture. A picture that follows rays further than its reference has no error of truncation.
     pub(super) fn errors(&self, stage: &Stage<'_>, settings: Settings, picture: &Image8) -> Errors {
         let (depth, weight) = self.recursion;
         let comparable = settings.max_codes.is_some() || settings.max_depth <= depth && settings.min_weight >= weight;

@@ -1,4 +1,4 @@
-//! The scene of a trade-off with any settings, and the clock.
+//! Renders the scene of a trade-off with any settings, and keeps the time.
 
 use super::Stopped;
 use crate::service::clock::milliseconds;
@@ -13,7 +13,7 @@ use strahl::scene::description::{Accuracy, Camera, Fixed, Precision, Proved};
 use strahl::scene::{Files, Loaded, Scene};
 use strahl::tradeoff::sweep::Settings;
 
-/// The scene in both precisions, and the clock.
+/// The scene in both precisions, and the time limit.
 pub(super) struct Stage<'a> {
     pub(super) single: Scene,
     pub(super) double: Scene,
@@ -25,7 +25,7 @@ pub(super) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    /// Builds what is missing; also the settings that the scene asks for.
+    /// Builds the scene in the other precision. Also returns the settings that the scene asks for.
     pub(super) fn set(
         loaded: Loaded,
         files: &dyn Files,
@@ -49,7 +49,7 @@ impl<'a> Stage<'a> {
             antialias,
             precision: render.precision,
         };
-        // What a scene calls for is decided when it is built: one ray deep it would be nothing.
+        // The effects of a scene are decided when it is built. With depth 1 it would have none of those of secondary rays.
         let shallow = render.max_depth == Some(1);
         description.render.max_depth = Some(render.fixed_depth().max(2));
         description.render.accuracy = Some(Accuracy::Fixed(Fixed {}));
@@ -76,7 +76,7 @@ impl<'a> Stage<'a> {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// Seconds until a share of the time is over; below 0 after it.
+    /// Seconds until a share of the time has passed, below 0 after it.
     pub(super) fn left(&self, share: f64) -> f64 {
         share * self.seconds - self.elapsed()
     }
@@ -86,7 +86,7 @@ impl<'a> Stage<'a> {
         self.double.set_size(&self.camera, width, height);
     }
 
-    /// A picture with some settings; none if it is not done before a share of the time is over.
+    /// A picture with some settings. None if it is not finished before a share of the time has passed.
     pub(super) fn shoot(&mut self, settings: Settings, end: f64) -> Result<Option<Picture>, Cancelled> {
         self.control.set_progress(milliseconds(self.started) as u64, (self.seconds * 1e3) as u64);
         let left = self.left(end);
@@ -112,7 +112,7 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Compares two pictures on the pool; none if nobody wants to know any more.
+    /// Compares two pictures on the pool. None if the request was cancelled.
     pub(super) fn compare(&self, reference: &Image8, test: &Image8) -> Option<Difference> {
         self.workers.work(|| Difference::of(reference, test)).ok()
     }

@@ -1,5 +1,5 @@
-//! All settings once on a small picture, which is the warm-up and says how large a picture the time suffices for, and how far
-//! references can go.
+//! The trial: all settings once on a small picture, as a warm-up and to choose the size of the picture and the depth of the
+//! references.
 
 use super::references::{positions, reference};
 use super::stage::Stage;
@@ -13,19 +13,18 @@ use strahl::tradeoff::sweep::{Point, Settings};
 
 /// Pixels of the small picture.
 const TRIAL_PIXELS: f64 = 2304.0;
-/// Pixels that are compared at most.
+/// Most pixels of the compared pictures.
 const MOST_PIXELS: f64 = 1_048_576.0;
-/// Share of the time that should suffice for what is planned.
+/// Share of the time that is planned for.
 const PLANNED: f64 = 0.8;
 /// Depth of references, unless the scene asks for more.
 const DEPTH: u32 = 1000;
-/// Weights below which references do not follow rays, each further than the one before; the last that the time suffices for
-/// is taken, and one more is looked at.
+/// Weights below which references do not follow rays. The smallest that there is time for is taken, and one more is tried.
 const WEIGHTS: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 0.0];
-/// The finest weight of the points: references go further wherever they can.
+/// The smallest weight of the points. References go further if they can.
 const FINEST: f64 = 1e-5;
 
-/// What the small picture says.
+/// What the small picture has told.
 pub(super) struct Trial {
     pixels: f64,
     /// Seconds of one round, of comparing two pictures, and of all references.
@@ -52,7 +51,7 @@ impl Trial {
             finer: None,
         };
         for point in points {
-            // Half of this part is for the references, without which there would be no errors.
+            // The other half of this part is for the references, without which no error is known.
             if let Some(picture) = stage.shoot(point.settings, 0.5 * ENDS[0])? {
                 trial.round += picture.trace_ms / 1e3;
                 if trial.comparison == 0.0 {
@@ -78,8 +77,8 @@ impl Trial {
             let one = picture.trace_ms / 1e3;
             patience = 20.0 * one + 0.05;
             steps.push((min_weight, Image8::from(&picture.film), samples * one));
-            // Better references leave smaller pictures: beyond the weights of the points they take as long as two rounds at
-            // most. One more is only looked at.
+            // Better references leave time for smaller pictures only, so beyond the weights of the points they take at most as
+            // long as two rounds. One more is tried, but not used.
             if min_weight < FINEST && samples * one > 2.0 * trial.round {
                 break;
             }
@@ -97,7 +96,7 @@ impl Trial {
         Ok(trial)
     }
 
-    /// The size of the pictures that the time suffices for, at most as asked.
+    /// The size of the pictures that there is time for, at most as asked.
     pub(super) fn size_for(&self, stage: &Stage<'_>, asked: [u32; 2], points: usize) -> [u32; 2] {
         let planned = ROUNDS[0] as f64 * self.round + self.references + 2.0 * points as f64 * self.comparison;
         let pixels = self.pixels * stage.left(PLANNED) / planned.max(1e-9);
@@ -105,7 +104,7 @@ impl Trial {
     }
 }
 
-/// A size of the same shape with at most about so many pixels, and no larger.
+/// A size of the same shape with about `pixels` pixels, but no larger than it was.
 fn scaled([width, height]: [u32; 2], pixels: f64) -> [u32; 2] {
     let factor = (pixels / (f64::from(width) * f64::from(height))).sqrt().min(1.0);
     [width, height].map(|side| ((f64::from(side) * factor).round() as u32).max(1))

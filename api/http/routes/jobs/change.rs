@@ -1,4 +1,4 @@
-//! Changing a job: its priority, and whether it goes on.
+//! Changing, canceling and deleting jobs.
 
 use super::ID;
 use crate::http::extract::body;
@@ -9,7 +9,7 @@ use crate::http::respond::job::{JobView, etag, shown};
 use crate::service::jobs::Job;
 use axum::body::Body as RequestBody;
 
-/// Bytes of a change.
+/// Most bytes of a change.
 const CHANGE_BYTES: usize = 4_096;
 
 pub(super) fn routes() -> Vec<Route> {
@@ -37,7 +37,7 @@ pub(super) fn routes() -> Vec<Route> {
     ]
 }
 
-/// What may be changed.
+/// A change of a job.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct JobChange {

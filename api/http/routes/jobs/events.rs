@@ -1,4 +1,4 @@
-//! `GET /v1/jobs/{id}/events`, `/v1/events?job=...`: what happens to jobs, as it happens (Server-Sent Events).
+//! `GET /v1/jobs/{id}/events`, `/v1/events?job=...`: events of jobs (Server-Sent Events).
 
 use super::ID;
 use crate::http::extract::named_job::{NamedJob, find};
@@ -19,11 +19,11 @@ use std::task::Poll;
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// Silence after which a comment says that the stream is alive.
+/// Silence after which a comment is sent, which shows that the stream is alive.
 const HEARTBEAT: Duration = Duration::from_secs(15);
-/// When a browser comes back after the stream has ended.
+/// Time after which a browser connects again when the stream has ended.
 const RETRY: Duration = Duration::from_secs(2);
-/// Jobs of one stream.
+/// Most jobs of one stream.
 const MOST: usize = 32;
 
 pub(super) fn routes() -> Vec<Route> {
@@ -97,7 +97,7 @@ async fn of_jobs(
     stream_of(&app, &tenant, request.headers(), since, jobs)
 }
 
-/// The stream of some jobs' events.
+/// The stream of events of some jobs.
 fn stream_of(
     app: &App,
     tenant: &Tenant,
@@ -107,7 +107,7 @@ fn stream_of(
 ) -> Result<Response, Problem> {
     let last = headers.get("last-event-id").and_then(|id| id.to_str().ok()).map(str::to_owned);
     let seen = last.or(since).map_or_else(Vec::new, |id| numbers(&id));
-    // Numbers of other jobs say nothing about these.
+    // An id with numbers of other jobs is of no use.
     let seen = if seen.len() == jobs.len() { seen } else { vec![None; jobs.len()] };
     if jobs.iter().zip(&seen).all(|(job, seen)| seen.is_some() && job.record().last_event == *seen) {
         return Ok(StatusCode::NO_CONTENT.into_response());
@@ -128,12 +128,12 @@ fn stream_of(
     Ok((headers, Sse::new(events).keep_alive(KeepAlive::new().interval(HEARTBEAT))).into_response())
 }
 
-/// The number of the last event of each job, as an event's id says it.
+/// The numbers of the last event of each job in an event's id.
 fn numbers(id: &str) -> Vec<Option<u64>> {
     id.trim().split(',').map(|number| number.parse().ok()).collect()
 }
 
-/// Somebody who watches jobs.
+/// A stream of events.
 struct Watching {
     jobs: Vec<Watched>,
     draining: watch::Receiver<bool>,
@@ -168,9 +168,9 @@ impl Watching {
         }
     }
 
-    /// Waits until something happens to any of them; whether it is the end of the service.
+    /// Waits for an event of any job. True if the service drains.
     async fn ring(&mut self) -> Option<bool> {
-        // An ended job's last event has been heard, and rings for ever.
+        // The channel of an ended job is always ready.
         let going_on = self.jobs.iter_mut().filter(|job| !job.ended);
         let mut bells: Vec<_> = going_on.map(|job| Box::pin(job.bell.changed())).collect();
         let any = poll_fn(|context| {
@@ -184,11 +184,11 @@ impl Watching {
     }
 }
 
-/// A job that somebody watches.
+/// A job in a stream.
 struct Watched {
     job: Arc<Job>,
     bell: watch::Receiver<u64>,
-    /// Number of the last event that was sent or seen before, if any was.
+    /// Number of the last event that was sent, now or before the client reconnected.
     seen: Option<u64>,
     /// Number of the last event that was gathered.
     gathered: Option<u64>,
@@ -204,14 +204,14 @@ impl Watched {
         Self { job, bell, seen, gathered: seen, next: VecDeque::new(), ended, _watcher }
     }
 
-    /// An event that goes out now.
+    /// An event to be sent now.
     fn sent(&mut self, event: Event) -> sse::Event {
         self.ended |= is_last(event.name);
         self.seen = Some(event.seq);
         written(&self.job, event)
     }
 
-    /// What has happened since, or where the job stands if that cannot be told any more.
+    /// Collects the events since, or a snapshot of the job if they are not kept any more.
     fn gather(&mut self) {
         self.bell.mark_unchanged();
         if let Some(events) = self.gathered.and_then(|seen| self.job.events.since(seen)) {
@@ -221,7 +221,7 @@ impl Watched {
         }
         let last = self.job.events.last();
         let record = self.job.record().clone();
-        // Who has seen this much has missed nothing but the last event.
+        // A client that has seen the event before misses only the last one.
         let seq = record.last_event.map_or(last, |last| last - 1);
         let progress = self.job.progress();
         let snapshot = json!({
@@ -242,7 +242,7 @@ fn is_last(name: &str) -> bool {
     JobState::ALL.iter().any(|(known, state)| *known == name && state.is_final())
 }
 
-/// An event as it goes over the wire: its number, its job, and where to find what it is about.
+/// An event as it is sent: its number, its job, and the URL of what it is about.
 fn written(job: &Job, event: Event) -> sse::Event {
     let Event { seq, name, mut data } = event;
     let record = job.record();

@@ -1,4 +1,4 @@
-//! A job's picture, and parts of it that are finished, or are rendered next.
+//! The picture of a job, and parts of it, which are rendered next if they are not finished.
 
 use super::ID;
 use crate::http::extract::named_job::NamedJob;
@@ -10,9 +10,9 @@ use crate::service::pictures::spec::{PictureSpec, outside};
 use std::time::Duration;
 use strahl::film::{FileFormat, Region};
 
-/// How long a request for an unfinished part waits for it: viewers give up after 30 seconds.
+/// Longest wait for an unfinished part. Viewers give up after 30 seconds.
 const PART_PATIENCE: Duration = Duration::from_secs(25);
-/// Pixels of a part.
+/// Most pixels of a part.
 const PART_PIXELS: u64 = 4 << 20;
 
 pub(super) fn routes() -> Vec<Route> {

@@ -1,4 +1,4 @@
-//! `/v1/jobs`: pictures to be fetched later, and everything there is to see of them meanwhile.
+//! `/v1/jobs`: renders in the background, with their events and previews.
 
 mod change;
 mod events;
@@ -9,7 +9,7 @@ mod submit;
 
 use crate::http::contract::Route;
 
-/// What paths of jobs say of their parameter.
+/// Description of the id in paths of jobs.
 const ID: &str = "The job's id.";
 
 pub(super) fn routes() -> Vec<Route> {

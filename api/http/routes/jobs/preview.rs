@@ -1,4 +1,4 @@
-//! `GET /v1/jobs/{id}/preview`: the picture so far, small.
+//! `GET /v1/jobs/{id}/preview`: a small picture of what has been rendered so far.
 
 use super::ID;
 use crate::http::extract::named_job::NamedJob;
@@ -59,7 +59,7 @@ async fn preview(
         let _watcher = job.watch();
         let mut bell = job.events.bell();
         let news = async { while !is_new(&job) && !job.record().state.is_final() && bell.changed().await.is_ok() {} };
-        // Either way the newest is shown.
+        // The newest preview is returned in either case.
         patiently(&app, patience, news).await;
     }
     let succeeded = job.record().state == JobState::Succeeded;
@@ -90,7 +90,7 @@ async fn preview(
     Ok((headers, [(header::CONTENT_TYPE, "image/png")], app.memory.body(png)).into_response())
 }
 
-/// All of a picture in as many pixels as a preview has.
+/// The whole picture in the size of a preview.
 fn small(job: &Job) -> PictureSpec {
     let record = job.record();
     let level = record.width.max(record.height).div_ceil(PREVIEW_SIDE).next_power_of_two().ilog2();

@@ -1,4 +1,4 @@
-//! `GET /v1/jobs/{id}`, `GET /v1/jobs`: one job, and the tenant's jobs.
+//! `GET /v1/jobs/{id}`, `GET /v1/jobs`: a job, and the list of the tenant's jobs.
 
 use super::ID;
 use crate::http::extract::named_job::{NamedJob, may_see};
@@ -8,7 +8,7 @@ use crate::http::respond::job::{JobView, shown, until_final};
 use crate::service::jobs::record::{Record, State as JobState};
 use axum::Extension;
 
-/// Jobs of a page, and how many there may be.
+/// Default and most jobs of a page.
 const PAGE: [u32; 2] = [50, 200];
 
 pub(super) fn routes() -> Vec<Route> {
@@ -43,7 +43,7 @@ async fn job(State(app): State<App>, NamedJob { job, .. }: NamedJob, headers: He
     Ok(if prefer.wait.is_some() { (prefer.applied(), view).into_response() } else { view.into_response() })
 }
 
-/// Which jobs are listed.
+/// Filters of the list.
 struct Filters {
     state: Option<JobState>,
     label: Option<String>,
@@ -90,7 +90,7 @@ async fn jobs(
     Ok((headers, Json(JobList { jobs, next })).into_response())
 }
 
-/// Text as a part of a query.
+/// Percent-encodes text for a query.
 fn encoded(text: &str) -> String {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
     text.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()

@@ -1,4 +1,4 @@
-//! `POST /v1/jobs`.
+//! `POST /v1/jobs`: submits a job.
 
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body;
@@ -12,12 +12,11 @@ use serde_json::value::RawValue;
 use serde_json::{Map, Value, json};
 use strahl::scene::Format;
 
-/// Labels of a job, and letters of each.
+/// Most labels of a job, and most characters of a label.
 const LABELS: [usize; 2] = [16, 64];
 
 pub(super) fn routes() -> Vec<Route> {
-    let about =
-        "Submits a job: a scene that is rendered as soon as there is time, also if the service is restarted meanwhile.";
+    let about = "Submits a job: a render in the background, which survives a restart of the service.";
     let key = "A name for this submission: sent again with it, the same body gives the same job.";
     let example = json!({
         "scene": example_scene(), "settings": { "width": 64 }, "output": { "format": "webp" }, "priority": 60
@@ -33,26 +32,26 @@ pub(super) fn routes() -> Vec<Route> {
     ]
 }
 
-/// A job to be done.
+/// A request for a job.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct JobRequest<'a> {
-    /// What to render.
+    /// The scene.
     #[serde(borrow)]
     #[schemars(schema_with = "scene_reference")]
     scene: &'a RawValue,
-    /// Settings over the scene's, by the names of the query parameters of `POST /v1/render`.
+    /// Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
     #[serde(default)]
     #[schemars(schema_with = "overrides")]
     settings: Map<String, Value>,
-    /// How the picture is written, by the names of the query parameters of `POST /v1/render`.
+    /// Format of the picture, by the names of the query parameters of `POST /v1/render`.
     #[serde(default)]
     #[schemars(schema_with = "output")]
     output: Map<String, Value>,
-    /// Among the tenant's jobs, 50 by default.
+    /// Priority among the tenant's jobs, from 0 to 100, 50 by default.
     #[schemars(range(min = 0, max = 100))]
     priority: Option<u8>,
-    /// What its owner calls it.
+    /// Labels, by which jobs can be listed.
     #[serde(default)]
     #[schemars(length(max = 16))]
     labels: Vec<String>,

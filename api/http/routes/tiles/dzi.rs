@@ -1,4 +1,4 @@
-//! Deep Zoom Images, as OpenSeadragon opens them: `/dzi/{id}.dzi`, `/dzi/{id}_files/{level}/{column}_{row}.png`.
+//! Deep Zoom Images, for OpenSeadragon: `/dzi/{id}.dzi`, `/dzi/{id}_files/{level}/{column}_{row}.png`.
 
 use super::grid::{id_of, last_level, no_tile, tile, tile_name, tile_of};
 use crate::http::auth::client::Client;

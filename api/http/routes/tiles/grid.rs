@@ -5,19 +5,19 @@ use crate::service::pictures::spec::{Grid, PictureSpec, TILE};
 use strahl::camera::Window;
 use strahl::film::{Adjustment, FileFormat, PictureFormat, Region};
 
-/// The level on which an image has a single pixel, or, with an edge, a single tile: the image itself is level 0.
+/// The level on which an image has a single tile of `edge` pixels. The image itself is level 0.
 pub(super) fn last_level([width, height]: [u32; 2], edge: u32) -> u32 {
     width.max(height).div_ceil(edge).next_power_of_two().ilog2()
 }
 
-/// A tile of a level, cut off at the image's edge, if there is one there.
+/// The region of a tile of a level, clipped to the image. None if there is no such tile.
 pub(super) fn tile_of(size: [u32; 2], level: u32, column: u32, row: u32) -> Option<Region> {
     let Window { width, height, .. } = Window::level(size[0], size[1], level as i32)?;
     let (x, y) = (column.checked_mul(TILE)?, row.checked_mul(TILE)?);
     (x < width && y < height).then(|| Region { x, y, width: TILE.min(width - x), height: TILE.min(height - y) })
 }
 
-/// A tile of an image.
+/// What to render for a tile.
 pub(super) fn tile(grid: Grid, region: Region, format: FileFormat) -> PictureSpec {
     PictureSpec { grid, region: Some(region), adjustment: Adjustment::default(), format }
 }
@@ -27,19 +27,19 @@ pub(super) fn tile_format(ending: &str) -> Option<FileFormat> {
     PictureFormat::by_name(ending).filter(|format| !format.is_linear())?.with(None, None).ok()
 }
 
-/// `a<between>b.ending` taken apart.
+/// Parses `a<between>b.ending`.
 pub(super) fn tile_name(file: &str, between: char) -> Option<(u32, u32, FileFormat)> {
     let (place, ending) = file.rsplit_once('.')?;
     let (a, b) = place.split_once(between)?;
     Some((a.parse().ok()?, b.parse().ok()?, tile_format(ending)?))
 }
 
-/// The id of the image that a file is about, by the file's ending.
+/// The id of the image in a file's name.
 pub(super) fn id_of<'file>(file: &'file str, ending: &str) -> Result<&'file str, Problem> {
     file.strip_suffix(ending).ok_or_else(|| Problem::new(Kind::NotFound, format!("{file} has not the ending {ending}")))
 }
 
-/// There is no such tile.
+/// The problem of a tile that does not exist.
 pub(super) fn no_tile(what: &str) -> Problem {
     Problem::new(Kind::NotFound, format!("there is no tile {what}"))
 }

@@ -1,4 +1,4 @@
-//! IIIF Image API 3.0, level 2: images, their description (`info.json`), and the way to it.
+//! IIIF Image API 3.0, level 2: images and their description (`info.json`).
 
 use super::grid::last_level;
 use super::iiif_parse::{ImageRequest, understand};
@@ -63,10 +63,10 @@ async fn part(
     Ok(response)
 }
 
-/// The address of an image as its client sees it.
+/// The URL of an image as its client sees it.
 fn address(app: &AppState, parts: &Parts, id: &str) -> String {
     let base = app.base_url(&parts.extensions);
-    // With a capability in its path a client has to keep it there.
+    // A capability in the path of a request is needed in further paths, too.
     let before = parts.extensions.get::<Capability>().map_or_else(String::new, Capability::prefix);
     format!("{base}{before}/iiif/3/{id}")
 }
@@ -75,14 +75,14 @@ fn address(app: &AppState, parts: &Parts, id: &str) -> String {
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(rename_all = "camelCase")]
 struct ImageInfo {
-    /// Where the words are defined.
+    /// URL of the JSON-LD context.
     #[serde(rename = "@context")]
     context: &'static str,
-    /// The image's address.
+    /// URL of the image.
     id: String,
     /// `ImageService3`.
     r#type: &'static str,
-    /// Address of the protocol.
+    /// URL of the protocol.
     protocol: &'static str,
     /// `level2`.
     profile: &'static str,
@@ -90,13 +90,13 @@ struct ImageInfo {
     width: u32,
     /// Pixels down.
     height: u32,
-    /// Most pixels of one answer.
+    /// Most pixels of an answer.
     max_area: u64,
-    /// Sizes that the whole image comes in.
+    /// Sizes of the whole image.
     sizes: Vec<InfoSize>,
-    /// Tiles and how much smaller than the image they may be.
+    /// Tiles and their scale factors.
     tiles: Vec<InfoTile>,
-    /// Formats, the best first.
+    /// Formats, the preferred first.
     preferred_formats: &'static [&'static str],
     /// Formats beyond those of level 2.
     extra_formats: &'static [&'static str],
@@ -127,7 +127,7 @@ struct InfoTile {
     width: u32,
     /// Pixels down.
     height: u32,
-    /// How many pixels of the image one of the tile's may stand for, across and down.
+    /// Pixels of the image for one pixel of a tile, across and down.
     scale_factors: Vec<u64>,
 }
 
@@ -142,7 +142,7 @@ async fn info(State(app): State<App>, Path(id): Path<String>, parts: Parts) -> R
     Ok(response)
 }
 
-/// Without `Accept` a client gets what the API prefers; browsers and others that take anything get what they can show.
+/// Whether to send JSON-LD, as the API prefers. Clients that accept anything, such as browsers, get plain JSON.
 fn wants_linked_data(headers: &HeaderMap) -> bool {
     let accepts: Vec<_> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
     accepts.is_empty() || accepts.iter().any(|accept| accept.contains("application/ld+json"))

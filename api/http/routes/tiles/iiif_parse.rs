@@ -1,4 +1,4 @@
-//! What an IIIF Image API 3.0 request asks for: region, size, rotation, quality and format (section 4 of the API).
+//! Parses requests of the IIIF Image API 3.0: region, size, rotation, quality and format (section 4 of the API).
 
 use super::grid::tile_format;
 use crate::http::problem::{Kind, Problem};
@@ -15,7 +15,7 @@ pub(crate) struct ImageRequest<'a> {
     pub(crate) file: &'a str,
 }
 
-/// A request understood, and the same in canonical form.
+/// A parsed request, and its canonical form.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Understood {
     pub(crate) spec: PictureSpec,
@@ -23,7 +23,7 @@ pub(crate) struct Understood {
     pub(crate) canonical: String,
 }
 
-/// Understands a request about an image of some size, of which one answer has at most so many pixels.
+/// Parses a request for an image of some size. An answer has at most `max_area` pixels.
 pub(crate) fn understand(asked: ImageRequest<'_>, image: [u32; 2], max_area: u64) -> Result<Understood, Problem> {
     let from = region(asked.region, image)?;
     let size = size(asked.size, from, max_area)?;
@@ -47,7 +47,7 @@ fn bad(what: &str, given: &str, expected: &str) -> Problem {
     Problem::new(Kind::BadIiifRequest, format!("{given} is no {what}: expected {expected}"))
 }
 
-/// Cut off at the image's edges; what is outside altogether is wrong.
+/// Parses the region, and clips it to the image. A region outside of the image is an error.
 fn region(text: &str, [width, height]: [u32; 2]) -> Result<Region, Problem> {
     let wrong =
         || bad("region of this image", text, "full, square, x,y,w,h or pct:x,y,w,h with some of it in the image");
@@ -82,13 +82,13 @@ fn list<const N: usize>(text: &str) -> Option<[&str; N]> {
     text.split(',').collect::<Vec<_>>().try_into().ok()
 }
 
-/// A decimal number as the API writes it: digits, perhaps a point and more digits.
+/// Parses a decimal number: digits, with or without a point and more digits.
 fn decimal(text: &str) -> Option<f64> {
     let plain = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     if plain { text.parse().ok() } else { None }
 }
 
-/// As large as one answer may be, of the same shape.
+/// The largest size of an answer with the same shape.
 fn largest([width, height]: [u32; 2], max_area: u64) -> [u32; 2] {
     let area = u64::from(width) * u64::from(height);
     if area <= max_area {
@@ -138,7 +138,7 @@ fn size(text: &str, region: Region, max_area: u64) -> Result<[u32; 2], Problem> 
     Ok([w, h])
 }
 
-/// Whether it is mirrored first, and quarters of a turn.
+/// Parses whether the image is mirrored, and the quarter turns after that.
 fn rotation(text: &str) -> Result<(bool, u8), Problem> {
     let (mirrored, degrees) = text.strip_prefix('!').map_or((false, text), |degrees| (true, degrees));
     let quarters = ["0", "90", "180", "270"].iter().position(|known| *known == degrees);
@@ -161,7 +161,7 @@ fn quality_and_format(file: &str) -> Result<(Tone, &str, FileFormat, &str), Prob
     Ok((tone, quality, format, ending))
 }
 
-/// Pixels for a region in some size: those of a level of the image, wherever they fit, so that they are a crop of it.
+/// The grid of pixels for a region in some size. If it fits a level of the image, the answer is a crop of that level.
 fn grid(region: Region, [w, h]: [u32; 2], image: [u32; 2]) -> (Grid, Option<Region>) {
     let Region { x, y, width, height } = region;
     let down = |level: u32, start: u32, length: u32, end: u32, wanted: u32| {

@@ -1,4 +1,4 @@
-//! Deep zoom into known images, by three conventions over one way to a picture: IIIF Image API 3, DZI and XYZ.
+//! Deep zoom into known images by three protocols: IIIF Image API 3, DZI and XYZ.
 //!
 //! A ray tracer needs no pyramid of images: each tile is rendered at its own size, and is byte for byte that crop of the
 //! whole image at that size.

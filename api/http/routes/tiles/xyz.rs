@@ -1,7 +1,7 @@
-//! XYZ tiles, as Leaflet and others take them: `/xyz/{id}/{z}/{x}/{y}.png`, described by `/xyz/{id}.json`.
+//! XYZ tiles, for Leaflet and others: `/xyz/{id}/{z}/{x}/{y}.png`, described by `/xyz/{id}.json`.
 //!
-//! Zoom 0 is a single tile; deeper zooms than the image's own size show more detail. Viewers of maps expect whole tiles, so
-//! those along the edges go on where the image ends: its rays do.
+//! Zoom 0 is a single tile, and zooms beyond the image's own size show more detail. Viewers of maps expect whole tiles, so those
+//! along the edges extend beyond the image.
 
 use super::grid::{id_of, last_level, no_tile, tile, tile_format};
 use crate::http::auth::client::Client;
@@ -37,7 +37,7 @@ struct TileJson {
     tilejson: &'static str,
     /// `simple`.
     crs: &'static str,
-    /// Addresses with `{z}`, `{x}` and `{y}` in them.
+    /// Paths with `{z}`, `{x}` and `{y}`.
     tiles: Vec<String>,
     /// Edge of a tile in pixels.
     #[serde(rename = "tileSize")]
@@ -48,7 +48,7 @@ struct TileJson {
     height: u32,
     /// 0: the whole image in one tile.
     minzoom: u32,
-    /// The deepest zoom there is.
+    /// The largest zoom.
     maxzoom: u32,
     /// The zoom at which the image has its own size.
     nativezoom: u32,
@@ -59,7 +59,7 @@ async fn description(State(app): State<App>, Path(file): Path<String>, parts: Pa
     let opened = open(&app, &Tenant::of(&parts.extensions), id).await?;
     let [width, height] = opened.size;
     let native = last_level(opened.size, TILE);
-    // As deep as the numbers reach.
+    // Up to the precision of the scene's numbers.
     let deeper = (0..=MAX_ZOOM - opened.image.zoom)
         .rev()
         .find(|more| size_of(&opened.ready.scene, opened.image.zoom + more).is_some())
