@@ -1,4 +1,4 @@
-//! What a block of pixels tells about the picture around it.
+//! A traced block of pixels, and what it tells about antialiasing.
 
 use crate::film::Region;
 use crate::film::srgb::code8;
@@ -6,7 +6,7 @@ use crate::render::{CONTRAST, PacketCost, code_in, is_uneven};
 use crate::scene::Scene;
 use crate::trace::counts::RayCounts;
 
-/// How much of a pixel's neighbours lies in its block.
+/// How many neighbours of a pixel are in its block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Known {
     All,
@@ -16,7 +16,7 @@ enum Known {
     ButCorner,
 }
 
-/// What one block has shown.
+/// A traced block.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
     pub(super) region: Region,
@@ -61,7 +61,7 @@ impl Block {
         if known != Known::All {
             return;
         }
-        // The same pixel, as if it lay at a side or in a corner of its block.
+        // The same pixel as if it were at a side or in a corner of its block.
         let around = Region { x, y, width: 1, height: 1 }.with_border(scene.width, scene.height);
         if around.pixels() < 9 {
             return;
@@ -75,7 +75,7 @@ impl Block {
         self.chances.add(self.base.total() as f64 / self.pixels as f64, seen(sides), seen(corners));
     }
 
-    /// Share of the pixels that are refined, given the chances to see that with fewer neighbours.
+    /// Estimated share of the pixels that are refined.
     pub(super) fn share(&self, chances: &Chances) -> f64 {
         let [all, sides, corners] = self.seen;
         (all + sides / chances.side() + corners / chances.corner()) / self.pixels as f64
@@ -95,8 +95,8 @@ fn known(scene: &Scene, block: Region, x: u32, y: u32) -> Known {
     }
 }
 
-/// How likely a pixel that differs from a neighbour differs from one of those that are left without one side, or two. Pixels
-/// count as much as they have rays, since the rays are what is asked for.
+/// The chance that a pixel that differs from a neighbour differs from one of the neighbours left without one side, or two.
+/// Pixels are weighted by their rays, since rays are to be estimated.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Chances {
     asked: f64,
@@ -105,8 +105,8 @@ pub(super) struct Chances {
 }
 
 impl Chances {
-    /// What is thought before anything is seen: a straight edge along the pixels is seen from three sides of four, and from
-    /// half of the corners; one across them from more.
+    /// The prior: a straight edge along the pixels is seen from three sides of four and from half of the corners, one across
+    /// them from more.
     const THOUGHT: Self = Self { asked: 16.0, side: 16.0 * 0.8, corner: 16.0 * 0.65 };
 
     fn add(&mut self, weight: f64, sides: f64, corners: f64) {

@@ -1,4 +1,4 @@
-//! Where a pilot looks: the region cut into cells, and one block of pixels anywhere in each.
+//! Where a pilot samples the picture: the region is cut into cells, each with one block of pixels at a random place.
 
 use crate::film::Region;
 use crate::render::BLOCK;
@@ -14,7 +14,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// About as many cells as are wanted, but no more than there are blocks.
+    /// About `wanted` cells, but no more than there are blocks.
     pub(super) fn new(region: Region, wanted: f64) -> Self {
         let blocks = [region.width.div_ceil(BLOCK), region.height.div_ceil(BLOCK)];
         let across = (wanted * f64::from(blocks[0]) / f64::from(blocks[1])).sqrt().round();
@@ -27,7 +27,7 @@ impl Cells {
         self.cells[0] * self.cells[1]
     }
 
-    /// The k-th cell to visit: steps near the golden section of the count, which any run of them spreads evenly.
+    /// The k-th cell to visit. Steps are near the golden section of the count, so that any run of them is spread evenly.
     pub(super) fn visited(&self, k: u32) -> u32 {
         let count = self.count();
         let golden = (f64::from(count) * 0.618_033_988_749_894_9) as u32;
@@ -63,7 +63,7 @@ impl Cells {
                 height: BLOCK.min(self.region.height - y),
             };
         }
-        // Blocks at the end of a row or a column are whole, too, if the region is large enough.
+        // Blocks at the end of a row or a column are whole if the region is large enough.
         let from = |at: u32, length: u32| at.min(length.saturating_sub(BLOCK));
         Region {
             x: self.region.x + from(x, self.region.width),

@@ -1,7 +1,7 @@
-//! What the effects of a scene are expected to take, and what they took.
+//! Estimated and actual rays and times of effects.
 //!
-//! Rays are told apart by kind, time is not: it is shared out by what a ray of each kind takes, as the pilot has found it.
-//! Effects that follow no rays of their own, as highlights or textures, are part of those that do.
+//! Rays are counted by kind. Time is not measured by kind, but divided by the time that a ray of each kind takes in the pilot.
+//! Effects without rays of their own, such as highlights or textures, are part of those that have some.
 
 use super::explain::{Row, State};
 use super::pilot::{Effort, Expected, Pilot};
@@ -18,55 +18,55 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
 
-/// What an effect is expected to take.
+/// Estimate of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Estimated {
     /// Its own rays.
     pub rays: u64,
-    /// The interval that should hold them, at 95 %.
+    /// Their 95 % interval.
     pub rays_ci: [u64; 2],
-    /// Milliseconds of wall time, all threads at work; none if its time is part of other effects' rays.
+    /// Milliseconds of wall time on all threads. Null if its time is part of other effects' rays.
     pub ms: Option<f64>,
 }
 
-/// What an effect took.
+/// Actual cost of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Actual {
     /// Its own rays, counted.
     pub rays: u64,
-    /// The same as `share_ms`, under its first name.
+    /// The same as `share_ms`, under its former name.
     pub ms_estimated: Option<f64>,
-    /// Its share of the time spent tracing in milliseconds: what its own rays took, by their count and by what rays of their
-    /// kind took in the pilot. None if its time is part of other effects' rays.
+    /// Milliseconds that its own rays took: their number times what rays of their kind took in the pilot. Null if its time is
+    /// part of other effects' rays.
     pub share_ms: Option<f64>,
-    /// What the picture would save without it in milliseconds, all other effects staying: by a pilot without it. Below 0 if it
-    /// would take longer. None if the effect is off, or cannot be left out alone.
+    /// Milliseconds that the picture would save without this one effect, measured by a pilot without it. Below 0 if it would
+    /// take longer. Null if the effect is off, or cannot be left out alone.
     pub saves_ms: Option<f64>,
 }
 
-/// What a whole picture is expected to take.
+/// Estimate of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Estimate {
     /// Pixels of the picture or its region.
     pub pixels: u64,
-    /// Pixels traced to find out.
+    /// Pixels traced by the pilot.
     pub pilot_pixels: u64,
-    /// All rays, shadow rays included.
+    /// All rays, including shadow rays.
     pub rays: u64,
-    /// The interval that should hold them, at 95 %.
+    /// Their 95 % interval.
     pub rays_ci: [u64; 2],
     /// Camera rays.
     pub camera_rays: u64,
     /// Pixels that antialiasing refines.
     pub refined_pixels: u64,
-    /// Milliseconds of wall time that tracing takes on `threads`, if nothing else needs them.
+    /// Milliseconds of wall time for tracing on `threads`, if nothing else runs on them.
     pub ms: f64,
-    /// The interval that should hold them, at 95 %.
+    /// Their 95 % interval.
     pub ms_ci: [f64; 2],
     /// Whether even the pilot's first pixels took too long: then the picture takes at least what is said here.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub at_least: bool,
-    /// Milliseconds that finding out took.
+    /// Milliseconds of the pilot.
     pub pilot_ms: f64,
     /// Threads of the pool.
     pub threads: usize,
@@ -75,11 +75,11 @@ pub struct Estimate {
 /// The rays that an effect follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Own {
-    /// Those of a kind.
+    /// Rays of a kind.
     Kind(usize),
-    /// Of the reflected rays those of total reflection.
+    /// Reflected rays of total internal reflection.
     Total,
-    /// Those of additional samples.
+    /// Rays of additional samples.
     Added,
     /// None.
     Nothing,
@@ -104,7 +104,7 @@ fn own(row: &Row) -> Own {
 }
 
 impl Plan {
-    /// Adds what a region of the picture, which must fit it, is expected to take, and returns what that relies on.
+    /// Adds the estimate of a region, which must fit the picture, and returns the pilot that it comes from.
     pub fn estimate(
         &mut self,
         scene: &Scene,
@@ -150,7 +150,7 @@ impl Plan {
         Ok(pilot)
     }
 
-    /// Adds what the effects took, and how deep the rays went: the rays of a picture, and the milliseconds it was traced in.
+    /// Adds the actual cost of effects, and how deep rays went, given the rays and milliseconds of a picture.
     pub fn measure(&mut self, pilot: &Pilot, rays: &RayCounts, refined: &Refined, trace_ms: f64) {
         let each = pilot.times.nanoseconds;
         let weigh = |rays: &RayCounts| -> f64 { by_kind(rays).iter().zip(each).map(|(n, t)| n * t).sum() };

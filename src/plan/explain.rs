@@ -1,4 +1,4 @@
-//! The effects of a scene as plans list them: its own table, and what each effect takes.
+//! The table of effects in plans, with the cost of each.
 
 use super::estimate::{Actual, Estimated};
 use crate::scene::Scene;
@@ -19,7 +19,7 @@ use std::mem::take;
 pub struct Explanation {
     /// Every effect the renderer knows.
     pub effects: Vec<Row>,
-    /// What no ray of this renderer shows, whatever the scene.
+    /// Effects that this renderer never simulates.
     pub not_simulated: &'static [&'static str],
 }
 
@@ -27,7 +27,7 @@ pub struct Explanation {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[schemars(rename = "Effect")]
 pub struct Row {
-    /// What it is.
+    /// The effect.
     #[serde(skip)]
     pub kind: Effect,
     /// Its name, a token of letters and `_`.
@@ -36,22 +36,22 @@ pub struct Row {
     pub state: State,
     /// Why, in a sentence.
     pub reason: Cow<'static, str>,
-    /// JSON pointers of what calls for it, at most 10.
+    /// JSON pointers of the keys that ask for it, at most 10.
     pub because: Vec<String>,
-    /// Values of those pointers, if they are short.
+    /// Values of those keys, if they are short.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub values: BTreeMap<String, Value>,
-    /// What it is expected to take.
+    /// Estimated cost.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub est: Option<Estimated>,
-    /// What it took.
+    /// Actual cost.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub act: Option<Actual>,
 }
 
 const NOT_SIMULATED: &[&str] = &["caustics", "repeated_diffuse_interreflection", "diffraction", "polarisation"];
 
-/// Explains what a scene makes the renderer do.
+/// The effects of a scene.
 pub fn explain(scene: &Scene) -> Explanation {
     Explanation { effects: scene.effects.iter().map(Row::new).collect(), not_simulated: NOT_SIMULATED }
 }

@@ -1,4 +1,4 @@
-//! Which effects a scene calls for, how deep its rays go, and what that takes: what EXPLAIN is for a database query.
+//! Plans, like EXPLAIN of a database: which effects a scene calls for, how deep its rays go, and estimates of rays and time.
 
 mod block;
 mod cells;
@@ -29,22 +29,22 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// What rendering a scene means.
+/// The plan of a scene.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Plan {
-    /// What traces it.
+    /// The kernel that traces it.
     #[serde(flatten)]
     pub kernel: Kernel,
     /// Its effects.
     #[serde(flatten)]
     pub explanation: Explanation,
-    /// How deep the recursion gets.
+    /// Depth of the recursion.
     pub depth: Depth,
-    /// At most so many primitives lie around one point. A ray may take as many steps there, which no estimate sees.
+    /// Most primitives that lie around one point. A ray may take as many steps there, which the estimate does not include.
     pub overlap: f64,
-    /// What the author should know, though the scene renders.
+    /// Warnings about the scene.
     pub warnings: Vec<Problem>,
-    /// What all of it is expected to take.
+    /// Estimate of the whole picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<Estimate>,
     /// Milliseconds that the plan took, with its estimates, but without loading the scene.
@@ -54,11 +54,11 @@ pub struct Plan {
 /// The compiled kernel that traces a scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Kernel {
-    /// What it follows beside camera and shadow rays, as `REFLECTION|TRANSMISSION`; `LOCAL` for nothing.
+    /// Features it contains besides camera and shadow rays, as `REFLECTION|TRANSMISSION`. `LOCAL`: none.
     pub kernel: String,
-    /// What of that the scene does not call for.
+    /// Features that the scene does not need.
     pub superset_of_needed: Vec<&'static str>,
-    /// Changes with anything that selects machine code: kernel, precision, instruction set, version.
+    /// Hash of all that selects machine code: kernel, precision, instruction set, version.
     pub kernel_hash: String,
     /// Floating-point format.
     pub precision: Precision,

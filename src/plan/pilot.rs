@@ -1,9 +1,9 @@
-//! What a picture will take, from tracing few of its pixels: the pilot.
+//! The pilot: traces few pixels of a picture to estimate its rays and time.
 //!
-//! The picture is cut into as many cells as blocks shall be traced, and each cell gives one block of pixels, anywhere in
-//! it. Blocks of one packet are as coherent as the picture's own, and most of their pixels' neighbours are known, so that
-//! they tell which share of the pixels antialiasing refines, too. Cells are visited in an order of which every part is spread
-//! over the picture; when time is up, what has been traced is enough for wider intervals.
+//! The picture is cut into cells, and one block of pixels is traced at a random place in each. Blocks of one packet are as
+//! coherent as the picture's own packets, and most neighbours of their pixels are known, so they also tell which share of the
+//! pixels antialiasing refines. Any part of the order of cells is spread over the picture, so that a pilot that runs out of time
+//! has only wider intervals.
 
 use super::block::Block;
 use super::ray_times::{KINDS, RayTimes, by_kind};
@@ -13,10 +13,10 @@ use crate::film::Region;
 use crate::scene::Scene;
 use std::time::Duration;
 
-/// How far the same work may be from its time at another moment, as measured on machines that others share.
+/// Relative variation of the time of the same work, as measured on shared machines.
 const CLOCK: f64 = 0.15;
 
-/// How far a pilot goes before it is content with what it has.
+/// Limits of a pilot.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
     /// Wall time.
@@ -28,11 +28,11 @@ pub struct Effort {
 impl Effort {
     /// For an answer at once.
     pub const QUICK: Self = Self { time: Duration::from_millis(3), share: f64::INFINITY };
-    /// Before a picture: little beside it, however long it takes.
+    /// Before a render: little compared with the picture.
     pub const BESIDE: Self = Self { time: Duration::from_secs(1), share: 0.01 };
 }
 
-/// A number expected, and the interval that holds the true one in 19 of 20 pictures.
+/// An estimate with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Expected {
     /// The estimate.
@@ -41,7 +41,7 @@ pub struct Expected {
     pub interval: [f64; 2],
 }
 
-/// What the pilot has found, for the whole region.
+/// Estimates of a pilot for the whole region.
 #[derive(Debug, Clone)]
 pub struct Pilot {
     /// Pixels traced.
@@ -58,14 +58,13 @@ pub struct Pilot {
     pub refined: Expected,
     /// All rays.
     pub rays: Expected,
-    /// What each kind of ray takes, refined pixels included.
+    /// Time of each kind of ray, including refined pixels.
     pub times: RayTimes,
-    /// What the rays that antialiasing adds take, in nanoseconds: its packets gather edges from all over and are less
-    /// coherent than blocks.
+    /// Nanoseconds of a ray that antialiasing adds. Its packets collect edges from anywhere and are less coherent than blocks.
     pub added_nanoseconds: f64,
     /// Whether even its first pixels took too long: the picture takes at least what is expected here.
     pub is_cut_off: bool,
-    /// How far the whole time may be from what is expected, as a share of it, in 19 of 20 pictures.
+    /// Relative half width of the 95 % interval of the time.
     pub time_off: f64,
 }
 
@@ -102,7 +101,7 @@ impl Pilot {
             added_nanoseconds: added_time.value / added.value.max(1.0),
             time_off: off.iter().map(|off| off * off).sum::<f64>().sqrt() / time.value.max(1.0),
         };
-        // The fit says how kinds share the time, the blocks how much there is.
+        // The fit gives the ratio between kinds, the blocks give the whole time.
         let factor = time.value / pilot.nanoseconds().max(1.0);
         pilot.times = RayTimes { nanoseconds: fitted.nanoseconds.map(|each| each * factor) };
         pilot
@@ -114,8 +113,8 @@ impl Pilot {
     }
 }
 
-/// The median of some numbers, 1 of none, and how far it may be from the mean of all, as a share of it. Single packets are
-/// interrupted, or find the processor cold, so the mean of few is of no use.
+/// The median of some numbers, or 1 of none, and its relative error as an estimate of the mean. The mean of few would be of no
+/// use, since single packets are interrupted or find the caches cold.
 fn typical(numbers: &[f64]) -> (f64, f64) {
     let n = numbers.len() as f64;
     if numbers.is_empty() {
@@ -126,13 +125,13 @@ fn typical(numbers: &[f64]) -> (f64, f64) {
         0.5 * (numbers[(numbers.len() - 1) / 2] + numbers[numbers.len() / 2])
     };
     let middle = median(numbers.to_vec());
-    // Of the normal distribution, whose median is off by 1.25 times as much as its mean.
+    // For a normal distribution. The median is off by 1.25 times as much as the mean.
     let spread = 1.483 * median(numbers.iter().map(|each| (each - middle).abs()).collect());
     (middle, (2.0 + 8.0 / n) * 1.25 * spread / (n.sqrt() * middle))
 }
 
 /// Estimates the sum over all pixels of a value that blocks have, and its interval from the spread of neighbouring blocks:
-/// strata with one block each, collapsed (Cochran, Sampling Techniques, 5A.12). `left` is the share not seen.
+/// collapsed strata with one block each (Cochran, Sampling Techniques, 5A.12). `left` is the share that was not traced.
 fn expected(blocks: &[Block], value: &dyn Fn(&Block) -> f64, pixels: f64, left: f64) -> Expected {
     let n = blocks.len() as f64;
     let traced: f64 = blocks.iter().map(|block| block.pixels as f64).sum();

@@ -1,5 +1,5 @@
-//! What rays of each kind take, from blocks of pixels that were timed as a whole: a timer for each ray would take longer
-//! than the ray.
+//! Times of rays by kind, from blocks of pixels that were timed as a whole, since a timer for each ray would take longer than
+//! the ray.
 
 use crate::trace::counts::RayCounts;
 
@@ -18,11 +18,11 @@ pub struct RayTimes {
     pub nanoseconds: [f64; KINDS.len()],
 }
 
-/// Weight of the guess that all rays take the same time, beside what the blocks say.
+/// Weight of the prior that all rays take the same time.
 const PRIOR: f64 = 0.01;
-/// Rounds of descent; few unknowns need few.
+/// Rounds of descent. Few unknowns need few.
 const ROUNDS: usize = 100;
-/// A block that took this many times as long for its rays as most did was interrupted.
+/// A block whose rays took this many times as long as those of most blocks was interrupted.
 const INTERRUPTED: f64 = 4.0;
 
 impl RayTimes {

@@ -1,10 +1,9 @@
-//! The rays that a pilot traces: blocks of pixels all over the region, and of the pixels that antialiasing will refine a few
-//! packets.
+//! The rays that a pilot traces: blocks of pixels all over the region, and a few packets of pixels that antialiasing will refine.
 //!
-//! What has to be known is spread unevenly: a tenth of the pixels often takes nine tenths of the rays. Blocks are many and
-//! small, so that they tell how many pixels will be refined, and what their rays are; packets of such pixels are dear, and
-//! only tell how much longer a ray takes there than it took in the block. They are drawn with a probability that is as large
-//! as the time they stand for, so that their mean is that of the time.
+//! Rays are spread unevenly: a tenth of the pixels often takes nine tenths of them. Blocks are many and small. They tell how many
+//! pixels will be refined, and how many rays those take. Packets of refined pixels are expensive, and tell only how much longer a
+//! ray takes there than in the block. They are drawn with a probability proportional to the time they stand for, so that their
+//! mean is that of the time.
 
 use super::block::{Block, Chances};
 use super::cells::Cells;
@@ -18,24 +17,24 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// Cells: one for so many blocks, but at least so many, if there are as many blocks.
+/// Share of the blocks that are traced, but at least this many.
 const SHARE: f64 = 1.0 / 16.0;
 const LEAST_BLOCKS: f64 = 1_024.0;
-/// Blocks that a thread takes at once.
+/// Blocks that a thread takes at a time.
 const RUN: u32 = 16;
-/// Part of the runs that come before the first look at how many more there may be.
+/// One of this many runs is traced before the number of further runs is decided.
 const FIRST: u32 = 16;
 /// A pilot that has not finished its first blocks after this time ends with what it has.
 const LONGEST: Duration = Duration::from_secs(2);
-/// Part of the effort that goes to blocks, where pixels are refined, too.
+/// Share of the effort for blocks if pixels are refined, too.
 const OF_BLOCKS: f64 = 0.5;
-/// Packets of refined pixels, at least and at most.
+/// Least and most packets of refined pixels.
 const PACKETS: [f64; 2] = [8.0, 64.0];
 /// Blocks of base samples that are traced to find the pixels of a packet.
 const FINDING: f64 = 4.0;
-/// Edge of the tiles in which they are looked for.
+/// Edge of the tiles in which these pixels are searched.
 const TILE: u32 = 16;
-/// A block was interrupted if its rays took so many times as long as those of 99 of 100 blocks.
+/// A block was interrupted if its rays took this many times as long as those of 99 of 100 blocks.
 const INTERRUPTED: f64 = 3.0;
 
 /// What a pilot has traced.
@@ -43,16 +42,16 @@ const INTERRUPTED: f64 = 3.0;
 pub(super) struct Survey {
     /// Neighbours in space are neighbours in the list.
     pub(super) blocks: Vec<Block>,
-    /// What they tell of pixels that antialiasing refines.
+    /// Chances to see from a block that a pixel will be refined.
     pub(super) chances: Chances,
-    /// Samples that a refined pixel gets for each base sample; 0 if none is refined.
+    /// Samples of a refined pixel for each base sample. 0 if none is refined.
     pub(super) factor: f64,
-    /// How many times as long a ray takes in packets of refined pixels as in the blocks they come from.
+    /// Time of a ray in packets of refined pixels, relative to the blocks they come from.
     pub(super) slowdowns: Vec<f64>,
     /// Whether even the first blocks took too long, so that the picture takes at least what they tell.
     pub(super) is_cut_off: bool,
-    /// How many times as many rays refined samples have as the base samples around them: what a pixel's proof needs
-    /// depends on the number of its samples.
+    /// Rays of refined samples, relative to base samples around them. They differ, since what a pixel's proof needs depends on
+    /// the number of its samples.
     heavier: f64,
 }
 
@@ -113,7 +112,7 @@ impl Survey {
         self.blocks = blocks;
     }
 
-    /// What refining a block's pixels adds, given what its base samples take.
+    /// Estimate of what refining adds to a block whose base samples take `base`.
     pub(super) fn added(&self, block: &Block, base: f64) -> f64 {
         base * block.share(&self.chances) * self.factor * self.heavier
     }
@@ -176,7 +175,7 @@ impl Survey {
     }
 }
 
-/// The tile of a region that a block, which may reach beyond it, begins in.
+/// The tile of a region in which a block begins. The block may extend beyond it.
 fn tile_around(block: Region, region: Region) -> Region {
     let begin = |at: u32, from: u32| from + (at - from) / TILE * TILE;
     let (x, y) = (begin(block.x, region.x), begin(block.y, region.y));
@@ -184,8 +183,8 @@ fn tile_around(block: Region, region: Region) -> Region {
     Region { x, y, width: TILE.min(right - x), height: TILE.min(bottom - y) }
 }
 
-/// The blocks by their cells. The first ones found the processor cold, and some may have been interrupted; neither is
-/// counted.
+/// The blocks in the order of their cells. Corrects the time of the first blocks, which found caches cold, and of those that
+/// were interrupted.
 fn in_order(mut first: Vec<(u32, Block)>, more: Vec<(u32, Block)>) -> Vec<Block> {
     let pace = |blocks: &[(u32, Block)]| {
         let rays: u64 = blocks.iter().map(|(_, block)| block.base.total()).sum();

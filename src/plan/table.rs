@@ -138,7 +138,7 @@ fn wrap(table: &mut String, head: &str, indent: usize, text: &str) {
     table.push('\n');
 }
 
-/// A number with its thousands apart.
+/// A number with commas between thousands.
 pub fn grouped(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();

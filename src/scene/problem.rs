@@ -91,7 +91,7 @@ impl Problems {
         (&self.0[..count], self.0.len() - count)
     }
 
-    /// `12`, or `1000 or more`, beyond which nobody looked.
+    /// `12`, or `1000 or more`, after which the check stops.
     pub fn count(&self) -> String {
         let more = if self.0.len() >= PROBLEMS_FOUND { " or more" } else { "" };
         format!("{}{more}", self.0.len())
@@ -126,7 +126,7 @@ impl std::error::Error for Problems {}
 
 /// ` did you mean "..."?` with the candidate nearest to `given`, if one is near enough to be a typing error.
 pub fn did_you_mean<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
-    // The distance takes quadratic time, and nobody mistypes a name this long.
+    // Computing the distance takes quadratic time, and names this long are not typed by hand.
     if given.len() > SHOWN {
         return String::new();
     }

@@ -19,7 +19,7 @@ pub struct Tradeoff {
     pub points: Vec<Point>,
     /// The best compromises, for each kind of error and of cost.
     pub fronts: Vec<Front>,
-    /// What follows for whoever chooses settings.
+    /// Advice on settings.
     pub advice: Vec<String>,
 }
 

@@ -15,7 +15,7 @@ pub struct Settings {
     pub max_depth: u32,
     /// Weight below which a ray is not followed.
     pub min_weight: f64,
-    /// In the place of both: follow each pixel's rays until it is proved to be at most so many codes off.
+    /// In place of both: each pixel's rays are followed until it is proved to be at most this many codes off.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_codes: Option<u8>,
     /// Rays for each pixel.

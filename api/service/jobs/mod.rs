@@ -27,7 +27,7 @@ pub(crate) use canvas::PREVIEW_SIDE;
 pub(crate) use event_log::Event;
 pub(crate) use files::DATA;
 pub(crate) use job::{Job, Watcher};
-pub(crate) use submission::{Claim, KeyUse, Submission};
+pub(crate) use submission::{Claim, KeyUse};
 
 use crate::service::clock::milliseconds;
 use crate::service::error::StartError;

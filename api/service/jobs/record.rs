@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use strahl::film::FileFormat;
 use strahl::scene::problem::Code;
 use strahl::scene::{Format, Overrides, Problems};
+use uuid::Uuid;
 
 /// A job.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -82,6 +83,40 @@ impl Record {
         match &self.image_id {
             Some(image) => PictureSpec::plain(None, self.spec.output).name(image),
             None => self.id.clone(),
+        }
+    }
+}
+
+impl Record {
+    /// A waiting job that is accepted now.
+    pub(crate) fn new(spec: JobSpec) -> Self {
+        Self {
+            id: Uuid::now_v7().to_string(),
+            tenant: String::new(),
+            weight: 1,
+            state: State::Queued,
+            priority: 0,
+            labels: Vec::new(),
+            spec,
+            scene_id: None,
+            image_id: None,
+            width: 0,
+            height: 0,
+            edge: 0,
+            estimate_ms: 0.0,
+            scene_bytes: 0,
+            idempotency: None,
+            created: now(),
+            started: None,
+            finished: None,
+            ended: None,
+            stats: Stats::default(),
+            failure: None,
+            lives: 0,
+            crashes: 0,
+            tile_bytes: 0,
+            last_event: None,
+            version: 1,
         }
     }
 }

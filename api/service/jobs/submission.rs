@@ -2,7 +2,7 @@
 
 use super::Jobs;
 use super::job::{Job, locked};
-use super::record::{Idempotency, JobSpec, Record, State, Stats, now};
+use super::record::{Idempotency, Record, State, Stats};
 use super::registry::{Registry, estimate, memory_of, remaining};
 use super::retention::disk_of;
 use crate::service::error::Error;
@@ -11,9 +11,6 @@ use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
 use std::io;
 use std::sync::Arc;
-use strahl::film::FileFormat;
-use strahl::scene::{Format, Overrides};
-use uuid::Uuid;
 
 /// Pixels of a tile for each thread, which keep it busy.
 const PIXELS_A_THREAD: f64 = 8_192.0;
@@ -21,39 +18,6 @@ const PIXELS_A_THREAD: f64 = 8_192.0;
 const TILE_MS: f64 = 50.0;
 /// Edges that tiles may have, in pixels.
 const EDGES: [u32; 5] = [512, 256, 128, 64, 32];
-
-/// A request for a job.
-#[derive(Debug)]
-pub(crate) struct Submission {
-    /// The tenant that owns it.
-    pub(crate) tenant: String,
-    /// The tenant's weight in the scheduler.
-    pub(crate) weight: u32,
-    /// Limit on the tenant's waiting and running jobs.
-    pub(crate) most: usize,
-    /// 0 to 100.
-    pub(crate) priority: u8,
-    /// The owner's labels.
-    pub(crate) labels: Vec<String>,
-    /// The scene's text.
-    pub(crate) scene: Vec<u8>,
-    /// Its format.
-    pub(crate) format: Format,
-    /// Settings that replace the scene's.
-    pub(crate) overrides: Overrides,
-    /// Format of the picture.
-    pub(crate) output: FileFormat,
-    /// Ids of the scene with its settings and of its picture, if it has any.
-    pub(crate) names: Option<[String; 2]>,
-    /// Whether a time or a number of rays ends the render. Such a picture has no tiles.
-    pub(crate) is_progressive: bool,
-    /// Pixels across and down.
-    pub(crate) size: [u32; 2],
-    /// Estimated milliseconds on the whole pool.
-    pub(crate) estimate_ms: f64,
-    /// Bytes of the built scene.
-    pub(crate) scene_bytes: u64,
-}
 
 /// Why an idempotency key cannot be claimed.
 #[derive(Debug)]
@@ -105,22 +69,25 @@ impl Jobs {
     }
 
     /// Accepts a job, which is on disk when this returns. Given a picture that exists already, the job is finished at once
-    /// and does not count against the limits on jobs.
+    /// and does not count against the limits on jobs. Its owner may have `most` waiting and running jobs.
     pub(crate) fn submit(
         self: &Arc<Self>,
-        submission: Submission,
+        mut record: Record,
+        text: &[u8],
+        most: u32,
         claim: Option<&Claim>,
         made: Option<&PictureFile>,
     ) -> Result<Arc<Job>, Error> {
-        let scene = hash(&submission.scene);
-        let mut record = self.record_of(&submission, scene.clone(), claim);
+        let scene = hash(text);
+        record.spec.scene.clone_from(&scene);
+        record.idempotency = claim.map(|claim| claim.idempotency.clone());
         let (needs, max) = (memory_of(&record), self.limits.job_memory_bytes);
         if needs > max {
             let detail = format!("it would take {needs} bytes of memory; a job may take {max} (job_memory_bytes)");
             return Err(Error::Limit { name: "job_memory_bytes", max, detail });
         }
-        let text = submission.scene.len() as u64;
-        let (written, max) = (text.max(disk_of(&record)), self.limits.data_bytes);
+        let bytes = text.len() as u64;
+        let (written, max) = (bytes.max(disk_of(&record)), self.limits.data_bytes);
         if written > max / 2 {
             let detail = format!(
                 "its scene or its picture with all tiles would take {written} bytes on disk; each may take half of {max} \
@@ -128,13 +95,13 @@ impl Jobs {
             );
             return Err(Error::Limit { name: "data_bytes", max, detail });
         }
-        if !self.files.scenes.has(&scene) && !self.make_room_for_scene(text) {
+        if !self.files.scenes.has(&scene) && !self.make_room_for_scene(bytes) {
             let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
             return Err(Error::Busy { detail, retry_after: locked(&self.registry).seconds_for_a_tenth() });
         }
         {
             let mut registry = locked(&self.registry);
-            let of_tenant = |job: &&Arc<Job>| job.record().tenant == submission.tenant;
+            let of_tenant = |job: &&Arc<Job>| job.record().tenant == record.tenant;
             let mine = registry.queued.iter().chain(&registry.open).filter(of_tenant).count();
             let retry_after = registry.seconds_for_a_tenth();
             if made.is_none() && registry.queued.len() + registry.open.len() >= self.limits.jobs as usize {
@@ -143,7 +110,7 @@ impl Jobs {
                     retry_after,
                 });
             }
-            if made.is_none() && mine >= submission.most {
+            if made.is_none() && mine >= most as usize {
                 let detail = "your limit on waiting and running jobs is reached (jobs of your tenant)".into();
                 return Err(Error::TenantBusy { detail, retry_after });
             }
@@ -154,8 +121,7 @@ impl Jobs {
             }
         }
         let files = &self.files;
-        let kept =
-            if files.scenes.get(&scene).is_some() { Ok(()) } else { files.scenes.put(&scene, b"", &submission.scene) };
+        let kept = if files.scenes.get(&scene).is_some() { Ok(()) } else { files.scenes.put(&scene, b"", text) };
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
         let kept = kept.and_then(|()| self.store.put(&record));
         let mut registry = locked(&self.registry);
@@ -192,44 +158,9 @@ impl Jobs {
         Ok(())
     }
 
-    fn record_of(&self, submission: &Submission, scene: String, claim: Option<&Claim>) -> Record {
-        let &Submission { ref tenant, weight, priority, ref labels, format, overrides: settings, output, .. } =
-            submission;
-        let [width, height] = submission.size;
-        let edge = if submission.is_progressive {
-            0
-        } else {
-            edge(submission.estimate_ms / (f64::from(width) * f64::from(height)), self.pool.threads())
-        };
-        let [scene_id, image_id] = submission.names.clone().map_or([None, None], |names| names.map(Some));
-        Record {
-            id: Uuid::now_v7().to_string(),
-            tenant: tenant.clone(),
-            weight,
-            state: State::Queued,
-            priority,
-            labels: labels.clone(),
-            spec: JobSpec { scene, format, settings, output },
-            scene_id,
-            image_id,
-            width,
-            height,
-            edge,
-            estimate_ms: submission.estimate_ms,
-            scene_bytes: submission.scene_bytes,
-            idempotency: claim.map(|claim| claim.idempotency.clone()),
-            created: now(),
-            started: None,
-            finished: None,
-            ended: None,
-            stats: Stats::default(),
-            failure: None,
-            lives: 0,
-            crashes: 0,
-            tile_bytes: 0,
-            last_event: None,
-            version: 1,
-        }
+    /// The edge of tiles for a picture of some pixels that takes some milliseconds.
+    pub(crate) fn tile_edge(&self, pixels: u64, estimate_ms: f64) -> u32 {
+        edge(estimate_ms / pixels as f64, self.pool.threads())
     }
 }
 
@@ -243,7 +174,7 @@ impl Registry {
     }
 }
 
-/// The edge of tiles whose pixels take so many milliseconds.
+/// The edge of tiles whose pixels take `pixel_ms` each.
 fn edge(pixel_ms: f64, threads: usize) -> u32 {
     let pixels = (PIXELS_A_THREAD * threads as f64).min(TILE_MS / pixel_ms.max(1e-12));
     EDGES.into_iter().find(|edge| f64::from(*edge).powi(2) <= pixels * 1.01).unwrap_or(EDGES[EDGES.len() - 1])

@@ -3,7 +3,8 @@
 use super::Service;
 use super::pictures::{Source, Upload, image_of};
 use crate::service::error::Error;
-use crate::service::jobs::{Claim, Job, Submission};
+use crate::service::jobs::record::{JobSpec, Record};
+use crate::service::jobs::{Claim, Job};
 use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::scenes::cache::SentScene;
@@ -60,30 +61,25 @@ impl Service {
             let (plan, _) = planned(&ready, region, &work.workers, &work.control)?;
             let estimate_ms = plan.estimate.map_or(0.0, |estimate| estimate.ms);
             service.check_time(estimate_ms)?;
-            Ok::<_, Error>(Submission {
-                tenant,
-                weight,
-                most: most as usize,
-                priority,
-                labels,
-                scene,
-                format,
-                overrides,
-                output,
-                names: image_of(&ready).map(|image| [image.scene.clone(), image.to_string()]),
-                is_progressive: matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_)),
-                size,
-                estimate_ms,
-                scene_bytes: ready.scene.bytes() as u64,
-            })
+            let [scene_id, image_id] =
+                image_of(&ready).map_or([None, None], |image| [image.scene.clone(), image.to_string()].map(Some));
+            // A time or a number of rays ends the whole picture, so it has no tiles.
+            let is_progressive = matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_));
+            let edge = if is_progressive { 0 } else { service.jobs.tile_edge(region.pixels(), estimate_ms) };
+            let scene_bytes = ready.scene.bytes() as u64;
+            let [width, height] = size;
+            let spec = JobSpec { scene: String::new(), format, settings: overrides, output };
+            let job =
+                Record { tenant, weight, priority, labels, scene_id, image_id, width, height, ..Record::new(spec) };
+            Ok::<_, Error>((Record { edge, estimate_ms, scene_bytes, ..job }, scene))
         };
-        let submission = self.run(task, check).await?.value;
-        let file = match submission.names.as_ref().and_then(|[_, image]| ImageId::read(image)) {
-            Some(image) => self.stored_picture(&image, &PictureSpec::plain(None, submission.output)).await,
+        let (record, scene) = self.run(task, check).await?.value;
+        let file = match record.image_id.as_deref().and_then(ImageId::read) {
+            Some(image) => self.stored_picture(&image, &PictureSpec::plain(None, record.spec.output)).await,
             None => None,
         };
         let jobs = Arc::clone(&self.jobs);
-        let submit = move || jobs.submit(submission, claim.as_ref(), file.as_deref());
+        let submit = move || jobs.submit(record, &scene, most, claim.as_ref(), file.as_deref());
         tokio::task::spawn_blocking(submit).await.map_err(|_| Error::Internal("the request failed"))?
     }
 

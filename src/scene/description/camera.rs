@@ -13,11 +13,11 @@ pub enum Camera {
     Pinhole(PinholeCamera),
     /// Parallel rays.
     Orthographic(OrthographicCamera),
-    /// Equidistant fisheye: distance from the centre is proportional to the angle. The circle touches the image's
-    /// shorter side; outside it is background.
+    /// Equidistant fisheye: the distance from the centre is proportional to the angle. The circle touches the image's
+    /// shorter sides. Outside of it is background.
     Fisheye(FisheyeCamera),
-    /// Dome picture: equidistant, the circle spans the image's width and touches its upper edge; what lies below the
-    /// image is cut off, as on an Omnimax dome.
+    /// Dome picture, as for an Omnimax dome: equidistant. The circle spans the image's width and touches its upper edge, and
+    /// the part below the image is cut off.
     Omnimax(FisheyeCamera),
     /// Equirectangular: columns are longitude, rows are latitude.
     Panorama(PanoramaCamera),
@@ -66,12 +66,12 @@ pub struct PinholeCamera {
     #[serde(default = "default_pinhole_vfov")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
     pub vfov_deg: f64,
-    /// Diameter of the lens in scene units, at least 0: what is not at the focus distance is blurred. Default 0, a pinhole
-    /// that sees everything sharply.
+    /// Diameter of the lens in scene units, at least 0. Objects away from the focus distance are blurred. Default 0: a pinhole,
+    /// for which everything is sharp.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0))]
     pub aperture: f64,
-    /// Distance of the plane that is seen sharply, along the view, above 0. Default: the distance of `look_at`.
+    /// Distance of the plane in focus, along the view direction, above 0. Default: the distance of `look_at`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub focus_distance: Option<f64>,
@@ -85,7 +85,7 @@ fn default_pinhole_vfov() -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OrthographicCamera {
-    /// Point in the middle of the plane the rays start on.
+    /// Point in the middle of the plane on which the rays start.
     pub eye: Vec3,
     /// Point in the middle of the picture.
     pub look_at: Vec3,

@@ -4,7 +4,7 @@ use super::{Bump, Color, Diffuse, ImageMap, Mapping, NormalMap, Relief, is_zero}
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a surface answers light: `L = L_Phong + r_s L_s + r_t L_t` with
+/// How a surface reflects and transmits light: `L = L_Phong + r_s L_s + r_t L_t` with
 /// `L_Phong = k_a I_a + sum over lights (k_d (N.L) + k_s (R.V)^m) I`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -22,18 +22,18 @@ pub struct Material {
     #[serde(default = "default_shininess")]
     #[schemars(range(min = 0.0, max = 1e6))]
     pub shininess: f64,
-    /// r_s, factor on what the reflected ray brings. Default 0.
+    /// r_s, factor on the light of the reflected ray. Default 0.
     #[serde(default)]
     pub reflection: Color,
-    /// r_t, factor on what the transmitted ray brings. Default 0.
+    /// r_t, factor on the light of the transmitted ray. Default 0.
     #[serde(default)]
     pub transmission: Color,
     /// Index of refraction, 0.01 to 100. Default 1.5.
     #[serde(default = "default_ior")]
     #[schemars(range(min = 0.01, max = 100.0))]
     pub ior: f64,
-    /// How rough the surface is for reflected and transmitted rays, 0 to 1: the square root of the width alpha of the GGX
-    /// distribution of its facets. Default 0, a perfect mirror.
+    /// Roughness for reflected and transmitted rays, 0 to 1: the square root of the width alpha of the GGX distribution of
+    /// facets. Default 0, a perfect mirror.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub roughness: f64,
@@ -42,26 +42,26 @@ pub struct Material {
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 0.2))]
     pub dispersion: f64,
-    /// How reflection and transmission depend on the angle of incidence. Default `"none"`. Shadow rays know only
-    /// `transmission`.
+    /// How reflection and transmission depend on the angle of incidence. Default `"none"`. For shadow rays only `transmission`
+    /// counts.
     #[serde(default, skip_serializing_if = "Fresnel::is_none")]
     pub fresnel: Fresnel,
-    /// sigma of the law of Beer and Lambert, per scene unit: a closed body lets exp(-sigma d) of the light pass that goes
-    /// a way d inside. Lengths are the world's: a larger instance is darker. Where bodies overlap the smaller one
-    /// decides. Shadow rays know it if `render.shadows` is `"transmissive"`. Default 0.
+    /// sigma of the law of Beer and Lambert, per scene unit: over a length d inside, a closed body lets exp(-sigma d) of the
+    /// light pass. Lengths are in world space, so a larger instance is darker. Where bodies overlap the smaller one decides.
+    /// Shadow rays are absorbed if `render.shadows` is `"transmissive"`. Default 0.
     #[serde(default, skip_serializing_if = "Color::is_black")]
     pub absorption: Color,
-    /// Radiance the surface shines with, from both sides, lit or not. It is seen, but is no light source: no shadow rays go
-    /// to it. Default 0.
+    /// Radiance that the surface emits on both sides. It is visible, but not a light source: it does not light other surfaces,
+    /// except by `render.color_bleeding`. Default 0.
     #[serde(default, skip_serializing_if = "Color::is_black")]
     pub emission: Color,
-    /// Whether the surface exists only for rays that come from its front. Default false.
+    /// Whether rays hit the surface only from its front. Default false.
     #[serde(default)]
     pub one_sided: bool,
     /// Bumps on the surface. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bump: Option<Bump>,
-    /// Normals from a picture; not together with `bump`. Default: none.
+    /// Normals from a picture, not together with `bump`. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_map: Option<NormalMap>,
 }
@@ -117,15 +117,15 @@ impl Default for Material {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Fresnel {
-    /// r_s and r_t at every angle; under total internal reflection r_t joins r_s.
+    /// r_s and r_t at every angle. Under total internal reflection r_t is added to r_s.
     #[default]
     None,
-    /// F r_s and (1 - F) r_t, where F is the exact unpolarised reflectance by `ior` and the media around: 1 under total
-    /// internal reflection. Clear glass has reflection 1 and transmission 1. Opaque bodies, and sheets, which do not bend
-    /// light, reflect as if varnished: by the index in front of them and their own.
+    /// F r_s and (1 - F) r_t, where F is the exact unpolarised reflectance for `ior` and the surrounding media, 1 under total
+    /// internal reflection. Clear glass has reflection 1 and transmission 1. Opaque bodies and sheets, which do not bend light,
+    /// reflect like a varnish with their `ior`.
     Dielectric,
-    /// r_s + (1 - r_s) (1 - cos theta)^5 in each channel (Schlick 1994), for metals; r_s is their colour seen face on. What
-    /// they transmit, r_t, is multiplied by 1 - (1 - cos theta)^5.
+    /// r_s + (1 - r_s) (1 - cos theta)^5 in each channel (Schlick 1994), for metals. r_s is their colour at normal incidence.
+    /// r_t is multiplied by 1 - (1 - cos theta)^5.
     Conductor,
 }
 

@@ -48,7 +48,7 @@ pub type Vec3 = [f64; 3];
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
-    /// Where the schema lies, for editors. Ignored.
+    /// URL of the schema, for editors. Ignored.
     #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
     pub schema: Option<String>,
     /// Version of this format: 1.
@@ -66,7 +66,7 @@ pub struct Description {
     /// Radiance of a ray that hits nothing. Default: black.
     #[serde(default)]
     pub background: Color,
-    /// A picture of the surroundings, in place of `background`. Default: none.
+    /// An environment map, in place of `background`. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub environment: Option<Environment>,
     /// Ambient light I_a, multiplied by each material's `ambient`. Default: 0.1 grey.
@@ -75,7 +75,7 @@ pub struct Description {
     /// Fog. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fog: Option<Fog>,
-    /// Light sources. Default when the key is missing: one directional light from the upper left front. `[]` is darkness.
+    /// Light sources. Default: one directional light from the upper left front. `[]` means no lights.
     #[serde(default = "default_lights")]
     pub lights: Vec<Light>,
     /// Materials by name, each of at most 256 bytes.

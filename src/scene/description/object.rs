@@ -98,7 +98,7 @@ macro_rules! body {
             #[schemars(length(max = 256))]
             pub name: Option<String>,
             $(
-                /// Turns the body inside out: its inside is empty space (ior 1), as an air bubble in glass. Default false.
+                /// Turns the body inside out: its inside is empty space (ior 1), like an air bubble in glass. Default false.
                 #[serde(default, skip_serializing_if = "is_false")]
                 pub hollow: body!(@bool $hollow),
             )?
@@ -136,7 +136,7 @@ body! {
 }
 
 body! {
-    /// Infinite plane; it bounds the half-space behind it.
+    /// Infinite plane, which bounds the half-space behind it.
     Plane {
         /// Any point of the plane.
         point: Vec3,
@@ -264,13 +264,13 @@ body! {
     }
 }
 
-/// Objects moved together.
+/// Objects that are transformed together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Group {
-    /// What is in the group.
+    /// The objects of the group.
     pub objects: Vec<Object>,
-    /// Where the group goes. Default: where it is.
+    /// Transform of the group. Default: none.
     #[serde(default)]
     pub transform: Transform,
     /// How it moves while the shutter is open, which blurs it. Default: not at all.
@@ -282,14 +282,14 @@ pub struct Group {
     pub name: Option<String>,
 }
 
-/// One placed copy of a definition. It costs no memory beyond itself.
+/// One placed copy of a definition. Copies share the memory of the definition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Instance {
     /// Name in `definitions`.
     #[schemars(length(max = 256))]
     pub of: String,
-    /// Where the copy goes. Default: where the definition is.
+    /// Transform of the copy. Default: none.
     #[serde(default)]
     pub transform: Transform,
     /// How it moves while the shutter is open, which blurs it. Default: not at all.
@@ -311,10 +311,10 @@ pub struct Transform {
     /// Moved by.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub translate: Option<Vec3>,
-    /// Turned around an axis through the origin.
+    /// Rotated around an axis through the origin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotate_deg: Option<Rotation>,
-    /// Enlarged around the origin: one factor, or one for each axis. Not 0; negative mirrors.
+    /// Scaled around the origin: one factor, or one for each axis. Not 0. Negative factors mirror.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<Scale>,
 }
@@ -329,14 +329,14 @@ pub struct Rotation {
     pub angle: f64,
 }
 
-/// A steady motion from where `transform` puts something: all of it is done when the shutter closes. Rotation comes first.
+/// A steady motion while the shutter is open, from the position that `transform` gives. Rotation comes before translation.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Motion {
     /// Moved by.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub translate: Option<Vec3>,
-    /// Turned around an axis through `center`.
+    /// Rotated around an axis through `center`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotate_deg: Option<Rotation>,
     /// A point of the axis of rotation. Default: the origin.

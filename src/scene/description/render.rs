@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Shadows {
-    /// Any body blocks.
+    /// All bodies block light.
     #[default]
     Opaque,
-    /// Each surface crossed attenuates by its transmission, without bending the ray.
+    /// Each surface lets its transmission of the light pass, without bending the ray.
     Transmissive,
     /// No shadow rays at all.
     None,
@@ -28,20 +28,20 @@ pub enum Precision {
     Double,
 }
 
-/// How accurate a picture is to be, or how much it may cost.
+/// How accurate a picture must be, or how much it may cost.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Accuracy {
     /// Rays are followed to `max_depth` and down to `min_weight`.
     Fixed(Fixed),
-    /// Each pixel's rays are followed until it is proved how far it can be from recursion without end.
+    /// Each pixel's rays are followed until a bound on its distance from recursion without end is proved.
     Proved(Proved),
-    /// The best picture in a time. It depends on the machine; the report names the rays that make it again.
+    /// The best picture within a time. It depends on the machine. The report gives the number of rays that repeats it.
     Time(Time),
-    /// The best picture for so many rays: the same bytes on every machine.
+    /// The best picture for a number of rays: the same bytes on every machine.
     Rays(Rays),
-    /// Each pixel gets samples until it is likely, by their spread, that more would not change it by more than a width.
-    /// Recursion is proved as with `max_codes` 1; `samples` and `antialias` do not matter.
+    /// Each pixel gets samples until their spread shows that more would probably change it by no more than a half width.
+    /// Recursion is proved as with `max_codes` 1. `samples` and `antialias` are ignored.
     Statistical(Statistical),
 }
 
@@ -54,7 +54,7 @@ pub struct Fixed {}
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Proved {
-    /// How many 8-bit codes each channel may be off, 0 to 2. 0 gives the PNG of recursion without end.
+    /// Largest error of each channel in 8-bit codes, 0 to 2. 0 gives the PNG of recursion without end.
     #[schemars(range(min = 0, max = 2))]
     pub max_codes: u8,
 }
@@ -72,7 +72,7 @@ pub struct Time {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rays {
-    /// Rays of all kinds, 1 to 2^53. The parcel of pixels that reaches the number is finished.
+    /// Rays of all kinds, 1 to 2^53. The block of pixels that reaches the number is finished.
     #[schemars(range(min = 1, max = 9_007_199_254_740_992_u64))]
     pub count: u64,
 }
@@ -81,10 +81,10 @@ pub struct Rays {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Statistical {
-    /// 8-bit codes that each channel of a pixel may be off, 0.25 to 64. A pixel ends at 4096 samples in any case.
+    /// Largest error of each channel in 8-bit codes, 0.25 to 64. No pixel gets more than 4096 samples.
     #[schemars(range(min = 0.25, max = 64.0))]
     pub half_width: f64,
-    /// How likely it is that it is not further off, 0.5 to 0.999.
+    /// Probability that the error is no larger, 0.5 to 0.999.
     #[serde(default = "confidence")]
     #[schemars(range(min = 0.5, max = 0.999))]
     pub confidence: f64,
@@ -103,18 +103,18 @@ const DEFAULT_MIN_WEIGHT: f64 = 0.001;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderSettings {
-    /// Longest chain of rays, 1 to 100000; the primary ray counts 1. Default 10 in the fixed mode; in the others none, so
-    /// that pictures are held against recursion without end. With `max_depth` they are held against recursion to there.
+    /// Longest chain of rays, 1 to 100000. The camera ray counts 1. Default 10 in the mode `fixed`. In other modes the default is
+    /// none, and pictures are compared with recursion without end; with `max_depth` they are compared with recursion to it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 100_000))]
     pub max_depth: Option<u32>,
-    /// Only in the fixed mode: a ray whose weight is below this in every channel is not followed, nor is a light asked for
-    /// that could add less than a quarter of this share of itself, 0 to 1. Default 0.001.
+    /// Only in the mode `fixed`: rays whose weight is below this in every channel are not followed, and no shadow ray is traced
+    /// for light that could add less than a quarter of it, 0 to 1. Default 0.001.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub min_weight: Option<f64>,
-    /// Rays for each pixel, 1 to 1024, spread evenly over it and over all choices the scene calls for. Default 1, and 64
-    /// where it calls for choices: lights with an area, rough surfaces, a lens, motion, dispersion, color bleeding.
+    /// Samples of each pixel, 1 to 1024. Default 1, and 64 for scenes with effects that choose at random: lights with an area,
+    /// rough surfaces, a lens, motion, dispersion, color bleeding.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1024))]
     pub samples: Option<u32>,
@@ -122,14 +122,14 @@ pub struct RenderSettings {
     pub antialias: bool,
     /// What casts shadows. Default `"opaque"`.
     pub shadows: Shadows,
-    /// Whether surfaces are lit by the light that others scatter, once; it takes the place of ambient light where the eye
-    /// looks, directly or in mirrors. Default false.
+    /// Whether surfaces are lit by light that other surfaces scatter once. It replaces ambient light on surfaces that are seen
+    /// directly, in mirrors or through glass. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub color_bleeding: bool,
     /// Floating-point format. Default `"single"`.
     pub precision: Precision,
-    /// What ends the recursion. Default `{"proved": {"max_codes": 1}}`, and `{"fixed": {}}` where `max_depth` or `min_weight`
-    /// is given.
+    /// What ends the recursion. Default `{"proved": {"max_codes": 1}}`, or `{"fixed": {}}` if `max_depth` or `min_weight` is
+    /// given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<Accuracy>,
 }

@@ -4,7 +4,7 @@ use super::{Color, Vec3, default_up};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A colour that changes evenly from one point of object space to another, and stays what it is beyond them.
+/// A colour that changes evenly from one point of object space to another, and is constant beyond them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gradient {
@@ -18,8 +18,8 @@ pub struct Gradient {
     pub b: Color,
 }
 
-/// Clouds between two colours: Perlin's gradient noise (2002) in object space, octave upon octave of half the size and
-/// half the strength.
+/// Clouds between two colours: Perlin's gradient noise (2002) in object space. Each octave has half the size and half the
+/// strength of the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
@@ -58,24 +58,24 @@ pub struct ImageMap {
     /// PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read.
     /// Transparency is ignored. Decoders of JPEG may round differently on other processors; those of PNG do not.
     pub source: String,
-    /// How it lies on the surface. Default `"uv"`.
+    /// Mapping of the picture to the surface. Default `"uv"`.
     #[serde(default)]
     pub mapping: Mapping,
-    /// What lies beyond its edges. Default `"repeat"`.
+    /// The texture beyond the edges of the picture. Default `"repeat"`.
     #[serde(default)]
     pub wrap: Wrap,
 }
 
-/// How a picture lies on a surface.
+/// Mapping of a picture to a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Mapping {
-    /// By the `uvs` of a mesh.
+    /// The `uvs` of a mesh.
     #[default]
     Uv,
-    /// Projected along an axis of object space.
+    /// Projection along an axis of object space.
     Planar(Planar),
-    /// As a globe, projected from a point of object space.
+    /// Projection from a point of object space, as on a globe.
     Spherical(Spherical),
 }
 
@@ -116,23 +116,22 @@ pub struct Spherical {
     pub axis: Vec3,
 }
 
-/// What lies beyond the edges of a picture.
+/// The texture beyond the edges of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Wrap {
-    /// The picture again and again.
+    /// The picture repeats.
     #[default]
     Repeat,
-    /// The colours of its edges.
+    /// The colours of the edges continue.
     Clamp,
 }
 
-/// Bumps: the surface is lit as if it were raised along its normal; its outline stays. Dents are bumps of the opposite
-/// picture.
+/// Bumps: the surface is shaded as if it were raised along its normal, but its outline stays.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bump {
-    /// How high white stands above black, in units of object space, at least 0.
+    /// Height of white above black, in units of object space, at least 0.
     #[schemars(range(min = 0.0))]
     pub height: f64,
     /// The heights.
@@ -145,7 +144,7 @@ pub struct Bump {
 pub enum Relief {
     /// Noise.
     Noise(Grain),
-    /// The codes of a grey picture, taken as they are; of a coloured one their mean.
+    /// The codes of a grey picture without gamma, or the mean of the three channels.
     Image(ImageMap),
 }
 
@@ -158,7 +157,7 @@ pub struct NormalMap {
     pub image: ImageMap,
 }
 
-/// Surroundings infinitely far away: what rays see that hit nothing, in place of `background`.
+/// Environment map: the radiance of rays that hit nothing, by their direction, in place of `background`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Environment {
