@@ -1,8 +1,8 @@
 //! Pausing, cancelling and watching work from outside.
 //!
-//! A thread that works *enters* a [`Control`]. Loops that may run long count their steps with [`step`], and every so many
-//! steps the thread looks at the controls that it has entered: it waits where one is paused, and stops where one is
-//! cancelled. So a render can be left and taken up anywhere, also inside a ray's way through the hierarchy.
+//! A working thread *enters* a [`Control`]. Loops that may run long count their steps with [`step`], and after a number of steps
+//! the thread checks the controls that it has entered: it waits while one is paused, and stops if one is cancelled. So a render
+//! can be paused and resumed anywhere, also inside the traversal of a hierarchy.
 
 use std::cell::{Cell, RefCell};
 use std::marker::PhantomData;
@@ -24,7 +24,7 @@ thread_local! {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cancelled;
 
-/// Shared between work and those who pause, cancel or watch it. Clones are the same control.
+/// Shared between work and the code that pauses, cancels or watches it. Clones are the same control.
 #[derive(Debug, Clone, Default)]
 pub struct Control(Arc<Shared>);
 
@@ -47,7 +47,7 @@ struct Pause {
     since: Option<Instant>,
     /// How long all pauses before it were.
     before: Duration,
-    /// When somebody paused or cancelled, until a thread has noticed.
+    /// When the work was paused or cancelled, until a thread has noticed.
     unnoticed: Option<Instant>,
 }
 

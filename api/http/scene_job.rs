@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// What is needed for the answer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Question<'a> {
-    /// What handlers share.
+    /// The state that handlers share.
     pub(crate) app: &'a AppState,
     /// The threads that render.
     pub(crate) work: &'a Work,

@@ -19,9 +19,9 @@ pub(crate) struct HttpSettings {
     /// --insecure-no-auth.
     #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
     pub(crate) listen: SocketAddr,
-    /// Address and port for operators, without keys: /livez, /readyz, /metrics. Usual is 127.0.0.1:9090; whoever reaches
-    /// another address may read the figures. Without it there is no such listener; /livez and /readyz are answered on
-    /// --listen, too.
+    /// Address and port of the admin listener, which needs no keys: /livez, /readyz, /metrics. Usual is 127.0.0.1:9090;
+    /// clients that can reach another address can read the metrics. Without this flag there is no admin listener, and
+    /// /metrics is not served; /livez and /readyz are answered on --listen, too.
     #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
     pub(crate) admin_listen: Option<SocketAddr>,
     /// File of API keys, as `strahl key new` makes them. The service reads it again when it changes. Without it requests

@@ -65,7 +65,7 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
     served
 }
 
-/// What handlers share, with what is in the folders.
+/// The state that handlers share, with what is in the folders.
 pub(super) fn open(
     threads: Option<u64>,
     http: &HttpSettings,

@@ -75,7 +75,7 @@ impl<R: Real> Geometry<R> {
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
         let wide = match kind {
             _ if primitives.is_empty() => None,
-            // Once cancelled, nobody will search it.
+            // A cancelled hierarchy is not used.
             _ if control::is_stopping() => None,
             BvhKind::Flat => Some(WideBvh::flat(bvh.nodes[0].slab, primitives.len())),
             BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &primitives)),

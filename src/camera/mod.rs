@@ -96,11 +96,6 @@ impl<R: Real> Camera<R> {
         }
     }
 
-    /// Whether all primary rays start at one point.
-    pub fn has_single_eye(&self) -> bool {
-        !matches!(self, Self::Flat(Flat { parallel: true, .. }) | Self::Lens(..))
-    }
-
     /// Whether straight lines stay straight and near things look larger, as in a photograph.
     pub fn is_pinhole(&self) -> bool {
         matches!(self, Self::Flat(Flat { parallel: false, .. }) | Self::Lens(..))

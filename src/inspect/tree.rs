@@ -157,7 +157,7 @@ pub struct Ended {
 
 /// Traces one pixel and records every ray. The pixel must lie inside the picture.
 pub fn trace_pixel(scene: &Scene, x: u32, y: u32) -> Tree {
-    trace_pixel_while(scene, x, y, &Control::default()).unwrap_or_else(|_| unreachable!("nobody cancels this"))
+    trace_pixel_while(scene, x, y, &Control::default()).unwrap_or_else(|_| unreachable!("this is never cancelled"))
 }
 
 /// [`trace_pixel`], unless it is cancelled.

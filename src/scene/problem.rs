@@ -42,7 +42,7 @@ pub enum Code {
     Degenerate,
     Limit,
     Unsupported,
-    /// Nobody is left who would read it.
+    /// Loading was cancelled. No client reads this.
     Cancelled,
 }
 

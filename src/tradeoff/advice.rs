@@ -237,7 +237,7 @@ mod tests {
     use super::*;
     use crate::metrics::{Difference, Image8};
 
-    /// Points whose truncation error is so many codes, everywhere, and whose time is so many milliseconds.
+    /// Points with a truncation error in codes, the same everywhere, and a time in milliseconds.
     fn measured(codes: impl Fn(&Settings) -> u8, time: impl Fn(&Settings) -> f64) -> Vec<Point> {
         let asked = Settings {
             max_depth: 10,

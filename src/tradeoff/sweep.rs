@@ -103,7 +103,7 @@ impl Times {
 
 /// Samples of the picture that sampling is measured against.
 pub const REFERENCE_SAMPLES: u32 = 64;
-/// Depths 3, 5, 10 and 100, as in the lecture on Whitted's method, and some between.
+/// Depths 3, 5, 10 and 100, which show most of the trade-off, and some between.
 const DEPTHS: [u32; 6] = [2, 3, 5, 10, 20, 100];
 const DOUBLE_DEPTHS: [u32; 4] = [3, 5, 10, 100];
 /// Contribution cut-offs; 1/255 is POV-Ray's.

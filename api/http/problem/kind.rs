@@ -84,7 +84,7 @@ kinds! {
         "Use a new Idempotency-Key for each new job, and the same one only to send the same request again.";
     PreconditionFailed = "precondition-failed", PRECONDITION_FAILED,
         "Precondition failed",
-        "A job: somebody else has changed it; get it again and send the change with its new ETag. A picture: only \
+        "A job: another client has changed it; get it again and send the change with its new ETag. A picture: only \
          GET and QUERY answer 304 to a client that has it already.";
     BodyTimeout = "body-timeout", REQUEST_TIMEOUT, "The body took too long to arrive",
         "Send it faster or make it smaller; NFF may be sent compressed.";

@@ -47,7 +47,7 @@ use std::thread;
 use store::Store;
 use tokio::sync::watch;
 
-/// A job goes on after so many ends of the process without a new tile.
+/// A job fails after more ends of the process than this without a new tile.
 const CRASHES: u32 = 2;
 
 /// Counts jobs.

@@ -72,7 +72,7 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// The process has ended while it rendered this job, which had tiles of so many bytes.
+    /// Notes that the process has ended while it rendered this job, whose tiles took `tile_bytes`.
     pub(super) fn count_crash(&mut self, tile_bytes: u64) {
         self.crashes = if tile_bytes > self.tile_bytes { 0 } else { self.crashes + 1 };
         self.tile_bytes = tile_bytes;
@@ -85,9 +85,7 @@ impl Record {
             None => self.id.clone(),
         }
     }
-}
 
-impl Record {
     /// A waiting job that is accepted now.
     pub(crate) fn new(spec: JobSpec) -> Self {
         Self {

@@ -1,6 +1,6 @@
 //! Rendering one job, from its record to its picture, on a thread of its own.
 //!
-//! Another thread puts finished tiles on disk and tells those who watch, so that the pool does not wait for that.
+//! Another thread writes finished tiles to disk and publishes events, so that the pool does not wait for that.
 
 use super::Jobs;
 use super::canvas::Canvas;
@@ -31,7 +31,7 @@ use strahl::scene::Scene;
 
 /// Levels of the passes before the tiles: pixels are 8, 4 and 2 times as wide as the picture's.
 const PASSES: [u32; 3] = [3, 2, 1];
-/// The finest pass that is made although nobody watches.
+/// The finest pass of jobs without watchers.
 const UNWATCHED: u32 = 2;
 /// Finished tiles that wait for the disk.
 const WAITING: usize = 4;
@@ -219,7 +219,7 @@ fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, file: Tiles) -> Re
     })
 }
 
-/// Puts tiles on disk and on the canvas, and tells who watches.
+/// Writes tiles to disk and to the canvas, and publishes events.
 fn persist_tiles(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result<(), Cancelled> {
     let mut reported: Option<Instant> = None;
     while let Ok(tile) = finished.recv() {

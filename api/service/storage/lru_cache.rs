@@ -32,8 +32,8 @@ impl<K: Hash + Eq, V: Clone> LruCache<K, V> {
         self.lock().values.get(key).map(|(value, _)| value.clone())
     }
 
-    /// Keeps a value that takes so many bytes, and returns the keys of those that had to go for it. A value larger than
-    /// the whole budget is not kept and throws nothing out.
+    /// Keeps a value of some bytes, and returns the keys of the values evicted for it. A value larger than the whole budget is
+    /// not kept and evicts nothing.
     pub(crate) fn put(&self, key: K, value: V, bytes: u64) -> Vec<K> {
         if bytes > self.budget {
             return Vec::new();

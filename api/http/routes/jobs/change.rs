@@ -23,7 +23,7 @@ pub(super) fn routes() -> Vec<Route> {
         )
         .needs(Scope::Jobs)
         .path("id", ID)
-        .header("If-Match", "The job's ETag: the change is refused if somebody has changed the job since.")
+        .header("If-Match", "The job's ETag: the change is refused if the job has been changed since.")
         .body(Body::json::<JobChange>("What is to be changed").or("application/merge-patch+json"))
         .answer(200, "The job", &job),
         Route::post("/v1/jobs/{id}/cancel", cancel, ["cancelJob", "jobs", "Stops a job."])

@@ -34,7 +34,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::post(
             "/v1/jobs/{id}/look",
             look,
-            ["lookAtJob", "jobs", "Says that somebody looks at a part of the picture, which is rendered next."],
+            ["lookAtJob", "jobs", "Asks for a part of the picture to be rendered next."],
         )
         .needs(Scope::Read)
         .path("id", ID)

@@ -18,7 +18,7 @@ const PATIENCE: u32 = 30;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "The newest preview, at most 1,024 pixels wide and high, as a PNG.";
-    let prefer = "`wait=10` waits so many seconds for another preview than that of If-None-Match.";
+    let prefer = "`wait=10` waits up to 10 seconds for another preview than that of If-None-Match.";
     vec![
         Route::get("/v1/jobs/{id}/preview", preview, ["jobPreview", "jobs", about])
             .needs(Scope::Read)

@@ -16,7 +16,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::get("/v1/jobs/{id}", job, ["job", "jobs", "A job, whatever its state."])
             .needs(Scope::Read)
             .path("id", ID)
-            .header("Prefer", "`wait=20` waits so many seconds for the job to end.")
+            .header("Prefer", "`wait=20` waits up to 20 seconds for the job to end.")
             .answer(200, "The job", &[Content::json::<JobView>()]),
         Route::get("/v1/jobs", jobs, ["jobs", "jobs", "The tenant's jobs, the newest first."])
             .needs(Scope::Read)

@@ -25,7 +25,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::post("/v1/jobs", submit, ["submitJob", "jobs", about])
             .needs(Scope::Jobs)
             .header("Idempotency-Key", key)
-            .header("Prefer", "`wait=20` waits so many seconds for the job to end.")
+            .header("Prefer", "`wait=20` waits up to 20 seconds for the job to end.")
             .body(Body::json::<JobRequest<'_>>("The job").example(example))
             .answer(202, "The job", &[Content::json::<JobView>()])
             .answer_header("Location", "The job's path."),

@@ -1,7 +1,7 @@
 //! The rules of the table of effects.
 //!
 //! An effect is on exactly if the world that the kernels read holds it. So rules look at the world, as it was built in its
-//! precision, and at the description only to say who asks for an effect and why it cannot show.
+//! precision, and at the description only to say which keys ask for an effect and why it cannot show.
 
 mod choices;
 mod hiding;
