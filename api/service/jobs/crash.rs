@@ -1,8 +1,8 @@
 //! Crashes at every moment in the lives of jobs: whatever a kill or a power cut leaves on disk, the service starts, no job that
 //! was accepted is lost, and no picture is another one.
 
-use super::record::{Record, State};
-use super::{DATA, Job, JobObserver, Jobs, Submission};
+use super::record::{JobSpec, Record, State};
+use super::{DATA, Job, JobObserver, Jobs};
 use crate::service::error::StartError;
 use crate::service::limits::JobLimits;
 use crate::service::pictures::file::PictureFile;
@@ -64,24 +64,19 @@ fn open(pool: &Arc<Pool>, path: &Path) -> Result<Opened, StartError> {
 
 impl Opened {
     fn submit(&self, scene: &str, made: Option<&PictureFile>) -> Arc<Job> {
-        let submission = Submission {
+        let (format, settings) = (Format::Json, Overrides::default());
+        let record = Record {
             tenant: "acme".into(),
-            weight: 1,
-            most: 10,
-            priority: 50,
-            labels: Vec::new(),
-            scene: scene.into(),
-            format: Format::Json,
-            overrides: Overrides::default(),
-            output: FileFormat::Png8,
-            names: Some([format!("s_{}", "a".repeat(32)), format!("i_{}_aaaaaa_a", "a".repeat(32))]),
-            is_progressive: false,
-            size: [48, 40],
-            // So that it has four tiles.
-            estimate_ms: 1e6,
+            scene_id: Some(format!("s_{}", "a".repeat(32))),
+            image_id: Some(format!("i_{}_aaaaaa_a", "a".repeat(32))),
+            width: 48,
+            height: 40,
+            // Four tiles.
+            edge: 32,
             scene_bytes: 1_000,
+            ..Record::new(JobSpec { scene: String::new(), format, settings, output: FileFormat::Png8 })
         };
-        self.jobs.submit(submission, None, made).expect("it is accepted")
+        self.jobs.submit(record, scene.as_bytes(), 10, None, made).expect("it is accepted")
     }
 
     fn wait(&self, job: &Job) -> State {
