@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 //! Counts jobs that end.
-=======
-//! Charges tenants for the rays of their jobs, and counts jobs that end.
->>>>>>> 3c3dbe3 (The program's comments and help in plain English)
 
 use super::metrics::Metrics;
 use crate::service::jobs::JobObserver;

@@ -65,7 +65,7 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
     served
 }
 
-/// The state that handlers share, with what is in the folders.
+/// What handlers share, with what is in the folders.
 pub(super) fn open(
     threads: Option<u64>,
     http: &HttpSettings,
@@ -94,22 +94,11 @@ pub(super) fn open(
     }))
 }
 
-<<<<<<< HEAD
 /// Does what jobs need once a second until the sender is dropped. Files may be removed, which takes its time; a thread that
 /// was borrowed each second would keep tokio's other idle threads alive, too.
 fn tick(jobs: &Jobs, until: &Receiver<()>) {
     while until.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
         jobs.tick();
-=======
-/// Runs the periodic work of jobs, once a second.
-async fn tick(jobs: Arc<Jobs>) {
-    let mut seconds = tokio::time::interval(Duration::from_secs(1));
-    loop {
-        seconds.tick().await;
-        let jobs = Arc::clone(&jobs);
-        // Removing files may take time.
-        let _ = tokio::task::spawn_blocking(move || jobs.tick()).await;
->>>>>>> 3c3dbe3 (The program's comments and help in plain English)
     }
 }
 

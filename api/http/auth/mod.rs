@@ -56,17 +56,6 @@ impl Access {
         })
     }
 
-<<<<<<< HEAD
-=======
-    /// Charges a tenant for rays of its jobs. Tenants that are no longer in the key file are not charged.
-    pub(crate) fn charge(&self, tenant: &str, rays: u64) {
-        let tenant = self.keys().and_then(|keys| keys.reader(tenant));
-        if let Some(rate_limit) = tenant.as_ref().and_then(|tenant| tenant.rate_limit.as_ref()) {
-            rate_limit.charge(rays, Instant::now());
-        }
-    }
-
->>>>>>> 3c3dbe3 (The program's comments and help in plain English)
     /// Whether requests need a key.
     pub(crate) fn needs_keys(&self) -> bool {
         self.keys.is_some()

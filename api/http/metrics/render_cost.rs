@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 //! What an answer has cost. Handlers put it into their response's extensions, from where it is counted.
-=======
-//! The cost of an answer. Handlers put it into the response's extensions, from which rate limits are charged and metrics counted.
->>>>>>> 3c3dbe3 (The program's comments and help in plain English)
 
 use crate::service::pictures::cache::Took;
 use std::time::Duration;

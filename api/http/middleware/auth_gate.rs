@@ -20,11 +20,7 @@ pub(crate) async fn identify(State(app): State<App>, mut request: Request, next:
     Ok(next.run(request).await)
 }
 
-<<<<<<< HEAD
 /// Refuses requests whose key lacks a scope, and charges the tenant. Rays are charged where they are traced.
-=======
-/// Refuses requests whose key lacks a scope, and charges the tenant.
->>>>>>> 3c3dbe3 (The program's comments and help in plain English)
 pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Result<Response, Problem> {
     let tenant = request.extensions().get::<Arc<Tenant>>().map(Arc::clone).ok_or_else(|| {
         let detail = "this service asks for a key: send Authorization: Bearer rk_...";
