@@ -110,6 +110,22 @@ fn pictures_and_records_expire() {
     assert_eq!(["tiles", "pictures", "scenes"].map(left), [0; 3], "nothing of it is left on disk");
 }
 
+#[test]
+fn ages_are_what_services_have_run_and_no_difference_of_dates() {
+    let folder = tempfile::tempdir().unwrap();
+    let flags = ["--data", folder.path().to_str().unwrap(), "--keep-pictures", "6", "--keep-records", "60"];
+    let service = Service::start(&flags);
+    let id = submit(&service, BALL, "");
+    succeeded(&service, &id);
+    drop(service);
+    // To the service this looks like a clock that is put right.
+    std::thread::sleep(Duration::from_secs(7));
+    let service = Service::start(&flags);
+    assert_eq!(job(&service, &id)["state"], "succeeded");
+    assert_eq!(service.get(&format!("/v1/jobs/{id}/image")).status, 200);
+    until(&service, &id, |job| job["state"] == "expired");
+}
+
 /// Bytes of all files in a folder and below it.
 fn bytes_in(folder: &Path) -> u64 {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
