@@ -8,6 +8,9 @@ const WIDTH: usize = 100;
 /// Column in which reasons begin.
 const REASON: usize = 52;
 
+/// Primitives around one point that are worth a line.
+const DENSE: f64 = 10_000.0;
+
 impl Plan {
     /// The effects with their reasons, below them depth, estimates and warnings, and actual numbers if there are any.
     pub fn to_table(&self) -> String {
@@ -45,6 +48,9 @@ impl Plan {
             (None, None) => depth.why.to_owned(),
         };
         line(table, "depth", &format!("{requested}, {known}"));
+        if self.overlap > DENSE {
+            line(table, "overlap", &format!("as many as {} primitives may lie around one point", self.overlap));
+        }
         if let Some(est) = &self.estimate {
             let [low, high] = est.rays_ci.map(grouped);
             let at_least = if est.at_least { "at least " } else { "" };

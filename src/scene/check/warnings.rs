@@ -9,19 +9,9 @@ use crate::scene::problem::{Code, Problem, push_token};
 use crate::scene::world::{World, shows};
 use rayon::slice::ParallelSliceMut;
 
-/// Primitives around one point that are worth a warning.
-const DENSE: f64 = 10_000.0;
-
 /// Warnings of a description and the world that it was built into.
-pub(in crate::scene) fn warnings<R: Real>(description: &Description, world: &World<R>, overlap: f64) -> Vec<Problem> {
+pub(in crate::scene) fn warnings<R: Real>(description: &Description, world: &World<R>) -> Vec<Problem> {
     let mut warnings = Vec::new();
-    if overlap > DENSE {
-        let detail = format!(
-            "as many as {overlap} objects may lie around one point: a single ray can take that many steps. Place them \
-             apart, or leave out those that coincide"
-        );
-        warnings.push(Problem::new("/objects", Code::Degenerate, detail));
-    }
     for (name, material) in description.materials.iter() {
         let (r_s, r_t) = (material.reflection.0, material.transmission.0);
         // Dielectrics divide the light: F r_s + (1 - F) r_t.

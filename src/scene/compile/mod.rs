@@ -147,7 +147,7 @@ fn told<R: Real>(description: &Description, world: &World<R>, built: &build::Bui
     let source = |item| built.sources.pointer(item);
     let facts = effects::Facts { description, world, pointers: &built.pointers, source: &source, samples };
     let overlap = overlap(&world.geometries, world.root);
-    Told { overlap, samples, effects: effects::table(&facts), warnings: warnings(description, world, overlap) }
+    Told { overlap, samples, effects: effects::table(&facts), warnings: warnings(description, world) }
 }
 
 impl Sources {

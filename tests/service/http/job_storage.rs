@@ -56,7 +56,6 @@ fn a_job_that_never_gets_anywhere_fails_when_it_has_seen_the_process_end_three_t
     let data = ["--data", folder.path().to_str().unwrap()];
     let plan = Service::start(&[]).post_json("/v1/explain", &endless()).json();
     assert_eq!(plan["overlap"], f64::from(1u32 << 31));
-    assert!(text(&plan["warnings"][0]["detail"]).contains("2147483648 objects"), "{plan}");
 
     let mut service = Service::start(&data);
     let id = submit(&service, &endless(), "");
