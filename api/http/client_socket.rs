@@ -2,6 +2,7 @@
 
 use super::activity::Activity;
 use std::io::{self, IoSlice};
+use std::net::Shutdown;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, ready};
@@ -99,8 +100,9 @@ impl AsyncWrite for ClientSocket {
         Poll::Ready(Ok(()))
     }
 
-    /// The socket is dropped right after this, which closes it.
+    /// Says that the answer ends here. The socket is closed right after this, and if the client has sent what nobody read,
+    /// that looks like an error to a client that has not been told.
     fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Poll::Ready(Ok(()))
+        Poll::Ready(socket2::SockRef::from(&*self.stream).shutdown(Shutdown::Write))
     }
 }

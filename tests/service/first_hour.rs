@@ -58,7 +58,7 @@ fn a_taken_port_says_what_to_do() {
 /// Nothing can be written into /proc, whoever tries.
 #[test]
 fn a_folder_that_is_read_only_is_not_another_processs() {
-    let output = strahl_in(Path::new("."), &["serve", "--listen", "127.0.0.1:0", "--data", "/proc"]);
+    let output = strahl_in(Path::new("."), &["serve", "--listen", "127.0.0.1:0", "--data", "/proc/strahl"]);
     let error = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
     assert!(error.contains("has to write into this folder") && !error.contains("Another process"), "{error}");

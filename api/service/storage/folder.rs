@@ -64,7 +64,10 @@ impl Folder {
 
     fn open_any(path: &Path, kind: &'static FolderKind, temporary: Option<TempDir>) -> Result<Self, StartError> {
         let place = format!("{} {}", kind.flag, path.display());
-        let wrong = |error: io::Error| StartError::Settings(format!("{place}: {error}"));
+        let wrong = |error: io::Error| {
+            let advice = format!("The service has to write into this folder: name another with {} DIR.", kind.flag);
+            StartError::Machine(format!("{place}: {error}\n\n{advice}"))
+        };
         let refused = |why: String, advice: &str| StartError::Settings(format!("{place}: {why}.\n\n{advice}"));
         disk::create_folders(path).map_err(wrong)?;
         let check_strangers = || match stranger(path, &mut Vec::new(), kind.is_ours).map_err(wrong)? {
