@@ -34,11 +34,13 @@ fn a_client_that_sends_no_more_gets_its_answer() {
         client.read_to_end(&mut bytes).unwrap();
         bytes
     };
+    let interim = b"HTTP/1.1 100 Continue\r\n\r\n";
     let quick = ask("/v1/scenes/validate", BALL);
-    assert!(quick.starts_with(b"HTTP/1.1 200 OK\r\n"), "{}", String::from_utf8_lossy(&quick));
+    // On a busy machine it is not that quick.
+    let quick = quick.strip_prefix(interim).unwrap_or(&quick);
+    assert!(quick.starts_with(b"HTTP/1.1 200 OK\r\n"), "{}", String::from_utf8_lossy(quick));
     // One that waits for longer is asked whether it is still there.
     let slow = ask("/v1/render?width=256&height=256&samples=2", SLOW);
-    let interim = b"HTTP/1.1 100 Continue\r\n\r\n";
     let answer = slow.strip_prefix(interim).unwrap_or_else(|| panic!("{}", String::from_utf8_lossy(&slow)));
     assert!(answer.starts_with(b"HTTP/1.1 200 OK\r\n"), "{}", String::from_utf8_lossy(answer));
     let picture = answer.windows(4).position(|four| four == b"\r\n\r\n").unwrap() + 4;
