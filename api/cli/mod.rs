@@ -1,5 +1,6 @@
 //! The command line: one file for each command, with its flags and their help.
 
+mod allocator;
 mod config;
 mod config_file;
 mod explain;

@@ -1,5 +1,6 @@
 //! `strahl serve`: its flags, its log, and the service itself.
 
+use super::allocator;
 use super::failure::Failure;
 use super::values::word;
 use crate::http::settings::HttpSettings;
@@ -46,6 +47,7 @@ enum LogFormat {
 
 /// Serves until SIGTERM or Ctrl-C.
 pub(super) fn run(args: &ServeArgs) -> Result<(), Failure> {
+    allocator::settle();
     log(args.log_format);
     Ok(crate::http::run(args.threads, &args.http, &args.service)?)
 }

@@ -11,7 +11,6 @@ mod host;
 #[cfg(any(test, fuzzing))]
 pub(crate) mod in_process;
 mod job_observer;
-mod memory_budget;
 mod metrics;
 mod middleware;
 mod prelude;

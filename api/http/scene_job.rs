@@ -39,6 +39,6 @@ pub(crate) async fn ask<P: Send + 'static>(
             answer(Question { app: &app, work, sent: &sent }, extra)
         }
     };
-    let (media_type, bytes) = app.service.run(tenant.task(Class::Renders), work).await?.value;
-    Ok(([(header::CONTENT_TYPE, media_type)], app.memory.body(bytes)).into_response())
+    let (media_type, body) = app.service.run(tenant.task(Class::Renders), work).await?.value;
+    Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
 }

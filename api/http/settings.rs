@@ -92,16 +92,6 @@ pub(crate) struct ConnectionLimits {
     pub(crate) write_timeout: Duration,
 }
 
-/// Number of bodies of the largest size for which there is memory.
-const BODIES: u64 = 8;
-
-impl ConnectionLimits {
-    /// Memory of all bodies and answers together, in bytes.
-    pub(crate) fn memory_bytes(&self) -> u64 {
-        self.max_body_bytes.saturating_mul(BODIES).max(512 << 20)
-    }
-}
-
 /// Parses the address under which clients see the service.
 fn public_url(text: &str) -> Result<String, &'static str> {
     match Host::of_url(text).is_some() && text.bytes().all(|byte| byte.is_ascii_graphic()) {

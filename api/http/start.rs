@@ -3,7 +3,6 @@
 use super::auth::{Access, RayQuotas, key_file};
 use super::drain::{Drain, StopSignals};
 use super::job_observer::JobCounters;
-use super::memory_budget::MemoryBudget;
 use super::metrics::Metrics;
 use super::openapi_text;
 use super::server::{self, Listeners};
@@ -87,7 +86,6 @@ pub(super) fn open(
         streams: ConcurrencyLimit::default(),
         tile_clients: ConcurrencyLimit::default(),
         limits: http.limits.clone(),
-        memory: MemoryBudget::new(http.limits.memory_bytes()),
         metrics,
         drain: Drain::default(),
         contract: LazyLock::new(openapi_text),

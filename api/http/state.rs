@@ -4,7 +4,6 @@ use super::auth::Access;
 use super::auth::client::Client;
 use super::drain::Drain;
 use super::host::Host;
-use super::memory_budget::MemoryBudget;
 use super::metrics::Metrics;
 use super::settings::{ConnectionLimits, Origins};
 use crate::service::concurrency_limit::ConcurrencyLimit;
@@ -29,8 +28,6 @@ pub(crate) struct AppState {
     pub(crate) tile_clients: ConcurrencyLimit<Client>,
     /// What one connection may take.
     pub(crate) limits: ConnectionLimits,
-    /// Limit on the memory of bodies and answers.
-    pub(crate) memory: MemoryBudget,
     /// Figures for Prometheus.
     pub(crate) metrics: Arc<Metrics>,
     /// Whether the service is draining.

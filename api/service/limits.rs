@@ -2,8 +2,8 @@
 //! `strahl::scene::limits`.
 
 use super::error::Error;
-use super::memory;
 use super::values::{as_seconds, long_seconds, seconds};
+use super::{memory, memory_budget};
 use clap::{Args, value_parser};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
@@ -31,6 +31,10 @@ pub(crate) struct Settings {
     /// Jobs.
     #[command(flatten)]
     pub(crate) jobs: JobLimits,
+    /// Bytes of memory that requests, jobs, caches and the program take together. Caches give way; what has no room then is
+    /// refused [default: three quarters of what the machine, or its container, has].
+    #[arg(long, env = "STRAHL_MEMORY_BYTES", value_name = "BYTES", default_value_t = (memory::available() / 4 * 3).max(memory_budget::LEAST), hide_default_value = true, value_parser = value_parser!(u64).range(memory_budget::LEAST..), help_heading = "Memory")]
+    pub(crate) memory_bytes: u64,
     /// Folder of pictures that scenes may name as textures. Without it scenes have to contain their textures.
     #[arg(long, env = "STRAHL_TEXTURES", value_name = "DIR", help_heading = "Folders")]
     pub(crate) textures: Option<PathBuf>,

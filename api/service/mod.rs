@@ -6,6 +6,7 @@ pub(crate) mod error;
 pub(crate) mod jobs;
 pub(crate) mod limits;
 pub(crate) mod memory;
+pub(crate) mod memory_budget;
 pub(crate) mod pictures;
 pub(crate) mod requests;
 pub(crate) mod scenes;

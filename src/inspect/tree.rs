@@ -35,10 +35,20 @@ pub struct Tree {
     pub raised: [f64; 3],
     /// R: at most so much the contributions lack, for rays that were not followed and lights that were not asked for.
     pub lacking: [f64; 3],
-    /// Whether there were more rays than the limit `tree_rays`; then the contributions do not add up.
+    /// Whether there were more rays than the limit `tree_rays`, or than fit into 80 MiB; then the contributions do not add up.
     pub truncated: bool,
     /// The rays, each after its parent.
     pub rays: Vec<Node>,
+}
+
+impl Tree {
+    /// Bytes of memory it takes, about.
+    pub fn bytes(&self) -> usize {
+        let hit = |hit: &NodeHit| {
+            hit.object.len() + hit.body.as_ref().map_or(0, String::len) + hit.name.as_ref().map_or(0, String::len)
+        };
+        self.rays.iter().map(|node| node.bytes() + node.hit.as_ref().map_or(0, hit)).sum()
+    }
 }
 
 /// Kinds of rays.
@@ -126,6 +136,14 @@ pub struct NodeHit {
     pub entering: bool,
 }
 
+impl Node {
+    /// Bytes of memory it takes: also those of what it hits, which is known later.
+    fn bytes(&self) -> usize {
+        let media: usize = self.media.iter().map(|medium| size_of::<Medium>() + medium.object.len()).sum();
+        size_of::<Self>() + media + 64
+    }
+}
+
 /// Angles of Snell's law.
 #[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct SnellAngles {
@@ -179,7 +197,7 @@ where
     L: Lanes<Simd = ()>,
 {
     let samples = samples_of(scene, x, y, control);
-    let recorder = Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false };
+    let recorder = Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false, bytes: 0 };
     let _entered = control.enter();
     let mut tracer =
         Tracer::<L, _>::new((), world, &world.camera, &eye_media::<L>((), world), world.rules.pruning, recorder);
@@ -207,14 +225,20 @@ struct Recorder<'a, R> {
     world: &'a World<R>,
     rays: Vec<Node>,
     truncated: bool,
+    /// Bytes of all rays.
+    bytes: usize,
 }
+
+/// Bytes of a tree: of 100,000 rays with short names it takes 60 MiB.
+pub const TREE_BYTES: usize = 80 << 20;
 
 /// The number of a ray that was not recorded.
 const UNRECORDED: u32 = u32::MAX;
 
 impl<R: Real> Recorder<'_, R> {
     fn push(&mut self, node: Node) -> u32 {
-        if self.rays.len() as u64 >= TREE_RAYS.max {
+        self.bytes += node.bytes();
+        if self.rays.len() as u64 >= TREE_RAYS.max || self.bytes > TREE_BYTES {
             self.truncated = true;
             return UNRECORDED;
         }
@@ -293,6 +317,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
 
     fn hits(&mut self, number: u32, ray: &RayPacket<L>, hits: &Hits<L>) {
         let (object, body, name) = name_of(self.scene, self.world, hits.expanded.lane(0));
+        self.bytes += object.len() + body.as_ref().map_or(0, String::len) + name.as_ref().map_or(0, String::len);
         if let Some(node) = self.node(number) {
             node.hit = Some(NodeHit {
                 t: first(hits.t - ray.t_min),
@@ -339,7 +364,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
 
     fn again(&mut self) {
         self.rays.clear();
-        self.truncated = false;
+        (self.truncated, self.bytes) = (false, 0);
     }
 
     fn not_followed(&mut self, ray: u32, kind: RayKind, weight: V3<L>, why: NotFollowed) {

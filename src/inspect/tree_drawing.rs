@@ -4,6 +4,7 @@ use super::tree::{Node, NodeKind, Tree};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt::Write;
+use std::ops::Range;
 
 /// How a ray tree is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
@@ -54,11 +55,70 @@ fn heaviest(weight: [f64; 3]) -> f64 {
     weight.into_iter().fold(0.0, f64::max)
 }
 
+const DOT_HEAD: &str = "digraph rays {\n  rankdir=TB;\n  node [shape=box, fontname=\"sans-serif\"];\n";
+
+fn svg_head(places: &[(f64, f64)]) -> String {
+    let width = places.iter().map(|p| p.0).fold(0.0, f64::max) + 60.0;
+    let height = places.iter().map(|p| p.1).fold(0.0, f64::max) + 50.0;
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
+         height=\"{height}\" font-family=\"sans-serif\" font-size=\"11\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+    )
+}
+
+/// Rays that are written at a time.
+const PART: usize = 256;
+
 impl Tree {
+    /// Its text in parts, for one who cannot keep all of it. The JSON has no white space.
+    pub fn parts(mut self, format: TreeFormat) -> impl Iterator<Item = String> + Send {
+        let places = if format == TreeFormat::Svg { self.places() } else { Vec::new() };
+        let (head, passes, tail) = match format {
+            TreeFormat::Json => {
+                let rays = std::mem::take(&mut self.rays);
+                // Numbers and words always become JSON, and the rays come last.
+                let mut head = serde_json::to_string(&self).unwrap_or_default();
+                head.truncate(head.len().saturating_sub("]}".len()));
+                self.rays = rays;
+                (head, 1, "]}")
+            }
+            TreeFormat::Dot => (DOT_HEAD.to_owned(), 1, "}\n"),
+            TreeFormat::Svg => (svg_head(&places), 2, "</svg>\n"),
+        };
+        let count = self.rays.len();
+        let parts = (0..passes).flat_map(move |pass| (0..count).step_by(PART).map(move |from| (pass, from)));
+        let text = move |(pass, from): (usize, usize)| {
+            let range = from..count.min(from + PART);
+            match (format, pass) {
+                (TreeFormat::Json, _) => self.json_of(range),
+                (TreeFormat::Dot, _) => self.dot_of(range),
+                (TreeFormat::Svg, 0) => self.lines_of(range, &places),
+                (TreeFormat::Svg, _) => self.circles_of(range, &places),
+            }
+        };
+        std::iter::once(head).chain(parts.map(text)).chain(std::iter::once(tail.to_owned()))
+    }
+
+    fn json_of(&self, range: Range<usize>) -> String {
+        let mut json = String::new();
+        for node in &self.rays[range] {
+            if node.id > 0 {
+                json.push(',');
+            }
+            json += &serde_json::to_string(node).unwrap_or_default();
+        }
+        json
+    }
+
     /// Graphviz text.
     pub fn to_dot(&self) -> String {
-        let mut dot = String::from("digraph rays {\n  rankdir=TB;\n  node [shape=box, fontname=\"sans-serif\"];\n");
-        for node in &self.rays {
+        format!("{DOT_HEAD}{}}}\n", self.dot_of(0..self.rays.len()))
+    }
+
+    fn dot_of(&self, range: Range<usize>) -> String {
+        let mut dot = String::new();
+        for node in &self.rays[range] {
             let text = format!("{} {}\nweight {:.4}", label(node), ending(node), heaviest(node.weight));
             let text = text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n");
             // Writing to a String cannot fail.
@@ -67,21 +127,18 @@ impl Tree {
                 let _ = writeln!(dot, "  r{parent} -> r{} [color=\"{}\"];", node.id, color(node));
             }
         }
-        dot.push_str("}\n");
         dot
     }
 
     /// A drawing: one row for each depth, lines as thick as the weight.
     pub fn to_svg(&self) -> String {
-        let places = self.places();
-        let width = places.iter().map(|p| p.0).fold(0.0, f64::max) + 60.0;
-        let height = places.iter().map(|p| p.1).fold(0.0, f64::max) + 50.0;
-        let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
-             height=\"{height}\" font-family=\"sans-serif\" font-size=\"11\">\n\
-             <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
-        );
-        for (node, &(x, y)) in self.rays.iter().zip(&places) {
+        let (places, all) = (self.places(), 0..self.rays.len());
+        svg_head(&places) + &self.lines_of(all.clone(), &places) + &self.circles_of(all, &places) + "</svg>\n"
+    }
+
+    fn lines_of(&self, range: Range<usize>, places: &[(f64, f64)]) -> String {
+        let mut svg = String::new();
+        for (node, &(x, y)) in self.rays[range.clone()].iter().zip(&places[range]) {
             let Some(&(px, py)) = node.parent.and_then(|p| places.get(p as usize)) else { continue };
             let thickness = 0.5 + 4.0 * heaviest(node.weight).min(1.0);
             let _ = writeln!(
@@ -90,7 +147,12 @@ impl Tree {
                 color(node)
             );
         }
-        for (node, &(x, y)) in self.rays.iter().zip(&places) {
+        svg
+    }
+
+    fn circles_of(&self, range: Range<usize>, places: &[(f64, f64)]) -> String {
+        let mut svg = String::new();
+        for (node, &(x, y)) in self.rays[range.clone()].iter().zip(&places[range]) {
             let title = format!(
                 "{} to {}, weight {:?}, contribution {:?}",
                 label(node),
@@ -111,7 +173,6 @@ impl Tree {
                 label(node)
             );
         }
-        svg.push_str("</svg>\n");
         svg
     }
 

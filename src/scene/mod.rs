@@ -14,6 +14,7 @@ pub mod pictures;
 pub mod problem;
 pub mod read;
 pub mod schema;
+pub mod size;
 pub(crate) mod transform;
 pub mod usage;
 pub mod world;

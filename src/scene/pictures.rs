@@ -18,11 +18,16 @@ use std::sync::Arc;
 /// Pictures that cannot be read, after which no others are looked at.
 const BROKEN_PICTURES: usize = 10;
 
-/// Access to the files that scenes name.
+/// What loading a scene takes from outside: the files that it names, and memory.
 pub trait Files: Sync {
     /// The bytes of a file; at most one more than [`PICTURE_BYTES`] are needed. An error is the end of a sentence that begins
     /// with the file's name.
     fn read(&self, name: &str) -> Result<Vec<u8>, String>;
+
+    /// Whether there is memory for so many bytes more, asked before a picture is decoded. Without it the scene is not built.
+    fn has_room(&self, _bytes: u64) -> bool {
+        true
+    }
 }
 
 /// No files: pictures have to be in the scene.
@@ -67,7 +72,7 @@ impl<'a> Pictures<'a> {
             }
             unless_cancelled()?;
             pictures.from_files |= !is_url(source);
-            match bytes(source, files).and_then(|bytes| decode(&bytes, meaning, &mut left)) {
+            match bytes(source, files).and_then(|bytes| decode(&bytes, meaning, &mut left, files)) {
                 Ok(mipmap) => {
                     pictures.known.insert((source, meaning), Arc::new(mipmap));
                 }
@@ -118,6 +123,9 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     wanted
 }
 
+/// Bytes for each pixel while a picture is decoded: as the decoder gives it, as numbers, and in all its sizes.
+const DECODING: u64 = 40;
+
 /// Bytes that a decoder gets at a time.
 const PORTION: usize = 1 << 14;
 
@@ -153,7 +161,7 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
 }
 
 /// Decodes a picture, and subtracts its pixels from those that are `left`.
-fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Failure> {
+fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> Result<Mipmap, Failure> {
     let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
     let mut reader = ImageReader::new(Interruptible(Cursor::new(bytes)))
         .with_guessed_format()
@@ -177,6 +185,9 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64) -> Result<Mipmap, Fail
         let detail =
             format!("with these {width} x {height} pixels the scene's pictures are over the limit of {max} ({name})");
         return Err((Code::Limit, detail));
+    }
+    if !files.has_room(bytes.len() as u64 + pixels * DECODING) {
+        return Err((Code::Limit, "there is no memory for the picture".into()));
     }
     // Also those of a picture that turns out to be broken, since they take as long.
     *left -= pixels;

@@ -1,8 +1,8 @@
 //! Request bodies: which format, how large, how slow. They may come compressed (`Content-Encoding: gzip`); limits are on what comes out.
 
-use crate::http::memory_budget::MeteredBytes;
 use crate::http::problem::{Kind, Problem};
 use crate::http::state::AppState;
+use crate::service::memory_budget::MeteredBytes;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, header};
 use flate2::write::GzDecoder;
@@ -114,7 +114,7 @@ fn announced(headers: &HeaderMap) -> u64 {
 }
 
 async fn collect(app: &AppState, encoding: Encoding, mut body: Body) -> Result<MeteredBytes, Problem> {
-    let mut all = MeteredBytes::default();
+    let mut all = app.service.memory.empty();
     let mut unpacked = (encoding == Encoding::Gzip).then(|| GzDecoder::new(Vec::new()));
     while let Some(frame) = body.frame().await {
         let frame = frame.map_err(|error| Problem::new(Kind::InvalidJson, format!("the body broke off: {error}")))?;
@@ -138,14 +138,10 @@ async fn collect(app: &AppState, encoding: Encoding, mut body: Body) -> Result<M
 
 /// Memory is taken as bytes arrive, not as they are announced: announcing costs a client nothing.
 fn append(app: &AppState, all: &mut MeteredBytes, more: &[u8]) -> Result<(), Problem> {
-    if ((*all).as_ref().len() + more.len()) as u64 > app.limits.max_body_bytes {
+    if (all.len() + more.len()) as u64 > app.limits.max_body_bytes {
         return Err(too_large(app));
     }
-    if app.memory.append(all, more) {
-        return Ok(());
-    }
-    let detail = "the bodies of other requests take all the memory there is for them (memory_bytes)";
-    Err(Problem::new(Kind::Saturated, detail).retry_after(app.service.queue.retry_after()))
+    Ok(all.append(more)?)
 }
 
 fn no_gzip(error: &io::Error) -> Problem {

@@ -3,9 +3,9 @@
 use super::body;
 use super::query::Query;
 use crate::http::auth::tenant::Tenant;
-use crate::http::memory_budget::MeteredBytes;
 use crate::http::problem::Problem;
 use crate::http::state::AppState;
+use crate::service::memory_budget::MeteredBytes;
 use axum::extract::Request;
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, Method};

@@ -23,6 +23,7 @@ pub(crate) struct Gauges {
     jobs: Family<StateLabels, Gauge>,
     data_bytes: Gauge,
     streams: Gauge,
+    memory_bytes: Gauge,
     cache_bytes: Family<CacheLabels, Gauge>,
     cache_hits: Family<CacheLabels, Counter>,
     cache_misses: Family<CacheLabels, Counter>,
@@ -64,6 +65,8 @@ impl Gauges {
         to.register("jobs", "Jobs that are known", self.jobs.clone());
         to.register("data_bytes", "Bytes of scenes and pictures of jobs on disk", self.data_bytes.clone());
         to.register("sse_streams", "Event streams that are open", self.streams.clone());
+        let help = "Memory that requests, jobs, caches and the program have taken of --memory-bytes";
+        to.register("memory_bytes", help, self.memory_bytes.clone());
         to.register("cache_bytes", "Bytes that are kept", self.cache_bytes.clone());
         to.register("cache_hits", "What was asked for and was kept", self.cache_hits.clone());
         to.register("cache_misses", "What had to be made or fetched", self.cache_misses.clone());
@@ -99,6 +102,7 @@ impl Gauges {
         }
         self.data_bytes.set(whole(service.jobs.bytes()));
         self.streams.set(whole(streams));
+        self.memory_bytes.set(whole(service.memory.taken()));
         self.cache("scenes", service.scenes.bytes(), Some(&service.scenes.hits));
         self.cache("known_scenes", service.scenes.store.bytes(), None);
         for (name, bytes, hits) in service.pictures.hit_counters() {

@@ -5,19 +5,26 @@ pub(crate) mod job;
 pub(crate) mod picture;
 
 use super::problem::{Kind, Problem};
+use crate::service::memory_budget::{MemoryBudget, MeteredBytes};
+use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, HeaderValue};
 use serde::Serialize;
 
-/// A media type and the bytes of an answer.
-pub(crate) type Answer = (&'static str, Vec<u8>);
+/// A media type and a body of it.
+pub(crate) type Answer = (&'static str, Body);
 
-/// A value as an answer.
-pub(crate) fn to_json(value: &impl Serialize) -> Result<Answer, Problem> {
+/// Bytes as the body of an answer. They keep their share of the memory until they are sent.
+pub(crate) fn body(bytes: MeteredBytes) -> Body {
+    Body::from(Bytes::from_owner(bytes))
+}
+
+/// A value that is not large as an answer.
+pub(crate) fn to_json(memory: &MemoryBudget, value: &impl Serialize) -> Result<Answer, Problem> {
     let json = serde_json::to_vec(value).map_err(|error| {
         tracing::error!(%error, "an answer cannot be written as JSON");
         Problem::new(Kind::Internal, "the answer cannot be written")
     })?;
-    Ok(("application/json", json))
+    Ok(("application/json", body(memory.metered(json)?)))
 }
 
 /// Sets a header. Values are ASCII: ids, numbers, names of effects.

@@ -5,15 +5,24 @@ use crate::http::auth::tenant::Tenant;
 use crate::http::extract::conditions::{Verdict, weigh};
 use crate::http::metrics::render_cost::Cost;
 use crate::http::problem::{Kind, Problem};
-use crate::http::state::AppState;
 use crate::service::pictures::cache::{MadePicture, Took};
 use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::spec::PictureSpec;
+use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use data_encoding::BASE64;
 use std::sync::Arc;
 use strahl::film::{DEFAULT_QUALITY, FileFormat};
+
+/// A file that other answers may have, too.
+struct Shared(Arc<PictureFile>);
+
+impl AsRef<[u8]> for Shared {
+    fn as_ref(&self) -> &[u8] {
+        &self.0.bytes
+    }
+}
 
 /// How long caches may keep an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,7 +80,6 @@ pub(crate) fn stored(file: Arc<PictureFile>) -> MadePicture {
 
 /// The answer with a picture, if the request's conditions allow it.
 pub(crate) fn deliver(
-    app: &AppState,
     context: &ResponseContext<'_>,
     MadePicture { file, took }: &MadePicture,
     spec: &PictureSpec,
@@ -82,7 +90,7 @@ pub(crate) fn deliver(
         return answer;
     }
     let (ending, media_type) = spec.format.names();
-    let mut response = Response::new(app.memory.picture(file));
+    let mut response = Response::new(Body::from(Bytes::from_owner(Shared(Arc::clone(file)))));
     if let Some(cost) = Cost::of(took, spec.format) {
         response.extensions_mut().insert(cost);
     }

@@ -70,7 +70,7 @@ struct RequestLimits<'a> {
     caches: &'a CacheLimits,
     /// Bytes of finished pictures on disk.
     disk_cache_bytes: Option<u64>,
-    /// Bytes of all bodies and answers together.
+    /// Bytes of memory that requests, jobs and caches take together.
     memory_bytes: u64,
     /// Rays of one `POST /v1/rays`.
     max_rays: usize,
@@ -120,7 +120,7 @@ async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
         answer: &settings.answers,
         caches: &settings.caches,
         disk_cache_bytes: settings.caches.on_disk(),
-        memory_bytes: app.limits.memory_bytes(),
+        memory_bytes: settings.memory_bytes,
         max_rays: MAX_RAYS,
         max_tradeoff_seconds: settings.answers.tradeoff_seconds(),
         max_zoom: MAX_ZOOM,

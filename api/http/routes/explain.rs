@@ -50,11 +50,12 @@ fn answer(Question { app, work, sent }: Question<'_>, analyze: bool) -> Result<A
     }
     let (plan, pilot) = planned(&ready, region, &work.workers, &work.control).map_err(Error::from)?;
     if !analyze {
-        return to_json(&Explained::Planned(&plan));
+        return to_json(&app.service.memory, &Explained::Planned(&plan));
     }
+    let _share = app.service.room_for_picture(&ready, region.pixels(), render::PIXEL_BYTES)?;
     let shot = RenderSpec::of(&ready.scene, region, FileFormat::Png8);
     let made = render::make(work.started, &ready, loading, &shot, &work.workers, &work.control);
     let cost = made.map_err(Error::from)?.report.cost;
     let plan = measured((plan, pilot), &cost, &ready, region, &work.workers, &work.control).map_err(Error::from)?;
-    to_json(&Explained::Analyzed(Analyzed { plan: &plan, actual: &cost }))
+    to_json(&app.service.memory, &Explained::Analyzed(Analyzed { plan: &plan, actual: &cost }))
 }

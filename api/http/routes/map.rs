@@ -1,10 +1,11 @@
 //! `POST /v1/map`: what is proved of each pixel, or the rays, time or depth of each, as a picture.
 
 use crate::http::prelude::*;
-use crate::http::respond::Answer;
+use crate::http::respond::{Answer, body};
 use crate::http::scene_job::{Question, ask};
 use crate::service::error::Error;
 use crate::service::pictures::map::{self, MapFormat};
+use crate::service::pictures::render;
 use strahl::film::{PictureFormat, Region};
 use strahl::inspect::maps::MapKind;
 
@@ -35,11 +36,14 @@ fn answer(Question { app, work, sent }: Question<'_>, (kind, format): (MapKind, 
     let ready = app.service.scenes.find_if(&work.workers, sent, |scene| limits.check_unbuilt(scene, None))?.ready;
     let region = Region::whole(ready.scene.width, ready.scene.height);
     limits.check(region, ready.scene.samples)?;
+    let each = if kind == MapKind::Proved { render::PIXEL_BYTES } else { render::MEASURED_PIXEL_BYTES };
+    let share = app.service.room_for_picture(&ready, region.pixels(), each)?;
     let bytes = map::draw(&ready.scene, region, kind, format, &work.workers, &work.control).map_err(Error::from)?;
     let format = match format {
         MapFormat::Png => PictureFormat::Png,
         MapFormat::Pfm => PictureFormat::Pfm,
         MapFormat::Exr => PictureFormat::Exr,
     };
-    Ok((format.names().1, bytes))
+    drop(share);
+    Ok((format.names().1, body(app.service.memory.metered(bytes)?)))
 }

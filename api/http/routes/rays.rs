@@ -4,7 +4,7 @@ use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body::declares_json;
 use crate::http::prelude::*;
 use crate::http::problem::ErrorEntry;
-use crate::http::respond::{Answer, to_json};
+use crate::http::respond::{Answer, body};
 use crate::http::scene_job::{Question, ask};
 use crate::service::error::Error;
 use crate::service::limits::MAX_RAYS;
@@ -31,6 +31,13 @@ pub(super) fn routes() -> Vec<Route> {
     ]
 }
 
+/// Rays that are followed at a time, before it is seen whether their answers have room.
+const PART: usize = 2_048;
+/// Bytes of an answer for each byte of its request, at most.
+const MOST_GROWTH: usize = 100;
+/// Bytes that any request may have been larger.
+const BESIDE: usize = 1_000;
+
 /// A scene and rays. Both are raw JSON, and each part is parsed on its own, so that errors say where they are.
 #[derive(Debug, serde::Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -45,8 +52,9 @@ struct Questions<'a> {
     rays: Rays<'a>,
 }
 
-/// What the rays hit, in the order of the rays.
-#[derive(Debug, Serialize, JsonSchema)]
+/// What the rays hit, in their order.
+#[derive(Debug, JsonSchema)]
+#[expect(dead_code, reason = "it is written part by part")]
 struct Answers {
     /// One for each ray.
     answers: Vec<RayAnswer>,
@@ -68,8 +76,27 @@ fn answer(Question { app, work, sent }: Question<'_>, (): ()) -> Result<Answer, 
         Error::Scene(problems) => Error::Scene(inside(sent.text, text, problems)),
         error => error,
     })?;
-    let answers = work.workers.work(|| follow_all(work, &found.ready.scene, &rays)).and_then(|answers| answers);
-    to_json(&Answers { answers: answers.map_err(Error::from)? })
+    let mut answer = app.service.memory.empty();
+    let most = MOST_GROWTH * (sent.text.len() + BESIDE);
+    answer.append(b"{\"answers\":[")?;
+    for (number, part) in rays.chunks(PART).enumerate() {
+        let texts = work.workers.work(|| follow_all(work, &found.ready.scene, part)).and_then(|texts| texts);
+        for (place, text) in texts.map_err(Error::from)?.iter().enumerate() {
+            if answer.len() + text.len() > most {
+                let detail = format!(
+                    "the answer would have more than {most} bytes, {MOST_GROWTH} for each that was sent \
+                     (answer_growth): send fewer rays, or a scene with shorter names"
+                );
+                return Err(Problem::limit(Kind::TooLarge, "answer_growth", MOST_GROWTH as u64, detail));
+            }
+            if number + place > 0 {
+                answer.append(b",")?;
+            }
+            answer.append(text)?;
+        }
+    }
+    answer.append(b"]}")?;
+    Ok(("application/json", body(answer)))
 }
 
 /// The rays, up to the limit, and their number. More are only counted, since a reference to each takes memory.
@@ -130,9 +157,12 @@ fn read_all(rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {
     rays.iter().enumerate().map(read).collect()
 }
 
-fn follow_all(work: &Work, scene: &Scene, rays: &[RayQuery]) -> Result<Vec<RayAnswer>, Cancelled> {
+/// The answers to some rays as JSON.
+fn follow_all(work: &Work, scene: &Scene, rays: &[RayQuery]) -> Result<Vec<Vec<u8>>, Cancelled> {
     let is_cancelled = || work.control.is_cancelled();
-    rays.par_iter().map(|ray| if is_cancelled() { Err(Cancelled) } else { Ok(follow(scene, ray)) }).collect()
+    // Answers are made of what JSON can say.
+    let answer = |ray| serde_json::to_vec(&follow(scene, ray)).unwrap_or_default();
+    rays.par_iter().map(|ray| if is_cancelled() { Err(Cancelled) } else { Ok(answer(ray)) }).collect()
 }
 
 /// The problems of a scene that is part of a body, with places in that body.

@@ -2,7 +2,7 @@
 
 use crate::http::extract::accept;
 use crate::http::prelude::*;
-use crate::http::respond::{Answer, to_json};
+use crate::http::respond::{Answer, body, to_json};
 use crate::http::scene_job::{Question, ask};
 use crate::service::error::Error;
 use crate::service::tradeoff::{Outcome, Stopped, measure};
@@ -12,6 +12,9 @@ use strahl::tradeoff::page::page;
 
 /// Default time limit in seconds.
 const SECONDS: f64 = 10.0;
+
+/// Bytes for each pixel of the picture that is measured: the references, and the one that is rendered.
+const PIXEL_BYTES: u64 = 100;
 
 /// Form of the answer.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -55,16 +58,27 @@ fn answer(Question { app, work, sent }: Question<'_>, (seconds, form): (f64, For
     // Scenes in the cache have no description, which is needed to change settings.
     let scenes = &app.service.scenes;
     let limits = &app.service.settings.answers;
-    let loaded = scenes.build(&work.workers, sent, |scene| limits.check_unbuilt(scene, None), |loaded| loaded)?;
+    let loaded = scenes.build(
+        &work.workers,
+        sent,
+        |scene| limits.check_unbuilt(scene, None),
+        |loaded, share| (loaded, share),
+    )?;
+    let (loaded, mut share) = loaded;
     let region = Region::whole(loaded.scene.width, loaded.scene.height);
     limits.check(region, loaded.scene.samples)?;
+    // The scene in both precisions, and pictures of all settings and references.
+    let memory = &app.service.memory;
+    share.grow(3 * share.bytes() + region.pixels() * PIXEL_BYTES)?;
     let measured = measure(loaded, scenes.files(), work.started, seconds, &work.workers, &work.control);
     let Outcome { tradeoff, thumbnails } = measured.map_err(|stopped| match stopped {
         Stopped::Cancelled => Error::Cancelled,
         Stopped::Refused(problems) => Error::Scene(problems),
     })?;
     match form {
-        Form::Json => to_json(&tradeoff),
-        Form::Html => Ok(("text/html; charset=utf-8", page(&tradeoff, &thumbnails).into_bytes())),
+        Form::Json => to_json(memory, &tradeoff),
+        Form::Html => {
+            Ok(("text/html; charset=utf-8", body(memory.metered(page(&tradeoff, &thumbnails).into_bytes())?)))
+        }
     }
 }

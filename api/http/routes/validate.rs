@@ -29,5 +29,5 @@ async fn validate(State(app): State<App>, request: Request) -> Result<Response, 
 
 fn answer(Question { app, work, sent }: Question<'_>, (): ()) -> Result<Answer, Problem> {
     let ready = app.service.scenes.find(&work.workers, sent)?.ready;
-    to_json(&Valid { valid: true, warnings: &ready.scene.warnings })
+    to_json(&app.service.memory, &Valid { valid: true, warnings: &ready.scene.warnings })
 }

@@ -5,6 +5,7 @@ use super::record::{JobSpec, Record, State};
 use super::{DATA, Job, JobObserver, Jobs};
 use crate::service::error::StartError;
 use crate::service::limits::JobLimits;
+use crate::service::memory_budget::MemoryBudget;
 use crate::service::pictures::file::PictureFile;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scenes::store::SceneStore;
@@ -56,7 +57,7 @@ fn open(pool: &Arc<Pool>, path: &Path) -> Result<Opened, StartError> {
         keep_records: Duration::from_secs(600),
         data: Some(path.to_owned()),
     };
-    let cache = Arc::new(SceneCache::new(0, None, SceneStore::Memory(LruCache::new(0))));
+    let cache = Arc::new(SceneCache::new(0, MemoryBudget::new(1 << 30), None, SceneStore::Memory(LruCache::new(0))));
     let mut folder = Folder::open(path, &DATA)?;
     let jobs = Jobs::open(&mut folder, limits, Arc::clone(pool), cache, Box::new(Nobody))?;
     Ok(Opened { jobs, _folder: folder })

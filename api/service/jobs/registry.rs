@@ -5,6 +5,7 @@ use super::record::{Record, State};
 use super::references::References;
 use super::retention::disk_of;
 use crate::service::limits::JobLimits;
+use crate::service::pictures::render::PIXEL_BYTES;
 use crate::service::scheduler::task::aged;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -102,7 +103,12 @@ pub(super) fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
 
 /// Memory of an open job in bytes: its scene, its pixels as floats and as codes, their bounds, and its file.
 pub(super) fn memory_of(record: &Record) -> u64 {
-    record.scene_bytes + u64::from(record.width) * u64::from(record.height) * 44
+    record.scene_bytes + pixel_bytes(record)
+}
+
+/// Bytes that its picture takes.
+pub(super) fn pixel_bytes(record: &Record) -> u64 {
+    u64::from(record.width) * u64::from(record.height) * PIXEL_BYTES
 }
 
 /// Estimated milliseconds of a job.

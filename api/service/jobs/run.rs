@@ -8,9 +8,10 @@ use super::checkpoint::{Tile, Tiles};
 use super::finish::finish;
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, Record, State, now};
+use super::registry::pixel_bytes;
 use super::tile_order::TileOrder;
 use crate::service::clock::milliseconds;
-use crate::service::error::panic_text;
+use crate::service::error::{Error, panic_text};
 use crate::service::pictures::render::trace;
 use crate::service::scenes::cache::SentScene;
 use crate::service::scenes::prepared::PreparedScene;
@@ -35,6 +36,8 @@ const PASSES: [u32; 3] = [3, 2, 1];
 const UNWATCHED: u32 = 2;
 /// Finished tiles that wait for the disk.
 const WAITING: usize = 4;
+/// Time until memory that was not there is asked for again.
+const BETWEEN_TRIES: Duration = Duration::from_millis(200);
 /// Time between two events about progress.
 const BETWEEN_REPORTS: Duration = Duration::from_millis(200);
 
@@ -84,7 +87,8 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let workers = Arc::clone(&jobs.pool).join(task, job.control.clone());
     let text = jobs.scene(&spec.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
     let building = Instant::now();
-    let found = jobs.cache.find(&workers, &SentScene::new(&text, spec.format, &spec.settings));
+    let sent = SentScene::new(&text, spec.format, &spec.settings);
+    let found = when_there_is_room(job, || jobs.cache.find(&workers, &sent));
     drop(text);
     let ready = found.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?.ready;
     let bvh_ms = milliseconds(building);
@@ -92,6 +96,10 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
 
     jobs.make_room();
+    let mut share = jobs.cache.memory.share(ready.bytes());
+    let bytes = pixel_bytes(&job.record()) + ready.scene.stack_bytes() * workers.threads() as u64;
+    let taken = when_there_is_room(job, || share.grow(bytes));
+    taken.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
     let rendering = Instant::now();
     if edge == 0 {
         whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| stopped(job))?;
@@ -122,6 +130,16 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     record.stats.rays = canvas.picture().rays.total();
     record.stats.picture_bytes = finished.made.bytes.len() as u64;
     Ok(())
+}
+
+/// Does something that needs memory, again and again until there is some.
+fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
+    loop {
+        match work() {
+            Err(Error::Busy { .. }) if !job.control.is_cancelled() => thread::sleep(BETWEEN_TRIES),
+            done => return done,
+        }
+    }
 }
 
 /// A picture that a clock or a number of rays ends, or one that no tiles are made of.

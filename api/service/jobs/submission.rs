@@ -81,7 +81,12 @@ impl Jobs {
         let scene = hash(text);
         record.spec.scene.clone_from(&scene);
         record.idempotency = claim.map(|claim| claim.idempotency.clone());
-        let (needs, max) = (memory_of(&record), self.limits.job_memory_bytes);
+        let (needs, all) = (memory_of(&record), self.cache.memory.most());
+        if needs > all {
+            let detail = format!("it would take {needs} bytes of memory; the service has {all} (memory_bytes)");
+            return Err(Error::Limit { name: "memory_bytes", max: all, detail });
+        }
+        let max = self.limits.job_memory_bytes;
         if needs > max {
             let detail = format!("it would take {needs} bytes of memory; a job may take {max} (job_memory_bytes)");
             return Err(Error::Limit { name: "job_memory_bytes", max, detail });

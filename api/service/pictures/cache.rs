@@ -6,6 +6,7 @@ use super::file::PictureFile;
 use super::report::{Phases, Report};
 use super::single_flight::SingleFlight;
 use crate::service::error::Error;
+use crate::service::memory_budget::MemoryBudget;
 use crate::service::scenes::ids::is_image_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::hit_counter::HitCounter;
@@ -56,7 +57,7 @@ impl Took {
 /// The cache.
 #[derive(Debug)]
 pub(crate) struct PictureCache {
-    memory: LruCache<String, Arc<PictureFile>>,
+    memory: Arc<LruCache<String, Arc<PictureFile>>>,
     disk: Option<BlobStore>,
     /// Hits and misses in memory, and on disk.
     hit_counters: [HitCounter; 2],
@@ -66,8 +67,10 @@ pub(crate) struct PictureCache {
 
 impl PictureCache {
     /// A cache that is empty in memory, and has the pictures on disk.
-    pub(crate) fn new(budget: u64, disk: Option<BlobStore>) -> Self {
-        Self { memory: LruCache::new(budget), disk, hit_counters: Default::default(), flights: SingleFlight::default() }
+    pub(crate) fn new(bytes: u64, budget: &MemoryBudget, disk: Option<BlobStore>) -> Self {
+        let memory = Arc::new(LruCache::new(bytes));
+        budget.evict_from(Arc::<LruCache<_, _>>::downgrade(&memory));
+        Self { memory, disk, hit_counters: Default::default(), flights: SingleFlight::default() }
     }
 
     /// Whether pictures are cached on disk.

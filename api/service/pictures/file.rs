@@ -2,6 +2,7 @@
 
 use super::report::Report;
 use super::warnings;
+use crate::service::memory_budget::Share;
 use crate::service::storage::blob_store::Blob;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
@@ -17,6 +18,8 @@ pub(crate) struct PictureFile {
     pub(crate) digest: [u8; 32],
     /// Its metadata.
     pub(crate) meta: PictureMeta,
+    /// Its part of the memory.
+    share: Option<Share>,
 }
 
 /// Metadata of a picture, the same for all requests.
@@ -59,7 +62,14 @@ impl PictureFile {
     /// A new file.
     pub(crate) fn new(bytes: Vec<u8>, meta: PictureMeta) -> Self {
         let digest = Sha256::digest(&bytes).into();
-        Self { bytes, digest, meta }
+        Self { bytes, digest, meta, share: None }
+    }
+
+    /// The same with its part of the memory, which was that of making it.
+    pub(crate) fn with(mut self, mut share: Share) -> Self {
+        share.shrink(self.size());
+        self.share = Some(share);
+        self
     }
 
     /// Approximate bytes of memory.
@@ -75,7 +85,7 @@ impl PictureFile {
 
     /// A file as it was stored; none if another version of the program has stored it.
     pub(crate) fn stored(Blob { head, body, digest }: Blob) -> Option<Self> {
-        Some(Self { bytes: body, digest, meta: PictureMeta::stored(&head)? })
+        Some(Self { bytes: body, digest, meta: PictureMeta::stored(&head)?, share: None })
     }
 }
 

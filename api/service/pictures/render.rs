@@ -13,6 +13,13 @@ use strahl::render::{Cancelled, Control, Picture, Stop, render_until, render_win
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, Time};
 
+/// Bytes of memory for each pixel of a picture that is made: as floats and as codes, what it lacks at most, and its file.
+pub(crate) const PIXEL_BYTES: u64 = 44;
+/// Likewise, if each pixel is traced alone.
+pub(crate) const MEASURED_PIXEL_BYTES: u64 = 80;
+/// Bytes of memory for a picture of any size.
+pub(crate) const PICTURE_BYTES: u64 = 1 << 20;
+
 /// A picture file and what it cost.
 #[derive(Debug)]
 pub(crate) struct Rendered {

@@ -9,6 +9,7 @@ use self::folders::Folders;
 use super::error::{Error, StartError};
 use super::jobs::{JobObserver, Jobs};
 use super::limits::{CacheLimits, Settings};
+use super::memory_budget::MemoryBudget;
 use super::pictures::cache::{self, PictureCache};
 use super::scenes::cache::SceneCache;
 use super::scenes::store::{self, SceneStore};
@@ -59,6 +60,8 @@ pub(crate) struct Service {
     pub(crate) pictures: PictureCache,
     /// Renders in the background.
     pub(crate) jobs: Arc<Jobs>,
+    /// What all of them take their memory from.
+    pub(crate) memory: MemoryBudget,
     /// Its settings.
     pub(crate) settings: Settings,
 }
@@ -71,7 +74,8 @@ impl Service {
         pool: Arc<Pool>,
         observer: Box<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
-        let Settings { answers, caches, jobs, textures } = settings;
+        let Settings { answers, caches, jobs, memory_bytes, textures } = settings;
+        let memory = MemoryBudget::new(*memory_bytes);
         let textures = textures.as_deref().map(|path| {
             let wrong = |error| StartError::Settings(format!("--textures {}: {error}", path.display()));
             TextureFolder::open(path).map_err(wrong)
@@ -83,8 +87,8 @@ impl Service {
                 (SceneStore::Folder(scenes), Some(pictures))
             }
         };
-        let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, textures.transpose()?, known));
-        let pictures = PictureCache::new(caches.picture_cache_bytes, on_disk);
+        let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, memory.clone(), textures.transpose()?, known));
+        let pictures = PictureCache::new(caches.picture_cache_bytes, &memory, on_disk);
         let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), observer)?;
         Ok(Arc::new(Self {
             queue: Queue::new(Arc::clone(&pool), answers.queue, answers.timeout),
@@ -93,6 +97,7 @@ impl Service {
             scenes,
             pictures,
             jobs,
+            memory,
             settings: settings.clone(),
         }))
     }

@@ -2,6 +2,7 @@
 
 use super::Service;
 use crate::service::error::Error;
+use crate::service::memory_budget::Share;
 use crate::service::pictures::cache::{MadePicture, Took};
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::pictures::render::{self, RenderSpec, Rendered};
@@ -155,6 +156,14 @@ impl Service {
         Ok(self.run(task, work).await?.value)
     }
 
+    /// Memory for a picture that is made of a scene.
+    pub(crate) fn room_for_picture(&self, ready: &PreparedScene, pixels: u64, each: u64) -> Result<Share, Error> {
+        let mut share = self.memory.share(ready.bytes());
+        let stacks = ready.scene.stack_bytes() * self.pool.threads() as u64;
+        share.grow(pixels * each + stacks + render::PICTURE_BYTES)?;
+        Ok(share)
+    }
+
     /// A picture, its report unless it existed already, and whether its scene was in the cache.
     fn render(
         &self,
@@ -172,11 +181,12 @@ impl Service {
         // Tiles are many and small, so they contain no note. Their headers say the same.
         let shot = RenderSpec { note: spec.is_whole(), asked: Some(work.asked), ..spec.shot(&ready.scene, zoom)? };
         self.settings.answers.check(shot.region, ready.scene.samples)?;
+        let share = self.room_for_picture(&ready, shot.region.pixels(), render::PIXEL_BYTES)?;
         let Rendered { file, report } =
             render::make(work.started, &ready, loading, &shot, &work.workers, &work.control)?;
         let name = image.as_ref().map(|image| spec.name(image));
         let meta = PictureMeta::new(image.map(|image| image.to_string()), &report, &ready.scene, spec.is_whole());
-        let file = Arc::new(PictureFile::new(file, meta));
+        let file = Arc::new(PictureFile::new(file, meta).with(share));
         if let Some(name) = name {
             self.pictures.put(&name, &file);
         }

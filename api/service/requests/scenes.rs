@@ -57,9 +57,9 @@ impl Service {
         let ready = match self.scenes.cached(&sent.key).filter(|ready| store.has(&ready.scene_id)) {
             Some(ready) => ready,
             None => {
-                let read = |mut loaded: Loaded| {
+                let read = |mut loaded: Loaded, share| {
                     let text = canonical(&mut loaded.description);
-                    (PreparedScene::from(loaded), text)
+                    (PreparedScene::from(loaded).with(share), text)
                 };
                 let (ready, text) = self.scenes.build(&work.workers, sent, |_| Ok(()), read)?;
                 if !ready.reproducible {
@@ -114,7 +114,7 @@ impl Service {
             let spec = service.jobs.spec_of(&id).ok_or_else(unknown)?;
             let text = service.jobs.scene(&spec.scene).ok_or_else(unknown)?;
             let sent = SentScene::new(&text, spec.format, &spec.settings);
-            service.scenes.build(&work.workers, &sent, |_| Ok(()), |mut loaded| canonical(&mut loaded.description))
+            service.scenes.build(&work.workers, &sent, |_| Ok(()), |mut loaded, _| canonical(&mut loaded.description))
         };
         Ok(self.run(task, of_a_job).await?.value.into())
     }

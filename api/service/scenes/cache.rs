@@ -5,16 +5,19 @@
 //! from files, which may change between requests.
 
 use super::prepared::{Loading, PreparedScene};
+use super::room::Room;
 use super::store::SceneStore;
 use super::texture_folder::TextureFolder;
 use crate::service::clock::milliseconds;
 use crate::service::error::Error;
+use crate::service::memory_budget::{MemoryBudget, Share};
 use crate::service::scheduler::pool::Workers;
 use crate::service::storage::hit_counter::HitCounter;
 use crate::service::storage::lru_cache::LruCache;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::Instant;
+use strahl::scene::size::{building_bytes, reading_bytes};
 use strahl::scene::{Description, Files, Format, Loaded, NoFiles, NotLoaded, Overrides, load_if};
 
 /// Most scene ids that are kept.
@@ -25,7 +28,9 @@ const IDS: u64 = 10_000;
 pub(crate) struct SceneCache {
     /// Folder of the textures that scenes may name, if there is one.
     textures: Option<TextureFolder>,
-    built: LruCache<Key, Arc<PreparedScene>>,
+    built: Arc<LruCache<Key, Arc<PreparedScene>>>,
+    /// What scenes take their memory from.
+    pub(crate) memory: MemoryBudget,
     /// Key with which the scene of an id was last sent.
     ids: LruCache<String, Key>,
     /// Texts of scenes, from which they can be built again.
@@ -75,9 +80,11 @@ pub(crate) struct Found {
 }
 
 impl SceneCache {
-    /// An empty cache.
-    pub(crate) fn new(budget: u64, textures: Option<TextureFolder>, store: SceneStore) -> Self {
-        Self { textures, built: LruCache::new(budget), ids: LruCache::new(IDS), store, hits: HitCounter::default() }
+    /// No scenes yet, and later as many as fit.
+    pub(crate) fn new(budget: u64, memory: MemoryBudget, textures: Option<TextureFolder>, store: SceneStore) -> Self {
+        let built = Arc::new(LruCache::new(budget));
+        memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&built));
+        Self { textures, built, memory, ids: LruCache::new(IDS), store, hits: HitCounter::default() }
     }
 
     /// Bytes of the built scenes.
@@ -102,7 +109,7 @@ impl SceneCache {
             return Ok(Found { ready, loading, cached: true });
         }
         self.hits.miss();
-        let ready = self.build(workers, sent, accept, PreparedScene::from)?;
+        let ready = self.build(workers, sent, accept, |loaded, share| PreparedScene::from(loaded).with(share))?;
         let loading = Loading { parse: sent.hash_ms + ready.loading.parse, ..ready.loading };
         Ok(Found { ready: self.keep(sent.key, ready), loading, cached: false })
     }
@@ -123,14 +130,28 @@ impl SceneCache {
         workers: &Workers,
         sent: &SentScene<'_>,
         accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
-        read: impl FnOnce(Loaded) -> T + Send,
+        read: impl FnOnce(Loaded, Share) -> T + Send,
     ) -> Result<T, Error> {
-        let (files, SentScene { text, format, overrides, .. }) = (self.files(), sent);
-        let built = workers.work(|| load_if(text, *format, overrides, files, accept).map(read))?;
-        built.map_err(|error| match error {
-            NotLoaded::Problems(problems) => Error::Scene(problems),
-            NotLoaded::Refused(error) => error,
-        })
+        let &SentScene { text, format, ref overrides, .. } = sent;
+        let room = Room::new(self.files(), self.memory.share(text.len() as u64));
+        let build = || {
+            let unpacked = room.unpacked(text, format)?;
+            let text = unpacked.as_deref().unwrap_or(text);
+            room.take(reading_bytes(text, format))?;
+            let accept = |description: &Description| {
+                accept(description)?;
+                room.take(building_bytes(description))
+            };
+            let loaded = load_if(text, format, overrides, &room, accept);
+            room.refusal()?;
+            loaded.map_err(|error| match error {
+                NotLoaded::Problems(problems) => Error::Scene(problems),
+                NotLoaded::Refused(error) => error,
+            })
+        };
+        let loaded = workers.work(build)??;
+        let share = room.into_share();
+        workers.work(|| read(loaded, share)).map_err(Error::from)
     }
 
     /// The built scene of a key, if it is in the cache.

@@ -3,5 +3,6 @@
 pub(crate) mod cache;
 pub(crate) mod ids;
 pub(crate) mod prepared;
+mod room;
 pub(crate) mod store;
 pub(crate) mod texture_folder;

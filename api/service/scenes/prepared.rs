@@ -1,6 +1,7 @@
 //! A scene that is ready to be rendered, with its plan and id.
 
 use super::ids::{is_reproducible, scene_id};
+use crate::service::memory_budget::Share;
 use crate::service::scheduler::pool::Workers;
 use strahl::film::Region;
 use strahl::plan::pilot::{Effort, Pilot};
@@ -27,6 +28,8 @@ pub(crate) struct PreparedScene {
     pub(crate) nff: NffOptions,
     /// How long loading took.
     pub(crate) loading: Loading,
+    /// Its part of the memory, if that is limited.
+    share: Option<Share>,
 }
 
 /// Milliseconds until a scene is ready. `plan` and `bvh` are 0 for a cached scene.
@@ -45,6 +48,13 @@ pub(crate) struct Loading {
 const ENTRY_BYTES: u64 = 4 << 10;
 
 impl PreparedScene {
+    /// The same with its part of the memory, of which it needs the least part now.
+    pub(crate) fn with(mut self, mut share: Share) -> Self {
+        share.shrink(self.bytes());
+        self.share = Some(share);
+        self
+    }
+
     /// Bytes of memory it takes, kept in a cache.
     pub(crate) fn bytes(&self) -> u64 {
         let own = size_of::<Self>() - size_of::<Scene>();
@@ -61,7 +71,7 @@ impl From<Loaded> for PreparedScene {
         let reproducible = is_reproducible(&description.render) && !scene.from_files && !nff.spd_counts;
         // Effects decide the number of samples if the scene does not give one.
         let render = RenderSettings { samples: Some(scene.samples), ..description.render.resolved() };
-        Self { outline, render, scene, scene_id, reproducible, nff, loading }
+        Self { outline, render, scene, scene_id, reproducible, nff, loading, share: None }
     }
 }
 

@@ -27,6 +27,9 @@ pub(crate) fn is_text_of(name: &str, contents: &[u8]) -> bool {
     }
 }
 
+/// Bytes that a text in memory takes beside its own.
+const ENTRY_BYTES: u64 = 512;
+
 /// The texts. The least recently used are deleted first.
 #[derive(Debug)]
 pub(crate) enum SceneStore {
@@ -49,7 +52,7 @@ impl SceneStore {
     pub(crate) fn put(&self, id: &str, text: Vec<u8>) -> io::Result<bool> {
         match self {
             Self::Memory(texts) => {
-                let bytes = text.len() as u64;
+                let bytes = text.len() as u64 + ENTRY_BYTES;
                 texts.put(id.to_owned(), text.into(), bytes);
             }
             Self::Folder(blobs) => blobs.put(id, b"", &text)?,
@@ -143,7 +146,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let id = format!("s_{}", "a".repeat(32));
         for texts in [
-            SceneStore::Memory(LruCache::new(1_000)),
+            SceneStore::Memory(LruCache::new(10_000)),
             SceneStore::Folder(BlobStore::open(folder.path(), 1_000, KIND).unwrap()),
         ] {
             texts.put(&id, b"{}".to_vec()).unwrap();

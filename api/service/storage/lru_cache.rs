@@ -1,5 +1,6 @@
 //! Values by key within a number of bytes; the one asked for longest ago goes first.
 
+use crate::service::memory_budget::Evict;
 use std::borrow::Borrow;
 use std::hash::Hash;
 use std::sync::{Mutex, PoisonError};
@@ -80,10 +81,26 @@ impl<K: Hash + Eq, V: Clone> LruCache<K, V> {
     pub(crate) fn bytes(&self) -> u64 {
         self.lock().bytes
     }
+}
 
+impl<K: Hash + Eq, V> LruCache<K, V> {
     fn lock(&self) -> std::sync::MutexGuard<'_, Kept<K, V>> {
         // A panic between two lines of this file leaves at worst a count that is too high.
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<K: Hash + Eq + Send, V: Send> Evict for LruCache<K, V> {
+    fn bytes(&self) -> u64 {
+        self.lock().bytes
+    }
+
+    fn evict(&self) -> bool {
+        let mut kept = self.lock();
+        let gone = kept.values.pop_lru();
+        kept.bytes -= gone.as_ref().map_or(0, |(_, (_, bytes))| *bytes);
+        drop(kept);
+        gone.is_some()
     }
 }
 

@@ -109,6 +109,16 @@ impl Scene {
         matches!(pruning, Pruning::Proved { .. })
     }
 
+    /// Bytes that the rays of one thread take at most while it renders: each ray of a chain may leave another one behind, to
+    /// be followed later.
+    pub fn stack_bytes(&self) -> u64 {
+        let rules = match &self.world {
+            Precise::Single(world) => &world.rules,
+            Precise::Double(world) => &world.rules,
+        };
+        1_024 * u64::from(rules.max_depth)
+    }
+
     /// Bytes of memory it takes; almost exact.
     pub fn bytes(&self) -> usize {
         fn of_world<R: Real>(world: &World<R>) -> usize {

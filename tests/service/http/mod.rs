@@ -12,6 +12,7 @@ mod job_pictures;
 mod job_storage;
 mod jobs;
 mod lifecycle;
+mod memory;
 mod neighbours;
 mod operations;
 mod owners;

@@ -3,6 +3,7 @@
 use super::ID;
 use crate::http::extract::named_job::NamedJob;
 use crate::http::prelude::*;
+use crate::http::respond::body;
 use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
@@ -80,7 +81,7 @@ async fn tile(
         None => return Err(no_picture(&job)),
     };
     let headers = [(header::CONTENT_TYPE, "image/png"), (header::CACHE_CONTROL, "private, max-age=3600")];
-    Ok((headers, app.memory.body(png)).into_response())
+    Ok((headers, body(app.service.memory.metered(png)?)).into_response())
 }
 
 async fn look(NamedJob { job, .. }: NamedJob, request: Request) -> Result<StatusCode, Problem> {

@@ -5,6 +5,7 @@ use crate::http::extract::named_job::NamedJob;
 use crate::http::extract::prefer::Prefer;
 use crate::http::prelude::*;
 use crate::http::respond::blocking;
+use crate::http::respond::body;
 use crate::http::respond::job::{encode_png, no_picture, patiently, render_again};
 use crate::service::jobs::record::State as JobState;
 use crate::service::jobs::{Job, PREVIEW_SIDE};
@@ -87,7 +88,7 @@ async fn preview(
     if known.as_ref() == Some(&tag) {
         return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
     }
-    Ok((headers, [(header::CONTENT_TYPE, "image/png")], app.memory.body(png)).into_response())
+    Ok((headers, [(header::CONTENT_TYPE, "image/png")], body(app.service.memory.metered(png)?)).into_response())
 }
 
 /// The whole picture in the size of a preview.

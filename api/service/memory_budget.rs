@@ -1,0 +1,211 @@
+//! How much memory requests, jobs and caches take together.
+//!
+//! Whoever makes something large takes a [`Share`] before, which goes with it for as long as it is there. What has no room is
+//! refused, once the caches have forgotten what they keep.
+
+use super::error::Error;
+use std::fmt::{self, Debug, Formatter};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+/// The least budget: the program, and some work.
+pub(crate) const LEAST: u64 = 128 << 20;
+/// Bytes that the program takes beside what is counted.
+const PROGRAM: u64 = 32 << 20;
+/// Seconds until there may be room again.
+const RETRY_AFTER: u32 = 2;
+
+/// The budget. Clones are the same one.
+#[derive(Debug, Clone)]
+pub(crate) struct MemoryBudget(Arc<Account>);
+
+struct Account {
+    limit: u64,
+    taken: AtomicU64,
+    caches: Mutex<Vec<Weak<dyn Evict>>>,
+}
+
+/// What can forget some of what it keeps.
+pub(crate) trait Evict: Send + Sync {
+    /// Bytes that are kept.
+    fn bytes(&self) -> u64;
+    /// Forgets the value asked for longest ago; false if there is none.
+    fn evict(&self) -> bool;
+}
+
+/// A part of the budget, given back when it is dropped.
+#[derive(Debug)]
+pub(crate) struct Share {
+    budget: MemoryBudget,
+    bytes: u64,
+    /// What the same request has beside: it cannot wait for that to become free.
+    beside: u64,
+}
+
+/// Bytes together with their share.
+#[derive(Debug)]
+pub(crate) struct MeteredBytes {
+    bytes: Vec<u8>,
+    share: Share,
+}
+
+impl MemoryBudget {
+    /// A budget of a number of bytes, of which the program takes some.
+    pub(crate) fn new(limit: u64) -> Self {
+        Self(Arc::new(Account { limit, taken: AtomicU64::new(PROGRAM), caches: Mutex::default() }))
+    }
+
+    /// Bytes that one piece of work can have.
+    pub(crate) fn most(&self) -> u64 {
+        self.0.limit - PROGRAM
+    }
+
+    /// Bytes that are taken.
+    pub(crate) fn taken(&self) -> u64 {
+        self.0.taken.load(Ordering::Relaxed)
+    }
+
+    /// A cache that gives way when there is no room.
+    pub(crate) fn evict_from(&self, cache: Weak<dyn Evict>) {
+        self.caches().push(cache);
+    }
+
+    /// A share that grows, for one who has some bytes beside.
+    pub(crate) fn share(&self, beside: u64) -> Share {
+        Share { budget: self.clone(), bytes: 0, beside }
+    }
+
+    /// No bytes yet.
+    pub(crate) fn empty(&self) -> MeteredBytes {
+        MeteredBytes { bytes: Vec::new(), share: self.share(0) }
+    }
+
+    /// A share for a few bytes that are there already.
+    pub(crate) fn metered(&self, bytes: Vec<u8>) -> Result<MeteredBytes, Error> {
+        let mut share = self.share(0);
+        share.grow(bytes.len() as u64)?;
+        Ok(MeteredBytes { bytes, share })
+    }
+
+    fn take(&self, bytes: u64, having: u64) -> Result<(), Error> {
+        let max = self.0.limit;
+        let needed = bytes.saturating_add(having);
+        if needed > self.most() {
+            let detail = format!("this would take {needed} bytes of memory, more than the service has (memory_bytes)");
+            return Err(Error::Limit { name: "memory_bytes", max, detail });
+        }
+        let fits = |taken: u64| taken.checked_add(bytes).filter(|taken| *taken <= max);
+        while self.0.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits).is_err() {
+            if !self.evict() {
+                let detail = "other requests take all the memory there is (memory_bytes)".into();
+                return Err(Error::Busy { detail, retry_after: RETRY_AFTER });
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets the largest cache forget a value; false if all are empty.
+    fn evict(&self) -> bool {
+        let caches: Vec<_> = self.caches().iter().filter_map(Weak::upgrade).collect();
+        caches.iter().max_by_key(|cache| cache.bytes()).is_some_and(|cache| cache.evict())
+    }
+
+    fn caches(&self) -> std::sync::MutexGuard<'_, Vec<Weak<dyn Evict>>> {
+        // A list that only grows.
+        self.0.caches.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Debug for Account {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Account").field("limit", &self.limit).field("taken", &self.taken).finish_non_exhaustive()
+    }
+}
+
+impl Share {
+    /// Its bytes.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Takes more, until it is as large. An error leaves it as it was.
+    pub(crate) fn grow(&mut self, bytes: u64) -> Result<(), Error> {
+        let more = bytes.saturating_sub(self.bytes);
+        self.budget.take(more, self.bytes + self.beside)?;
+        self.bytes += more;
+        Ok(())
+    }
+
+    /// Gives back what is more than some bytes.
+    pub(crate) fn shrink(&mut self, bytes: u64) {
+        let less = self.bytes.saturating_sub(bytes);
+        self.budget.0.taken.fetch_sub(less, Ordering::Relaxed);
+        self.bytes -= less;
+    }
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        self.shrink(0);
+    }
+}
+
+impl MeteredBytes {
+    /// Adds bytes, if there is memory for them.
+    pub(crate) fn append(&mut self, more: &[u8]) -> Result<(), Error> {
+        self.share.grow((self.bytes.len() + more.len()) as u64)?;
+        self.bytes.extend_from_slice(more);
+        Ok(())
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl AsRef<[u8]> for MeteredBytes {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::service::storage::lru_cache::LruCache;
+
+    #[test]
+    fn what_never_fits_is_told_from_what_does_not_fit_now() {
+        let budget = MemoryBudget::new(PROGRAM + 100);
+        let mut first = budget.share(0);
+        first.grow(60).unwrap();
+        let mut second = budget.share(30);
+        assert!(matches!(second.grow(50), Err(Error::Busy { .. })));
+        assert!(matches!(second.grow(80), Err(Error::Limit { name: "memory_bytes", .. })));
+        second.grow(40).unwrap();
+        first.shrink(50);
+        second.grow(50).unwrap();
+        drop((first, second));
+        assert_eq!(budget.taken(), PROGRAM);
+    }
+
+    #[test]
+    fn caches_give_way() {
+        let budget = MemoryBudget::new(PROGRAM + 100);
+        let [small, large] = [0, 1].map(|_| Arc::new(LruCache::<u8, Arc<Share>>::new(1_000)));
+        for cache in [&small, &large] {
+            budget.evict_from(Arc::<LruCache<u8, Arc<Share>>>::downgrade(cache));
+        }
+        for (cache, key, bytes) in [(&small, 0, 20), (&large, 0, 30), (&large, 1, 40)] {
+            let mut share = budget.share(0);
+            share.grow(bytes).unwrap();
+            cache.put(key, Arc::new(share), bytes);
+        }
+        let mut share = budget.share(0);
+        share.grow(35).unwrap();
+        assert_eq!((small.bytes(), large.bytes()), (20, 40), "the oldest of the largest cache went");
+        share.grow(100).unwrap();
+        assert_eq!((small.bytes(), large.bytes(), budget.taken()), (0, 0, PROGRAM + 100));
+    }
+}

@@ -1,0 +1,74 @@
+//! The memory of a scene while it is read and built: taken before each step, as large as the step may need at most.
+
+use crate::service::error::Error;
+use crate::service::memory_budget::Share;
+use flate2::bufread::MultiGzDecoder;
+use std::io::Read;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use strahl::scene::limits::SCENE_BYTES;
+use strahl::scene::{Files, Format};
+
+/// Bytes that are unpacked at a time.
+const PIECE: usize = 1 << 20;
+
+/// The memory, and the files that the scene may name.
+pub(super) struct Room<'a> {
+    files: &'a dyn Files,
+    share: Mutex<Share>,
+    refused: Mutex<Option<Error>>,
+}
+
+impl<'a> Room<'a> {
+    /// Nothing taken yet.
+    pub(super) fn new(files: &'a dyn Files, share: Share) -> Self {
+        Self { files, share: Mutex::new(share), refused: Mutex::default() }
+    }
+
+    /// Takes more.
+    pub(super) fn take(&self, bytes: u64) -> Result<(), Error> {
+        let mut share = locked(&self.share);
+        let whole = share.bytes().saturating_add(bytes);
+        share.grow(whole)
+    }
+
+    /// The text of a compressed file. Of one that is broken or too long the reader says so: there is none.
+    pub(super) fn unpacked(&self, text: &[u8], format: Format) -> Result<Option<Vec<u8>>, Error> {
+        if format != Format::Nff || !text.starts_with(&[0x1f, 0x8b]) {
+            return Ok(None);
+        }
+        let (mut from, mut unpacked) = (MultiGzDecoder::new(text), Vec::new());
+        loop {
+            self.take(PIECE as u64)?;
+            match from.by_ref().take(PIECE as u64).read_to_end(&mut unpacked) {
+                Ok(0) => return Ok(Some(unpacked)),
+                Ok(_) if unpacked.len() as u64 <= SCENE_BYTES.max => {}
+                _ => return Ok(None),
+            }
+        }
+    }
+
+    /// The refusal of memory for a picture, which the scene's problems hide.
+    pub(super) fn refusal(&self) -> Result<(), Error> {
+        locked(&self.refused).take().map_or(Ok(()), Err)
+    }
+
+    /// What was taken.
+    pub(super) fn into_share(self) -> Share {
+        self.share.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Files for Room<'_> {
+    fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        self.files.read(name)
+    }
+
+    fn has_room(&self, bytes: u64) -> bool {
+        self.take(bytes).map_err(|error| *locked(&self.refused) = Some(error)).is_ok()
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // Each change of a share is whole.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
