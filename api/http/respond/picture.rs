@@ -81,9 +81,14 @@ pub(crate) fn deliver(
     if let Some(answer) = precondition_response(context, etag.as_deref()) {
         return answer;
     }
+    let is_new = |image: &String| !app.service.pictures.seen.note(&context.tenant.name, &spec.name(image));
+    let took = match image {
+        Some(image) if is_new(image) && took.render.is_none() => Took::by_others(&file.meta),
+        _ => *took,
+    };
     let (ending, media_type) = spec.format.names();
     let mut response = Response::new(app.memory.picture(file));
-    if let Some(cost) = Cost::of(took, spec.format) {
+    if let Some(cost) = Cost::of(&took, spec.format) {
         response.extensions_mut().insert(cost);
     }
     let headers = response.headers_mut();
@@ -99,7 +104,7 @@ pub(crate) fn deliver(
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     let name = image.map_or("picture", String::as_str);
     put(headers, header::CONTENT_DISPOSITION, &format!("inline; filename=\"{name}.{ending}\""));
-    put(headers, HeaderName::from_static("server-timing"), &timing(took));
+    put(headers, HeaderName::from_static("server-timing"), &timing(&took));
     if let (Some(etag), Some(image)) = (&etag, image) {
         put(headers, header::ETAG, etag);
         if context.freshness == Freshness::Once && spec.is_whole() {
@@ -125,7 +130,7 @@ pub(crate) fn place_of(image: &str, format: FileFormat) -> String {
 
 /// `Server-Timing`: milliseconds of the phases, if the picture was rendered.
 fn timing(took: &Took) -> String {
-    let scene = format!("scene;desc={}", if took.scene_cached { "hit" } else { "miss" });
+    let scene = format!("scene;desc={}", if took.scene_cached && !took.is_shared { "hit" } else { "miss" });
     let Some((phases, _)) = took.render else { return scene + ", picture;desc=hit" };
     let durations = [("queue", took.queue_ms)].into_iter().chain(phases.list());
     let durations = durations.map(|(phase, ms)| format!("{phase};dur={ms:.3}"));

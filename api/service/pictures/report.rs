@@ -110,7 +110,7 @@ pub(crate) fn measured(
 }
 
 /// Milliseconds by phase, in order.
-#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "PhaseTimes")]
 pub(crate) struct Phases {
     /// Reading the scene.
