@@ -25,11 +25,11 @@ const ROOMS: [(&str, &str); 3] = [
     ("", "service http cli"),
     (
         "service",
-        "values clock error concurrency_limit memory limits storage scheduler scenes pictures jobs tradeoff requests",
+        "values clock error concurrency_limit memory limits memory_budget storage scheduler scenes pictures jobs tradeoff requests",
     ),
     (
         "http",
-        "host settings problem drain memory_budget activity client_socket connection_limit auth metrics job_observer \
+        "host settings problem drain activity client_socket connection_limit auth metrics job_observer \
          state extract contract middleware raw_errors prelude respond scene_job routes server start in_process",
     ),
 ];
