@@ -73,7 +73,7 @@ fn a_thousand_jobs_of_one_tenant_hold_up_anothers_by_no_more_than_a_round() {
     let (many, one) = (Tenant { service: &service, key: &many }, Tenant { service: &service, key: &one });
     // Dozens of tiles each, and no two the same, since a picture that is there already is not rendered again.
     let theirs = |i: u32| {
-        let settings = format!(r#"{{ "width": 1536, "height": 1536, "antialias": false, "min_weight": 0.00{i:04} }}"#);
+        let settings = format!(r#"{{ "width": 2048, "height": 2048, "antialias": false, "min_weight": 0.00{i:04} }}"#);
         many.submit(&format!(r#"{{"scene": {BALL}, "settings": {settings}}}"#))
     };
     let first = theirs(0);
