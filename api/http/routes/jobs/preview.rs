@@ -12,7 +12,7 @@ use crate::service::jobs::{Job, PREVIEW_SIDE};
 use crate::service::pictures::spec::{Grid, PictureSpec};
 use axum::http::HeaderName;
 use std::time::Duration;
-use strahl::film::FileFormat;
+use strahl::film::{FileFormat, Region};
 
 /// Longest wait for another preview, in seconds.
 const PATIENCE: u32 = 30;
@@ -95,7 +95,9 @@ async fn preview(
 fn small(job: &Job) -> PictureSpec {
     let record = job.record();
     let level = record.width.max(record.height).div_ceil(PREVIEW_SIDE).next_power_of_two().ilog2();
-    PictureSpec { grid: Grid::Level(level as i32), ..PictureSpec::plain(None, FileFormat::Png8) }
+    // A picture that is small itself is asked for as a part, or its file would say what is proved, as previews do not.
+    let part = (level == 0).then(|| Region::whole(record.width, record.height));
+    PictureSpec { grid: Grid::Level(level as i32), ..PictureSpec::plain(part, FileFormat::Png8) }
 }
 
 fn tag(revision: u64, is_last: bool) -> String {
