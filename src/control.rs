@@ -1,6 +1,6 @@
 //! Pausing, cancelling and watching work from outside.
 //!
-//! A working thread *enters* a [`Control`]. Loops that may run long count their steps with [`step`], and after a number of steps
+//! A working thread *enters* a [`Control`]. Loops that may run long count their steps with `step`, and after a number of steps
 //! the thread checks the controls that it has entered: it waits while one is paused, and stops if one is cancelled. So a render
 //! can be paused and resumed anywhere, also inside the traversal of a hierarchy.
 

@@ -37,7 +37,7 @@ pub struct RayPacket<L: Lanes> {
     pub depth: u32,
     /// Its kind.
     pub kind: RayKind,
-    /// Names its place in the tree of rays, for [`Sampler`].
+    /// Names its place in the tree of rays, for [`Sampler`](super::sampling::Sampler).
     pub path: u32,
     /// Lanes whose light has been split into wavelengths.
     pub dispersed: u32,
