@@ -21,10 +21,12 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Arc, LazyLock};
 use std::thread;
 use std::time::Duration;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
 
 /// Threads for connections. They mostly wait, and the pool needs the processors.
 const TALKERS: usize = 2;
+/// Connections that the system accepts for us. A client beyond it tries again after a second, which a burst should not cost.
+const BACKLOG: u32 = 4096;
 /// Time for cancelled renders to stop before the process ends without them.
 const LAST_WAIT: Duration = Duration::from_secs(1);
 
@@ -40,13 +42,7 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
         .build()
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
     let served = runtime.block_on(async {
-        let listeners = Listeners {
-            clients: listen(http.listen).await?,
-            admin: match http.admin_listen {
-                Some(address) => Some(listen(address).await?),
-                None => None,
-            },
-        };
+        let listeners = Listeners { clients: listen(http.listen)?, admin: http.admin_listen.map(listen).transpose()? };
         // Before the address is announced, since a client that reads it may send a signal at once.
         let signals = StopSignals::watch()
             .map_err(|error| StartError::Machine(format!("the signals to stop cannot be watched for: {error}")))?;
@@ -113,8 +109,8 @@ fn check_exposure(http: &HttpSettings) -> Result<(), StartError> {
     )))
 }
 
-async fn listen(address: SocketAddr) -> Result<TcpListener, StartError> {
-    TcpListener::bind(address).await.map_err(|error| {
+fn listen(address: SocketAddr) -> Result<TcpListener, StartError> {
+    bind(address).map_err(|error| {
         let advice = match error.kind() {
             io::ErrorKind::AddrInUse => {
                 "\n\nAnother program listens there. Stop it, or take another port: --listen 127.0.0.1:0 takes a free one."
@@ -124,4 +120,12 @@ async fn listen(address: SocketAddr) -> Result<TcpListener, StartError> {
         };
         StartError::Machine(format!("cannot listen on {address}: {error}{advice}"))
     })
+}
+
+fn bind(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    // Else a service that starts again would have to wait until the connections of the one before are forgotten.
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
 }

@@ -12,6 +12,7 @@ mod probe;
 mod progressive;
 mod renderer;
 mod student_t;
+mod thread_time;
 mod tiles;
 
 use crate::camera::Window;

@@ -3,10 +3,11 @@
 use super::adaptive_sampling::Reached;
 use super::picture::PixelCost;
 use super::probe::PacketCost;
+use super::thread_time::ThreadTime;
 use crate::bound::interval::{interval, raise};
 use crate::bound::{BoundedPixel, BoundedPixels};
 use crate::camera::Camera;
-use crate::control::{Control, Stopwatch};
+use crate::control::Control;
 use crate::film::srgb::Codes8;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::scene::world::{Pruning, World};
@@ -90,7 +91,7 @@ pub(super) fn trace_with<L: Lanes, V: Variant>(
     let mut all_bounded = Vec::new();
     let of_second = (0..samples.count).filter(|sample| is_of_second_half(*sample)).count() as f32;
     for packet in at.chunks(L::COUNT) {
-        let started = job.watched.then(Stopwatch::start);
+        let started = job.watched.then(ThreadTime::start);
         let active = ((1u64 << packet.len()) - 1) as u32;
         let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let half = add_samples(&mut tracer, packet, active, samples, &mut hits, &mut sum);
@@ -111,7 +112,7 @@ pub(super) fn trace_with<L: Lanes, V: Variant>(
         if let Some(started) = started {
             let rays = std::mem::take(&mut tracer.counts);
             out.rays = out.rays + rays;
-            out.packets.push(PacketCost { rays, nanoseconds: started.elapsed().as_secs_f64() * 1e9 });
+            out.packets.push(PacketCost { rays, nanoseconds: started.nanoseconds() });
         }
     }
     out.bounded.add(all_bounded);

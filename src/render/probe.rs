@@ -2,11 +2,12 @@
 
 use super::contrast::{CONTRAST, codes_of, contrasts};
 use super::packets::{KernelFormat, Traced};
-use crate::control::{Control, Stopwatch};
+use crate::control::Control;
 use crate::trace::counts::RayCounts;
 use crate::trace::pixel::Samples;
 
 use super::renderer::Renderer;
+use super::thread_time::ThreadTime;
 use super::tiles::near;
 use super::{BLOCK, RenderOptions};
 use crate::film::Region;
@@ -84,9 +85,9 @@ impl<R: KernelFormat> Renderer<'_, R> {
     fn block(&self, block: &Region) -> (Vec<[f32; 3]>, PacketCost) {
         let at: Vec<[u32; 2]> = block.iter().collect();
         let mut traced = Traced::default();
-        let started = Stopwatch::start();
+        let started = ThreadTime::start();
         self.trace_pixels(&at, self.scene.samples, &mut traced);
-        let nanoseconds = started.elapsed().as_secs_f64() * 1e9;
+        let nanoseconds = started.nanoseconds();
         (traced.pixels, PacketCost { rays: traced.rays, nanoseconds })
     }
 

@@ -5,6 +5,7 @@ use crate::common::service::{Answer, Service};
 use crate::common::{BALL, SLOW};
 use image::GenericImageView;
 use serde_json::Value;
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// A ball between two mirrors, lit: slow, and no two tiles are the same.
@@ -48,7 +49,7 @@ pub(crate) fn until(service: &Service, id: &str, is_so: impl Fn(&Value) -> bool)
             return job;
         }
         assert!(started.elapsed() < Duration::from_secs(60), "it never comes to pass: {job}\n{}", service.log());
-        std::thread::sleep(Duration::from_millis(5));
+        thread::sleep(Duration::from_millis(5));
     }
 }
 
@@ -118,7 +119,7 @@ fn a_canceled_job_stops_within_100_ms() {
         .map(|_| {
             let id = submit(&service, SLOW, ENDLESS);
             until(&service, &id, |job| job["state"] == "running" && !job["started_at"].is_null());
-            std::thread::sleep(Duration::from_millis(50));
+            thread::sleep(Duration::from_millis(50));
             let asked = Instant::now();
             assert_eq!(service.send("POST", &format!("/v1/jobs/{id}/cancel"), &[], b"").status, 202);
             until(&service, &id, |job| job["state"] == "canceled");
@@ -234,6 +235,29 @@ fn what_can_never_be_done_is_refused_at_once() {
     assert!(full.header("retry-after").parse::<u32>().is_ok_and(|seconds| (1..=120).contains(&seconds)));
     service.post_json("/v1/jobs", r#"{"scene": {}, "webhook": "x"}"#).problem(422, "invalid-request");
     service.post_json("/v1/jobs", &body(BALL, r#""settings": { "widht": 3 }"#)).problem(400, "invalid-parameter");
+}
+
+#[test]
+fn a_process_that_was_stopped_does_not_take_pictures_for_slow() {
+    let service = Service::start(&["--job-timeout", "86400"]);
+    let estimate = |width: u32| {
+        let id =
+            submit(&service, SLOW, &format!(r#""settings": {{ "width": {width}, "height": 400, "samples": 256 }}"#));
+        let estimate = job(&service, &id)["estimate_ms"].as_f64().unwrap();
+        service.send("DELETE", &format!("/v1/jobs/{id}"), &[], b"");
+        estimate
+    };
+    let undisturbed = estimate(400);
+    let disturbed = thread::scope(|scope| {
+        // Its pilot takes about a second.
+        let asked = scope.spawn(|| estimate(401));
+        thread::sleep(Duration::from_millis(100));
+        service.signal("-STOP");
+        thread::sleep(Duration::from_secs(4));
+        service.signal("-CONT");
+        asked.join().unwrap()
+    });
+    assert!(disturbed < 4.0 * undisturbed, "{disturbed} ms, {undisturbed} where nothing stopped it");
 }
 
 #[test]
