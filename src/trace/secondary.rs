@@ -52,9 +52,13 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     if by_angle {
         mirror |= conductors(s, tracer.world, hits);
     }
-    let clear = if tracer.world.transmits { hits.transmissive & hits.found } else { 0 };
+    let mut clear = hits.transmissive & hits.found;
     if mirror | clear == 0 {
         return;
+    }
+    if !tracer.world.transmits {
+        // What bodies transmit was taken out of the scene.
+        clear = 0;
     }
     if rays.depth >= tracer.world.rules.max_depth {
         // An upper bound at any angle: conductors reflect grazing light completely.
