@@ -255,9 +255,11 @@ fn cross<L: Lanes, O: Observer<L>, V: Variant>(
     }
     let eta = n1 / n2;
     let mut refraction = refract(s, rays.dir, ns, eta);
-    if hits.smooth | (if V::DETAILS { tracer.cones.tilted } else { 0 }) != 0 {
-        // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides.
-        let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total;
+    let bent = hits.smooth | if V::DETAILS { tracer.cones.tilted } else { 0 };
+    if bent != 0 {
+        // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides. Facets of
+        // rough surfaces beside may do so, too, and stay.
+        let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total | !L::mask(s, bent);
         let flat = refract(s, rays.dir, hits.ng, eta);
         refraction = Refraction {
             dir: V3::select(below, refraction.dir, flat.dir),

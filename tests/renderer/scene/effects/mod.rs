@@ -1,6 +1,7 @@
 //! The table of effects: what it says is on is what the kernels read, what it says is removed leaves no trace, and what it
 //! takes out of a built scene is what a description without it would not have.
 
+mod alone;
 mod random_scene;
 mod switched_off;
 mod told;
