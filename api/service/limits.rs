@@ -106,8 +106,8 @@ pub(crate) struct JobLimits {
     /// Bytes of memory that running jobs may take together [default: half of what the machine, or its container, has].
     #[arg(long, env = "STRAHL_JOB_MEMORY_BYTES", value_name = "BYTES", default_value_t = memory::available() / 2, hide_default_value = true)]
     pub(crate) job_memory_bytes: u64,
-    /// Bytes that the scenes and pictures of jobs may take on disk. If there is no room, the oldest pictures are deleted. The
-    /// scene of one job may take half of it, and so may its tiles and its picture.
+    /// Bytes that the scenes and pictures of jobs may take on disk. If there is no room, the oldest pictures of the tenant that
+    /// has most are deleted. The scene of one job may take half of it, and so may its tiles and its picture.
     #[arg(long, env = "STRAHL_DATA_BYTES", value_name = "BYTES", default_value_t = 10 << 30)]
     pub(crate) data_bytes: u64,
     /// Seconds that a job may run.
@@ -125,6 +125,9 @@ pub(crate) struct JobLimits {
     #[serde(rename = "keep_records_s", serialize_with = "as_seconds")]
     #[schemars(with = "f64")]
     pub(crate) keep_records: Duration,
+    /// Ended jobs of one tenant that are kept; of more, the oldest are forgotten.
+    #[arg(long, env = "STRAHL_KEEP_JOBS", value_name = "JOBS", default_value_t = 10_000, value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) keep_jobs: u32,
     /// Folder where jobs outlive the service: a new or empty one at first. Without it they are kept in a temporary folder and
     /// end with the service.
     #[arg(long, env = "STRAHL_DATA", value_name = "DIR", help_heading = "Folders")]

@@ -14,3 +14,6 @@ pub(crate) mod scheduler;
 pub(crate) mod storage;
 pub(crate) mod tradeoff;
 pub(crate) mod values;
+
+/// The tenant of all requests where there are no keys.
+pub(crate) const ANONYMOUS: &str = "anonymous";

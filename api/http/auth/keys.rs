@@ -3,6 +3,7 @@
 use super::capability::Signers;
 use super::rate_limit::RateLimit;
 use super::tenant::{Quotas, Scope, Tenant};
+use crate::service::ANONYMOUS;
 use data_encoding::{BASE32_NOPAD, HEXLOWER};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -78,6 +79,9 @@ impl Keys {
         let names = tenants.keys().chain(keys.iter().map(|key| &key.tenant));
         for name in names {
             check_name("tenant", name)?;
+            if name == ANONYMOUS {
+                return Err(format!("no tenant can be called {ANONYMOUS}: that is everybody where there are no keys"));
+            }
             let entry = tenants.get(name).cloned().unwrap_or_default();
             let before = before.and_then(|before| before.readers.get(name)).map(Arc::as_ref);
             readers.entry(name.clone()).or_insert_with(|| Arc::new(reader(name, &entry, before)));
@@ -211,6 +215,7 @@ mod tests {
             ("[[keys]]\nid = \"a\"".to_owned(), "missing field"),
             ("[[kyes]]\n".to_owned(), "kyes"),
             ("[tenants.a_b]\n".to_owned(), "a_b"),
+            ("[tenants.anonymous]\n".to_owned(), "everybody"),
             (format!("[[keys]]\nid=\"a\"\ntenant=\"b\"\nscopes=[]\nsha256=\"{hash}\""), "no scopes"),
             (format!("[[keys]]\nid=\"a\"\ntenant=\"b\"\nscopes=[\"paint\"]\nsha256=\"{hash}\""), "paint"),
             ("[[keys]]\nid=\"a\"\ntenant=\"b\"\nscopes=[\"read\"]\nsha256=\"12\"".to_owned(), "64"),

@@ -4,6 +4,7 @@
 //! belongs to the tenant "anonymous", which may do everything.
 
 use super::rate_limit::RateLimit;
+use crate::service::ANONYMOUS;
 use crate::service::scheduler::task::{Class, Task};
 use axum::http::Extensions;
 use schemars::JsonSchema;
@@ -72,7 +73,7 @@ pub(crate) struct Tenant {
 impl Tenant {
     /// The tenant of all requests if there are no keys.
     pub(crate) fn anonymous() -> Self {
-        Self::named("anonymous", &Scope::ALL)
+        Self::named(ANONYMOUS, &Scope::ALL)
     }
 
     fn named(name: &str, scopes: &[Scope]) -> Self {
@@ -87,7 +88,7 @@ impl Tenant {
 
     /// Whether the service has no keys, so that all requests see the same.
     pub(crate) fn is_anonymous(&self) -> bool {
-        self.name == "anonymous"
+        self.name == ANONYMOUS
     }
 
     /// A task of this tenant for the scheduler.

@@ -46,7 +46,7 @@ pub(crate) async fn answer(
         Some(file) => picture::stored(file),
         None => app.service.make_picture(task, Source::Known(image), spec).await?,
     };
-    picture::deliver(context, &made, &spec)
+    picture::deliver(app, context, &made, &spec)
 }
 
 /// The answer with a tile.

@@ -282,7 +282,7 @@ pub(crate) async fn picture_of(
         Problem::new(Kind::Gone, detail)
     })?;
     let context = ResponseContext { method, headers, tenant, freshness: Freshness::Once, negotiated: false };
-    picture::deliver(&context, &picture::stored(file), &PictureSpec::plain(None, output))
+    picture::deliver(app, &context, &picture::stored(file), &PictureSpec::plain(None, output))
 }
 
 /// The problem of a job that has no picture.

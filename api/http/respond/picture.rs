@@ -5,6 +5,7 @@ use crate::http::auth::tenant::Tenant;
 use crate::http::extract::conditions::{Verdict, weigh};
 use crate::http::metrics::render_cost::Cost;
 use crate::http::problem::{Kind, Problem};
+use crate::http::state::AppState;
 use crate::service::pictures::cache::{MadePicture, Took};
 use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::spec::PictureSpec;
@@ -80,6 +81,7 @@ pub(crate) fn stored(file: Arc<PictureFile>) -> MadePicture {
 
 /// The answer with a picture, if the request's conditions allow it.
 pub(crate) fn deliver(
+    app: &AppState,
     context: &ResponseContext<'_>,
     MadePicture { file, took }: &MadePicture,
     spec: &PictureSpec,
@@ -89,9 +91,14 @@ pub(crate) fn deliver(
     if let Some(answer) = precondition_response(context, etag.as_deref()) {
         return answer;
     }
+    let is_new = |image: &String| !app.service.pictures.seen.note(&context.tenant.name, &spec.name(image));
+    let took = match image {
+        Some(image) if is_new(image) && took.render.is_none() => Took::by_others(&file.meta),
+        _ => *took,
+    };
     let (ending, media_type) = spec.format.names();
     let mut response = Response::new(Body::from(Bytes::from_owner(Shared(Arc::clone(file)))));
-    if let Some(cost) = Cost::of(took, spec.format) {
+    if let Some(cost) = Cost::of(&took, spec.format) {
         response.extensions_mut().insert(cost);
     }
     let headers = response.headers_mut();
@@ -107,7 +114,7 @@ pub(crate) fn deliver(
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     let name = image.map_or("picture", String::as_str);
     put(headers, header::CONTENT_DISPOSITION, &format!("inline; filename=\"{name}.{ending}\""));
-    put(headers, HeaderName::from_static("server-timing"), &timing(took));
+    put(headers, HeaderName::from_static("server-timing"), &timing(&took));
     if let (Some(etag), Some(image)) = (&etag, image) {
         put(headers, header::ETAG, etag);
         if context.freshness == Freshness::Once && spec.is_whole() {
@@ -133,7 +140,7 @@ pub(crate) fn place_of(image: &str, format: FileFormat) -> String {
 
 /// `Server-Timing`: milliseconds of the phases, if the picture was rendered.
 fn timing(took: &Took) -> String {
-    let scene = format!("scene;desc={}", if took.scene_cached { "hit" } else { "miss" });
+    let scene = format!("scene;desc={}", if took.scene_cached && !took.is_shared { "hit" } else { "miss" });
     let Some((phases, _)) = took.render else { return scene + ", picture;desc=hit" };
     let durations = [("queue", took.queue_ms)].into_iter().chain(phases.list());
     let durations = durations.map(|(phase, ms)| format!("{phase};dur={ms:.3}"));

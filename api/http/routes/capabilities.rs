@@ -6,7 +6,7 @@ use crate::http::prelude::*;
 use crate::service::clock::unix_time;
 
 pub(super) fn routes() -> Vec<Route> {
-    let about = "Makes a URL prefix with which pages can read one job or picture without a key.";
+    let about = "Makes a URL prefix with which pages can read one job, picture or scene without a key.";
     vec![
         Route::post("/v1/capabilities", mint, ["mintCapability", "service", about])
             .needs(Scope::Read)
@@ -20,7 +20,7 @@ const TTL: u64 = 3_600;
 /// Longest lifetime of a capability in seconds.
 const MAX_TTL: u64 = 7 * 86_400;
 
-/// What a capability is for: a job or a picture.
+/// What a capability is for: a job, a picture or a scene.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Wanted {
@@ -30,6 +30,9 @@ struct Wanted {
     /// Id of a job.
     #[schemars(length(min = 1, max = 64), regex(pattern = "^[A-Za-z0-9_-]+$"))]
     job_id: Option<String>,
+    /// Id of a scene, whose text is to be read.
+    #[schemars(length(min = 1, max = 64), regex(pattern = "^[A-Za-z0-9_-]+$"))]
+    scene_id: Option<String>,
     /// Lifetime in seconds, 3600 by default.
     #[schemars(range(min = 1, max = 604_800))]
     ttl: Option<u64>,
@@ -52,9 +55,9 @@ async fn mint(State(app): State<App>, request: Request) -> Result<(StatusCode, J
     body::check_content(declared, body.as_ref())?;
     let wanted: Wanted = serde_json::from_slice(body.as_ref())
         .map_err(|error| Problem::new(Kind::InvalidRequest, format!("this is not what is expected: {error}")))?;
-    let id = match (wanted.image_id, wanted.job_id) {
-        (Some(id), None) | (None, Some(id)) => id,
-        _ => return Err(invalid("give either image_id or job_id")),
+    let mut ids = [wanted.image_id, wanted.job_id, wanted.scene_id].into_iter().flatten();
+    let (Some(id), None) = (ids.next(), ids.next()) else {
+        return Err(invalid("give one of image_id, job_id and scene_id"));
     };
     if !(1..=64).contains(&id.len()) || !id.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_".contains(&b)) {
         return Err(invalid("an id has 1 to 64 letters, digits, - and _"));

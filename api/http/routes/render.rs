@@ -104,11 +104,11 @@ async fn answer(
             return answer;
         }
         if let Some(file) = app.service.stored_picture(&image, &spec).await {
-            return picture::deliver(&context, &picture::stored(file), &spec);
+            return picture::deliver(&app, &context, &picture::stored(file), &spec);
         }
     }
     let made = app.service.make_picture(task, Source::Sent(upload), spec).await?;
-    picture::deliver(&context, &made, &spec)
+    picture::deliver(&app, &context, &made, &spec)
 }
 
 /// Renders as a job, for `Prefer: respond-async` or `wait=N`. The answer is the picture if it is finished in time, else the

@@ -18,7 +18,8 @@ pub(super) fn routes() -> Vec<Route> {
     let known = [Content::json::<KnownScene<'_>>()];
     let scene = Content::of("application/json", |_| json!({ "$ref": "#/components/schemas/Scene" }));
     let about_add = "Stores a scene, opened as 2^zoom times its size, and returns the paths of its pictures and tiles.";
-    let about_get = "The canonical text of a known scene: all defaults filled in, keys in alphabetical order.";
+    let about_get = "The canonical text of a known scene: all defaults filled in, keys in alphabetical order.\n\nOnly the \
+                     tenants that have sent it, in a request or a job, may read it, and who has a capability of theirs.";
     let about_remove = "Forgets a scene. It and its pictures are deleted once every tenant that posted it has deleted \
                         it.\n\nWith the scope admin they are deleted at once.";
     vec![
@@ -108,7 +109,7 @@ async fn get(
     Path(id): Path<String>,
 ) -> Result<Response, Problem> {
     let etag = format!("\"{id}\"");
-    let text = app.service.scene_text(tenant.task(Class::Renders), id).await?;
+    let text = app.service.scene_text(tenant.task(Class::Renders), id, owner(&tenant)).await?;
     let headers = [(header::CONTENT_TYPE, "application/json"), (header::ETAG, &etag)];
     Ok((headers, Bytes::from_owner(text)).into_response())
 }
@@ -118,11 +119,15 @@ async fn remove(
     Extension(tenant): Extension<Arc<Tenant>>,
     Path(id): Path<String>,
 ) -> Result<StatusCode, Problem> {
-    let owner = (!tenant.may(Scope::Admin)).then(|| tenant.name.clone());
-    match app.service.forget_scene(id.clone(), owner).await {
+    match app.service.forget_scene(id.clone(), owner(&tenant)).await {
         Released::Unknown => {
             Err(Problem::new(Kind::NotFound, format!("you have sent no scene {id}, or it is forgotten already")))
         }
         Released::Shared | Released::Gone => Ok(StatusCode::NO_CONTENT),
     }
+}
+
+/// Whose scenes a tenant may read and remove: its own, and operators those of all.
+fn owner(tenant: &Tenant) -> Option<String> {
+    (!tenant.may(Scope::Admin)).then(|| tenant.name.clone())
 }

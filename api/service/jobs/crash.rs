@@ -55,6 +55,7 @@ fn open(pool: &Arc<Pool>, path: &Path) -> Result<Opened, StartError> {
         job_timeout: Duration::from_secs(60),
         keep_pictures: Duration::from_secs(600),
         keep_records: Duration::from_secs(600),
+        keep_jobs: 100,
         data: Some(path.to_owned()),
     };
     let cache = Arc::new(SceneCache::new(0, MemoryBudget::new(1 << 30), None, SceneStore::Memory(LruCache::new(0))));

@@ -68,6 +68,12 @@ impl Events {
             .then(|| kept.events.iter().filter(|event| event.seq > seq).cloned().collect())
     }
 
+    /// Keeps no event any more.
+    pub(super) fn forget(&self) {
+        let mut kept = self.kept();
+        (kept.events, kept.before) = (VecDeque::new(), kept.last);
+    }
+
     /// Number of the last event.
     pub(crate) fn last(&self) -> u64 {
         self.kept().last

@@ -52,6 +52,12 @@ impl Files {
         self.scenes.bytes() + self.pictures.bytes()
     }
 
+    /// Bytes of a text of a scene, or of a picture with its small one.
+    pub(super) fn size(&self, name: &str) -> u64 {
+        let pictures = [name, &(name.to_owned() + PREVIEW)].map(|name| self.pictures.size(name));
+        pictures.into_iter().chain([self.scenes.size(name)]).flatten().sum()
+    }
+
     /// The picture of a job that has succeeded.
     pub(super) fn picture(&self, record: &Record) -> Option<PictureFile> {
         PictureFile::stored(self.pictures.get(&record.picture_name())?)

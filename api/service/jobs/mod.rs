@@ -7,6 +7,7 @@ mod canvas;
 mod checkpoint;
 #[cfg(test)]
 mod crash;
+mod disk_shares;
 mod event_log;
 mod files;
 mod finish;
@@ -247,7 +248,7 @@ impl Jobs {
     /// Opens waiting jobs while there is room for more.
     fn open_next(self: &Arc<Self>) {
         let mut registry = locked(&self.registry);
-        while let Some(at) = registry.next_to_open(&self.limits) {
+        while let Some(at) = registry.next_to_open(&self.limits, &self.files) {
             let job = registry.queued.swap_remove(at);
             registry.open.push(Arc::clone(&job));
             self.open.send_replace(registry.open.len());

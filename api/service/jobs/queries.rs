@@ -18,12 +18,14 @@ impl Jobs {
         locked(&self.registry).jobs.get(id).map(Arc::clone)
     }
 
-    /// What a job with this scene id renders, if there is one.
-    pub(crate) fn spec_of(&self, scene_id: &str) -> Option<JobSpec> {
+    /// What a job with this scene id renders, if there is one: of an owner, or of anybody.
+    pub(crate) fn spec_of(&self, scene_id: &str, owner: Option<&str>) -> Option<JobSpec> {
         let registry = locked(&self.registry);
         let same = |job: &Arc<Job>| {
             let record = job.record();
-            let same = record.scene_id.as_deref() == Some(scene_id) && record.state.needs_scene();
+            let same = record.scene_id.as_deref() == Some(scene_id)
+                && record.state.needs_scene()
+                && owner.is_none_or(|owner| owner == record.tenant);
             same.then(|| record.spec.clone())
         };
         registry.jobs.values().find_map(same)

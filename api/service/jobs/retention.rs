@@ -1,17 +1,22 @@
-//! Retention: old pictures and records are deleted, and the oldest pictures first where disk space runs out.
+//! Retention: old pictures and records are deleted, and pictures where disk space runs out: the oldest ones of the tenant that
+//! has most.
 //!
 //! Texts of scenes may take half of the space, and files of open jobs the other half. So there is room for every accepted
 //! job once finished pictures have been deleted.
 
 use super::Jobs;
+use super::disk_shares::{DiskShares, Kinds};
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, Record, State};
 use super::registry::Registry;
 use crate::service::limits::JobLimits;
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+/// Milliseconds after the end of a job for which its events are kept. Who comes later is told how it ended.
+const EVENTS_KEPT: u64 = 60_000;
 /// Milliseconds between two notes of how long services have run, while nothing else is written.
 const TIME_KEPT: u64 = 60_000;
 
@@ -29,6 +34,7 @@ impl Jobs {
         let (mut expired, mut forgotten) = (Vec::new(), Vec::new());
         {
             let registry = locked(&self.registry);
+            let mut ended: HashMap<String, usize> = HashMap::new();
             for job in &registry.open {
                 let begun = *locked(&job.begun);
                 if begun.is_some_and(|(begun, _)| begun.elapsed() > self.limits.job_timeout) {
@@ -37,15 +43,19 @@ impl Jobs {
                     job.stop(Stopped::Failed(Failure { slug: "render-deadline".into(), detail }));
                 }
             }
-            for job in registry.jobs.values() {
+            for job in registry.jobs.values().rev() {
                 let record = job.record();
-                if self.kept_for(&record).is_none_or(|kept| kept > Duration::ZERO) {
-                    continue;
-                }
-                if record.state == State::Succeeded {
-                    expired.push(Arc::clone(job));
-                } else {
+                let Some(kept) = self.kept_for(&record) else { continue };
+                let newer = ended.entry(record.tenant.clone()).or_default();
+                *newer += 1;
+                if *newer > self.limits.keep_jobs as usize {
                     forgotten.push(record.id.clone());
+                } else if kept.is_zero() && record.state == State::Succeeded {
+                    expired.push(Arc::clone(job));
+                } else if kept.is_zero() {
+                    forgotten.push(record.id.clone());
+                } else if record.ended.is_some_and(|ended| now >= ended + EVENTS_KEPT) {
+                    job.events.forget();
                 }
             }
         }
@@ -68,41 +78,40 @@ impl Jobs {
         Some(kept.saturating_sub(age))
     }
 
-    /// Deletes the oldest pictures until there is room for the files of open jobs.
+    /// Deletes pictures until there is room for the files of open jobs.
     pub(super) fn make_room(&self) {
-        self.expire_until(|registry| {
+        let budget = self.limits.data_bytes;
+        let shares = |registry: &Registry| DiskShares::of(registry, &self.files, Kinds::All, budget, None);
+        self.expire_until(shares, |registry| {
             let written: u64 = registry.open.iter().map(|job| disk_of(&job.record())).sum();
-            self.files.bytes() + written <= self.limits.data_bytes
+            self.files.bytes() + written <= budget
         });
     }
 
-    /// Deletes the oldest pictures until there is room for another scene. False if there is none.
-    pub(super) fn make_room_for_scene(&self, bytes: u64) -> bool {
-        self.expire_until(|_| self.files.scenes.bytes() + bytes <= self.limits.data_bytes / 2)
+    /// Deletes pictures until there is room for another scene of a tenant. False if there is none.
+    pub(super) fn make_room_for_scene(&self, tenant: &str, bytes: u64) -> bool {
+        let (wanted, budget) = (Some((tenant, bytes)), self.limits.data_bytes / 2);
+        let shares = |registry: &Registry| DiskShares::of(registry, &self.files, Kinds::Scenes, budget, wanted);
+        self.expire_until(shares, |_| self.files.scenes.bytes() + bytes <= budget)
     }
 
-    /// Deletes pictures, the oldest first, until `is_enough`. False if it never is.
-    fn expire_until(&self, is_enough: impl Fn(&Registry) -> bool) -> bool {
-        let mut oldest: Vec<(Option<u64>, Arc<Job>)> = {
+    /// Deletes pictures, those of the tenant that has most first, until `is_enough`. False if it never is.
+    fn expire_until(&self, shares: impl Fn(&Registry) -> DiskShares, is_enough: impl Fn(&Registry) -> bool) -> bool {
+        let mut shares = {
             let registry = locked(&self.registry);
-            if is_enough(&registry) {
+            if is_enough(&registry) || (self.remove_orphans(&registry, Duration::ZERO).0 > 0 && is_enough(&registry)) {
                 return true;
             }
-            if self.remove_orphans(&registry, Duration::ZERO).0 > 0 && is_enough(&registry) {
-                return true;
-            }
-            let finished = |job: &Arc<Job>| {
-                let record = job.record();
-                (record.state == State::Succeeded).then(|| (record.ended, Arc::clone(job)))
-            };
-            registry.jobs.values().filter_map(finished).collect()
+            shares(&registry)
         };
-        oldest.sort_by_key(|(finished, _)| *finished);
-        oldest.iter().any(|(_, job)| {
+        while let Some(job) = shares.next() {
             tracing::info!(job = job.record().id, "a picture is deleted to make room (data_bytes)");
-            self.expire(job);
-            is_enough(&locked(&self.registry))
-        })
+            self.expire(&job);
+            if is_enough(&locked(&self.registry)) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Deletes a picture, and its scene if no other job needs it.

@@ -1,6 +1,7 @@
 //! Accepting a job: idempotency keys, limits, and its record.
 
 use super::Jobs;
+use super::disk_shares::{DiskShares, Kinds};
 use super::job::{Job, locked};
 use super::record::{Idempotency, Record, State, Stats};
 use super::registry::{Registry, estimate, memory_of, remaining};
@@ -100,7 +101,7 @@ impl Jobs {
             );
             return Err(Error::Limit { name: "data_bytes", max, detail });
         }
-        if !self.files.scenes.has(&scene) && !self.make_room_for_scene(bytes) {
+        if !self.files.scenes.has(&scene) && !self.make_room_for_scene(&record.tenant, bytes) {
             let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
             return Err(Error::Busy { detail, retry_after: locked(&self.registry).seconds_for_a_tenth() });
         }
@@ -114,6 +115,12 @@ impl Jobs {
                     detail: "the limit on waiting and running jobs is reached (jobs)".into(),
                     retry_after,
                 });
+            }
+            let (tenant, written) = (record.tenant.as_str(), disk_of(&record));
+            let room = || DiskShares::of(&registry, &self.files, Kinds::All, max, Some((tenant, 0))).room(tenant);
+            if made.is_none() && self.files.bytes() + written > max && written > room() {
+                let detail = "the pictures that other tenants may keep leave no room for its files (data_bytes)".into();
+                return Err(Error::Busy { detail, retry_after });
             }
             if made.is_none() && mine >= most as usize {
                 let detail = "your limit on waiting and running jobs is reached (jobs of your tenant)".into();

@@ -2,7 +2,7 @@
 //!
 //! A picture's name says what it shows and how ([`spec`](super::spec)), so what is kept never becomes wrong.
 
-use super::file::PictureFile;
+use super::file::{PictureFile, PictureMeta};
 use super::report::{Phases, Report};
 use super::single_flight::SingleFlight;
 use crate::service::error::Error;
@@ -11,6 +11,7 @@ use crate::service::scenes::ids::is_image_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::hit_counter::HitCounter;
 use crate::service::storage::lru_cache::LruCache;
+use crate::service::storage::seen_by::SeenBy;
 use std::sync::Arc;
 
 /// Pictures in a folder. One that a power cut has spoilt is made again, so nobody waits for the disk.
@@ -39,6 +40,11 @@ pub(crate) struct Took {
 }
 
 impl Took {
+    /// What a picture has taken that another tenant has had made: nothing says that it was there.
+    pub(crate) fn by_others(meta: &PictureMeta) -> Self {
+        Self { scene_cached: false, queue_ms: 0.0, render: Some((meta.phases, 0)), is_shared: true }
+    }
+
     /// What a cached picture takes.
     pub(crate) const CACHED: Self = Self { scene_cached: true, queue_ms: 0.0, render: None, is_shared: false };
 
@@ -61,6 +67,8 @@ pub(crate) struct PictureCache {
     disk: Option<BlobStore>,
     /// Hits and misses in memory, and on disk.
     hit_counters: [HitCounter; 2],
+    /// Who has had which picture, by its name.
+    pub(crate) seen: SeenBy,
     /// Those that are being made.
     flights: SingleFlight<MadePicture>,
 }
@@ -70,7 +78,13 @@ impl PictureCache {
     pub(crate) fn new(bytes: u64, budget: &MemoryBudget, disk: Option<BlobStore>) -> Self {
         let memory = Arc::new(LruCache::new(bytes));
         budget.evict_from(Arc::<LruCache<_, _>>::downgrade(&memory));
-        Self { memory, disk, hit_counters: Default::default(), flights: SingleFlight::default() }
+        Self {
+            memory,
+            disk,
+            hit_counters: Default::default(),
+            flights: SingleFlight::default(),
+            seen: SeenBy::default(),
+        }
     }
 
     /// Whether pictures are cached on disk.

@@ -1,6 +1,6 @@
 //! A picture file and its meta data. Both are stored as one file: JSON as its head, and the picture.
 
-use super::report::Report;
+use super::report::{Phases, Report};
 use super::warnings;
 use crate::service::memory_budget::Share;
 use crate::service::storage::blob_store::Blob;
@@ -30,6 +30,9 @@ pub(crate) struct PictureMeta {
     /// Header fields of answers: which rays were traced, which effects are in it, how exact it is.
     #[serde(rename = "headers")]
     pub(crate) lines: Vec<(String, String)>,
+    /// What it took when it was made.
+    #[serde(default)]
+    pub(crate) phases: Phases,
     /// The cost report of a whole picture; parts have none.
     pub(crate) report: Option<Box<RawValue>>,
 }
@@ -52,9 +55,10 @@ impl PictureMeta {
             ("render-plan".to_owned(), on.join(", ")),
         ];
         lines.extend(warnings::line(&scene.warnings).map(|value| ("render-warnings".to_owned(), value)));
+        let phases = report.cost.phases_ms;
         // All values of a report can be written as JSON.
         let report = is_whole.then(|| serde_json::value::to_raw_value(report).ok()).flatten();
-        Self { image, lines, report }
+        Self { image, lines, phases, report }
     }
 }
 

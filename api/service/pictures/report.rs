@@ -4,7 +4,7 @@ use crate::service::clock::milliseconds;
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::time::Instant;
 use strahl::bound::Proof;
@@ -110,7 +110,7 @@ pub(crate) fn measured(
 }
 
 /// Milliseconds by phase, in order.
-#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "PhaseTimes")]
 pub(crate) struct Phases {
     /// Reading the scene.

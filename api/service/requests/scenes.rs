@@ -74,6 +74,7 @@ impl Service {
                 self.scenes.keep(sent.key, ready)
             }
         };
+        self.scenes.note(tenant, &ready);
         let size = size_of(&ready.scene, zoom).ok_or_else(|| {
             Error::OutOfRange(
                 "opened this large, neighboring pixels have the same rays: ask for a smaller zoom, or for \
@@ -91,7 +92,7 @@ impl Service {
 
     /// The scene of an id, if it was posted or if a job renders it.
     pub(crate) fn known_scene(&self, work: &Work, id: &str) -> Result<Found, Error> {
-        if let Some(spec) = self.jobs.spec_of(id).filter(|_| !self.scenes.store.has(id))
+        if let Some(spec) = self.jobs.spec_of(id, None).filter(|_| !self.scenes.store.has(id))
             && let Some(text) = self.jobs.scene(&spec.scene)
         {
             return self.scenes.find(&work.workers, &SentScene::new(&text, spec.format, &spec.settings));
@@ -99,19 +100,29 @@ impl Service {
         self.scenes.find_known(&work.workers, id)
     }
 
-    /// The canonical text of the scene of an id.
-    pub(crate) async fn scene_text(self: &Arc<Self>, task: Task, id: String) -> Result<Arc<[u8]>, Error> {
+    /// The canonical text of the scene of an id, if the owner has sent it, or for anybody.
+    pub(crate) async fn scene_text(
+        self: &Arc<Self>,
+        task: Task,
+        id: String,
+        owner: Option<String>,
+    ) -> Result<Arc<[u8]>, Error> {
         let stored = {
-            let (service, id) = (Arc::clone(self), id.clone());
-            tokio::task::spawn_blocking(move || is_scene_id(&id).then(|| service.scenes.store.get(&id)).flatten()).await
+            let (service, id, owner) = (Arc::clone(self), id.clone(), owner.clone());
+            tokio::task::spawn_blocking(move || {
+                let store = &service.scenes.store;
+                let may_read = is_scene_id(&id) && owner.is_none_or(|owner| store.is_claimed(&id, &owner));
+                may_read.then(|| store.get(&id)).flatten()
+            })
         };
+        let stored = stored.await;
         if let Some(text) = stored.ok().flatten() {
             return Ok(text);
         }
         let service = Arc::clone(self);
         let of_a_job = move |work: &Work| {
             let unknown = || Error::UnknownScene(id.clone());
-            let spec = service.jobs.spec_of(&id).ok_or_else(unknown)?;
+            let spec = service.jobs.spec_of(&id, owner.as_deref()).ok_or_else(unknown)?;
             let text = service.jobs.scene(&spec.scene).ok_or_else(unknown)?;
             let sent = SentScene::new(&text, spec.format, &spec.settings);
             service.scenes.build(&work.workers, &sent, |_| Ok(()), |mut loaded, _| canonical(&mut loaded.description))

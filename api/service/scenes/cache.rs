@@ -14,6 +14,7 @@ use crate::service::memory_budget::{MemoryBudget, Share};
 use crate::service::scheduler::pool::Workers;
 use crate::service::storage::hit_counter::HitCounter;
 use crate::service::storage::lru_cache::LruCache;
+use crate::service::storage::seen_by::SeenBy;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::Instant;
@@ -37,6 +38,8 @@ pub(crate) struct SceneCache {
     pub(crate) store: SceneStore,
     /// Hits and misses of built scenes.
     pub(crate) hits: HitCounter,
+    /// Who has had which scene, by its id.
+    seen: SeenBy,
 }
 
 /// A hash of a scene as it was sent, its format and settings.
@@ -73,9 +76,9 @@ impl<'a> SentScene<'a> {
 pub(crate) struct Found {
     /// The scene.
     pub(crate) ready: Arc<PreparedScene>,
-    /// What this request spent on it.
+    /// What this request spent on it, or what the request of another tenant has spent.
     pub(crate) loading: Loading,
-    /// Whether it was in the cache.
+    /// Whether it was in the cache, and the tenant may know.
     pub(crate) cached: bool,
 }
 
@@ -84,7 +87,27 @@ impl SceneCache {
     pub(crate) fn new(budget: u64, memory: MemoryBudget, textures: Option<TextureFolder>, store: SceneStore) -> Self {
         let built = Arc::new(LruCache::new(budget));
         memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&built));
-        Self { textures, built, memory, ids: LruCache::new(IDS), store, hits: HitCounter::default() }
+        Self {
+            textures,
+            built,
+            memory,
+            ids: LruCache::new(IDS),
+            store,
+            hits: HitCounter::default(),
+            seen: SeenBy::default(),
+        }
+    }
+
+    /// A scene that was built already, as a tenant may see it.
+    fn found(&self, tenant: &str, ready: Arc<PreparedScene>, hash_ms: f64) -> Found {
+        let cached = self.note(tenant, &ready);
+        let loading = if cached { Loading::default() } else { ready.loading };
+        Found { loading: Loading { parse: loading.parse + hash_ms, ..loading }, ready, cached }
+    }
+
+    /// Notes that a tenant has a scene; whether it had it before.
+    pub(crate) fn note(&self, tenant: &str, ready: &PreparedScene) -> bool {
+        self.seen.note(tenant, &ready.scene_id)
     }
 
     /// Bytes of the built scenes.
@@ -105,11 +128,11 @@ impl SceneCache {
         accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
     ) -> Result<Found, Error> {
         if let Some(ready) = self.cached(&sent.key) {
-            let loading = Loading { parse: sent.hash_ms, ..Loading::default() };
-            return Ok(Found { ready, loading, cached: true });
+            return Ok(self.found(workers.tenant(), ready, sent.hash_ms));
         }
         self.hits.miss();
         let ready = self.build(workers, sent, accept, |loaded, share| PreparedScene::from(loaded).with(share))?;
+        self.note(workers.tenant(), &ready);
         let loading = Loading { parse: sent.hash_ms + ready.loading.parse, ..ready.loading };
         Ok(Found { ready: self.keep(sent.key, ready), loading, cached: false })
     }
@@ -117,7 +140,7 @@ impl SceneCache {
     /// The scene of an id, from the cache or else built from its text in the store.
     pub(crate) fn find_known(&self, workers: &Workers, id: &str) -> Result<Found, Error> {
         if let Some(ready) = self.cached_known(id) {
-            return Ok(Found { ready, loading: Loading::default(), cached: true });
+            return Ok(self.found(workers.tenant(), ready, 0.0));
         }
         let text = self.store.get(id).ok_or_else(|| Error::UnknownScene(id.to_owned()))?;
         // Stored texts were valid scenes. They are invalid now only if the renderer's limits have changed.

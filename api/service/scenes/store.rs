@@ -86,6 +86,11 @@ impl SceneStore {
         Ok(is_new)
     }
 
+    /// Whether a tenant has said so.
+    pub(crate) fn is_claimed(&self, id: &str, tenant: &str) -> bool {
+        self.has(&claim_name(id, tenant))
+    }
+
     /// Deletes a tenant's claim, and with the last one the text. Without a tenant all claims are deleted.
     pub(crate) fn release(&self, id: &str, tenant: Option<&str>) -> Released {
         let claimed = tenant.map_or_else(|| self.has(id), |tenant| self.remove(&claim_name(id, tenant)));

@@ -137,6 +137,11 @@ impl Workers {
         self.pool.threads()
     }
 
+    /// Whose work it is.
+    pub(crate) fn tenant(&self) -> &str {
+        &self.tenant
+    }
+
     fn threads_of_its_own(&self) -> Result<&ThreadPool, Cancelled> {
         if let Some(threads) = self.threads.get() {
             return Ok(threads);

@@ -7,3 +7,4 @@ pub(crate) mod hit_counter;
 #[cfg(test)]
 pub(crate) mod journal;
 pub(crate) mod lru_cache;
+pub(crate) mod seen_by;

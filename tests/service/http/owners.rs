@@ -4,6 +4,8 @@ use super::access::{KeyFile, keyed};
 use super::jobs::body;
 use crate::common::BALL;
 use crate::common::service::Service;
+use std::thread;
+use std::time::{Duration, Instant};
 
 #[test]
 fn a_scene_stays_as_long_as_somebody_who_sent_it_wants_it() {
@@ -61,4 +63,113 @@ fn a_tenants_jobs_are_its_own_and_operators_see_all() {
     assert_eq!(keyed(&service, &admin, "GET", &place, "").json()["tenant"], "acme");
     keyed(&service, &admin, "DELETE", &place, "").problem(403, "forbidden");
     assert_eq!(keyed(&service, &mine, "DELETE", &place, "").status, 204);
+}
+
+#[test]
+fn the_text_of_a_scene_is_for_those_who_have_sent_it() {
+    let file = KeyFile::new("scene_readers", "");
+    let scopes = "render,jobs,read";
+    let [acme, bolt, carl] = ["acme", "bolt", "carl"].map(|tenant| file.key(tenant, scopes));
+    let admin = file.key("ops", "read,admin");
+    let service = file.serve(&[]);
+    let known = keyed(&service, &acme, "POST", "/v1/scenes", BALL).json();
+    let (id, place) = (known["scene_id"].as_str().unwrap(), known["links"]["self"].as_str().unwrap());
+    let image = known["links"]["image"].as_str().unwrap();
+    let status = |key: &str| keyed(&service, key, "GET", place, "").status;
+    assert_eq!([&acme, &bolt, &carl, &admin].map(|key| status(key)), [200, 404, 404, 200]);
+    keyed(&service, &bolt, "GET", place, "").problem(404, "not-found");
+    assert_eq!(keyed(&service, &bolt, "GET", image, "").status, 200, "who has the name of a picture may see it");
+
+    let capability = |key: &str| {
+        let minted = keyed(&service, key, "POST", "/v1/capabilities", &format!(r#"{{"scene_id": "{id}"}}"#));
+        service.get(&format!("{}{place}", minted.json()["prefix"].as_str().unwrap())).status
+    };
+    assert_eq!([&acme, &bolt].map(|key| capability(key)), [200, 404]);
+    let both = format!(r#"{{"scene_id": "{id}", "job_id": "{id}"}}"#);
+    keyed(&service, &acme, "POST", "/v1/capabilities", &both).problem(422, "invalid-request");
+
+    assert_eq!(keyed(&service, &bolt, "POST", "/v1/scenes", BALL).status, 201);
+    keyed(&service, &carl, "POST", "/v1/jobs", &body(BALL, ""));
+    assert_eq!([&acme, &bolt, &carl].map(|key| status(key)), [200, 200, 200]);
+}
+
+#[test]
+fn timing_tells_nothing_of_other_tenants() {
+    let file = KeyFile::new("timing", "");
+    let [acme, bolt] = ["acme", "bolt"].map(|tenant| file.key(tenant, "render,read"));
+    let service = file.serve(&[]);
+    let timing = |key: &str, method: &str, path: &str, scene: &str| {
+        let answer = keyed(&service, key, method, path, scene);
+        assert_eq!(answer.status, 200, "{}", answer.text());
+        answer.header("server-timing").to_owned()
+    };
+    let is_new = |timing: &str| {
+        let phases = ["queue", "parse", "bvh", "trace", "png"].map(|phase| format!("{phase};dur="));
+        !timing.contains("hit") && phases.iter().all(|phase| timing.contains(phase))
+    };
+    let known = keyed(&service, &acme, "POST", "/v1/scenes", BALL).json();
+    let image = known["links"]["image"].as_str().unwrap().to_owned();
+    let tile = format!("/iiif/3/{}/0,0,8,8/max/0/default.png", known["image_id"].as_str().unwrap());
+    let other_size = "/v1/render?width=47";
+    for (method, path, scene) in
+        [("POST", "/v1/render", BALL), ("GET", &image, ""), ("GET", &tile, ""), ("POST", other_size, BALL)]
+    {
+        timing(&acme, method, path, scene);
+        let own = timing(&acme, method, path, scene);
+        assert!(own.contains("picture;desc=hit"), "{path}: {own}");
+    }
+    for (method, path, scene) in [("POST", "/v1/render", BALL), ("GET", &tile, ""), ("POST", other_size, BALL)] {
+        let first = timing(&bolt, method, path, scene);
+        assert!(is_new(&first), "{path}: {first}");
+        let second = timing(&bolt, method, path, scene);
+        assert!(second.contains("scene;desc=hit, picture;desc=hit"), "{path}: {second}");
+    }
+    // The scene is built, but by others.
+    timing(&acme, "POST", "/v1/render?width=46", BALL);
+    let half = timing(&bolt, "POST", "/v1/render?width=46&format=webp", BALL);
+    assert!(is_new(&half), "{half}");
+}
+
+/// A job that has ended, and its path.
+fn done(service: &Service, key: &str, more: &str) -> String {
+    let headers = [("Content-Type", "application/json"), ("Authorization", key), ("Prefer", "wait=60")];
+    let answer = service.send("POST", "/v1/jobs", &headers, body(BALL, more).as_bytes());
+    assert_eq!(answer.json()["state"], "succeeded", "{}", answer.text());
+    answer.header("location").to_owned()
+}
+
+#[test]
+fn no_tenant_expires_pictures_of_another_that_keeps_to_its_part() {
+    let file = KeyFile::new("disk_shares", "");
+    let [acme, bolt] = ["acme", "bolt"].map(|tenant| file.key(tenant, "jobs,read"));
+    let service = file.serve(&["--data-bytes", "600000"]);
+    let size = |width: u32| format!(r#""settings": {{ "width": {width} }}"#);
+    let acmes: Vec<String> = (40..44).map(|width| done(&service, &acme, &size(width))).collect();
+    let bolts: Vec<String> = (0..50).map(|number| done(&service, &bolt, &size(44 + number))).collect();
+    let state = |key: &str, path: &str| keyed(&service, key, "GET", path, "").json()["state"].clone();
+    for path in &acmes {
+        assert_eq!(state(&acme, path), "succeeded");
+        assert_eq!(keyed(&service, &acme, "GET", &format!("{path}/image"), "").status, 200);
+    }
+    assert_eq!([state(&bolt, &bolts[0]), state(&bolt, &bolts[49])], ["expired", "succeeded"]);
+}
+
+#[test]
+fn ended_jobs_of_a_tenant_are_limited() {
+    let file = KeyFile::new("keep_jobs", "");
+    let [acme, bolt] = ["acme", "bolt"].map(|tenant| file.key(tenant, "jobs,read"));
+    let service = file.serve(&["--keep-jobs", "5"]);
+    assert_eq!(service.get("/v1/limits").json()["jobs"]["keep_jobs"], 5);
+    let acmes = done(&service, &acme, "");
+    let bolts: Vec<String> = (0..20).map(|_| done(&service, &bolt, "")).collect();
+    let count = |key: &str| keyed(&service, key, "GET", "/v1/jobs", "").json()["jobs"].as_array().map_or(0, Vec::len);
+    let started = Instant::now();
+    while count(&bolt) > 5 {
+        assert!(started.elapsed() < Duration::from_secs(20), "{} jobs are kept", count(&bolt));
+        thread::sleep(Duration::from_millis(20));
+    }
+    let status = |path: &str| keyed(&service, &bolt, "GET", path, "").status;
+    assert_eq!([status(&bolts[14]), status(&bolts[15]), status(&bolts[19])], [404, 200, 200]);
+    assert_eq!(keyed(&service, &bolt, "GET", &format!("{}/image", bolts[19]), "").status, 200);
+    assert_eq!(keyed(&service, &acme, "GET", &acmes, "").status, 200);
 }
