@@ -1,7 +1,5 @@
 //! All jobs in memory, and which of the waiting ones is opened next.
 
-use super::disk_shares::{DiskShares, Kinds};
-use super::files::Files;
 use super::job::Job;
 use super::record::{Record, State};
 use super::references::References;
@@ -9,7 +7,6 @@ use super::retention::disk_of;
 use crate::service::limits::JobLimits;
 use crate::service::pictures::render::PIXEL_BYTES;
 use crate::service::scheduler::task::aged;
-use std::cell::LazyCell;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -69,7 +66,7 @@ impl Registry {
     }
 
     /// Index of the waiting job that is opened next, if one can be.
-    pub(super) fn next_to_open(&self, limits: &JobLimits, files: &Files) -> Option<usize> {
+    pub(super) fn next_to_open(&self, limits: &JobLimits) -> Option<usize> {
         if self.closing || self.open.len() >= ALL_OPEN {
             return None;
         }
@@ -82,16 +79,13 @@ impl Registry {
         }
         let taken = |of: fn(&Record) -> u64| self.open.iter().map(|job| of(&job.record())).sum::<u64>();
         let (memory, disk) = (taken(memory_of), taken(disk_of));
-        let shares = LazyCell::new(|| DiskShares::of(self, files, Kinds::All, limits.data_bytes, None));
-        let has_room =
-            |tenant: &str, written: u64| files.bytes() + written <= limits.data_bytes || written <= shares.room(tenant);
         let may_open = |(_, job): &(usize, &Arc<Job>)| {
             let record = job.record();
             let (count, priority) = open.get(&record.tenant).copied().unwrap_or_default();
             let has_place = count < OPEN || (count < MOST_OPEN && record.priority > priority);
             let fits = memory + memory_of(&record) <= limits.job_memory_bytes
                 && disk + disk_of(&record) <= limits.data_bytes / 2;
-            has_place && (self.open.is_empty() || fits) && has_room(&record.tenant, disk + disk_of(&record))
+            has_place && (self.open.is_empty() || fits)
         };
         let few = |job: &Arc<Job>| open.get(&job.record().tenant).map_or(0, |(count, _)| *count);
         let first = |(_, a): &(usize, &Arc<Job>), (_, b): &(usize, &Arc<Job>)| {
