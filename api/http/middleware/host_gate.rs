@@ -1,9 +1,10 @@
-//! Checks the `Host` and `Origin` of requests to a service without keys.
+//! Checks the `Host` and `Origin` of requests to a service without keys, and the `Host` of all to the admin listener.
 //!
 //! Without keys every client that can reach the service can use it, and so can every page in a browser on this machine. CORS
 //! keeps pages of other origins from reading answers, but requests such as `POST cancel` are sent all the same, and a page
 //! whose name resolves to this machine (DNS rebinding) has the same origin. So both are refused here.
 
+use super::request_log::request_id;
 use crate::http::auth::client::Ends;
 use crate::http::host::Host;
 use crate::http::problem::{Kind, Problem};
@@ -26,6 +27,20 @@ pub(crate) async fn check_host(State(app): State<App>, mut request: Request, nex
     Ok(next.run(request).await)
 }
 
+/// Refuses requests to the admin listener, which never asks for a key, under a name that is not its own. A page can give its own
+/// name this machine's address, but it cannot be at an address: so Prometheus may use any, also that of a forwarded port.
+pub(crate) async fn check_admin_host(State(app): State<App>, request: Request, next: Next) -> Response {
+    let refused = match host_of(&request) {
+        Ok(Some(host)) if host.address().is_none() && !is_own_name(&app, &host) => misdirected(&format!(
+            "the admin listener answers to localhost, to addresses and to --public-url, not to {host}"
+        )),
+        Ok(_) => return next.run(request).await,
+        Err(malformed) => malformed,
+    };
+    // There is no request log before the admin listener that would write it.
+    refused.answer(&request_id(request.headers()))
+}
+
 /// The host that a request is for (RFC 9112 section 3.2); only HTTP/1.0 may leave it out.
 fn host_of(request: &Request) -> Result<Option<Host>, Problem> {
     let malformed = |detail: &str| Problem::new(Kind::MalformedRequest, detail);
@@ -44,21 +59,22 @@ fn host_of(request: &Request) -> Result<Option<Host>, Problem> {
 
 fn check_reached(app: &AppState, request: &Request, host: Option<&Host>) -> Result<(), Problem> {
     let here = request.extensions().get::<Ends>().map(|ends| ends.service);
-    let is_own = |host: &Host| {
-        host.is_loopback()
-            || host.address().is_some_and(|address| Some(address) == here)
-            || app.public_host().is_some_and(|public| host.has_name_of(&public))
-    };
+    let is_own = |host: &Host| is_own_name(app, host) || host.address().is_some_and(|address| Some(address) == here);
     match host {
-        Some(host) if !is_own(host) => {
-            let detail = format!(
-                "a service without keys answers to localhost, to its own address and to --public-url, not to {host}: a page \
-                 of another site could use it under such a name"
-            );
-            Err(Problem::new(Kind::MisdirectedRequest, detail))
-        }
+        Some(host) if !is_own(host) => Err(misdirected(&format!(
+            "a service without keys answers to localhost, to its own address and to --public-url, not to {host}"
+        ))),
         _ => Ok(()),
     }
+}
+
+fn is_own_name(app: &AppState, host: &Host) -> bool {
+    host.is_loopback() || app.public_host().is_some_and(|public| host.has_name_of(&public))
+}
+
+fn misdirected(answers_to: &str) -> Problem {
+    let detail = format!("{answers_to}: a page of another site could use it under such a name");
+    Problem::new(Kind::MisdirectedRequest, detail)
 }
 
 /// Browsers send an `Origin` with every request of a page that may change something.

@@ -24,7 +24,7 @@ use super::auth::tenant::Scope;
 use super::contract::Route;
 use super::middleware::auth_gate::{identify, require};
 use super::middleware::cors::cors;
-use super::middleware::host_gate::check_host;
+use super::middleware::host_gate::{check_admin_host, check_host};
 use super::middleware::request_log::request_log;
 use super::problem::{Kind, Problem};
 use super::state::App;
@@ -109,6 +109,7 @@ pub(crate) fn admin(app: App) -> Router {
         .route("/readyz", get(health::readyz))
         .route("/healthz", get(health::readyz))
         .route("/metrics", get(metrics::metrics))
+        .layer(from_fn_with_state(Arc::clone(&app), check_admin_host))
         .with_state(app)
 }
 

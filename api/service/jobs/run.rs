@@ -85,7 +85,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     };
     jobs.save(job).map_err(|error| disk(&error))?;
     let workers = Arc::clone(&jobs.pool).join(task, job.control.clone());
-    let text = jobs.scene(&spec.scene).ok_or_else(|| disk(&io::ErrorKind::NotFound.into()))?;
+    let text = jobs.scene(&spec.scene).ok_or_else(scene_is_gone)?;
     let building = Instant::now();
     let sent = SentScene::new(&text, spec.format, &spec.settings);
     let found = when_there_is_room(job, || jobs.cache.find(&workers, &sent));
@@ -281,6 +281,12 @@ fn stopped_or(job: &Job, otherwise: Stopped) -> Stopped {
 
 fn internal(detail: &str) -> Failure {
     Failure { slug: "internal".into(), detail: detail.into() }
+}
+
+/// The text of the scene, which only the client can send again.
+fn scene_is_gone() -> Stopped {
+    let detail = "the file with the scene of this job is damaged or gone; submit the job again, with its scene";
+    Stopped::Failed(Failure { slug: "gone".into(), detail: detail.into() })
 }
 
 /// A file of the job cannot be read or written.

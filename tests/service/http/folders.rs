@@ -311,27 +311,33 @@ fn spoilt_tiles_are_rendered_again() {
 }
 
 #[test]
-fn a_waiting_job_whose_scene_is_spoilt_fails_and_can_be_sent_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let service = start(folder.path());
-    for _ in 0..2 {
-        submit(&service, SLOW, r#""settings": { "width": 1024, "height": 1024, "samples": 8 }"#);
+fn a_waiting_job_whose_scene_is_spoilt_says_so_and_can_be_sent_again() {
+    for is_removed in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        let service = start(folder.path());
+        for _ in 0..2 {
+            submit(&service, SLOW, r#""settings": { "width": 1024, "height": 1024, "samples": 8 }"#);
+        }
+        let id = submit(&service, BALL, "");
+        let scene = names(folder.path(), "scenes").into_iter().map(|name| folder.path().join("scenes").join(name));
+        let scene = scene.min_by_key(|path| fs::read(path).unwrap().windows(6).all(|six| six != b"sphere")).unwrap();
+        drop(service);
+        let mut bytes = fs::read(&scene).unwrap();
+        let last = bytes.len() - 1;
+        bytes[last] ^= 1;
+        if is_removed { fs::remove_file(&scene) } else { fs::write(&scene, bytes) }.unwrap();
+        let service = start(folder.path());
+        let all = service.get("/v1/jobs").json();
+        for slow in all["jobs"].as_array().unwrap().iter().filter(|job| job["id"] != id.as_str()) {
+            service.send("POST", &format!("/v1/jobs/{}/cancel", text(&slow["id"])), &[], b"");
+        }
+        let failed = ended(&service, &id);
+        assert_eq!(failed["state"], "failed");
+        let problem = &failed["problem"];
+        assert!(text(&problem["type"]).ends_with("/problems/gone"), "{failed}");
+        assert!(text(&problem["detail"]).contains("the scene of this job is damaged or gone; submit"), "{failed}");
+        succeeded(&service, &submit(&service, BALL, ""));
     }
-    let id = submit(&service, BALL, "");
-    let scene = names(folder.path(), "scenes").into_iter().map(|name| folder.path().join("scenes").join(name));
-    let scene = scene.min_by_key(|path| fs::read(path).unwrap().windows(6).all(|six| six != b"sphere")).unwrap();
-    drop(service);
-    let mut bytes = fs::read(&scene).unwrap();
-    let last = bytes.len() - 1;
-    bytes[last] ^= 1;
-    fs::write(&scene, bytes).unwrap();
-    let service = start(folder.path());
-    for slow in service.get("/v1/jobs").json()["jobs"].as_array().unwrap().iter().filter(|job| job["id"] != id.as_str())
-    {
-        service.send("POST", &format!("/v1/jobs/{}/cancel", text(&slow["id"])), &[], b"");
-    }
-    assert_eq!(ended(&service, &id)["state"], "failed");
-    succeeded(&service, &submit(&service, BALL, ""));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What operators rely on: a listener of their own, numbers, logs, configuration.
 
+use super::access::KeyFile;
 use super::jobs::submit;
 use crate::common::service::{Answer, Service, address_in};
 use crate::common::{BALL, SLOW};
@@ -20,9 +21,13 @@ pub(super) fn with_admin(flags: &[&str]) -> (Service, SocketAddr) {
 }
 
 pub(super) fn get(address: SocketAddr, path: &str) -> Answer {
+    get_as(address, "localhost", path)
+}
+
+fn get_as(address: SocketAddr, host: &str, path: &str) -> Answer {
     let mut stream = TcpStream::connect(address).expect("it accepts connections");
     stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
-    write!(stream, "GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
     Answer::read(stream)
 }
 
@@ -56,6 +61,26 @@ fn operators_are_answered_on_their_own_listener_until_the_end() {
     assert_eq!(get(admin, "/livez").status, 200);
     Answer::read(client).picture();
     assert!(service.ended(Duration::from_secs(5)).success());
+}
+
+#[test]
+fn the_listener_for_operators_answers_to_its_own_names_and_to_addresses() {
+    let public = ["--public-url", "https://render.example.org"];
+    let (_open, open) = with_admin(&public);
+    let keys = KeyFile::new("admin_hosts", "");
+    let (_keyed, keyed) = with_admin(&[&public[..], &["--keys", keys.path()]].concat());
+    for admin in [open, keyed] {
+        for path in ["/metrics", "/livez", "/readyz", "/healthz"] {
+            for host in [&admin.to_string(), "localhost:9090", "10.0.0.1:9090", "[::2]", "render.example.org:9090"] {
+                assert_eq!(get_as(admin, host, path).status, 200, "{host} {path}");
+            }
+            for host in ["evil.example", "localhost.evil.example:9090", "127.0.0.1.nip.example"] {
+                let refused = get_as(admin, host, path).problem(421, "misdirected-request");
+                assert!(refused["detail"].as_str().unwrap().contains("--public-url"), "{refused}");
+            }
+        }
+        get_as(admin, "user@localhost", "/metrics").problem(400, "malformed-request");
+    }
 }
 
 #[test]
