@@ -4,7 +4,7 @@
 //! keeps pages of other origins from reading answers, but requests such as `POST cancel` are sent all the same, and a page
 //! whose name resolves to this machine (DNS rebinding) has the same origin. So both are refused here.
 
-use super::request_log::request_id;
+use super::request_log::{add_headers, request_id};
 use crate::http::auth::client::Ends;
 use crate::http::host::Host;
 use crate::http::problem::{Kind, Problem};
@@ -38,7 +38,10 @@ pub(crate) async fn check_admin_host(State(app): State<App>, request: Request, n
         Err(malformed) => malformed,
     };
     // There is no request log before the admin listener that would write it.
-    refused.answer(&request_id(request.headers()))
+    let id = request_id(request.headers());
+    let mut response = refused.answer(&id);
+    add_headers(&mut response, &id);
+    response
 }
 
 /// The host that a request is for (RFC 9112 section 3.2); only HTTP/1.0 may leave it out.

@@ -35,9 +35,16 @@ pub(crate) async fn request_log(State(app): State<App>, request: Request, next: 
             response.headers_mut().insert(name, value.clone());
         }
     }
+    add_headers(&mut response, &id);
+    visit.end(&response);
+    response
+}
+
+/// What every answer to a client has.
+pub(crate) fn add_headers(response: &mut Response, id: &str) {
     let status = response.status();
     let headers = response.headers_mut();
-    if let Ok(id) = HeaderValue::from_str(&id) {
+    if let Ok(id) = HeaderValue::from_str(id) {
         headers.insert(REQUEST_ID, id);
     }
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
@@ -50,8 +57,6 @@ pub(crate) async fn request_log(State(app): State<App>, request: Request, next: 
     if status.is_client_error() || status.is_server_error() {
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     }
-    visit.end(&response);
-    response
 }
 
 /// The client's request id if it is harmless, else a new one: 32 random bits of this process and a counter.
