@@ -81,6 +81,11 @@ impl Pruning {
             Accuracy::Time(_) | Accuracy::Rays(_) | Accuracy::Statistical(_) => Self::Proved { max_codes: 1 },
         }
     }
+
+    /// How many rays a pixel with some samples may defer until it needs them.
+    pub fn most_deferred(samples: u32) -> u32 {
+        samples.saturating_mul(32).max(2_048)
+    }
 }
 
 /// The rules of the recursion.

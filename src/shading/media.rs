@@ -14,6 +14,9 @@ const MAX_MEDIA: usize = 32;
 /// A list of media: an index into [`Media`].
 pub type MediumList = u32;
 
+/// More lists than these are looked through for those that no ray needs any more.
+const MANY: usize = 1 << 16;
+
 /// The empty list: empty space, ior 1.
 pub const OUTSIDE: MediumList = 0;
 
@@ -47,13 +50,24 @@ impl<R> Medium<R> {
 #[derive(Debug, Clone)]
 pub struct Media<R> {
     nodes: Vec<Node<R>>,
+    /// How many lists there may be before those are looked for that nobody needs.
+    limit: usize,
+}
+
+/// The lists that are kept while the others are forgotten.
+#[derive(Debug)]
+pub struct Compaction<'a, R> {
+    media: &'a mut Media<R>,
+    before: Vec<Node<R>>,
+    /// Where each list is now, of those that are kept.
+    now: Vec<MediumList>,
 }
 
 impl<R: Real> Default for Media<R> {
     fn default() -> Self {
         let outside =
             Medium { body: u64::MAX, volume: f64::INFINITY, ior: R::from_f64(1.0), dispersion: R::from_f64(0.0) };
-        Self { nodes: vec![Node { medium: outside, below: OUTSIDE }] }
+        Self { nodes: vec![Node { medium: outside, below: OUTSIDE }], limit: MANY }
     }
 }
 
@@ -71,6 +85,19 @@ impl<R: Real> Media<R> {
     /// Forgets the lists made since a mark.
     pub fn forget(&mut self, mark: usize) {
         self.nodes.truncate(mark);
+    }
+
+    /// Whether there are so many lists that those should go that nobody needs.
+    #[inline(always)]
+    pub fn is_crowded(&self) -> bool {
+        self.nodes.len() > self.limit
+    }
+
+    /// Forgets all lists but those that [`Compaction::keep`] is called with.
+    pub fn compact(&mut self) -> Compaction<'_, R> {
+        let outside = self.nodes[OUTSIDE as usize];
+        let before = std::mem::replace(&mut self.nodes, vec![outside]);
+        Compaction { media: self, now: vec![OUTSIDE; before.len()], before }
     }
 
     /// The medium that decides where a ray with this list is; none in empty space.
@@ -138,6 +165,31 @@ impl<R: Real> Media<R> {
     }
 }
 
+impl<R: Real> Compaction<'_, R> {
+    /// Keeps a list, and returns its new number.
+    pub fn keep(&mut self, list: MediumList) -> MediumList {
+        let mut moving = Vec::new();
+        let mut next = list;
+        while next != OUTSIDE && self.now[next as usize] == OUTSIDE {
+            moving.push(next);
+            next = self.before[next as usize].below;
+        }
+        let tail = self.now[next as usize];
+        moving.into_iter().rev().fold(tail, |below, list| {
+            let Node { medium, .. } = self.before[list as usize];
+            self.now[list as usize] = self.media.push(below, medium);
+            self.now[list as usize]
+        })
+    }
+}
+
+impl<R> Drop for Compaction<'_, R> {
+    fn drop(&mut self) {
+        // Twice as many, so that what is kept is not looked through again and again.
+        self.media.limit = MANY.max(2 * self.media.nodes.len());
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -176,5 +228,20 @@ mod tests {
         assert_eq!(media.ior(outside), 1.0);
         assert_eq!(media.leave(both, 7), both, "leaving what it is not in changes nothing");
         assert_eq!(media.leave(OUTSIDE, 7), OUTSIDE);
+    }
+
+    #[test]
+    fn lists_that_are_kept_stay_what_they_were() {
+        let mut media = Media::default();
+        let gone = media.list(&[BUBBLE, WATER]);
+        let lists = [media.list(&[WATER, GLASS]), media.list(&[GLASS]), OUTSIDE, media.list(&[WATER, GLASS, BUBBLE])];
+        let entries = |media: &Media<f64>, list| media.entries(list).collect::<Vec<_>>();
+        let before = lists.map(|list| entries(&media, list));
+        let mut kept = media.compact();
+        let after = lists.map(|list| kept.keep(list));
+        assert_eq!(lists.map(|list| kept.keep(list)), after, "a list is kept once");
+        drop(kept);
+        assert_eq!(after.map(|list| entries(&media, list)), before);
+        assert!(media.mark() <= 1 + 2 + 1 + 3 && after[3] < lists[3] && gone != OUTSIDE);
     }
 }

@@ -5,8 +5,9 @@
 //! skipped lights could have added. Since sRGB codes grow with light, the pixel's code lies between those of both ends.
 //!
 //! To prove a pixel, rays of little weight (w U < tau) are deferred at first. While the two codes are too far apart, deferred
-//! rays are followed after all, the heavier ones first.
+//! rays are followed after all, the heavier ones first. A pixel defers a limited number of rays (`deferred.rs`).
 
+use super::deferred::{Deferred, DeferredRays};
 use super::hits::Hits;
 use super::kernel::Tracer;
 use super::observer::{NotFollowed, Observer};
@@ -41,10 +42,10 @@ pub(super) struct Certificate<L: Lanes> {
     skipped_light: L,
     /// Largest `skipped_light` allowed.
     skipped_light_limit: L,
-    /// Rays deferred in this round.
-    deferred: Vec<Deferred<L>>,
-    /// Rays deferred in the round before, which are followed in this one.
-    this_round: Vec<Deferred<L>>,
+    /// The deferred rays.
+    pub(super) deferred: DeferredRays<L::Real>,
+    /// How many packets of them were deferred in the round before, and are followed in this one.
+    this_round: usize,
     /// Rays of each pixel, for the rounding of its sum.
     rays: L,
     /// Lanes that are not proved yet.
@@ -61,16 +62,6 @@ pub(super) struct Certificate<L: Lanes> {
     sample: u32,
 }
 
-/// Deferred rays.
-#[derive(Debug, Clone, Copy)]
-struct Deferred<L: Lanes> {
-    rays: RayPacket<L>,
-    /// Their distance from the eye, for their cones.
-    distance: L,
-    /// Their sample.
-    sample: u32,
-}
-
 impl<L: Lanes> Certificate<L> {
     pub(super) fn new(s: L::Simd) -> Self {
         let zero = L::lit(s, 0.0);
@@ -78,8 +69,8 @@ impl<L: Lanes> Certificate<L> {
             omitted: V3 { x: zero, y: zero, z: zero },
             skipped_light: zero,
             skipped_light_limit: zero,
-            deferred: Vec::new(),
-            this_round: Vec::new(),
+            deferred: DeferredRays::default(),
+            this_round: 0,
             rays: zero,
             unproved_lanes: 0,
             rounds: 0,
@@ -127,8 +118,8 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         self.certificate.unproved_lanes = u32::MAX;
         self.certificate.rounds = 0;
         self.certificate.in_order = false;
-        self.certificate.deferred.clear();
-        self.certificate.this_round.clear();
+        self.certificate.deferred.clear(Pruning::most_deferred(samples.count));
+        self.certificate.this_round = 0;
         self.media.clear();
         self.followed = zero;
     }
@@ -174,8 +165,13 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// The most light that rays of a weight and a depth can bring.
     #[inline(always)]
     fn upper_bound(&self, weight: V3<L>, depth: u32) -> V3<L> {
-        let ceiling = self.world.ceiling.of((self.world.rules.max_depth + 1).saturating_sub(depth));
-        weight.times(V3::splat(self.s, ceiling.map(L::Real::from_f64)))
+        weight.times(V3::splat(self.s, self.ceiling_at(depth).map(L::Real::from_f64)))
+    }
+
+    /// The most light that rays of weight 1 and a depth can bring.
+    #[inline(always)]
+    fn ceiling_at(&self, depth: u32) -> [f64; 3] {
+        self.world.ceiling.of((self.world.rules.max_depth + 1).saturating_sub(depth))
     }
 
     /// Adds omitted rays of some lanes to R.
@@ -214,8 +210,11 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             || match self.pruning {
                 Pruning::Proved { .. } if !self.certificate.in_order => {
                     let distance = if V::DETAILS { self.cones.end } else { L::lit(self.s, 0.0) };
-                    let rays = RayPacket { active: lanes, ..*rays };
-                    self.certificate.deferred.push(Deferred { rays, distance, sample: self.certificate.sample });
+                    let kept = self.certificate.deferred.with_room(lanes);
+                    let sample = self.certificate.sample;
+                    let deferred = Deferred { rays: RayPacket { active: kept, ..*rays }, distance, sample };
+                    self.certificate.deferred.push(&deferred);
+                    self.omit(rays, lanes & !kept);
                 }
                 _ => self.omit(rays, lanes),
             },
@@ -237,7 +236,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     pub(crate) fn prove(&mut self, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
         let Pruning::Proved { max_codes } = self.pruning else { return false };
         let certificate = &self.certificate;
-        if certificate.deferred.is_empty() && certificate.this_round.is_empty() && self.incomplete() & active == 0 {
+        if certificate.deferred.is_empty() && self.incomplete() & active == 0 {
             self.end_of_round();
             self.certificate.unproved_lanes = 0;
             return false;
@@ -257,7 +256,11 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     fn next_round(&mut self, max_codes: u8, active: u32, hits: &mut Hits<L>, sum: &V3<L>) -> bool {
         loop {
-            while let Some(Deferred { mut rays, distance, sample }) = self.certificate.this_round.pop() {
+            while self.certificate.this_round > 0 {
+                self.certificate.this_round -= 1;
+                let Some(Deferred { mut rays, distance, sample }) = self.certificate.deferred.pop::<L>(self.s) else {
+                    break;
+                };
                 let unproved_lanes = self.certificate.unproved_lanes;
                 self.omit(&rays, rays.active & !unproved_lanes);
                 rays.active &= unproved_lanes;
@@ -281,9 +284,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             }
             certificate.rounds += 1;
             self.min_weight = self.min_weight * L::lit(self.s, REFINEMENT);
-            std::mem::swap(&mut certificate.this_round, &mut certificate.deferred);
-            // The ray that was deferred first comes first.
-            certificate.this_round.reverse();
+            certificate.this_round = certificate.deferred.len();
         }
     }
 
@@ -331,11 +332,9 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     fn omit_deferred_in(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
         let s = self.s;
-        let mut left = std::mem::take(&mut self.certificate.deferred);
-        for deferred in left.drain(..) {
-            self.omit(&deferred.rays, deferred.rays.active);
+        while let Some(Deferred { rays, .. }) = self.certificate.deferred.pop::<L>(s) {
+            self.omit(&rays, rays.active);
         }
-        self.certificate.deferred = left;
         let zero = L::lit(s, 0.0);
         let again = match self.pruning {
             // More rays do not help where rounding alone may change a code. Such pixels are traced again in the order of
@@ -387,15 +386,31 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         }
     }
 
+    /// R and what the deferred rays can bring.
+    #[inline(always)]
+    fn with_deferred(&self) -> V3<L> {
+        let omitted = self.certificate.omitted;
+        if self.certificate.deferred.is_empty() {
+            return omitted;
+        }
+        let mut sums: [[L::Real; 3]; MAX_LANES] = [[L::Real::default(); 3]; MAX_LANES];
+        for (lane, sum) in sums.iter_mut().enumerate().take(L::COUNT) {
+            *sum = omitted.lane(lane);
+        }
+        for (lane, weight, depth) in self.certificate.deferred.weights() {
+            let ceiling = self.ceiling_at(depth);
+            for c in 0..3 {
+                sums[lane][c] = sums[lane][c] + weight[c] * L::Real::from_f64(ceiling[c]);
+            }
+        }
+        V3::from_fn(self.s, |lane| sums[lane])
+    }
+
     /// The lanes of `among` that may be more than `max_codes` off, and that more rays may prove.
     #[inline(always)]
     fn unproved_lanes(&self, among: u32, max_codes: u8, sum: &V3<L>) -> u32 {
         let s = self.s;
-        let mut omitted = self.certificate.omitted;
-        for deferred in &self.certificate.deferred {
-            let upper_bound = self.upper_bound(deferred.rays.weight, deferred.rays.depth);
-            omitted = V3::select(L::mask(s, deferred.rays.active), omitted + upper_bound, omitted);
-        }
+        let omitted = self.with_deferred();
         let incomplete = omitted.x.max(omitted.y).max(omitted.z).gt(L::lit(s, 0.0)).bits() & among;
         if incomplete == 0 {
             return 0;

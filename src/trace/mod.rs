@@ -6,6 +6,7 @@ mod coincident;
 mod color_bleeding;
 mod colored_shadows;
 pub mod counts;
+mod deferred;
 pub mod eye_media;
 mod fresnel;
 pub mod hits;

@@ -4,8 +4,9 @@ use super::kernel::Tracer;
 use super::observer::{NotFollowed, Observer};
 use super::ray_packet::{RayKind, RayPacket};
 use super::variants::Variant;
-use crate::lanes::{Lanes, Mask, V3};
+use crate::lanes::{Ids, Lanes, Mask, V3};
 use crate::scene::limits::RAYS_PER_SAMPLE;
+use crate::shading::media::{MediumList, OUTSIDE};
 
 /// Largest weight of a ray, so that nothing overflows in single precision. Only materials with r_s + r_t above 1, of which a
 /// warning tells, come near.
@@ -20,7 +21,31 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         if V::DETAILS {
             self.cones.pop();
         }
+        if V::SECONDARY && self.media.is_crowded() {
+            self.forget_media(rays);
+        }
         true
+    }
+
+    /// Forgets the lists of media that neither `next` nor any ray that waits needs.
+    #[inline(never)]
+    fn forget_media(&mut self, next: &mut RayPacket<L>) {
+        let (s, stack, deferred) = (self.s, &mut self.stack, &mut self.certificate.deferred);
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || {
+                let mut kept = self.media.compact();
+                for packet in stack.iter_mut().chain([next]) {
+                    let (lists, active) = (packet.media, packet.active);
+                    packet.media = L::Ids::from_fn(s, |lane| match active & (1 << lane) {
+                        0 => u64::from(OUTSIDE),
+                        _ => u64::from(kept.keep(lists.lane(lane) as MediumList)),
+                    });
+                }
+                deferred.media().for_each(|list| *list = kept.keep(*list));
+            },
+        );
     }
 
     /// Stacks rays. Rays of too little weight are deferred or omitted; rays beyond the limit are dropped.
