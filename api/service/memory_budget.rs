@@ -87,6 +87,17 @@ impl MemoryBudget {
         Ok(MeteredBytes { bytes, share })
     }
 
+    /// Bytes that are read from disk, if they are there and there is memory for them.
+    pub(crate) fn read(
+        &self,
+        bytes: u64,
+        read: impl FnOnce() -> Option<Vec<u8>>,
+    ) -> Result<Option<MeteredBytes>, Error> {
+        let mut share = self.share(0);
+        share.grow(bytes)?;
+        Ok(read().map(|bytes| MeteredBytes { bytes, share }))
+    }
+
     fn take(&self, bytes: u64, having: u64) -> Result<(), Error> {
         let max = self.0.limit;
         let needed = bytes.saturating_add(having);

@@ -204,6 +204,7 @@ where
     let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
     add_samples(&mut tracer, &[[x, y]], 1, Samples::of_picture(samples), &mut Hits::none(()), &mut sum);
     let (omitted, roundings, sum) = (tracer.omitted().lane(0), tracer.roundings().lane(0), sum.lane(0));
+    control.add_rays(tracer.counts.total());
     let Recorder { rays, truncated, .. } = tracer.into_observer();
     if control.stops() {
         return Err(Cancelled);

@@ -77,6 +77,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
         let mut traced = Traced::default();
         let at: Vec<[u32; 2]> = blocks.iter().flat_map(|block| block.iter()).collect();
         R::trace(self.options.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
+        self.control.add_rays(traced.rays.total());
         let packets = traced.packets.chunks(traced.packets.len() / blocks.len().max(1));
         let pixels = traced.pixels.chunks(MAX_LANES);
         pixels.zip(packets).map(|(pixels, packets)| (pixels.to_vec(), PacketCost::of(packets))).collect()
@@ -88,6 +89,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
         let started = ThreadTime::start();
         self.trace_pixels(&at, self.scene.samples, &mut traced);
         let nanoseconds = started.nanoseconds();
+        self.control.add_rays(traced.rays.total());
         (traced.pixels, PacketCost { rays: traced.rays, nanoseconds })
     }
 
@@ -96,6 +98,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
             let at: Vec<[u32; 2]> = part.tiles(BLOCK).flat_map(Region::iter).collect();
             let mut traced = Traced::default();
             R::trace(self.options.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
+            self.control.add_rays(traced.rays.total());
             let mut pixels = vec![[0.0; 3]; at.len()];
             at.iter().zip(traced.pixels).for_each(|(at, pixel)| pixels[part.index(*at)] = pixel);
             let contrasts = contrasts(&codes_of(&pixels), part.width);
@@ -112,6 +115,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
         let packet = &uneven[first..uneven.len().min(first + MAX_LANES)];
         let mut traced = Traced::default();
         R::trace(self.options.level, &self.job, packet, Samples::of_picture(REFINED_SAMPLES), &mut traced);
+        self.control.add_rays(traced.rays.total());
         (!packet.is_empty()).then(|| PacketCost::of(&traced.packets))
     }
 }

@@ -80,6 +80,7 @@ fn answer(Question { app, work, sent }: Question<'_>, (): ()) -> Result<Answer, 
     let most = MOST_GROWTH * (sent.text.len() + BESIDE);
     answer.append(b"{\"answers\":[")?;
     for (number, part) in rays.chunks(PART).enumerate() {
+        work.control.add_rays(part.len() as u64);
         let texts = work.workers.work(|| follow_all(work, &found.ready.scene, part)).and_then(|texts| texts);
         for (place, text) in texts.map_err(Error::from)?.iter().enumerate() {
             if answer.len() + text.len() > most {

@@ -125,7 +125,7 @@ fn history(pool: &Arc<Pool>, path: &Path) -> History {
     let rendered = opened.submit(SCENE, None);
     let mut promises = vec![promise(path, &rendered)];
     assert_eq!(opened.wait(&rendered), State::Succeeded);
-    let made = opened.jobs.picture(&rendered).unwrap();
+    let made = opened.jobs.picture(&rendered).unwrap().unwrap();
     let reused = opened.submit(&format!("{SCENE}\n"), Some(&made));
     promises.push(promise(path, &reused));
     promises[0].forgotten[0] = journal::length(path);
@@ -189,7 +189,7 @@ fn start(pool: &Arc<Pool>, tree: &Tree, history: &History, moment: usize) -> Res
         if opened.wait(&job) != State::Succeeded {
             return Err(format!("{id} has failed: {:?}", job.record().failure));
         }
-        let picture = opened.jobs.picture(&job).ok_or_else(|| format!("{id} has no picture"))?;
+        let picture = opened.jobs.picture(&job).unwrap().ok_or_else(|| format!("{id} has no picture"))?;
         if picture.bytes != history.picture {
             return Err(format!("{id} has another picture"));
         }

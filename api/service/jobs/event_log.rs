@@ -60,18 +60,19 @@ impl Events {
         seq
     }
 
+    /// Forgets the events of a job that has ended. A client that comes back gets a snapshot and how it ended.
+    pub(super) fn forget(&self) {
+        let mut kept = self.kept();
+        kept.events = VecDeque::new();
+        kept.before = kept.last;
+    }
+
     /// All events after a number. None if some of them are not kept any more, or no event has had the number.
     pub(crate) fn since(&self, seq: u64) -> Option<Vec<Event>> {
         let kept = self.kept();
         (kept.before..=kept.last)
             .contains(&seq)
             .then(|| kept.events.iter().filter(|event| event.seq > seq).cloned().collect())
-    }
-
-    /// Keeps no event any more.
-    pub(super) fn forget(&self) {
-        let mut kept = self.kept();
-        (kept.events, kept.before) = (VecDeque::new(), kept.last);
     }
 
     /// Number of the last event.

@@ -58,11 +58,6 @@ impl Files {
         pictures.into_iter().chain([self.scenes.size(name)]).flatten().sum()
     }
 
-    /// The picture of a job that has succeeded.
-    pub(super) fn picture(&self, record: &Record) -> Option<PictureFile> {
-        PictureFile::stored(self.pictures.get(&record.picture_name())?)
-    }
-
     /// What is known about it.
     pub(super) fn meta(&self, record: &Record) -> Option<PictureMeta> {
         PictureMeta::stored(&self.pictures.head(&record.picture_name())?)

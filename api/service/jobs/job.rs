@@ -28,8 +28,10 @@ pub(crate) struct Job {
     pub(super) order: Mutex<Option<TileOrder>>,
     /// Regions that clients asked for before it was started.
     pub(super) early_looks: Mutex<Vec<Region>>,
-    /// Tiles, and whether each is finished.
-    pub(super) tiles: Vec<(Region, AtomicBool)>,
+    /// Tiles, and whether each is finished, until it has ended.
+    tiles: Mutex<Arc<[(Region, AtomicBool)]>>,
+    /// Number of tiles.
+    total: usize,
     pub(super) done: AtomicUsize,
     pub(super) rays: AtomicU64,
     /// Number of changes of the preview.
@@ -71,7 +73,10 @@ impl Job {
     /// A job that this process has not started.
     pub(super) fn new(record: Record) -> Self {
         let picture = Region::whole(record.width, record.height);
-        let regions = if record.edge == 0 { vec![picture] } else { picture.tiles(record.edge).collect() };
+        let edge = if record.edge == 0 { picture.width.max(picture.height).max(1) } else { record.edge };
+        let total = picture.width.div_ceil(edge) as usize * picture.height.div_ceil(edge) as usize;
+        let regions = (!record.state.is_final()).then(|| picture.tiles(edge));
+        let tiles = regions.into_iter().flatten().map(|region| (region, AtomicBool::new(false))).collect();
         let age = Duration::from_millis(super::record::now().saturating_sub(record.created));
         let events = Events::new(record.lives);
         Self {
@@ -82,7 +87,8 @@ impl Job {
             canvas: Mutex::default(),
             order: Mutex::default(),
             early_looks: Mutex::default(),
-            tiles: regions.into_iter().map(|region| (region, AtomicBool::new(false))).collect(),
+            tiles: Mutex::new(tiles),
+            total,
             done: AtomicUsize::new(0),
             rays: AtomicU64::new(record.stats.rays),
             revision: AtomicU64::new(0),
@@ -99,9 +105,24 @@ impl Job {
         locked(&self.record)
     }
 
+    /// Its tiles, and whether each is finished.
+    pub(super) fn tiles(&self) -> Arc<[(Region, AtomicBool)]> {
+        Arc::clone(&locked(&self.tiles))
+    }
+
+    /// Forgets what a job that has ended needs no more: its tiles and its events.
+    pub(super) fn rest(&self) {
+        let mut tiles = locked(&self.tiles);
+        if !tiles.is_empty() {
+            *tiles = Arc::new([]);
+            *locked(&self.early_looks) = Vec::new();
+            self.events.forget();
+        }
+    }
+
     /// Its progress.
     pub(crate) fn progress(&self) -> Progress {
-        let total = self.tiles.len();
+        let total = self.total;
         let done = if self.record().state == State::Succeeded { total } else { self.done.load(Ordering::Relaxed) };
         let eta_ms = (*locked(&self.begun)).and_then(|(begun, before)| {
             let here = done.saturating_sub(before);
@@ -127,7 +148,7 @@ impl Job {
     pub(crate) fn finished_part(&self, region: Region) -> Option<Film> {
         let is_done = |(tile, done): &(Region, AtomicBool)| !meet(*tile, region) || done.load(Ordering::Acquire);
         let canvas = locked(&self.canvas);
-        canvas.as_ref().filter(|_| self.tiles.iter().all(is_done)).map(|canvas| canvas.crop(region))
+        canvas.as_ref().filter(|_| self.tiles().iter().all(is_done)).map(|canvas| canvas.crop(region))
     }
 
     /// The preview and its revision, once anything has been rendered.
@@ -173,4 +194,31 @@ impl Drop for Watcher {
 /// Locks a mutex. A panic of another thread cannot leave the values of this module half-written.
 pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::record::JobSpec;
+    use super::*;
+    use serde_json::json;
+    use strahl::film::FileFormat;
+    use strahl::scene::{Format, Overrides};
+
+    #[test]
+    fn a_job_at_rest_still_says_how_it_ended() {
+        let (settings, output) = (Overrides::default(), FileFormat::Png8);
+        let spec = JobSpec { scene: String::new(), format: Format::Json, settings, output };
+        let record = Record { width: 100, height: 50, edge: 16, lives: 2, ..Record::new(spec) };
+        let job = Job::new(record.clone());
+        assert_eq!((job.tiles().len(), job.progress().total), (28, 28));
+        let first = job.events.publish("tile", json!({}));
+        let last = job.events.publish("succeeded", json!({}));
+        job.record().state = State::Succeeded;
+        job.rest();
+        assert_eq!((job.tiles().len(), job.progress().done, job.progress().total), (0, 28, 28));
+        assert_eq!((job.events.since(first), job.events.since(last)), (None, Some(Vec::new())));
+        assert_eq!(job.events.last(), last);
+        let whole = Job::new(Record { edge: 0, ..record });
+        assert_eq!((whole.tiles().len(), whole.tiles()[0].0), (1, Region::whole(100, 50)));
+    }
 }

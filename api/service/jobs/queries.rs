@@ -4,6 +4,8 @@ use super::Jobs;
 use super::job::{Job, locked};
 use super::record::{JobSpec, Record, State};
 use super::registry::{estimate, rank, remaining};
+use crate::service::error::Error;
+use crate::service::memory_budget::MeteredBytes;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::pictures::spec::PictureSpec;
 use std::ops::Bound;
@@ -35,7 +37,7 @@ impl Jobs {
     pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<PictureFile> {
         let name = PictureSpec::plain(None, format).name(&image_id);
         let is_of_a_job = locked(&self.registry).pictures.has(&name);
-        PictureFile::stored(is_of_a_job.then(|| self.files.pictures.get(&name))??)
+        is_of_a_job.then(|| self.read_picture(&name).ok())??
     }
 
     /// Whether some job has that picture.
@@ -90,9 +92,13 @@ impl Jobs {
     }
 
     /// The picture of a job that has succeeded, if it is there and whole.
-    pub(crate) fn picture(&self, job: &Job) -> Option<PictureFile> {
-        let record = job.record().clone();
-        self.files.picture(&record)
+    pub(crate) fn picture(&self, job: &Job) -> Result<Option<PictureFile>, Error> {
+        let name = job.record().picture_name();
+        self.read_picture(&name)
+    }
+
+    fn read_picture(&self, name: &str) -> Result<Option<PictureFile>, Error> {
+        PictureFile::read(&self.files.pictures, name, &self.cache.memory)
     }
 
     /// The metadata of that picture.
@@ -101,9 +107,10 @@ impl Jobs {
         self.files.meta(&record)
     }
 
-    /// The text of a job's scene.
-    pub(crate) fn scene(&self, name: &str) -> Option<Vec<u8>> {
-        Some(self.files.scenes.get(name)?.body)
+    /// The text of a job's scene, if it is there and whole.
+    pub(crate) fn scene(&self, name: &str) -> Result<Option<MeteredBytes>, Error> {
+        let bytes = self.files.scenes.size(name).unwrap_or(0);
+        self.cache.memory.read(bytes, || Some(self.files.scenes.get(name)?.body))
     }
 
     /// The last preview of a finished job, a PNG. There may be none if the picture existed already.

@@ -55,7 +55,7 @@ impl Jobs {
                 } else if kept.is_zero() {
                     forgotten.push(record.id.clone());
                 } else if record.ended.is_some_and(|ended| now >= ended + EVENTS_KEPT) {
-                    job.events.forget();
+                    job.rest();
                 }
             }
         }

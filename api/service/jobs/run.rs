@@ -85,9 +85,11 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     };
     jobs.save(job).map_err(|error| disk(&error))?;
     let workers = Arc::clone(&jobs.pool).join(task, job.control.clone());
-    let text = jobs.scene(&spec.scene).ok_or_else(scene_is_gone)?;
+    let text = when_there_is_room(job, || jobs.scene(&spec.scene));
+    let text = text.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
+    let text = text.ok_or_else(scene_is_gone)?;
     let building = Instant::now();
-    let sent = SentScene::new(&text, spec.format, &spec.settings);
+    let sent = SentScene::new(text.as_ref(), spec.format, &spec.settings);
     let found = when_there_is_room(job, || jobs.cache.find(&workers, &sent));
     drop(text);
     let ready = found.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?.ready;
@@ -157,7 +159,7 @@ fn whole(
     let rays = picture.rays.total();
     job.rays.store(rays, Ordering::Relaxed);
     *locked(&job.canvas) = Some(Canvas::of(picture));
-    job.tiles[0].1.store(true, Ordering::Release);
+    job.tiles()[0].1.store(true, Ordering::Release);
     job.done.store(1, Ordering::Relaxed);
     Ok(())
 }
@@ -167,9 +169,10 @@ fn recover(jobs: &Jobs, job: &Job) -> io::Result<Tiles> {
     let Record { ref id, width, height, .. } = job.record().clone();
     let mut canvas = Canvas::new(width, height);
     let (mut recovered, mut rays) = (0, 0);
-    let region = |number: u32| job.tiles.get(number as usize).map(|(region, _)| *region);
+    let tiles = job.tiles();
+    let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
     let file = Tiles::open(&jobs.files.tiles(id), id, [width, height], region, |Tile { number, picture }| {
-        let (_, done) = &job.tiles[number as usize];
+        let (_, done) = &tiles[number as usize];
         if !done.swap(true, Ordering::Release) {
             canvas.finish(&picture);
             recovered += 1;
@@ -180,8 +183,8 @@ fn recover(jobs: &Jobs, job: &Job) -> io::Result<Tiles> {
     job.rays.store(rays, Ordering::Relaxed);
     job.revision.fetch_add(u64::from(recovered > 0), Ordering::Relaxed);
     job.record().stats.tiles_recovered = recovered as u64;
-    let regions = job.tiles.iter().map(|(region, _)| *region).collect();
-    let is_done = |number: usize| job.tiles[number].1.load(Ordering::Relaxed);
+    let regions = tiles.iter().map(|(region, _)| *region).collect();
+    let is_done = |number: usize| tiles[number].1.load(Ordering::Relaxed);
     let mut order = TileOrder::new(regions, Region::whole(width, height), is_done);
     let mut current = locked(&job.order);
     locked(&job.early_looks).drain(..).for_each(|look| order.look(look));
@@ -240,6 +243,7 @@ fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, file: Tiles) -> Re
 /// Writes tiles to disk and to the canvas, and publishes events.
 fn persist_tiles(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result<(), Cancelled> {
     let mut reported: Option<Instant> = None;
+    let tiles = job.tiles();
     while let Ok(tile) = finished.recv() {
         if let Err(error) = file.add(&tile) {
             tracing::error!(%error, "a finished tile cannot be kept");
@@ -249,18 +253,18 @@ fn persist_tiles(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result
         if let Some(canvas) = &mut *locked(&job.canvas) {
             canvas.finish(&tile.picture);
         }
-        job.tiles[tile.number as usize].1.store(true, Ordering::Release);
+        tiles[tile.number as usize].1.store(true, Ordering::Release);
         job.rays.fetch_add(tile.picture.rays.total(), Ordering::Relaxed);
         let done = job.done.fetch_add(1, Ordering::Relaxed) + 1;
         let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
         let Region { x, y, width, height } = tile.picture.film.region;
         job.events.publish("tile", json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done }));
-        if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == job.tiles.len() {
+        if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == tiles.len() {
             let progress = job.progress();
             job.events.publish(
                 "progress",
                 json!({
-                    "fraction": done as f64 / job.tiles.len() as f64, "tiles_done": done, "rays": progress.rays,
+                    "fraction": done as f64 / tiles.len() as f64, "tiles_done": done, "rays": progress.rays,
                     "eta_ms": progress.eta_ms.map(f64::round), "revision": revision,
                 }),
             );

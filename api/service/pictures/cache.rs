@@ -64,6 +64,7 @@ impl Took {
 #[derive(Debug)]
 pub(crate) struct PictureCache {
     memory: Arc<LruCache<String, Arc<PictureFile>>>,
+    budget: MemoryBudget,
     disk: Option<BlobStore>,
     /// Hits and misses in memory, and on disk.
     hit_counters: [HitCounter; 2],
@@ -80,6 +81,7 @@ impl PictureCache {
         budget.evict_from(Arc::<LruCache<_, _>>::downgrade(&memory));
         Self {
             memory,
+            budget: budget.clone(),
             disk,
             hit_counters: Default::default(),
             flights: SingleFlight::default(),
@@ -97,12 +99,12 @@ impl PictureCache {
         self.memory.get(name).inspect(|_| self.hit_counters[0].hit())
     }
 
-    /// A picture, from memory or from disk, read on this thread.
+    /// A picture, from memory or from disk, read on this thread if there is memory for it.
     pub(crate) fn get(&self, name: &str) -> Option<Arc<PictureFile>> {
         if let Some(file) = self.cached(name) {
             return Some(file);
         }
-        let file = Arc::new(PictureFile::stored(self.disk.as_ref()?.get(name)?)?);
+        let file = Arc::new(PictureFile::read(self.disk.as_ref()?, name, &self.budget).ok()??);
         self.hit_counters[1].hit();
         self.remember(name, &file);
         Some(file)

@@ -2,8 +2,9 @@
 
 use super::report::{Phases, Report};
 use super::warnings;
-use crate::service::memory_budget::Share;
-use crate::service::storage::blob_store::Blob;
+use crate::service::error::Error;
+use crate::service::memory_budget::{MemoryBudget, Share};
+use crate::service::storage::blob_store::{Blob, BlobStore};
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 use sha2::{Digest, Sha256};
@@ -87,9 +88,14 @@ impl PictureFile {
         serde_json::to_vec(&self.meta).unwrap_or_default()
     }
 
-    /// A file as it was stored; none if another version of the program has stored it.
-    pub(crate) fn stored(Blob { head, body, digest }: Blob) -> Option<Self> {
-        Some(Self { bytes: body, digest, meta: PictureMeta::stored(&head)?, share: None })
+    /// A file as it was stored, once there is memory for it; none if another version of the program has stored it.
+    pub(crate) fn read(store: &BlobStore, name: &str, budget: &MemoryBudget) -> Result<Option<Self>, Error> {
+        let mut share = budget.share(0);
+        share.grow(store.size(name).unwrap_or(0))?;
+        let read = |Blob { head, body, digest }: Blob| {
+            Some(Self { bytes: body, digest, meta: PictureMeta::stored(&head)?, share: None }.with(share))
+        };
+        Ok(store.get(name).and_then(read))
     }
 }
 

@@ -92,7 +92,7 @@ impl Service {
     ) -> Result<Option<Arc<PictureFile>>, Error> {
         let (jobs, kept) = (Arc::clone(&self.jobs), Arc::clone(job));
         let found = tokio::task::spawn_blocking(move || jobs.picture(&kept)).await;
-        if let Some(file) = found.map_err(|_| Error::Internal("the request failed"))? {
+        if let Some(file) = found.map_err(|_| Error::Internal("the request failed"))?? {
             return Ok(Some(Arc::new(file)));
         }
         let (output, image) = {
@@ -125,7 +125,7 @@ impl Service {
         let of_job = job.record().spec.clone();
         let (jobs, scene) = (Arc::clone(&self.jobs), of_job.scene.clone());
         let text = tokio::task::spawn_blocking(move || jobs.scene(&scene)).await;
-        let Some(text) = text.map_err(|_| Error::Internal("the request failed"))? else { return Ok(None) };
+        let Some(text) = text.map_err(|_| Error::Internal("the request failed"))?? else { return Ok(None) };
         let upload = Upload::new(text, of_job.format, of_job.settings).await?;
         Ok(Some(self.make_picture(task, Source::Sent(upload), spec).await?.file))
     }

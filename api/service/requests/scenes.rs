@@ -93,9 +93,9 @@ impl Service {
     /// The scene of an id, if it was posted or if a job renders it.
     pub(crate) fn known_scene(&self, work: &Work, id: &str) -> Result<Found, Error> {
         if let Some(spec) = self.jobs.spec_of(id, None).filter(|_| !self.scenes.store.has(id))
-            && let Some(text) = self.jobs.scene(&spec.scene)
+            && let Some(text) = self.jobs.scene(&spec.scene)?
         {
-            return self.scenes.find(&work.workers, &SentScene::new(&text, spec.format, &spec.settings));
+            return self.scenes.find(&work.workers, &SentScene::new(text.as_ref(), spec.format, &spec.settings));
         }
         self.scenes.find_known(&work.workers, id)
     }
@@ -123,8 +123,8 @@ impl Service {
         let of_a_job = move |work: &Work| {
             let unknown = || Error::UnknownScene(id.clone());
             let spec = service.jobs.spec_of(&id, owner.as_deref()).ok_or_else(unknown)?;
-            let text = service.jobs.scene(&spec.scene).ok_or_else(unknown)?;
-            let sent = SentScene::new(&text, spec.format, &spec.settings);
+            let text = service.jobs.scene(&spec.scene)?.ok_or_else(unknown)?;
+            let sent = SentScene::new(text.as_ref(), spec.format, &spec.settings);
             service.scenes.build(&work.workers, &sent, |_| Ok(()), |mut loaded, _| canonical(&mut loaded.description))
         };
         Ok(self.run(task, of_a_job).await?.value.into())

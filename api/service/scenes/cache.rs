@@ -143,6 +143,8 @@ impl SceneCache {
             return Ok(self.found(workers.tenant(), ready, 0.0));
         }
         let text = self.store.get(id).ok_or_else(|| Error::UnknownScene(id.to_owned()))?;
+        let mut share = self.memory.share(0);
+        share.grow(text.len() as u64)?;
         // Stored texts were valid scenes. They are invalid now only if the renderer's limits have changed.
         self.find(workers, &SentScene::new(&text, Format::Json, &Overrides::default()))
     }

@@ -1,6 +1,7 @@
 //! What is proved about pictures: held against pictures whose rays were followed far further.
 
 use crate::common::{Random, load_scene, on_own_threads, scene_names};
+use fearless_simd::Level;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::ops::AddAssign;
@@ -8,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::film::srgb::code8;
-use strahl::render::{Control, Picture, Stop, render, render_until};
+use strahl::render::{Control, Picture, RenderOptions, Stop, render, render_until, render_with};
 use strahl::scene::compile::Precise;
 use strahl::scene::description::{Accuracy, Fixed, Precision, Proved, Rays};
 use strahl::scene::{Format, Loaded, Overrides, Scene, load};
@@ -387,4 +388,43 @@ fn without_a_bound_mirrors_of_one_color_still_mirror() {
     let middle = shoot(&scene).film.pixels[12 * 24 + 12];
     assert_eq!(middle, shoot(&loaded(text, one(fixed(10, 0.0))).scene).film.pixels[12 * 24 + 12]);
     assert!(middle[0] > 0.2, "{middle:?}");
+}
+
+/// Balls of glass in each other between two mirrors, whose pixels would defer millions of rays.
+fn hall_of_glass(precision: &str) -> Vec<u8> {
+    let balls = (0..5).map(|i| {
+        json!({ "sphere": { "center": [0, 0, 0], "radius": 1.0 + 0.1 * f64::from(i), "material": "glass" } })
+    });
+    let mirrors = [-8, 8].map(|z| json!({ "plane": { "point": [0, 0, z], "normal": [0, 0, -z], "material": "mirror" } }));
+    let scene = json!({
+        "version": 1, "image": { "width": 5, "height": 4 }, "background": 0.5, "ambient": 0.3,
+        "camera": { "pinhole": { "eye": [0.3, 0.2, 6], "look_at": [0, 0, 0], "vfov_deg": 30 } },
+        "lights": [{ "point": { "position": [0, 5, 5] } }],
+        "materials": {
+            "glass": { "transmission": 0.5, "reflection": 0.5, "ior": 1.5 },
+            "mirror": { "reflection": 0.98, "diffuse": 0.02 }
+        },
+        "objects": balls.chain(mirrors).collect::<Vec<_>>(),
+        "render": { "max_depth": 12, "accuracy": { "proved": {} }, "precision": precision, "antialias": false }
+    });
+    serde_json::to_vec(&scene).unwrap()
+}
+
+/// How many rays a pixel defers is its own matter: what shares a packet with it changes neither it nor its bound.
+#[test]
+fn what_pixels_defer_does_not_depend_on_their_packet() {
+    for (precision, codes) in [("single", 0), ("single", 1), ("double", 0)] {
+        let scene = loaded(&hall_of_glass(precision), proved(codes)).scene;
+        let whole = Region::whole(scene.width, scene.height);
+        let packets = shoot(&scene);
+        for pixel in whole.iter() {
+            let alone = Region { x: pixel[0], y: pixel[1], width: 1, height: 1 };
+            let alone = render(&scene, alone, &Control::default()).unwrap();
+            let at = (pixel[1] * scene.width + pixel[0]) as usize;
+            assert_eq!((alone.film.pixels[0], alone.highest()[0]), (packets.film.pixels[at], packets.highest()[at]));
+        }
+        let slow = RenderOptions { level: Level::new().as_sse2().map_or(Level::new(), Level::Sse2), ..RenderOptions::default() };
+        let slow = render_with(&scene, whole, &Control::default(), slow).unwrap();
+        assert!(slow.film == packets.film && slow.highest() == packets.highest(), "{precision}, {codes}");
+    }
 }

@@ -4,6 +4,7 @@ use super::operations::{get, number, with_admin};
 use crate::common::service::Service;
 use serde_json::json;
 use std::thread;
+use std::time::Duration;
 
 const MIB: u64 = 1 << 20;
 
@@ -110,4 +111,45 @@ fn a_large_tree_is_sent_as_it_is_written() {
         assert!(answer.body.len() > 5_000_000, "{} bytes", answer.body.len());
     }
     assert!(resident(&service)[0] < 192 * MIB, "{} MiB", resident(&service)[0] / MIB);
+}
+
+/// A few pixels of nested glass between mirrors, whose rays have almost no end: each would be deferred until it is needed.
+#[test]
+fn rays_that_a_proof_defers_take_little_memory() {
+    let service = Service::start(&["--memory-bytes", &(256 * MIB).to_string()]);
+    let ball = |i: i32| json!({ "sphere": { "center": [0, 0, 0], "radius": 1.0 + 0.1 * f64::from(i), "material": "glass" } });
+    let mirror = |z: i32| json!({ "plane": { "point": [0, 0, z], "normal": [0, 0, -z], "material": "mirror" } });
+    let glass = json!({
+        "version": 1, "image": { "width": 8, "height": 8 }, "background": 0.5, "ambient": 0.3,
+        "camera": { "pinhole": { "eye": [0.3, 0.2, 6], "look_at": [0, 0, 0], "vfov_deg": 30 } },
+        "lights": [{ "point": { "position": [0, 5, 5] } }],
+        "materials": {
+            "glass": { "transmission": 0.5, "reflection": 0.5, "ior": 1.5 },
+            "mirror": { "reflection": 0.98, "diffuse": 0.02 }
+        },
+        "objects": (0..5).map(ball).chain([mirror(-8), mirror(8)]).collect::<Vec<_>>(),
+        "render": { "max_depth": 1_000, "accuracy": { "proved": { "max_codes": 0 } }, "antialias": false }
+    });
+    assert_eq!(service.post_json("/v1/render", &glass.to_string()).status, 200);
+    assert!(resident(&service)[0] < 128 * MIB, "{} MiB", resident(&service)[0] / MIB);
+}
+
+/// Nine pictures of 18 MB in a folder, for clients that do not read them.
+#[test]
+fn pictures_that_are_read_from_disk_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = 160 * MIB;
+    let flags = ["--memory-bytes", &bytes.to_string(), "--picture-cache-bytes", "0", "--cache"];
+    let service = Service::start(&[&flags[..], &[folder.path().to_str().unwrap()]].concat());
+    let path = "/v1/render?width=1500&height=1000&antialias=false&format=pfm";
+    let all: Vec<String> = (0..9).map(|i| balls(2, i)).collect();
+    for scene in &all {
+        assert_eq!(service.post_json(path, scene).status, 200);
+    }
+    let waiting: Vec<_> = all.iter().map(|scene| service.begin(path, scene)).collect();
+    service.wait_for(0, 0);
+    thread::sleep(Duration::from_secs(2));
+    let [most, _] = resident(&service);
+    assert!(most < bytes * 11 / 10, "{} MiB", most / MIB);
+    drop(waiting);
 }
