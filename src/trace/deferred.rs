@@ -143,7 +143,9 @@ impl<R: Copy> DeferredRays<R> {
     #[inline(always)]
     pub(super) fn weights(&self) -> impl Iterator<Item = (usize, [R; 3], u32)> {
         let lanes = self.packets.iter().flat_map(|packet| lanes_of(packet.lanes).map(|lane| (lane, packet.depth)));
-        lanes.zip(&self.rays).map(|((lane, depth), ray)| (lane, [ray.numbers[7], ray.numbers[8], ray.numbers[9]], depth))
+        lanes
+            .zip(&self.rays)
+            .map(|((lane, depth), ray)| (lane, [ray.numbers[7], ray.numbers[8], ray.numbers[9]], depth))
     }
 
     /// The media of every ray.

@@ -119,7 +119,8 @@ impl Scene {
     /// be followed later, and the pixels of a packet may defer rays.
     pub fn stack_bytes(&self) -> u64 {
         fn of_world<R: Real>(world: &World<R>, samples: u32) -> u64 {
-            let followed = world.reflects || world.transmits || world.angular || world.effects.has(Effect::ColorBleeding);
+            let followed =
+                world.reflects || world.transmits || world.angular || world.effects.has(Effect::ColorBleeding);
             let deferred = match world.rules.pruning {
                 Pruning::Proved { .. } if followed => DEFERRED * u64::from(Pruning::most_deferred(samples)),
                 _ => 0,

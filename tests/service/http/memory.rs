@@ -117,7 +117,8 @@ fn a_large_tree_is_sent_as_it_is_written() {
 #[test]
 fn rays_that_a_proof_defers_take_little_memory() {
     let service = Service::start(&["--memory-bytes", &(256 * MIB).to_string()]);
-    let ball = |i: i32| json!({ "sphere": { "center": [0, 0, 0], "radius": 1.0 + 0.1 * f64::from(i), "material": "glass" } });
+    let ball =
+        |i: i32| json!({ "sphere": { "center": [0, 0, 0], "radius": 1.0 + 0.1 * f64::from(i), "material": "glass" } });
     let mirror = |z: i32| json!({ "plane": { "point": [0, 0, z], "normal": [0, 0, -z], "material": "mirror" } });
     let glass = json!({
         "version": 1, "image": { "width": 8, "height": 8 }, "background": 0.5, "ambient": 0.3,
