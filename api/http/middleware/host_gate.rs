@@ -27,13 +27,15 @@ pub(crate) async fn check_host(State(app): State<App>, mut request: Request, nex
     Ok(next.run(request).await)
 }
 
-/// Refuses requests to the admin listener, which never asks for a key, under a name that is not its own. A page can give its own
-/// name this machine's address, but it cannot be at an address: so Prometheus may use any, also that of a forwarded port.
+/// Refuses requests to the admin listener, which never asks for a key, under a name that is not its own, where it listens on
+/// loopback. A page can give its own name this machine's address, but it cannot be at an address: so Prometheus may use any, also
+/// that of a forwarded port. Where other machines reach the listener they may use any name: its figures are open to them.
 pub(crate) async fn check_admin_host(State(app): State<App>, request: Request, next: Next) -> Response {
+    let is_loopback = request.extensions().get::<Ends>().is_none_or(|ends| ends.service.is_loopback());
     let refused = match host_of(&request) {
-        Ok(Some(host)) if host.address().is_none() && !is_own_name(&app, &host) => misdirected(&format!(
-            "the admin listener answers to localhost, to addresses and to --public-url, not to {host}"
-        )),
+        Ok(Some(host)) if is_loopback && host.address().is_none() && !is_own_name(&app, &host) => misdirected(
+            &format!("the admin listener answers to localhost, to addresses and to --public-url, not to {host}"),
+        ),
         Ok(_) => return next.run(request).await,
         Err(malformed) => malformed,
     };

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `sh` | each line is run and must succeed |
 //! | `console` | lines after `$ ` (and `> `) are run; if others follow, they are the output |
-//! | `console times` | numbers may differ in lines with times, and in `render-rays`: time slices trace their borders twice |
+//! | `console times` | numbers may differ in lines with times |
 //! | `console numbers` | numbers may differ in all lines |
 //! | `… serve` | the service is started; later commands of the page talk to it |
 //! | `… skip-REASON` | the block is not run; [`REASONS`] has the reasons there are |
@@ -136,7 +136,7 @@ fn judge(outcome: &Outcome, block: &Block, expected: &[String]) -> Result<(), St
         return Err(format!("the answer's status is {status}"));
     }
     let may_differ = |line: &str| {
-        let has_time = ["dur=", " ms", "render-rays"].iter().any(|part| line.contains(part));
+        let has_time = ["dur=", " ms"].iter().any(|part| line.contains(part));
         block.is_marked("numbers") || (block.is_marked("times") && has_time)
     };
     let plain = |lines: &[String]| lines.iter().map(|line| simplified(line, may_differ(line))).collect::<Vec<_>>();
