@@ -214,7 +214,7 @@ impl<'a> Builder<'a> {
         let materials = description.materials.iter();
         Self {
             description,
-            materials: materials.map(|(name, material)| (name, Arc::new(material.clone()))).collect(),
+            materials: materials.map(|(name, material)| (name.as_str(), Arc::new(material.clone()))).collect(),
             default_material: Arc::default(),
             definitions: HashMap::new(),
         }

@@ -154,7 +154,7 @@ impl Counter<'_> {
                     f.name(at.key("name"), name);
                 }
                 if f.name(at.key("of"), &o.of) && self.description.definitions.get(&o.of).is_none() {
-                    let hint = f.suggestion(&o.of, self.description.definitions.names());
+                    let hint = f.suggestion(&o.of, self.description.definitions.keys());
                     f.add(at.key("of"), Code::UnknownReference, format!("no definition {}{hint}", quoted(&o.of)));
                 }
                 return;
@@ -182,7 +182,7 @@ impl Counter<'_> {
             self.findings.add(at.key("material"), Code::MissingKey, detail);
         }
         if material.is_none() {
-            let hint = self.findings.suggestion(name, self.description.materials.names());
+            let hint = self.findings.suggestion(name, self.description.materials.keys());
             let detail = format!("no material {}{hint}", quoted(name));
             self.findings.add(at.key("material"), Code::UnknownReference, detail);
         }
@@ -332,7 +332,7 @@ enum Depth {
 impl Nesting<'_> {
     /// Levels below a definition. Chains are followed only as far as the limit needs.
     fn of_definition(&mut self, position: usize, level: u64) -> u64 {
-        let (name, objects) = self.description.definitions.at(position);
+        let (name, objects) = self.description.definitions.get_index(position).expect("the position of a definition");
         match self.depths[position] {
             Depth::Known(depth) => return depth,
             Depth::Open => {
@@ -354,7 +354,7 @@ impl Nesting<'_> {
     fn of_list(&mut self, objects: &[Object], level: u64) -> u64 {
         let below = |nesting: &mut Self, object: &Object| match object {
             Object::Group(group) => 1 + nesting.of_list(&group.objects, level + 1),
-            Object::Instance(instance) => match nesting.description.definitions.position(&instance.of) {
+            Object::Instance(instance) => match nesting.description.definitions.get_index_of(&instance.of) {
                 Some(position) => 1 + nesting.of_definition(position, level + 1),
                 None => 0,
             },
