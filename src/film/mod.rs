@@ -17,7 +17,7 @@ pub use format::{DEFAULT_QUALITY, FileFormat, Misplaced, PictureFormat};
 pub use png::NOTE;
 
 /// A rectangle of pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, schemars::JsonSchema)]
 pub struct Region {
     /// Left edge.
     pub x: u32,
@@ -90,7 +90,7 @@ impl Region {
 }
 
 /// The pixels of a region of a picture: linear radiance, rows from the top.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Film {
     /// Which part of the picture this is.
     pub region: Region,

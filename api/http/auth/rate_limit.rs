@@ -3,7 +3,7 @@
 //! It is a token bucket that holds the units of a minute. A request needs one unit. The cost of its picture is taken out
 //! afterwards, when it is known. This may leave a debt, for which later requests wait, and which the queue bounds.
 
-use std::sync::{Mutex, PoisonError};
+use parking_lot::Mutex;
 use std::time::Instant;
 
 /// Rays that one unit stands for.
@@ -72,7 +72,7 @@ impl RateLimit {
 
     fn with<T>(&self, now: Instant, act: impl FnOnce(&mut Bucket, f64) -> T) -> T {
         // At worst a panic leaves a unit too many.
-        let mut bucket = self.bucket.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut bucket = self.bucket.lock();
         let most = f64::from(self.per_minute);
         let per_second = most / 60.0;
         bucket.units = (bucket.units + now.saturating_duration_since(bucket.at).as_secs_f64() * per_second).min(most);

@@ -1,8 +1,7 @@
 //! The unfinished picture of a job: finished tiles, and a preview whose gaps are filled by coarser passes.
 
-use strahl::bound::BoundedPixels;
 use strahl::film::{Film, Region};
-use strahl::render::{Picture, RayCounts, Refined, Sampling};
+use strahl::render::Picture;
 
 /// Longest side of a preview in pixels.
 pub(crate) const PREVIEW_SIDE: u32 = 1_024;
@@ -101,18 +100,7 @@ fn average(film: &Film, left: u32, top: u32, side: u32) -> [f32; 3] {
 pub(super) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Picture {
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
     let film = Film { region, full_width, full_height, pixels };
-    let (rays, refined, sampling) = (RayCounts::default(), Refined::default(), Sampling::default());
-    Picture {
-        film,
-        bounded: BoundedPixels::default(),
-        sampling,
-        rays,
-        refined,
-        costs: Vec::new(),
-        progress: None,
-        trace_ms: 0.0,
-        refine_ms: 0.0,
-    }
+    Picture { film, ..Picture::default() }
 }
 
 /// Puts a tile where it belongs, and adds up what they took.

@@ -107,15 +107,7 @@ impl PictureSpec {
             let what = format!("the region x={x}, y={y}, w={width}, h={height}");
             return Err(outside(&what, window.width, window.height));
         }
-        Ok(RenderSpec {
-            window,
-            region,
-            adjustment: self.adjustment,
-            format: self.format,
-            note: false,
-            predict: false,
-            asked: None,
-        })
+        Ok(RenderSpec { window, adjustment: self.adjustment, ..RenderSpec::of(scene, region, self.format) })
     }
 
     fn window(&self, &Scene { width, height, .. }: &Scene, zoom: u32) -> Option<Window> {

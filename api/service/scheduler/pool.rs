@@ -2,11 +2,12 @@
 
 use super::task::{Class, Task};
 use super::time_slices::{Scheduled, Scheduler, Slices};
+use parking_lot::Mutex;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fmt;
 use std::io;
 use std::mem;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Instant;
 use strahl::control::{Cancelled, Control, leave_all};
@@ -92,10 +93,6 @@ impl Pool {
     pub(crate) fn spent(&self, class: Class) -> f64 {
         self.scheduler.spent(class)
     }
-
-    fn idle(&self) -> MutexGuard<'_, Vec<ThreadPool>> {
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 fn start_threads(threads: usize) -> io::Result<ThreadPool> {
@@ -107,21 +104,21 @@ impl Workers {
     /// Waits for the pool without a thread, and keeps it for the first work.
     pub(crate) async fn wait(&self) -> Result<(), Cancelled> {
         let slices = self.scheduled.wait().await?;
-        *self.first() = Some(slices);
+        *self.first.lock() = Some(slices);
         Ok(())
     }
 
     /// Does some work on the pool. It is paused while others have their time slices. What it has made is dropped if it was
     /// cancelled meanwhile.
     pub(crate) fn work<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
-        let first = self.first().take();
+        let first = self.first.lock().take();
         let slices = first.map_or_else(|| self.scheduled.wait_here(None), Ok)?;
         self.run(slices, work)
     }
 
     /// The same for work that ends by itself at some time, which should not be paused shortly before.
     pub(crate) fn work_until<T: Send>(&self, ends: Instant, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
-        let first = self.first().take().inspect(|slices| slices.end_at(ends));
+        let first = self.first.lock().take().inspect(|slices| slices.end_at(ends));
         let slices = first.map_or_else(|| self.scheduled.wait_here(Some(ends)), Ok)?;
         self.run(slices, work)
     }
@@ -141,7 +138,7 @@ impl Workers {
         if let Some(threads) = self.threads.get() {
             return Ok(threads);
         }
-        let idle = self.pool.idle().pop();
+        let idle = self.pool.idle.lock().pop();
         let threads = match idle.map_or_else(|| start_threads(self.pool.threads), Ok) {
             Ok(threads) => threads,
             Err(error) => {
@@ -152,20 +149,16 @@ impl Workers {
         threads.broadcast(|_| self.control.enter_for_good());
         Ok(self.threads.get_or_init(|| threads))
     }
-
-    fn first(&self) -> MutexGuard<'_, Option<Slices>> {
-        self.first.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Drop for Workers {
     fn drop(&mut self) {
         // The processors first: whoever waits need not wait for the threads.
-        drop(self.first().take());
+        drop(self.first.lock().take());
         self.pool.meter.traced(&self.tenant, self.control.rays());
         if let Some(threads) = mem::take(&mut self.threads).into_inner() {
             threads.broadcast(|_| leave_all());
-            let mut idle = self.pool.idle();
+            let mut idle = self.pool.idle.lock();
             if idle.len() < KEPT {
                 idle.push(threads);
             }
