@@ -79,7 +79,6 @@ impl Outline {
         let values = scene.effects.iter().map(|entry| (entry.effect, lookup.values(&entry.because)));
         let mut values: Vec<_> = values.filter(|(_, values)| !values.is_empty()).collect();
         values.shrink_to_fit();
-        lookup.end();
         Self { max_depth: description.render.max_depth, values }
     }
 

@@ -40,6 +40,8 @@ use super::named::{self, Named};
 use crate::math::Rgb;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::mem::take;
 
 /// A point, direction or extent: three finite numbers.
 pub type Vec3 = [f64; 3];
@@ -113,6 +115,14 @@ impl Description {
             objects,
             render: RenderSettings::default(),
         }
+    }
+
+    /// All settings as JSON, without materials, definitions and objects, which may be large.
+    pub fn settings(&mut self) -> Value {
+        let large = (take(&mut self.materials), take(&mut self.definitions), take(&mut self.objects));
+        let settings = serde_json::to_value(&*self).unwrap_or_default();
+        (self.materials, self.definitions, self.objects) = large;
+        settings
     }
 }
 
