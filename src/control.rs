@@ -225,6 +225,11 @@ fn is_cancelled() -> bool {
     is_stopping() || ENTERED.with_borrow(|entered| entered.iter().any(Control::is_cancelled))
 }
 
+/// Milliseconds that have passed, pauses included.
+pub fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
 /// Measures working time: what this thread's controls were paused is left out.
 #[derive(Debug, Clone, Copy)]
 pub struct Stopwatch {

@@ -127,9 +127,7 @@ impl<R: Real> Instance<R> {
             motion: None,
         }
     }
-}
 
-impl<R: Real> Instance<R> {
     /// Rays in the coordinates of the instance's geometry; t is multiplied by the unit. Rays that miss the ball are switched
     /// off.
     #[inline(always)]

@@ -41,9 +41,7 @@ impl Region {
             |start: u32, length: u32, end: u32| length > 0 && start.checked_add(length).is_some_and(|e| e <= end);
         inside(self.x, self.width, width) && inside(self.y, self.height, height)
     }
-}
 
-impl Region {
     /// Whether a pixel, given by column and row, is one of the region's.
     pub fn contains(&self, [x, y]: [u32; 2]) -> bool {
         (self.x..self.x + self.width).contains(&x) && (self.y..self.y + self.height).contains(&y)

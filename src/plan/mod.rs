@@ -12,6 +12,7 @@ mod survey;
 pub mod table;
 
 use crate::accel::ALLOCATION;
+use crate::control::milliseconds;
 use crate::lanes::Real;
 use crate::scene::compile::Precise;
 use crate::scene::description::{Description, Precision};
@@ -119,10 +120,6 @@ impl Plan {
     pub fn new(description: &mut Description, scene: &Scene) -> Self {
         Outline::new(description, scene).plan(scene)
     }
-}
-
-fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
 }
 
 impl Kernel {

@@ -10,6 +10,7 @@ use super::pictures::{Files, NoFiles};
 use super::problem::unless_cancelled;
 use super::read::{self, Mended, Unreadable, read_json};
 use super::{Problem, Problems, Scene};
+use crate::control::milliseconds;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
@@ -213,10 +214,6 @@ impl Overrides {
             }
         }
     }
-}
-
-fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
 }
 
 #[cfg(test)]

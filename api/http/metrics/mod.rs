@@ -7,6 +7,7 @@
 mod gauges;
 pub(crate) mod render_cost;
 
+use crate::service::jobs::JobObserver;
 use crate::service::jobs::record::{Record, State};
 use crate::service::requests::Service;
 use crate::service::scheduler::task::Class;
@@ -99,7 +100,7 @@ impl Metrics {
         if let Some(cost) = response.extensions().get::<Cost>() {
             self.rendered(class, cost);
         } else if !status.is_success() && !status.is_redirection() {
-            self.ended(class, outcome(status));
+            self.count_ended(class, outcome(status));
         }
     }
 
@@ -111,12 +112,36 @@ impl Metrics {
     /// Counts a client that has disconnected before its answer.
     pub(crate) fn left(&self, route: &str) {
         if let Some(class) = class_of(route) {
-            self.ended(class, "canceled");
+            self.count_ended(class, "canceled");
         }
     }
 
-    /// Counts an ended job.
-    pub(crate) fn job_ended(&self, record: &Record, state: State) {
+    /// Counts a rendered picture.
+    fn rendered(&self, class: Class, cost: &Cost) {
+        self.count_ended(class, "ok");
+        self.rays.get_or_create(&lane(class)).inc_by(cost.rays);
+        self.render_seconds.get_or_create(&lane(class)).observe(cost.render.as_secs_f64());
+        self.queue_seconds.get_or_create(&lane(class)).observe(cost.queue.as_secs_f64());
+        self.encode_seconds.get_or_create(&[("format", cost.format)]).observe(cost.encode.as_secs_f64());
+    }
+
+    /// Counts an ended render: `ok`, `refused`, `failed`, `deadline` or `canceled`.
+    fn count_ended(&self, class: Class, outcome: &'static str) {
+        self.renders.get_or_create(&[("lane", class.name()), ("outcome", outcome)]).inc();
+    }
+
+    /// All metrics as OpenMetrics text.
+    pub(crate) fn text(&self, service: &Service, streams: u64) -> String {
+        self.gauges.read(service, streams);
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = encode(&mut text, &self.registry);
+        text
+    }
+}
+
+impl JobObserver for Metrics {
+    fn ended(&self, record: &Record, state: State) {
         let stats = &record.stats;
         match state {
             State::Succeeded => {
@@ -130,35 +155,12 @@ impl Metrics {
                 };
                 self.rendered(Class::Jobs, &cost);
             }
-            State::Canceled => self.ended(Class::Jobs, "canceled"),
+            State::Canceled => self.count_ended(Class::Jobs, "canceled"),
             _ if record.failure.as_ref().is_some_and(|failure| failure.slug == "render-deadline") => {
-                self.ended(Class::Jobs, "deadline");
+                self.count_ended(Class::Jobs, "deadline");
             }
-            _ => self.ended(Class::Jobs, "failed"),
+            _ => self.count_ended(Class::Jobs, "failed"),
         }
-    }
-
-    /// Counts a rendered picture.
-    fn rendered(&self, class: Class, cost: &Cost) {
-        self.ended(class, "ok");
-        self.rays.get_or_create(&lane(class)).inc_by(cost.rays);
-        self.render_seconds.get_or_create(&lane(class)).observe(cost.render.as_secs_f64());
-        self.queue_seconds.get_or_create(&lane(class)).observe(cost.queue.as_secs_f64());
-        self.encode_seconds.get_or_create(&[("format", cost.format)]).observe(cost.encode.as_secs_f64());
-    }
-
-    /// Counts an ended render: `ok`, `refused`, `failed`, `deadline` or `canceled`.
-    fn ended(&self, class: Class, outcome: &'static str) {
-        self.renders.get_or_create(&[("lane", class.name()), ("outcome", outcome)]).inc();
-    }
-
-    /// All metrics as OpenMetrics text.
-    pub(crate) fn text(&self, service: &Service, streams: u64) -> String {
-        self.gauges.read(service, streams);
-        let mut text = String::new();
-        // Writing to a String cannot fail.
-        let _ = encode(&mut text, &self.registry);
-        text
     }
 }
 

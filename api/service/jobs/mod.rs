@@ -60,7 +60,7 @@ pub(crate) trait JobObserver: Send + Sync {
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
     cache: Arc<SceneCache>,
-    observer: Box<dyn JobObserver>,
+    observer: Arc<dyn JobObserver>,
     store: Store,
     files: Files,
     /// Whether another version of the program has written records that this one cannot read.
@@ -89,7 +89,7 @@ impl Jobs {
         limits: JobLimits,
         pool: Arc<Pool>,
         cache: Arc<SceneCache>,
-        observer: Box<dyn JobObserver>,
+        observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
         let path = folder.path();
         let unusable = |error| {

@@ -72,7 +72,7 @@ impl Service {
         settings: &Settings,
         folders: &mut Folders,
         pool: Arc<Pool>,
-        observer: Box<dyn JobObserver>,
+        observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
         let Settings { answers, caches, jobs, memory_bytes, textures } = settings;
         let memory = MemoryBudget::new(*memory_bytes);

@@ -24,21 +24,13 @@ pub(crate) struct Pool {
     threads: usize,
     idle: Mutex<Vec<ThreadPool>>,
     scheduler: Scheduler,
-    meter: Box<dyn Meter>,
+    meter: Option<Arc<dyn Meter>>,
 }
 
 /// Who is told what tasks took.
 pub(crate) trait Meter: fmt::Debug + Send + Sync {
     /// A task of a tenant has ended, done or cancelled, after so many rays were traced for it.
     fn traced(&self, tenant: &str, rays: u64);
-}
-
-/// Where nobody wants to know.
-#[derive(Debug)]
-struct Unmetered;
-
-impl Meter for Unmetered {
-    fn traced(&self, _: &str, _: u64) {}
 }
 
 /// The pool as one task sees it.
@@ -55,12 +47,7 @@ pub(crate) struct Workers {
 
 impl Pool {
     /// Tasks will have a number of threads; by default as many as the machine or its container has processors.
-    pub(crate) fn start(threads: Option<u64>) -> io::Result<Arc<Self>> {
-        Self::start_metered(threads, Box::new(Unmetered))
-    }
-
-    /// The same, and what tasks took is told.
-    pub(crate) fn start_metered(threads: Option<u64>, meter: Box<dyn Meter>) -> io::Result<Arc<Self>> {
+    pub(crate) fn start(threads: Option<u64>, meter: Option<Arc<dyn Meter>>) -> io::Result<Arc<Self>> {
         let processors = || thread::available_parallelism().map_or(1, usize::from);
         let threads = threads.map_or_else(processors, |threads| usize::try_from(threads).unwrap_or(usize::MAX));
         let idle = Mutex::new(vec![start_threads(threads)?]);
@@ -155,7 +142,9 @@ impl Drop for Workers {
     fn drop(&mut self) {
         // The processors first: whoever waits need not wait for the threads.
         drop(self.first.lock().take());
-        self.pool.meter.traced(&self.tenant, self.control.rays());
+        if let Some(meter) = &self.pool.meter {
+            meter.traced(&self.tenant, self.control.rays());
+        }
         if let Some(threads) = mem::take(&mut self.threads).into_inner() {
             threads.broadcast(|_| leave_all());
             let mut idle = self.pool.idle.lock();
@@ -185,7 +174,7 @@ mod tests {
         let scene = strahl::scene::load(text, strahl::scene::Format::Json, &overrides).unwrap().scene;
         let whole = Region::whole(scene.width, scene.height);
         let alone = render(&scene, whole, &Control::default()).unwrap();
-        let pool = Pool::start(Some(2)).unwrap();
+        let pool = Pool::start(Some(2), None).unwrap();
         let [one, other] = ["one", "other"].map(|tenant| {
             let control = Control::default();
             (Arc::clone(&pool).join(task(tenant), control.clone()), control)
@@ -204,7 +193,7 @@ mod tests {
     /// Work that never looks at its control.
     #[test]
     fn work_that_cannot_be_paused_does_not_hold_up_others() {
-        let pool = Pool::start(Some(1)).unwrap();
+        let pool = Pool::start(Some(1), None).unwrap();
         let [deaf, other] = ["deaf", "other"].map(|tenant| Arc::clone(&pool).join(task(tenant), Control::default()));
         let (over, rounds) = (AtomicBool::new(false), AtomicU64::new(0));
         thread::scope(|scope| {

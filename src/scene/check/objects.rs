@@ -2,7 +2,7 @@
 
 use super::findings::Findings;
 use super::path::Path;
-use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Vec3, is_collapsed};
+use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Transform, Vec3, is_collapsed};
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::limits;
 use crate::scene::problem::{Code, quoted};
@@ -135,24 +135,12 @@ impl Counter<'_> {
                 o.look()
             }
             Object::Group(o) => {
-                if let Err(detail) = affine(&o.transform) {
-                    f.add(at.key("transform"), Code::Degenerate, detail);
-                }
-                check_motion(f, at, o.motion);
-                if let Some(name) = &o.name {
-                    f.name(at.key("name"), name);
-                }
+                check_placement(f, at, &o.transform, o.motion, o.name.as_deref());
                 self.list(at.key("objects"), &o.objects);
                 return;
             }
             Object::Instance(o) => {
-                if let Err(detail) = affine(&o.transform) {
-                    f.add(at.key("transform"), Code::Degenerate, detail);
-                }
-                check_motion(f, at, o.motion);
-                if let Some(name) = &o.name {
-                    f.name(at.key("name"), name);
-                }
+                check_placement(f, at, &o.transform, o.motion, o.name.as_deref());
                 if f.name(at.key("of"), &o.of) && self.description.definitions.get(&o.of).is_none() {
                     let hint = f.suggestion(&o.of, self.description.definitions.keys());
                     f.add(at.key("of"), Code::UnknownReference, format!("no definition {}{hint}", quoted(&o.of)));
@@ -189,7 +177,19 @@ impl Counter<'_> {
     }
 }
 
-fn check_motion(findings: &mut Findings, at: Path<'_>, motion: Option<Motion>) {
+fn check_placement(
+    findings: &mut Findings,
+    at: Path<'_>,
+    transform: &Transform,
+    motion: Option<Motion>,
+    name: Option<&str>,
+) {
+    if let Err(detail) = affine(transform) {
+        findings.add(at.key("transform"), Code::Degenerate, detail);
+    }
+    if let Some(name) = name {
+        findings.name(at.key("name"), name);
+    }
     let Some(motion) = motion else { return };
     let at = at.key("motion");
     for (key, point) in [("translate", motion.translate), ("center", motion.center)] {
