@@ -12,7 +12,7 @@ const RAYS: u64 = 1_000_000;
 /// A tenant's bucket.
 #[derive(Debug)]
 pub(crate) struct RateLimit {
-    per_minute: u32,
+    pub(crate) per_minute: u32,
     bucket: Mutex<Bucket>,
 }
 
@@ -37,11 +37,6 @@ impl RateLimit {
     /// A full bucket.
     pub(crate) fn new(per_minute: u32) -> Self {
         Self { per_minute, bucket: Mutex::new(Bucket { units: f64::from(per_minute), at: Instant::now() }) }
-    }
-
-    /// Units in a minute.
-    pub(crate) fn per_minute(&self) -> u32 {
-        self.per_minute
     }
 
     /// Takes one unit, or returns the seconds until there is one.

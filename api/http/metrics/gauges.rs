@@ -67,7 +67,7 @@ impl Gauges {
             self.pool_seconds
                 .get_or_create(&lane(class))
                 .inner()
-                .store(service.pool.spent(class).to_bits(), Ordering::Relaxed);
+                .store(service.pool.scheduler.spent(class).to_bits(), Ordering::Relaxed);
         }
         let canceled = of_queue.map(|(class, queue)| (class, queue.canceled()));
         for (class, seconds) in canceled.into_iter().chain([(Class::Jobs, service.jobs.canceled())]) {
@@ -76,9 +76,9 @@ impl Gauges {
                 .inner()
                 .store(seconds.as_secs_f64().to_bits(), Ordering::Relaxed);
         }
-        let threads = service.pool.threads() as u64;
+        let threads = service.pool.threads as u64;
         self.threads.set(whole(threads));
-        self.threads_busy.set(whole(if service.pool.is_busy() { threads } else { 0 }));
+        self.threads_busy.set(whole(if service.pool.scheduler.is_taken() { threads } else { 0 }));
         let by_state = service.jobs.by_state();
         for (state, _) in State::ALL {
             let count = by_state.iter().filter(|known| known.name() == state).count();

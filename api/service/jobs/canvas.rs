@@ -9,9 +9,9 @@ pub(crate) const PREVIEW_SIDE: u32 = 1_024;
 /// The picture so far.
 #[derive(Debug)]
 pub(super) struct Canvas {
-    picture: Picture,
+    pub(super) picture: Picture,
     /// The preview.
-    preview: Film,
+    pub(super) preview: Film,
     /// Width of a pixel of the preview in pixels of the picture: a power of two.
     scale: u32,
     /// Pixels of the preview that come from finished tiles.
@@ -65,16 +65,6 @@ impl Canvas {
                 *pixel = part.pixels[((y - top) * width + (x - left)) as usize];
             }
         }
-    }
-
-    /// The picture, with the cost of all its tiles.
-    pub(super) fn picture(&self) -> &Picture {
-        &self.picture
-    }
-
-    /// The preview.
-    pub(super) fn preview(&self) -> &Film {
-        &self.preview
     }
 
     /// A part of the picture.

@@ -1,6 +1,6 @@
 //! The threads that render. One task has the processors at a time, each on threads of its own.
 
-use super::task::{Class, Task};
+use super::task::Task;
 use super::time_slices::{Scheduled, Scheduler, Slices};
 use parking_lot::Mutex;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -21,9 +21,10 @@ const KEPT: usize = 8;
 /// render, and a paused task keeps its threads where they are.
 #[derive(Debug)]
 pub(crate) struct Pool {
-    threads: usize,
+    /// How many threads a task has.
+    pub(crate) threads: usize,
     idle: Mutex<Vec<ThreadPool>>,
-    scheduler: Scheduler,
+    pub(crate) scheduler: Scheduler,
     meter: Option<Arc<dyn Meter>>,
 }
 
@@ -59,26 +60,6 @@ impl Pool {
         let tenant = Arc::clone(&task.tenant);
         let scheduled = self.scheduler.join(task, control.clone());
         Workers { tenant, scheduled, pool: self, control, threads: OnceLock::new(), first: Mutex::new(None) }
-    }
-
-    /// How many threads a task has.
-    pub(crate) fn threads(&self) -> usize {
-        self.threads
-    }
-
-    /// Whether they have work.
-    pub(crate) fn is_busy(&self) -> bool {
-        self.scheduler.is_taken()
-    }
-
-    /// Whether a task does not stop although it was paused or cancelled.
-    pub(crate) fn is_stalled(&self) -> bool {
-        self.scheduler.is_stalled()
-    }
-
-    /// Seconds that they have spent on a kind of work.
-    pub(crate) fn spent(&self, class: Class) -> f64 {
-        self.scheduler.spent(class)
     }
 }
 
@@ -118,7 +99,7 @@ impl Workers {
 
     /// How many threads there are.
     pub(crate) fn threads(&self) -> usize {
-        self.pool.threads()
+        self.pool.threads
     }
 
     fn threads_of_its_own(&self) -> Result<&ThreadPool, Cancelled> {
@@ -157,6 +138,7 @@ impl Drop for Workers {
 
 #[cfg(test)]
 mod tests {
+    use super::super::task::Class;
     use super::*;
     use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
     use std::time::Duration;
