@@ -4,10 +4,11 @@
 //! the thread checks the controls that it has entered: it waits while one is paused, and stops if one is cancelled. So a render
 //! can be paused and resumed anywhere, also inside the traversal of a hierarchy.
 
+use parking_lot::{Condvar, Mutex};
 use std::cell::{Cell, RefCell};
 use std::marker::PhantomData;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Steps between two looks. A step takes at most some microseconds, so a thread looks every few milliseconds at least.
@@ -66,7 +67,7 @@ impl Control {
     /// Stops the work, within milliseconds, paused or not.
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);
-        self.pausing().unnoticed = Some(Instant::now());
+        self.0.pause.lock().unnoticed = Some(Instant::now());
         self.0.interrupted.store(true, Ordering::Relaxed);
         self.0.changed.notify_all();
     }
@@ -78,7 +79,7 @@ impl Control {
 
     /// Lets the threads of the work wait, as soon as they look.
     pub fn pause(&self) {
-        let mut pause = self.pausing();
+        let mut pause = self.0.pause.lock();
         let now = Instant::now();
         pause.since.get_or_insert(now);
         pause.unnoticed = Some(now);
@@ -87,7 +88,7 @@ impl Control {
 
     /// Lets them go on.
     pub fn resume(&self) {
-        let mut pause = self.pausing();
+        let mut pause = self.0.pause.lock();
         if let Some(since) = pause.since.take() {
             pause.before += since.elapsed();
             pause.unnoticed = None;
@@ -98,7 +99,7 @@ impl Control {
 
     /// How long no thread has noticed that the work was paused or cancelled.
     pub fn unnoticed(&self) -> Duration {
-        self.pausing().unnoticed.map_or(Duration::ZERO, |since| since.elapsed())
+        self.0.pause.lock().unnoticed.map_or(Duration::ZERO, |since| since.elapsed())
     }
 
     /// Makes this thread look at the control until the guard is dropped. Work of others must not run on the thread
@@ -157,17 +158,13 @@ impl Control {
     /// Waits while paused; whether the work is to stop.
     fn look(&self) -> bool {
         if self.0.interrupted.load(Ordering::Relaxed) {
-            let mut pause = self.pausing();
+            let mut pause = self.0.pause.lock();
             pause.unnoticed = None;
             while pause.since.is_some() && !self.is_cancelled() {
-                pause = self.0.changed.wait(pause).unwrap_or_else(PoisonError::into_inner);
+                self.0.changed.wait(&mut pause);
             }
         }
         self.is_cancelled()
-    }
-
-    fn pausing(&self) -> MutexGuard<'_, Pause> {
-        self.0.pause.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -228,6 +225,11 @@ fn is_cancelled() -> bool {
     is_stopping() || ENTERED.with_borrow(|entered| entered.iter().any(Control::is_cancelled))
 }
 
+/// Milliseconds that have passed, pauses included.
+pub fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
 /// Measures working time: what this thread's controls were paused is left out.
 #[derive(Debug, Clone, Copy)]
 pub struct Stopwatch {
@@ -253,7 +255,7 @@ impl Stopwatch {
 }
 
 fn paused() -> Duration {
-    ENTERED.with_borrow(|entered| entered.iter().map(|control| control.pausing().total()).sum())
+    ENTERED.with_borrow(|entered| entered.iter().map(|control| control.0.pause.lock().total()).sum())
 }
 
 #[cfg(test)]

@@ -38,10 +38,16 @@ pub fn choice<T: DeserializeOwned>(word: &str) -> Option<T> {
 
 /// What is expected where none of the words stands: `single or double`.
 pub fn expected<T: JsonSchema>() -> String {
-    let names: Vec<_> = words::<T>().into_iter().map(|word| word.name).collect();
-    match names.split_last() {
-        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
-        _ => names.concat(),
+    list(words::<T>().into_iter().map(|word| word.name), "or")
+}
+
+/// `a, b and c`.
+pub fn list(items: impl Iterator<Item = String>, last: &str) -> String {
+    let items: Vec<String> = items.collect();
+    match items.as_slice() {
+        [] => String::new(),
+        [one] => one.clone(),
+        [most @ .., end] => format!("{} {last} {end}", most.join(", ")),
     }
 }
 

@@ -49,6 +49,15 @@ pub(super) fn pretty(value: &impl Serialize) -> Result<Vec<u8>, Failure> {
     Ok(json)
 }
 
+/// Fails if two files cannot both be written: the main one, and one that `flag` names.
+pub(super) fn check_both(what: &str, main: &Path, flag: &str, beside: Option<&Path>) -> Result<(), Failure> {
+    if is_standard(main) && beside.is_some_and(is_standard) {
+        return Err(Failure::Usage(format!("the {what} and {flag} cannot both go to standard output")));
+    }
+    check_folder(main)?;
+    beside.map_or(Ok(()), check_folder)
+}
+
 /// Checks before a long render that the folder of its picture exists.
 pub(super) fn check_folder(path: &Path) -> Result<(), Failure> {
     match path.parent() {

@@ -51,12 +51,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let file_name = output::file_of(args.output.as_deref(), &args.scene.scene, &ending);
     let format = file_format(args, &file_name)?;
     let stats = args.picture.stats.as_deref();
-    if stats.is_some_and(output::is_standard) && output::is_standard(&file_name) {
-        return Err(Failure::Usage("the picture and --stats cannot both go to standard output".into()));
-    }
-    for path in [Some(file_name.as_path()), stats].into_iter().flatten() {
-        output::check_folder(path)?;
-    }
+    output::check_both("picture", &file_name, "--stats", stats)?;
 
     let session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;

@@ -30,7 +30,7 @@ impl Session {
     /// Starts the threads and reads the scene's file.
     pub(super) fn start(scene: &SceneArgs, settings: &SettingsArgs) -> Result<Self, Failure> {
         let control = Control::default();
-        let pool = Pool::start(settings.threads)
+        let pool = Pool::start(settings.threads, None)
             .map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))?;
         let (workers, started) = (pool.join(Task::new(Class::Renders, "", 1), control.clone()), Instant::now());
         let file = SceneFile::read(scene)?;

@@ -40,12 +40,7 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let file_name = output::file_of(args.output.as_deref(), &args.scene.scene, "-tradeoff.html");
     let drawing = is_drawing(&file_name)?;
     let json = args.json.as_deref();
-    if json.is_some_and(output::is_standard) && output::is_standard(&file_name) {
-        return Err(Failure::Usage("the page and --json cannot both go to standard output".into()));
-    }
-    for path in [Some(file_name.as_path()), json].into_iter().flatten() {
-        output::check_folder(path)?;
-    }
+    output::check_both("page", &file_name, "--json", json)?;
     let session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     let loaded = session.load()?;

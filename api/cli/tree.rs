@@ -38,7 +38,6 @@ pub(super) fn run(args: &TreeArgs) -> Result<(), Failure> {
     let tree = session.workers.work(|| trace_pixel(&scene, x, y))?;
     match args.format {
         TreeFormat::Json => output::print(&output::pretty(&tree)?),
-        TreeFormat::Dot => output::print(tree.to_dot().as_bytes()),
-        TreeFormat::Svg => output::print(tree.to_svg().as_bytes()),
+        format => output::print(tree.parts(format).collect::<String>().as_bytes()),
     }
 }

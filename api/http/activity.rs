@@ -2,11 +2,11 @@
 
 use axum::body::{Body, Bytes};
 use axum::http::{Request, Response, Version};
-use hyper::body::{Body as _, Frame, SizeHint};
-use std::pin::Pin;
+use http_body_util::BodyExt;
+use hyper::body::Body as _;
+use parking_lot::Mutex;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 use tokio::io::Interest;
 use tokio::net::TcpStream;
@@ -51,13 +51,13 @@ impl Default for Activity {
 impl Activity {
     /// A request has come.
     pub(crate) fn begin<B>(self: &Arc<Self>, request: &Request<B>) -> InFlight {
-        *self.state() = State::Working { interim: request.version() >= Version::HTTP_11 };
+        *self.state.lock() = State::Working { interim: request.version() >= Version::HTTP_11 };
         InFlight(Arc::clone(self))
     }
 
     /// Since when nothing has been asked or answered; none while something is.
     pub(crate) fn idle_since(&self) -> Option<Instant> {
-        match *self.state() {
+        match *self.state.lock() {
             State::Idle(since) if !self.is_blocked() => Some(since),
             _ => None,
         }
@@ -86,7 +86,7 @@ impl Activity {
         loop {
             let is_open = socket.ready(NO_MORE).await.is_ok_and(|ready| !ready.is_read_closed());
             sleep(GRACE).await;
-            let state = *self.state();
+            let state = *self.state.lock();
             match state {
                 _ if is_open || self.is_blocked() => {}
                 State::Working { interim: true } => {
@@ -105,10 +105,6 @@ impl Activity {
     fn is_blocked(&self) -> bool {
         self.blocked.load(Ordering::Relaxed)
     }
-
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 /// A request until its answer has been handed over, or given up.
@@ -116,43 +112,24 @@ impl Activity {
 pub(crate) struct InFlight(Arc<Activity>);
 
 impl InFlight {
-    /// The answer is there.
-    pub(crate) fn answer(self, response: Response<Body>) -> Response<AnswerBody> {
+    /// The answer is there. Its body holds the request until all of it has been handed over.
+    pub(crate) fn answer(
+        self,
+        response: Response<Body>,
+    ) -> Response<impl hyper::body::Body<Data = Bytes, Error = axum::Error>> {
         let stream = response.body().size_hint().exact().is_none();
-        *self.0.state() = State::Answering { stream };
-        response.map(|body| AnswerBody { body, _in_flight: self })
+        *self.0.state.lock() = State::Answering { stream };
+        response.map(|body| {
+            body.map_err(move |error| {
+                let _in_flight = &self;
+                error
+            })
+        })
     }
 }
 
 impl Drop for InFlight {
     fn drop(&mut self) {
-        *self.0.state() = State::Idle(Instant::now());
-    }
-}
-
-/// The body of an answer.
-#[derive(Debug)]
-pub(crate) struct AnswerBody {
-    body: Body,
-    _in_flight: InFlight,
-}
-
-impl hyper::body::Body for AnswerBody {
-    type Data = Bytes;
-    type Error = axum::Error;
-
-    fn poll_frame(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
-        Pin::new(&mut self.body).poll_frame(context)
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.body.is_end_stream()
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        self.body.size_hint()
+        *self.0.state.lock() = State::Idle(Instant::now());
     }
 }

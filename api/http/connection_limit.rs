@@ -2,10 +2,11 @@
 //! that nobody keeps others out by opening many.
 
 use super::activity::Activity;
+use parking_lot::Mutex;
 use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::net::{IpAddr, Ipv6Addr};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::timeout;
@@ -42,7 +43,7 @@ pub(crate) struct Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
-        self.limit.open().connections.remove(&self.number);
+        self.limit.open.lock().connections.remove(&self.number);
         self.limit.left.notify_one();
     }
 }
@@ -81,7 +82,7 @@ impl ConnectionLimit {
 
     fn try_admit(self: &Arc<Self>, address: IpAddr, activity: &Arc<Activity>) -> Admission {
         let client = client(address);
-        let mut open = self.open();
+        let mut open = self.open.lock();
         let share = self.of_address.or((!client.is_loopback()).then(|| self.most.div_ceil(4)));
         if share.is_some_and(|share| open.count(client) >= share)
             && !open.close_idle(self.fresh, |address| address == client)
@@ -95,10 +96,6 @@ impl ConnectionLimit {
         let number = open.last;
         open.connections.insert(number, (client, Arc::clone(activity)));
         Admission::Admitted(Place { limit: Arc::clone(self), number })
-    }
-
-    fn open(&self) -> MutexGuard<'_, Open> {
-        self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -161,7 +158,7 @@ mod tests {
     }
 
     fn is_open(limit: &ConnectionLimit, (_, place): &(Arc<Activity>, Place)) -> bool {
-        limit.open().connections.contains_key(&place.number)
+        limit.open.lock().connections.contains_key(&place.number)
     }
 
     #[test]

@@ -10,7 +10,6 @@ mod extract;
 mod host;
 #[cfg(any(test, fuzzing))]
 pub(crate) mod in_process;
-mod job_observer;
 mod metrics;
 mod middleware;
 mod prelude;

@@ -31,18 +31,14 @@ const FLUSH: Duration = Duration::from_secs(2);
 /// Connections of operators.
 const ADMIN_CONNECTIONS: u32 = 64;
 
-/// Where the service listens.
-#[derive(Debug)]
-pub(crate) struct Listeners {
-    /// For clients.
-    pub(crate) clients: TcpListener,
-    /// For operators, if they have one of their own.
-    pub(crate) admin: Option<TcpListener>,
-}
-
 /// Serves until a signal comes and the running requests have finished or run out of time.
-pub(crate) async fn serve(listeners: Listeners, signals: StopSignals, app: App, settings: &HttpSettings) {
-    let Listeners { clients, admin } = listeners;
+pub(crate) async fn serve(
+    clients: TcpListener,
+    admin: Option<TcpListener>,
+    signals: StopSignals,
+    app: App,
+    settings: &HttpSettings,
+) {
     // Operators are answered until the very end.
     let admin = admin.map(|listener| {
         announce(&listener, "admin listening");

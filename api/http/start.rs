@@ -1,11 +1,10 @@
 //! Starts and stops the service. Tokio's threads serve connections, the pool's threads render.
 
-use super::auth::{Access, RayQuotas, key_file};
+use super::auth::{Access, key_file};
 use super::drain::{Drain, StopSignals};
-use super::job_observer::JobCounters;
 use super::metrics::Metrics;
 use super::openapi_text;
-use super::server::{self, Listeners};
+use super::server;
 use super::settings::HttpSettings;
 use super::state::{App, AppState};
 use crate::service::concurrency_limit::ConcurrencyLimit;
@@ -42,7 +41,7 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
         .build()
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
     let served = runtime.block_on(async {
-        let listeners = Listeners { clients: listen(http.listen)?, admin: http.admin_listen.map(listen).transpose()? };
+        let (clients, admin) = (listen(http.listen)?, http.admin_listen.map(listen).transpose()?);
         // Before the address is announced, since a client that reads it may send a signal at once.
         let signals = StopSignals::watch()
             .map_err(|error| StartError::Machine(format!("the signals to stop cannot be watched for: {error}")))?;
@@ -51,7 +50,7 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
         let jobs = Arc::clone(&app.service.jobs);
         let ticking = thread::Builder::new().name("retention".into()).spawn(move || tick(&jobs, &stopped));
         ticking.map_err(|error| StartError::Machine(format!("no thread can be started: {error}")))?;
-        server::serve(listeners, signals, app, http).await;
+        server::serve(clients, admin, signals, app, http).await;
         reload.abort();
         drop(stop);
         Ok(())
@@ -72,10 +71,10 @@ pub(super) fn open(
         StartError::Settings(format!("{file}{error}"))
     })?;
     let (access, metrics) = (Arc::new(access), Arc::<Metrics>::default());
-    let pool = Pool::start_metered(threads, Box::new(RayQuotas(Arc::clone(&access))))
+    let pool = Pool::start(threads, Some(Arc::<Access>::clone(&access)))
         .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
     Ok(Arc::new(AppState {
-        service: Service::open(settings, folders, pool, Box::new(JobCounters(Arc::clone(&metrics))))?,
+        service: Service::open(settings, folders, pool, Arc::<Metrics>::clone(&metrics))?,
         access,
         origins: http.origins(),
         public_url: http.public_url.clone(),

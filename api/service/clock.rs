@@ -1,11 +1,8 @@
 //! Times as the service counts them.
 
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+pub(crate) use strahl::control::milliseconds;
 
-/// Milliseconds since an instant.
-pub(crate) fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
-}
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Time since 1970.
 pub(crate) fn unix_time() -> Duration {

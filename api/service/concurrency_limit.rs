@@ -1,9 +1,10 @@
 //! Concurrency limits: event streams of a tenant, tiles of a client. One that asks for everything leaves room for the others.
 
+use parking_lot::Mutex;
 use std::collections::HashMap;
 use std::fmt::Debug;
 use std::hash::Hash;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 /// Permits in use by holder.
 #[derive(Debug)]
@@ -25,7 +26,7 @@ impl<K> Default for ConcurrencyLimit<K> {
 impl<K: Hash + Eq + Clone> ConcurrencyLimit<K> {
     /// Another permit for `who`. None if it has `most` already.
     pub(crate) fn enter(&self, who: K, most: u32) -> Option<Permit<K>> {
-        let mut taken = locked(&self.0);
+        let mut taken = self.0.lock();
         let count = taken.get(&who).copied().unwrap_or(0);
         (count < most).then(|| {
             taken.insert(who.clone(), count + 1);
@@ -35,13 +36,13 @@ impl<K: Hash + Eq + Clone> ConcurrencyLimit<K> {
 
     /// All permits in use.
     pub(crate) fn taken(&self) -> u64 {
-        locked(&self.0).values().copied().map(u64::from).sum()
+        self.0.lock().values().copied().map(u64::from).sum()
     }
 }
 
 impl<K: Hash + Eq> Drop for Permit<K> {
     fn drop(&mut self) {
-        let mut taken = locked(&self.places);
+        let mut taken = self.places.lock();
         if let Some(count) = taken.get_mut(&self.who) {
             *count -= 1;
             if *count == 0 {
@@ -49,11 +50,6 @@ impl<K: Hash + Eq> Drop for Permit<K> {
             }
         }
     }
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A panic cannot leave a count half-changed.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -69,6 +65,6 @@ mod tests {
         assert_eq!(places.taken(), 2);
         drop(held);
         assert!(places.enter("a", 1).is_some());
-        assert!(locked(&places.0).is_empty(), "nothing is left of those who have none");
+        assert!(places.0.lock().is_empty(), "nothing is left of those who have none");
     }
 }

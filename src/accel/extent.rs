@@ -51,9 +51,7 @@ impl<R: Real> Ball<R> {
             radius: R::from_f64(extent.radius + 4.0 * R::ROUNDOFF * size),
         }
     }
-}
 
-impl<R: Real> Ball<R> {
     /// The lanes whose line passes the ball: |(o - c) x d| <= r |d|, where each side may be off by roundings of |o - c|.
     #[inline(always)]
     pub(super) fn near<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>) -> L::Mask {

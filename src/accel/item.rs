@@ -42,11 +42,6 @@ impl<R: Real> Item<R> {
         self.transmission.iter().any(|c| *c > R::from_f64(0.0))
     }
 
-    /// Whether it is a placed geometry, not a body or surface.
-    pub fn is_placed(&self) -> bool {
-        matches!(self.shape, Shape::Instance(_))
-    }
-
     /// Whether its facets approximate a curved surface, with interpolated normals.
     pub fn is_smooth(&self) -> bool {
         matches!(&self.shape, Shape::Mesh(mesh) if !mesh.normals.is_empty())
@@ -127,9 +122,7 @@ impl<R: Real> Instance<R> {
             motion: None,
         }
     }
-}
 
-impl<R: Real> Instance<R> {
     /// Rays in the coordinates of the instance's geometry; t is multiplied by the unit. Rays that miss the ball are switched
     /// off.
     #[inline(always)]

@@ -25,9 +25,7 @@ impl<R: Real> Placement<R> {
         let DMat3 { x_axis, y_axis, z_axis } = map.matrix3;
         Self { columns: [narrow(x_axis), narrow(y_axis), narrow(z_axis)], translation: narrow(map.translation) }
     }
-}
 
-impl<R: Real> Placement<R> {
     #[inline(always)]
     fn columns<L: Lanes<Real = R>>(&self, s: L::Simd) -> [V3<L>; 3] {
         let [x, y, z] = self.columns;

@@ -93,18 +93,12 @@ impl PictureFormat {
         }
         Ok(match self {
             Self::Png if bits == Some(16) => FileFormat::Png16,
-            _ => self.plain(quality.unwrap_or(DEFAULT_QUALITY)),
-        })
-    }
-
-    fn plain(self, quality: u8) -> FileFormat {
-        match self {
             Self::Png => FileFormat::Png8,
-            Self::Jpg => FileFormat::Jpeg(quality),
+            Self::Jpg => FileFormat::Jpeg(quality.unwrap_or(DEFAULT_QUALITY)),
             Self::Webp => FileFormat::WebP,
             Self::Exr => FileFormat::Exr,
             Self::Pfm => FileFormat::Pfm,
-        }
+        })
     }
 }
 

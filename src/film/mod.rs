@@ -17,7 +17,7 @@ pub use format::{DEFAULT_QUALITY, FileFormat, Misplaced, PictureFormat};
 pub use png::NOTE;
 
 /// A rectangle of pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, schemars::JsonSchema)]
 pub struct Region {
     /// Left edge.
     pub x: u32,
@@ -41,9 +41,7 @@ impl Region {
             |start: u32, length: u32, end: u32| length > 0 && start.checked_add(length).is_some_and(|e| e <= end);
         inside(self.x, self.width, width) && inside(self.y, self.height, height)
     }
-}
 
-impl Region {
     /// Whether a pixel, given by column and row, is one of the region's.
     pub fn contains(&self, [x, y]: [u32; 2]) -> bool {
         (self.x..self.x + self.width).contains(&x) && (self.y..self.y + self.height).contains(&y)
@@ -90,7 +88,7 @@ impl Region {
 }
 
 /// The pixels of a region of a picture: linear radiance, rows from the top.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Film {
     /// Which part of the picture this is.
     pub region: Region,

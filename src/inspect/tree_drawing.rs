@@ -111,11 +111,6 @@ impl Tree {
         json
     }
 
-    /// Graphviz text.
-    pub fn to_dot(&self) -> String {
-        format!("{DOT_HEAD}{}}}\n", self.dot_of(0..self.rays.len()))
-    }
-
     fn dot_of(&self, range: Range<usize>) -> String {
         let mut dot = String::new();
         for node in &self.rays[range] {
@@ -128,12 +123,6 @@ impl Tree {
             }
         }
         dot
-    }
-
-    /// A drawing: one row for each depth, lines as thick as the weight.
-    pub fn to_svg(&self) -> String {
-        let (places, all) = (self.places(), 0..self.rays.len());
-        svg_head(&places) + &self.lines_of(all.clone(), &places) + &self.circles_of(all, &places) + "</svg>\n"
     }
 
     fn lines_of(&self, range: Range<usize>, places: &[(f64, f64)]) -> String {

@@ -3,11 +3,11 @@
 //! Rays are counted by kind. Time is not measured by kind, but divided by the time that a ray of each kind takes in the pilot.
 //! Effects without rays of their own, such as highlights or textures, are part of those that have some.
 
+use super::Plan;
 use super::explain::{Row, State};
 use super::pilot::{Effort, Expected, Pilot};
 use super::ray_times::by_kind;
-use super::{Plan, milliseconds};
-use crate::control::{Cancelled, Control};
+use crate::control::{Cancelled, Control, milliseconds};
 use crate::film::Region;
 use crate::render::Refined;
 use crate::trace::counts::RayCounts;

@@ -5,14 +5,13 @@ use crate::scene::Scene;
 pub use crate::scene::effects::State;
 use crate::scene::effects::{Effect, Entry};
 
-use crate::scene::description::{Description, Material, Object};
+use crate::scene::description::{Description, Material};
 use crate::scene::named::Named;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::mem::take;
 
 /// The effects of a scene.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -78,28 +77,17 @@ impl Row {
     }
 }
 
-/// The settings of a description as JSON, to look up values by pointer. What may be large is left out: of materials each is
-/// written when it is asked for, and objects have no settings.
+/// The settings of a description as JSON, to look up values by pointer. Each material is written when it is asked for, and
+/// objects have no settings.
 pub(super) struct Lookup<'a> {
-    description: &'a mut Description,
-    materials: Named<Material>,
-    definitions: Named<Vec<Object>>,
-    objects: Vec<Object>,
+    materials: &'a Named<Material>,
     settings: Value,
 }
 
 impl<'a> Lookup<'a> {
     pub(super) fn new(description: &'a mut Description) -> Self {
-        let Description { materials, definitions, objects, .. } = description;
-        let (materials, definitions, objects) = (take(materials), take(definitions), take(objects));
-        let settings = serde_json::to_value(&*description).unwrap_or_default();
-        Self { description, materials, definitions, objects, settings }
-    }
-
-    /// Gives the description back what was left out.
-    pub(super) fn end(self) {
-        let Self { description, materials, definitions, objects, .. } = self;
-        (description.materials, description.definitions, description.objects) = (materials, definitions, objects);
+        let settings = description.settings();
+        Self { materials: &description.materials, settings }
     }
 
     /// The values of pointers that are short.

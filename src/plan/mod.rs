@@ -12,6 +12,7 @@ mod survey;
 pub mod table;
 
 use crate::accel::ALLOCATION;
+use crate::control::milliseconds;
 use crate::lanes::Real;
 use crate::scene::compile::Precise;
 use crate::scene::description::{Description, Precision};
@@ -79,7 +80,6 @@ impl Outline {
         let values = scene.effects.iter().map(|entry| (entry.effect, lookup.values(&entry.because)));
         let mut values: Vec<_> = values.filter(|(_, values)| !values.is_empty()).collect();
         values.shrink_to_fit();
-        lookup.end();
         Self { max_depth: description.render.max_depth, values }
     }
 
@@ -120,10 +120,6 @@ impl Plan {
     pub fn new(description: &mut Description, scene: &Scene) -> Self {
         Outline::new(description, scene).plan(scene)
     }
-}
-
-fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
 }
 
 impl Kernel {

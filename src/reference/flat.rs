@@ -1,6 +1,7 @@
 //! Shapes with flat sides: plane, disc, polygon and box.
 
 use super::ray::{Ball, Crossing, Ray};
+use super::shape::Shape;
 use glam::{DVec2, DVec3};
 
 /// A plane through a point. As a body, the half-space behind it.
@@ -12,7 +13,13 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+    fn height(&self, point: DVec3) -> f64 {
+        (point - self.point).dot(self.normal)
+    }
+}
+
+impl Shape for Plane {
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         let slope = ray.dir.dot(self.normal);
         if slope == 0.0 {
             return Vec::new();
@@ -23,12 +30,16 @@ impl Plane {
         vec![Crossing::flat(t, point, self.normal)]
     }
 
-    pub(super) fn contains(&self, point: DVec3) -> bool {
+    fn contains(&self, point: DVec3) -> bool {
         self.height(point) < 0.0
     }
 
-    fn height(&self, point: DVec3) -> f64 {
-        (point - self.point).dot(self.normal)
+    fn ball(&self) -> Option<Ball> {
+        None
+    }
+
+    fn volume(&self) -> Option<f64> {
+        Some(f64::INFINITY)
     }
 }
 
@@ -39,15 +50,15 @@ pub(super) struct Disc {
     pub(super) radius: f64,
 }
 
-impl Disc {
-    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+impl Shape for Disc {
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         let mut found = self.plane.crossings(ray);
         found.retain(|crossing| crossing.point.distance(self.plane.point) <= self.radius);
         found
     }
 
-    pub(super) fn ball(&self) -> Ball {
-        Ball { center: self.plane.point, radius: self.radius }
+    fn ball(&self) -> Option<Ball> {
+        Some(Ball { center: self.plane.point, radius: self.radius })
     }
 }
 
@@ -65,12 +76,6 @@ impl Polygon {
         let area: DVec3 = edges(&vertices).map(|(a, b)| (a - first).cross(b - first)).sum();
         let mean = vertices.iter().sum::<DVec3>() / vertices.len() as f64;
         Self { plane: Plane { point: mean, normal: area.normalize() }, vertices }
-    }
-
-    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
-        let mut found = self.plane.crossings(ray);
-        found.retain(|crossing| self.is_inside(crossing.point));
-        found
     }
 
     /// Even-odd rule, on the coordinate plane the polygon faces most.
@@ -93,9 +98,17 @@ impl Polygon {
         }
         inside
     }
+}
 
-    pub(super) fn ball(&self) -> Ball {
-        Ball::around_points(&self.vertices)
+impl Shape for Polygon {
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+        let mut found = self.plane.crossings(ray);
+        found.retain(|crossing| self.is_inside(crossing.point));
+        found
+    }
+
+    fn ball(&self) -> Option<Ball> {
+        Some(Ball::around_points(&self.vertices))
     }
 }
 
@@ -112,12 +125,14 @@ pub(super) struct AxisBox {
 
 impl AxisBox {
     /// Whether it encloses nothing, having no thickness along some axis.
-    pub(super) fn is_flat(&self) -> bool {
+    fn is_flat(&self) -> bool {
         self.min.cmpeq(self.max).any()
     }
+}
 
+impl Shape for AxisBox {
     /// Kay and Kajiya's slabs (1986); a flat box has one surface, not two that coincide.
-    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
         for axis in 0..3 {
             let (o, d) = (ray.origin[axis], ray.dir[axis]);
@@ -153,11 +168,15 @@ impl AxisBox {
         found
     }
 
-    pub(super) fn contains(&self, point: DVec3) -> bool {
+    fn contains(&self, point: DVec3) -> bool {
         point.cmpgt(self.min).all() && point.cmplt(self.max).all()
     }
 
-    pub(super) fn ball(&self) -> Ball {
-        Ball { center: self.min.midpoint(self.max), radius: self.min.distance(self.max) / 2.0 }
+    fn ball(&self) -> Option<Ball> {
+        Some(Ball { center: self.min.midpoint(self.max), radius: self.min.distance(self.max) / 2.0 })
+    }
+
+    fn volume(&self) -> Option<f64> {
+        (!self.is_flat()).then_some((self.max - self.min).element_product())
     }
 }

@@ -1,6 +1,7 @@
 //! Triangles: alone, in quads and in meshes, tested one after the other.
 
 use super::ray::{Ball, Crossing, Ray};
+use super::shape::Shape;
 use crate::math;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -12,11 +13,13 @@ pub(super) struct Mesh {
     faces: Vec<[usize; 3]>,
     normals: Option<Vec<DVec3>>,
     ball: Ball,
+    /// None if it encloses nothing.
+    volume: Option<f64>,
 }
 
 impl Mesh {
     /// By the divergence theorem: a third of the sum over the faces of a corner times the area vector.
-    pub(super) fn volume(&self) -> f64 {
+    fn enclosed(&self) -> f64 {
         let middle = self.vertices.iter().sum::<DVec3>() / self.vertices.len() as f64;
         let third = |[a, b, c]: [usize; 3]| {
             let [a, b, c] = [a, b, c].map(|i| self.vertices[i] - middle);
@@ -25,14 +28,14 @@ impl Mesh {
         self.faces.iter().copied().map(third).sum::<f64>().abs()
     }
 
-    pub(super) fn new(vertices: Vec<DVec3>, faces: Vec<[usize; 3]>, normals: Option<Vec<DVec3>>) -> Self {
+    pub(super) fn open(vertices: Vec<DVec3>, faces: Vec<[usize; 3]>) -> Self {
         let ball = Ball::around_points(&vertices);
-        Self { vertices, faces, normals, ball }
+        Self { vertices, faces, normals: None, ball, volume: None }
     }
 
-    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
-        let (middle, line) = ray.around(self.ball.center);
-        self.faces.iter().filter_map(|&face| self.face_crossing(face, middle, &line)).collect()
+    pub(super) fn closed(vertices: Vec<DVec3>, faces: Vec<[usize; 3]>, normals: Option<Vec<DVec3>>) -> Self {
+        let mesh = Self { normals, ..Self::open(vertices, faces) };
+        Self { volume: Some(mesh.enclosed()), ..mesh }
     }
 
     /// The line passes inside if the volumes it spans with the edges (Pluecker) have one sign.
@@ -75,10 +78,17 @@ impl Mesh {
         let corner = |k: usize| self.vertices[face[k]];
         (0..3).map(|k| normals[k] * (weights[k] * normals[k].dot(corner(k) - point).max(0.0))).sum()
     }
+}
+
+impl Shape for Mesh {
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+        let (middle, line) = ray.around(self.ball.center);
+        self.faces.iter().filter_map(|&face| self.face_crossing(face, middle, &line)).collect()
+    }
 
     /// Whether the faces surround the point: the solid angles they subtend there (Van Oosterom and Strackee 1983) add
     /// up to a full sphere, seen from their backs.
-    pub(super) fn contains(&self, point: DVec3) -> bool {
+    fn contains(&self, point: DVec3) -> bool {
         let solid_angle = |&face: &[usize; 3]| {
             let [a, b, c] = face.map(|i| self.vertices[i] - point);
             let (la, lb, lc) = (a.length(), b.length(), c.length());
@@ -90,7 +100,11 @@ impl Mesh {
         self.faces.iter().map(solid_angle).sum::<f64>() > 2.0 * PI
     }
 
-    pub(super) fn ball(&self) -> Ball {
-        self.ball
+    fn ball(&self) -> Option<Ball> {
+        Some(self.ball)
+    }
+
+    fn volume(&self) -> Option<f64> {
+        self.volume
     }
 }

@@ -2,7 +2,9 @@
 
 use super::flat::{Disc, Plane};
 use super::ray::{Ball, Crossing, Ray};
+use super::shape::Shape;
 use glam::DVec3;
+use std::f64::consts::PI;
 
 /// A ball as a body.
 #[derive(Debug)]
@@ -11,9 +13,9 @@ pub(super) struct Sphere {
     pub(super) radius: f64,
 }
 
-impl Sphere {
+impl Shape for Sphere {
     /// From the point closest to the centre the two crossings lie half a chord away: no quadratic to cancel in.
-    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         let (middle, line) = ray.around(self.center);
         let distance = line.origin.length();
         if distance > self.radius {
@@ -27,12 +29,16 @@ impl Sphere {
         vec![at(-half), at(half)]
     }
 
-    pub(super) fn contains(&self, point: DVec3) -> bool {
+    fn contains(&self, point: DVec3) -> bool {
         point.distance(self.center) < self.radius
     }
 
-    pub(super) fn ball(&self) -> Ball {
-        Ball { center: self.center, radius: self.radius }
+    fn ball(&self) -> Option<Ball> {
+        Some(Ball { center: self.center, radius: self.radius })
+    }
+
+    fn volume(&self) -> Option<f64> {
+        Some(4.0 / 3.0 * PI * self.radius.powi(3))
     }
 }
 
@@ -52,11 +58,6 @@ pub(super) struct Frustum {
 }
 
 impl Frustum {
-    pub(super) fn volume(&self) -> f64 {
-        let (r, q) = (self.base_radius, self.base_radius + self.slope * self.height);
-        std::f64::consts::PI / 3.0 * self.height * (r * r + r * q + q * q)
-    }
-
     pub(super) fn new(base: DVec3, base_radius: f64, top: DVec3, top_radius: f64, capped: bool) -> Self {
         let height = base.distance(top);
         let axis = (top - base) / height;
@@ -73,17 +74,6 @@ impl Frustum {
             ball: Ball { center: base.midpoint(top), radius: (height / 2.0).hypot(base_radius.max(top_radius)) },
             capped,
         }
-    }
-
-    /// Whether it encloses something.
-    pub(super) fn is_capped(&self) -> bool {
-        self.capped
-    }
-
-    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
-        let mut found: Vec<Crossing> = self.caps.iter().flat_map(|cap| cap.crossings(ray)).collect();
-        found.extend(self.side_crossings(ray));
-        found
     }
 
     /// With z along the axis and q across it, |q|^2 = (r0 + k z)^2.
@@ -111,15 +101,28 @@ impl Frustum {
         found.retain(|crossing| crossing.normal != DVec3::ZERO);
         found
     }
+}
 
-    pub(super) fn contains(&self, point: DVec3) -> bool {
+impl Shape for Frustum {
+    fn volume(&self) -> Option<f64> {
+        let (r, q) = (self.base_radius, self.base_radius + self.slope * self.height);
+        self.capped.then_some(PI / 3.0 * self.height * (r * r + r * q + q * q))
+    }
+
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+        let mut found: Vec<Crossing> = self.caps.iter().flat_map(|cap| cap.crossings(ray)).collect();
+        found.extend(self.side_crossings(ray));
+        found
+    }
+
+    fn contains(&self, point: DVec3) -> bool {
         let z = (point - self.base).dot(self.axis);
         let across = (point - self.base - self.axis * z).length();
         0.0 < z && z < self.height && across < self.base_radius + self.slope * z
     }
 
-    pub(super) fn ball(&self) -> Ball {
-        self.ball
+    fn ball(&self) -> Option<Ball> {
+        Some(self.ball)
     }
 }
 

@@ -1,7 +1,9 @@
 //! The torus: roots of its quartic are bracketed by the roots of the derivative and found by halving.
 
 use super::ray::{Ball, Crossing, Ray};
+use super::shape::Shape;
 use glam::DVec3;
+use std::f64::consts::PI;
 
 /// All points at `minor` from a circle of radius `major`, with `minor` < `major`.
 #[derive(Debug)]
@@ -14,10 +16,18 @@ pub(super) struct Torus {
 }
 
 impl Torus {
+    /// Signed distance from the surface, of a point relative to the centre.
+    fn distance(&self, p: DVec3) -> f64 {
+        let z = p.dot(self.axis);
+        ((p - self.axis * z).length() - self.major).hypot(z) - self.minor
+    }
+}
+
+impl Shape for Torus {
     /// Along p = o + s d with |d| = 1 and o.d = 0, the quartic (|p|^2 + R^2 - r^2)^2 - 4 R^2 (|p|^2 - p_z^2) has the
     /// sign of the distance to the tube's surface. So the quartic serves to separate the roots, while the distance,
     /// which does not cancel, decides where they are.
-    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         let (middle, line) = ray.around(self.center);
         let speed = ray.dir.length();
         let (o, d) = (line.origin, line.dir / speed);
@@ -51,18 +61,16 @@ impl Torus {
             .collect()
     }
 
-    pub(super) fn contains(&self, point: DVec3) -> bool {
+    fn contains(&self, point: DVec3) -> bool {
         self.distance(point - self.center) < 0.0
     }
 
-    /// Signed distance from the surface, of a point relative to the centre.
-    fn distance(&self, p: DVec3) -> f64 {
-        let z = p.dot(self.axis);
-        ((p - self.axis * z).length() - self.major).hypot(z) - self.minor
+    fn ball(&self) -> Option<Ball> {
+        Some(Ball { center: self.center, radius: self.major + self.minor })
     }
 
-    pub(super) fn ball(&self) -> Ball {
-        Ball { center: self.center, radius: self.major + self.minor }
+    fn volume(&self) -> Option<f64> {
+        Some(2.0 * PI * PI * self.major * self.minor.powi(2))
     }
 }
 

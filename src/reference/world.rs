@@ -1,7 +1,7 @@
 //! Everything that can be hit: bodies, placed once or through groups and instances, searched one after the other.
 
 use super::ray::{Ball, Ray};
-use super::shape::Shape;
+use super::shape::{Shape, shape_of};
 use super::transform;
 use crate::math::Rgb;
 use crate::scene::description::{Description, Material, Object, Transform};
@@ -15,7 +15,7 @@ pub(super) type Path = Vec<usize>;
 /// A shape with its material.
 #[derive(Debug)]
 pub(super) struct Body {
-    shape: Shape,
+    shape: Box<dyn Shape>,
     pub(super) material: Arc<Material>,
     hollow: bool,
 }
@@ -23,7 +23,7 @@ pub(super) struct Body {
 impl Body {
     /// Index of refraction of the space the shape encloses; none for what is infinitely thin.
     pub(super) fn inner_ior(&self) -> Option<f64> {
-        self.shape.is_body().then_some(if self.hollow { 1.0 } else { self.material.ior })
+        self.shape.volume().map(|_| if self.hollow { 1.0 } else { self.material.ior })
     }
 
     /// What the space the shape encloses absorbs.
@@ -172,7 +172,7 @@ impl<'a> Search<'a, '_> {
                 smooth: crossing.shading.is_some(),
                 lift: to_object.inverse() * crossing.lift,
                 goes_in: outward < 0.0,
-                volume: body.shape.volume() / to_object.determinant().abs(),
+                volume: body.shape.volume().unwrap_or(f64::INFINITY) / to_object.determinant().abs(),
             });
         }
     }
@@ -193,7 +193,8 @@ fn collect_containers(nodes: &[Node], ray: &Ray, scale: f64, path: &mut Path, fo
             Content::Body(body) => {
                 let inner_ior = body.inner_ior().filter(|_| body.transmits() && body.shape.contains(ray.origin));
                 if let Some(inner_ior) = inner_ior {
-                    let (absorption, volume) = (body.inner_absorption(), body.shape.volume() * scale);
+                    let volume = body.shape.volume().unwrap_or(f64::INFINITY) * scale;
+                    let absorption = body.inner_absorption();
                     found.push(Container { path: path.clone(), inner_ior, absorption, volume });
                 }
             }
@@ -214,7 +215,7 @@ impl<'a> Builder<'a> {
         let materials = description.materials.iter();
         Self {
             description,
-            materials: materials.map(|(name, material)| (name, Arc::new(material.clone()))).collect(),
+            materials: materials.map(|(name, material)| (name.as_str(), Arc::new(material.clone()))).collect(),
             default_material: Arc::default(),
             definitions: HashMap::new(),
         }
@@ -236,7 +237,7 @@ impl<'a> Builder<'a> {
     }
 
     fn body(&self, object: &Object) -> Node {
-        let (shape, look) = Shape::new(object).expect("groups and instances are no bodies");
+        let (shape, look) = shape_of(object).expect("groups and instances are no bodies");
         let material = look.material.and_then(|name| self.materials.get(name)).unwrap_or(&self.default_material);
         let body = Body { shape, material: Arc::clone(material), hollow: look.hollow };
         Node { ball: body.shape.ball(), content: Content::Body(body) }

@@ -30,8 +30,7 @@ pub(crate) use contrast::{CONTRAST, code_in, is_uneven};
 pub use options::RenderOptions;
 pub use picture::{Picture, PixelCost, Refined};
 pub(crate) use probe::{PacketCost, Probe};
-use progressive::progressive;
-pub use progressive::{Progress, Stop};
+pub use progressive::{Progress, Stop, render_until};
 pub(crate) use tiles::BLOCK;
 
 use crate::control::Stopwatch;
@@ -61,18 +60,6 @@ pub fn render_with(
 /// crop of the whole window's picture, byte for byte.
 pub fn render_window(scene: &Scene, window: &Window, region: Region, control: &Control) -> Result<Picture, Cancelled> {
     render_seen(scene, window, region, control, RenderOptions::default())
-}
-
-/// Renders the best picture of a region of a window that a time or a number of rays allows; the region must fit the window.
-/// Every pixel of the picture shows something.
-pub fn render_until(
-    scene: &Scene,
-    window: &Window,
-    region: Region,
-    control: &Control,
-    stop: Stop,
-) -> Result<Picture, Cancelled> {
-    progressive(scene, window, region, control, stop)
 }
 
 /// Renders a region of the scene's picture, which must fit, and measures each pixel alone. The pixels are those of

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A finished render.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Picture {
     /// The pixels.
     pub film: Film,

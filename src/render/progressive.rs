@@ -66,9 +66,9 @@ const LIGHT: f64 = 0.05;
 /// Pixels in a chunk of one sample each.
 const CHUNK: usize = 512;
 
-/// Renders a region of what a window shows, which must fit the window, on the current rayon pool until it has to stop. Every
-/// pixel shows something.
-pub(super) fn progressive(
+/// Renders the best picture of a region of a window that a time or a number of rays allows; the region must fit the window.
+/// Every pixel of the picture shows something.
+pub fn render_until(
     scene: &Scene,
     window: &Window,
     region: Region,

@@ -100,7 +100,7 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         let Traced { pixels, bounded, rays, widths, reached, costs, packets: _ } = traced;
         let film = Film { region, full_width, full_height, pixels };
         let sampling = Sampling { widths: Histogram::of(&widths), reached };
-        Picture { film, bounded, sampling, rays, refined, costs, progress: None, trace_ms: 0.0, refine_ms: 0.0 }
+        Picture { film, bounded, sampling, rays, refined, costs, ..Picture::default() }
     }
 
     /// The base samples of a region, row by row.

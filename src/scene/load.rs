@@ -10,6 +10,7 @@ use super::pictures::{Files, NoFiles};
 use super::problem::unless_cancelled;
 use super::read::{self, Mended, Unreadable, read_json};
 use super::{Problem, Problems, Scene};
+use crate::control::milliseconds;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
@@ -203,27 +204,16 @@ impl Overrides {
 
     /// Locates problems in the text. Overrides are not in the text.
     fn locate(&self, text: &[u8], problems: &mut [Problem]) {
-        let overridden = [
-            ("/image/width", self.width.is_some()),
-            ("/image/height", self.height.is_some()),
-            ("/render/max_depth", self.max_depth.is_some()),
-            ("/render/min_weight", self.min_weight.is_some()),
-            ("/render/accuracy", self.accuracy.is_some()),
-            ("/render/samples", self.samples.is_some()),
-            ("/render/antialias", self.antialias.is_some()),
-            ("/render/precision", self.precision.is_some()),
-        ];
         locate(text, problems);
+        let overrides = serde_json::to_value(self).unwrap_or_default();
         for problem in problems {
-            if overridden.contains(&(problem.pointer.as_str(), true)) {
+            let pointer = &problem.pointer;
+            let key = pointer.strip_prefix("/image/").or_else(|| pointer.strip_prefix("/render/"));
+            if key.and_then(|key| overrides.get(key)).is_some_and(|value| !value.is_null()) {
                 (problem.line, problem.column) = (None, None);
             }
         }
     }
-}
-
-fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
 }
 
 #[cfg(test)]

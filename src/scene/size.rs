@@ -75,7 +75,7 @@ pub fn building_bytes(description: &Description) -> u64 {
         Precision::Double => Sizes { object: 580, boxed: 300, geometry: 3_800, face: 180, vertex: 60 },
     };
     let named = |name: &str, bytes: u64| bytes + 2 * name.len() as u64;
-    let materials: u64 = description.materials.names().map(|name| named(name, 400)).sum();
+    let materials: u64 = description.materials.keys().map(|name| named(name, 400)).sum();
     let definitions =
         description.definitions.iter().map(|(name, objects)| named(name, sizes.geometry) + sizes.of(objects));
     sizes.geometry + sizes.of(&description.objects) + materials + definitions.sum::<u64>()

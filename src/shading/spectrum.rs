@@ -34,9 +34,7 @@ impl<R: Real> Spectrum<R> {
             bend: std::array::from_fn(|i| R::from_f64((inverse(wavelength(i)) - d) / (f - c))),
         }
     }
-}
 
-impl<R: Real> Spectrum<R> {
     /// The largest factor of a single wavelength on each channel.
     pub fn strongest(&self) -> DVec3 {
         self.colors.iter().map(|color| DVec3::from_array(color.map(Real::to_f64))).fold(DVec3::ZERO, DVec3::max)

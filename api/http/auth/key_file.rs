@@ -2,8 +2,9 @@
 
 use super::Access;
 use super::keys::Keys;
+use parking_lot::{Mutex, RwLock};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError, RwLock};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 use std::{fs, io};
 use tokio::time::interval;
@@ -33,20 +34,19 @@ impl KeyFile {
 
     /// The keys read last.
     pub(crate) fn keys(&self) -> Arc<Keys> {
-        // A panic cannot leave a pointer half-written.
-        Arc::clone(&self.keys.read().unwrap_or_else(PoisonError::into_inner))
+        Arc::clone(&self.keys.read())
     }
 
     /// Reads the file again if it has changed. If it has mistakes, the keys stay as they were and the log says so.
     fn refresh(&self) {
         let now = state(&self.path);
-        if std::mem::replace(&mut *self.seen.lock().unwrap_or_else(PoisonError::into_inner), now) == now {
+        if std::mem::replace(&mut *self.seen.lock(), now) == now {
             return;
         }
         let text = fs::read_to_string(&self.path).map_err(|error| error.to_string());
         match text.and_then(|text| Keys::read(&text, Some(&self.keys()))) {
             Ok(new) => {
-                *self.keys.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(new);
+                *self.keys.write() = Arc::new(new);
                 tracing::info!(file = %self.path.display(), "the keys were read again");
             }
             Err(error) => tracing::error!(file = %self.path.display(), error, "the keys stay as they were"),

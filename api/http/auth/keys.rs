@@ -125,7 +125,7 @@ impl Keys {
 
 fn reader(name: &str, entry: &TenantEntry, before: Option<&Tenant>) -> Tenant {
     let quotas = Quotas::default();
-    let same = |rate_limit: &&Arc<RateLimit>| Some(rate_limit.per_minute()) == entry.units_per_minute;
+    let same = |rate_limit: &&Arc<RateLimit>| Some(rate_limit.per_minute) == entry.units_per_minute;
     let kept = before.and_then(|tenant| tenant.rate_limit.as_ref()).filter(same).map(Arc::clone);
     let fresh = || entry.units_per_minute.map(|units| Arc::new(RateLimit::new(units)));
     Tenant {

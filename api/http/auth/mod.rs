@@ -34,12 +34,9 @@ pub(crate) struct Access {
 }
 
 /// Charges tenants for the rays that are traced for them. Tenants that are no longer in the key file owe nothing.
-#[derive(Debug)]
-pub(crate) struct RayQuotas(pub(crate) Arc<Access>);
-
-impl Meter for RayQuotas {
+impl Meter for Access {
     fn traced(&self, tenant: &str, rays: u64) {
-        let tenant = self.0.keys().and_then(|keys| keys.reader(tenant));
+        let tenant = self.keys().and_then(|keys| keys.reader(tenant));
         if let Some(rate_limit) = tenant.as_ref().and_then(|tenant| tenant.rate_limit.as_ref()) {
             rate_limit.charge(rays, Instant::now());
         }
@@ -64,9 +61,7 @@ impl Access {
     fn keys(&self) -> Option<Arc<Keys>> {
         self.keys.as_ref().map(KeyFile::keys)
     }
-}
 
-impl Access {
     /// The tenant of a request. None if the service needs keys and the request has none.
     pub(crate) fn tenant(&self, request: &Request) -> Result<Option<Arc<Tenant>>, Problem> {
         let keys = self.keys();

@@ -3,7 +3,7 @@
 //! It is a token bucket that holds the units of a minute. A request needs one unit. The cost of its picture is taken out
 //! afterwards, when it is known. This may leave a debt, for which later requests wait, and which the queue bounds.
 
-use std::sync::{Mutex, PoisonError};
+use parking_lot::Mutex;
 use std::time::Instant;
 
 /// Rays that one unit stands for.
@@ -12,7 +12,7 @@ const RAYS: u64 = 1_000_000;
 /// A tenant's bucket.
 #[derive(Debug)]
 pub(crate) struct RateLimit {
-    per_minute: u32,
+    pub(crate) per_minute: u32,
     bucket: Mutex<Bucket>,
 }
 
@@ -37,11 +37,6 @@ impl RateLimit {
     /// A full bucket.
     pub(crate) fn new(per_minute: u32) -> Self {
         Self { per_minute, bucket: Mutex::new(Bucket { units: f64::from(per_minute), at: Instant::now() }) }
-    }
-
-    /// Units in a minute.
-    pub(crate) fn per_minute(&self) -> u32 {
-        self.per_minute
     }
 
     /// Takes one unit, or returns the seconds until there is one.
@@ -72,7 +67,7 @@ impl RateLimit {
 
     fn with<T>(&self, now: Instant, act: impl FnOnce(&mut Bucket, f64) -> T) -> T {
         // At worst a panic leaves a unit too many.
-        let mut bucket = self.bucket.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut bucket = self.bucket.lock();
         let most = f64::from(self.per_minute);
         let per_second = most / 60.0;
         bucket.units = (bucket.units + now.saturating_duration_since(bucket.at).as_secs_f64() * per_second).min(most);

@@ -15,7 +15,7 @@ use strahl::scene::limits::{self, Limit};
 use strahl::scene::nff::NffOptions;
 use strahl::scene::problem::did_you_mean;
 use strahl::scene::{Format, Overrides};
-use strahl::words::{choice, words};
+use strahl::words::{choice, list, words};
 
 /// The parameters of a request, taken out one by one.
 #[derive(Debug, Default)]
@@ -102,10 +102,7 @@ impl Values {
             Self::Number(least, None, _) => format!("a number of at least {least}"),
             Self::Number(least, Some(most), None) => format!("a number from {least} to {most}"),
             Self::Number(least, Some(most), Some(limit)) => format!("a number from {least} to {most:.3} ({limit})"),
-            Self::Words(words) => match words.split_last() {
-                Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
-                _ => words.concat(),
-            },
+            Self::Words(words) => list(words.iter().cloned(), "or"),
             Self::Accuracy => Accuracy::WRITTEN.into(),
         }
     }

@@ -4,7 +4,6 @@ use crate::service::jobs::record::State;
 use crate::service::requests::Service;
 use crate::service::scheduler::task::Class;
 use crate::service::storage::hit_counter::HitCounter;
-use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
@@ -14,41 +13,26 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// The gauges, as they were read last.
 #[derive(Debug, Default)]
 pub(crate) struct Gauges {
-    running: Family<ClassLabels, Gauge>,
-    waiting: Family<ClassLabels, Gauge>,
-    pool_seconds: Family<ClassLabels, Counter<f64, AtomicU64>>,
-    canceled_seconds: Family<ClassLabels, Counter<f64, AtomicU64>>,
+    running: Family<Label, Gauge>,
+    waiting: Family<Label, Gauge>,
+    pool_seconds: Family<Label, Counter<f64, AtomicU64>>,
+    canceled_seconds: Family<Label, Counter<f64, AtomicU64>>,
     threads: Gauge,
     threads_busy: Gauge,
-    jobs: Family<StateLabels, Gauge>,
+    jobs: Family<Label, Gauge>,
     data_bytes: Gauge,
     streams: Gauge,
     memory_bytes: Gauge,
-    cache_bytes: Family<CacheLabels, Gauge>,
-    cache_hits: Family<CacheLabels, Counter>,
-    cache_misses: Family<CacheLabels, Counter>,
+    cache_bytes: Family<Label, Gauge>,
+    cache_hits: Family<Label, Counter>,
+    cache_misses: Family<Label, Counter>,
 }
 
-/// Label with the name of a [`Class`].
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-pub(crate) struct ClassLabels {
-    pub(crate) lane: &'static str,
-}
+/// A label and its value.
+pub(crate) type Label = [(&'static str, &'static str); 1];
 
-impl From<Class> for ClassLabels {
-    fn from(class: Class) -> Self {
-        Self { lane: class.name() }
-    }
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-struct StateLabels {
-    state: &'static str,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-struct CacheLabels {
-    cache: &'static str,
+pub(crate) fn lane(class: Class) -> Label {
+    [("lane", class.name())]
 }
 
 impl Gauges {
@@ -78,27 +62,27 @@ impl Gauges {
         let of_queue = [(Class::Tiles, &service.tiles), (Class::Renders, &service.queue)];
         let queues = of_queue.map(|(class, queue)| (class, queue.waiting(), queue.running()));
         for (class, waiting, running) in queues.into_iter().chain([(Class::Jobs, jobs_waiting, jobs_open)]) {
-            self.waiting.get_or_create(&class.into()).set(whole(waiting as u64));
-            self.running.get_or_create(&class.into()).set(whole(running as u64));
+            self.waiting.get_or_create(&lane(class)).set(whole(waiting as u64));
+            self.running.get_or_create(&lane(class)).set(whole(running as u64));
             self.pool_seconds
-                .get_or_create(&class.into())
+                .get_or_create(&lane(class))
                 .inner()
-                .store(service.pool.spent(class).to_bits(), Ordering::Relaxed);
+                .store(service.pool.scheduler.spent(class).to_bits(), Ordering::Relaxed);
         }
         let canceled = of_queue.map(|(class, queue)| (class, queue.canceled()));
         for (class, seconds) in canceled.into_iter().chain([(Class::Jobs, service.jobs.canceled())]) {
             self.canceled_seconds
-                .get_or_create(&class.into())
+                .get_or_create(&lane(class))
                 .inner()
                 .store(seconds.as_secs_f64().to_bits(), Ordering::Relaxed);
         }
-        let threads = service.pool.threads() as u64;
+        let threads = service.pool.threads as u64;
         self.threads.set(whole(threads));
-        self.threads_busy.set(whole(if service.pool.is_busy() { threads } else { 0 }));
+        self.threads_busy.set(whole(if service.pool.scheduler.is_taken() { threads } else { 0 }));
         let by_state = service.jobs.by_state();
         for (state, _) in State::ALL {
             let count = by_state.iter().filter(|known| known.name() == state).count();
-            self.jobs.get_or_create(&StateLabels { state }).set(whole(count as u64));
+            self.jobs.get_or_create(&[("state", state)]).set(whole(count as u64));
         }
         self.data_bytes.set(whole(service.jobs.bytes()));
         self.streams.set(whole(streams));
@@ -111,7 +95,7 @@ impl Gauges {
     }
 
     fn cache(&self, cache: &'static str, bytes: u64, hits: Option<&HitCounter>) {
-        let labels = CacheLabels { cache };
+        let labels = [("cache", cache)];
         self.cache_bytes.get_or_create(&labels).set(whole(bytes));
         if let Some([hits, misses]) = hits.map(HitCounter::counts) {
             self.cache_hits.get_or_create(&labels).inner().store(hits, Ordering::Relaxed);

@@ -7,12 +7,13 @@
 mod gauges;
 pub(crate) mod render_cost;
 
+use crate::service::jobs::JobObserver;
 use crate::service::jobs::record::{Record, State};
 use crate::service::requests::Service;
 use crate::service::scheduler::task::Class;
 use axum::http::{Method, StatusCode};
 use axum::response::Response;
-use gauges::{ClassLabels, Gauges};
+use gauges::{Gauges, Label, lane};
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::encoding::text::encode;
 use prometheus_client::metrics::counter::Counter;
@@ -33,13 +34,13 @@ pub(crate) struct Metrics {
     registry: Registry,
     gauges: Gauges,
     requests: Family<RequestLabels, Counter>,
-    request_seconds: Family<RouteLabels, Histogram>,
-    renders: Family<OutcomeLabels, Counter>,
-    render_seconds: Family<ClassLabels, Histogram>,
-    queue_seconds: Family<ClassLabels, Histogram>,
-    encode_seconds: Family<FormatLabels, Histogram>,
-    rays: Family<ClassLabels, Counter>,
-    shed: Family<ReasonLabels, Counter>,
+    request_seconds: Family<[(&'static str, String); 1], Histogram>,
+    renders: Family<[(&'static str, &'static str); 2], Counter>,
+    render_seconds: Family<Label, Histogram>,
+    queue_seconds: Family<Label, Histogram>,
+    encode_seconds: Family<Label, Histogram>,
+    rays: Family<Label, Counter>,
+    shed: Family<Label, Counter>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
@@ -47,27 +48,6 @@ struct RequestLabels {
     route: String,
     method: &'static str,
     status: u16,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-struct RouteLabels {
-    route: String,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-struct OutcomeLabels {
-    lane: &'static str,
-    outcome: &'static str,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-struct FormatLabels {
-    format: &'static str,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-struct ReasonLabels {
-    reason: &'static str,
 }
 
 fn histogram() -> Histogram {
@@ -115,30 +95,53 @@ impl Metrics {
         let status = response.status();
         let labels = RequestLabels { route: route.to_owned(), method: known(method), status: status.as_u16() };
         self.requests.get_or_create(&labels).inc();
-        let labels = RouteLabels { route: route.to_owned() };
-        self.request_seconds.get_or_create(&labels).observe(took.as_secs_f64());
+        self.request_seconds.get_or_create(&[("route", route.to_owned())]).observe(took.as_secs_f64());
         let Some(class) = class_of(route) else { return };
         if let Some(cost) = response.extensions().get::<Cost>() {
             self.rendered(class, cost);
         } else if !status.is_success() && !status.is_redirection() {
-            self.ended(class, outcome(status));
+            self.count_ended(class, outcome(status));
         }
     }
 
     /// Counts a request that was refused because the service is full or the tenant over its limits.
     pub(crate) fn shed(&self, reason: &'static str) {
-        self.shed.get_or_create(&ReasonLabels { reason }).inc();
+        self.shed.get_or_create(&[("reason", reason)]).inc();
     }
 
     /// Counts a client that has disconnected before its answer.
     pub(crate) fn left(&self, route: &str) {
         if let Some(class) = class_of(route) {
-            self.ended(class, "canceled");
+            self.count_ended(class, "canceled");
         }
     }
 
-    /// Counts an ended job.
-    pub(crate) fn job_ended(&self, record: &Record, state: State) {
+    /// Counts a rendered picture.
+    fn rendered(&self, class: Class, cost: &Cost) {
+        self.count_ended(class, "ok");
+        self.rays.get_or_create(&lane(class)).inc_by(cost.rays);
+        self.render_seconds.get_or_create(&lane(class)).observe(cost.render.as_secs_f64());
+        self.queue_seconds.get_or_create(&lane(class)).observe(cost.queue.as_secs_f64());
+        self.encode_seconds.get_or_create(&[("format", cost.format)]).observe(cost.encode.as_secs_f64());
+    }
+
+    /// Counts an ended render: `ok`, `refused`, `failed`, `deadline` or `canceled`.
+    fn count_ended(&self, class: Class, outcome: &'static str) {
+        self.renders.get_or_create(&[("lane", class.name()), ("outcome", outcome)]).inc();
+    }
+
+    /// All metrics as OpenMetrics text.
+    pub(crate) fn text(&self, service: &Service, streams: u64) -> String {
+        self.gauges.read(service, streams);
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = encode(&mut text, &self.registry);
+        text
+    }
+}
+
+impl JobObserver for Metrics {
+    fn ended(&self, record: &Record, state: State) {
         let stats = &record.stats;
         match state {
             State::Succeeded => {
@@ -152,35 +155,12 @@ impl Metrics {
                 };
                 self.rendered(Class::Jobs, &cost);
             }
-            State::Canceled => self.ended(Class::Jobs, "canceled"),
+            State::Canceled => self.count_ended(Class::Jobs, "canceled"),
             _ if record.failure.as_ref().is_some_and(|failure| failure.slug == "render-deadline") => {
-                self.ended(Class::Jobs, "deadline");
+                self.count_ended(Class::Jobs, "deadline");
             }
-            _ => self.ended(Class::Jobs, "failed"),
+            _ => self.count_ended(Class::Jobs, "failed"),
         }
-    }
-
-    /// Counts a rendered picture.
-    fn rendered(&self, class: Class, cost: &Cost) {
-        self.ended(class, "ok");
-        self.rays.get_or_create(&class.into()).inc_by(cost.rays);
-        self.render_seconds.get_or_create(&class.into()).observe(cost.render.as_secs_f64());
-        self.queue_seconds.get_or_create(&class.into()).observe(cost.queue.as_secs_f64());
-        self.encode_seconds.get_or_create(&FormatLabels { format: cost.format }).observe(cost.encode.as_secs_f64());
-    }
-
-    /// Counts an ended render: `ok`, `refused`, `failed`, `deadline` or `canceled`.
-    fn ended(&self, class: Class, outcome: &'static str) {
-        self.renders.get_or_create(&OutcomeLabels { lane: class.name(), outcome }).inc();
-    }
-
-    /// All metrics as OpenMetrics text.
-    pub(crate) fn text(&self, service: &Service, streams: u64) -> String {
-        self.gauges.read(service, streams);
-        let mut text = String::new();
-        // Writing to a String cannot fail.
-        let _ = encode(&mut text, &self.registry);
-        text
     }
 }
 

@@ -38,8 +38,7 @@ pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Resul
         Err(seconds) => {
             let detail = format!(
                 "{} has used up its {} units for this minute (units_per_minute)",
-                tenant.name,
-                rate_limit.per_minute()
+                tenant.name, rate_limit.per_minute
             );
             Problem::new(Kind::RateLimited, detail).retry_after(seconds).into_response()
         }

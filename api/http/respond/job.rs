@@ -3,6 +3,7 @@
 use super::blocking;
 use super::image::tiles_of;
 use super::picture::{self, Freshness, ResponseContext, place_of};
+use super::put;
 use crate::http::auth::tenant::Tenant;
 use crate::http::extract::prefer::Prefer;
 use crate::http::problem::{Kind, Problem, ProblemSummary};
@@ -195,9 +196,7 @@ pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
     let mut headers = HeaderMap::new();
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     let version = job.record().version;
-    if let Ok(version) = HeaderValue::from_str(&etag(version)) {
-        headers.insert(header::ETAG, version);
-    }
+    put(&mut headers, header::ETAG, &etag(version));
     if !view.state.is_final() {
         let seconds = view.eta_ms.map_or(1, |eta| (eta / 1e3).ceil() as u32).clamp(1, 10);
         headers.insert(header::RETRY_AFTER, seconds.into());
@@ -214,15 +213,13 @@ pub(crate) fn etag(version: u64) -> String {
 pub(crate) async fn accepted(app: &App, job: &Arc<Job>, again: bool, prefer: Prefer) -> Response {
     let mut response = (StatusCode::ACCEPTED, shown(app, job).await).into_response();
     let headers = response.headers_mut();
-    if let Ok(path) = HeaderValue::from_str(&format!("/v1/jobs/{}", job.record().id)) {
-        headers.insert(header::LOCATION, path);
-    }
+    put(headers, header::LOCATION, &format!("/v1/jobs/{}", job.record().id));
     if again {
         headers.insert(HeaderName::from_static("idempotency-replayed"), HeaderValue::from_static("true"));
     }
     let [(name, applied)] = prefer.applied();
-    if let (false, Ok(applied)) = (applied.is_empty(), HeaderValue::from_str(&applied)) {
-        headers.insert(name, applied);
+    if !applied.is_empty() {
+        put(headers, name, &applied);
     }
     response
 }

@@ -125,7 +125,7 @@ async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
         max_tradeoff_seconds: settings.answers.tradeoff_seconds(),
         max_zoom: MAX_ZOOM,
     };
-    let units_per_minute = tenant.rate_limit.as_ref().map(|limit| limit.per_minute());
+    let units_per_minute = tenant.rate_limit.as_ref().map(|limit| limit.per_minute);
     let tenant = TenantLimits { jobs: tenant.quotas.jobs, streams: tenant.quotas.streams, units_per_minute };
     Json(AllLimits { request, jobs: &settings.jobs, tenant, scene: counts.chain(lengths).collect() }).into_response()
 }

@@ -55,7 +55,7 @@ pub(super) async fn livez() -> impl IntoResponse {
 pub(super) async fn readyz(State(app): State<App>) -> impl IntoResponse {
     let (code, status) = match () {
         () if app.drain.has_begun() => (StatusCode::SERVICE_UNAVAILABLE, "draining"),
-        () if app.service.pool.is_stalled() => (StatusCode::SERVICE_UNAVAILABLE, "stalled"),
+        () if app.service.pool.scheduler.is_stalled() => (StatusCode::SERVICE_UNAVAILABLE, "stalled"),
         () => (StatusCode::OK, "ready"),
     };
     let (waiting, running) = app.service.jobs.counts();

@@ -1,8 +1,7 @@
 //! The unfinished picture of a job: finished tiles, and a preview whose gaps are filled by coarser passes.
 
-use strahl::bound::BoundedPixels;
 use strahl::film::{Film, Region};
-use strahl::render::{Picture, RayCounts, Refined, Sampling};
+use strahl::render::Picture;
 
 /// Longest side of a preview in pixels.
 pub(crate) const PREVIEW_SIDE: u32 = 1_024;
@@ -10,9 +9,9 @@ pub(crate) const PREVIEW_SIDE: u32 = 1_024;
 /// The picture so far.
 #[derive(Debug)]
 pub(super) struct Canvas {
-    picture: Picture,
+    pub(super) picture: Picture,
     /// The preview.
-    preview: Film,
+    pub(super) preview: Film,
     /// Width of a pixel of the preview in pixels of the picture: a power of two.
     scale: u32,
     /// Pixels of the preview that come from finished tiles.
@@ -68,16 +67,6 @@ impl Canvas {
         }
     }
 
-    /// The picture, with the cost of all its tiles.
-    pub(super) fn picture(&self) -> &Picture {
-        &self.picture
-    }
-
-    /// The preview.
-    pub(super) fn preview(&self) -> &Film {
-        &self.preview
-    }
-
     /// A part of the picture.
     pub(super) fn crop(&self, region: Region) -> Film {
         let Film { full_width, full_height, .. } = self.picture.film;
@@ -101,18 +90,7 @@ fn average(film: &Film, left: u32, top: u32, side: u32) -> [f32; 3] {
 pub(super) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Picture {
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
     let film = Film { region, full_width, full_height, pixels };
-    let (rays, refined, sampling) = (RayCounts::default(), Refined::default(), Sampling::default());
-    Picture {
-        film,
-        bounded: BoundedPixels::default(),
-        sampling,
-        rays,
-        refined,
-        costs: Vec::new(),
-        progress: None,
-        trace_ms: 0.0,
-        refine_ms: 0.0,
-    }
+    Picture { film, ..Picture::default() }
 }
 
 /// Puts a tile where it belongs, and adds up what they took.

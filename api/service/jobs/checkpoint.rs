@@ -153,8 +153,7 @@ fn read(
     let lack = |words: &[u32]| BoundedPixel { at: [words[0], words[1]], highest: color(&words[2..]) };
     let bounded = words(bounded).chunks_exact(5).map(lack).collect();
     let rays = RayCounts { camera_hits, deepest, ..rays };
-    let (costs, progress) = (Vec::new(), None);
-    let picture = Picture { film, bounded, sampling, rays, refined, costs, progress, trace_ms, refine_ms };
+    let picture = Picture { film, bounded, sampling, rays, refined, trace_ms, refine_ms, ..Picture::default() };
     Ok(Some((Tile { number, picture }, bytes.len())))
 }
 

@@ -60,7 +60,7 @@ fn open(pool: &Arc<Pool>, path: &Path) -> Result<Opened, StartError> {
     };
     let cache = Arc::new(SceneCache::new(0, MemoryBudget::new(1 << 30), None, SceneStore::Memory(LruCache::new(0))));
     let mut folder = Folder::open(path, &DATA)?;
-    let jobs = Jobs::open(&mut folder, limits, Arc::clone(pool), cache, Box::new(Nobody))?;
+    let jobs = Jobs::open(&mut folder, limits, Arc::clone(pool), cache, Arc::new(Nobody))?;
     Ok(Opened { jobs, _folder: folder })
 }
 
@@ -199,7 +199,7 @@ fn start(pool: &Arc<Pool>, tree: &Tree, history: &History, moment: usize) -> Res
 
 #[test]
 fn a_crash_at_any_moment_loses_no_job_and_spoils_no_picture() {
-    let pool = Pool::start(Some(1)).unwrap();
+    let pool = Pool::start(Some(1), None).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("data");
     let history = history(&pool, &path);

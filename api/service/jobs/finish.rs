@@ -31,11 +31,11 @@ pub(super) fn finish(
     workers: &Workers,
     began: Instant,
 ) -> Result<JobFiles, Cancelled> {
-    let picture = canvas.picture();
+    let picture = &canvas.picture;
     let encoding = Instant::now();
     let (codes, preview, error) = workers.work(|| {
         let codes = Codes::new(&picture.film, order.output);
-        (codes, encode(canvas.preview(), FileFormat::Png8), ErrorBounds::about(picture, &ready.scene))
+        (codes, encode(&canvas.preview, FileFormat::Png8), ErrorBounds::about(picture, &ready.scene))
     })?;
     let replay = Replay::of(picture, ready);
     let file = codes.file_with(&picture.film, order.output, Some(&note(&error, &replay)));

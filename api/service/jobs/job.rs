@@ -155,7 +155,7 @@ impl Job {
     pub(crate) fn preview(&self) -> Option<(Film, u64)> {
         let canvas = locked(&self.canvas);
         let revision = self.revision();
-        canvas.as_ref().filter(|_| revision > 0).map(|canvas| (canvas.preview().clone(), revision))
+        canvas.as_ref().filter(|_| revision > 0).map(|canvas| (canvas.preview.clone(), revision))
     }
 
     /// Revision of the preview.

@@ -61,7 +61,7 @@ pub(crate) trait JobObserver: Send + Sync {
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
     cache: Arc<SceneCache>,
-    observer: Box<dyn JobObserver>,
+    observer: Arc<dyn JobObserver>,
     store: Store,
     files: Files,
     /// Whether another version of the program has written records that this one cannot read.
@@ -90,16 +90,16 @@ impl Jobs {
         limits: JobLimits,
         pool: Arc<Pool>,
         cache: Arc<SceneCache>,
-        observer: Box<dyn JobObserver>,
+        observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
-        let path = folder.path();
+        let path = &folder.path;
         let unusable = |error| {
             let advice = "The service has to write into this folder: name another with --data DIR.";
             StartError::Machine(format!("jobs cannot be kept in {}: {error}\n\n{advice}", path.display()))
         };
         let files = Files::open(path, limits.data.is_some()).map_err(unusable)?;
         let (store, contents) = Store::open(path, !files.is_empty() || upgrade::has_files(path))?;
-        if !folder.is_marked() {
+        if !folder.is_marked {
             upgrade::upgrade(path, &files, &contents.records).map_err(unusable)?;
         }
         let mut registry = Registry::default();

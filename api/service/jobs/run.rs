@@ -129,7 +129,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     jobs.keep_picture(&record, &finished.made, &finished.preview).map_err(|error| disk(&error))?;
     let mut record = job.record();
     record.stats.encode_ms = milliseconds(encoding);
-    record.stats.rays = canvas.picture().rays.total();
+    record.stats.rays = canvas.picture.rays.total();
     record.stats.picture_bytes = finished.made.bytes.len() as u64;
     Ok(())
 }

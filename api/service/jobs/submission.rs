@@ -172,7 +172,7 @@ impl Jobs {
 
     /// The edge of tiles for a picture of some pixels that takes some milliseconds.
     pub(crate) fn tile_edge(&self, pixels: u64, estimate_ms: f64) -> u32 {
-        edge(estimate_ms / pixels as f64, self.pool.threads())
+        edge(estimate_ms / pixels as f64, self.pool.threads)
     }
 }
 

@@ -5,7 +5,6 @@
 use super::file::{PictureFile, PictureMeta};
 use super::report::{Phases, Report};
 use super::single_flight::SingleFlight;
-use crate::service::error::Error;
 use crate::service::memory_budget::MemoryBudget;
 use crate::service::scenes::ids::is_image_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
@@ -71,7 +70,7 @@ pub(crate) struct PictureCache {
     /// Who has had which picture, by its name.
     pub(crate) seen: SeenBy,
     /// Those that are being made.
-    flights: SingleFlight<MadePicture>,
+    pub(crate) flights: SingleFlight<MadePicture>,
 }
 
 impl PictureCache {
@@ -125,14 +124,6 @@ impl PictureCache {
         let [memory, disk] = &self.hit_counters;
         let folder = self.disk.as_ref().map(|blobs| ("picture_folder", blobs.bytes(), disk));
         [("pictures", self.memory.bytes(), memory)].into_iter().chain(folder)
-    }
-
-    /// The outcome of `work`, or of the same work of another request that is under way.
-    pub(crate) async fn share<F>(&self, name: String, work: impl FnOnce() -> F) -> Result<MadePicture, Error>
-    where
-        F: Future<Output = Result<MadePicture, Error>> + Send + 'static,
-    {
-        self.flights.share(name, work).await
     }
 
     /// Deletes every picture whose name begins with `prefix`.

@@ -1,8 +1,9 @@
 //! Single flight: requests for the same work wait for one run of it. It is cancelled when the last of them has gone.
 
 use crate::service::error::Error;
+use parking_lot::Mutex;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 use tokio::sync::watch;
 use tokio::task::AbortHandle;
 
@@ -48,7 +49,7 @@ impl<T: Clone + Send + Sync + 'static> SingleFlight<T> {
         F: Future<Output = Result<T, Error>> + Send + 'static,
     {
         // Nothing below panics.
-        let mut flights = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut flights = self.0.lock();
         if let Some(flight) = flights.get(&name).and_then(Weak::upgrade) {
             return flight;
         }

@@ -77,16 +77,10 @@ impl PictureSpec {
             };
             let _ = write!(name, ".{}{quarters}{tone}", if mirrored { "m" } else { "r" });
         }
-        name.push_str(match self.format {
-            FileFormat::Png8 => ".png",
-            FileFormat::Png16 => ".png16",
-            FileFormat::Jpeg(_) => ".jpg",
-            FileFormat::WebP => ".webp",
-            FileFormat::Exr => ".exr",
-            FileFormat::Pfm => ".pfm",
-        });
-        if let FileFormat::Jpeg(quality) = self.format {
-            let _ = write!(name, "{quality}");
+        match self.format {
+            FileFormat::Png16 => name.push_str(".png16"),
+            FileFormat::Jpeg(quality) => drop(write!(name, ".jpg{quality}")),
+            format => drop(write!(name, ".{}", format.names().0)),
         }
         name
     }
@@ -107,15 +101,7 @@ impl PictureSpec {
             let what = format!("the region x={x}, y={y}, w={width}, h={height}");
             return Err(outside(&what, window.width, window.height));
         }
-        Ok(RenderSpec {
-            window,
-            region,
-            adjustment: self.adjustment,
-            format: self.format,
-            note: false,
-            predict: false,
-            asked: None,
-        })
+        Ok(RenderSpec { window, adjustment: self.adjustment, ..RenderSpec::of(scene, region, self.format) })
     }
 
     fn window(&self, &Scene { width, height, .. }: &Scene, zoom: u32) -> Option<Window> {

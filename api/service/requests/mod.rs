@@ -30,16 +30,16 @@ const TILE_PATIENCE: Duration = Duration::from_secs(25);
 /// Opens the parts of a cache: scenes and pictures.
 fn open_cache(folder: &mut Folder, limits: &CacheLimits) -> Result<(BlobStore, BlobStore), StartError> {
     let parts = |folder: &Folder| {
-        let scenes = BlobStore::open(&folder.path().join("scenes"), limits.known_scene_bytes, store::KIND)?;
-        let pictures = BlobStore::open(&folder.path().join("pictures"), limits.disk_cache_bytes, cache::KIND)?;
-        if !folder.is_marked() {
+        let scenes = BlobStore::open(&folder.path.join("scenes"), limits.known_scene_bytes, store::KIND)?;
+        let pictures = BlobStore::open(&folder.path.join("pictures"), limits.disk_cache_bytes, cache::KIND)?;
+        if !folder.is_marked {
             scenes.upgrade(store::is_text_of)?;
             // Their digests did not say which pictures they were.
             pictures.names().iter().for_each(|name| _ = pictures.remove(name));
         }
         Ok((scenes, pictures))
     };
-    let wrong = |error: io::Error| StartError::Settings(format!("--cache {}: {error}", folder.path().display()));
+    let wrong = |error: io::Error| StartError::Settings(format!("--cache {}: {error}", folder.path.display()));
     let opened = parts(folder).map_err(wrong)?;
     folder.mark()?;
     Ok(opened)
@@ -72,7 +72,7 @@ impl Service {
         settings: &Settings,
         folders: &mut Folders,
         pool: Arc<Pool>,
-        observer: Box<dyn JobObserver>,
+        observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
         let Settings { answers, caches, jobs, memory_bytes, textures } = settings;
         let memory = MemoryBudget::new(*memory_bytes);

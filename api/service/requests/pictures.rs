@@ -144,7 +144,7 @@ impl Service {
                 Ok(MadePicture { file, took: Took::new(report.as_ref(), queue_ms, cached) })
             }
         };
-        let mut made = self.pictures.share(name, work).await?;
+        let mut made = self.pictures.flights.share(name, work).await?;
         made.took.is_shared = !is_mine;
         Ok(made)
     }
@@ -159,7 +159,7 @@ impl Service {
     /// Memory for a picture that is made of a scene.
     pub(crate) fn room_for_picture(&self, ready: &PreparedScene, pixels: u64, each: u64) -> Result<Share, Error> {
         let mut share = self.memory.share(ready.bytes());
-        let stacks = ready.scene.stack_bytes() * self.pool.threads() as u64;
+        let stacks = ready.scene.stack_bytes() * self.pool.threads as u64;
         share.grow(pixels * each + stacks + render::PICTURE_BYTES)?;
         Ok(share)
     }

@@ -8,15 +8,17 @@
 //!   with nothing else: pictures depend on neither threads nor machines. It can be parsed, so the service keeps no table.
 
 use data_encoding::BASE32_NOPAD;
-use serde::Serialize;
+use serde::ser::{Error, Serialize, Serializer};
+use serde_json::Value;
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io::{self, Write};
 use std::sync::LazyLock;
 use strahl::control::{Cancelled, checkpoint};
 use strahl::render::RENDER_EPOCH;
 use strahl::scene::Description;
-use strahl::scene::description::{Accuracy, RenderSettings};
+use strahl::scene::description::{Accuracy, Material, Object, RenderSettings};
 
 /// Largest zoom: a scene may be opened as 2^16 times its size.
 pub(crate) const MAX_ZOOM: u32 = 16;
@@ -119,54 +121,38 @@ fn letters(bytes: &[u8]) -> String {
     BASE32_NOPAD.encode(bytes).to_ascii_lowercase()
 }
 
-/// Objects and definitions, which may be large, go out as they are; the rest goes through maps, which sort its keys.
+/// A part of the canonical text. Objects and definitions, which may be large, go out as they are; the rest goes through maps,
+/// which sort its keys.
+#[derive(serde::Serialize)]
+#[serde(untagged)]
+enum Part<'a> {
+    Settings(&'a Value),
+    Objects(&'a [Object]),
+    Definitions(BTreeMap<&'a String, &'a Vec<Object>>),
+    Materials(BTreeMap<&'a String, Sorted<'a>>),
+}
+
+/// A material whose keys are sorted when it is written: as a map it takes kilobytes.
+struct Sorted<'a>(&'a Material);
+
+impl Serialize for Sorted<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serde_json::to_value(self.0).map_err(S::Error::custom)?.serialize(serializer)
+    }
+}
+
 fn write_canonical(description: &mut Description, to: &mut impl Write) -> io::Result<()> {
     description.schema = None;
     description.render = description.render.resolved();
-    let objects = std::mem::take(&mut description.objects);
-    let definitions = std::mem::take(&mut description.definitions);
-    let materials = std::mem::take(&mut description.materials);
-    let written = serde_json::to_value(&*description).map_err(io::Error::from).and_then(|rest| {
-        let rest = rest.as_object().into_iter().flatten();
-        let (mut by_name, mut of_materials): (Vec<_>, Vec<_>) =
-            (definitions.iter().collect(), materials.iter().collect());
-        by_name.sort_unstable_by_key(|(name, _)| *name);
-        of_materials.sort_unstable_by_key(|(name, _)| *name);
-        write_object(to, rest, |key, to| match key {
-            "objects" => Some(write_json(to, &objects)),
-            "definitions" => Some(write_object(to, by_name.iter().copied(), |_, _| None)),
-            // One after the other: as a map, each takes kilobytes.
-            "materials" => Some(write_object(to, of_materials.iter().copied(), |name, to| {
-                let value = serde_json::to_value(materials.get(name)?).map_err(io::Error::from);
-                Some(value.and_then(|value| write_json(to, &value)))
-            })),
-            _ => None,
-        })
-    });
-    (description.objects, description.definitions, description.materials) = (objects, definitions, materials);
-    written
-}
-
-/// Writes a JSON object. `instead` may write the value of a key.
-fn write_object<'a, W: Write, K: AsRef<str> + 'a + ?Sized, V: Serialize + 'a + ?Sized>(
-    to: &mut W,
-    entries: impl Iterator<Item = (&'a K, &'a V)>,
-    instead: impl Fn(&str, &mut W) -> Option<io::Result<()>>,
-) -> io::Result<()> {
-    to.write_all(b"{")?;
-    for (i, (key, value)) in entries.enumerate() {
-        if i > 0 {
-            to.write_all(b",")?;
-        }
-        write_json(to, key.as_ref())?;
-        to.write_all(b":")?;
-        instead(key.as_ref(), to).unwrap_or_else(|| write_json(to, value))?;
-    }
-    to.write_all(b"}")
-}
-
-fn write_json(to: &mut impl Write, value: &(impl Serialize + ?Sized)) -> io::Result<()> {
-    serde_json::to_writer(to, value).map_err(io::Error::from)
+    let settings = description.settings();
+    let settings = settings.as_object().into_iter().flatten();
+    let mut parts: BTreeMap<&str, Part<'_>> =
+        settings.map(|(key, value)| (key.as_str(), Part::Settings(value))).collect();
+    let materials = description.materials.iter().map(|(name, material)| (name, Sorted(material)));
+    parts.insert("materials", Part::Materials(materials.collect()));
+    parts.insert("definitions", Part::Definitions(description.definitions.iter().collect()));
+    parts.insert("objects", Part::Objects(&description.objects));
+    serde_json::to_writer(to, &parts).map_err(io::Error::from)
 }
 
 /// A hash as a writer.

@@ -3,8 +3,8 @@
 use crate::service::error::Error;
 use crate::service::memory_budget::Share;
 use flate2::bufread::MultiGzDecoder;
+use parking_lot::Mutex;
 use std::io::Read;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use strahl::scene::limits::SCENE_BYTES;
 use strahl::scene::{Files, Format};
 
@@ -26,7 +26,7 @@ impl<'a> Room<'a> {
 
     /// Takes more.
     pub(super) fn take(&self, bytes: u64) -> Result<(), Error> {
-        let mut share = locked(&self.share);
+        let mut share = self.share.lock();
         let whole = share.bytes().saturating_add(bytes);
         share.grow(whole)
     }
@@ -49,12 +49,12 @@ impl<'a> Room<'a> {
 
     /// The refusal of memory for a picture, which the scene's problems hide.
     pub(super) fn refusal(&self) -> Result<(), Error> {
-        locked(&self.refused).take().map_or(Ok(()), Err)
+        self.refused.lock().take().map_or(Ok(()), Err)
     }
 
     /// What was taken.
     pub(super) fn into_share(self) -> Share {
-        self.share.into_inner().unwrap_or_else(PoisonError::into_inner)
+        self.share.into_inner()
     }
 }
 
@@ -64,11 +64,6 @@ impl Files for Room<'_> {
     }
 
     fn has_room(&self, bytes: u64) -> bool {
-        self.take(bytes).map_err(|error| *locked(&self.refused) = Some(error)).is_ok()
+        self.take(bytes).map_err(|error| *self.refused.lock() = Some(error)).is_ok()
     }
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // Each change of a share is whole.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -216,7 +216,7 @@ mod tests {
     use std::thread::sleep;
 
     fn queue(waiting: u32, patience_ms: u64) -> Arc<Queue> {
-        Arc::new(Queue::new(Pool::start(Some(2)).unwrap(), waiting, Duration::from_millis(patience_ms)))
+        Arc::new(Queue::new(Pool::start(Some(2), None).unwrap(), waiting, Duration::from_millis(patience_ms)))
     }
 
     fn task() -> Task {

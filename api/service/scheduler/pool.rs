@@ -1,12 +1,13 @@
 //! The threads that render. One task has the processors at a time, each on threads of its own.
 
-use super::task::{Class, Task};
+use super::task::Task;
 use super::time_slices::{Scheduled, Scheduler, Slices};
+use parking_lot::Mutex;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fmt;
 use std::io;
 use std::mem;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Instant;
 use strahl::control::{Cancelled, Control, leave_all};
@@ -20,24 +21,17 @@ const KEPT: usize = 8;
 /// render, and a paused task keeps its threads where they are.
 #[derive(Debug)]
 pub(crate) struct Pool {
-    threads: usize,
+    /// How many threads a task has.
+    pub(crate) threads: usize,
     idle: Mutex<Vec<ThreadPool>>,
-    scheduler: Scheduler,
-    meter: Box<dyn Meter>,
+    pub(crate) scheduler: Scheduler,
+    meter: Option<Arc<dyn Meter>>,
 }
 
 /// Who is told what tasks took.
 pub(crate) trait Meter: fmt::Debug + Send + Sync {
     /// A task of a tenant has ended, done or cancelled, after so many rays were traced for it.
     fn traced(&self, tenant: &str, rays: u64);
-}
-
-/// Where nobody wants to know.
-#[derive(Debug)]
-struct Unmetered;
-
-impl Meter for Unmetered {
-    fn traced(&self, _: &str, _: u64) {}
 }
 
 /// The pool as one task sees it.
@@ -54,12 +48,7 @@ pub(crate) struct Workers {
 
 impl Pool {
     /// Tasks will have a number of threads; by default as many as the machine or its container has processors.
-    pub(crate) fn start(threads: Option<u64>) -> io::Result<Arc<Self>> {
-        Self::start_metered(threads, Box::new(Unmetered))
-    }
-
-    /// The same, and what tasks took is told.
-    pub(crate) fn start_metered(threads: Option<u64>, meter: Box<dyn Meter>) -> io::Result<Arc<Self>> {
+    pub(crate) fn start(threads: Option<u64>, meter: Option<Arc<dyn Meter>>) -> io::Result<Arc<Self>> {
         let processors = || thread::available_parallelism().map_or(1, usize::from);
         let threads = threads.map_or_else(processors, |threads| usize::try_from(threads).unwrap_or(usize::MAX));
         let idle = Mutex::new(vec![start_threads(threads)?]);
@@ -72,30 +61,6 @@ impl Pool {
         let scheduled = self.scheduler.join(task, control.clone());
         Workers { tenant, scheduled, pool: self, control, threads: OnceLock::new(), first: Mutex::new(None) }
     }
-
-    /// How many threads a task has.
-    pub(crate) fn threads(&self) -> usize {
-        self.threads
-    }
-
-    /// Whether they have work.
-    pub(crate) fn is_busy(&self) -> bool {
-        self.scheduler.is_taken()
-    }
-
-    /// Whether a task does not stop although it was paused or cancelled.
-    pub(crate) fn is_stalled(&self) -> bool {
-        self.scheduler.is_stalled()
-    }
-
-    /// Seconds that they have spent on a kind of work.
-    pub(crate) fn spent(&self, class: Class) -> f64 {
-        self.scheduler.spent(class)
-    }
-
-    fn idle(&self) -> MutexGuard<'_, Vec<ThreadPool>> {
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 fn start_threads(threads: usize) -> io::Result<ThreadPool> {
@@ -107,21 +72,21 @@ impl Workers {
     /// Waits for the pool without a thread, and keeps it for the first work.
     pub(crate) async fn wait(&self) -> Result<(), Cancelled> {
         let slices = self.scheduled.wait().await?;
-        *self.first() = Some(slices);
+        *self.first.lock() = Some(slices);
         Ok(())
     }
 
     /// Does some work on the pool. It is paused while others have their time slices. What it has made is dropped if it was
     /// cancelled meanwhile.
     pub(crate) fn work<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
-        let first = self.first().take();
+        let first = self.first.lock().take();
         let slices = first.map_or_else(|| self.scheduled.wait_here(None), Ok)?;
         self.run(slices, work)
     }
 
     /// The same for work that ends by itself at some time, which should not be paused shortly before.
     pub(crate) fn work_until<T: Send>(&self, ends: Instant, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
-        let first = self.first().take().inspect(|slices| slices.end_at(ends));
+        let first = self.first.lock().take().inspect(|slices| slices.end_at(ends));
         let slices = first.map_or_else(|| self.scheduled.wait_here(Some(ends)), Ok)?;
         self.run(slices, work)
     }
@@ -134,7 +99,7 @@ impl Workers {
 
     /// How many threads there are.
     pub(crate) fn threads(&self) -> usize {
-        self.pool.threads()
+        self.pool.threads
     }
 
     /// Whose work it is.
@@ -146,7 +111,7 @@ impl Workers {
         if let Some(threads) = self.threads.get() {
             return Ok(threads);
         }
-        let idle = self.pool.idle().pop();
+        let idle = self.pool.idle.lock().pop();
         let threads = match idle.map_or_else(|| start_threads(self.pool.threads), Ok) {
             Ok(threads) => threads,
             Err(error) => {
@@ -157,20 +122,18 @@ impl Workers {
         threads.broadcast(|_| self.control.enter_for_good());
         Ok(self.threads.get_or_init(|| threads))
     }
-
-    fn first(&self) -> MutexGuard<'_, Option<Slices>> {
-        self.first.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Drop for Workers {
     fn drop(&mut self) {
         // The processors first: whoever waits need not wait for the threads.
-        drop(self.first().take());
-        self.pool.meter.traced(&self.tenant, self.control.rays());
+        drop(self.first.lock().take());
+        if let Some(meter) = &self.pool.meter {
+            meter.traced(&self.tenant, self.control.rays());
+        }
         if let Some(threads) = mem::take(&mut self.threads).into_inner() {
             threads.broadcast(|_| leave_all());
-            let mut idle = self.pool.idle();
+            let mut idle = self.pool.idle.lock();
             if idle.len() < KEPT {
                 idle.push(threads);
             }
@@ -180,6 +143,7 @@ impl Drop for Workers {
 
 #[cfg(test)]
 mod tests {
+    use super::super::task::Class;
     use super::*;
     use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
     use std::time::Duration;
@@ -197,7 +161,7 @@ mod tests {
         let scene = strahl::scene::load(text, strahl::scene::Format::Json, &overrides).unwrap().scene;
         let whole = Region::whole(scene.width, scene.height);
         let alone = render(&scene, whole, &Control::default()).unwrap();
-        let pool = Pool::start(Some(2)).unwrap();
+        let pool = Pool::start(Some(2), None).unwrap();
         let [one, other] = ["one", "other"].map(|tenant| {
             let control = Control::default();
             (Arc::clone(&pool).join(task(tenant), control.clone()), control)
@@ -216,7 +180,7 @@ mod tests {
     /// Work that never looks at its control.
     #[test]
     fn work_that_cannot_be_paused_does_not_hold_up_others() {
-        let pool = Pool::start(Some(1)).unwrap();
+        let pool = Pool::start(Some(1), None).unwrap();
         let [deaf, other] = ["deaf", "other"].map(|tenant| Arc::clone(&pool).join(task(tenant), Control::default()));
         let (over, rounds) = (AtomicBool::new(false), AtomicU64::new(0));
         thread::scope(|scope| {

@@ -5,9 +5,10 @@
 
 use super::fair_queue::{FairQueue, Waiting};
 use super::task::{Class, Task};
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::fmt;
 use std::io;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 use strahl::render::{Cancelled, Control};
@@ -94,56 +95,49 @@ impl Scheduler {
 
     /// A task joins, at the end of those of equal rank.
     pub(crate) fn join(&self, task: Task, control: Control) -> Scheduled {
-        let id = self.0.state().queue.join(&task);
+        let id = self.0.state.lock().queue.join(&task);
         Scheduled { shared: Arc::clone(&self.0), id, task, control }
     }
 
     /// Whether a task has the pool.
     pub(crate) fn is_taken(&self) -> bool {
-        self.0.state().owner.is_some()
+        self.0.state.lock().owner.is_some()
     }
 
     /// Whether a task does not stop although it was paused or cancelled.
     pub(crate) fn is_stalled(&self) -> bool {
-        let state = self.0.state();
+        let state = self.0.state.lock();
         let candidates = state.queue.iter().chain(state.owner.iter().map(|owner| &owner.candidate));
         candidates.filter(|candidate| candidate.start.is_none()).any(|paused| paused.control.unnoticed() > STALLED)
     }
 
     /// Seconds that a lane has had the pool.
     pub(crate) fn spent(&self, class: Class) -> f64 {
-        self.0.state().queue.spent(class)
+        self.0.state.lock().queue.spent(class)
     }
 }
 
 impl Drop for Scheduler {
     fn drop(&mut self) {
-        self.0.state().over = true;
+        self.0.state.lock().over = true;
         self.0.changed.notify_all();
     }
 }
 
 impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
-        // A panic between two lines of this file leaves at worst unfair shares.
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Ends slices that are over, as long as there is a scheduler.
     fn end_slices(self: &Arc<Self>) {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         while !state.over {
             let now = Instant::now();
-            state = match state.slice_end() {
+            match state.slice_end() {
                 Some(end) if end <= now => {
                     let start = state.preempt(now);
-                    drop(state);
-                    self.start(start);
-                    self.state()
+                    MutexGuard::unlocked(&mut state, || self.start(start));
                 }
-                Some(end) => self.changed.wait_timeout(state, end - now).unwrap_or_else(PoisonError::into_inner).0,
-                None => self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
-            };
+                Some(end) => drop(self.changed.wait_until(&mut state, end)),
+                None => self.changed.wait(&mut state),
+            }
         }
     }
 
@@ -223,7 +217,7 @@ impl Scheduled {
     }
 
     fn queue(&self, ends: Option<Instant>, start: impl FnOnce(Slices) + Send + 'static) -> Place<'_> {
-        let mut state = self.shared.state();
+        let mut state = self.shared.state.lock();
         let candidate = Candidate { control: self.control.clone(), ends, start: Some(Box::new(start)) };
         state.queue.push(self.id, self.task.clone(), candidate);
         self.shared.hand_over(state);
@@ -233,14 +227,14 @@ impl Scheduled {
 
 impl Drop for Scheduled {
     fn drop(&mut self) {
-        self.shared.state().queue.leave(self.id, &self.task);
+        self.shared.state.lock().queue.leave(self.id, &self.task);
     }
 }
 
 impl Slices {
     /// When the work ends by itself.
     pub(crate) fn end_at(&self, ends: Instant) {
-        let mut state = self.shared.state();
+        let mut state = self.shared.state.lock();
         if let Some(owner) = state.owner.as_mut().filter(|owner| owner.id == self.id) {
             owner.candidate.ends = Some(ends);
         }
@@ -249,7 +243,7 @@ impl Slices {
 
 impl Drop for Slices {
     fn drop(&mut self) {
-        let mut state = self.shared.state();
+        let mut state = self.shared.state.lock();
         if let Some(Owner { task, began, .. }) = state.owner.take_if(|owner| owner.id == self.id) {
             state.queue.charge(&task, began.elapsed());
         } else if let Some(paused) = state.queue.remove(self.id, |_| true) {
@@ -266,7 +260,7 @@ struct Place<'a>(&'a Scheduled);
 
 impl Drop for Place<'_> {
     fn drop(&mut self) {
-        self.0.shared.state().queue.remove(self.0.id, |candidate| candidate.start.is_some());
+        self.0.shared.state.lock().queue.remove(self.0.id, |candidate| candidate.start.is_some());
     }
 }
 
@@ -302,7 +296,7 @@ mod tests {
         let slices = first.wait_here(None).unwrap();
         let others = second.wait_here(None).unwrap();
         drop(slices);
-        assert!(scheduler.0.state().queue.is_empty() && scheduler.is_taken());
+        assert!(scheduler.0.state.lock().queue.is_empty() && scheduler.is_taken());
         drop(others);
         assert!(!scheduler.is_taken() && first.wait_here(None).is_ok());
     }
@@ -324,7 +318,7 @@ mod tests {
         let held = first.wait_here(None).unwrap();
         second.control.cancel();
         assert!(second.wait_here(None).is_err());
-        assert!(scheduler.0.state().queue.is_empty());
+        assert!(scheduler.0.state.lock().queue.is_empty());
         drop(held);
         assert!(third.wait_here(None).is_ok());
     }
@@ -336,7 +330,7 @@ mod tests {
         let [first, second, third] = [(); 3].map(|()| join(&scheduler, Class::Jobs, "a"));
         let held = first.wait().await.unwrap();
         let waiting = tokio::time::timeout(Duration::from_millis(20), second.wait()).await;
-        assert!(waiting.is_err() && scheduler.0.state().queue.is_empty());
+        assert!(waiting.is_err() && scheduler.0.state.lock().queue.is_empty());
         drop(held);
         assert!(third.wait().await.is_ok());
     }

@@ -19,10 +19,10 @@ const LOST: &str = "lost+found";
 /// A folder that is in use.
 #[derive(Debug)]
 pub(crate) struct Folder {
-    path: PathBuf,
+    pub(crate) path: PathBuf,
     kind: &'static FolderKind,
     marker: DiskFile,
-    is_marked: bool,
+    pub(crate) is_marked: bool,
     /// Removed at the end.
     _temporary: Option<TempDir>,
 }
@@ -111,11 +111,6 @@ impl Folder {
         Ok(Self { path: path.to_owned(), kind, marker, is_marked, _temporary: temporary })
     }
 
-    /// Whether the folder was marked before: then all that is in it was written by this version.
-    pub(crate) fn is_marked(&self) -> bool {
-        self.is_marked
-    }
-
     /// Marks the folder, once all that is in it is as this version writes it.
     pub(crate) fn mark(&mut self) -> Result<(), StartError> {
         if self.is_marked {
@@ -132,11 +127,6 @@ impl Folder {
             .map_err(|error| StartError::Settings(format!("{} {}: {error}", self.kind.flag, self.path.display())))?;
         self.is_marked = true;
         Ok(())
-    }
-
-    /// Where it is.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
     }
 }
 
@@ -219,12 +209,12 @@ mod tests {
         }
         let marked = || Folder::open(&at("empty"), &KIND).unwrap();
         let mut folder = marked();
-        assert!(!folder.is_marked());
+        assert!(!folder.is_marked);
         folder.mark().unwrap();
         assert!(refusal(&at("empty")).contains("Another process"), "while it is in use");
         drop(folder);
         fs::write(at("empty/cv.txt"), "").unwrap();
-        assert!(marked().is_marked(), "what is added later is left alone");
+        assert!(marked().is_marked, "what is added later is left alone");
         for (was, is, expected) in [("data", "cache", "another purpose (cache)"), ("= 1", "= 2", "newer version")] {
             let text = fs::read_to_string(at("empty").join(MARKER)).unwrap();
             fs::write(at("empty").join(MARKER), text.replace(was, is)).unwrap();

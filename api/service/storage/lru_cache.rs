@@ -1,9 +1,9 @@
 //! Values by key within a number of bytes; the one asked for longest ago goes first.
 
 use crate::service::memory_budget::Evict;
+use parking_lot::Mutex;
 use std::borrow::Borrow;
 use std::hash::Hash;
-use std::sync::{Mutex, PoisonError};
 
 /// The values. Those that are shared are cheap to clone, as an `Arc` or `Bytes` is.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ impl<K: Hash + Eq, V: Clone> LruCache<K, V> {
     where
         K: Borrow<Q>,
     {
-        self.lock().values.get(key).map(|(value, _)| value.clone())
+        self.kept.lock().values.get(key).map(|(value, _)| value.clone())
     }
 
     /// Keeps a value of some bytes, and returns the keys of the values evicted for it. A value larger than the whole budget is
@@ -39,7 +39,7 @@ impl<K: Hash + Eq, V: Clone> LruCache<K, V> {
         if bytes > self.budget {
             return Vec::new();
         }
-        let mut kept = self.lock();
+        let mut kept = self.kept.lock();
         kept.bytes += bytes;
         // Two requests may have made the same value at the same time.
         let same = kept.values.put(key, (value, bytes));
@@ -62,7 +62,7 @@ impl<K: Hash + Eq, V: Clone> LruCache<K, V> {
     where
         K: Borrow<Q>,
     {
-        let mut kept = self.lock();
+        let mut kept = self.kept.lock();
         let gone = kept.values.pop(key);
         kept.bytes -= gone.as_ref().map_or(0, |(_, bytes)| *bytes);
         drop(kept);
@@ -74,29 +74,22 @@ impl<K: Hash + Eq, V: Clone> LruCache<K, V> {
     where
         K: Clone,
     {
-        self.lock().values.iter().map(|(key, _)| key.clone()).collect()
+        self.kept.lock().values.iter().map(|(key, _)| key.clone()).collect()
     }
 
     /// Bytes that are kept.
     pub(crate) fn bytes(&self) -> u64 {
-        self.lock().bytes
-    }
-}
-
-impl<K: Hash + Eq, V> LruCache<K, V> {
-    fn lock(&self) -> std::sync::MutexGuard<'_, Kept<K, V>> {
-        // A panic between two lines of this file leaves at worst a count that is too high.
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+        self.kept.lock().bytes
     }
 }
 
 impl<K: Hash + Eq + Send, V: Send> Evict for LruCache<K, V> {
     fn bytes(&self) -> u64 {
-        self.lock().bytes
+        self.kept.lock().bytes
     }
 
     fn evict(&self) -> bool {
-        let mut kept = self.lock();
+        let mut kept = self.kept.lock();
         let gone = kept.values.pop_lru();
         kept.bytes -= gone.as_ref().map_or(0, |(_, (_, bytes))| *bytes);
         drop(kept);

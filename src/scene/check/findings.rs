@@ -38,9 +38,9 @@ impl Findings {
     }
 
     /// What else a name that is not known may have been, for the first few of them.
-    pub(super) fn suggestion<'n>(&mut self, name: &str, known: impl Iterator<Item = &'n str>) -> String {
+    pub(super) fn suggestion<'n>(&mut self, name: &str, known: impl Iterator<Item = &'n String>) -> String {
         self.suggestions += 1;
-        if self.suggestions > SUGGESTIONS { String::new() } else { did_you_mean(name, known) }
+        if self.suggestions > SUGGESTIONS { String::new() } else { did_you_mean(name, known.map(String::as_str)) }
     }
 
     /// Checks a number: `ok` is whether it lies in the range, and `range` says the range in words, for the problem.

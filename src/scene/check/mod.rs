@@ -65,13 +65,11 @@ pub(in crate::scene) fn settings_are_sound(description: &Description) -> bool {
 
 fn check_image(findings: &mut Findings, description: &Description) {
     let image = Path::ROOT.key("image");
-    let side = limits::IMAGE_SIDE;
     for (key, pixels) in [("width", description.image.width), ("height", description.image.height)] {
         if pixels == 0 {
             findings.add(image.key(key), Code::OutOfRange, "must be at least 1, is 0");
-        } else if u64::from(pixels) > side.max {
-            let detail = format!("{pixels} pixels are over the limit of {} ({})", side.max, side.name);
-            findings.add(image.key(key), Code::Limit, detail);
+        } else {
+            findings.count(image.key(key), "pixels", pixels.into(), limits::IMAGE_SIDE);
         }
     }
     let pixels = u64::from(description.image.width) * u64::from(description.image.height);

@@ -2,7 +2,7 @@
 
 use super::findings::Findings;
 use super::path::Path;
-use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Vec3, is_collapsed};
+use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Transform, Vec3, is_collapsed};
 use crate::scene::ear_clipping::triangulate;
 use crate::scene::limits;
 use crate::scene::problem::{Code, quoted};
@@ -135,26 +135,14 @@ impl Counter<'_> {
                 o.look()
             }
             Object::Group(o) => {
-                if let Err(detail) = affine(&o.transform) {
-                    f.add(at.key("transform"), Code::Degenerate, detail);
-                }
-                check_motion(f, at, o.motion);
-                if let Some(name) = &o.name {
-                    f.name(at.key("name"), name);
-                }
+                check_placement(f, at, &o.transform, o.motion, o.name.as_deref());
                 self.list(at.key("objects"), &o.objects);
                 return;
             }
             Object::Instance(o) => {
-                if let Err(detail) = affine(&o.transform) {
-                    f.add(at.key("transform"), Code::Degenerate, detail);
-                }
-                check_motion(f, at, o.motion);
-                if let Some(name) = &o.name {
-                    f.name(at.key("name"), name);
-                }
+                check_placement(f, at, &o.transform, o.motion, o.name.as_deref());
                 if f.name(at.key("of"), &o.of) && self.description.definitions.get(&o.of).is_none() {
-                    let hint = f.suggestion(&o.of, self.description.definitions.names());
+                    let hint = f.suggestion(&o.of, self.description.definitions.keys());
                     f.add(at.key("of"), Code::UnknownReference, format!("no definition {}{hint}", quoted(&o.of)));
                 }
                 return;
@@ -182,14 +170,26 @@ impl Counter<'_> {
             self.findings.add(at.key("material"), Code::MissingKey, detail);
         }
         if material.is_none() {
-            let hint = self.findings.suggestion(name, self.description.materials.names());
+            let hint = self.findings.suggestion(name, self.description.materials.keys());
             let detail = format!("no material {}{hint}", quoted(name));
             self.findings.add(at.key("material"), Code::UnknownReference, detail);
         }
     }
 }
 
-fn check_motion(findings: &mut Findings, at: Path<'_>, motion: Option<Motion>) {
+fn check_placement(
+    findings: &mut Findings,
+    at: Path<'_>,
+    transform: &Transform,
+    motion: Option<Motion>,
+    name: Option<&str>,
+) {
+    if let Err(detail) = affine(transform) {
+        findings.add(at.key("transform"), Code::Degenerate, detail);
+    }
+    if let Some(name) = name {
+        findings.name(at.key("name"), name);
+    }
     let Some(motion) = motion else { return };
     let at = at.key("motion");
     for (key, point) in [("translate", motion.translate), ("center", motion.center)] {
@@ -332,7 +332,7 @@ enum Depth {
 impl Nesting<'_> {
     /// Levels below a definition. Chains are followed only as far as the limit needs.
     fn of_definition(&mut self, position: usize, level: u64) -> u64 {
-        let (name, objects) = self.description.definitions.at(position);
+        let (name, objects) = self.description.definitions.get_index(position).expect("the position of a definition");
         match self.depths[position] {
             Depth::Known(depth) => return depth,
             Depth::Open => {
@@ -354,7 +354,7 @@ impl Nesting<'_> {
     fn of_list(&mut self, objects: &[Object], level: u64) -> u64 {
         let below = |nesting: &mut Self, object: &Object| match object {
             Object::Group(group) => 1 + nesting.of_list(&group.objects, level + 1),
-            Object::Instance(instance) => match nesting.description.definitions.position(&instance.of) {
+            Object::Instance(instance) => match nesting.description.definitions.get_index_of(&instance.of) {
                 Some(position) => 1 + nesting.of_definition(position, level + 1),
                 None => 0,
             },

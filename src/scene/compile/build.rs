@@ -270,11 +270,10 @@ impl<'a, R: Real> Builder<'a, R> {
 
     fn definition(&mut self, name: &str) -> usize {
         let description = self.description;
-        let position = description.definitions.position(name).unwrap_or_else(|| unreachable!("checked reference"));
+        let (position, name, objects) = description.definitions.get_full(name).expect("checked reference");
         if let Some(geometry) = self.definitions[position] {
             return geometry;
         }
-        let (name, objects) = description.definitions.at(position);
         let list = self.list(push_token("/definitions", name));
         let geometry = self.geometry(objects, list);
         self.definitions[position] = Some(geometry);
@@ -310,7 +309,7 @@ impl<'a, R: Real> Builder<'a, R> {
 
     fn item(&mut self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
         let default = self.materials.len() - 1;
-        let material = look.material.and_then(|name| self.description.materials.position(name)).unwrap_or(default);
+        let material = look.material.and_then(|name| self.description.materials.get_index_of(name)).unwrap_or(default);
         let sides = match (self.one_sided[material], look.hollow) {
             (false, _) => Sides::Both,
             (true, false) => Sides::Outside,

@@ -99,7 +99,7 @@ fn of_light<R: Real>(world: &World<R>, light: &Light<R>) -> Vec<f64> {
 
 fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irradiance: &[Vec<f64>]) -> MaterialBound {
     let material = &world.materials[m];
-    let name = (m < description.materials.len()).then(|| description.materials.at(m).0);
+    let name = description.materials.get_index(m).map(|(name, _)| name);
     let (ambient, diffuse) = colors(material);
     let specular = wide(material.specular);
     let mut adds = wide(material.emission) + ambient * wide(world.ambient);

@@ -23,6 +23,7 @@ use super::world::{Pruning, World};
 use super::{Problem, limits};
 use crate::accel::{ALLOCATION, BvhKind, overlap};
 use crate::bound::ceiling::Ceiling;
+use crate::control::milliseconds;
 use crate::lanes::Real;
 use crate::shading::texture::pattern::Textures;
 use std::sync::Arc;
@@ -237,7 +238,7 @@ pub fn compile_from(description: &Description, options: CompileOptions, files: &
             (Precise::Double(world), built)
         }
     };
-    let bvh_ms = start.elapsed().as_secs_f64() * 1e3;
+    let bvh_ms = milliseconds(start);
     unless_cancelled()?;
     if built.expanded > u128::from(limits::EXPANDED_PRIMITIVES.max) {
         let limit = limits::EXPANDED_PRIMITIVES;

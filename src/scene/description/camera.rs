@@ -1,6 +1,6 @@
 //! Cameras.
 
-use super::{Vec3, default_up, is_zero};
+use super::{Vec3, default_up, is_zero, number};
 use crate::camera::View;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -63,7 +63,7 @@ pub struct PinholeCamera {
     #[serde(default = "default_up")]
     pub up: Vec3,
     /// Full vertical angle of view in degrees, edge to edge, above 0 and below 180. Default 45.
-    #[serde(default = "default_pinhole_vfov")]
+    #[serde(default = "number::<45>")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
     pub vfov_deg: f64,
     /// Diameter of the lens in scene units, at least 0. Objects away from the focus distance are blurred. Default 0: a pinhole,
@@ -75,10 +75,6 @@ pub struct PinholeCamera {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub focus_distance: Option<f64>,
-}
-
-fn default_pinhole_vfov() -> f64 {
-    45.0
 }
 
 /// Parallel projection.
@@ -109,13 +105,9 @@ pub struct FisheyeCamera {
     #[serde(default = "default_up")]
     pub up: Vec3,
     /// Full angle across the circle in degrees, above 0, at most 360. Default 180.
-    #[serde(default = "default_fisheye_fov")]
+    #[serde(default = "number::<180>")]
     #[schemars(range(max = 360.0), extend("exclusiveMinimum" = 0))]
     pub fov_deg: f64,
-}
-
-fn default_fisheye_fov() -> f64 {
-    180.0
 }
 
 /// Equirectangular panorama.
@@ -130,21 +122,13 @@ pub struct PanoramaCamera {
     #[serde(default = "default_up")]
     pub up: Vec3,
     /// Angle across the picture in degrees, above 0, at most 360. Default 360.
-    #[serde(default = "default_panorama_hfov")]
+    #[serde(default = "number::<360>")]
     #[schemars(range(max = 360.0), extend("exclusiveMinimum" = 0))]
     pub hfov_deg: f64,
     /// Angle down the picture in degrees, above 0, at most 180. Default 180.
-    #[serde(default = "default_panorama_vfov")]
+    #[serde(default = "number::<180>")]
     #[schemars(range(max = 180.0), extend("exclusiveMinimum" = 0))]
     pub vfov_deg: f64,
-}
-
-fn default_panorama_hfov() -> f64 {
-    360.0
-}
-
-fn default_panorama_vfov() -> f64 {
-    180.0
 }
 
 /// Cylindrical panorama.
@@ -159,19 +143,11 @@ pub struct CylinderCamera {
     #[serde(default = "default_up")]
     pub up: Vec3,
     /// Angle across the picture in degrees, above 0, at most 360. Default 180.
-    #[serde(default = "default_cylinder_hfov")]
+    #[serde(default = "number::<180>")]
     #[schemars(range(max = 360.0), extend("exclusiveMinimum" = 0))]
     pub hfov_deg: f64,
     /// Angle down the picture's middle column in degrees, above 0 and below 180. Default 60.
-    #[serde(default = "default_cylinder_vfov")]
+    #[serde(default = "number::<60>")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
     pub vfov_deg: f64,
-}
-
-fn default_cylinder_hfov() -> f64 {
-    180.0
-}
-
-fn default_cylinder_vfov() -> f64 {
-    60.0
 }

@@ -9,10 +9,12 @@ use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor,
 use serde::ser::{Serialize, Serializer};
 use std::{borrow::Cow, fmt};
 
-/// A colour, or a pattern of colours.
-#[derive(Debug, Clone, PartialEq)]
+/// A colour, or a pattern of colours. What serde derives is for patterns: a colour has several forms, each with its message.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(remote = "Self", rename_all = "snake_case")]
 pub enum Diffuse {
     /// The same everywhere.
+    #[serde(skip)]
     Uniform(Color),
     /// A checkerboard.
     Checker(Checker),
@@ -44,24 +46,13 @@ impl Serialize for Diffuse {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Uniform(color) => color.serialize(serializer),
-            Self::Checker(checker) => serializer.collect_map([("checker", checker)]),
-            Self::Gradient(gradient) => serializer.collect_map([("gradient", gradient)]),
-            Self::Image(image) => serializer.collect_map([("image", image)]),
-            Self::Noise(noise) => serializer.collect_map([("noise", noise)]),
+            pattern => Self::serialize(pattern, serializer),
         }
     }
 }
 
 impl<'de> Deserialize<'de> for Diffuse {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(serde::Deserialize)]
-        #[serde(rename_all = "snake_case")]
-        enum Pattern {
-            Checker(Checker),
-            Gradient(Gradient),
-            Image(ImageMap),
-            Noise(Noise),
-        }
         struct DiffuseVisitor;
         impl<'de> Visitor<'de> for DiffuseVisitor {
             type Value = Diffuse;
@@ -84,12 +75,7 @@ impl<'de> Deserialize<'de> for Diffuse {
                 ColorVisitor.visit_seq(seq).map(Diffuse::Uniform)
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Diffuse, A::Error> {
-                Ok(match Pattern::deserialize(MapAccessDeserializer::new(map))? {
-                    Pattern::Checker(checker) => Diffuse::Checker(checker),
-                    Pattern::Gradient(gradient) => Diffuse::Gradient(gradient),
-                    Pattern::Image(image) => Diffuse::Image(image),
-                    Pattern::Noise(noise) => Diffuse::Noise(noise),
-                })
+                Diffuse::deserialize(MapAccessDeserializer::new(map))
             }
         }
         deserializer.deserialize_any(DiffuseVisitor)

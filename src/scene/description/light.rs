@@ -1,6 +1,6 @@
 //! Light sources.
 
-use super::{Color, Vec3};
+use super::{Color, Vec3, number};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,10 +16,6 @@ pub enum Light {
     Spot(SpotLight),
 }
 
-fn default_intensity() -> f64 {
-    1.0
-}
-
 /// Point light.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -30,7 +26,7 @@ pub struct PointLight {
     #[serde(default = "Color::white")]
     pub color: Color,
     /// Factor on the colour, at least 0. Default 1.
-    #[serde(default = "default_intensity")]
+    #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
     /// How it fades with distance. Default: not at all.
@@ -51,7 +47,7 @@ pub struct DirectionalLight {
     #[serde(default = "Color::white")]
     pub color: Color,
     /// Factor on the colour, at least 0. Default 1.
-    #[serde(default = "default_intensity")]
+    #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
     /// How large it is in the sky; shadows get soft edges. Default: a point.
@@ -72,14 +68,14 @@ pub struct SpotLight {
     #[schemars(range(min = 0.0, max = 90.0))]
     pub inner_deg: f64,
     /// Angle between axis and the edge of the light in degrees, above 0, at most 90 and at least `inner_deg`. Default 45.
-    #[serde(default = "default_outer")]
+    #[serde(default = "number::<45>")]
     #[schemars(range(max = 90.0), extend("exclusiveMinimum" = 0))]
     pub outer_deg: f64,
     /// Its colour. Default white.
     #[serde(default = "Color::white")]
     pub color: Color,
     /// Factor on the colour, at least 0. Default 1.
-    #[serde(default = "default_intensity")]
+    #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
     /// How it fades with distance. Default: not at all.
@@ -127,10 +123,6 @@ pub struct AngularArea {
     /// Its angular diameter in degrees, 0 to 90; the sun's is 0.53.
     #[schemars(range(min = 0.0, max = 90.0))]
     pub angle_deg: f64,
-}
-
-fn default_outer() -> f64 {
-    45.0
 }
 
 /// How a light fades with the distance d.

@@ -1,77 +1,62 @@
 //! Materials and their patterns.
 
-use super::{Bump, Color, Diffuse, ImageMap, Mapping, NormalMap, Relief, is_zero};
+use super::{Bump, Color, Diffuse, ImageMap, Mapping, NormalMap, Relief, is_zero, number};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How a surface reflects and transmits light: `L = L_Phong + r_s L_s + r_t L_t` with
 /// `L_Phong = k_a I_a + sum over lights (k_d (N.L) + k_s (R.V)^m) I`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Material {
     /// k_a, factor on the scene's ambient light. Default: the diffuse colour.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub ambient: Option<Diffuse>,
     /// k_d, a colour or a texture. Default 0.8 grey.
-    #[serde(default)]
     pub diffuse: Diffuse,
     /// k_s, strength of the Phong highlight. Default 0.
-    #[serde(default)]
     pub specular: Color,
     /// m, the Phong exponent, 0 to 1e6. Default 32.
-    #[serde(default = "default_shininess")]
     #[schemars(range(min = 0.0, max = 1e6))]
     pub shininess: f64,
     /// r_s, factor on the light of the reflected ray. Default 0.
-    #[serde(default)]
     pub reflection: Color,
     /// r_t, factor on the light of the transmitted ray. Default 0.
-    #[serde(default)]
     pub transmission: Color,
     /// Index of refraction, 0.01 to 100. Default 1.5.
-    #[serde(default = "default_ior")]
     #[schemars(range(min = 0.01, max = 100.0))]
     pub ior: f64,
     /// Roughness for reflected and transmitted rays, 0 to 1: the square root of the width alpha of the GGX distribution of
     /// facets. Default 0, a perfect mirror.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub roughness: f64,
     /// Mean dispersion n_F - n_C, the difference of the indices of blue (486.1 nm) and red light (656.3 nm), 0 to 0.2; `ior`
     /// is that of yellow light (587.6 nm). Crown glass has 0.008, flint 0.026, diamond 0.025. Default 0.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 0.2))]
     pub dispersion: f64,
     /// How reflection and transmission depend on the angle of incidence. Default `"none"`. For shadow rays only `transmission`
     /// counts.
-    #[serde(default, skip_serializing_if = "Fresnel::is_none")]
+    #[serde(skip_serializing_if = "Fresnel::is_none")]
     pub fresnel: Fresnel,
     /// sigma of the law of Beer and Lambert, per scene unit: over a length d inside, a closed body lets exp(-sigma d) of the
     /// light pass. Lengths are in world space, so a larger instance is darker. Where bodies overlap the smaller one decides.
     /// Shadow rays are absorbed if `render.shadows` is `"transmissive"`. Default 0.
-    #[serde(default, skip_serializing_if = "Color::is_black")]
+    #[serde(skip_serializing_if = "Color::is_black")]
     pub absorption: Color,
     /// Radiance that the surface emits on both sides. It is visible, but not a light source: it does not light other surfaces,
     /// except by `render.color_bleeding`. Default 0.
-    #[serde(default, skip_serializing_if = "Color::is_black")]
+    #[serde(skip_serializing_if = "Color::is_black")]
     pub emission: Color,
     /// Whether rays hit the surface only from its front. Default false.
-    #[serde(default)]
     pub one_sided: bool,
     /// Bumps on the surface. Default: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub bump: Option<Bump>,
     /// Normals from a picture, not together with `bump`. Default: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub normal_map: Option<NormalMap>,
-}
-
-fn default_shininess() -> f64 {
-    32.0
-}
-
-fn default_ior() -> f64 {
-    1.5
 }
 
 impl Material {
@@ -97,10 +82,10 @@ impl Default for Material {
             ambient: None,
             diffuse: Diffuse::default(),
             specular: Color::BLACK,
-            shininess: default_shininess(),
+            shininess: 32.0,
             reflection: Color::BLACK,
             transmission: Color::BLACK,
-            ior: default_ior(),
+            ior: 1.5,
             roughness: 0.0,
             dispersion: 0.0,
             fresnel: Fresnel::None,
@@ -145,16 +130,12 @@ pub struct Checker {
     /// Colour of the odd tiles.
     pub b: Color,
     /// Edge of a tile in scene units, above 0. Default 1.
-    #[serde(default = "default_checker_size")]
+    #[serde(default = "number::<1>")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub size: f64,
     /// The axes that count. Default `"xz"`, a floor.
     #[serde(default)]
     pub axes: Axes,
-}
-
-fn default_checker_size() -> f64 {
-    1.0
 }
 
 /// A set of axes.

@@ -36,10 +36,12 @@ pub use texture::{
     Wrap,
 };
 
-use super::named::Named;
+use super::named::{self, Named};
 use crate::math::Rgb;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::mem::take;
 
 /// A point, direction or extent: three finite numbers.
 pub type Vec3 = [f64; 3];
@@ -79,10 +81,12 @@ pub struct Description {
     #[serde(default = "default_lights")]
     pub lights: Vec<Light>,
     /// Materials by name, each of at most 256 bytes.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "named::deserialize")]
+    #[schemars(schema_with = "named::schema::<Material>")]
     pub materials: Named<Material>,
     /// Groups of objects that instances may place, by name of at most 256 bytes. Definitions may use other definitions, but no cycles.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "named::deserialize")]
+    #[schemars(schema_with = "named::schema::<Vec<Object>>")]
     pub definitions: Named<Vec<Object>>,
     /// The objects of the scene, at least one.
     #[schemars(length(min = 1))]
@@ -112,6 +116,14 @@ impl Description {
             render: RenderSettings::default(),
         }
     }
+
+    /// All settings as JSON, without materials, definitions and objects, which may be large.
+    pub fn settings(&mut self) -> Value {
+        let large = (take(&mut self.materials), take(&mut self.definitions), take(&mut self.objects));
+        let settings = serde_json::to_value(&*self).unwrap_or_default();
+        (self.materials, self.definitions, self.objects) = large;
+        settings
+    }
 }
 
 fn default_ambient() -> Color {
@@ -129,35 +141,30 @@ fn default_lights() -> Vec<Light> {
 
 /// Size of the picture in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct ImageSize {
     /// Pixels across, 1 to 16384. Default 960.
-    #[serde(default = "default_width")]
     #[schemars(range(min = 1, max = 16384))]
     pub width: u32,
     /// Pixels down, 1 to 16384. Default 540.
-    #[serde(default = "default_height")]
     #[schemars(range(min = 1, max = 16384))]
     pub height: u32,
 }
 
-fn default_width() -> u32 {
-    960
-}
-
-fn default_height() -> u32 {
-    540
-}
-
 impl Default for ImageSize {
     fn default() -> Self {
-        Self { width: default_width(), height: default_height() }
+        Self { width: 960, height: 540 }
     }
 }
 
 /// Whether a key that is off at 0 need not be written.
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
+}
+
+/// A default that is a whole number.
+fn number<const N: u32>() -> f64 {
+    f64::from(N)
 }
 
 fn default_up() -> Vec3 {

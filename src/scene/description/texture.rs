@@ -1,6 +1,6 @@
 //! Textures: colours, heights and normals that depend on the place, and the pictures behind them.
 
-use super::{Color, Vec3, default_up};
+use super::{Color, Vec3, default_up, number};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +28,7 @@ pub struct Noise {
     /// Colour where the noise is highest.
     pub b: Color,
     /// Size of the coarsest features in scene units, above 0. Default 1.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1>")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub size: f64,
     /// Octaves, 1 to 12. Default 4.
@@ -42,7 +42,7 @@ pub struct Noise {
 #[serde(deny_unknown_fields)]
 pub struct Grain {
     /// Size of the coarsest features in scene units, above 0. Default 1.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1>")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub size: f64,
     /// Octaves, 1 to 12. Default 4.
@@ -87,7 +87,7 @@ pub struct Planar {
     #[serde(default)]
     pub axes: PlanarAxes,
     /// Width of the picture in scene units, above 0; its height follows from its shape. Default 1.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1>")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub size: f64,
 }
@@ -169,13 +169,9 @@ pub struct Environment {
     #[schemars(range(min = -360.0, max = 360.0))]
     pub rotate_deg: f64,
     /// Factor on its colours, at least 0. Default 1.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 fn default_octaves() -> u32 {

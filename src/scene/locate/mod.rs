@@ -6,9 +6,9 @@ mod scanner;
 
 use super::limits::PROBLEMS_FOUND;
 use super::problem::{Code, Problem, push_token};
-use scanner::{Event, Scanner};
-use std::borrow::Cow;
+use scanner::{Event, Scanner, Token};
 use std::collections::{HashMap, HashSet};
+use std::fmt;
 
 /// Bytes of a pointer. Those into a scene whose names are short enough have about 1,300 at most; of longer ones the last tokens
 /// are left out.
@@ -27,23 +27,20 @@ pub fn locate(text: &[u8], problems: &mut [Problem]) {
     }
     let mut lines = Lines::new(text);
     let mut path: Vec<Option<usize>> = Vec::new();
-    let mut scanner = Scanner::new(text);
-    let mut key = None;
+    let mut scanner = Scanner::new(text, usize::MAX);
     while let Some(event) = scanner.next() {
+        let child = |token: Token<'_>| match path.last() {
+            None => Some(0),
+            Some(parent) => parent.and_then(|node| tree.child(node, &token.to_string())),
+        };
         match event {
-            Event::Key { start, raw } => {
-                let child = path.last().copied().flatten().and_then(|node| tree.child(node, &decode(raw)));
-                key = child;
-                if let Some(node) = child {
+            Event::Key { start, token } => {
+                if let Some(node) = child(token) {
                     tree.nodes[node].key = Some(lines.place(start));
                 }
             }
-            Event::Value { start, opens, index } => {
-                let node = match (path.last().copied(), index) {
-                    (None, _) => Some(0),
-                    (Some(parent), Some(index)) => parent.and_then(|node| tree.child(node, &index.to_string())),
-                    (Some(_), None) => key.take(),
-                };
+            Event::Value { start, opens, token } => {
+                let node = child(token);
                 if let Some(node) = node {
                     tree.nodes[node].value = Some(lines.place(start));
                 }
@@ -76,37 +73,25 @@ fn shorten(pointer: &mut String) {
 pub fn duplicate_keys(text: &[u8]) -> Vec<Problem> {
     let mut problems = Vec::new();
     let mut lines = Lines::new(text);
-    let mut path: Vec<(Token<'_>, HashSet<Cow<'_, str>>)> = Vec::new();
-    let mut scanner = Scanner::new(text);
+    let mut seen: Vec<HashSet<String>> = Vec::new();
+    let mut scanner = Scanner::new(text, usize::MAX);
     while let Some(event) = scanner.next() {
         match event {
-            Event::Key { start, raw } => {
-                let Some((token, seen)) = path.last_mut() else { continue };
-                *token = Token::Key(raw);
-                if !seen.insert(decode(raw)) {
-                    let mut problem = Problem::new(
-                        pointer(path.iter().map(|(token, _)| *token)),
-                        Code::DuplicateName,
-                        "this key is given twice in the same object; keep one of the two",
-                    );
+            Event::Key { start, token } => {
+                if seen.last_mut().is_some_and(|seen| !seen.insert(token.to_string())) {
+                    let detail = "this key is given twice in the same object; keep one of the two";
                     let (line, column) = lines.place(start);
-                    (problem.line, problem.column) = (Some(line), Some(column));
-                    problems.push(problem);
+                    let problem = Problem::new(pointer(scanner.path()), Code::DuplicateName, detail);
+                    problems.push(Problem { line: Some(line), column: Some(column), ..problem });
                     if problems.len() >= PROBLEMS_FOUND {
                         break;
                     }
                 }
             }
-            Event::Value { opens, index, .. } => {
-                if let (Some((token, _)), Some(index)) = (path.last_mut(), index) {
-                    *token = Token::Index(index);
-                }
-                if opens {
-                    path.push((Token::None, HashSet::new()));
-                }
-            }
+            Event::Value { opens: true, .. } => seen.push(HashSet::new()),
+            Event::Value { opens: false, .. } => {}
             Event::Close => {
-                path.pop();
+                seen.pop();
             }
         }
     }
@@ -115,31 +100,9 @@ pub fn duplicate_keys(text: &[u8]) -> Vec<Problem> {
 
 /// The pointer of the innermost value that has begun at a byte offset.
 pub fn innermost(text: &[u8], offset: usize) -> String {
-    let mut path: Vec<Token<'_>> = Vec::new();
-    let mut scanner = Scanner::new(text);
-    while let Some(event) = scanner.next() {
-        match event {
-            Event::Key { start, .. } | Event::Value { start, .. } if start > offset => break,
-            Event::Key { raw, .. } => {
-                if let Some(token) = path.last_mut() {
-                    *token = Token::Key(raw);
-                }
-            }
-            Event::Value { opens, index, .. } => {
-                if let (Some(token), Some(index)) = (path.last_mut(), index) {
-                    *token = Token::Index(index);
-                }
-                if opens {
-                    path.push(Token::None);
-                }
-            }
-            Event::Close if scanner.at > offset => break,
-            Event::Close => {
-                path.pop();
-            }
-        }
-    }
-    pointer(path.into_iter())
+    let mut scanner = Scanner::new(text, offset);
+    while scanner.next().is_some() {}
+    pointer(scanner.path())
 }
 
 /// The byte offset of a line and a column, both from 1; the end of the text if there is no such place.
@@ -159,22 +122,10 @@ pub fn place(text: &[u8], offset: usize) -> (u32, u32) {
     Lines::new(text).place(offset)
 }
 
-/// One step of a path; none before the first element.
-#[derive(Debug, Clone, Copy)]
-enum Token<'t> {
-    None,
-    Key(&'t [u8]),
-    Index(u64),
-}
-
 fn pointer<'t>(path: impl Iterator<Item = Token<'t>>) -> String {
     let mut pointer = String::new();
-    for token in path {
-        let longer = match token {
-            Token::None => break,
-            Token::Key(raw) => push_token(&pointer, decode(raw)),
-            Token::Index(index) => push_token(&pointer, index),
-        };
+    for token in path.take_while(|token| !matches!(token, Token::None)) {
+        let longer = push_token(&pointer, token);
         if longer.len() > POINTER_BYTES {
             break;
         }
@@ -183,15 +134,19 @@ fn pointer<'t>(path: impl Iterator<Item = Token<'t>>) -> String {
     pointer
 }
 
-/// The text of a string between its quotes.
-fn decode(raw: &[u8]) -> Cow<'_, str> {
-    if raw.contains(&b'\\') {
-        let quoted = [b"\"", raw, b"\""].concat();
-        if let Ok(text) = serde_json::from_slice::<String>(&quoted) {
-            return Cow::Owned(text);
+impl fmt::Display for Token<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Token::None => Ok(()),
+            Token::Index(index) => write!(f, "{index}"),
+            Token::Key(raw) => {
+                let quoted = [b"\"", *raw, b"\""].concat();
+                f.write_str(
+                    &serde_json::from_slice(&quoted).unwrap_or_else(|_| String::from_utf8_lossy(raw).into_owned()),
+                )
+            }
         }
     }
-    String::from_utf8_lossy(raw)
 }
 
 /// Pointers as a tree of their tokens, so that values without a pointer cost nothing.

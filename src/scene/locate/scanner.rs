@@ -6,89 +6,106 @@
 use crate::control;
 use crate::scene::limits::JSON_DEPTH;
 
+/// One step of a path: to a value of an object or of an array. None before the first.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Token<'t> {
+    None,
+    /// What stands between the key's quotes.
+    Key(&'t [u8]),
+    Index(u64),
+}
+
+/// What begins or ends. The token is the way there from the array or object around it.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Event<'t> {
-    /// A key; `raw` is what stands between the quotes.
-    Key { start: usize, raw: &'t [u8] },
-    /// A value begins; it has an index if it is an array's, and `opens` if it is an array or object.
-    Value { start: usize, opens: bool, index: Option<u64> },
-    /// An array or object ends.
+    Key {
+        start: usize,
+        token: Token<'t>,
+    },
+    /// A value; it `opens` if it is an array or object.
+    Value {
+        start: usize,
+        opens: bool,
+        token: Token<'t>,
+    },
     Close,
 }
 
+/// An array or object that has not ended, and the way to its current value.
 #[derive(Debug, Clone, Copy)]
-enum Frame {
-    Array { next: u64 },
-    Object { key_is_next: bool },
+struct Frame<'t> {
+    token: Token<'t>,
+    is_object: bool,
+    key_is_next: bool,
 }
 
 /// Text to events. Commas and colons are skipped.
 #[derive(Debug)]
 pub(super) struct Scanner<'t> {
     text: &'t [u8],
-    /// Offset behind the last event's token.
-    pub(super) at: usize,
-    stack: Vec<Frame>,
+    at: usize,
+    end: usize,
+    stack: Vec<Frame<'t>>,
 }
 
 impl<'t> Scanner<'t> {
-    pub(super) fn new(text: &'t [u8]) -> Self {
-        Self { text, at: 0, stack: Vec::new() }
+    /// Of a text, up to what is at the offset `end`, which does not end there.
+    pub(super) fn new(text: &'t [u8], end: usize) -> Self {
+        Self { text, at: 0, end, stack: Vec::new() }
+    }
+
+    /// The way to the current value.
+    pub(super) fn path(&self) -> impl Iterator<Item = Token<'t>> {
+        self.stack.iter().map(|frame| frame.token)
     }
 
     pub(super) fn next(&mut self) -> Option<Event<'t>> {
         while matches!(self.text.get(self.at)?, b' ' | b'\t' | b'\r' | b'\n' | b',' | b':') {
             self.at += 1;
         }
-        if control::step(1) {
+        if self.at > self.end || control::step(1) {
             return None;
         }
         let start = self.at;
         self.at += 1;
         match self.text[start] {
             open @ (b'{' | b'[') => {
-                let index = self.begin_value();
-                self.stack.push(if open == b'{' {
-                    Frame::Object { key_is_next: true }
-                } else {
-                    Frame::Array { next: 0 }
-                });
+                let token = self.begin_value();
+                let is_object = open == b'{';
+                self.stack.push(Frame { token: Token::None, is_object, key_is_next: is_object });
                 // serde_json has the same limit.
-                (self.stack.len() as u64 <= JSON_DEPTH.max + 1).then_some(Event::Value { start, opens: true, index })
+                (self.stack.len() as u64 <= JSON_DEPTH.max + 1).then_some(Event::Value { start, opens: true, token })
             }
+            b'}' | b']' if start == self.end => None,
             b'}' | b']' => {
                 self.stack.pop()?;
                 Some(Event::Close)
             }
             b'"' => {
-                let raw = self.string();
-                if let Some(Frame::Object { key_is_next: key_is_next @ true }) = self.stack.last_mut() {
-                    *key_is_next = false;
-                    return Some(Event::Key { start, raw });
+                let token = Token::Key(self.string());
+                if let Some(frame) = self.stack.last_mut().filter(|frame| frame.key_is_next) {
+                    (frame.token, frame.key_is_next) = (token, false);
+                    return Some(Event::Key { start, token });
                 }
-                Some(Event::Value { start, opens: false, index: self.begin_value() })
+                Some(Event::Value { start, opens: false, token: self.begin_value() })
             }
             _ => {
                 let rest = &self.text[self.at..];
                 let ends = |byte: &u8| matches!(byte, b'{' | b'}' | b'[' | b']' | b'"' | b',' | b':' | 0..=b' ');
                 self.at += rest.iter().position(ends).unwrap_or(rest.len());
-                Some(Event::Value { start, opens: false, index: self.begin_value() })
+                Some(Event::Value { start, opens: false, token: self.begin_value() })
             }
         }
     }
 
-    /// Counts a value in the array around it, and returns its index.
-    fn begin_value(&mut self) -> Option<u64> {
-        match self.stack.last_mut()? {
-            Frame::Array { next } => {
-                *next += 1;
-                Some(*next - 1)
-            }
-            Frame::Object { key_is_next } => {
-                *key_is_next = true;
-                None
-            }
+    /// The way to a value that begins: in an array it is the next one.
+    fn begin_value(&mut self) -> Token<'t> {
+        let Some(frame) = self.stack.last_mut() else { return Token::None };
+        frame.key_is_next = frame.is_object;
+        if !frame.is_object {
+            frame.token = Token::Index(if let Token::Index(index) = frame.token { index + 1 } else { 0 });
         }
+        frame.token
     }
 
     /// Reads to the closing quote, or to the end.

@@ -15,38 +15,33 @@ pub(super) enum Kind {
     Patch,
 }
 
+/// Each kind with its keyword, and its form for messages.
+const KINDS: [(Kind, &str, &str); 8] = [
+    (
+        Kind::View,
+        "v",
+        "the view \"v from x y z at x y z up x y z angle degrees [hither distance] [resolution width height]\"",
+    ),
+    (Kind::Background, "b", "the background \"b r g b\""),
+    (Kind::Light, "l", "a light \"l x y z [r g b]\""),
+    (Kind::Fill, "f", "a fill \"f r g b Kd Ks Shine T ior\""),
+    (Kind::Cone, "c", "a cone \"c base(x y z) base_radius apex(x y z) apex_radius\""),
+    (Kind::Sphere, "s", "a sphere \"s x y z radius\""),
+    (Kind::Polygon, "p", "a polygon \"p n\" and n times \"x y z\""),
+    (Kind::Patch, "pp", "a patch \"pp n\" and n times \"x y z nx ny nz\""),
+];
+
 impl Kind {
     /// For messages.
     pub(super) const KEYWORDS: &'static str = "v, b, l, f, c, s, p and pp";
 
     pub(super) fn of_keyword(keyword: &[u8]) -> Option<Self> {
-        Some(match keyword {
-            b"v" => Self::View,
-            b"b" => Self::Background,
-            b"l" => Self::Light,
-            b"f" => Self::Fill,
-            b"c" => Self::Cone,
-            b"s" => Self::Sphere,
-            b"p" => Self::Polygon,
-            b"pp" => Self::Patch,
-            _ => return None,
-        })
+        KINDS.iter().find(|(_, known, _)| known.as_bytes() == keyword).map(|(kind, ..)| *kind)
     }
 
     /// Its name, and its keyword.
     pub(super) fn form(self) -> &'static str {
-        match self {
-            Self::View => {
-                "the view \"v from x y z at x y z up x y z angle degrees [hither distance] [resolution width height]\""
-            }
-            Self::Background => "the background \"b r g b\"",
-            Self::Light => "a light \"l x y z [r g b]\"",
-            Self::Fill => "a fill \"f r g b Kd Ks Shine T ior\"",
-            Self::Cone => "a cone \"c base(x y z) base_radius apex(x y z) apex_radius\"",
-            Self::Sphere => "a sphere \"s x y z radius\"",
-            Self::Polygon => "a polygon \"p n\" and n times \"x y z\"",
-            Self::Patch => "a patch \"pp n\" and n times \"x y z nx ny nz\"",
-        }
+        KINDS[self as usize].2
     }
 }
 

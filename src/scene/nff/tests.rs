@@ -135,7 +135,7 @@ fn lights_share_their_intensity_and_may_have_a_colour() {
 fn fills_become_materials() {
     let text = format!("{OPAQUE}s 0 0 0 1\n{GLASS}s 1 0 0 1\n{OPAQUE}s 2 0 0 1\nf 0 0 0 0 0 0 0 0\n");
     let found = scene(&text);
-    assert_eq!(found.materials.names().collect::<Vec<_>>(), ["fill_1", "fill_2"]);
+    assert_eq!(found.materials.keys().collect::<Vec<_>>(), ["fill_1", "fill_2"]);
     let names: Vec<_> = found.objects.iter().map(material_of).collect();
     assert_eq!(names, ["fill_1", "fill_2", "fill_1"]);
     let opaque = serde_json::to_value(found.materials.get("fill_1").unwrap()).unwrap();

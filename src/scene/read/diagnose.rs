@@ -6,12 +6,13 @@
 //! misspelt object, and keeps all of them in memory before it reports one.) Tests check that this walk and the schema agree
 //! on which scenes are wrong.
 
-use super::wording::{self, list};
+use super::wording;
 use crate::control;
 use crate::scene::description::Color;
 use crate::scene::limits::{NAME_BYTES, PROBLEMS, PROBLEMS_FOUND};
 use crate::scene::problem::{Code, Problem, did_you_mean, name_too_long, push_token, quoted};
 use crate::scene::schema::{Node, schema};
+use crate::words::list;
 use serde_json::{Map, Value};
 use std::rc::Rc;
 

@@ -2,6 +2,7 @@
 
 use crate::scene::problem::quoted;
 use crate::scene::schema::Node;
+use crate::words::list;
 use serde_json::Value;
 
 /// What a schema expects: `an array of 3 numbers`, `"x" or "y"`.
@@ -128,14 +129,4 @@ pub(super) fn article(noun: &str) -> &'static str {
 /// `element` or its plural.
 pub(super) fn elements(count: u64) -> &'static str {
     if count == 1 { "element" } else { "elements" }
-}
-
-/// `a, b and c`.
-pub(super) fn list(items: impl Iterator<Item = String>, last: &str) -> String {
-    let items: Vec<String> = items.collect();
-    match items.as_slice() {
-        [] => String::new(),
-        [one] => one.clone(),
-        [most @ .., end] => format!("{} {last} {end}", most.join(", ")),
-    }
 }

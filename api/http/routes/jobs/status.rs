@@ -5,6 +5,7 @@ use crate::http::extract::named_job::{NamedJob, may_see};
 use crate::http::extract::prefer::Prefer;
 use crate::http::prelude::*;
 use crate::http::respond::job::{JobView, shown, until_final};
+use crate::http::respond::put;
 use crate::service::jobs::record::{Record, State as JobState};
 use axum::Extension;
 
@@ -80,10 +81,7 @@ async fn jobs(
         let filters = [("state", state.map(|state| state.name().to_owned())), ("label", label)];
         let filters: String =
             filters.into_iter().filter_map(|(name, value)| Some(format!("&{name}={}", encoded(&value?)))).collect();
-        let link = format!("</v1/jobs?limit={limit}&cursor={next}{filters}>; rel=\"next\"");
-        if let Ok(link) = HeaderValue::from_str(&link) {
-            headers.insert(header::LINK, link);
-        }
+        put(&mut headers, header::LINK, &format!("</v1/jobs?limit={limit}&cursor={next}{filters}>; rel=\"next\""));
     }
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     let jobs = found.iter().map(|job| JobView::of(&app, job)).collect();

@@ -1,7 +1,7 @@
 //! What the table says is on is what the kernels read.
 
 use super::{all_scenes, judge, loaded};
-use strahl::accel::{Blockers, Item};
+use strahl::accel::{Blockers, Item, Shape};
 use strahl::lanes::Real;
 use strahl::scene::compile::Precise;
 use strahl::scene::effects::{Effect, State};
@@ -21,7 +21,7 @@ struct Told<'a, R> {
 impl<R: Real> Told<'_, R> {
     fn any(&self, test: impl Fn(&Material<R>, bool) -> bool) -> bool {
         let items = self.world.geometries.iter().flat_map(|geometry| &geometry.items);
-        let mut bodies = items.filter(|item| !item.is_placed());
+        let mut bodies = items.filter(|item| !matches!(item.shape, Shape::Instance(_)));
         bodies.any(|item| test(&self.world.materials[item.material as usize], item.closed && !item.hollow))
     }
 
@@ -101,7 +101,7 @@ impl<R: Real> Told<'_, R> {
             Effect::SmoothNormals => self.item(|item| item.is_smooth()),
             Effect::SpotLights => self.light(|light| matches!(light.source, Source::Spot { .. })),
             Effect::LightFalloff => self.light(|light| !matches!(light.falloff, Falloff::None)),
-            Effect::Instancing => self.item(|item| item.is_placed()),
+            Effect::Instancing => self.item(|item| matches!(item.shape, Shape::Instance(_))),
             Effect::SoftShadows => world.lights.iter().any(|light| light.area.is_some()),
             Effect::Gloss => {
                 self.follows() && self.any(|m, _| m.alpha > zero && (mirrors(m) || bright(m.transmission)))
