@@ -135,7 +135,7 @@ fn rays_that_a_proof_defers_take_little_memory() {
     assert!(resident(&service)[0] < 128 * MIB, "{} MiB", resident(&service)[0] / MIB);
 }
 
-/// Nine pictures of 18 MB in a folder, for clients that do not read them.
+/// Pictures of 18 MB in a folder, for clients that do not read them.
 #[test]
 fn pictures_that_are_read_from_disk_are_counted() {
     let folder = tempfile::tempdir().unwrap();
@@ -143,7 +143,7 @@ fn pictures_that_are_read_from_disk_are_counted() {
     let flags = ["--memory-bytes", &bytes.to_string(), "--picture-cache-bytes", "0", "--cache"];
     let service = Service::start(&[&flags[..], &[folder.path().to_str().unwrap()]].concat());
     let path = "/v1/render?width=1500&height=1000&antialias=false&format=pfm";
-    let all: Vec<String> = (0..9).map(|i| balls(2, i)).collect();
+    let all: Vec<String> = (0..24).map(|i| balls(2, i)).collect();
     for scene in &all {
         assert_eq!(service.post_json(path, scene).status, 200);
     }
