@@ -43,7 +43,7 @@ pub(super) struct Certificate<L: Lanes> {
     /// Largest `skipped_light` allowed.
     skipped_light_limit: L,
     /// The deferred rays.
-    pub(super) deferred: DeferredRays<L::Real>,
+    pub(super) deferred: DeferredRays<L>,
     /// How many packets of them were deferred in the round before, and are followed in this one.
     this_round: usize,
     /// Rays of each pixel, for the rounding of its sum.
@@ -118,7 +118,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         self.certificate.unproved_lanes = u32::MAX;
         self.certificate.rounds = 0;
         self.certificate.in_order = false;
-        self.certificate.deferred.clear(Pruning::most_deferred(samples.count));
+        self.certificate.deferred.begin(Pruning::most_deferred(samples.count));
         self.certificate.this_round = 0;
         self.media.clear();
         self.followed = zero;
@@ -165,13 +165,8 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// The most light that rays of a weight and a depth can bring.
     #[inline(always)]
     fn upper_bound(&self, weight: V3<L>, depth: u32) -> V3<L> {
-        weight.times(V3::splat(self.s, self.ceiling_at(depth).map(L::Real::from_f64)))
-    }
-
-    /// The most light that rays of weight 1 and a depth can bring.
-    #[inline(always)]
-    fn ceiling_at(&self, depth: u32) -> [f64; 3] {
-        self.world.ceiling.of((self.world.rules.max_depth + 1).saturating_sub(depth))
+        let ceiling = self.world.ceiling.of((self.world.rules.max_depth + 1).saturating_sub(depth));
+        weight.times(V3::splat(self.s, ceiling.map(L::Real::from_f64)))
     }
 
     /// Adds omitted rays of some lanes to R.
@@ -258,7 +253,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         loop {
             while self.certificate.this_round > 0 {
                 self.certificate.this_round -= 1;
-                let Some(Deferred { mut rays, distance, sample }) = self.certificate.deferred.pop::<L>(self.s) else {
+                let Some(Deferred { mut rays, distance, sample }) = self.certificate.deferred.pop(self.s) else {
                     break;
                 };
                 let unproved_lanes = self.certificate.unproved_lanes;
@@ -332,9 +327,13 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     fn omit_deferred_in(&mut self, active: u32, sum: &mut V3<L>) -> u32 {
         let s = self.s;
-        while let Some(Deferred { rays, .. }) = self.certificate.deferred.pop::<L>(s) {
-            self.omit(&rays, rays.active);
+        if O::WATCHING {
+            while let Some(Deferred { rays, .. }) = self.certificate.deferred.pop(s) {
+                self.omit(&rays, rays.active);
+            }
         }
+        self.certificate.omitted = self.with_deferred();
+        self.certificate.deferred.clear();
         let zero = L::lit(s, 0.0);
         let again = match self.pruning {
             // More rays do not help where rounding alone may change a code. Such pixels are traced again in the order of
@@ -389,21 +388,11 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// R and what the deferred rays can bring.
     #[inline(always)]
     fn with_deferred(&self) -> V3<L> {
-        let omitted = self.certificate.omitted;
-        if self.certificate.deferred.is_empty() {
-            return omitted;
+        let mut omitted = self.certificate.omitted;
+        for (lanes, weight, depth) in self.certificate.deferred.weights() {
+            omitted = V3::select(L::mask(self.s, lanes), omitted + self.upper_bound(weight, depth), omitted);
         }
-        let mut sums: [[L::Real; 3]; MAX_LANES] = [[L::Real::default(); 3]; MAX_LANES];
-        for (lane, sum) in sums.iter_mut().enumerate().take(L::COUNT) {
-            *sum = omitted.lane(lane);
-        }
-        for (lane, weight, depth) in self.certificate.deferred.weights() {
-            let ceiling = self.ceiling_at(depth);
-            for c in 0..3 {
-                sums[lane][c] = sums[lane][c] + weight[c] * L::Real::from_f64(ceiling[c]);
-            }
-        }
-        V3::from_fn(self.s, |lane| sums[lane])
+        omitted
     }
 
     /// The lanes of `among` that may be more than `max_codes` off, and that more rays may prove.
