@@ -10,12 +10,14 @@ mod import;
 mod interrupt;
 mod key;
 mod map;
+mod openapi;
 mod output;
 mod progress;
 mod rays;
 mod render;
 mod scene_args;
 mod scene_file;
+mod schema;
 mod serve;
 mod session;
 mod tradeoff;
@@ -23,11 +25,9 @@ mod tree;
 mod validate;
 mod values;
 
-use crate::http::openapi_text;
 use clap::{Parser, Subcommand};
 use failure::Failure;
 use std::process::ExitCode;
-use strahl::scene::schema::schema_text;
 
 /// Renders JSON scenes with Whitted's ray tracing, and says what the picture cost.
 #[derive(Debug, Parser)]
@@ -102,8 +102,8 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Tradeoff(args) => tradeoff::run(&args),
         Command::Import(args) => import::run(&args),
         Command::Validate(args) => validate::run(&args),
-        Command::Schema => output::print(schema_text().as_bytes()),
-        Command::Openapi => output::print(openapi_text().as_bytes()),
+        Command::Schema => schema::run(),
+        Command::Openapi => openapi::run(),
         Command::Config(command) => config::run(&command),
         Command::Key(command) => key::run(&command),
         Command::Serve(args) => serve::run(&args),

@@ -29,7 +29,7 @@ const ROOMS: [(&str, &str); 3] = [
     ),
     (
         "http",
-        "host settings problem drain activity client_socket connection_limit auth metrics job_observer \
+        "host settings problem drain activity client_socket connection_limit auth metrics \
          state extract contract middleware raw_errors prelude respond scene_job routes server start in_process",
     ),
 ];
