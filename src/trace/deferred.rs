@@ -2,23 +2,23 @@
 //!
 //! A pixel defers a limited number. What is beyond is omitted and adds to the pixel's bound, so the bound stays one; and the
 //! limit is each pixel's own, so it does not matter which pixels share a packet. Weights are kept by packet, since bounds are
-//! summed from them again and again. The rest is kept ray by ray: most packets hold a few, and lanes without a ray would take
-//! several times the memory.
+//! summed from them again and again. Of the rest, lanes without a ray are left out: they could take several times the memory.
 
 use super::ray_packet::{RayKind, RayPacket};
-use crate::lanes::{Ids, Lanes, MAX_LANES, V3, lanes_of};
-use crate::shading::media::MediumList;
+use crate::lanes::{Lanes, MAX_LANES, V3, lanes_of};
 use std::collections::VecDeque;
 
 /// Numbers of a ray besides its weight: origin, direction, start, and its distance from the eye.
 const NUMBERS: usize = 8;
+/// Numbers of a packet.
+const BLOCK: usize = NUMBERS * MAX_LANES;
 
 /// The deferred rays of a packet of pixels.
 #[derive(Debug)]
 pub(super) struct DeferredRays<L: Lanes> {
     packets: VecDeque<Packet<L>>,
-    /// The rays of each packet, lane by lane.
-    rays: VecDeque<Ray<L::Real>>,
+    /// The numbers of each packet's rays: the first of all its rays, the second of all, and so on.
+    numbers: VecDeque<L::Real>,
     /// How many each pixel has here.
     counts: [u32; MAX_LANES],
     /// How many each pixel may have here.
@@ -27,8 +27,9 @@ pub(super) struct DeferredRays<L: Lanes> {
 
 /// What the rays of a packet share.
 #[derive(Debug, Clone, Copy)]
-struct Packet<L> {
+struct Packet<L: Lanes> {
     weight: V3<L>,
+    media: L::Ids,
     lanes: u32,
     depth: u32,
     path: u32,
@@ -36,12 +37,6 @@ struct Packet<L> {
     parent: u32,
     sample: u32,
     kind: RayKind,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Ray<R> {
-    numbers: [R; NUMBERS],
-    media: MediumList,
 }
 
 /// A packet of deferred rays.
@@ -56,7 +51,7 @@ pub(super) struct Deferred<L: Lanes> {
 
 impl<L: Lanes> Default for DeferredRays<L> {
     fn default() -> Self {
-        Self { packets: VecDeque::new(), rays: VecDeque::new(), counts: [0; MAX_LANES], limit: 0 }
+        Self { packets: VecDeque::new(), numbers: VecDeque::new(), counts: [0; MAX_LANES], limit: 0 }
     }
 }
 
@@ -69,9 +64,11 @@ impl<L: Lanes> DeferredRays<L> {
 
     /// Forgets them.
     pub(super) fn clear(&mut self) {
-        self.packets.clear();
-        self.rays.clear();
-        self.counts = [0; MAX_LANES];
+        if !self.is_empty() {
+            self.packets.clear();
+            self.numbers.clear();
+            self.counts = [0; MAX_LANES];
+        }
     }
 
     /// Whether there are none.
@@ -88,7 +85,7 @@ impl<L: Lanes> DeferredRays<L> {
     /// The lanes of `lanes` whose pixels may defer another ray.
     #[inline(always)]
     pub(super) fn with_room(&self, lanes: u32) -> u32 {
-        if self.rays.len() < self.limit as usize {
+        if self.packets.len() < self.limit as usize {
             return lanes;
         }
         lanes_of(lanes).filter(|lane| self.counts[*lane] < self.limit).fold(0, |room, lane| room | 1 << lane)
@@ -102,51 +99,63 @@ impl<L: Lanes> DeferredRays<L> {
         if lanes == 0 {
             return;
         }
-        self.packets.push_back(Packet { weight: rays.weight, lanes, depth, path, dispersed, parent, sample, kind });
-        let V3 { x, y, z } = rays.origin;
-        let mut numbers = [[L::Real::default(); MAX_LANES]; NUMBERS];
-        let all = [x, y, z, rays.dir.x, rays.dir.y, rays.dir.z, rays.t_min, distance];
-        for (to, from) in numbers.iter_mut().zip(all) {
-            from.store(to);
+        let (weight, media) = (rays.weight, rays.media);
+        self.packets.push_back(Packet { weight, media, lanes, depth, path, dispersed, parent, sample, kind });
+        let (origin, dir) = (rays.origin, rays.dir);
+        let mut block = [L::Real::default(); BLOCK];
+        let mut end = 0;
+        for number in [origin.x, origin.y, origin.z, dir.x, dir.y, dir.z, rays.t_min, distance] {
+            number.store(&mut block[end..]);
+            if lanes == full::<L>() {
+                end += L::COUNT;
+                continue;
+            }
+            let begin = end;
+            for lane in lanes_of(lanes) {
+                block[end] = block[begin + lane];
+                end += 1;
+            }
         }
-        for lane in lanes_of(lanes) {
-            let numbers = std::array::from_fn(|i| numbers[i][lane]);
-            self.rays.push_back(Ray { numbers, media: rays.media.lane(lane) as MediumList });
-            self.counts[lane] += 1;
-        }
+        self.numbers.extend(&block[..end]);
+        lanes_of(lanes).for_each(|lane| self.counts[lane] += 1);
     }
 
     /// Takes the first packet out.
     #[inline(always)]
     pub(super) fn pop(&mut self, s: L::Simd) -> Option<Deferred<L>> {
-        let Packet { weight, lanes, depth, path, dispersed, parent, sample, kind } = self.packets.pop_front()?;
-        // Lanes without a ray get the numbers of one.
-        let first = *self.rays.front()?;
-        let mut numbers = first.numbers.map(|number| [number; MAX_LANES]);
-        let mut media = [first.media; MAX_LANES];
-        for lane in lanes_of(lanes) {
-            let ray = self.rays.pop_front()?;
-            for (to, from) in numbers.iter_mut().zip(ray.numbers) {
-                to[lane] = from;
+        let Packet { weight, media, lanes, depth, path, dispersed, parent, sample, kind } = self.packets.pop_front()?;
+        lanes_of(lanes).for_each(|lane| self.counts[lane] -= 1);
+        let rays = lanes.count_ones() as usize;
+        let mut block = [L::Real::default(); BLOCK];
+        let (front, back) = self.numbers.as_slices();
+        let in_front = front.len().min(NUMBERS * rays);
+        block[..in_front].copy_from_slice(&front[..in_front]);
+        block[in_front..NUMBERS * rays].copy_from_slice(&back[..NUMBERS * rays - in_front]);
+        self.numbers.drain(..NUMBERS * rays);
+        let [ox, oy, oz, dx, dy, dz, t_min, distance] = std::array::from_fn(|i| {
+            let numbers = &block[i * rays..];
+            if lanes == full::<L>() {
+                return L::load(s, numbers);
             }
-            media[lane] = ray.media;
-            self.counts[lane] -= 1;
-        }
-        let [ox, oy, oz, dx, dy, dz, t_min, distance] = &numbers;
+            // Lanes without a ray get the numbers of one.
+            let mut spread = [numbers[0]; MAX_LANES];
+            lanes_of(lanes).zip(numbers).for_each(|(lane, number)| spread[lane] = *number);
+            L::load(s, &spread)
+        });
         let rays = RayPacket {
-            origin: V3 { x: L::load(s, ox), y: L::load(s, oy), z: L::load(s, oz) },
-            dir: V3 { x: L::load(s, dx), y: L::load(s, dy), z: L::load(s, dz) },
-            t_min: L::load(s, t_min),
+            origin: V3 { x: ox, y: oy, z: oz },
+            dir: V3 { x: dx, y: dy, z: dz },
+            t_min,
             weight,
             active: lanes,
-            media: L::Ids::from_fn(s, |lane| u64::from(media[lane])),
+            media,
             depth,
             kind,
             path,
             dispersed,
             parent,
         };
-        Some(Deferred { rays, distance: L::load(s, distance), sample })
+        Some(Deferred { rays, distance, sample })
     }
 
     /// Lanes, weights and depth of each packet.
@@ -155,8 +164,13 @@ impl<L: Lanes> DeferredRays<L> {
         self.packets.iter().map(|packet| (packet.lanes, packet.weight, packet.depth))
     }
 
-    /// The media of every ray.
-    pub(super) fn media(&mut self) -> impl Iterator<Item = &mut MediumList> {
-        self.rays.iter_mut().map(|ray| &mut ray.media)
+    /// Lanes and media of each packet.
+    pub(super) fn media(&mut self) -> impl Iterator<Item = (u32, &mut L::Ids)> {
+        self.packets.iter_mut().map(|packet| (packet.lanes, &mut packet.media))
     }
+}
+
+/// All lanes.
+fn full<L: Lanes>() -> u32 {
+    ((1u64 << L::COUNT) - 1) as u32
 }

@@ -36,14 +36,14 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             #[inline(always)]
             || {
                 let mut kept = self.media.compact();
-                for packet in stack.iter_mut().chain([next]) {
-                    let (lists, active) = (packet.media, packet.active);
-                    packet.media = L::Ids::from_fn(s, |lane| match active & (1 << lane) {
+                let waiting = stack.iter_mut().chain([next]).map(|packet| (packet.active, &mut packet.media));
+                for (active, media) in waiting.chain(deferred.media()) {
+                    let lists = *media;
+                    *media = L::Ids::from_fn(s, |lane| match active & (1 << lane) {
                         0 => u64::from(OUTSIDE),
                         _ => u64::from(kept.keep(lists.lane(lane) as MediumList)),
                     });
                 }
-                deferred.media().for_each(|list| *list = kept.keep(*list));
             },
         );
     }

@@ -29,9 +29,9 @@ use crate::shading::texture::pattern::Textures;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Bytes of the rays that the pixels of a packet defer, for each ray that one pixel may defer: 16 pixels with 292 bytes each in
-/// single precision, 8 with 328 in double.
-const DEFERRED: u64 = 16 * 292;
+/// Bytes of the rays that the pixels of a packet defer, for each ray that one pixel may defer: 16 pixels with 352 bytes each in
+/// single precision, 8 with 384 in double.
+const DEFERRED: u64 = 16 * 352;
 /// Bytes of the lists of media of a packet's rays, as long as few of them are needed at a time.
 const MEDIA: u64 = 4 << 20;
 
