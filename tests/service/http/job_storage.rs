@@ -5,6 +5,7 @@ use super::jobs::{LONG, body, job, mirrors, submit, succeeded, text, until};
 use crate::common::service::Service;
 use crate::common::{BALL, SLOW};
 use std::path::Path;
+use std::thread;
 use std::time::{Duration, Instant};
 
 #[test]
@@ -194,7 +195,12 @@ fn what_cannot_fit_on_disk_is_refused() {
         service.send("DELETE", &format!("/v1/jobs/{}", text(&job["id"])), &[], b"");
     }
     service.get(&format!("/v1/jobs/{first}")).problem(404, "not-found");
-    submit(&service, &padded(700_000), small);
+    // The scene of a job that was running goes when its last ray has stopped.
+    let deleted = Instant::now();
+    while send(&padded(700_000), small).status != 202 {
+        assert!(deleted.elapsed() < Duration::from_secs(5), "{}", send(&padded(700_000), small).text());
+        thread::sleep(Duration::from_millis(5));
+    }
 }
 
 #[test]
