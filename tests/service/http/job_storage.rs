@@ -109,7 +109,7 @@ fn pictures_and_records_expire() {
     let started = Instant::now();
     while service.get(&format!("/v1/jobs/{id}")).status == 200 {
         assert!(started.elapsed() < Duration::from_secs(10), "the record stays");
-        std::thread::sleep(Duration::from_millis(50));
+        thread::sleep(Duration::from_millis(50));
     }
     service.get(&format!("/v1/jobs/{id}")).problem(410, "gone");
     let left = |name: &str| std::fs::read_dir(folder.path().join(name)).unwrap().count();
@@ -125,7 +125,7 @@ fn ages_are_what_services_have_run_and_no_difference_of_dates() {
     succeeded(&service, &id);
     drop(service);
     // To the service this looks like a clock that is put right.
-    std::thread::sleep(Duration::from_secs(7));
+    thread::sleep(Duration::from_secs(7));
     let service = Service::start(&flags);
     assert_eq!(job(&service, &id)["state"], "succeeded");
     assert_eq!(service.get(&format!("/v1/jobs/{id}/image")).status, 200);
