@@ -30,7 +30,7 @@ from machine import machine  # noqa: E402
 ROOT = HERE.parent.parent
 COUNTS = HERE / "counts.json"
 TOLERANCE = 0.001
-RUNS = 2
+RUNS = 6
 
 FLOOR = {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0], "material": "matt"}}
 
