@@ -120,7 +120,15 @@ def main():
         recorded = {"conditions": now, "processor": machine(), "counts": count_all(args.program)}
         COUNTS.write_text(json.dumps(recorded, indent=2) + "\n")
         return 0
-    counted = count_all(args.program)
+    wrong = compare(count_all(args.program), now)
+    if wrong:
+        print("counted again, since waiting threads spin now and then:", flush=True)
+        wrong = compare(count_all(args.program), now)
+    return 1 if wrong else 0
+
+
+def compare(counted, now):
+    """How many counts are not as recorded; it says which."""
     wrong = 0
     # On any machine: effects of materials that nothing uses take no instruction.
     extra = counted["unused materials"]["instructions"] / counted["local"]["instructions"] - 1
@@ -130,7 +138,7 @@ def main():
     recorded = json.loads(COUNTS.read_text())
     if recorded["conditions"] != now:
         print(f"not compared with recorded counts, which are of {recorded['conditions']}; this is {now}")
-        return 1 if wrong else 0
+        return wrong
     for name, new in counted.items():
         old = recorded["counts"].get(name)
         if old is None:
@@ -142,7 +150,7 @@ def main():
             print(f"{name}: {change:+.2%} instructions ({old['kernel']} to {new['kernel']})")
             wrong += 1
     print("all counts are as recorded" if wrong == 0 else f"{wrong} counts have changed")
-    return 1 if wrong else 0
+    return wrong
 
 
 if __name__ == "__main__":
