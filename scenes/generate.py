@@ -65,7 +65,6 @@ def flake(levels):
             {"quad": {"vertices": [[12, 12, -0.5], [-12, 12, -0.5], [-12, -12, -0.5], [12, -12, -0.5]], "material": "floor"}},
             {"instance": {"of": "flake%d" % levels, "transform": {"scale": 0.5}}},
         ],
-        "render": {"max_depth": 5},
     }
 
 
@@ -112,7 +111,6 @@ def knot_scene():
             {"plane": {"point": [0, -1.4, 0], "normal": [0, 1, 0], "material": "floor"}},
             {"mesh": knot()},
         ],
-        "render": {"max_depth": 6},
     }
 
 
@@ -173,7 +171,6 @@ def terminator_scene():
             {"sphere": {"center": [3.6, 1, -0.4], "radius": 1, "material": "plaster"}},
             {"sphere": {"center": [-2.32, 1.5, 0.35], "radius": 0.14, "material": "plaster"}},
         ],
-        "render": {"max_depth": 2},
     }
 
 

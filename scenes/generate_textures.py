@@ -13,9 +13,13 @@ def png(width, height, pixel):
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
     code = lambda x: max(0, min(255, round(x)))
-    rows = b"".join(b"\0" + bytes(code(c) for x in range(width) for c in pixel(x, y)) for y in range(height))
+    rows = [bytes(code(c) for x in range(width) for c in pixel(x, y)) for y in range(height)]
+    # As they are, or as differences from the rows above, whichever is shorter.
+    above = [bytes(3 * width)] + rows
+    differences = b"".join(b"\2" + bytes((a - b) & 255 for a, b in zip(*pair)) for pair in zip(rows, above))
+    data = min((zlib.compress(rows, 9) for rows in (b"".join(b"\0" + row for row in rows), differences)), key=len)
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    file = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b"")
+    file = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
     return "data:image/png;base64," + base64.b64encode(file).decode()
 
 
@@ -197,11 +201,12 @@ def bump():
 
 def valley():
     """A meadow under an evening sky, all around."""
-    width, height = 208, 104
+    width, height = 1024, 512
     def pixel(x, y):
         p = direction(x, y, width, height)
         longitude = (x + 0.5) / width * 2 * math.pi
         ridge = 0.1 + 0.05 * math.sin(3 * longitude + 1) + 0.04 * math.sin(7 * longitude) + 0.015 * math.sin(17 * longitude + 2)
+        ridge += 0.008 * math.sin(41 * longitude + 1) + 0.004 * math.sin(97 * longitude)
         near = 0.01 + 0.02 * math.sin(2 * longitude + 4) + 0.01 * math.sin(9 * longitude)
         sun = (0.62, 0.32, -0.716)
         glow = max(0.0, sum(a * b for a, b in zip(p, sun)))

@@ -12,6 +12,11 @@ pub use libm::scalbn as scale_by_power;
 pub use libm::sincos as sin_cos;
 pub use libm::{acos, asin, atan, atan2, exp, log2, pow, tan};
 
+/// The length of (x, y), which is 0 or from 1e-150 to 1e150. The platform's differs between platforms.
+pub fn hypot(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
 /// A linear colour or radiance; each channel at least 0.
 pub type Rgb = glam::DVec3;
 

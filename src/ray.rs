@@ -57,6 +57,8 @@ pub struct Intersection<L: Lanes> {
     /// Its distance.
     pub hit: Hit<L>,
     /// The point, as near to the surface as the format allows.
+    pub met: V3<L>,
+    /// The same, but away from edges: where next rays leave.
     pub point: V3<L>,
     /// Bound on the error of each coordinate of `point`, with the rounding of moving it onto the surface.
     pub error: V3<L>,
@@ -70,7 +72,7 @@ impl<L: Lanes> Intersection<L> {
     /// An intersection with shapes that have no barycentric weights.
     #[inline(always)]
     pub fn at(t: L, lanes: L::Mask, point: V3<L>, error: V3<L>, normal: V3<L>) -> Self {
-        Self { hit: Hit::at(t, lanes), point, error, normal, normalized: false }
+        Self { hit: Hit::at(t, lanes), point, met: point, error, normal, normalized: false }
     }
 
     /// No intersection in any lane.

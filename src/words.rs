@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn an_enum_is_the_list_of_its_words() {
         assert_eq!(expected::<Precision>(), "single or double");
-        assert_eq!(expected::<MapKind>(), "proved, rays, time or depth");
+        assert_eq!(expected::<MapKind>(), "proved, rays, time, depth or samples");
         assert!(words::<MapKind>().iter().all(|word| word.about.is_some()));
         for word in words::<MapKind>() {
             assert!(choice::<MapKind>(&word.name).is_some(), "{word:?}");

@@ -43,7 +43,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     if !args.analyze && (args.picture.region.is_some() || args.picture.stats.is_some()) {
         return Err(Failure::Usage("--region and --stats need --analyze: without it nothing is rendered".into()));
     }
-    let session = Session::start(&args.scene, &args.settings)?;
+    let mut session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     let ready = session.prepare()?;
     let region = region_of(&ready.scene, args.picture.region)?;

@@ -6,6 +6,8 @@ use super::scene_file;
 use clap::Args;
 use std::path::PathBuf;
 use strahl::scene::nff::{NffOptions, read_nff};
+use strahl::scene::problem::{Code, Problem, Problems};
+use strahl::scene::recognise::{Recognised, recognise};
 
 /// `strahl import`.
 #[derive(Debug, Args)]
@@ -27,6 +29,11 @@ pub(super) struct ImportArgs {
 pub(super) fn run(args: &ImportArgs) -> Result<(), Failure> {
     output::check_folder(&args.output)?;
     let (name, bytes) = scene_file::read(&args.file)?;
+    if recognise(&bytes) == Recognised::Json {
+        let what = "this is scene JSON already: there is nothing to import";
+        let problem = Problem::new("", Code::OtherFormat, what);
+        return Err(Failure::Scene { name, problems: Problems::one(problem) });
+    }
     let options = NffOptions { two_sided: args.two_sided, spd_counts: args.spd_counts };
     let description = read_nff(&bytes, options).map_err(|problems| Failure::Scene { name, problems })?;
     output::write(&args.output, &output::pretty(&description)?)

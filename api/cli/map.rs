@@ -5,10 +5,9 @@ use super::scene_args::{SceneArgs, SettingsArgs};
 use super::session::Session;
 use super::values::word;
 use super::{output, progress};
-use crate::service::pictures::map::{self, MapFormat};
+use crate::service::pictures::map::{self, COARSEST, MapFormat};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use strahl::film::Region;
 use strahl::inspect::maps::MapKind;
 use strahl::words::choice;
 
@@ -23,6 +22,9 @@ pub(super) struct MapArgs {
     /// File to write: .png has colors and a scale, .pfm and .exr the numbers [default: the scene's name with -map.png].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Trace one pixel for each block of so many across and down.
+    #[arg(long, value_name = "PIXELS", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(COARSEST)))]
+    step: u32,
     #[command(flatten)]
     settings: SettingsArgs,
 }
@@ -32,11 +34,10 @@ pub(super) fn run(args: &MapArgs) -> Result<(), Failure> {
     let file_name = output::file_of(args.output.as_deref(), &args.scene.scene, "-map.png");
     let format = format(&file_name)?;
     output::check_folder(&file_name)?;
-    let session = Session::start(&args.scene, &args.settings)?;
+    let mut session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     let ready = session.prepare()?;
-    let region = Region::whole(ready.scene.width, ready.scene.height);
-    let file = || map::draw(&ready.scene, region, args.of, format, &session.workers, &session.control);
+    let file = || map::draw(&ready.scene, args.step, args.of, format, &session.workers, &session.control);
     let file = progress::while_showing(&session.control, file)?;
     output::write(&file_name, &file)?;
     output::tell(args.output.as_deref(), &file_name);

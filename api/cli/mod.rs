@@ -5,6 +5,7 @@ mod config;
 mod config_file;
 mod explain;
 mod failure;
+mod gallery;
 mod healthcheck;
 mod import;
 mod interrupt;
@@ -62,6 +63,8 @@ enum Command {
     Explain(explain::ExplainArgs),
     /// Measure the time and error of many settings, and write a page about them.
     Tradeoff(tradeoff::TradeoffArgs),
+    /// Render many scenes into one page, each picture with its price and its bound.
+    Gallery(gallery::GalleryArgs),
     /// Convert a Neutral File Format file into scene JSON.
     Import(import::ImportArgs),
     /// Check a scene and report all its problems, without rendering it.
@@ -100,6 +103,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Map(args) => map::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
+        Command::Gallery(args) => gallery::run(&args),
         Command::Import(args) => import::run(&args),
         Command::Validate(args) => validate::run(&args),
         Command::Schema => schema::run(),

@@ -30,9 +30,14 @@ fn stem(scene: &str) -> &str {
 /// Reports the file of a result that was not named on the command line.
 pub(super) fn tell(named: Option<&Path>, path: &Path) {
     if named.is_none() {
-        // The file is written even if this message is not.
-        let _ = writeln!(io::stderr().lock(), "wrote {}", path.display());
+        say(&format!("wrote {}", path.display()));
     }
+}
+
+/// A line on standard error, which results are not written to.
+pub(super) fn say(line: &str) {
+    // Results are written even if this is not.
+    let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
 /// Writes to standard output.

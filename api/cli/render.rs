@@ -8,10 +8,12 @@ use super::{output, progress};
 use crate::service::pictures::render::{self, RenderSpec, Rendered};
 use crate::service::pictures::report::Report;
 use clap::Args;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use strahl::film::{FileFormat, PictureFormat};
+use strahl::render::Layers;
 use strahl::scene::Problem;
+use strahl::tradeoff::duration;
 
 /// `strahl render`.
 #[derive(Debug, Args)]
@@ -22,6 +24,8 @@ Examples:
   strahl render scene.json -o exact.png --accuracy proved:0  the 8-bit codes of endless recursion
   strahl render scene.json -o quick.png --accuracy time:200  the best picture in 200 ms
   strahl render scene.json -o linear.exr --stats cost.json   linear floats, and what the picture cost
+  strahl render scene.json -o layers.exr --layers distance,normal,object  in one file, for compositing
+  strahl render scene.json --layers distance,share:/objects/2  in scene.distance.png and scene.share.png
   strahl render - -o - --format png < scene.json > scene.png")]
 pub(super) struct RenderArgs {
     #[command(flatten)]
@@ -39,6 +43,10 @@ pub(super) struct RenderArgs {
     /// Quality of a JPEG, 1 to 100 [default: 90].
     #[arg(long, value_name = "QUALITY", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: Option<u8>,
+    /// Layers beside the colors, with commas between: distance, position, normal, albedo, object, material, and
+    /// share:/objects/3 of one object. An EXR holds all of them; of a PNG each is a file of its own, as picture.normal.png.
+    #[arg(long, value_name = "LAYERS")]
+    layers: Option<Layers>,
     #[command(flatten)]
     settings: SettingsArgs,
     #[command(flatten)]
@@ -50,22 +58,35 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let ending = format!(".{}", args.format.unwrap_or(PictureFormat::Png).names().0);
     let file_name = output::file_of(args.output.as_deref(), &args.scene.scene, &ending);
     let format = file_format(args, &file_name)?;
+    let layers = args.layers.unwrap_or_default();
+    check_layers(layers, format, &file_name)?;
     let stats = args.picture.stats.as_deref();
     output::check_both("picture", &file_name, "--stats", stats)?;
 
-    let session = Session::start(&args.scene, &args.settings)?;
+    let mut session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     let ready = session.prepare()?;
     warn(&session.file.name, &ready.scene.warnings);
     let region = region_of(&ready.scene, args.picture.region)?;
-    let shot = RenderSpec { note: true, predict: stats.is_some(), ..RenderSpec::of(&ready.scene, region, format) };
+    layers.check(&ready.scene).map_err(|wrong| Failure::Usage(format!("--layers {wrong}")))?;
+    let shot =
+        RenderSpec { layers, note: true, predict: stats.is_some(), ..RenderSpec::of(&ready.scene, region, format) };
     let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control);
-    let Rendered { file, report } = progress::while_showing(&session.control, make)?;
+    let Rendered { file, report, layers } = progress::while_showing(&session.control, make)?;
 
     output::write(&file_name, &file)?;
     output::tell(args.output.as_deref(), &file_name);
+    for (layer, file) in layers {
+        let path = file_name.with_extension(format!("{layer}.png"));
+        output::write(&path, &file)?;
+        output::tell(None, &path);
+    }
     if let Some(path) = stats {
         output::write(path, &output::pretty(&report)?)?;
+    }
+    if let Some(shortfall) = &report.error.proved.shortfall {
+        // The picture is there even if the warning cannot be written.
+        let _ = writeln!(io::stderr(), "warning: {shortfall}");
     }
     summarise(&report);
     Ok(())
@@ -90,6 +111,20 @@ fn file_format(args: &RenderArgs, file_name: &Path) -> Result<FileFormat, Failur
     })
 }
 
+/// Fails if a picture has no place for its layers.
+fn check_layers(layers: Layers, format: FileFormat, file_name: &Path) -> Result<(), Failure> {
+    let is_png = matches!(format, FileFormat::Png8 | FileFormat::Png16);
+    match format {
+        _ if layers.is_empty() => Ok(()),
+        FileFormat::Exr => Ok(()),
+        _ if is_png && !output::is_standard(file_name) => Ok(()),
+        _ if is_png => {
+            Err(Failure::Usage("on standard output only EXR has room for --layers: add --format exr".into()))
+        }
+        _ => Err(Failure::Usage("--layers need a picture in .exr, or in .png with a file for each layer".into())),
+    }
+}
+
 fn bits(text: &str) -> Result<u8, &'static str> {
     text.parse().ok().filter(|bits| matches!(bits, 8 | 16)).ok_or("expected 8 or 16")
 }
@@ -103,19 +138,16 @@ fn warn(name: &str, warnings: &[Problem]) {
     }
 }
 
-/// One line for people; programs ask for `--stats`.
+/// One line for people, on standard error as the picture may be on the other; programs ask for `--stats`.
 fn summarise(report: &Report) {
-    let mut err = io::stderr().lock();
-    if err.is_terminal() {
-        let rays = report.cost.rays;
-        let all = rays.total();
-        let seconds = report.cost.wall_ms / 1e3;
-        let _ = writeln!(
-            err,
-            "{} x {} pixels, {all} rays, {seconds:.2} s ({:.2} s tracing)",
-            report.replay.region.width,
-            report.replay.region.height,
-            report.cost.phases_ms.trace / 1e3
-        );
-    }
+    let region = report.replay.region;
+    output::say(&format!(
+        "{} x {} pixels, {} rays, {} ({} tracing); {}",
+        region.width,
+        region.height,
+        report.cost.rays.total(),
+        duration(report.cost.wall_ms),
+        duration(report.cost.phases_ms.trace),
+        report.error.in_words()
+    ));
 }

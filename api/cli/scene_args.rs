@@ -70,6 +70,7 @@ impl SettingsArgs {
             samples: self.samples,
             antialias: self.antialias,
             precision: self.precision,
+            seen_from: None,
             nff: NffOptions { two_sided: self.two_sided, spd_counts: self.spd_counts },
         }
     }

@@ -7,6 +7,7 @@ use std::io::{self, Read};
 use std::path::Path;
 use strahl::scene::limits::SCENE_BYTES;
 use strahl::scene::nff::NffOptions;
+use strahl::scene::recognise::{Recognised, recognise_start};
 use strahl::scene::{Files, Format, Loaded, NoFiles, Overrides, load_with};
 
 /// The bytes of a scene.
@@ -26,7 +27,7 @@ impl SceneFile {
     /// Reads the scene that the arguments name.
     pub(super) fn read(scene: &SceneArgs) -> Result<Self, Failure> {
         let (name, bytes) = read(&scene.scene)?;
-        let format = scene.input.or_else(|| by_name(&scene.scene)).unwrap_or_else(|| sniff(&bytes));
+        let format = scene.input.or_else(|| by_name(&scene.scene)).unwrap_or_else(|| by_content(&bytes));
         // A path without a folder is in the working directory.
         let parent = Path::new(&scene.scene).parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = (scene.scene != "-").then(|| TextureFolder::open(parent.unwrap_or(Path::new("."))).ok()).flatten();
@@ -40,11 +41,21 @@ impl SceneFile {
 
     /// Reads, checks and compiles the scene.
     pub(super) fn load(&self, overrides: &Overrides) -> Result<Loaded, Failure> {
+        self.load_text(&self.bytes, overrides)
+    }
+
+    /// The same for the last time: the text is given away, so that the hierarchy can be built where it was.
+    pub(super) fn load_last(&mut self, overrides: &Overrides) -> Result<Loaded, Failure> {
+        let text = std::mem::take(&mut self.bytes);
+        self.load_text(text, overrides)
+    }
+
+    fn load_text(&self, text: impl AsRef<[u8]>, overrides: &Overrides) -> Result<Loaded, Failure> {
         if self.format == Format::Json && overrides.nff != NffOptions::default() {
             let what = "--two-sided and --spd-counts are for NFF files; in JSON, materials have \"one_sided\"";
             return Err(Failure::Usage(what.into()));
         }
-        load_with(&self.bytes, self.format, overrides, self.files())
+        load_with(text, self.format, overrides, self.files())
             .map_err(|problems| Failure::Scene { name: self.name.clone(), problems })
     }
 }
@@ -72,11 +83,15 @@ fn by_name(path: &str) -> Option<Format> {
     }
 }
 
-/// Scene JSON starts with a brace; NFF starts with a letter or `#`, or is compressed.
-fn sniff(bytes: &[u8]) -> Format {
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    match text.iter().find(|byte| !byte.is_ascii_whitespace()) {
-        Some(byte) if byte.is_ascii_alphabetic() || matches!(byte, b'#' | 0x1f) => Format::Nff,
+/// The format by content. What is no scene is refused when it is read, by its name if it is known.
+fn by_content(bytes: &[u8]) -> Format {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    match recognise_start(bytes) {
+        Recognised::Nff => Format::Nff,
+        // Text of a Sense8 file is refused by the reader of NFF.
+        Recognised::Unknown if text.first().is_some_and(|byte| byte.is_ascii_alphabetic() || *byte == b'#') => {
+            Format::Nff
+        }
         _ => Format::Json,
     }
 }
@@ -90,9 +105,9 @@ mod tests {
         assert_eq!(by_name("a/B.JSON"), Some(Format::Json));
         assert_eq!(by_name("balls.nff.gz"), Some(Format::Nff));
         assert_eq!(by_name("-"), None);
-        assert_eq!(sniff(b"\xef\xbb\xbf\n {}"), Format::Json);
-        assert_eq!(sniff(b"v\nfrom 0 0 1"), Format::Nff);
-        assert_eq!(sniff(b"\x1f\x8b\x08"), Format::Nff);
-        assert_eq!(sniff(b""), Format::Json);
+        assert_eq!(by_content(b"\xef\xbb\xbf\n {}"), Format::Json);
+        assert_eq!(by_content(b"v\nfrom 0 0 1"), Format::Nff);
+        assert_eq!(by_content(b"\x1f\x8b\x08"), Format::Nff);
+        assert_eq!(by_content(b""), Format::Json);
     }
 }

@@ -29,7 +29,11 @@ pub(super) struct Session {
 impl Session {
     /// Starts the threads and reads the scene's file.
     pub(super) fn start(scene: &SceneArgs, settings: &SettingsArgs) -> Result<Self, Failure> {
-        let control = Control::default();
+        Self::with(scene, settings, Control::default())
+    }
+
+    /// The same with a control that other sessions have, too.
+    pub(super) fn with(scene: &SceneArgs, settings: &SettingsArgs, control: Control) -> Result<Self, Failure> {
         let pool = Pool::start(settings.threads, None)
             .map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))?;
         let (workers, started) = (pool.join(Task::new(Class::Renders, "", 1), control.clone()), Instant::now());
@@ -47,9 +51,16 @@ impl Session {
         self.workers.work(|| self.file.load(&self.overrides))?
     }
 
-    /// Checks and builds the scene, and plans its picture.
-    pub(super) fn prepare(&self) -> Result<PreparedScene, Failure> {
-        let loaded = self.load()?;
+    /// The scene with another camera, from its eye and target.
+    pub(super) fn load_seen_from(&self, view: [[f64; 3]; 2]) -> Result<Loaded, Failure> {
+        let overrides = Overrides { seen_from: Some(view), ..self.overrides };
+        self.workers.work(|| self.file.load(&overrides))?
+    }
+
+    /// Checks and builds the scene, and plans its picture. The scene's text is gone afterwards.
+    pub(super) fn prepare(&mut self) -> Result<PreparedScene, Failure> {
+        let Self { workers, file, overrides, .. } = self;
+        let loaded = workers.work(|| file.load_last(overrides))??;
         Ok(self.workers.work(|| PreparedScene::from(loaded))?)
     }
 }

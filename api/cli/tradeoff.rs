@@ -17,7 +17,8 @@ use strahl::tradeoff::{Cost, Tradeoff};
 /// `strahl tradeoff`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The picture is scaled down so that all settings can be compared in the time there is; the report says to what size.")]
+The answer comes in a sentence on standard error: which setting to take, what it costs, what is lost. Pictures are scaled down so
+that all settings can be compared in the time there is; the report says to what size.")]
 pub(super) struct TradeoffArgs {
     #[command(flatten)]
     scene: SceneArgs,
@@ -47,7 +48,7 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let seconds = args.seconds.as_secs_f64();
     let work = || measure(loaded, session.file.files(), session.started, seconds, &session.workers, &session.control);
     let Outcome { tradeoff, thumbnails } =
-        progress::while_showing(&session.control, work).map_err(|stopped| match stopped {
+        progress::while_telling(&session.control, "measuring", work).map_err(|stopped| match stopped {
             Stopped::Cancelled => Failure::Interrupted,
             Stopped::Refused(problems) => Failure::Scene { name: session.file.name.clone(), problems },
         })?;
@@ -55,6 +56,7 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let file = if drawing { error_against_time(&tradeoff) } else { page(&tradeoff, &thumbnails) };
     output::write(&file_name, file.as_bytes())?;
     output::tell(args.output.as_deref(), &file_name);
+    output::say(&tradeoff.choices.answer);
     if let Some(path) = json {
         output::write(path, &output::pretty(&tradeoff)?)?;
     }

@@ -1,13 +1,15 @@
-//! `strahl tree`: every ray behind one pixel.
+//! `strahl tree`: every ray behind one pixel, as data, as a drawing, or drawn into the picture.
 
 use super::failure::Failure;
 use super::output;
 use super::scene_args::{SceneArgs, SettingsArgs};
 use super::session::Session;
 use super::values::{pixel, word};
-use clap::Args;
+use crate::service::pictures::overlay::{self, OverlaySpec};
+use crate::service::values::point;
+use clap::{ArgAction, Args};
 use strahl::inspect::TreeFormat;
-use strahl::inspect::tree::trace_pixel;
+use strahl::inspect::tree::trace_pixel_while;
 use strahl::scene::Scene;
 
 /// `strahl tree`.
@@ -21,6 +23,21 @@ pub(super) struct TreeArgs {
     /// How to show the tree.
     #[arg(long, default_value = "json", value_parser = word::<TreeFormat>())]
     format: TreeFormat,
+    /// Draw the rays into the picture: the same as --format overlay.
+    #[arg(long, conflicts_with = "format")]
+    overlay: bool,
+    /// Eye of another camera that sees the overlay's rays, with an angle of view of 45 degrees.
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, requires = "to", allow_hyphen_values = true)]
+    from: Option<[f64; 3]>,
+    /// What that camera looks at.
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, requires = "from", allow_hyphen_values = true)]
+    to: Option<[f64; 3]>,
+    /// Whether an overlay has the rendered picture: true or false.
+    #[arg(long, value_name = "BOOL", action = ArgAction::Set, default_value_t = true)]
+    picture: bool,
+    /// Draw the rays of all samples, not of the first one alone.
+    #[arg(long)]
+    all_samples: bool,
     #[command(flatten)]
     settings: SettingsArgs,
 }
@@ -35,9 +52,21 @@ pub(super) fn run(args: &TreeArgs) -> Result<(), Failure> {
         let what = format!("--pixel {x},{y} does not lie inside the picture of {width} x {height} pixels");
         return Err(Failure::Usage(what));
     }
-    let tree = session.workers.work(|| trace_pixel(&scene, x, y))?;
-    match args.format {
+    let format = if args.overlay { TreeFormat::Overlay } else { args.format };
+    let seen_from = args.from.zip(args.to).map(<[_; 2]>::from);
+    if format != TreeFormat::Overlay && (seen_from.is_some() || !args.picture) {
+        return Err(Failure::Usage("--from, --to and --picture are for --overlay".to_owned()));
+    }
+    session.cancel_on_ctrl_c()?;
+    let tree = session.workers.work(|| trace_pixel_while(&scene, x, y, &session.control))??;
+    match format {
         TreeFormat::Json => output::print(&output::pretty(&tree)?),
-        format => output::print(tree.parts(format).collect::<String>().as_bytes()),
+        TreeFormat::Overlay => {
+            let other = seen_from.map(|view| session.load_seen_from(view)).transpose()?;
+            let other = other.as_ref().map(|loaded| &loaded.scene);
+            let spec = OverlaySpec { seen_from, picture: args.picture, all_samples: args.all_samples };
+            output::print(overlay::draw(tree, &scene, other, spec, &session.workers, &session.control)?.as_bytes())
+        }
+        format => output::print(tree.parts(format, args.all_samples).collect::<String>().as_bytes()),
     }
 }

@@ -3,6 +3,7 @@
 use clap::builder::RangedU64ValueParser;
 use serde::Serializer;
 use std::time::Duration;
+use strahl::scene::limits::MAGNITUDE;
 
 /// A number of threads.
 pub(crate) fn threads() -> RangedU64ValueParser {
@@ -23,6 +24,14 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, &'static str> {
 pub(crate) fn long_seconds(text: &str) -> Result<Duration, &'static str> {
     let seconds = text.parse().ok().filter(|seconds| (1..=31_536_000).contains(seconds));
     seconds.map(Duration::from_secs).ok_or("expected a whole number of seconds from 1 to 31536000, a year")
+}
+
+/// A point of a scene.
+pub(crate) fn point(text: &str) -> Result<[f64; 3], &'static str> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let point = numbers.ok().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    let is_sound = |point: &[f64; 3]| point.iter().all(|x| x.abs() <= MAGNITUDE);
+    point.filter(is_sound).ok_or("expected three numbers, as 1,-2.5,3")
 }
 
 /// A time as a number of seconds, in answers.

@@ -10,7 +10,13 @@ pub(crate) fn formats() {
         [tile, x as f32 / width as f32, y as f32 / height as f32 * tile]
     };
     let region = Region::whole(width, height);
-    let film = Film { region, full_width: width, full_height: height, pixels: region.iter().map(pixel).collect() };
+    let film = Film {
+        region,
+        full_width: width,
+        full_height: height,
+        pixels: region.iter().map(pixel).collect(),
+        ..Film::default()
+    };
     for format in
         [FileFormat::Png8, FileFormat::Png16, FileFormat::Jpeg(90), FileFormat::WebP, FileFormat::Exr, FileFormat::Pfm]
     {

@@ -4,7 +4,7 @@
 //! boxes hold, in any order. A split depends on nothing but the primitives, so any number of threads builds the same tree.
 
 use super::bounds::Slab;
-use super::build_primitive::{Box4, BuildPrimitive, NodeBounds};
+use super::build_primitive::{Box4, BuildPrimitive, NodeBounds, centers};
 use super::sah::Binning;
 use crate::control;
 use crate::lanes::Real;
@@ -61,17 +61,29 @@ impl<R> Node<R> {
 }
 
 impl<R: Real> Bvh<R> {
-    /// Builds a hierarchy over primitives and sorts them into the order of its leaves.
-    pub(super) fn build(primitives: &mut [BuildPrimitive<R>], kind: BvhKind) -> Self {
+    /// Builds a hierarchy over primitives and sorts them into the order of its leaves. Primitives that are a leaf of the wide
+    /// hierarchy stay together: no search sees the levels below it.
+    pub(super) fn build(
+        primitives: &mut [BuildPrimitive<R>],
+        kind: BvhKind,
+        is_leaf: &(impl Fn(&[BuildPrimitive<R>]) -> bool + Sync),
+    ) -> Self {
         let mut nodes = Vec::new();
         if !primitives.is_empty() {
-            let tree = tree(primitives, 0, NodeBounds::of(primitives), kind, 0);
+            let tree = tree(primitives, 0, NodeBounds::of(primitives), Rule { kind, is_leaf }, 0);
             nodes.reserve_exact(tree.len());
             nodes.push(Node { slab: Box4::empty().slab(), first: 0, count: 0 });
             tree.lay_out(0, &mut nodes);
         }
         Self { nodes }
     }
+}
+
+/// What is split, and what is not.
+#[derive(Debug, Clone, Copy)]
+struct Rule<F> {
+    kind: BvhKind,
+    is_leaf: F,
 }
 
 /// Fewer primitives are built by one thread.
@@ -127,20 +139,20 @@ fn tree<R: Real>(
     primitives: &mut [BuildPrimitive<R>],
     start: usize,
     bounds: NodeBounds<R>,
-    kind: BvhKind,
+    rule: Rule<&(impl Fn(&[BuildPrimitive<R>]) -> bool + Sync)>,
     depth: usize,
 ) -> Tree<R> {
     if primitives.len() > PARALLEL
-        && let Some(Split { axis, middle, halves: [left, right] }) = split(primitives, &bounds, kind, depth)
+        && let Some(Split { axis, middle, halves: [left, right] }) = split(primitives, &bounds, rule, depth)
     {
         let (before, behind) = primitives.split_at_mut(middle);
         let (left, right) = rayon::join(
-            || tree(before, start, left, kind, depth + 1),
-            || tree(behind, start + middle, right, kind, depth + 1),
+            || tree(before, start, left, rule, depth + 1),
+            || tree(behind, start + middle, right, rule, depth + 1),
         );
         return Tree::Large { slab: bounds.around.slab(), axis, children: Box::new([left, right]) };
     }
-    Tree::Small(nodes(primitives, start, bounds, kind, depth))
+    Tree::Small(nodes(primitives, start, bounds, rule, depth))
 }
 
 struct Task<R> {
@@ -155,7 +167,7 @@ fn nodes<R: Real>(
     primitives: &mut [BuildPrimitive<R>],
     start: usize,
     bounds: NodeBounds<R>,
-    kind: BvhKind,
+    rule: Rule<&impl Fn(&[BuildPrimitive<R>]) -> bool>,
     depth: usize,
 ) -> Vec<Node<R>> {
     let leaf = |bounds: &NodeBounds<R>, range: &Range<usize>| Node {
@@ -164,11 +176,11 @@ fn nodes<R: Real>(
         count: range.len() as i32,
     };
     let all = 0..primitives.len();
-    let mut nodes = Vec::with_capacity(primitives.len());
+    let mut nodes = Vec::with_capacity(1 + primitives.len() / 4);
     nodes.push(leaf(&bounds, &all));
     let mut tasks = vec![Task { node: 0, range: all, bounds, depth }];
     while let Some(Task { node, range, bounds, depth }) = tasks.pop() {
-        let Some(Split { axis, middle, halves }) = split(&mut primitives[range.clone()], &bounds, kind, depth) else {
+        let Some(Split { axis, middle, halves }) = split(&mut primitives[range.clone()], &bounds, rule, depth) else {
             continue;
         };
         let first = nodes.len();
@@ -195,7 +207,7 @@ struct Split<R> {
 fn split<R: Real>(
     primitives: &mut [BuildPrimitive<R>],
     bounds: &NodeBounds<R>,
-    kind: BvhKind,
+    Rule { kind, is_leaf }: Rule<&impl Fn(&[BuildPrimitive<R>]) -> bool>,
     depth: usize,
 ) -> Option<Split<R>> {
     // Once cancelled, what is left is one leaf.
@@ -203,7 +215,8 @@ fn split<R: Real>(
         return None;
     }
     let may_be_leaf = primitives.len() <= LEAF_SIZE;
-    if primitives.len() <= 1 || kind == BvhKind::Flat || (may_be_leaf && kind == BvhKind::Median) {
+    if primitives.len() <= 1 || kind == BvhKind::Flat || (may_be_leaf && kind == BvhKind::Median) || is_leaf(primitives)
+    {
         return None;
     }
     if kind == BvhKind::Sah && depth < SAH_DEPTH {
@@ -213,10 +226,12 @@ fn split<R: Real>(
             return None;
         }
         if let Some((plane, [before, behind])) = best {
-            let (middle, centers) = partition(primitives, |primitive| binning.is_before(&plane, primitive));
+            let middle = partition(primitives, |primitive| binning.is_before(&plane, primitive));
+            // In a pass of its own: where a primitive chose one of two boxes, they could not stay in registers.
+            let (first, second) = primitives.split_at(middle);
             let halves = [
-                NodeBounds { around: before, centers: centers[0] },
-                NodeBounds { around: behind, centers: centers[1] },
+                NodeBounds { around: before, centers: centers(first) },
+                NodeBounds { around: behind, centers: centers(second) },
             ];
             return Some(Split { axis: plane.axis, middle, halves });
         }
@@ -241,23 +256,16 @@ fn split<R: Real>(
     Some(Split { axis, middle, halves: [NodeBounds::of(before), NodeBounds::of(behind)] })
 }
 
-/// Moves the primitives that are `first` to the front. Returns how many there are, and the boxes around the centres of
-/// both kinds. It has no branch on a primitive, which no processor could predict.
-fn partition<R: Real>(
-    primitives: &mut [BuildPrimitive<R>],
-    first: impl Fn(&BuildPrimitive<R>) -> bool,
-) -> (usize, [Box4<R>; 2]) {
-    let mut centers = [Box4::empty(); 2];
+/// Moves the primitives that are `first` to the front, and returns how many there are. It has no branch on a primitive, which no
+/// processor could predict.
+fn partition<R: Real>(primitives: &mut [BuildPrimitive<R>], first: impl Fn(&BuildPrimitive<R>) -> bool) -> usize {
     let mut count = 0;
     for i in 0..primitives.len() {
-        let primitive = primitives[i];
-        let is_first = first(&primitive);
-        let centers = &mut centers[usize::from(!is_first)];
-        *centers = centers.union(primitive.center_box());
+        let is_first = first(&primitives[i]);
         primitives.swap(i, count);
         count += usize::from(is_first);
     }
-    (count, centers)
+    count
 }
 
 #[cfg(test)]
@@ -272,6 +280,10 @@ mod tests {
 
     fn primitives(boxes: &[Bounds]) -> Vec<BuildPrimitive<f32>> {
         boxes.iter().zip(0..).map(|(b, i)| BuildPrimitive::new(&b.narrowed(), i)).collect()
+    }
+
+    fn split_all(_: &[BuildPrimitive<f32>]) -> bool {
+        false
     }
 
     fn depth(bvh: &Bvh<f32>, node: usize) -> usize {
@@ -292,7 +304,7 @@ mod tests {
         for boxes in shapes() {
             for kind in [BvhKind::Sah, BvhKind::Median, BvhKind::Flat] {
                 let mut primitives = primitives(&boxes);
-                let bvh = Bvh::build(&mut primitives, kind);
+                let bvh = Bvh::build(&mut primitives, kind, &split_all);
                 let mut places: Vec<usize> =
                     bvh.nodes.iter().filter(|node| node.axis().is_none()).flat_map(Node::places).collect();
                 places.sort_unstable();
@@ -312,7 +324,7 @@ mod tests {
         let built = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut primitives = primitives(&boxes);
-            let bvh = pool.install(|| Bvh::build(&mut primitives, BvhKind::Sah));
+            let bvh = pool.install(|| Bvh::build(&mut primitives, BvhKind::Sah, &split_all));
             (bvh.nodes, primitives)
         };
         let (nodes, order) = built(1);
@@ -320,10 +332,22 @@ mod tests {
     }
 
     #[test]
+    fn what_is_a_leaf_stays_together() {
+        let boxes: Vec<Bounds> = (0..1000).map(|i| cube(f64::from(i % 37) * 1.3)).collect();
+        let (mut whole, mut split) = (primitives(&boxes), primitives(&boxes));
+        let whole = Bvh::build(&mut whole, BvhKind::Sah, &|range: &[_]| range.len() <= 16);
+        let split = Bvh::build(&mut split, BvhKind::Sah, &split_all);
+        let leaves = |bvh: &Bvh<f32>| bvh.nodes.iter().filter(|node| node.axis().is_none()).count();
+        assert!(2 * leaves(&whole) <= leaves(&split), "{} {}", leaves(&whole), leaves(&split));
+        // Above them nothing changes.
+        assert!(whole.nodes.iter().all(|node| split.nodes.iter().any(|other| other.slab == node.slab)));
+    }
+
+    #[test]
     fn a_node_is_around_what_is_below_it() {
         for boxes in shapes() {
             let mut primitives = primitives(&boxes);
-            let bvh = Bvh::build(&mut primitives, BvhKind::Sah);
+            let bvh = Bvh::build(&mut primitives, BvhKind::Sah, &split_all);
             for node in &bvh.nodes {
                 let below = match node.axis() {
                     None => primitives[node.places()]

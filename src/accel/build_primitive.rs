@@ -72,6 +72,12 @@ impl<R: Real> BuildPrimitive<R> {
         std::array::from_fn(|i| self.0.min[i] + self.0.max[i])
     }
 
+    /// One coordinate of twice the centre.
+    #[inline(always)]
+    pub(super) fn center_on(&self, axis: usize) -> R {
+        self.0.min[axis] + self.0.max[axis]
+    }
+
     /// The box that is (twice) the centre.
     #[inline(always)]
     pub(super) fn center_box(&self) -> Box4<R> {
@@ -89,10 +95,12 @@ pub(super) struct NodeBounds<R> {
 
 impl<R: Real> NodeBounds<R> {
     pub(super) fn of(primitives: &[BuildPrimitive<R>]) -> Self {
-        let empty = Self { around: Box4::empty(), centers: Box4::empty() };
-        primitives.iter().fold(empty, |bounds, primitive| Self {
-            around: bounds.around.union(primitive.0),
-            centers: bounds.centers.union(primitive.center_box()),
-        })
+        let around = primitives.iter().fold(Box4::empty(), |around, primitive| around.union(primitive.0));
+        Self { around, centers: centers(primitives) }
     }
+}
+
+/// The box around (twice) the centres of some primitives.
+pub(super) fn centers<R: Real>(primitives: &[BuildPrimitive<R>]) -> Box4<R> {
+    primitives.iter().fold(Box4::empty(), |around, primitive| around.union(primitive.center_box()))
 }

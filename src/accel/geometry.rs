@@ -9,7 +9,7 @@ use super::build::{Bvh, BvhKind};
 use super::build_primitive::BuildPrimitive;
 use super::extent::Extent;
 use super::item::{Item, Mesh, Primitive, Shape};
-use super::wide_bvh::{WideBvh, WideNode};
+use super::wide_bvh::{Kind, WideBvh, WideNode, kind as leaf_kind};
 use crate::control;
 use crate::lanes::Real;
 use crate::shape::{Frustum, Torus};
@@ -47,12 +47,14 @@ impl<R: Real> Geometry<R> {
         for (index, (item, extent)) in items.iter().zip(extents).enumerate() {
             let item_index = index as u32;
             if let Shape::Mesh(mesh) = &item.shape {
-                let first = build.len() as u32;
+                let first = build.len();
                 let faces = 0..mesh.faces.len() as u32;
-                let boxes = faces.clone().into_par_iter().map(|face| Bounds::around(mesh.points(face as usize)));
-                build.par_extend(
-                    boxes.clone().zip(faces.clone()).map(|(b, face)| BuildPrimitive::new(&b.narrowed(), first + face)),
-                );
+                build.resize(first + mesh.faces.len(), BuildPrimitive::new(&Bounds::EMPTY.narrowed(), 0));
+                let boxes = build[first..].par_iter_mut().zip(faces.clone()).map(|(primitive, face)| {
+                    let tight = Bounds::around(mesh.points(face as usize));
+                    *primitive = BuildPrimitive::new(&tight.narrowed(), first as u32 + face);
+                    tight
+                });
                 bounds = bounds.union(boxes.reduce(|| Bounds::EMPTY, Bounds::union));
                 sources.extend(faces.map(|face| Primitive { item: item_index, face }));
             } else if let Some(extent) = extent {
@@ -67,9 +69,12 @@ impl<R: Real> Geometry<R> {
             }
         }
 
-        let bvh = Bvh::build(&mut build, kind);
-        let primitives: Vec<Primitive> =
-            build.par_iter().map(|primitive| sources[primitive.index() as usize]).collect();
+        let source = |primitive: &BuildPrimitive<R>| sources[primitive.index() as usize];
+        let is_leaf = |range: &[BuildPrimitive<R>]| {
+            range.len() <= R::LANES && leaf_kind(&items, range.iter().map(source)) != Kind::Mixed
+        };
+        let bvh = Bvh::build(&mut build, kind, &is_leaf);
+        let primitives: Vec<Primitive> = build.par_iter().map(source).collect();
         drop((build, sources));
         let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
@@ -152,9 +157,11 @@ fn boxed<R>(shape: &Shape<R>) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::wide_bvh::Leaf;
     use super::*;
     use crate::math::sin_cos;
-    use crate::shape::Sides;
+    use crate::shape::{Sides, Sphere};
+    use glam::DVec3;
 
     fn bytes<T>(vec: &Vec<T>) -> usize {
         vec.capacity() * size_of::<T>()
@@ -201,5 +208,53 @@ mod tests {
         let parts = [mesh_bytes, bytes(&geometry.primitives), bytes(&wide.nodes), bytes(&wide.leaves), columns];
         let each = parts.map(|bytes| bytes as f64 / mesh.faces.len() as f64);
         assert!(each.iter().sum::<f64>() <= 100.0, "bytes for each triangle: {each:?}");
+    }
+
+    fn ball(i: u32) -> Item<f32> {
+        let center = [i as f32, (i * 7 % 11) as f32, 0.5];
+        Item { shape: Shape::Sphere(Sphere { center, radius: 0.3 }), expanded: 1, ..sheet(1) }
+    }
+
+    /// The slow twin splits all the same what is one leaf of the wide hierarchy.
+    #[test]
+    fn levels_below_the_leaves_change_nothing() {
+        for items in [vec![sheet(40)], (0..60).map(ball).collect(), vec![sheet(9), ball(3), sheet(2), ball(0)]] {
+            let boxes = |item: &Item<f32>| -> Vec<Bounds> {
+                match &item.shape {
+                    Shape::Mesh(mesh) => (0..mesh.faces.len()).map(|face| Bounds::around(mesh.points(face))).collect(),
+                    Shape::Sphere(ball) => {
+                        vec![Bounds::around([DVec3::from_array(ball.center.map(f64::from))]).grown(0.3)]
+                    }
+                    _ => vec![],
+                }
+            };
+            let extents: Vec<_> = items.iter().map(|item| Some(Extent::of_box(boxes(item)[0]))).collect();
+            let geometry = Geometry::new(items.clone(), &extents, BvhKind::Sah);
+
+            let of = |(item, index): (&Item<f32>, u32)| -> Vec<(Bounds, Primitive)> {
+                boxes(item).into_iter().zip(0..).map(|(b, face)| (b, Primitive { item: index, face })).collect()
+            };
+            let all: Vec<(Bounds, Primitive)> = items.iter().zip(0..).flat_map(of).collect();
+            let mut build: Vec<_> =
+                all.iter().zip(0..).map(|((b, _), index)| BuildPrimitive::new(&b.narrowed(), index)).collect();
+            let bvh = Bvh::build(&mut build, BvhKind::Sah, &|_: &[_]| false);
+            let primitives: Vec<_> = build.iter().map(|primitive| all[primitive.index() as usize].1).collect();
+            let twin = WideBvh::new(&bvh, &items, &primitives);
+
+            let nodes = |wide: &WideBvh<f32>| -> Vec<_> {
+                wide.nodes.iter().map(|node| (node.min, node.max, node.children, node.count)).collect()
+            };
+            let leaves = |wide: &WideBvh<f32>, primitives: &[Primitive]| -> Vec<_> {
+                let sorted = |leaf: &Leaf| {
+                    let mut held: Vec<_> = primitives[leaf.places()].iter().map(|p| (p.item, p.face)).collect();
+                    held.sort_unstable();
+                    (leaf.kind, held)
+                };
+                wide.leaves.iter().map(sorted).collect()
+            };
+            let wide = geometry.wide.as_ref().unwrap();
+            assert_eq!(nodes(wide), nodes(&twin));
+            assert_eq!(leaves(wide, &geometry.primitives), leaves(&twin, &primitives));
+        }
     }
 }

@@ -22,7 +22,7 @@ pub(super) fn intersect_item<L: Lanes>(
             Shape::Mesh(mesh) => {
                 let corners = splat_corners(s, &mesh.vertices, mesh.faces[face as usize]);
                 let hit = hit_triangle(s, corners, rays, &Shear::new(s, rays), item.sides);
-                triangle_surface(s, corners, &hit, rays.dir)
+                triangle_surface(s, corners, &hit, rays)
             }
             Shape::Plane(plane) => plane.intersect(s, rays, item.sides),
             Shape::Disc(disc) => disc.intersect(s, rays, item.sides),

@@ -3,6 +3,7 @@
 use super::geometry::Geometry;
 use super::item::{Instance, Item, Shape};
 use crate::lanes::Real;
+use crate::math;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -61,7 +62,7 @@ fn distance<R: Real>(item: &Item<R>, p: DVec3) -> f64 {
             let (center, normal) = (wide(disc.plane.point), wide(disc.plane.normal));
             let height = normal.dot(p - center);
             let beside = (p - center - normal * height).length() - disc.radius.to_f64();
-            height.hypot(beside.max(0.0))
+            math::hypot(height, beside.max(0.0))
         }
         Shape::Cuboid(cuboid) => {
             let (min, max) = (wide(cuboid.min), wide(cuboid.max));
@@ -70,14 +71,14 @@ fn distance<R: Real>(item: &Item<R>, p: DVec3) -> f64 {
         }
         Shape::Torus(torus) => {
             let [across, height] = torus.frame.cylindrical(p);
-            ((across - torus.major_radius.to_f64()).hypot(height) - torus.minor_radius.to_f64()).abs()
+            (math::hypot(across - torus.major_radius.to_f64(), height) - torus.minor_radius.to_f64()).abs()
         }
         Shape::Frustum(frustum) => {
             // The distance from the convex hull of its two circles; 0 inside of it.
             let [across, height] = frustum.frame.cylindrical(p);
             let widest = frustum.base_radius.to_f64().max(frustum.top_radius.to_f64());
             let beyond = (-height).max(height - frustum.height.to_f64()).max(0.0);
-            (across - widest).max(0.0).hypot(beyond)
+            math::hypot((across - widest).max(0.0), beyond)
         }
         Shape::Mesh(mesh) => {
             let face = |face: usize| to_triangle(p, mesh.corners(face).map(wide));

@@ -143,6 +143,7 @@ impl<R: Real> Motion<R> {
             error,
             ng: turned.vector(s, surface.ng, turned.sin),
             ns: turned.vector(s, surface.ns, turned.sin),
+            inwards: turned.vector(s, surface.inwards, turned.sin),
             lift: turned.vector(s, surface.lift, turned.sin),
             ..surface
         }

@@ -2,7 +2,7 @@
 
 use super::geometry::Geometry;
 use super::item::{Instance, Item, Shape};
-use crate::lanes::{Ids, Lanes, Mask, Real};
+use crate::lanes::{Double, Ids, Lanes, Mask, Real, V3};
 use glam::DVec3;
 
 /// The body that a primitive belongs to, and its path in the expanded scene.
@@ -80,13 +80,33 @@ impl<R: Real> Owner<'_, R> {
         self.placements().fold(d, |d, placed| placed.to_local.matrix() * d)
     }
 
-    /// A normal of the scene in the body's own coordinates, unit again.
-    pub fn normal_into_object(&self, n: DVec3) -> DVec3 {
-        self.placements().fold(n, |n, placed| (placed.to_world.matrix().transpose() * n).normalize())
+    /// Directions of the scene in the body's own coordinates.
+    #[inline(always)]
+    pub fn directions_into_object<W: Double>(&self, s: W::Simd, d: V3<W>) -> V3<W> {
+        let mut turned = d;
+        for placed in self.placements() {
+            turned = turned.turned(s, placed.to_local.matrix().to_cols_array_2d());
+        }
+        turned
     }
 
-    /// A unit normal of the body's own coordinates in those of the scene, unit again.
-    pub fn normal_out_of_object(&self, n: DVec3) -> DVec3 {
-        self.placements().rev().fold(n, |n, placed| (placed.to_local.matrix().transpose() * n).normalize())
+    /// Normals of the scene in the body's own coordinates, unit again.
+    #[inline(always)]
+    pub fn normals_into_object<W: Double>(&self, s: W::Simd, n: V3<W>) -> V3<W> {
+        let mut turned = n;
+        for placed in self.placements() {
+            turned = turned.turned(s, placed.to_world.matrix().transpose().to_cols_array_2d()).normalized(s);
+        }
+        turned
+    }
+
+    /// Unit normals of the body's own coordinates in those of the scene, unit again.
+    #[inline(always)]
+    pub fn normals_out_of_object<W: Double>(&self, s: W::Simd, n: V3<W>) -> V3<W> {
+        let mut turned = n;
+        for placed in self.placements().rev() {
+            turned = turned.turned(s, placed.to_local.matrix().transpose().to_cols_array_2d()).normalized(s);
+        }
+        turned
     }
 }

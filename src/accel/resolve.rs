@@ -38,7 +38,7 @@ pub fn resolve<L: Lanes>(
                 Some(hit) => *hit,
                 None => hit_triangle(s, corners, &inner, &Shear::new(s, &inner), owner.item.sides),
             };
-            let intersection = triangle_surface(s, corners, &hit, inner.dir);
+            let intersection = triangle_surface(s, corners, &hit, &inner);
             let flat = Surface::flat(s, &intersection, outward, inner.dir);
             smooth = owner.item.is_smooth();
             if smooth { flat.curved(s, mesh, &faces, corners, &intersection, inner.dir) } else { flat }

@@ -12,6 +12,8 @@ const PRIMITIVES_PER_BIN: usize = 20;
 const FEWEST_BINS: usize = 4;
 /// Cost of visiting a node relative to testing a primitive.
 const NODE_COST: f64 = 2.0;
+/// From this number of primitives on, two halves of a node are counted in turn.
+const INTERLEAVED: usize = 512;
 /// Larger nodes are counted by several threads.
 const CHUNK: usize = 32_768;
 
@@ -45,18 +47,26 @@ impl<R: Real> Binning<R> {
         Self { bins, low, scale: std::array::from_fn(scale) }
     }
 
-    /// The position of a primitive on each axis in units of bins; NaN where a centre overflows.
+    /// The bin of a primitive on each axis.
     #[inline(always)]
-    fn place(&self, primitive: &BuildPrimitive<R>) -> [R; 4] {
-        let (Self { low, scale, .. }, center) = (self, primitive.center());
-        std::array::from_fn(|i| (center[i] - low[i]) * scale[i])
+    fn bins_of(&self, primitive: &BuildPrimitive<R>) -> [usize; 4] {
+        let center = primitive.center();
+        let place: [R; 4] = std::array::from_fn(|i| self.place(center[i], i));
+        place.map(R::nearest_of_16)
     }
 
-    /// Whether a primitive is in front of a plane. It agrees with [`bin`].
+    /// The position of a centre in units of bins, from the middle of the first one; 0 where a centre overflows.
+    #[inline(always)]
+    fn place(&self, center: R, axis: usize) -> R {
+        let place = (center - self.low[axis]) * self.scale[axis] - R::from_f64(0.5);
+        let first = R::default();
+        if place > first { place } else { first }
+    }
+
+    /// Whether a primitive is in front of a plane. It agrees with [`Self::bins_of`].
     #[inline(always)]
     pub(super) fn is_before(&self, plane: &Plane, primitive: &BuildPrimitive<R>) -> bool {
-        let is_behind = self.place(primitive)[plane.axis] >= R::from_f64(plane.bins as f64);
-        !is_behind
+        self.place(primitive.center_on(plane.axis), plane.axis).nearest_of_16() < plane.bins
     }
 
     /// The cheapest plane with primitives on both sides.
@@ -103,29 +113,27 @@ impl<R: Real> Binning<R> {
     }
 
     fn count(&self, primitives: &[BuildPrimitive<R>]) -> Bins<R> {
-        let mut bins = Bins { boxes: [[Box4::empty(); BINS]; 3], counts: [[0; BINS]; 3] };
-        for &primitive in primitives {
-            let place = self.place(&primitive);
-            for axis in 0..3 {
-                let bin = bin(place[axis]);
-                let around = &mut bins.boxes[axis][bin];
-                *around = around.union(primitive.0);
-                bins.counts[axis][bin] += 1;
-            }
+        let empty = || Bins { boxes: [[Box4::empty(); BINS]; 3], counts: [[0; BINS]; 3] };
+        let mut bins = empty();
+        if primitives.len() < INTERLEAVED {
+            primitives.iter().for_each(|primitive| bins.add(primitive, self.bins_of(primitive)));
+            return bins;
         }
-        bins
+        // Neighbours are often in one bin, which then waits for itself; so two halves take turns, each with its own bins.
+        let mut others = empty();
+        let (front, back) = primitives.split_at(primitives.len() / 2);
+        for (a, b) in front.iter().zip(back) {
+            bins.add(a, self.bins_of(a));
+            others.add(b, self.bins_of(b));
+        }
+        back[front.len()..].iter().for_each(|primitive| bins.add(primitive, self.bins_of(primitive)));
+        bins.merged(&others)
     }
 
     /// [`Self::count`] on all threads. Unions and counts are exact, so the order of chunks does not matter.
     fn count_in_parallel(&self, primitives: &[BuildPrimitive<R>]) -> Bins<R> {
-        primitives.par_chunks(CHUNK).map(|chunk| self.count(chunk)).reduce(|| self.count(&[]), Bins::merged)
+        primitives.par_chunks(CHUNK).map(|chunk| self.count(chunk)).reduce(|| self.count(&[]), |a, b| a.merged(&b))
     }
-}
-
-/// The bin of a place.
-#[inline(always)]
-fn bin<R: Real>(place: R) -> usize {
-    usize::from(place.to_f64() as u8).min(BINS - 1)
 }
 
 /// Half the surface area of a box that is not empty, with lengths multiplied by `unit`.
@@ -144,7 +152,16 @@ struct Bins<R> {
 }
 
 impl<R: Real> Bins<R> {
-    fn merged(mut self, other: Self) -> Self {
+    #[inline(always)]
+    fn add(&mut self, primitive: &BuildPrimitive<R>, bins: [usize; 4]) {
+        for axis in 0..3 {
+            let around = &mut self.boxes[axis][bins[axis]];
+            *around = around.union(primitive.0);
+            self.counts[axis][bins[axis]] += 1;
+        }
+    }
+
+    fn merged(mut self, other: &Self) -> Self {
         for axis in 0..3 {
             for bin in 0..BINS {
                 let around = &mut self.boxes[axis][bin];
@@ -184,8 +201,9 @@ mod tests {
                 for bins in 1..binning.bins {
                     let plane = Plane { axis, bins, cost: 0.0 };
                     for primitive in &primitives {
-                        assert_eq!(binning.is_before(&plane, primitive), bin(binning.place(primitive)[axis]) < bins);
-                        assert!(bin(binning.place(primitive)[axis]) < binning.bins);
+                        let bin = binning.bins_of(primitive)[axis];
+                        assert_eq!(binning.is_before(&plane, primitive), bin < bins);
+                        assert!(bin < binning.bins);
                     }
                 }
             }

@@ -2,14 +2,16 @@
 
 use super::placement::Placement;
 use crate::lanes::{Lanes, Real, V3};
-use crate::ray::{Intersection, gamma};
+use crate::ray::{Intersection, gamma, leave};
 
 /// A surface under each ray.
 #[derive(Debug, Clone, Copy)]
 pub struct Surface<L: Lanes> {
     /// The point, on the surface as exactly as the format allows.
     pub point: V3<L>,
-    /// Bound on the error of each of its coordinates.
+    /// From the point to where next rays leave, away from edges.
+    pub inwards: V3<L>,
+    /// Bound on the error of each coordinate of both points.
     pub error: V3<L>,
     /// Geometric normal: unit, pointing out of the body's material.
     pub ng: V3<L>,
@@ -44,8 +46,14 @@ impl<L: Lanes> Surface<L> {
             unit(s, V3::select(measurable, intersection.normal * outward, -dir))
         };
         let lift = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-        let (point, error) = (intersection.point, intersection.error);
-        Self { point, error, ng, ns: ng, lift, local: point, hit: intersection.hit.lanes }
+        let Intersection { point, met, error, hit, .. } = *intersection;
+        Self { point: met, inwards: point - met, error, ng, ns: ng, lift, local: met, hit: hit.lanes }
+    }
+
+    /// Origin of a ray that leaves the surface on the side that the unit normal `side` points to.
+    #[inline(always)]
+    pub fn leave(&self, side: V3<L>) -> V3<L> {
+        leave(self.point + self.inwards, self.error, side)
     }
 
     /// `a` where the mask is true, `b` elsewhere.
@@ -53,6 +61,7 @@ impl<L: Lanes> Surface<L> {
     pub fn select(mask: L::Mask, a: Self, b: Self) -> Self {
         Self {
             point: V3::select(mask, a.point, b.point),
+            inwards: V3::select(mask, a.inwards, b.inwards),
             error: V3::select(mask, a.error, b.error),
             ng: V3::select(mask, a.ng, b.ng),
             ns: V3::select(mask, a.ns, b.ns),
@@ -80,6 +89,7 @@ impl<L: Lanes> Surface<L> {
         let ng = unit(s, to_local.transposed(s, self.ng));
         Self {
             point,
+            inwards: to_world.vector(s, self.inwards),
             error: to_world.spread(s, self.error + returned * step) + moved * step,
             ng,
             ns: if smooth { unit(s, to_local.transposed(s, self.ns)) } else { ng },

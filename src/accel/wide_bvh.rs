@@ -194,7 +194,17 @@ impl<R: Real> WideNode<R> {
     }
 }
 
-fn kind<R>(item: &Item<R>) -> Kind {
+/// What a leaf of some primitives holds; `Mixed` also if there are none, or more than are tested at once.
+pub(super) fn kind<R: Real>(items: &[Item<R>], primitives: impl ExactSizeIterator<Item = Primitive>) -> Kind {
+    if primitives.len() > R::LANES {
+        return Kind::Mixed;
+    }
+    let mut kinds = primitives.map(|primitive| kind_of(&items[primitive.item as usize]));
+    let first = kinds.next().unwrap_or(Kind::Mixed);
+    if kinds.all(|kind| kind == first) { first } else { Kind::Mixed }
+}
+
+fn kind_of<R>(item: &Item<R>) -> Kind {
     match &item.shape {
         Shape::Sphere(_) => Kind::Spheres(item.sides),
         Shape::Mesh(_) => Kind::Triangles(item.sides),
@@ -224,9 +234,7 @@ impl Below {
 fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Vec<Below> {
     let alone = |node: &Node<R>| {
         let places = node.places();
-        let mut kinds = primitives[places.clone()].iter().map(|primitive| kind(&items[primitive.item as usize]));
-        let first = kinds.next().unwrap_or(Kind::Mixed);
-        let kind = if kinds.all(|kind| kind == first) && places.len() <= R::LANES { first } else { Kind::Mixed };
+        let kind = kind(items, primitives[places.clone()].iter().copied());
         Below { leaf: Leaf { start: places.start as u32, count: places.len() as u32, kind }, leaves: 1 }
     };
     let inner = Below { leaf: Leaf { start: 0, count: 0, kind: Kind::Mixed }, leaves: 0 };

@@ -40,8 +40,11 @@ const SLACK: f64 = 1.002;
 /// What stands for infinity: a weight of 0 times it is 0, not NaN.
 const NO_BOUND: f64 = 1e28;
 
-/// Longest chains whose ceilings are computed one by one.
+/// Longest chains whose ceilings are kept one by one.
 const LEVELS: u32 = 4_096;
+
+/// Steps, one for each material and ray of a chain, that a ceiling may take: some 10 ms.
+const MOST_STEPS: u64 = 10_000_000;
 
 /// The largest g with which a scene counts as bounded without a limit of depth: chains of 4,096 rays come as near to that
 /// as any format can tell.
@@ -99,11 +102,11 @@ impl Ceiling {
         let mut levels = vec![[0.0; 3]];
         let mut below = Rgb::ZERO;
         for _ in 0..max_depth.min(LEVELS) {
-            below = materials.iter().fold(beyond, |most, m| most.max(m.adds + m.sends * below));
+            below = longer(beyond, materials, below);
             levels.push((below * split).to_array());
         }
-        if max_depth > LEVELS && levels[LEVELS as usize] != levels[LEVELS as usize - 1] {
-            levels.push([f64::INFINITY; 3]);
+        if max_depth > LEVELS {
+            levels.push((longest(beyond, materials, below, max_depth - LEVELS) * split).to_array());
         }
         Self::of_levels(levels, max_depth, why, because)
     }
@@ -125,6 +128,32 @@ impl Ceiling {
     pub fn of(&self, rays: u32) -> [f64; 3] {
         self.levels[(rays as usize).min(self.levels.len() - 1)]
     }
+}
+
+/// U without slack: for recursion without end, or where that has no bound for chains of at most `max_depth` rays.
+pub fn brightest(beyond: Rgb, materials: &[MaterialBound], max_depth: u32) -> Rgb {
+    let by_depth = |_| longest(beyond, materials, Rgb::ZERO, max_depth).min(Rgb::splat(NO_BOUND));
+    steady(beyond, materials).map(|(most, _)| most).unwrap_or_else(by_depth)
+}
+
+/// U_n by U_(n-1).
+fn longer(beyond: Rgb, materials: &[MaterialBound], below: Rgb) -> Rgb {
+    materials.iter().fold(beyond, |most, m| most.max(m.adds + m.sends * below))
+}
+
+/// U_(n + rays) by U_n; without bound where that would take too long to say.
+fn longest(beyond: Rgb, materials: &[MaterialBound], mut below: Rgb, rays: u32) -> Rgb {
+    if u64::from(rays) * materials.len() as u64 > MOST_STEPS {
+        return Rgb::splat(f64::INFINITY);
+    }
+    for _ in 0..rays {
+        let next = longer(beyond, materials, below);
+        if next == below {
+            break;
+        }
+        below = next;
+    }
+    below
 }
 
 /// U = max(B, max A / (1 - g)) and the material that decides it; or the material whose g is too large.

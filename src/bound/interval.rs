@@ -1,13 +1,59 @@
 //! The interval in which a pixel lies when rays were omitted: from the sum of what was traced to that sum and the most that
 //! the omitted rays could add.
 
+use crate::film::Display;
 use crate::film::srgb::Codes8;
 use crate::lanes::Real;
 
 /// Codes by which a channel may be shown above its lower end. An interval of twice `max_codes` shows its middle code, which
 /// is at most `max_codes` from both ends. Black stays black.
-pub(crate) fn allowed_raise(low: f32, max_codes: u8) -> u8 {
+fn allowed_raise(low: f32, max_codes: u8) -> u8 {
     if low > 0.0 { max_codes } else { 0 }
+}
+
+/// Whether each channel of a pixel is proved to be at most `max_codes` off.
+pub(crate) fn proved(display: &Display, ends: [[f32; 2]; 3], max_codes: u8) -> [bool; 3] {
+    if display.is_plain() {
+        let codes = Codes8::get();
+        return ends.map(|[low, high]| codes.code(high) - codes.code(low) <= max_codes + allowed_raise(low, max_codes));
+    }
+    let off = display.codes_off(ends.map(|[low, _]| low), ends.map(|[_, high]| high));
+    // Tone curves mix channels: each may be off because of another.
+    [off.iter().all(|off| *off <= max_codes); 3]
+}
+
+/// The light that a pixel misses at most, as a multiple of what it may miss; 1 or more.
+pub(crate) fn excess(display: &Display, ends: [[f32; 2]; 3], max_codes: u8) -> f64 {
+    let codes = Codes8::get();
+    let (shown, raise) = match display.is_plain() {
+        true => (ends, max_codes),
+        false => (display.ends(ends.map(|[low, _]| low), ends.map(|[_, high]| high)), 0),
+    };
+    let channel = |[low, high]: [f32; 2]| {
+        let most = codes.code(low).saturating_add(max_codes + allowed_raise(low, raise));
+        if most == u8::MAX {
+            return 1.0;
+        }
+        f64::from(high - low) / f64::from((codes.least(most + 1) - low).max(f32::MIN_POSITIVE))
+    };
+    shown.into_iter().map(channel).fold(1.0, f64::max)
+}
+
+/// The width of each channel's interval as a share of the codes that it may be wide; with 0 codes, of one code.
+pub(crate) fn share_of_code(display: &Display, ends: [[f32; 2]; 3], max_codes: u8) -> [f64; 3] {
+    let codes = Codes8::get();
+    let (shown, raise) = match display.is_plain() {
+        true => (ends, max_codes),
+        false => (display.ends(ends.map(|[low, _]| low), ends.map(|[_, high]| high)), 0),
+    };
+    shown.map(|[low, high]| {
+        let code = codes.code(low);
+        if code == u8::MAX {
+            return 0.0;
+        }
+        let width = codes.least(code + 1) - if code == 0 { 0.0 } else { codes.least(code) };
+        f64::from(high - low) / f64::from(width) / f64::from((max_codes + allowed_raise(low, raise)).max(1))
+    })
 }
 
 /// The light to add to the sum of a channel before it is shown, so that it is at most `max_codes` off; 0 if it is so without,
@@ -28,19 +74,18 @@ pub(crate) fn raise<R: Real>(sum: R, [low, high]: [f32; 2], max_codes: u8) -> R 
     more
 }
 
-/// The lower and the upper end of each channel of a pixel, rounded outwards. `omitted` is the most that omitted rays could
-/// add, and `roundings` the relative error of the sum.
+/// The lower and the upper end of each channel of a pixel. `omitted` is the most that omitted rays could add, and `rounding`
+/// the relative error of the sum. Both ends are rounded as the pixel of recursion without end would be: rounding keeps order.
 #[inline(always)]
-pub(crate) fn interval<R: Real>(sum: [R; 3], omitted: [R; 3], roundings: R) -> [[f32; 2]; 3] {
-    let roundings = roundings.to_f64();
+pub(crate) fn interval<R: Real>(sum: [f64; 3], omitted: [R; 3], rounding: f64) -> [[f32; 2]; 3] {
     let mut ends = [[0.0; 2]; 3];
     for c in 0..3 {
-        let (sum, omitted) = (sum[c].to_f64(), omitted[c].to_f64());
+        let (sum, omitted) = (sum[c], omitted[c].to_f64());
         // Where nothing was omitted, both ends are the sum.
         ends[c] = [sum as f32; 2];
         if omitted != 0.0 {
-            let high = ((sum + omitted) * (1.0 + roundings)) as f32;
-            ends[c] = [(sum * (1.0 - roundings)) as f32, high.next_up()];
+            let high = (sum + omitted) * (1.0 + rounding);
+            ends[c] = [(sum * (1.0 - rounding)) as f32, high as f32];
         }
     }
     ends

@@ -7,4 +7,4 @@ mod pixels;
 mod proof;
 
 pub use pixels::{BoundedPixel, BoundedPixels};
-pub use proof::Proof;
+pub use proof::{GIVEN_UP, Proof};

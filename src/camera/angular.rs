@@ -89,6 +89,42 @@ impl Angular {
         }
     }
 
+    pub(super) fn eye(&self) -> DVec3 {
+        self.basis.eye
+    }
+
+    /// The inverse of [`direction`](Self::direction): the middle of the picture for the eye itself, and none for what the
+    /// picture's circle or cylinder does not hold.
+    pub(super) fn project(&self, point: DVec3) -> Option<[f64; 2]> {
+        let Basis { eye, right, up, forward } = self.basis;
+        let (width, height) = self.size;
+        let to = point - eye;
+        let (x, y, z) = (to.dot(right), to.dot(up), to.dot(forward));
+        let flat = (x * x + z * z).sqrt();
+        let [x, y] = match self.projection {
+            Projection::Equidistant { half_fov, diameter, center } => {
+                let across = (x * x + y * y).sqrt();
+                let r = math::atan2(across, z) / half_fov;
+                if r > 1.0 {
+                    return None;
+                }
+                let scale = if across > 0.0 { 0.5 * diameter * r / across } else { 0.0 };
+                [center.0 + x * scale, center.1 - y * scale]
+            }
+            Projection::Equirectangular { hfov, vfov } => {
+                [(math::atan2(x, z) / hfov + 0.5) * width, (0.5 - math::atan2(y, flat) / vfov) * height]
+            }
+            Projection::Cylindrical { hfov, half_tan } => {
+                if flat == 0.0 && y != 0.0 {
+                    return None;
+                }
+                let slope = if flat > 0.0 { y / flat } else { 0.0 };
+                [(math::atan2(x, z) / hfov + 0.5) * width, 0.5 * (1.0 - slope / half_tan) * height]
+            }
+        };
+        Some([(x - self.origin[0]) / self.step[0], (y - self.origin[1]) / self.step[1]])
+    }
+
     /// Angle of a pixel from its upper to its lower edge.
     pub(super) fn spread(&self) -> f64 {
         let spread = match self.projection {

@@ -54,6 +54,34 @@ impl<R: Real> Flat<R> {
         }
     }
 
+    /// Distance along the view.
+    fn depth(&self, point: DVec3) -> f64 {
+        (point - wide(self.eye)).dot(wide(self.forward))
+    }
+
+    pub(super) fn project(&self, point: DVec3) -> Option<[f64; 2]> {
+        let depth = self.depth(point);
+        let is_seen = if self.parallel { depth >= 0.0 } else { depth > 0.0 };
+        let offset = (point - wide(self.eye)) / if self.parallel { 1.0 } else { depth };
+        let along = |side: [R; 3]| offset.dot(wide(side)) / wide(side).length_squared();
+        let (u, v) = (along(self.right), along(self.up));
+        is_seen.then(|| [0.5 * (u + self.width.to_f64()), 0.5 * (self.height.to_f64() - v)])
+    }
+
+    /// In front of a pinhole a millionth of the segment's larger depth is left out, where the picture would have no end.
+    pub(super) fn clip(&self, [a, b]: [DVec3; 2]) -> Option<[DVec3; 2]> {
+        let depths = [self.depth(a), self.depth(b)];
+        let most = depths[0].max(depths[1]);
+        let least = if self.parallel { 0.0 } else { 1e-6 * most };
+        if most < 0.0 || (most <= 0.0 && !self.parallel) {
+            return None;
+        }
+        let cut = |from: DVec3, to: DVec3, [near, far]: [f64; 2]| {
+            if near >= least { from } else { from.lerp(to, (least - near) / (far - near)) }
+        };
+        Some([cut(a, b, depths), cut(b, a, [depths[1], depths[0]])])
+    }
+
     /// Pixels are squares of twice the length of `up`, at the eye or at distance 1.
     pub(super) fn cone(&self) -> Cone {
         let pixel = 2.0 * DVec3::from_array(self.up.map(Real::to_f64)).length();
@@ -73,4 +101,8 @@ impl<R: Real> Flat<R> {
             Primary { origin: eye, dir: (forward + offset).normalized(s), seen }
         }
     }
+}
+
+fn wide<R: Real>(v: [R; 3]) -> DVec3 {
+    DVec3::from_array(v.map(Real::to_f64))
 }

@@ -115,6 +115,29 @@ impl<R: Real> Camera<R> {
         }
     }
 
+    /// The point of the picture that shows a point of the scene: the inverse of [`primary`](Self::primary). `None` if no
+    /// point of the picture's plane does, or circle, or whatever the projection has. It may lie outside of the picture. With a
+    /// lens it is where the point is seen through the lens's middle.
+    pub fn project(&self, point: DVec3) -> Option<[f64; 2]> {
+        match self {
+            Self::Flat(flat) | Self::Lens(flat, _) => flat.project(point),
+            Self::Angular(angular) => angular.project(point),
+        }
+    }
+
+    /// The part of a segment that the camera can see: what lies in front of the eye, for flat pictures.
+    pub fn clip(&self, segment: [DVec3; 2]) -> Option<[DVec3; 2]> {
+        match self {
+            Self::Flat(flat) | Self::Lens(flat, _) => flat.clip(segment),
+            Self::Angular(_) => Some(segment),
+        }
+    }
+
+    /// The eye of an angular projection, whose pictures of straight lines are curves.
+    pub fn bends_around(&self) -> Option<DVec3> {
+        if let Self::Angular(angular) = self { Some(angular.eye()) } else { None }
+    }
+
     /// Primary rays through the points (x, y) of the picture, in pixels from its upper left corner. With a lens, they pass
     /// through its middle.
     #[inline(always)]

@@ -24,12 +24,12 @@ pub enum Tone {
 }
 
 impl Adjustment {
-    /// Applies it to a picture with three codes for each pixel. Returns the new size and codes.
-    pub(super) fn apply(self, [width, height]: [u32; 2], codes: Vec<u8>) -> ([u32; 2], Vec<u8>) {
+    /// Applies it to a picture with three codes for each pixel, or four with alpha. Returns the new size and codes.
+    pub(super) fn apply<const CHANNELS: usize>(self, [width, height]: [u32; 2], codes: Vec<u8>) -> ([u32; 2], Vec<u8>) {
         if self == Self::default() {
             return ([width, height], codes);
         }
-        let (from, _) = codes.as_chunks::<3>();
+        let (from, _) = codes.as_chunks::<CHANNELS>();
         let (across, down) = (width as usize, height as usize);
         let turned = !self.quarters.is_multiple_of(2);
         let size = if turned { [height, width] } else { [width, height] };
@@ -44,7 +44,9 @@ impl Adjustment {
                     _ => (across - 1 - y, x),
                 };
                 let column = if self.mirrored { across - 1 - before } else { before };
-                seen.extend_from_slice(&self.tone.of(from[row * across + column]));
+                let pixel = &from[row * across + column];
+                seen.extend_from_slice(&self.tone.of([pixel[0], pixel[1], pixel[2]]));
+                seen.extend_from_slice(&pixel[3..]);
             }
         }
         (size, seen)
@@ -70,7 +72,7 @@ mod tests {
     /// 3 x 2 pixels: 1 2 3 / 4 5 6.
     fn seen(mirrored: bool, quarters: u8) -> ([u32; 2], Vec<u8>) {
         let codes = (1..=6).flat_map(|i| [i; 3]).collect();
-        let (size, codes) = Adjustment { mirrored, quarters, tone: Tone::Color }.apply([3, 2], codes);
+        let (size, codes) = Adjustment { mirrored, quarters, tone: Tone::Color }.apply::<3>([3, 2], codes);
         (size, codes.chunks(3).map(|pixel| pixel[0]).collect())
     }
 

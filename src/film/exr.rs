@@ -3,24 +3,59 @@
 //! The data window is the film's region and the display window the whole picture: stitchers put tiles together from
 //! just that.
 
-use super::Film;
+use super::layers::Channel;
 use super::sink::Sink;
+use super::{Film, Layer};
+use exr::image::write::channels::WritableChannels;
 use exr::prelude::{
-    Blocks, Compression, Encoding, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes, LineOrder,
-    SpecificChannels, Vec2, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes,
+    IntegerBounds, LayerAttributes, LineOrder, SpecificChannels, Text, Vec2, WritableImage,
 };
+use std::ops::Range;
 
-/// One part with the channels R, G and B.
+/// One part with the channels R, G and B, and A where the background is transparent: then the colours are multiplied by it,
+/// as the format wants it.
 pub(super) fn encode(film: &Film) -> Vec<u8> {
+    let width = film.region.width as usize;
+    // The writer wants channels that own what they read.
+    let (pixels, alpha) = (film.pixels.clone(), film.alpha.clone());
+    let attributes = LayerAttributes::default();
+    if alpha.is_empty() {
+        let channels = move |at: Vec2<usize>| <(f32, f32, f32)>::from(pixels[at.y() * width + at.x()]);
+        return write(film, attributes, SpecificChannels::rgb(channels));
+    }
+    let channels = move |at: Vec2<usize>| {
+        let index = at.y() * width + at.x();
+        let [r, g, b] = pixels[index];
+        (r, g, b, alpha[index])
+    };
+    write(film, attributes, SpecificChannels::rgba(channels))
+}
+
+/// The same part with the channels of layers, too. A dot in their names groups them.
+pub fn encode_with(film: &Film, layers: Vec<Layer>) -> Vec<u8> {
+    let mut attributes = LayerAttributes::default();
+    for (name, value) in layers.iter().flat_map(Layer::attributes) {
+        attributes.other.insert(Text::new_or_panic(name), AttributeValue::Text(Text::new_or_panic(value)));
+    }
+    let color = |(c, name): (usize, &str)| Channel {
+        name: name.to_owned(),
+        values: film.pixels.iter().map(|pixel| pixel[c]).collect(),
+    };
+    let colors = ["R", "G", "B"].into_iter().enumerate().map(color);
+    let alpha = (!film.alpha.is_empty()).then(|| Channel { name: "A".to_owned(), values: film.alpha.clone() });
+    let channels = colors.chain(alpha).chain(layers.into_iter().flat_map(Layer::channels));
+    let channel = |Channel { name, values }| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
+    let mut file = write(film, attributes, AnyChannels::sort(channels.map(channel).collect()));
+    sort_attributes(&mut file);
+    file
+}
+
+fn write(film: &Film, attributes: LayerAttributes, channels: impl for<'a> WritableChannels<'a>) -> Vec<u8> {
     let region = film.region;
-    let width = region.width as usize;
-    let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
-        let [r, g, b] = film.pixels[at.y() * width + at.x()];
-        (r, g, b)
-    });
-    let layer = Layer::new(
-        (width, region.height as usize),
-        LayerAttributes { layer_position: Vec2(region.x as i32, region.y as i32), ..LayerAttributes::default() },
+    let layer = exr::prelude::Layer::new(
+        (region.width as usize, region.height as usize),
+        LayerAttributes { layer_position: Vec2(region.x as i32, region.y as i32), ..attributes },
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing },
         channels,
     );
@@ -28,6 +63,29 @@ pub(super) fn encode(film: &Film) -> Vec<u8> {
     // One thread: the bytes must not depend on which block is ready first.
     let image = Image::new(ImageAttributes::new(display), layer);
     Sink::collect(|file| image.write().non_parallel().to_buffered(file))
+}
+
+/// Sorts the attributes in the head of a file by name: the writer has them in an order of chance. The head keeps its length.
+fn sort_attributes(file: &mut [u8]) {
+    /// Behind the magic number and the version.
+    const START: usize = 8;
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    let mut at = START;
+    let text = |file: &[u8], at: usize| file.get(at..).and_then(|rest| rest.iter().position(|byte| *byte == 0));
+    // Each is a name, a type, a length and a value; an empty name ends them.
+    while let Some(name @ 1..) = text(file, at) {
+        let Some(kind) = text(file, at + name + 1) else { return };
+        let length = at + name + 1 + kind + 1;
+        let Some(bytes) = file.get(length..).and_then(|rest| rest.first_chunk::<4>()) else { return };
+        let end = length + 4 + u32::from_le_bytes(*bytes) as usize;
+        ranges.push(at..end);
+        at = end;
+    }
+    let Some(head) = file.get_mut(START..at) else { return };
+    let mut attributes: Vec<Vec<u8>> =
+        ranges.iter().map(|range| head[range.start - START..range.end - START].to_vec()).collect();
+    attributes.sort();
+    head.copy_from_slice(&attributes.concat());
 }
 
 #[cfg(test)]

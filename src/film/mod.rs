@@ -1,20 +1,31 @@
 //! Pictures in memory, and the files they are written to.
 
 mod adjust;
+pub mod cryptomatte;
+mod display;
 pub mod encode;
 mod exr;
 mod format;
+mod layers;
 mod pfm;
 mod png;
 mod sink;
 pub mod srgb;
 pub mod srgb16;
+mod tone;
 mod web_formats;
 
 pub use adjust::{Adjustment, Tone};
+pub use display::Display;
 pub use encode::{Codes, encode};
+pub use exr::encode_with as encode_exr_with;
 pub use format::{DEFAULT_QUALITY, FileFormat, Misplaced, PictureFormat};
+pub use layers::{ID_CHANNELS, Layer};
 pub use png::NOTE;
+pub use tone::ToneMapping;
+
+use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// A rectangle of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, schemars::JsonSchema)]
@@ -98,4 +109,60 @@ pub struct Film {
     pub full_height: u32,
     /// `region.width * region.height` pixels.
     pub pixels: Vec<[f32; 3]>,
+    /// The share of each pixel that is not background, if the background is transparent: `pixels` are its light alone, which
+    /// is already multiplied by it (premultiplied alpha). Else empty.
+    pub alpha: Vec<f32>,
+    /// How formats of codes show the light.
+    pub display: Display,
+}
+
+impl Film {
+    /// The linear colours that pictures of codes show, over black where the background is transparent.
+    pub fn shown(&self) -> Cow<'_, [[f32; 3]]> {
+        if self.alpha.is_empty() {
+            return self.display.all(&self.pixels);
+        }
+        let (straight, alpha) = self.straight();
+        let over_black = |(color, alpha): (&[f32; 3], &f32)| color.map(|c| c.min(1.0) * alpha);
+        Cow::Owned(straight.iter().zip(&alpha).map(over_black).collect())
+    }
+
+    /// The linear colours that are shown, not multiplied by alpha, and their alpha. Files of codes have no colours above 1. So
+    /// where a highlight on glass is brighter than its alpha, they have more alpha: over black the light is whole, and what is
+    /// behind it shows less.
+    fn straight(&self) -> (Vec<[f32; 3]>, Vec<f32>) {
+        let undo = |(pixel, alpha): (&[f32; 3], &f32)| {
+            let alpha = if self.display.is_linear() {
+                self.display.show(*pixel).into_iter().fold(*alpha, f32::max).min(1.0)
+            } else {
+                *alpha
+            };
+            let color = if alpha > 0.0 { pixel.map(|c| c / alpha) } else { [0.0; 3] };
+            (self.display.show(color), alpha)
+        };
+        self.pixels.par_iter().zip(&self.alpha).map(undo).unzip()
+    }
+
+    /// How many codes a pixel is off at most, channel by channel, if its radiance is nowhere above `highest`: of the picture
+    /// over black where the background is transparent. Over any brighter one it is no more, since codes of dark colours are
+    /// the nearest to each other.
+    pub fn codes_off(&self, index: usize, highest: [f32; 3]) -> [u8; 3] {
+        let pixel = self.pixels[index];
+        if highest.iter().any(|channel| channel.is_infinite()) {
+            // Nothing is known of it: a pixel that was not traced may also be darker than it is shown.
+            return self.display.codes(pixel).map(|code| code.max(u8::MAX - code));
+        }
+        let alpha = self.alpha.get(index).filter(|_| !self.display.is_linear());
+        let Some(&alpha) = alpha else { return self.display.codes_off(pixel, highest) };
+        if alpha <= 0.0 {
+            return [0; 3];
+        }
+        let [low, high] = [pixel, highest].map(|radiance| radiance.map(|c| c / alpha));
+        let over_black = |color: f32| srgb::code8(color.min(1.0) * alpha);
+        let (shown, ends) = (self.display.show(low).map(over_black), self.display.ends(low, high));
+        std::array::from_fn(|c| {
+            let [least, most] = ends[c].map(over_black);
+            most.saturating_sub(shown[c]).max(shown[c].saturating_sub(least))
+        })
+    }
 }

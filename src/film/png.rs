@@ -1,6 +1,5 @@
-//! PNG (ISO/IEC 15948): RGB of 8 or 16 bits, marked as sRGB.
+//! PNG (ISO/IEC 15948): RGB of 8 or 16 bits, with alpha where the background is transparent, marked as sRGB.
 
-use super::Film;
 use super::srgb::Codes8;
 use super::srgb16::Codes16;
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
@@ -13,15 +12,15 @@ pub const NOTE: &str = "strahl";
 const STRIP: usize = 1 << 15;
 
 /// Codes of 8 bits, by the current rayon pool.
-pub(super) fn codes8(film: &Film) -> Vec<u8> {
+pub(super) fn codes8(pixels: &[[f32; 3]]) -> Vec<u8> {
     let table = Codes8::get();
-    strips::<1>(film, |channels, bytes| table.codes(channels, bytes))
+    strips::<1>(pixels, |channels, bytes| table.codes(channels, bytes))
 }
 
 /// Codes of 16 bits, the high byte first as in the file, by the current rayon pool.
-pub(super) fn codes16(film: &Film) -> Vec<u8> {
+pub(super) fn codes16(pixels: &[[f32; 3]]) -> Vec<u8> {
     let table = Codes16::get();
-    strips::<2>(film, |channels, bytes| {
+    strips::<2>(pixels, |channels, bytes| {
         for (&channel, code) in channels.iter().zip(bytes.as_chunks_mut().0) {
             *code = table.code(channel).to_be_bytes();
         }
@@ -29,29 +28,30 @@ pub(super) fn codes16(film: &Film) -> Vec<u8> {
 }
 
 /// Converts each channel to `BYTES` bytes.
-fn strips<const BYTES: usize>(film: &Film, convert: impl Fn(&[f32], &mut [u8]) + Sync) -> Vec<u8> {
-    let channels = film.pixels.as_flattened();
+fn strips<const BYTES: usize>(pixels: &[[f32; 3]], convert: impl Fn(&[f32], &mut [u8]) + Sync) -> Vec<u8> {
+    let channels = pixels.as_flattened();
     let mut bytes = vec![0; channels.len() * BYTES];
     let strips = channels.par_chunks(STRIP).zip(bytes.par_chunks_mut(STRIP * BYTES));
     strips.for_each(|(channels, bytes)| convert(channels, bytes));
     bytes
 }
 
-/// The file of the codes of a picture of some width and height.
-pub(super) fn file(size: [u32; 2], codes: &[u8], depth: BitDepth, note: Option<&str>) -> Vec<u8> {
-    write(size, codes, depth, note)
+/// The file of the codes of a picture of some width and height, with three or four channels.
+pub(super) fn file(size: [u32; 2], codes: &[u8], channels: usize, depth: BitDepth, note: Option<&str>) -> Vec<u8> {
+    write(size, codes, channels, depth, note)
         .expect("memory takes any amount of bytes, and a picture has as many codes as its size and depth say")
 }
 
 fn write(
     [width, height]: [u32; 2],
     codes: &[u8],
+    channels: usize,
     depth: BitDepth,
     note: Option<&str>,
 ) -> Result<Vec<u8>, EncodingError> {
     let mut file = Vec::new();
     let mut encoder = Encoder::new(&mut file, width, height);
-    encoder.set_color(ColorType::Rgb);
+    encoder.set_color(if channels == 3 { ColorType::Rgb } else { ColorType::Rgba });
     encoder.set_depth(depth);
     if let Some(note) = note {
         encoder.add_itxt_chunk(NOTE.to_owned(), note.to_owned())?;

@@ -26,6 +26,8 @@ pub struct Codes8 {
     /// first value. Its lower bits are chosen so that adding a value's lower bits carries into the code from the threshold
     /// on.
     steps: Vec<u32>,
+    /// The smallest value that has each code.
+    least: Vec<f32>,
 }
 
 impl Codes8 {
@@ -54,7 +56,9 @@ impl Codes8 {
             // A bucket without a threshold has its `high` at its end, so nothing carries.
             (code << SHIFT) + (start + (1 << SHIFT) - high)
         });
-        Self { steps: steps.collect() }
+        let mut table = Self { steps: steps.collect(), least: Vec::new() };
+        table.least = (0..=u8::MAX).map(|code| table.search_least(code)).collect();
+        table
     }
 
     /// The 8-bit code of a linear value; NaN has code 0.
@@ -74,7 +78,12 @@ impl Codes8 {
     }
 
     /// The smallest value that has a code.
+    #[inline]
     pub fn least(&self, code: u8) -> f32 {
+        self.least[usize::from(code)]
+    }
+
+    fn search_least(&self, code: u8) -> f32 {
         if code == 0 {
             return 0.0;
         }

@@ -13,11 +13,12 @@ pub(super) fn jpeg([width, height]: [u32; 2], codes: &[u8], quality: u8) -> Vec<
     })
 }
 
-/// A lossless WebP file.
-pub(super) fn webp([width, height]: [u32; 2], codes: &[u8]) -> Vec<u8> {
+/// A lossless WebP file, with three or four channels.
+pub(super) fn webp([width, height]: [u32; 2], codes: &[u8], channels: usize) -> Vec<u8> {
+    let color = if channels == 3 { ExtendedColorType::Rgb8 } else { ExtendedColorType::Rgba8 };
     Sink::collect(|file| {
         let encoder = WebPEncoder::new_lossless(file);
-        encoder.write_image(codes, width, height, ExtendedColorType::Rgb8)
+        encoder.write_image(codes, width, height, color)
     })
 }
 

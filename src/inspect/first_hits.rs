@@ -3,7 +3,7 @@
 use super::query::RayQuery;
 use crate::accel::Coherence;
 use crate::lanes::{Lanes, Real, V3, dispatch};
-use crate::ray::{Rays, leave};
+use crate::ray::Rays;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
@@ -73,7 +73,7 @@ fn first_hit<L: Lanes>(hits: &Hits<L>, lane: usize) -> Option<FirstHit> {
         t: hits.t.lane(lane).to_f64(),
         point: wide(surface.point),
         normal: wide(surface.ng),
-        outside: wide(leave(surface.point, surface.error, surface.ng)),
-        inside: wide(leave(surface.point, surface.error, -surface.ng)),
+        outside: wide(surface.leave(surface.ng)),
+        inside: wide(surface.leave(-surface.ng)),
     })
 }

@@ -1,6 +1,6 @@
 //! Maps of a picture in false colours: proved errors, rays, time and depth of each pixel.
 
-use crate::film::srgb;
+use super::map_scale::{Scale, viridis};
 use crate::film::{Film, Region};
 use crate::metrics::Image8;
 use crate::render::Picture;
@@ -16,10 +16,12 @@ pub enum MapKind {
     Proved,
     /// Rays of all kinds.
     Rays,
-    /// Nanoseconds of tracing it alone.
+    /// Nanoseconds of processor time: those of the up to 16 pixels that were traced with it, by its share of their rays.
     Time,
     /// Rays in the longest chain.
     Depth,
+    /// Samples.
+    Samples,
 }
 
 /// A number for each pixel of a region.
@@ -30,21 +32,21 @@ pub struct Map {
     values: Vec<f32>,
 }
 
-/// Rows of the scale below the picture: a gap, the colors, a gap, a line of text, a gap.
-const SCALE: [usize; 5] = [3, 8, 3, 10, 3];
+/// Share of the pixels that the scale of a map of times has colors for. A thread that the system interrupts makes a pixel take a
+/// hundred times as long, which would leave one color to all others.
+const TIMED: f64 = 0.999;
 
 impl Map {
     /// The map of a picture. All but [`MapKind::Proved`] need one from
-    /// [`render_one_by_one`](crate::render::render_one_by_one).
+    /// [`render_measured`](crate::render::render_measured).
     pub fn of(kind: MapKind, picture: &Picture) -> Self {
         let region = picture.film.region;
         let mut values = vec![0.0; picture.film.pixels.len()];
         if kind == MapKind::Proved {
             for bounded in picture.bounded.iter() {
                 let index = region.index(bounded.at);
-                let (table, shown) = (srgb::Codes8::get(), picture.film.pixels[index]);
-                let off = |c: usize| table.code(bounded.highest[c]).saturating_sub(table.code(shown[c]));
-                values[index] = f32::from(off(0).max(off(1)).max(off(2)));
+                let off = picture.film.codes_off(index, bounded.highest);
+                values[index] = f32::from(off.into_iter().fold(0, u8::max));
             }
             return Self { kind, region, values };
         }
@@ -53,6 +55,7 @@ impl Map {
             match kind {
                 MapKind::Rays => *value += cost.rays as f32,
                 MapKind::Time => *value += cost.nanoseconds as f32,
+                MapKind::Samples => *value += cost.samples as f32,
                 // A refined pixel is listed twice: its base samples and the others.
                 _ => *value = value.max(cost.deepest as f32),
             }
@@ -60,128 +63,71 @@ impl Map {
         Self { kind, region, values }
     }
 
+    /// A map of a picture whose pixels are blocks of `step` x `step` of these, of which it has those in `region`.
+    pub fn enlarged(self, step: u32, region: Region) -> Self {
+        if step == 1 {
+            return self;
+        }
+        let values = region.iter().map(|[x, y]| self.values[self.region.index([x / step, y / step])]).collect();
+        Self { region, values, ..self }
+    }
+
     /// The numbers, in all three channels of a film.
     pub fn film(&self) -> Film {
         let Region { x, y, width, height } = self.region;
         let pixels = self.values.iter().map(|value| [*value; 3]).collect();
-        Film { region: self.region, full_width: x + width, full_height: y + height, pixels }
+        Film { region: self.region, full_width: x + width, full_height: y + height, pixels, ..Film::default() }
     }
 
     /// The map in colors, from dark blue to yellow, with its scale below: linear for codes and depths, logarithmic for rays
     /// and times.
     pub fn draw(&self) -> Image8 {
-        let most = self.values.iter().copied().fold(0.0, f32::max);
-        let (low, high) = match self.kind {
-            MapKind::Proved => (0.0, most.max(1.0)),
-            MapKind::Depth => (0.0, most.max(1.0)),
-            MapKind::Rays | MapKind::Time => {
-                let least = self.values.iter().copied().filter(|value| *value > 0.0).fold(f32::INFINITY, f32::min);
-                (least.min(most).max(1.0), most.max(2.0))
-            }
-        };
-        let along = |value: f32| match self.kind {
-            MapKind::Proved | MapKind::Depth => (value - low) / (high - low),
-            MapKind::Rays | MapKind::Time => libm::logf(value.max(low) / low) / libm::logf((high / low).max(1.01)),
-        };
+        let (unit, scale) = self.scale();
         let width = self.region.width as usize;
-        let mut pixels: Vec<[u8; 3]> = self.values.iter().map(|value| viridis(along(*value))).collect();
-        let [gap, colors, between, text, below] = SCALE;
-        pixels.resize(pixels.len() + gap * width, [255; 3]);
-        for _ in 0..colors {
-            pixels.extend((0..width).map(|x| viridis(x as f32 / (width - 1).max(1) as f32)));
-        }
-        pixels.resize(pixels.len() + between * width, [255; 3]);
-        let line = pixels.len();
-        pixels.resize(line + (text + below) * width, [255; 3]);
-        let unit = match self.kind {
-            MapKind::Proved => "CODES",
-            MapKind::Rays => "RAYS",
-            MapKind::Time => "NS",
-            MapKind::Depth => "DEEP",
-        };
-        let (left, right) = (brief(low), format!("{} {unit}", brief(high)));
-        write(&mut pixels[line..], width, 2, &left);
-        let from = width.saturating_sub(ADVANCE * right.len() + 1);
-        if from > ADVANCE * (left.len() + 1) {
-            write(&mut pixels[line..], width, from, &right);
-        }
+        let mut pixels: Vec<[u8; 3]> = self.values.iter().map(|value| viridis(scale.along(unit * *value))).collect();
+        pixels.extend(scale.rows(width));
         Image8 { width, pixels }
     }
-}
 
-/// The color map viridis (van der Walt and Smith 2015), by the polynomials of Zucker ("matplotlib colormaps", CC0), from 0
-/// to 1. Its brightness rises evenly, so it can be read without seeing colors.
-fn viridis(t: f32) -> [u8; 3] {
-    const POLYNOMIALS: [[f32; 3]; 7] = [
-        [0.277_727_33, 0.005_407_345, 0.334_099_8],
-        [0.105_093_04, 1.404_613_5, 1.384_590_2],
-        [-0.330_861_83, 0.214_847_56, 0.095_095_165],
-        [-4.634_230_6, -5.799_101, -19.332_441],
-        [6.228_27, 14.179_934, 56.690_55],
-        [4.776_385, -13.745_145, -65.353_035],
-        [-5.435_456, 4.645_852_6, 26.312_435],
-    ];
-    let t = t.clamp(0.0, 1.0);
-    let channel = |c: usize| POLYNOMIALS.iter().rev().fold(0.0, |sum, factors| sum * t + factors[c]);
-    std::array::from_fn(|c| (255.0 * channel(c).clamp(0.0, 1.0)).round() as u8)
-}
-
-/// A number in a few digits.
-fn brief(value: f32) -> String {
-    match value {
-        v if v < 10_000.0 => format!("{v:.0}"),
-        v if v < 1e6 => format!("{:.0}K", v / 1e3),
-        v => format!("{:.1}M", v / 1e6),
-    }
-}
-
-/// Pixels from one letter to the next: three columns of two pixels, and a gap.
-const ADVANCE: usize = 8;
-
-/// Writes a line into rows of pixels, each dot of a letter two pixels wide and high.
-fn write(rows: &mut [[u8; 3]], width: usize, left: usize, text: &str) {
-    for (place, letter) in text.chars().enumerate() {
-        for (row, dots) in glyph(letter).into_iter().enumerate() {
-            for column in (0..3).filter(|column| dots & (4 >> column) != 0) {
-                for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    let at = left + place * ADVANCE + 2 * column + x;
-                    if at < width {
-                        rows[(2 * row + y) * width + at] = [0; 3];
-                    }
-                }
+    /// What the numbers are multiplied by for the scale, and the scale.
+    fn scale(&self) -> (f32, Scale) {
+        let mut sorted = self.values.clone();
+        sorted.sort_by(f32::total_cmp);
+        let most = sorted.last().copied().unwrap_or(0.0);
+        let least = sorted.iter().copied().find(|value| *value > 0.0).unwrap_or(1.0);
+        let rank = libm::ceil(TIMED * sorted.len() as f64) as usize;
+        let usual = sorted.get(rank.saturating_sub(1)).copied().unwrap_or(most);
+        let names = |long: &str, short: &str| [long.to_owned(), short.to_owned()];
+        match self.kind {
+            MapKind::Proved => {
+                let names = names("codes of 255 that each pixel is off at most", "codes");
+                (1.0, Scale { low: 0.0, high: most.max(1.0), is_logarithmic: false, names })
+            }
+            MapKind::Depth => {
+                let names = names("rays in the longest chain of each pixel", "depth");
+                (1.0, Scale { low: 0.0, high: most.max(1.0), is_logarithmic: false, names })
+            }
+            MapKind::Samples => {
+                let names = names("samples of each pixel, logarithmic", "samples, log");
+                (1.0, Scale { low: 1.0, high: most.max(2.0), is_logarithmic: true, names })
+            }
+            MapKind::Rays => {
+                let names = names("rays of each pixel, logarithmic", "rays, log");
+                (1.0, Scale { low: least.max(1.0), high: most.max(2.0), is_logarithmic: true, names })
+            }
+            MapKind::Time => {
+                let more = if usual < most { "; up to " } else { "" };
+                let slowest = if usual < most { format!("{:.3}", MS * most) } else { String::new() };
+                let long = format!("ms of processor time of each pixel, logarithmic{more}{slowest}");
+                let high = MS * usual.max(2.0 * least);
+                (MS, Scale { low: MS * least, high, is_logarithmic: true, names: [long, "ms, log".to_owned()] })
             }
         }
     }
 }
 
-/// The five rows of a letter of three columns, for the letters that scales need.
-fn glyph(letter: char) -> [u8; 5] {
-    match letter {
-        '0' | 'O' => [7, 5, 5, 5, 7],
-        '1' => [2, 6, 2, 2, 7],
-        '2' => [7, 1, 7, 4, 7],
-        '3' => [7, 1, 7, 1, 7],
-        '4' => [5, 5, 7, 1, 1],
-        '5' => [7, 4, 7, 1, 7],
-        '6' => [7, 4, 7, 5, 7],
-        '7' => [7, 1, 2, 2, 2],
-        '8' => [7, 5, 7, 5, 7],
-        '9' => [7, 5, 7, 1, 7],
-        '.' => [0, 0, 0, 0, 2],
-        'A' => [2, 5, 7, 5, 5],
-        'C' => [7, 4, 4, 4, 7],
-        'D' => [6, 5, 5, 5, 6],
-        'E' => [7, 4, 6, 4, 7],
-        'K' => [5, 5, 6, 5, 5],
-        'M' => [5, 7, 7, 5, 5],
-        'N' => [6, 5, 5, 5, 5],
-        'P' => [7, 5, 7, 4, 4],
-        'R' => [6, 5, 6, 5, 5],
-        'S' => [3, 4, 2, 1, 6],
-        'Y' => [5, 5, 2, 2, 2],
-        _ => [0; 5],
-    }
-}
+/// Milliseconds of a nanosecond.
+const MS: f32 = 1e-6;
 
 #[cfg(test)]
 mod tests {
@@ -193,27 +139,28 @@ mod tests {
     }
 
     #[test]
-    fn colors_go_from_dark_blue_to_yellow_and_get_ever_brighter() {
-        let brightness = |[r, g, b]: [u8; 3]| 0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b);
-        let steps: Vec<f64> = (0..=64).map(|i| brightness(viridis(i as f32 / 64.0))).collect();
-        assert!(steps.windows(2).all(|pair| pair[0] < pair[1]), "{steps:?}");
-        // Matplotlib's ends are #440154 and #fde725.
-        let near = |a: [u8; 3], b: [u8; 3]| a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 4);
-        assert!(near(viridis(0.0), [0x44, 0x01, 0x54]) && near(viridis(1.0), [0xfd, 0xe7, 0x25]));
-    }
-
-    #[test]
     fn the_least_and_the_most_have_the_ends_of_the_scale() {
         let depths = map(MapKind::Depth, vec![0.0, 5.0, 10.0]).draw();
         assert_eq!(depths.pixels[..3], [viridis(0.0), viridis(0.5), viridis(1.0)]);
         let rays = map(MapKind::Rays, vec![2.0, 20.0, 200.0]).draw();
         assert_eq!(rays.pixels[..3], [viridis(0.0), viridis(0.5), viridis(1.0)]);
-        assert_eq!(rays.height(), 1 + SCALE.iter().sum::<usize>());
+    }
+
+    /// Times of the other pixels keep their colors.
+    #[test]
+    fn one_pixel_that_was_interrupted_does_not_stretch_the_scale_of_times() {
+        let mut times: Vec<f32> = (0..5_000).map(|i| 1_000.0 + i as f32).collect();
+        let before = map(MapKind::Time, times.clone()).draw();
+        times[7] = 25e6;
+        let after = map(MapKind::Time, times).draw();
+        let moved = (8..5_000).map(|i| before.pixels[i].iter().zip(after.pixels[i]).map(|(a, b)| a.abs_diff(b)).max());
+        assert!(moved.flatten().all(|codes| codes <= 3));
+        assert_eq!(after.pixels[7], viridis(1.0));
     }
 
     #[test]
     fn maps_of_one_value_or_none_can_be_drawn() {
-        for kind in [MapKind::Proved, MapKind::Rays, MapKind::Time, MapKind::Depth] {
+        for kind in [MapKind::Proved, MapKind::Rays, MapKind::Time, MapKind::Depth, MapKind::Samples] {
             for value in [0.0, 1.0, 3e9] {
                 assert_eq!(map(kind, vec![value; 120]).draw().width, 120);
             }

@@ -1,10 +1,10 @@
 //! The ray tree of a pixel: every ray as data, recorded by the kernel itself.
 
 use super::query::name_of;
-use crate::bound::interval::{interval, raise};
+use crate::bound::interval::raise;
 use crate::control::{Cancelled, Control};
 use crate::lanes::{Ids, Lanes, Real, V3};
-use crate::render::samples_of;
+use crate::render::{samples_of, trace_pixel_samples};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
@@ -13,7 +13,7 @@ use crate::shading::media::{Media, MediumList};
 use crate::trace::hits::Hits;
 use crate::trace::kernel::{Tracer, first};
 use crate::trace::observer::{NotFollowed, Observer, Snell};
-use crate::trace::pixel::{Samples, add_samples, eye_media};
+use crate::trace::pixel::eye_media;
 use crate::trace::ray_packet::{RayKind, RayPacket};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -28,8 +28,9 @@ pub struct Tree {
     pub precision: &'static str,
     /// Samples of the pixel; each has a camera ray.
     pub samples: u32,
-    /// The pixel's linear value: the contributions, added in the order of `rays` in this precision, to the last bit, and then
-    /// `raised`.
+    /// The pixel's linear value: the mean of its samples in double precision, and then `raised`. A sample is the sum of its rays'
+    /// contributions, times the number of samples, added in the order of `rays` in this precision together with the rounding
+    /// errors of these additions.
     pub value: [f64; 3],
     /// What the proved mode adds so that the pixel lies in the middle of what it may be; 0 for most pixels.
     pub raised: [f64; 3],
@@ -45,7 +46,8 @@ impl Tree {
     /// Bytes of memory it takes, about.
     pub fn bytes(&self) -> usize {
         let hit = |hit: &NodeHit| {
-            hit.object.len() + hit.body.as_ref().map_or(0, String::len) + hit.name.as_ref().map_or(0, String::len)
+            let [body, name] = [&hit.body, &hit.name].map(|text| text.as_ref().map_or(0, String::len));
+            hit.object.len() + body + name + hit.material.len()
         };
         self.rays.iter().map(|node| node.bytes() + node.hit.as_ref().map_or(0, hit)).sum()
     }
@@ -132,6 +134,8 @@ pub struct NodeHit {
     /// Name of the body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
+    /// JSON pointer of its material; `default` for bodies that name none.
+    pub material: String,
     /// Whether the ray goes into the body's material.
     pub entering: bool,
 }
@@ -141,6 +145,16 @@ impl Node {
     fn bytes(&self) -> usize {
         let media: usize = self.media.iter().map(|medium| size_of::<Medium>() + medium.object.len()).sum();
         size_of::<Self>() + media + 64
+    }
+}
+
+impl Node {
+    /// Makes it one of a number of samples.
+    fn share(&mut self, samples: f64) {
+        let ended = self.not_followed.iter_mut().map(|ended| &mut ended.weight);
+        for light in [&mut self.weight, &mut self.contribution].into_iter().chain(ended) {
+            *light = light.map(|channel| channel / samples);
+        }
     }
 }
 
@@ -171,6 +185,8 @@ pub struct Ended {
     pub weight: [f64; 3],
     /// `depth`, `weight` or `budget`.
     pub why: &'static str,
+    /// How many 8-bit codes the pixel could have changed with it, at most; 255 if nothing bounds that.
+    pub codes: u8,
 }
 
 /// Traces one pixel and records every ray. The pixel must lie inside the picture.
@@ -197,27 +213,41 @@ where
     L: Lanes<Simd = ()>,
 {
     let samples = samples_of(scene, x, y, control);
-    let recorder = Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false, bytes: 0 };
+    let recorder =
+        Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false, bytes: 0, before: (0, false, 0) };
     let _entered = control.enter();
     let mut tracer =
         Tracer::<L, _>::new((), world, &world.camera, &eye_media::<L>((), world), world.rules.pruning, recorder);
-    let mut sum = V3::splat((), [L::Real::from_f64(0.0); 3]);
-    add_samples(&mut tracer, &[[x, y]], 1, Samples::of_picture(samples), &mut Hits::none(()), &mut sum);
-    let (omitted, roundings, sum) = (tracer.omitted().lane(0), tracer.roundings().lane(0), sum.lane(0));
+    let mean = trace_pixel_samples(&mut tracer, [x, y], samples, scene.adaptive, &mut Hits::none(()));
     control.add_rays(tracer.counts.total());
-    let Recorder { rays, truncated, .. } = tracer.into_observer();
+    let Recorder { mut rays, truncated, .. } = tracer.into_observer();
     if control.stops() {
         return Err(Cancelled);
     }
-    let mut raised = [L::Real::default(); 3];
-    if let Pruning::Proved { max_codes } = world.rules.pruning {
-        let ends = interval(sum, omitted, roundings);
-        raised = std::array::from_fn(|c| raise(sum[c], ends[c], max_codes));
+    let mut raised = [0.0; 3];
+    if let Pruning::Proved { max_codes } = world.rules.pruning
+        && world.display.is_plain()
+    {
+        let ends = mean.ends();
+        raised = std::array::from_fn(|c| raise(mean.light[c], ends[c], max_codes));
     }
-    let value = std::array::from_fn(|c| (sum[c] + raised[c]).to_f64());
-    let wide = |v: [L::Real; 3]| v.map(Real::to_f64);
-    let (raised, lacking) = (wide(raised), wide(omitted));
+    let value = std::array::from_fn(|c| mean.light[c] + raised[c]);
+    rays.iter_mut().for_each(|node| node.share(f64::from(samples)));
+    bound_pruned(scene, value, &mut rays);
+    let lacking = mean.omitted;
     Ok(Tree { pixel: [x, y], precision, samples, value, raised, lacking, truncated, rays })
+}
+
+/// Says of each ray that was not followed what it could have changed: its weight times the most radiance there can be.
+fn bound_pruned(scene: &Scene, value: [f64; 3], rays: &mut [Node]) {
+    let most = scene.ceiling().reach.ceiling.unwrap_or([f64::MAX.sqrt(); 3]);
+    for node in rays {
+        for ended in &mut node.not_followed {
+            let highest = std::array::from_fn(|c| (value[c] + ended.weight[c] * most[c]) as f32);
+            let codes = scene.display().codes_off(value.map(|c| c as f32), highest);
+            ended.codes = codes.into_iter().fold(0, u8::max);
+        }
+    }
 }
 
 /// Records the events of the kernel.
@@ -228,6 +258,8 @@ struct Recorder<'a, R> {
     truncated: bool,
     /// Bytes of all rays.
     bytes: usize,
+    /// The number of rays, whether it was truncated, and the bytes when the batch began.
+    before: (usize, bool, usize),
 }
 
 /// Bytes of a tree: of 100,000 rays with short names it takes 60 MiB.
@@ -318,7 +350,9 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
 
     fn hits(&mut self, number: u32, ray: &RayPacket<L>, hits: &Hits<L>) {
         let (object, body, name) = name_of(self.scene, self.world, hits.expanded.lane(0));
-        self.bytes += object.len() + body.as_ref().map_or(0, String::len) + name.as_ref().map_or(0, String::len);
+        let material = self.scene.sources.material(self.world.owner(hits.expanded.lane(0)).item.material).to_owned();
+        let texts = [&body, &name].map(|text| text.as_ref().map_or(0, String::len));
+        self.bytes += object.len() + material.len() + texts.iter().sum::<usize>();
         if let Some(node) = self.node(number) {
             node.hit = Some(NodeHit {
                 t: first(hits.t - ray.t_min),
@@ -327,6 +361,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
                 object,
                 body,
                 name,
+                material,
                 entering: hits.entering != 0,
             });
         }
@@ -363,9 +398,18 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
         }
     }
 
+    fn pixel(&mut self) {
+        self.before = (0, false, 0);
+        <Self as Observer<L>>::again(self);
+    }
+
+    fn batch(&mut self) {
+        self.before = (self.rays.len(), self.truncated, self.bytes);
+    }
+
     fn again(&mut self) {
-        self.rays.clear();
-        (self.truncated, self.bytes) = (false, 0);
+        self.rays.truncate(self.before.0);
+        (_, self.truncated, self.bytes) = self.before;
     }
 
     fn not_followed(&mut self, ray: u32, kind: RayKind, weight: V3<L>, why: NotFollowed) {
@@ -376,7 +420,8 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
         };
         let weight = wide(weight);
         if let Some(node) = self.node(ray) {
-            node.not_followed.push(Ended { kind, weight, why });
+            // Known when the pixel is.
+            node.not_followed.push(Ended { kind, weight, why, codes: 0 });
         }
     }
 }

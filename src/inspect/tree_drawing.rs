@@ -1,6 +1,8 @@
 //! Drawings of a ray tree: Graphviz text and SVG, coloured by the kind of ray.
 
-use super::tree::{Node, NodeKind, Tree};
+use super::ray_kinds::{Kind, destination, ending, heaviest, label, material, of_samples, xml};
+use super::tree::{Ended, Node, Tree};
+use crate::trace::ray_packet::RayKind;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt::Write;
@@ -15,65 +17,113 @@ pub enum TreeFormat {
     Json,
     /// Graphviz.
     Dot,
-    /// A drawing.
+    /// A drawing of one sample's rays.
     Svg,
+    /// The rays of one sample drawn into the picture, as SVG.
+    Overlay,
 }
 
-/// Colour of each kind of ray.
-fn color(node: &Node) -> &'static str {
-    match node.kind {
-        NodeKind::Camera => "#1f3a93",
-        NodeKind::Reflected => "#c0392b",
-        NodeKind::Transmitted => "#16803c",
-        NodeKind::Gathered => "#7d3c98",
-        NodeKind::Shadow if node.transmittance == Some([0.0; 3]) => "#555555",
-        NodeKind::Shadow => "#d68910",
-    }
-}
-
-/// E1, R2, T3, S4: eye, reflected, transmitted or shadow ray, with its number.
-fn label(node: &Node) -> String {
-    let letter = match node.kind {
-        NodeKind::Camera => 'E',
-        NodeKind::Reflected => 'R',
-        NodeKind::Transmitted => 'T',
-        NodeKind::Gathered => 'G',
-        NodeKind::Shadow => 'S',
+/// A ray that was not followed, in a few characters: R or T, and its bound.
+fn pruned(ended: &Ended) -> String {
+    let letter = match ended.kind {
+        RayKind::Reflected => 'R',
+        RayKind::Transmitted => 'T',
+        _ => 'G',
     };
-    format!("{letter}{}", node.id)
+    if ended.codes == u8::MAX { format!("{letter} any") } else { format!("{letter} \u{2264}{}", ended.codes) }
 }
 
-fn ending(node: &Node) -> String {
-    match (&node.hit, node.light) {
-        (Some(hit), _) => hit.name.clone().unwrap_or_else(|| hit.object.clone()),
-        (None, Some(light)) => format!("light {light}"),
-        (None, None) => "background".to_owned(),
+/// As much of a name as has room: its end, since pointers differ there.
+fn shortened(name: &str) -> String {
+    let length = name.chars().count();
+    if length <= NAME {
+        return name.to_owned();
     }
-}
-
-fn heaviest(weight: [f64; 3]) -> f64 {
-    weight.into_iter().fold(0.0, f64::max)
+    std::iter::once('\u{2026}').chain(name.chars().skip(length + 1 - NAME)).collect()
 }
 
 const DOT_HEAD: &str = "digraph rays {\n  rankdir=TB;\n  node [shape=box, fontname=\"sans-serif\"];\n";
 
-fn svg_head(places: &[(f64, f64)]) -> String {
-    let width = places.iter().map(|p| p.0).fold(0.0, f64::max) + 60.0;
-    let height = places.iter().map(|p| p.1).fold(0.0, f64::max) + 50.0;
-    format!(
+/// Between the middles of two leaves: room for a name below each.
+const LEAF: f64 = 84.0;
+/// Between the rays of a chain.
+const ROW: f64 = 76.0;
+/// Characters of a name that have room.
+const NAME: usize = 14;
+/// A row of the legend.
+const LINE: f64 = 18.0;
+/// Most rays that are named: beyond, the names would only make the drawing larger than a browser shows.
+const NAMED: usize = 1_000;
+
+/// Its beginning: the size, and the legend above the tree.
+fn svg_head(tree: &Tree, all_samples: bool, top: f64, places: &[(f64, f64)]) -> String {
+    let width = places.iter().map(|p| p.0).fold(0.0, f64::max).max(620.0) + LEAF;
+    let height = places.iter().map(|p| p.1).fold(0.0, f64::max) + ROW;
+    let [x, y] = tree.pixel;
+    let shown = of_samples(tree.samples, all_samples);
+    let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
          height=\"{height}\" font-family=\"sans-serif\" font-size=\"11\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
-    )
+         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
+         <text x=\"16\" y=\"22\" font-size=\"14\">Rays of pixel {x}, {y}{shown}: {}</text>\n",
+        tree.rays.len()
+    );
+    for (row, (kind, count)) in Kind::counted(tree.rays.iter().map(|node| Kind::of(node, tree))).iter().enumerate() {
+        let (x, y) = (22.0 + 300.0 * (row % 2) as f64, 42.0 + LINE * (row / 2) as f64);
+        let _ = writeln!(
+            svg,
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"6\" fill=\"{}\"/><text x=\"{}\" y=\"{}\">{}: {count}</text>",
+            kind.color(),
+            x + 12.0,
+            y + 4.0,
+            kind.name()
+        );
+    }
+    let notes = [
+        "Thicker lines add more light. Below a ray: what it hits, and of which material.",
+        "Dashed: not followed, and how many codes of 255 that ray alone changes at most.",
+    ];
+    for (row, note) in notes.into_iter().enumerate() {
+        let y = top - 52.0 + LINE * row as f64;
+        let _ = writeln!(svg, "<text x=\"16\" y=\"{y}\" fill=\"#555555\">{note}</text>");
+    }
+    svg
 }
 
 /// Rays that are written at a time.
 const PART: usize = 256;
 
 impl Tree {
-    /// Its text in parts, for one who cannot keep all of it. The JSON has no white space.
-    pub fn parts(mut self, format: TreeFormat) -> impl Iterator<Item = String> + Send {
-        let places = if format == TreeFormat::Svg { self.places() } else { Vec::new() };
+    /// What a drawing shows: the rays of all samples, or of the first one alone, in the same order and with the same numbers.
+    #[must_use]
+    pub fn drawn(mut self, all_samples: bool) -> Self {
+        if all_samples {
+            return self;
+        }
+        let mut places: Vec<Option<u32>> = Vec::with_capacity(self.rays.len());
+        let mut rays = Vec::new();
+        for node in self.rays {
+            let parent = node.parent.map(|parent| places[parent as usize]);
+            let is_kept = parent.map_or(rays.is_empty(), |parent| parent.is_some());
+            places.push(is_kept.then_some(rays.len() as u32));
+            if is_kept {
+                rays.push(Node { parent: parent.flatten(), ..node });
+            }
+        }
+        self.rays = rays;
+        self
+    }
+
+    /// Its text in parts, for one who cannot keep all of it. The JSON has no white space. A drawing shows the first sample, or
+    /// all of them. An overlay needs more than the tree: [`Overlay`](super::overlay::Overlay).
+    pub fn parts(mut self, format: TreeFormat, all_samples: bool) -> impl Iterator<Item = String> + Send {
+        let is_drawing = matches!(format, TreeFormat::Svg | TreeFormat::Overlay);
+        if is_drawing {
+            self = self.drawn(all_samples);
+        }
+        let kinds = Kind::counted(self.rays.iter().map(|node| Kind::of(node, &self))).len();
+        let top = 104.0 + LINE * kinds.div_ceil(2) as f64;
+        let places = if is_drawing { self.places(top) } else { Vec::new() };
         let (head, passes, tail) = match format {
             TreeFormat::Json => {
                 let rays = std::mem::take(&mut self.rays);
@@ -84,7 +134,7 @@ impl Tree {
                 (head, 1, "]}")
             }
             TreeFormat::Dot => (DOT_HEAD.to_owned(), 1, "}\n"),
-            TreeFormat::Svg => (svg_head(&places), 2, "</svg>\n"),
+            TreeFormat::Svg | TreeFormat::Overlay => (svg_head(&self, all_samples, top, &places), 2, "</svg>\n"),
         };
         let count = self.rays.len();
         let parts = (0..passes).flat_map(move |pass| (0..count).step_by(PART).map(move |from| (pass, from)));
@@ -93,8 +143,8 @@ impl Tree {
             match (format, pass) {
                 (TreeFormat::Json, _) => self.json_of(range),
                 (TreeFormat::Dot, _) => self.dot_of(range),
-                (TreeFormat::Svg, 0) => self.lines_of(range, &places),
-                (TreeFormat::Svg, _) => self.circles_of(range, &places),
+                (_, 0) => self.lines_of(range, &places),
+                (_, _) => self.circles_of(range, &places),
             }
         };
         std::iter::once(head).chain(parts.map(text)).chain(std::iter::once(tail.to_owned()))
@@ -115,11 +165,12 @@ impl Tree {
         let mut dot = String::new();
         for node in &self.rays[range] {
             let text = format!("{} {}\nweight {:.4}", label(node), ending(node), heaviest(node.weight));
+            let color = Kind::of(node, self).color();
             let text = text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n");
             // Writing to a String cannot fail.
-            let _ = writeln!(dot, "  r{} [label=\"{text}\", color=\"{}\"];", node.id, color(node));
+            let _ = writeln!(dot, "  r{} [label=\"{text}\", color=\"{color}\"];", node.id);
             if let Some(parent) = node.parent {
-                let _ = writeln!(dot, "  r{parent} -> r{} [color=\"{}\"];", node.id, color(node));
+                let _ = writeln!(dot, "  r{parent} -> r{} [color=\"{color}\"];", node.id);
             }
         }
         dot
@@ -133,7 +184,7 @@ impl Tree {
             let _ = writeln!(
                 svg,
                 "<line x1=\"{px}\" y1=\"{py}\" x2=\"{x}\" y2=\"{y}\" stroke=\"{}\" stroke-width=\"{thickness:.2}\"/>",
-                color(node)
+                Kind::of(node, self).color()
             );
         }
         svg
@@ -145,35 +196,57 @@ impl Tree {
             let title = format!(
                 "{} to {}, weight {:?}, contribution {:?}",
                 label(node),
-                ending(node),
+                destination(node),
                 node.weight,
                 node.contribution
             );
-            // XML has no way to write these.
-            let is_xml = |c: &char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
-            let title: String = title.chars().filter(is_xml).collect();
-            let title = title.replace('&', "&amp;").replace('<', "&lt;");
+            let kind = Kind::of(node, self);
             let _ = writeln!(
                 svg,
-                "<g><title>{title}</title><circle cx=\"{x}\" cy=\"{y}\" r=\"13\" fill=\"{}\"/>\
-                 <text x=\"{x}\" y=\"{}\" fill=\"white\" text-anchor=\"middle\">{}</text></g>",
-                color(node),
-                y + 4.0,
+                "<g><title>{}</title><circle cx=\"{x}\" cy=\"{y}\" r=\"13\" fill=\"{}\"/>\
+                 <text x=\"{x}\" y=\"{}\" fill=\"white\" text-anchor=\"middle\" font-size=\"9\">{}</text></g>",
+                xml(&title),
+                kind.color(),
+                y + 3.0,
                 label(node)
             );
+            let names = [Some(ending(node)), material(node).map(str::to_owned)];
+            let names = names.into_iter().flatten().filter(|_| self.rays.len() <= NAMED);
+            for (row, (name, color)) in names.zip(["black", "#555555"]).enumerate() {
+                // The edge keeps it readable where a line passes.
+                let _ = writeln!(
+                    svg,
+                    "<text x=\"{x}\" y=\"{}\" fill=\"{color}\" text-anchor=\"middle\" font-size=\"10\" stroke=\"white\" \
+                     stroke-width=\"3\" paint-order=\"stroke\">{}</text>",
+                    y + 24.0 + 11.0 * row as f64,
+                    xml(&shortened(&name))
+                );
+            }
+            for (row, ended) in node.not_followed.iter().enumerate() {
+                let y = y + 9.0 * (row as f64 - 0.5 * (node.not_followed.len() - 1) as f64);
+                let _ = writeln!(
+                    svg,
+                    "<path d=\"M{},{y} h8\" stroke=\"#666666\" stroke-dasharray=\"3 2\"/><text x=\"{}\" y=\"{}\" \
+                     fill=\"#666666\" font-size=\"9\">{}</text>",
+                    x + 13.0,
+                    x + 22.0,
+                    y + 3.0,
+                    pruned(ended)
+                );
+            }
         }
         svg
     }
 
     /// Centre of each node: leaves side by side, parents above the middle of their children.
-    fn places(&self) -> Vec<(f64, f64)> {
+    fn places(&self, top: f64) -> Vec<(f64, f64)> {
         let mut span = vec![None::<(f64, f64)>; self.rays.len()];
-        let mut next_leaf = 30.0;
+        let mut next_leaf = 0.5 * LEAF;
         // Children come after their parents in the list; in the drawing leaves are in depth-first order.
         for id in self.depth_first() {
             if span[id].is_none() {
                 span[id] = Some((next_leaf, next_leaf));
-                next_leaf += 36.0;
+                next_leaf += LEAF;
             }
             let (low, high) = span[id].unwrap_or_default();
             if let Some(parent) = self.rays[id].parent {
@@ -182,7 +255,11 @@ impl Tree {
             }
         }
         let middle = |span: Option<(f64, f64)>| span.map_or(0.0, |(low, high)| 0.5 * (low + high));
-        self.rays.iter().zip(span).map(|(node, span)| (middle(span), 60.0 * f64::from(node.depth) - 30.0)).collect()
+        self.rays
+            .iter()
+            .zip(span)
+            .map(|(node, span)| (middle(span), top + ROW * f64::from(node.depth.saturating_sub(1))))
+            .collect()
     }
 
     /// The rays, each after all its descendants.

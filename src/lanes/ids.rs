@@ -76,7 +76,7 @@ impl<S: Simd> Ids for Narrow<S> {
 
 /// For lanes of 64-bit numbers.
 #[derive(Debug, Clone, Copy)]
-pub struct Wide<S: Simd>(u64x8<S>);
+pub struct Wide<S: Simd>(pub(super) u64x8<S>);
 
 impl<S: Simd> Ids for Wide<S> {
     type Simd = S;

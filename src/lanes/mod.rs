@@ -10,8 +10,10 @@
 //! correct.
 
 mod circle;
+mod columns;
 mod decay;
 mod dispatch;
+mod double;
 mod ids;
 mod level;
 mod power;
@@ -20,10 +22,13 @@ mod simd;
 mod vector;
 
 pub use circle::circle;
+pub(crate) use columns::{Column, Columns, parts};
 pub use decay::{exp_minus, mean_decay, opacity};
 pub(crate) use dispatch::dispatch;
+pub use double::Double;
 pub use ids::Ids;
 pub use level::instructions;
+pub(crate) use power::is_single;
 pub use power::power;
 pub use vector::V3;
 
@@ -60,6 +65,8 @@ pub trait Real:
     fn from_f64(x: f64) -> Self;
     /// The same value in 64 bits.
     fn to_f64(self) -> f64;
+    /// The nearest whole number, if that is from 0 to 15; of other numbers any of these.
+    fn nearest_of_16(self) -> usize;
 }
 
 /// One truth value for each lane.
@@ -89,8 +96,12 @@ pub trait Lanes:
     type Ids: Ids<Simd = Self::Simd, Mask = Self::Mask>;
     /// Proof that the processor has the instructions.
     type Simd: Copy;
+    /// Lanes of f64 on the same instructions, as many or half as many.
+    type Double: Double<Simd = Self::Simd>;
     /// Number of lanes.
     const COUNT: usize;
+    /// All lanes, a bit for each.
+    const ALL: u32 = ((1u64 << Self::COUNT) - 1) as u32;
 
     /// Runs `f`, which must be `#[inline(always)]`, compiled for the instruction set of `s`.
     fn vectorize<T>(s: Self::Simd, f: impl FnOnce() -> T) -> T;

@@ -18,7 +18,7 @@ pub fn power<L: Lanes>(s: L::Simd, base: L, exponent: f64) -> L {
     L::select(normal, exp2(s, y.max(L::lit(s, -L::Real::LOWEST))), L::lit(s, 0.0))
 }
 
-pub(super) fn is_single<L: Lanes>() -> bool {
+pub(crate) fn is_single<L: Lanes>() -> bool {
     L::Real::ROUNDOFF > 1e-10
 }
 

@@ -46,6 +46,11 @@ macro_rules! scalar {
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
+            #[inline(always)]
+            fn nearest_of_16(self) -> usize {
+                // Where numbers are whole, the last bits count them. A cast would also look for overflow and NaN.
+                (self + 1.0 / $type::EPSILON).to_bits() as usize % 16
+            }
         }
 
         impl Lanes for $type {
@@ -53,6 +58,7 @@ macro_rules! scalar {
             type Mask = bool;
             type Ids = u64;
             type Simd = ();
+            type Double = f64;
             const COUNT: usize = 1;
 
             // What is a function of its own over sixteen lanes is one here, too.

@@ -26,6 +26,7 @@ macro_rules! simd {
             type Mask = $mask<S>;
             type Ids = $ids<S>;
             type Simd = S;
+            type Double = f64x8<S>;
             const COUNT: usize = $count;
 
             #[inline(always)]

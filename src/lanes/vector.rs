@@ -55,6 +55,33 @@ impl<L: Lanes> V3<L> {
         self * (L::lit(s, 1.0) / self.length())
     }
 
+    /// The same with `other` where it has no direction.
+    #[inline(always)]
+    pub fn unit_or(self, s: L::Simd, other: Self) -> Self {
+        let inverse = L::lit(s, 1.0) / self.length();
+        let known = inverse.gt(L::lit(s, 0.0)) & inverse.lt(L::lit(s, f64::INFINITY));
+        Self::select(known, self * inverse, other)
+    }
+
+    /// Where it is neither infinite nor NaN.
+    #[inline(always)]
+    pub fn is_finite(self, s: L::Simd) -> L::Mask {
+        let (all, beyond) = (self.abs(), L::lit(s, f64::INFINITY));
+        all.x.lt(beyond) & all.y.lt(beyond) & all.z.lt(beyond)
+    }
+
+    /// Where all components are the same.
+    #[inline(always)]
+    pub fn eq(self, o: Self) -> L::Mask {
+        self.x.eq(o.x) & self.y.eq(o.y) & self.z.eq(o.z)
+    }
+
+    /// A matrix, given by its columns, times the vector.
+    #[inline(always)]
+    pub fn turned(self, s: L::Simd, [x, y, z]: [[L::Real; 3]; 3]) -> Self {
+        Self::splat(s, x) * self.x + Self::splat(s, y) * self.y + Self::splat(s, z) * self.z
+    }
+
     /// Two unit vectors perpendicular to this unit vector and to each other (Duff et al., Building an Orthonormal Basis,
     /// Revisited, JCGT 6(1), 2017).
     #[inline(always)]

@@ -24,11 +24,11 @@ fn lab(code: [u8; 3]) -> [f64; 3] {
 }
 
 fn delta_e([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
-    let chroma = (a1.hypot(b1) + a2.hypot(b2)) / 2.0;
+    let chroma = (math::hypot(a1, b1) + math::hypot(a2, b2)) / 2.0;
     let part = |c: f64| (pow(c, 7.0) / (pow(c, 7.0) + pow(25.0, 7.0))).sqrt();
     let g = 1.5 - 0.5 * part(chroma);
     let (a1, a2) = (a1 * g, a2 * g);
-    let (c1, c2) = (a1.hypot(b1), a2.hypot(b2));
+    let (c1, c2) = (math::hypot(a1, b1), math::hypot(a2, b2));
     let hue = |a: f64, b: f64| if a == 0.0 && b == 0.0 { 0.0 } else { atan2(b, a).rem_euclid(TAU) };
     let (h1, h2) = (hue(a1, b1), hue(a2, b2));
     let grey = c1 * c2 == 0.0;

@@ -32,6 +32,7 @@ pub fn code_errors(a: &Image8, b: &Image8) -> CodeErrors {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
 
     #[test]
     fn the_same_picture_has_no_error_and_one_channel_counts() {
@@ -41,6 +42,6 @@ mod tests {
         let b = Image8 { width: 2, pixels: vec![[10, 23, 30], [0, 0, 0]] };
         let other = code_errors(&a, &b);
         assert_eq!((other.error.max, other.error.mean, other.identical), (3.0, 1.5, 0.5));
-        assert!((other.psnr.unwrap() - 10.0 * (65025.0f64 / 1.5).log10()).abs() < 1e-12);
+        assert!((other.psnr.unwrap() - 10.0 * math::log2(65025.0 / 1.5) / math::log2(10.0)).abs() < 1e-12);
     }
 }

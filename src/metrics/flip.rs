@@ -2,7 +2,7 @@
 //! Oskarsson, Åström, Fairchild, FLIP: A Difference Evaluator for Alternating Images, HPG 2020), for 8-bit pictures.
 
 use super::{Image8, Spread};
-use crate::math::{exp, pow, srgb_to_linear};
+use crate::math::{self, exp, pow, srgb_to_linear};
 use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
 
@@ -76,7 +76,7 @@ impl Seen {
         let strength = |kernel: &[f64]| -> Vec<f64> {
             let x = lightness.filtered(kernel, &smooth);
             let y = lightness.filtered(&smooth, kernel);
-            x.iter().zip(&y).map(|(x, y)| x.hypot(*y)).collect()
+            x.iter().zip(&y).map(|(x, y)| math::hypot(*x, *y)).collect()
         };
         Self { color, edges: strength(&first), points: strength(&second) }
     }
@@ -189,7 +189,7 @@ fn hunt(rgb: Rgb) -> [f64; 3] {
 }
 
 fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+    (a[0] - b[0]).abs() + math::hypot(a[1] - b[1], a[2] - b[2])
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ impl Image8 {
 impl From<&Film> for Image8 {
     fn from(film: &Film) -> Self {
         let mut pixels = vec![[0; 3]; film.pixels.len()];
-        srgb::Codes8::get().codes(film.pixels.as_flattened(), pixels.as_flattened_mut());
+        srgb::Codes8::get().codes(film.shown().as_flattened(), pixels.as_flattened_mut());
         Self { width: film.region.width as usize, pixels }
     }
 }

@@ -1,7 +1,6 @@
 //! A traced block of pixels, and what it tells about antialiasing.
 
 use crate::film::Region;
-use crate::film::srgb::code8;
 use crate::render::{CONTRAST, PacketCost, code_in, is_uneven};
 use crate::scene::Scene;
 use crate::trace::counts::RayCounts;
@@ -41,7 +40,7 @@ impl Block {
             chances: Chances::default(),
         };
         if scene.refines() {
-            let codes: Vec<[u8; 3]> = pixels.iter().map(|p| p.map(code8)).collect();
+            let codes: Vec<[u8; 3]> = pixels.iter().map(|p| scene.display().codes(*p)).collect();
             let apart = |c: usize| {
                 codes.iter().map(|p| p[c]).max() > codes.iter().map(|p| p[c].saturating_add(CONTRAST - 1)).min()
             };

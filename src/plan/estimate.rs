@@ -59,6 +59,9 @@ pub struct Estimate {
     pub camera_rays: u64,
     /// Pixels that antialiasing refines.
     pub refined_pixels: u64,
+    /// Pixels whose proof is given up, since it would take too many rays: their bound is larger than what was asked for.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub unproved_pixels: u64,
     /// Milliseconds of wall time for tracing on `threads`, if nothing else runs on them.
     pub ms: f64,
     /// Their 95 % interval.
@@ -140,6 +143,7 @@ impl Plan {
             rays_ci: [low.floor() as u64, high.ceil() as u64],
             camera_rays: pilot.kinds[0].value.round() as u64,
             refined_pixels: pilot.refined.value.round() as u64,
+            unproved_pixels: pilot.given_up.value.round() as u64,
             ms: ms(whole),
             ms_ci: [ms((whole - off).max(0.0)), ms(whole + off)],
             at_least: pilot.is_cut_off,
@@ -176,6 +180,10 @@ impl Plan {
             effect.act = Some(Actual { rays: count, ms_estimated: share_ms, share_ms, saves_ms: None });
         }
     }
+}
+
+fn is_zero(n: &u64) -> bool {
+    *n == 0
 }
 
 /// Milliseconds to the microsecond.

@@ -10,6 +10,7 @@ use super::ray_times::{KINDS, RayTimes, by_kind};
 use super::survey::Survey;
 use crate::control::{Cancelled, Control};
 use crate::film::Region;
+use crate::math;
 use crate::scene::Scene;
 use std::time::Duration;
 
@@ -41,6 +42,15 @@ pub struct Expected {
     pub interval: [f64; 2],
 }
 
+impl Expected {
+    /// The sum of independent estimates.
+    fn and(self, other: Self) -> Self {
+        let value = self.value + other.value;
+        let off = |end: usize| math::hypot(self.interval[end] - self.value, other.interval[end] - other.value);
+        Self { value, interval: [value - off(0), value + off(1)] }
+    }
+}
+
 /// Estimates of a pilot for the whole region.
 #[derive(Debug, Clone)]
 pub struct Pilot {
@@ -56,6 +66,8 @@ pub struct Pilot {
     pub added: Expected,
     /// Pixels it refines.
     pub refined: Expected,
+    /// Pixels whose proof is given up.
+    pub given_up: Expected,
     /// All rays.
     pub rays: Expected,
     /// Time of each kind of ray, including refined pixels.
@@ -71,7 +83,36 @@ pub struct Pilot {
 impl Pilot {
     /// Traces a pilot of a region, which must fit the picture, on the current rayon pool.
     pub fn run(scene: &Scene, region: Region, control: &Control, effort: Effort) -> Result<Self, Cancelled> {
-        Ok(Self::of(&Survey::make(scene, region, control, effort)?, region))
+        let of = |scene: &Scene| Ok(Self::of(&Survey::make(scene, region, control, effort)?, region));
+        let pilot = of(scene)?;
+        // Alpha is a picture of its own.
+        Ok(match scene.matte() {
+            Some(matte) => pilot.and(&of(&matte)?),
+            None => pilot,
+        })
+    }
+
+    /// The pilot of both pictures, of the same pixels.
+    fn and(self, other: &Self) -> Self {
+        let nanoseconds = [self.nanoseconds(), other.nanoseconds()];
+        let off = math::hypot(self.time_off * nanoseconds[0], other.time_off * nanoseconds[1]);
+        let mean = |[a, b]: [f64; 2], [of_a, of_b]: [f64; 2]| (a * of_a + b * of_b) / (of_a + of_b).max(1.0);
+        let time = |kind: usize| {
+            let rays = [self.kinds[kind].value, other.kinds[kind].value];
+            mean([self.times.nanoseconds[kind], other.times.nanoseconds[kind]], rays)
+        };
+        let added_times = [self.added_nanoseconds, other.added_nanoseconds];
+        Self {
+            times: RayTimes { nanoseconds: std::array::from_fn(time) },
+            kinds: std::array::from_fn(|kind| self.kinds[kind].and(other.kinds[kind])),
+            total_reflections: self.total_reflections.and(other.total_reflections),
+            added: self.added.and(other.added),
+            rays: self.rays.and(other.rays),
+            added_nanoseconds: mean(added_times, [self.added.value, other.added.value]),
+            is_cut_off: self.is_cut_off || other.is_cut_off,
+            time_off: off / (nanoseconds[0] + nanoseconds[1]).max(1.0),
+            ..self
+        }
     }
 
     fn of(survey: &Survey, region: Region) -> Self {
@@ -95,6 +136,7 @@ impl Pilot {
             total_reflections: expect(&|b| with_added(b, b.base.total_internal_reflections as f64)),
             added,
             refined: expect(&|b| if survey.factor > 0.0 { refined(b) } else { 0.0 }),
+            given_up: expect(&|b| b.base.given_up as f64),
             rays: expect(&|b| with_added(b, all(b))),
             times: fitted,
             is_cut_off: survey.is_cut_off,
@@ -139,8 +181,8 @@ fn expected(blocks: &[Block], value: &dyn Fn(&Block) -> f64, pixels: f64, left: 
     let each = |block: &Block| value(block) - mean * block.pixels as f64;
     let squares: f64 = blocks.windows(2).map(|pair| (each(&pair[0]) - each(&pair[1])).powi(2)).sum();
     let variance = squares / (2.0 * (n - 1.0).max(1.0)) * n / (traced * traced) * left;
-    // 2.0 standard errors, and more for few blocks, whose spread is itself uncertain. A single block has none.
-    let errors = 2.0 + 8.0 / n;
+    // 2.2 standard errors, since what pixels cost has a long tail, and more for few blocks, whose spread is itself uncertain. A single block has none.
+    let errors = 2.2 + 8.0 / n;
     let reach = if n < 2.0 { mean * left } else { errors * variance.sqrt() };
     Expected { value: mean * pixels, interval: [(mean - reach).max(0.0) * pixels, (mean + reach) * pixels] }
 }

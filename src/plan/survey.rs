@@ -10,7 +10,7 @@ use super::cells::Cells;
 use super::pilot::Effort;
 use crate::control::{Cancelled, Control, Stopwatch};
 use crate::film::Region;
-use crate::render::{BLOCK, Probe};
+use crate::render::{BLOCK, PacketCost, Probe, border_share};
 use crate::scene::Scene;
 use crate::scene::effects::REFINED_SAMPLES;
 use rayon::prelude::*;
@@ -65,6 +65,12 @@ impl Survey {
         let probe = Probe::new(scene, control);
         let in_time = Control::until(Instant::now() + LONGEST);
         let (runs, first) = (cells.count().div_ceil(RUN), cells.count().div_ceil(RUN * FIRST));
+        let block = |at: Region, pixels: &[[f32; 3]], cost: PacketCost| {
+            let PacketCost { rays, nanoseconds } = cost;
+            let more = if scene.adaptive { border_share(scene, region, at.pixels(), rays.camera) } else { 0.0 };
+            let cost = PacketCost { rays: rays.times(1.0 + more), nanoseconds: nanoseconds * (1.0 + more) };
+            Block::new(scene, at, pixels, cost)
+        };
         let trace = |k: u32| -> Vec<(u32, Block)> {
             if k > 0 && is_late(1.0) {
                 return Vec::new();
@@ -73,7 +79,7 @@ impl Survey {
             let regions: Vec<Region> = run.iter().map(|cell| cells.block(*cell)).collect();
             let _entered = in_time.enter();
             let traced = probe.blocks(&regions).into_iter().zip(regions);
-            run.into_iter().zip(traced.map(|((pixels, cost), at)| Block::new(scene, at, &pixels, cost))).collect()
+            run.into_iter().zip(traced.map(|((pixels, cost), at)| block(at, &pixels, cost))).collect()
         };
         let trace = |runs: Range<u32>| -> Vec<(u32, Block)> {
             let mut blocks: Vec<_> = runs.into_par_iter().with_max_len(1).flat_map_iter(trace).collect();

@@ -2,6 +2,7 @@
 
 use super::Plan;
 use super::explain::{Row, State};
+use crate::bound::GIVEN_UP;
 use std::fmt::Write;
 
 const WIDTH: usize = 100;
@@ -66,6 +67,10 @@ impl Plan {
             let text =
                 format!("from {} of {} pixels ({share:.1} %){refined}", grouped(est.pilot_pixels), grouped(est.pixels));
             line(table, "", &text);
+            if est.unproved_pixels > 0 {
+                let pixels = grouped(est.unproved_pixels);
+                line(table, "proof", &format!("given up in about {pixels} pixels: {GIVEN_UP}"));
+            }
         }
         line(table, "explained in", &format!("{:.1} ms", self.explain_ms));
         for warning in &self.warnings {

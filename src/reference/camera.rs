@@ -73,7 +73,7 @@ impl Camera {
 
     /// Equidistant projection of a point of the unit disc.
     fn equidistant(&self, fisheye: &FisheyeCamera, px: f64, py: f64) -> Option<DVec3> {
-        let r = px.hypot(py);
+        let r = math::hypot(px, py);
         if r > 1.0 {
             return None;
         }

@@ -94,7 +94,7 @@ impl Shape for Mesh {
             let (la, lb, lc) = (a.length(), b.length(), c.length());
             let volume = a.dot(b.cross(c));
             let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-            let size = volume.hypot(denominator);
+            let size = math::hypot(volume, denominator);
             if size == 0.0 { 0.0 } else { 2.0 * math::acos((denominator / size).clamp(-1.0, 1.0)).copysign(volume) }
         };
         self.faces.iter().map(solid_angle).sum::<f64>() > 2.0 * PI

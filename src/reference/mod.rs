@@ -119,7 +119,7 @@ impl Reference {
     pub fn radiance_at(&self, x: f64, y: f64) -> [f64; 3] {
         let radiance = match self.camera.primary_ray(x, y) {
             Some(ray) => whitted::primary_radiance(self, ray),
-            None => self.background,
+            None => Rgb::ZERO,
         };
         radiance.to_array()
     }

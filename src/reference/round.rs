@@ -3,6 +3,7 @@
 use super::flat::{Disc, Plane};
 use super::ray::{Ball, Crossing, Ray};
 use super::shape::Shape;
+use crate::math;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -71,7 +72,7 @@ impl Frustum {
             base_radius,
             slope: (top_radius - base_radius) / height,
             caps,
-            ball: Ball { center: base.midpoint(top), radius: (height / 2.0).hypot(base_radius.max(top_radius)) },
+            ball: Ball { center: base.midpoint(top), radius: math::hypot(height / 2.0, base_radius.max(top_radius)) },
             capped,
         }
     }

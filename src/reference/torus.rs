@@ -2,6 +2,7 @@
 
 use super::ray::{Ball, Crossing, Ray};
 use super::shape::Shape;
+use crate::math;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -19,7 +20,7 @@ impl Torus {
     /// Signed distance from the surface, of a point relative to the centre.
     fn distance(&self, p: DVec3) -> f64 {
         let z = p.dot(self.axis);
-        ((p - self.axis * z).length() - self.major).hypot(z) - self.minor
+        math::hypot((p - self.axis * z).length() - self.major, z) - self.minor
     }
 }
 

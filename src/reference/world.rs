@@ -115,7 +115,7 @@ impl World {
         search.descend(&self.nodes, ray, &DMat3::IDENTITY);
     }
 
-    /// The transmitting bodies that contain the ray's origin, in the order of the description.
+    /// The bodies that contain the ray's origin and transmit or absorb light, in the order of the description.
     pub(super) fn containers(&self, ray: &Ray) -> Vec<Container> {
         let mut found = Vec::new();
         collect_containers(&self.nodes, ray, 1.0, &mut Path::new(), &mut found);
@@ -191,7 +191,8 @@ fn collect_containers(nodes: &[Node], ray: &Ray, scale: f64, path: &mut Path, fo
                 collect_containers(nodes, &ray.transformed(&to_world.inverse()), scale, path, found);
             }
             Content::Body(body) => {
-                let inner_ior = body.inner_ior().filter(|_| body.transmits() && body.shape.contains(ray.origin));
+                let matters = body.transmits() || body.inner_absorption().max_element() > 0.0;
+                let inner_ior = body.inner_ior().filter(|_| matters && body.shape.contains(ray.origin));
                 if let Some(inner_ior) = inner_ior {
                     let volume = body.shape.volume().unwrap_or(f64::INFINITY) * scale;
                     let absorption = body.inner_absorption();

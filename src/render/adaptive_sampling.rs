@@ -6,11 +6,12 @@
 //! another, so any crop is that of the whole picture.
 
 use super::packets::{KernelFormat, TraceJob, Traced, show};
+use super::picture::PixelCost;
 use crate::bound::BoundedPixel;
 use crate::trace::pixel::Samples;
 
 use super::student_t::student_t;
-use crate::film::srgb::Codes8;
+use crate::film::Display;
 use crate::math::linear_to_srgb;
 use crate::scene::description::Statistical;
 use fearless_simd::Level;
@@ -29,7 +30,7 @@ const MOST: u32 = 1_024;
 pub struct Reached {
     /// Pixels that were asked for.
     pub pixels: u64,
-    /// Those whose interval is as narrow as asked for.
+    /// Those that reached their target.
     pub sure: u64,
     /// Samples of all.
     pub samples: u64,
@@ -76,16 +77,18 @@ impl Pixel {
     }
 
     /// Whether the interval mean -+ t s/sqrt(n) is at most `codes` wide in each channel.
-    fn is_sure(&mut self, t: f64, codes: f64) -> bool {
+    fn is_sure(&mut self, display: &Display, t: f64, codes: f64) -> bool {
         let n = f64::from(self.batches);
         let code = |linear: f64| 255.0 * linear_to_srgb(linear.clamp(0.0, 1.0));
-        self.width = 0.0;
-        for c in 0..3 {
-            let off = t * (self.squares[c] / ((n - 1.0) * n)).sqrt();
-            if off > 0.0 {
-                self.width = self.width.max(code(self.mean[c] + off) - code(self.mean[c] - off));
-            }
-        }
+        let off = self.squares.map(|squares| t * (squares / ((n - 1.0) * n)).sqrt());
+        let [low, high] = [-1.0, 1.0].map(|sign| std::array::from_fn(|c| self.mean[c] + sign * off[c]));
+        let widths: [f64; 3] = if display.is_plain() {
+            std::array::from_fn(|c| code(high[c]) - code(low[c]))
+        } else {
+            let ends = display.ends(low.map(|c| c as f32), high.map(|c| c as f32));
+            ends.map(|[low, high]| code(f64::from(high)) - code(f64::from(low)))
+        };
+        self.width = widths.into_iter().fold(0.0, f64::max);
         self.width <= codes
     }
 }
@@ -101,17 +104,22 @@ pub(super) fn trace<R: KernelFormat>(
     let job = TraceJob { low: true, ..job.clone() };
     let mut pixels = vec![Pixel::default(); at.len()];
     let mut open: Vec<usize> = (0..at.len()).collect();
+    let none = |at: &[u32; 2]| PixelCost { at: *at, samples: 0, rays: 0, nanoseconds: 0, deepest: 0 };
+    let mut costs: Vec<PixelCost> = at.iter().filter(|_| job.measured).map(none).collect();
     let (mut batch, mut until) = (0, FIRST);
     for look in 1.. {
         let asked: Vec<[u32; 2]> = open.iter().map(|index| at[*index]).collect();
         while batch < until {
             batch += 1;
             let mut part = Traced::default();
-            R::trace(level, &job, &asked, Samples { count: BATCH, batch }, &mut part);
+            R::trace(level, &job, &asked, Samples::of_set(batch, BATCH), &mut part);
             if job.control.stops() {
                 return;
             }
             out.rays = out.rays + part.rays;
+            for (index, cost) in open.iter().zip(&part.costs) {
+                costs[*index] = costs[*index].and(cost);
+            }
             let mut bounded = part.bounded.iter().peekable();
             for (index, low) in open.iter().zip(part.pixels) {
                 let high = bounded.next_if(|bounded| bounded.at == at[*index]).map_or(low, |bounded| bounded.highest);
@@ -121,7 +129,7 @@ pub(super) fn trace<R: KernelFormat>(
         let doubt = (1.0 - target.confidence) / f64::from(look * (look + 1));
         let t = student_t(batch - 1, doubt);
         let asked = open.len();
-        open.retain(|index| !pixels[*index].is_sure(t, 2.0 * target.half_width));
+        open.retain(|index| !pixels[*index].is_sure(&job.world.display, t, 2.0 * target.half_width));
         let sure = asked - open.len();
         out.reached = out.reached + Reached { pixels: sure as u64, sure: sure as u64, ..Reached::default() };
         if open.is_empty() || batch == MOST {
@@ -129,6 +137,7 @@ pub(super) fn trace<R: KernelFormat>(
         }
         until = (batch * 3 / 2).min(MOST);
     }
+    out.costs.append(&mut costs);
     out.reached.pixels += open.len() as u64;
     let mut bounded = Vec::new();
     for (&at, pixel) in at.iter().zip(&pixels) {
@@ -143,7 +152,7 @@ pub(super) fn trace<R: KernelFormat>(
             continue;
         }
         let ends = std::array::from_fn(|c| [mean[c].next_down().max(0.0), highest[c].next_up()]);
-        let (shown, highest) = show(Codes8::get(), mean, ends, job.pruning);
+        let (shown, highest) = show(&job.world.display, mean.map(f64::from), ends, job.pruning);
         out.pixels.push(shown);
         bounded.push(BoundedPixel { at, highest });
     }

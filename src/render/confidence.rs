@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct Sampling {
     /// Histogram of the widths of the pixels' intervals.
     pub widths: Histogram,
-    /// The progress of the pixels in the statistical mode.
+    /// How many samples the pixels got, where each gets as many as it asks for.
     pub reached: Reached,
 }
 

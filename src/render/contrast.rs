@@ -1,17 +1,17 @@
 //! The contrast between neighbouring pixels, which decides what antialiasing refines.
 
-use crate::film::Region;
 use crate::film::srgb::Codes8;
+use crate::film::{Display, Region};
 use rayon::prelude::*;
 
 /// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
 pub(crate) const CONTRAST: u8 = 8;
 
 /// The 8-bit codes of pixels.
-pub(super) fn codes_of(pixels: &[[f32; 3]]) -> Vec<[u8; 3]> {
+pub(super) fn codes_of(display: &Display, pixels: &[[f32; 3]]) -> Vec<[u8; 3]> {
     let mut codes = vec![[0; 3]; pixels.len()];
     pixels.par_chunks(1 << 12).zip(codes.par_chunks_mut(1 << 12)).for_each(|(pixels, codes)| {
-        Codes8::get().codes(pixels.as_flattened(), codes.as_flattened_mut());
+        Codes8::get().codes(display.all(pixels).as_flattened(), codes.as_flattened_mut());
     });
     codes
 }

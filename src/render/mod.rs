@@ -1,9 +1,16 @@
 //! Rendering a picture: tiles on the current rayon pool, antialiasing, progressive and adaptive modes, cancellation.
 
 mod adaptive_sampling;
+mod alpha;
 mod confidence;
 mod contrast;
+mod doubling;
+mod first_hits;
+mod held_out;
+mod interpolation;
 mod kernels;
+mod ladder;
+mod layers;
 mod options;
 mod packets;
 mod partial_picture;
@@ -11,6 +18,8 @@ mod picture;
 mod probe;
 mod progressive;
 mod renderer;
+mod sample_sums;
+mod sparse;
 mod student_t;
 mod thread_time;
 mod tiles;
@@ -27,10 +36,14 @@ use renderer::Renderer;
 pub use adaptive_sampling::Reached;
 pub use confidence::{Histogram, Sampling};
 pub(crate) use contrast::{CONTRAST, code_in, is_uneven};
+pub(crate) use doubling::border_share;
+pub use doubling::sampling_bytes;
+pub use layers::{LayerKind, Layers, render_layers};
 pub use options::RenderOptions;
 pub use picture::{Picture, PixelCost, Refined};
 pub(crate) use probe::{PacketCost, Probe};
-pub use progressive::{Progress, Stop, render_until};
+pub use progressive::{Progress, Stop, Watcher, render_until, render_watched};
+pub(crate) use sample_sums::trace_pixel_samples;
 pub(crate) use tiles::BLOCK;
 
 use crate::control::Stopwatch;
@@ -39,7 +52,7 @@ pub use crate::trace::counts::RayCounts;
 
 /// Part of the names under which pictures are cached. Raise it with every change that may change a pixel of any picture;
 /// golden pictures notice such changes.
-pub const RENDER_EPOCH: u32 = 5;
+pub const RENDER_EPOCH: u32 = 14;
 
 /// Renders a region of the scene's picture, which must fit ([`Region::fits`]).
 pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Picture, Cancelled> {
@@ -53,30 +66,45 @@ pub fn render_with(
     control: &Control,
     options: RenderOptions,
 ) -> Result<Picture, Cancelled> {
-    render_seen(scene, &Window::whole(scene.width, scene.height), region, control, options)
+    render_window_with(scene, &Window::whole(scene.width, scene.height), region, control, options)
 }
 
 /// Renders a region of a window of the scene's picture, in the window's pixels; it must fit the window. The result is that
 /// crop of the whole window's picture, byte for byte.
 pub fn render_window(scene: &Scene, window: &Window, region: Region, control: &Control) -> Result<Picture, Cancelled> {
-    render_seen(scene, window, region, control, RenderOptions::default())
+    render_window_with(scene, window, region, control, RenderOptions::default())
 }
 
-/// Renders a region of the scene's picture, which must fit, and measures each pixel alone. The pixels are those of
-/// [`render`], but take many times as long.
-pub fn render_one_by_one(scene: &Scene, region: Region, control: &Control) -> Result<Picture, Cancelled> {
+fn render_window_with(
+    scene: &Scene,
+    window: &Window,
+    region: Region,
+    control: &Control,
+    options: RenderOptions,
+) -> Result<Picture, Cancelled> {
+    let start = Stopwatch::start();
+    let (alpha, rays) = alpha::alpha(scene, window, region, control, options)?;
+    let picture = render_seen(scene, window, region, control, options)?;
+    Ok(Picture { trace_ms: start.milliseconds(), ..picture.with_alpha(alpha, rays) })
+}
+
+/// Renders the pixel in the middle of each block of `step` x `step` pixels, exactly as the whole picture has it, and lists the
+/// rays of each, and its time if `timed`. They are the picture's own pixels, without alpha.
+pub fn render_measured(scene: &Scene, step: u32, timed: bool, control: &Control) -> Result<Picture, Cancelled> {
     fn of<R: KernelFormat>(
         scene: &Scene,
         world: &World<R>,
-        region: Region,
+        step: u32,
+        timed: bool,
         control: &Control,
     ) -> Result<Picture, Cancelled> {
-        Renderer::new(scene, world, control, RenderOptions::default()).one_by_one().picture(region)
+        let renderer = Renderer::new(scene, world, control, RenderOptions::default()).measured(timed);
+        if step == 1 { renderer.picture(Region::whole(scene.width, scene.height)) } else { renderer.sparse(step) }
     }
     let start = Stopwatch::start();
     let picture = match &scene.world {
-        Precise::Single(world) => of(scene, world, region, control)?,
-        Precise::Double(world) => of(scene, world, region, control)?,
+        Precise::Single(world) => of(scene, world, step, timed, control)?,
+        Precise::Double(world) => of(scene, world, step, timed, control)?,
     };
     Ok(Picture { trace_ms: start.milliseconds(), ..picture })
 }
@@ -98,6 +126,14 @@ fn render_seen(
 
 /// Samples of one pixel of the scene's picture: `samples`, or more where antialiasing refines it.
 pub fn samples_of(scene: &Scene, x: u32, y: u32, control: &Control) -> u32 {
+    if scene.adaptive {
+        let doubled = match &scene.world {
+            Precise::Single(world) => Renderer::new(scene, world, control, RenderOptions::default()).samples_of([x, y]),
+            Precise::Double(world) => Renderer::new(scene, world, control, RenderOptions::default()).samples_of([x, y]),
+        };
+        // Once cancelled, any number does.
+        return doubled.unwrap_or(1);
+    }
     if !scene.refines() {
         return scene.samples;
     }

@@ -1,21 +1,23 @@
-//! Packets of pixels: tracing them with a kernel, and collecting their results.
+//! Tracing pixels with a kernel, and collecting their results.
 
 use super::adaptive_sampling::Reached;
 use super::picture::PixelCost;
 use super::probe::PacketCost;
+use super::sample_sums::{PIXELS, PixelMean, PixelSums, SampleSums, trace_samples};
 use super::thread_time::ThreadTime;
-use crate::bound::interval::{interval, raise};
+use crate::bound::interval::raise;
 use crate::bound::{BoundedPixel, BoundedPixels};
 use crate::camera::Camera;
 use crate::control::Control;
+use crate::film::Display;
 use crate::film::srgb::Codes8;
-use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::lanes::{Lanes, Real, lanes_of};
 use crate::scene::world::{Pruning, World};
 use crate::shading::media::Medium;
-use crate::trace::counts::RayCounts;
+use crate::trace::counts::{LaneCounts, RayCounts};
 use crate::trace::hits::Hits;
 use crate::trace::kernel::Tracer;
-use crate::trace::pixel::{Samples, add_samples, is_of_second_half};
+use crate::trace::pixel::Samples;
 use crate::trace::variants::{KernelVariant, Variant};
 use fearless_simd::Level;
 
@@ -38,8 +40,12 @@ pub(crate) struct TraceJob<'a, R> {
     pub(super) pruning: Pruning,
     /// Whether pixels show the lower end of their interval.
     pub(super) low: bool,
+    /// Whether the sums of pixels are wanted, not what is shown of them.
+    pub(super) sums: bool,
     /// Whether the cost of each packet is recorded.
     pub(super) watched: bool,
+    /// Whether that of each pixel is: its rays, and with the packets' costs its part of their time.
+    pub(super) measured: bool,
 }
 
 /// The results of some pixels.
@@ -47,12 +53,14 @@ pub(crate) struct TraceJob<'a, R> {
 pub(crate) struct Traced {
     /// In the order asked for.
     pub(crate) pixels: Vec<[f32; 3]>,
+    /// The sums of their samples instead, if asked for.
+    pub(super) sums: Vec<PixelSums>,
     /// Those that may miss light, in the same order if they were traced by one call.
     pub(super) bounded: BoundedPixels,
     /// The interval of each pixel with several samples, in 8-bit codes from its lower to its upper end. In the same order.
     pub(super) widths: Vec<u8>,
     pub(crate) rays: RayCounts,
-    /// The progress of the pixels in the statistical mode.
+    /// How many samples the pixels got, where each gets as many as it asks for.
     pub(super) reached: Reached,
     /// The cost of each pixel, if asked for.
     pub(super) costs: Vec<PixelCost>,
@@ -65,19 +73,23 @@ impl Traced {
     pub(super) fn joined(parts: Vec<Self>) -> Self {
         let mut all = Self::default();
         all.pixels.reserve(parts.iter().map(|part| part.pixels.len()).sum());
-        for part in parts {
-            all.pixels.extend(part.pixels);
-            all.bounded.append(part.bounded);
-            all.widths.extend(part.widths);
-            all.costs.extend(part.costs);
-            all.rays = all.rays + part.rays;
-            all.reached = all.reached + part.reached;
-        }
+        parts.into_iter().for_each(|part| all.append(part));
         all
+    }
+
+    /// Adds those of others.
+    pub(super) fn append(&mut self, part: Self) {
+        self.pixels.extend(part.pixels);
+        self.sums.extend(part.sums);
+        self.bounded.append(part.bounded);
+        self.widths.extend(part.widths);
+        self.costs.extend(part.costs);
+        self.rays = self.rays + part.rays;
+        self.reached = self.reached + part.reached;
     }
 }
 
-/// Traces the pixels at `at`, a packet at a time.
+/// Traces the pixels at `at`, a few at a time.
 #[inline(always)]
 pub(super) fn trace_with<L: Lanes, V: Variant>(
     s: L::Simd,
@@ -87,94 +99,117 @@ pub(super) fn trace_with<L: Lanes, V: Variant>(
     out: &mut Traced,
 ) {
     let mut tracer = Tracer::<L, (), V>::new(s, job.world, &job.camera, &job.eye, job.pruning, ());
+    tracer.lane_counts = job.measured.then(Box::default);
     let mut hits = Hits::none(s);
-    let mut all_bounded = Vec::new();
-    let of_second = (0..samples.count).filter(|sample| is_of_second_half(*sample)).count() as f32;
-    for packet in at.chunks(L::COUNT) {
+    let mut bounded = Vec::new();
+    let mut sums = SampleSums::new(samples);
+    for pixels in at.chunks(PIXELS) {
         let started = job.watched.then(ThreadTime::start);
-        let active = ((1u64 << packet.len()) - 1) as u32;
-        let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-        let half = add_samples(&mut tracer, packet, active, samples, &mut hits, &mut sum);
-        let [red, green, blue] = lanes(sum);
-        let first = out.pixels.len();
-        out.pixels.extend((0..packet.len()).map(|lane| [red[lane], green[lane], blue[lane]].map(narrow)));
-        let bounded = tracer.incomplete() & active;
-        if bounded != 0 {
-            show_bounded(&tracer, job.low, packet, bounded, &sum, &mut out.pixels[first..], &mut all_bounded);
-        }
-        if samples.count > 1 && !job.low {
-            let halves = lanes(half);
-            out.widths.extend((0..packet.len()).map(|lane| {
-                let half = [halves[0][lane], halves[1][lane], halves[2][lane]].map(narrow);
-                width(out.pixels[first + lane], half, samples.count, of_second)
-            }));
-        }
-        if let Some(started) = started {
+        let mut counts = LaneCounts::default();
+        trace_samples(&mut tracer, pixels, &mut hits, &mut sums, &mut counts);
+        show_pixels(job, pixels, &sums, out, &mut bounded);
+        let nanoseconds = started.map(|started| started.nanoseconds());
+        if let Some(nanoseconds) = nanoseconds {
             let rays = std::mem::take(&mut tracer.counts);
             out.rays = out.rays + rays;
-            out.packets.push(PacketCost { rays, nanoseconds: started.nanoseconds() });
+            out.packets.push(PacketCost { rays, nanoseconds });
+        }
+        if job.measured {
+            out.costs.extend(costs(pixels, samples.count, &counts, nanoseconds.unwrap_or(0.0)));
         }
     }
-    out.bounded.add(all_bounded);
+    out.bounded.add(bounded);
     out.rays = out.rays + tracer.counts;
 }
 
-/// Decides what is shown of the pixels of a packet that may miss light, and lists their upper bounds.
+/// Decides what is shown of pixels, and lists the upper bounds of those that may miss light.
 #[inline(never)]
-fn show_bounded<L: Lanes, V: Variant>(
-    tracer: &Tracer<'_, L, (), V>,
-    low: bool,
-    packet: &[[u32; 2]],
-    lanes: u32,
-    sum: &V3<L>,
-    pixels: &mut [[f32; 3]],
+fn show_pixels<R: Real>(
+    job: &TraceJob<'_, R>,
+    pixels: &[[u32; 2]],
+    sums: &SampleSums,
+    out: &mut Traced,
     bounded: &mut Vec<BoundedPixel>,
 ) {
-    L::vectorize(
-        tracer.simd(),
-        #[inline(always)]
-        || {
-            let (codes, omitted, roundings) = (Codes8::get(), tracer.omitted(), tracer.roundings());
-            for lane in lanes_of(lanes) {
-                let sum = sum.lane(lane);
-                let ends = interval(sum, omitted.lane(lane), roundings.lane(lane));
-                let (shown, highest) = if low {
-                    (ends.map(|[low, _]| low), ends.map(|[_, high]| high))
-                } else {
-                    show(codes, sum, ends, tracer.pruning)
-                };
-                pixels[lane] = shown;
-                bounded.push(BoundedPixel { at: packet[lane], highest });
+    if job.sums {
+        out.sums.extend((0..pixels.len()).map(|pixel| sums.pixel(pixel)));
+        return;
+    }
+    let display = &job.world.display;
+    let first = out.pixels.len();
+    if let Some([red, green, blue]) = sums.single() {
+        let light = red.iter().zip(green).zip(blue).take(pixels.len());
+        out.pixels.extend(light.map(|((red, green), blue)| [*red as f32, *green as f32, *blue as f32]));
+    } else {
+        for pixel in 0..pixels.len() {
+            let mean = sums.mean(pixel);
+            let shown = mean.light.map(|channel| channel as f32);
+            out.pixels.push(shown);
+            if !job.low {
+                out.widths.push(width(display, shown, mean.halves));
             }
-        },
-    );
+        }
+    }
+    for pixel in lanes_of(sums.incomplete()) {
+        let (shown, highest) = show_bounded(job, &sums.mean(pixel));
+        out.pixels[first + pixel] = shown;
+        bounded.push(BoundedPixel { at: pixels[pixel], highest });
+    }
 }
 
-/// The numbers in each lane, channel by channel.
-#[inline(always)]
-fn lanes<L: Lanes>(v: V3<L>) -> [[L::Real; MAX_LANES]; 3] {
-    let mut channels = [[L::Real::default(); MAX_LANES]; 3];
-    for (channel, lanes) in channels.iter_mut().zip([v.x, v.y, v.z]) {
-        lanes.store(channel);
+/// Decides what is shown of a pixel, and lists its upper bound if it may miss light.
+pub(super) fn show_pixel<R: Real>(
+    job: &TraceJob<'_, R>,
+    at: [u32; 2],
+    mean: &PixelMean,
+    out: &mut Traced,
+    bounded: &mut Vec<BoundedPixel>,
+) {
+    if !mean.is_incomplete() {
+        return out.pixels.push(mean.light.map(|channel| channel as f32));
     }
-    channels
+    let (shown, highest) = show_bounded(job, mean);
+    out.pixels.push(shown);
+    bounded.push(BoundedPixel { at, highest });
+}
+
+/// What is shown of a pixel that may miss light, and its upper bound.
+fn show_bounded<R: Real>(job: &TraceJob<'_, R>, mean: &PixelMean) -> ([f32; 3], [f32; 3]) {
+    let ends = mean.ends();
+    if job.low {
+        (ends.map(|[low, _]| low), ends.map(|[_, high]| high))
+    } else {
+        show(&job.world.display, mean.light, ends, job.pruning)
+    }
+}
+
+/// The costs of pixels, which share their time by their rays.
+fn costs(pixels: &[[u32; 2]], samples: u32, counts: &LaneCounts, nanoseconds: f64) -> impl Iterator<Item = PixelCost> {
+    let all: u64 = counts.rays.iter().map(|rays| u64::from(*rays)).sum();
+    let each = nanoseconds / all.max(1) as f64;
+    pixels.iter().zip(counts.rays).zip(counts.deepest).map(move |((at, rays), deepest)| PixelCost {
+        at: *at,
+        samples,
+        rays: u64::from(rays),
+        nanoseconds: (f64::from(rays) * each) as u64,
+        deepest,
+    })
 }
 
 /// What is shown of a pixel with an interval, and its upper bound as seen from there.
 #[inline(always)]
-pub(super) fn show<R: Real>(
-    codes: &Codes8,
-    sum: [R; 3],
-    ends: [[f32; 2]; 3],
-    pruning: Pruning,
-) -> ([f32; 3], [f32; 3]) {
+pub(super) fn show(display: &Display, sum: [f64; 3], ends: [[f32; 2]; 3], pruning: Pruning) -> ([f32; 3], [f32; 3]) {
+    if !display.is_plain() {
+        return show_curved(display, sum.map(|channel| channel as f32), ends);
+    }
+    let codes = Codes8::get();
     let (mut shown, mut highest) = ([0.0; 3], [0.0; 3]);
     for c in 0..3 {
         let [low, high] = ends[c];
-        shown[c] = narrow(match pruning {
+        shown[c] = match pruning {
             Pruning::Weight(_) => sum[c],
             Pruning::Proved { max_codes } => sum[c] + raise(sum[c], ends[c], max_codes),
-        });
+        } as f32;
         // Codes that the lower end lies below, because of rounding, count as if they lay above.
         let [code, lower] = codes.code_and_lower(shown[c], low);
         let below = code - lower.min(code);
@@ -186,22 +221,27 @@ pub(super) fn show<R: Real>(
     (shown, highest)
 }
 
-/// The width in codes of the interval around a pixel in which more samples would likely put it, in its worst channel. With
-/// the means a and b of two halves of its samples, the error of the mean of all is likely |a - b|/2. `second` is the sum of
-/// the second half, which has `samples` of `count`.
-fn width(mean: [f32; 3], second: [f32; 3], count: u32, samples: f32) -> u8 {
-    let codes = Codes8::get();
-    let count = count as f32;
-    let channel = |c: usize| {
-        let first = (mean[c] - second[c]) * count / (count - samples);
-        let off = (0.5 * (first - second[c] * count / samples)).abs();
-        codes.code(mean[c] + off) - codes.code(mean[c] - off)
-    };
-    channel(0).max(channel(1)).max(channel(2))
+/// [`show`] where codes are not those of the light itself: the sum, and an upper bound that covers the lower end, too.
+#[inline(never)]
+fn show_curved(display: &Display, sum: [f32; 3], ends: [[f32; 2]; 3]) -> ([f32; 3], [f32; 3]) {
+    let (low, high) = (ends.map(|[low, _]| low), ends.map(|[_, high]| high));
+    let needed = display.codes_around(sum, low, high);
+    let mut highest = high;
+    // The lower end lies below the sum by rounding alone, so there is nearly always nothing to do.
+    for _ in 0..64 {
+        if display.codes_off(sum, highest).iter().zip(&needed).all(|(off, needed)| off >= needed) {
+            return (sum, highest);
+        }
+        highest = std::array::from_fn(|c| 2.0 * highest[c] - sum[c] + f32::MIN_POSITIVE);
+    }
+    (low, high)
 }
 
-/// A channel in the format of films.
-#[inline(always)]
-fn narrow<R: Real>(channel: R) -> f32 {
-    channel.to_f64() as f32
+/// The width in codes of the interval around a pixel in which more samples would likely put it, in its worst channel. With
+/// the means a and b of two halves of its samples, the error of the mean of all is likely |a - b|/2.
+fn width(display: &Display, mean: [f32; 3], [first, second]: [[f64; 3]; 2]) -> u8 {
+    let codes = Codes8::get();
+    let off: [f32; 3] = std::array::from_fn(|c| (0.5 * (first[c] - second[c])).abs() as f32);
+    let ends = display.ends(std::array::from_fn(|c| mean[c] - off[c]), std::array::from_fn(|c| mean[c] + off[c]));
+    ends.into_iter().map(|[low, high]| codes.code(high) - codes.code(low)).fold(0, u8::max)
 }

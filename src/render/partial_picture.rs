@@ -1,158 +1,231 @@
-//! A picture while it is rendered in stages.
+//! A picture while it is rendered in steps.
 
+use super::alpha::of_clear;
 use super::contrast::{CONTRAST, codes_of, contrasts};
+use super::held_out::{HeldOut, QUANTILES};
+use super::interpolation::interpolate;
+use super::ladder::{Chunk, Ladder};
 use super::packets::Traced;
 use crate::bound::BoundedPixel;
+use crate::film::{Display, Region};
 use crate::trace::counts::RayCounts;
-
-use crate::film::Region;
 use rayon::prelude::*;
 
-/// Distance of the traced pixels, across and down, in the first and the second stage.
-pub(super) const STRIDES: [u32; 2] = [32, 8];
+/// Distance of the pixels that are traced first, across and down.
+pub(super) const COARSEST: u32 = 32;
 /// Likely width of the interval around the sample of a pixel on an edge, as a share of the contrast there: twice the standard
 /// deviation of the part that an edge covers, which may lie anywhere in the pixel.
 const EDGE: f64 = 0.58;
 
-/// Rows that a thread fills at a time.
-const STRIP: u32 = 16;
-
-/// The pixels so far.
+/// The pixels so far, row by row.
 pub(super) struct PartialPicture {
     pub(super) region: Region,
-    pub(super) shown: Vec<[f32; 3]>,
-    /// Upper bound of each pixel.
-    pub(super) highest: Vec<[f32; 3]>,
-    /// Samples of each pixel so far.
-    pub(super) samples: Vec<u32>,
+    /// How light becomes colours.
+    display: Display,
+    shown: Vec<[f32; 3]>,
+    /// What each pixel sees of a white background; empty where the background is opaque.
+    clear: Vec<[f32; 3]>,
+    /// Upper bound of each traced pixel.
+    highest: Vec<[f32; 3]>,
+    /// The level of each pixel on the ladder.
+    pub(super) levels: Vec<u8>,
+    /// Whether rays that were omitted at first could bring a pixel more than a code.
+    lacks: Vec<bool>,
+    /// Codes of the pixels, before antialiasing.
+    codes: Vec<[u8; 3]>,
+    /// Contrast of each pixel to its neighbours, before antialiasing.
+    pub(super) contrasts: Vec<u8>,
     /// Interval of each pixel in codes, if it has several samples.
     widths: Vec<u8>,
+    /// Whether the pixels that were not traced have been interpolated.
+    was_updated: bool,
+    /// How wrong pixels were before they were traced, and with one sample.
+    held_out: [HeldOut; 2],
     pub(super) rays: RayCounts,
+    /// Those of antialiasing.
+    pub(super) refining: RayCounts,
+}
+
+/// A traced chunk, which may end early.
+#[derive(Default)]
+pub(super) struct Painted {
+    pub(super) traced: Traced,
+    /// What it sees of a white background, if the background is transparent.
+    pub(super) clear: Traced,
 }
 
 impl PartialPicture {
-    pub(super) fn new(region: Region) -> Self {
+    pub(super) fn new(region: Region, display: Display, is_transparent: bool) -> Self {
         let count = region.pixels() as usize;
         Self {
             region,
+            display,
             shown: vec![[0.0; 3]; count],
+            clear: vec![[0.0; 3]; if is_transparent { count } else { 0 }],
             highest: vec![[0.0; 3]; count],
-            samples: vec![0; count],
+            levels: vec![0; count],
+            lacks: vec![false; count],
+            codes: vec![[0; 3]; count],
+            contrasts: vec![0; count],
             widths: vec![0; count],
+            was_updated: false,
+            held_out: [HeldOut::default(), HeldOut::default()],
             rays: RayCounts::default(),
+            refining: RayCounts::default(),
         }
     }
 
-    /// Samples that the picture is made of.
-    pub(super) fn traced_samples(&self) -> u64 {
-        self.samples.iter().map(|samples| u64::from(*samples)).sum()
+    /// Pixels whose level is so.
+    pub(super) fn count(&self, is_wanted: impl Fn(u8) -> bool) -> u64 {
+        self.levels.iter().filter(|level| is_wanted(**level)).count() as u64
     }
 
-    /// Pixels that were traced themselves.
-    pub(super) fn traced_pixels(&self) -> u64 {
-        self.samples.iter().filter(|samples| **samples > 0).count() as u64
+    /// Whether a pixel is one of those at a distance from each other, across and down.
+    pub(super) fn is_on_grid(&self, [x, y]: [u32; 2], distance: u32) -> bool {
+        (x - self.region.x).is_multiple_of(distance) && (y - self.region.y).is_multiple_of(distance)
     }
 
-    pub(super) fn paint(&mut self, at: &[[u32; 2]], samples: u32, traced: &Traced) {
-        self.rays = self.rays + traced.rays;
-        for (&at, pixel) in at.iter().zip(&traced.pixels) {
+    /// Codes that omitted rays could add to a traced pixel.
+    pub(super) fn lacking(&self, index: usize) -> u8 {
+        let (shown, highest) = (self.shown[index], self.highest[index]);
+        if highest == shown { 0 } else { self.display.codes_off(shown, highest).into_iter().fold(0, u8::max) }
+    }
+
+    /// Whether that pixel next to one, or it itself, lacks light with few rays that is traced before all others there.
+    pub(super) fn neighbour_lacks(&self, index: usize) -> bool {
+        let width = self.region.width as usize;
+        let (column, row) = (index % width, index / width);
+        self.lacks[(row & !1) * width + (column & !1)]
+    }
+
+    /// Takes up the pixels of a chunk, of which those at the end may not have been traced.
+    pub(super) fn paint(&mut self, chunk: &Chunk<'_>, ladder: &Ladder, Painted { traced, clear }: &Painted) {
+        let rays = traced.rays + clear.rays;
+        self.rays = self.rays + rays;
+        let (level, refines) = (chunk.level, ladder.refines(chunk.level));
+        if refines {
+            self.refining = self.refining + rays;
+        }
+        for (&at, pixel) in chunk.pixels.iter().zip(&traced.pixels) {
             let index = self.region.index(at);
-            (self.shown[index], self.highest[index], self.samples[index]) = (*pixel, *pixel, samples);
+            let samples = ladder.samples(self.levels[index]);
+            if let Some(held_out) = self.held_out.get_mut(samples as usize).filter(|_| self.was_updated) {
+                let change = differ(self.codes[index], self.display.codes(*pixel));
+                held_out.add(self.contrasts[index], change);
+            }
+            (self.shown[index], self.highest[index], self.levels[index]) = (*pixel, *pixel, level);
         }
-        for (&at, width) in at.iter().zip(&traced.widths) {
+        for (&at, clear) in chunk.pixels.iter().zip(&clear.pixels) {
+            self.clear[self.region.index(at)] = *clear;
+        }
+        for (&at, width) in chunk.pixels.iter().zip(&traced.widths) {
             self.widths[self.region.index(at)] = *width;
         }
         for bounded in traced.bounded.iter() {
             self.highest[self.region.index(bounded.at)] = bounded.highest;
         }
-    }
-
-    /// Whether a pixel is the first of a square of `stride` pixels across and down.
-    pub(super) fn is_first(&self, [x, y]: [u32; 2], stride: u32) -> bool {
-        (x - self.region.x).is_multiple_of(stride) && (y - self.region.y).is_multiple_of(stride)
-    }
-
-    /// The first pixel of the square around a pixel.
-    fn first(&self, [x, y]: [u32; 2], stride: u32) -> usize {
-        let square = |at: u32, from: u32| from + (at - from) / stride * stride;
-        self.region.index([square(x, self.region.x), square(y, self.region.y)])
-    }
-
-    /// The index of the finest stride whose square around a pixel has been traced.
-    fn level(&self, at: [u32; 2]) -> usize {
-        usize::from(self.samples[self.first(at, STRIDES[1])] > 0)
-    }
-
-    /// The picture so far. Pixels that were not traced look like the first one of their square, and have no upper bound.
-    /// `tells` says whether intervals can be estimated.
-    pub(super) fn filled(self, tells: bool) -> Traced {
-        let of = |at: [u32; 2]| {
+        for &at in chunk.pixels.iter().take(if level <= 2 { traced.pixels.len() } else { 0 }) {
             let index = self.region.index(at);
-            if self.samples[index] > 0 {
-                return (self.shown[index], self.highest[index]);
-            }
-            (self.shown[self.first(at, STRIDES[self.level(at)])], [f32::INFINITY; 3])
-        };
-        let strips: Vec<Region> = self.strips().collect();
-        let fill = |strip: &Region| {
-            let (mut pixels, mut bounded) = (Vec::with_capacity(strip.pixels() as usize), Vec::new());
-            for at in strip.iter() {
-                let (shown, highest) = of(at);
-                pixels.push(shown);
-                if highest != shown {
-                    bounded.push(BoundedPixel { at, highest });
-                }
-            }
-            (pixels, bounded)
-        };
-        let parts: Vec<(Vec<[f32; 3]>, Vec<BoundedPixel>)> = strips.par_iter().map(fill).collect();
-        let mut filled = Traced { rays: self.rays, ..Traced::default() };
-        filled.pixels.reserve(self.shown.len());
-        for (pixels, bounded) in parts {
-            filled.pixels.extend(pixels);
-            filled.bounded.add(bounded);
+            self.lacks[index] |= level == 2 || self.lacking(index) > 1;
         }
-        if tells {
-            filled.widths = self.all_widths(&filled.pixels);
-        }
+    }
+
+    /// Brings what is known of all pixels up to date: those that were not traced, and contrasts.
+    pub(super) fn update(&mut self, ladder: &Ladder) {
+        let levels = &self.levels;
+        interpolate(&mut self.shown, self.region, COARSEST, |index| levels[index] > 0);
+        let codes = codes_of(&self.display, &self.shown);
+        self.codes
+            .par_iter_mut()
+            .zip(codes)
+            .zip(levels)
+            .filter(|(_, level)| !ladder.refines(**level))
+            .for_each(|((code, new), _)| *code = new);
+        self.contrasts = contrasts(&self.codes, self.region.width);
+        self.was_updated = true;
+    }
+
+    /// The pixels so far, interpolated where they were not traced. It changes nothing, so watchers do not change a picture.
+    pub(super) fn so_far(&self) -> Vec<[f32; 3]> {
+        self.interpolated(&self.shown)
+    }
+
+    /// The alpha of the pixels so far, interpolated where they were not traced; empty where the background is opaque.
+    pub(super) fn alpha(&self) -> Vec<f32> {
+        if self.clear.is_empty() { Vec::new() } else { of_clear(&self.interpolated(&self.clear)) }
+    }
+
+    fn interpolated(&self, pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let mut pixels = pixels.to_vec();
+        interpolate(&mut pixels, self.region, COARSEST, |index| self.levels[index] > 0);
+        pixels
+    }
+
+    /// The picture so far, once it is up to date. Pixels that were not traced have no upper bound. `tells` says whether intervals
+    /// can be estimated.
+    pub(super) fn filled(self, ladder: &Ladder, tells: bool) -> Traced {
+        let widths = if tells { self.all_widths(ladder) } else { Vec::new() };
+        let Self { region, shown, highest, levels, rays, .. } = self;
+        let rows = shown.par_chunks(region.width as usize).zip(region.y..region.y + region.height);
+        let of_row = |(row, y): (&[[f32; 3]], u32)| -> Vec<BoundedPixel> {
+            let of_pixel = |(shown, x): (&[f32; 3], u32)| {
+                let index = region.index([x, y]);
+                let highest = if levels[index] == 0 { [f32::INFINITY; 3] } else { highest[index] };
+                (highest != *shown).then_some(BoundedPixel { at: [x, y], highest })
+            };
+            row.iter().zip(region.x..).filter_map(of_pixel).collect()
+        };
+        let parts: Vec<Vec<BoundedPixel>> = rows.map(of_row).collect();
+        let mut filled = Traced { rays, widths, ..Traced::default() };
+        parts.into_iter().for_each(|part| filled.bounded.add(part));
+        filled.pixels = shown;
         filled
     }
 
-    /// The region in strips, for threads.
-    fn strips(&self) -> impl Iterator<Item = Region> + use<> {
-        let region = self.region;
-        let rows = (region.y..region.y + region.height).step_by(STRIP as usize);
-        rows.map(move |y| Region { y, height: STRIP.min(region.y + region.height - y), ..region })
-    }
-
-    /// The interval of each pixel in codes: by its samples; with one sample by its neighbours; without a sample by the
-    /// difference of its square from the squares around it.
-    fn all_widths(&self, shown: &[[f32; 3]]) -> Vec<u8> {
-        let of_pixels = contrasts(&codes_of(shown), self.region.width);
-        let of_squares = STRIDES.map(|stride| self.contrasts_of_squares(shown, stride));
-        let each = |at: [u32; 2]| {
-            let index = self.region.index(at);
-            match self.samples[index] {
-                0 => of_squares[self.level(at)](at).saturating_mul(2),
-                1 if of_pixels[index] < CONTRAST => of_pixels[index],
-                1 => (f64::from(of_pixels[index]) * EDGE) as u8,
-                _ => self.widths[index],
+    /// The interval of each pixel in codes: by its samples; with one or none by those that were held out, or by its neighbours.
+    fn all_widths(&self, ladder: &Ladder) -> Vec<u8> {
+        let likely: Vec<[Option<[u8; QUANTILES]>; 2]> = (0..=u8::MAX)
+            .map(|contrast| [0, 1].map(|samples: usize| self.held_out[samples].changes(contrast)))
+            .collect();
+        // Nothing was held out in the first coarse pictures.
+        let first = self.contrast_of_first();
+        let is_covered = ladder.is_antialiased() && self.levels.iter().all(|level| *level > 0);
+        let each = |(index, contrast): (usize, &u8)| {
+            let samples = ladder.samples(self.levels[index]) as usize;
+            if samples > 1 {
+                return self.widths[index];
+            }
+            // Antialiasing refines no such pixel, so none was held out.
+            if is_covered && *contrast < CONTRAST {
+                return *contrast;
+            }
+            // Pixels near each other take quantiles far from each other.
+            let quantile = (index as u32).wrapping_mul(0x9e37_79b9) >> (u32::BITS - QUANTILES.ilog2());
+            match (likely[usize::from(*contrast)][samples], samples) {
+                (Some(changes), _) => changes[quantile as usize].saturating_mul(2),
+                (None, 0) => first.saturating_mul(2),
+                (None, _) if *contrast < CONTRAST => *contrast,
+                (None, _) => (f64::from(*contrast) * EDGE) as u8,
             }
         };
-        let strips: Vec<Region> = self.strips().collect();
-        strips.par_iter().flat_map_iter(|strip| strip.iter().map(each)).collect()
+        self.contrasts.par_iter().enumerate().with_min_len(1 << 12).map(each).collect()
     }
 
-    /// How much the square around a pixel differs from its neighbours.
-    fn contrasts_of_squares(&self, shown: &[[f32; 3]], stride: u32) -> impl Fn([u32; 2]) -> u8 + Sync + use<> {
+    /// How much neighbours among the first pixels differ: the difference that one in 20 exceeds.
+    fn contrast_of_first(&self) -> u8 {
         let Region { x, y, width, height } = self.region;
-        let squares = Region { x: 0, y: 0, width: width.div_ceil(stride), height: height.div_ceil(stride) };
-        let of_square = |[column, row]: [u32; 2]| shown[self.first([x + column * stride, y + row * stride], stride)];
-        let mut contrasts = contrasts(&codes_of(&squares.iter().map(of_square).collect::<Vec<_>>()), squares.width);
-        if squares.pixels() == 1 {
-            // Nothing to compare it with.
-            contrasts = vec![u8::MAX];
-        }
-        move |at: [u32; 2]| contrasts[squares.index([(at[0] - x) / stride, (at[1] - y) / stride])]
+        let first = Region { x: 0, y: 0, width: width.div_ceil(COARSEST), height: height.div_ceil(COARSEST) };
+        let of_first =
+            |[column, row]: [u32; 2]| self.shown[self.region.index([x + column * COARSEST, y + row * COARSEST])];
+        let mut contrasts =
+            contrasts(&codes_of(&self.display, &first.iter().map(of_first).collect::<Vec<_>>()), first.width);
+        contrasts.sort_unstable();
+        // Nothing to compare a single one with.
+        if first.pixels() == 1 { u8::MAX } else { contrasts[contrasts.len() * 19 / 20] }
     }
+}
+
+/// The difference of two colors in codes, in the worst channel.
+fn differ(a: [u8; 3], b: [u8; 3]) -> u8 {
+    a.iter().zip(b).map(|(a, b)| a.abs_diff(b)).fold(0, u8::max)
 }

@@ -22,7 +22,7 @@ pub struct Picture {
     pub rays: RayCounts,
     /// What antialiasing added.
     pub refined: Refined,
-    /// The cost of each pixel, in no particular order, from [`render_one_by_one`](super::render_one_by_one). A refined pixel
+    /// The cost of each pixel, in no particular order, from [`render_measured`](super::render_measured). A refined pixel
     /// comes twice.
     pub costs: Vec<PixelCost>,
     /// The progress of a picture that was stopped.
@@ -37,6 +37,13 @@ impl Picture {
     /// The proof about it.
     pub fn proof(&self) -> Proof {
         Proof::of(&self.film, &self.bounded)
+    }
+
+    /// The same with an alpha channel, which took some rays.
+    pub(super) fn with_alpha(mut self, alpha: Vec<f32>, rays: RayCounts) -> Self {
+        self.film.alpha = alpha;
+        self.rays = self.rays + rays;
+        self
     }
 
     /// The upper bound of each pixel for recursion without end, row by row.
@@ -63,10 +70,25 @@ pub struct Refined {
 pub struct PixelCost {
     /// Its column and row in the whole picture.
     pub at: [u32; 2],
+    /// Its samples.
+    pub samples: u32,
     /// Rays of all kinds.
     pub rays: u64,
-    /// Wall time of tracing it alone, which is more than its share of a packet of pixels.
+    /// Processor time of the up to 16 pixels that were traced with it, by its share of their rays. 0 if not asked for.
     pub nanoseconds: u64,
     /// Longest chain of rays that were followed.
     pub deepest: u32,
+}
+
+impl PixelCost {
+    /// What both took for the same pixel.
+    pub(super) fn and(self, other: &Self) -> Self {
+        Self {
+            samples: self.samples + other.samples,
+            rays: self.rays + other.rays,
+            nanoseconds: self.nanoseconds + other.nanoseconds,
+            deepest: self.deepest.max(other.deepest),
+            ..self
+        }
+    }
 }

@@ -70,7 +70,7 @@ impl<'a> Probe<'a> {
 impl<R: KernelFormat> Renderer<'_, R> {
     fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[f32; 3]>, PacketCost)> {
         let whole = blocks.iter().all(|block| block.pixels() == u64::from(BLOCK * BLOCK));
-        if !whole || self.scene.statistical.is_some() {
+        if !whole || self.scene.adaptive || self.scene.statistical.is_some() {
             // The number of pixels is not that of a block.
             return blocks.iter().map(|block| self.block(block)).collect();
         }
@@ -87,9 +87,14 @@ impl<R: KernelFormat> Renderer<'_, R> {
         let at: Vec<[u32; 2]> = block.iter().collect();
         let mut traced = Traced::default();
         let started = ThreadTime::start();
-        self.trace_pixels(&at, self.scene.samples, &mut traced);
+        if self.scene.adaptive {
+            // Once the render is cancelled, results are useless.
+            traced = self.doubled_block(*block).unwrap_or_default();
+        } else {
+            self.trace_pixels(&at, self.scene.samples, &mut traced);
+            self.control.add_rays(traced.rays.total());
+        }
         let nanoseconds = started.nanoseconds();
-        self.control.add_rays(traced.rays.total());
         (traced.pixels, PacketCost { rays: traced.rays, nanoseconds })
     }
 
@@ -101,7 +106,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
             self.control.add_rays(traced.rays.total());
             let mut pixels = vec![[0.0; 3]; at.len()];
             at.iter().zip(traced.pixels).for_each(|(at, pixel)| pixels[part.index(*at)] = pixel);
-            let contrasts = contrasts(&codes_of(&pixels), part.width);
+            let contrasts = contrasts(&codes_of(&self.job.world.display, &pixels), part.width);
             near(part, |at| contrasts[part.index(at)] >= CONTRAST)
         };
         // One row of blocks is often enough.

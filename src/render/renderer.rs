@@ -2,7 +2,6 @@
 
 use super::contrast::{CONTRAST, code_in, codes_of, contrasts, is_uneven};
 use super::packets::{KernelFormat, TraceJob, Traced};
-use super::picture::PixelCost;
 use crate::control::{Cancelled, Control, Stopwatch};
 use crate::trace::pixel::Samples;
 
@@ -24,18 +23,27 @@ pub(crate) struct Renderer<'a, R> {
     pub(super) control: &'a Control,
     pub(super) options: RenderOptions,
     /// Size of the whole picture.
-    size: [u32; 2],
+    pub(super) size: [u32; 2],
     pub(super) job: TraceJob<'a, R>,
-    /// Whether each pixel is traced alone, to measure it.
-    each: bool,
 }
 
 impl<'a, R: KernelFormat> Renderer<'a, R> {
     pub(super) fn new(scene: &'a Scene, world: &'a World<R>, control: &'a Control, options: RenderOptions) -> Self {
         let kernel = if options.specialised { KernelVariant::of(world) } else { KernelVariant::General };
         let (camera, eye, pruning) = (world.camera, R::eye_media(world), world.rules.pruning);
-        let job = TraceJob { world, camera, eye, control, kernel, pruning, low: false, watched: false };
-        Self { scene, control, options, size: [scene.width, scene.height], job, each: false }
+        let job = TraceJob {
+            world,
+            camera,
+            eye,
+            control,
+            kernel,
+            pruning,
+            low: false,
+            sums: false,
+            watched: false,
+            measured: false,
+        };
+        Self { scene, control, options, size: [scene.width, scene.height], job }
     }
 
     /// The renderer of a window of the picture.
@@ -51,13 +59,17 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         self
     }
 
-    /// The renderer that measures each pixel alone.
-    pub(super) fn one_by_one(self) -> Self {
-        Self { each: true, ..self }
+    /// The renderer that records the cost of each pixel: its rays, and its time if that is asked for.
+    pub(super) fn measured(mut self, timed: bool) -> Self {
+        (self.job.watched, self.job.measured) = (timed, true);
+        self
     }
 
     pub(super) fn picture(&self, region: Region) -> Result<Picture, Cancelled> {
         let [full_width, full_height] = self.size;
+        if self.scene.adaptive {
+            return Ok(self.picture_of(region, self.doubled(region)?, Refined::default()));
+        }
         if !self.scene.refines() {
             self.control.add_total(region.pixels());
             return Ok(self.picture_of(region, self.grid(region)?, Refined::default()));
@@ -67,7 +79,7 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         self.control.add_total(around.pixels());
         let mut traced = self.grid(around)?;
         let refining = Stopwatch::start();
-        let contrasts = contrasts(&codes_of(&traced.pixels), around.width);
+        let contrasts = contrasts(&codes_of(&self.job.world.display, &traced.pixels), around.width);
         let contrast = |at: [u32; 2]| contrasts[around.index(at)];
         let is_uneven = |at: [u32; 2]| contrast(at) >= CONTRAST;
         let uneven = near(region, is_uneven);
@@ -96,11 +108,16 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     }
 
     pub(super) fn picture_of(&self, region: Region, traced: Traced, refined: Refined) -> Picture {
-        let [full_width, full_height] = self.size;
-        let Traced { pixels, bounded, rays, widths, reached, costs, packets: _ } = traced;
-        let film = Film { region, full_width, full_height, pixels };
+        let Traced { pixels, bounded, rays, widths, reached, costs, .. } = traced;
+        let film = self.film(region, pixels);
         let sampling = Sampling { widths: Histogram::of(&widths), reached };
         Picture { film, bounded, sampling, rays, refined, costs, ..Picture::default() }
+    }
+
+    /// Pixels of a region, row by row, as a film.
+    pub(super) fn film(&self, region: Region, pixels: Vec<[f32; 3]>) -> Film {
+        let [full_width, full_height] = self.size;
+        Film { region, full_width, full_height, pixels, display: self.job.world.display, ..Film::default() }
     }
 
     /// The base samples of a region, row by row.
@@ -120,26 +137,40 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     }
 
     /// Pixels at any places, in the order given.
-    fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
+    pub(super) fn list(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
         let parts: Result<Vec<Traced>, Cancelled> =
             at.par_chunks(16 * MAX_LANES).with_max_len(1).map(|part| self.trace(part, samples)).collect();
         Ok(Traced::joined(parts?))
     }
 
+    /// The same of another job, without a statistical target.
+    pub(super) fn list_of(
+        &self,
+        job: &TraceJob<'_, R>,
+        at: &[[u32; 2]],
+        samples: Samples,
+    ) -> Result<Traced, Cancelled> {
+        let part = |part: &[[u32; 2]]| {
+            let mut traced = Traced::default();
+            R::trace(self.options.level, job, part, samples, &mut traced);
+            self.settled(traced, part.len())
+        };
+        let parts: Result<Vec<Traced>, Cancelled> = at.par_chunks(16 * MAX_LANES).with_max_len(1).map(part).collect();
+        Ok(Traced::joined(parts?))
+    }
+
     fn trace(&self, at: &[[u32; 2]], samples: u32) -> Result<Traced, Cancelled> {
         let mut traced = Traced { pixels: Vec::with_capacity(at.len()), ..Traced::default() };
-        if self.each {
-            for pixel in at {
-                self.trace_alone(*pixel, samples, &mut traced);
-            }
-        } else {
-            self.trace_pixels(at, samples, &mut traced);
-        }
+        self.trace_pixels(at, samples, &mut traced);
+        self.settled(traced, at.len())
+    }
+
+    fn settled(&self, traced: Traced, pixels: usize) -> Result<Traced, Cancelled> {
         self.control.add_rays(traced.rays.total());
         if self.control.stops() {
             return Err(Cancelled);
         }
-        self.control.add_done(at.len() as u64);
+        self.control.add_done(pixels as u64);
         Ok(traced)
     }
 
@@ -151,19 +182,9 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         }
     }
 
-    /// One pixel, and its cost.
-    fn trace_alone(&self, at: [u32; 2], samples: u32, traced: &mut Traced) {
-        let before = std::mem::take(&mut traced.rays);
-        let started = Stopwatch::start();
-        self.trace_pixels(&[at], samples, traced);
-        let nanoseconds = started.elapsed().as_nanos() as u64;
-        traced.costs.push(PixelCost { at, rays: traced.rays.total(), nanoseconds, deepest: traced.rays.deepest });
-        traced.rays = before + traced.rays;
-    }
-
     pub(super) fn uneven_in(&self, around: Region, x: u32, y: u32) -> bool {
         let Ok(base) = self.grid(around) else { return false };
-        let codes = codes_of(&base.pixels);
+        let codes = codes_of(&self.job.world.display, &base.pixels);
         is_uneven(code_in(&codes, around), around, x, y)
     }
 }

@@ -58,7 +58,7 @@ effects! {
     TotalReflection "total_reflection" Core,
     Refraction "refraction" Core,
     HollowBodies "hollow_bodies" Core,
-    CheckerTexture "checker_texture" Core,
+    CheckerTexture "checker_texture" Details,
     GradientTexture "gradient_texture" Details,
     NoiseTexture "noise_texture" Details,
     ImageTexture "image_texture" Details,
@@ -76,6 +76,8 @@ effects! {
     DepthOfField "depth_of_field" Sampled,
     MotionBlur "motion_blur" Sampled,
     ColorBleeding "color_bleeding" Sampled,
+    AlphaChannel "alpha_channel" Details,
+    ToneMapping "tone_mapping" Core,
     Antialiasing "antialiasing" Core,
     DoublePrecision "double_precision" Core,
 }

@@ -1,14 +1,15 @@
 //! From the bytes of a file to a compiled scene, with every problem located in the text.
 
-use super::check::{check, settings_are_sound};
-use super::compile::{CompileOptions, compile_from};
-use super::description::{Accuracy, Description, Precision};
+use super::check::{check, settings_are_sound, warnings};
+use super::compile::{CompileOptions, build_from, checked};
+use super::description::{Accuracy, Camera, Description, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
 use super::nff::{self, NffOptions};
-use super::pictures::{Files, NoFiles};
+use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::unless_cancelled;
 use super::read::{self, Mended, Unreadable, read_json};
+use super::recognise::{recognise, recognise_start};
 use super::{Problem, Problems, Scene};
 use crate::control::milliseconds;
 use schemars::JsonSchema;
@@ -46,6 +47,9 @@ pub struct Overrides {
     pub antialias: Option<bool>,
     /// Floating-point format.
     pub precision: Option<Precision>,
+    /// Eye and target of a pinhole camera in place of the scene's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seen_from: Option<[[f64; 3]; 2]>,
     /// Options of NFF files.
     #[serde(flatten)]
     pub nff: NffOptions,
@@ -72,9 +76,14 @@ pub fn load(bytes: &[u8], format: Format, overrides: &Overrides) -> Result<Loade
 }
 
 /// [`load`], with the files that a scene may name.
-pub fn load_with(bytes: &[u8], format: Format, overrides: &Overrides, files: &dyn Files) -> Result<Loaded, Problems> {
+pub fn load_with(
+    text: impl AsRef<[u8]>,
+    format: Format,
+    overrides: &Overrides,
+    files: &dyn Files,
+) -> Result<Loaded, Problems> {
     let accept = |_: &Description| Ok::<_, Infallible>(());
-    load_if(bytes, format, overrides, files, accept).map_err(|NotLoaded::Problems(problems)| problems)
+    load_if(text, format, overrides, files, accept).map_err(|NotLoaded::Problems(problems)| problems)
 }
 
 /// Why a scene is not loaded.
@@ -92,52 +101,66 @@ impl<E> From<Problems> for NotLoaded<E> {
     }
 }
 
-/// [`load_with`], if `accept` wants the scene: it is asked when the scene has been read, before anything is built.
+/// [`load_with`], if `accept` wants the scene: it is asked when the scene has been read, before anything is built. A text that is
+/// given away is dropped by then, if nothing can be wrong with the scene any more.
 pub fn load_if<E>(
-    bytes: &[u8],
+    text: impl AsRef<[u8]>,
     format: Format,
     overrides: &Overrides,
     files: &dyn Files,
     accept: impl FnOnce(&Description) -> Result<(), E>,
 ) -> Result<Loaded, NotLoaded<E>> {
     match format {
-        Format::Json => load_json(read::strip_mark(bytes), overrides, files, accept),
+        Format::Json => match recognise_start(text.as_ref()).refused_as(format) {
+            Some(problem) => Err(Problems::one(problem).into()),
+            None => load_json(text, overrides, files, accept),
+        },
         Format::Nff => {
             let start = Instant::now();
-            let mut description = nff::read_nff(bytes, overrides.nff)?;
+            let mut description = nff::read_nff(text.as_ref(), overrides.nff)?;
+            drop(text);
             overrides.apply(&mut description);
-            compiled(description, overrides, files, start, accept)
+            let steps = Steps::read(start);
+            let (pictures, warnings) = steps.checked(&description, files, accept)?;
+            let scene = steps.build(&description, overrides.nff, pictures, warnings)?;
+            Ok(steps.loaded(description, scene, overrides.nff))
         }
     }
 }
 
 fn load_json<E>(
-    text: &[u8],
+    text: impl AsRef<[u8]>,
     overrides: &Overrides,
     files: &dyn Files,
     accept: impl FnOnce(&Description) -> Result<(), E>,
 ) -> Result<Loaded, NotLoaded<E>> {
     let start = Instant::now();
-    match read_json(text) {
+    let json = read::strip_mark(text.as_ref());
+    match read_json(json) {
         Ok(mut description) => {
             // A mistake in the scene is reported even where an override replaces it.
             let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
-            let of_json = Overrides { nff: NffOptions::default(), ..overrides };
-            match compiled(description, &of_json, files, start, accept) {
-                Ok(mut loaded) => {
-                    overrides.locate(text, &mut loaded.scene.warnings);
-                    Ok(loaded)
-                }
-                Err(NotLoaded::Problems(Problems(mut problems))) => {
-                    overrides.locate(text, &mut problems);
-                    Err(Problems(problems).into())
-                }
-                Err(refused) => Err(refused),
-            }
+            let steps = Steps::read(start);
+            let checked = steps.checked(&description, files, accept).map_err(|error| overrides.located(json, error));
+            let (pictures, mut warnings) = checked?;
+            overrides.locate(json, &mut warnings);
+            // Only definitions can still become too large, when they are expanded.
+            let text = (!description.definitions.is_empty()).then_some(text);
+            let built = steps.build(&description, NffOptions::default(), pictures, warnings);
+            let scene = built.map_err(|problems| {
+                let json = text.as_ref().map_or(&[][..], |text| read::strip_mark(text.as_ref()));
+                overrides.located(json, NotLoaded::Problems(problems))
+            })?;
+            Ok(steps.loaded(description, scene, NffOptions::default()))
         }
         Err(Unreadable { problems, mended }) => {
+            let text = json;
             unless_cancelled()?;
+            // Only what is no scene is looked through for glTF.
+            if let Some(problem) = recognise(text).refused_as(Format::Json) {
+                return Err(Problems::one(problem).into());
+            }
             Err(NotLoaded::Problems(match mended {
                 Some(mended) => with_rest(text, problems, *mended, overrides),
                 None => problems,
@@ -146,27 +169,49 @@ fn load_json<E>(
     }
 }
 
-fn compiled<E>(
-    description: Description,
-    overrides: &Overrides,
-    files: &dyn Files,
+/// The steps from a description to a scene, and when they began.
+struct Steps {
+    parse_ms: f64,
     start: Instant,
-    accept: impl FnOnce(&Description) -> Result<(), E>,
-) -> Result<Loaded, NotLoaded<E>> {
-    unless_cancelled()?;
-    if let Err(refused) = accept(&description) {
-        // Its author should learn of its problems first.
-        check(&description)?;
-        return Err(NotLoaded::Refused(refused));
+}
+
+impl Steps {
+    /// A description was read, which began at `start`.
+    fn read(start: Instant) -> Self {
+        Self { parse_ms: milliseconds(start), start: Instant::now() }
     }
-    let parse_ms = milliseconds(start);
-    unless_cancelled()?;
-    let start = Instant::now();
-    let nff = overrides.nff;
-    let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };
-    let scene = compile_from(&description, options, files)?;
-    let plan_ms = (milliseconds(start) - scene.bvh_ms).max(0.0);
-    Ok(Loaded { description, scene, nff, parse_ms, plan_ms })
+
+    /// Checks a description, and reads the pictures that it names. Returns them, and warnings.
+    fn checked<'a, E>(
+        &self,
+        description: &'a Description,
+        files: &dyn Files,
+        accept: impl FnOnce(&Description) -> Result<(), E>,
+    ) -> Result<(Pictures<'a>, Vec<Problem>), NotLoaded<E>> {
+        unless_cancelled()?;
+        if let Err(refused) = accept(description) {
+            // Its author should learn of its problems first.
+            check(description)?;
+            return Err(NotLoaded::Refused(refused));
+        }
+        Ok((checked(description, files)?, warnings(description)))
+    }
+
+    fn build(
+        &self,
+        description: &Description,
+        nff: NffOptions,
+        pictures: Pictures<'_>,
+        warnings: Vec<Problem>,
+    ) -> Result<Scene, Problems> {
+        let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };
+        build_from(description, options, &pictures, warnings)
+    }
+
+    fn loaded(&self, description: Description, scene: Scene, nff: NffOptions) -> Loaded {
+        let plan_ms = (milliseconds(self.start) - scene.bvh_ms).max(0.0);
+        Loaded { description, scene, nff, parse_ms: self.parse_ms, plan_ms }
+    }
 }
 
 /// Adds the problems of content to those of shape.
@@ -191,7 +236,10 @@ fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overr
 impl Overrides {
     /// Replaces the settings of a description.
     pub fn apply(&self, description: &mut Description) {
-        let Description { image, render, .. } = description;
+        let Description { image, render, camera, .. } = description;
+        if let Some([eye, look_at]) = self.seen_from {
+            *camera = Camera::Pinhole(PinholeCamera::looking(eye, look_at));
+        }
         image.width = self.width.unwrap_or(image.width);
         image.height = self.height.unwrap_or(image.height);
         render.max_depth = self.max_depth.or(render.max_depth);
@@ -202,6 +250,17 @@ impl Overrides {
         render.precision = self.precision.unwrap_or(render.precision);
     }
 
+    /// The same with its problems located in the text.
+    fn located<E>(&self, text: &[u8], error: NotLoaded<E>) -> NotLoaded<E> {
+        match error {
+            NotLoaded::Problems(Problems(mut problems)) => {
+                self.locate(text, &mut problems);
+                NotLoaded::Problems(Problems(problems))
+            }
+            refused => refused,
+        }
+    }
+
     /// Locates problems in the text. Overrides are not in the text.
     fn locate(&self, text: &[u8], problems: &mut [Problem]) {
         locate(text, problems);
@@ -209,7 +268,8 @@ impl Overrides {
         for problem in problems {
             let pointer = &problem.pointer;
             let key = pointer.strip_prefix("/image/").or_else(|| pointer.strip_prefix("/render/"));
-            if key.and_then(|key| overrides.get(key)).is_some_and(|value| !value.is_null()) {
+            let is_camera = self.seen_from.is_some() && pointer.starts_with("/camera/");
+            if is_camera || key.and_then(|key| overrides.get(key)).is_some_and(|value| !value.is_null()) {
                 (problem.line, problem.column) = (None, None);
             }
         }

@@ -13,6 +13,7 @@ pub mod nff;
 pub mod pictures;
 pub mod problem;
 pub mod read;
+pub mod recognise;
 pub mod schema;
 pub mod size;
 pub(crate) mod transform;

@@ -101,8 +101,8 @@ impl<'a> Pictures<'a> {
 /// The pictures of a description, with the JSON pointer of each.
 fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     let mut wanted = Vec::new();
-    if let Some(environment) = &description.environment {
-        wanted.push((environment.image.as_str(), Meaning::Color, "/environment/image".to_owned()));
+    if let Some(image) = description.environment.as_ref().and_then(|environment| environment.image.as_ref()) {
+        wanted.push((image.as_str(), Meaning::Color, "/environment/image".to_owned()));
     }
     for (name, material) in description.materials.iter() {
         let at = |rest: &str| push_token("/materials", name) + rest;

@@ -32,6 +32,8 @@ pub struct Problem {
 pub enum Code {
     InvalidJson,
     InvalidNff,
+    /// The file is of another format.
+    OtherFormat,
     WrongType,
     MissingKey,
     UnknownKey,

@@ -15,6 +15,8 @@ pub struct Usage {
     pub smooth: bool,
     /// Whether anything is placed by a transform.
     pub placed: bool,
+    /// Whether the eye is in a closed room, so that no ray leaves the scene.
+    pub enclosed: bool,
 }
 
 /// How a material is used.
@@ -24,6 +26,8 @@ pub struct Used {
     pub anywhere: bool,
     /// By a body that light may be inside of: it is closed, and not hollow.
     pub filled: bool,
+    /// By a body that the eye may be inside of.
+    pub around_eye: bool,
 }
 
 /// JSON pointers of the first objects that use something.

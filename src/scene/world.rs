@@ -3,9 +3,10 @@
 use crate::accel::{Blockers, Geometry, Owner};
 use crate::bound::ceiling::{Ceiling, Reach};
 use crate::camera::Camera;
+use crate::film::Display;
 use crate::lanes::Real;
 use crate::scene::description::{Accuracy, Proved, RenderSettings};
-use crate::scene::effects::SceneEffects;
+use crate::scene::effects::{Effect, SceneEffects};
 use crate::scene::usage::{Usage, Used};
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;
@@ -33,6 +34,10 @@ pub struct World<R> {
     pub background: [R; 3],
     /// Fog, if there is any.
     pub fog: Option<Fog<R>>,
+    /// Radiance of nothing as the camera sees it, directly or through bodies, where that is not the background.
+    pub behind: Option<[R; 3]>,
+    /// How light becomes colours.
+    pub display: Display,
     /// The environment map, which replaces the background, if there is one.
     pub environment: Option<Environment>,
     /// The camera.
@@ -82,9 +87,13 @@ impl Pruning {
         }
     }
 
-    /// How many rays a pixel with some samples may defer until it needs them.
-    pub fn most_deferred(samples: u32) -> u32 {
-        samples.saturating_mul(32).max(2_048)
+    /// How many rays a sample may defer until it needs them.
+    pub const MOST_DEFERRED: u32 = 4_096;
+
+    /// How many rays a group of samples may have until its proof is given up. Of the groups that are proved at all, one in
+    /// thousands needs as many. Every format holds the number.
+    pub const fn most_rays(samples: u32) -> u32 {
+        1_000 + 6_000 * samples.isqrt()
     }
 }
 
@@ -101,6 +110,10 @@ pub struct Rules {
     pub colors_shadows: bool,
     /// Whether surfaces gather what others scatter, if rays that leave them are followed.
     pub color_bleeding: bool,
+    /// Whether checkers are averaged over the footprints of rays.
+    pub filter_checkers: bool,
+    /// Whether only rays that nothing has reflected are followed.
+    pub straight: bool,
     /// Trace all rays that the Standard Procedural Databases count, also those that add nothing: a reflected ray from every
     /// transmitting surface, and a shadow ray wherever the geometric normal faces the light (SPD Readme, "Testing
     /// Procedures").
@@ -131,6 +144,23 @@ impl<R: Real> World<R> {
     /// Whether bodies have a material of a kind.
     pub(super) fn has_material(&self, kind: impl Fn(&Material<R>, Used) -> bool) -> bool {
         self.materials.iter().zip(&self.usage.materials).any(|(material, used)| used.anywhere && kind(material, *used))
+    }
+
+    /// Whether rays may be in other media than empty space.
+    pub(crate) fn has_media(&self) -> bool {
+        self.transmits || self.effects.has(Effect::Absorption)
+    }
+
+    /// Whether colours are averaged over the footprints of rays beyond what textures do themselves.
+    #[inline(always)]
+    pub(crate) fn filters_checkers(&self) -> bool {
+        self.rules.filter_checkers && self.effects.has(Effect::CheckerTexture)
+    }
+
+    /// Whether anything is averaged over the footprints of rays.
+    #[inline(always)]
+    pub(crate) fn has_footprints(&self) -> bool {
+        self.filters_checkers() || self.effects.has_textures() || self.environment.is_some()
     }
 
     /// Whether any light shines.

@@ -47,6 +47,26 @@ pub enum Fresnel {
 }
 
 impl<R: Real> Material<R> {
+    /// One that takes all light and gives none.
+    pub fn black() -> Self {
+        let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
+        Self {
+            ambient: None,
+            diffuse: BaseColor::Uniform([zero; 3]),
+            specular: [zero; 3],
+            shininess: one,
+            reflection: [zero; 3],
+            transmission: [zero; 3],
+            ior: one,
+            alpha: zero,
+            dispersion: zero,
+            absorption: [zero; 3],
+            emission: [zero; 3],
+            fresnel: Fresnel::None,
+            textures: None,
+        }
+    }
+
     /// Whether it mirrors in some channel, at some angle.
     pub fn mirrors(&self) -> bool {
         self.fresnel == Fresnel::Conductor || self.reflection.iter().any(|c| *c > R::from_f64(0.0))
@@ -103,25 +123,32 @@ pub struct Coefficients<L: Lanes> {
 
 impl<L: Lanes> Coefficients<L> {
     /// Looks up the materials of the lanes of `active`, at least one: once for each distinct material. Other lanes hold
-    /// anything.
+    /// anything. Checkers are averaged over `extents` around the points.
     #[inline(always)]
-    pub fn look_up(s: L::Simd, materials: &[Material<L::Real>], index: L::Ids, active: u32, local: V3<L>) -> Self {
+    pub fn look_up(
+        s: L::Simd,
+        materials: &[Material<L::Real>],
+        index: L::Ids,
+        active: u32,
+        local: V3<L>,
+        extents: Option<&dyn Fn() -> V3<L>>,
+    ) -> Self {
         let (first, same) = index.same_as_first(s, active);
-        let mut all = Self::of(s, &materials[first as usize], local);
+        let mut all = Self::of(s, &materials[first as usize], local, extents);
         let mut left = active & !same;
         while left != 0 {
             let (id, same) = index.same_as_first(s, left);
             left &= !same;
-            all = Self::select(L::mask(s, same), Self::of(s, &materials[id as usize], local), all);
+            all = Self::select(L::mask(s, same), Self::of(s, &materials[id as usize], local, extents), all);
         }
         all
     }
 
     /// The coefficients of one material.
     #[inline(always)]
-    fn of(s: L::Simd, material: &Material<L::Real>, local: V3<L>) -> Self {
-        let diffuse = material.diffuse.at(s, local);
-        let ambient = if let Some(ambient) = &material.ambient { ambient.at(s, local) } else { diffuse };
+    fn of(s: L::Simd, material: &Material<L::Real>, local: V3<L>, extents: Option<&dyn Fn() -> V3<L>>) -> Self {
+        let diffuse = material.diffuse.at(s, local, extents);
+        let ambient = if let Some(ambient) = &material.ambient { ambient.at(s, local, extents) } else { diffuse };
         Self {
             ambient,
             diffuse,

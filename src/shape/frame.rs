@@ -1,6 +1,7 @@
 //! An orthonormal frame: where a body of revolution stands and where its axis points.
 
 use crate::lanes::{Lanes, Real, V3};
+use crate::math;
 use crate::ray::gamma;
 use glam::DVec3;
 
@@ -30,7 +31,7 @@ impl<R: Real> Frame<R> {
     pub fn cylindrical(&self, p: DVec3) -> [f64; 2] {
         let [origin, u, v, w] = [self.origin, self.u, self.v, self.w].map(|a| DVec3::from_array(a.map(Real::to_f64)));
         let p = p - origin;
-        [u.dot(p).hypot(v.dot(p)), w.dot(p)]
+        [math::hypot(u.dot(p), v.dot(p)), w.dot(p)]
     }
 
     /// A point in the frame's coordinates.

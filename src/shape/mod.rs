@@ -11,6 +11,8 @@ mod frustum;
 mod plane;
 mod quartic;
 mod sides;
+#[cfg(test)]
+mod slow_torus;
 mod sphere;
 mod torus;
 mod triangle;

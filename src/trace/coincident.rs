@@ -33,8 +33,9 @@ fn search<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, hits: &m
     // search covers the largest possible error, and then each surface is tested with its own.
     let far = V3::splat(s, [world.size; 3]) + hits.surface.point.abs();
     let reach = hits.surface.error + far * L::lit(s, gamma::<L::Real>(SEARCHED));
-    let front = leave(hits.surface.point, reach, hits.ng);
-    let behind = leave(hits.surface.point, reach, -hits.ng);
+    let point = hits.surface.point + hits.surface.inwards;
+    let front = leave(point, reach, hits.ng);
+    let behind = leave(point, reach, -hits.ng);
     let mut stretch = Rays {
         origin: front,
         dir: behind - front,

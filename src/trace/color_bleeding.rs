@@ -2,7 +2,7 @@
 //!
 //! It replaces the ambient light of a surface by the mean of the incoming light. Each sample takes one direction, with a
 //! density proportional to the cosine: L = k_d (1/pi) integral L_i cos = k_d E[L_i]. The surfaces in these directions have
-//! ambient light again.
+//! ambient light again, also those that are met by way of mirrors and through glass.
 
 use super::hits::Hits;
 use super::kernel::Tracer;
@@ -10,7 +10,6 @@ use super::observer::Observer;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, circle};
-use crate::ray::leave;
 use crate::shading::material::Coefficients;
 use crate::trace::variants::Variant;
 
@@ -56,7 +55,7 @@ fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
     let dir = right * (x * reach) + up * (y * reach) + hits.ns * (one - b).max(zero).sqrt();
     let above = dir.dot(hits.ng).gt(zero).bits();
     tracer.push(RayPacket {
-        origin: leave(hits.surface.point, hits.surface.error, hits.ng),
+        origin: hits.surface.leave(hits.ng),
         dir: dir.normalized(s),
         t_min: zero,
         weight: rays.weight.times(kd),
@@ -64,6 +63,8 @@ fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
         media: rays.media,
         depth: rays.depth + 1,
         kind: RayKind::Gathered,
+        straight: false,
+        gathered: true,
         path: child(rays.path, RayKind::Gathered),
         dispersed: rays.dispersed,
         parent: number,

@@ -8,7 +8,7 @@ use super::hits::Hits;
 use super::interface::interface;
 use crate::accel::Coherence;
 use crate::lanes::{Lanes, Mask, Real, V3};
-use crate::ray::{Rays, leave};
+use crate::ray::Rays;
 use crate::scene::world::World;
 use crate::shading::media::Media;
 
@@ -64,7 +64,7 @@ fn walk<L: Lanes>(
         }
         let entered = hits.found & hits.closed & hits.transmissive;
         lists = interface(s, world, media, &hits, lists, entered).behind;
-        rays.origin = leave(hits.surface.point, hits.surface.error, -hits.ng);
+        rays.origin = hits.surface.leave(-hits.ng);
         rays.dir = V3::select(ends, end - rays.origin, dir);
         rays.active = L::mask(s, hits.found);
     }

@@ -1,27 +1,28 @@
-//! Rays that are deferred until their pixel needs them, in the order they came.
+//! Rays that are deferred until their sample needs them, in the order they came.
 //!
-//! A pixel defers a limited number. What is beyond is omitted and adds to the pixel's bound, so the bound stays one; and the
-//! limit is each pixel's own, so it does not matter which pixels share a packet. Weights are kept by packet, since bounds are
+//! A sample defers a limited number. What is beyond is omitted and adds to the sample's bound, so the bound stays one; and the
+//! limit is each sample's own, so it does not matter which samples share a packet. Weights are kept by packet, since bounds are
 //! summed from them again and again. Of the rest, lanes without a ray are left out: they could take several times the memory.
 
+use super::ray_cones::Cones;
 use super::ray_packet::{RayKind, RayPacket};
 use crate::lanes::{Lanes, MAX_LANES, V3, lanes_of};
 use std::collections::VecDeque;
 
-/// Numbers of a ray besides its weight: origin, direction, start, and its distance from the eye.
-const NUMBERS: usize = 8;
+/// Numbers of a ray besides its weight: origin, direction, start, and its cone.
+const NUMBERS: usize = 9;
 /// Numbers of a packet.
 const BLOCK: usize = NUMBERS * MAX_LANES;
 
-/// The deferred rays of a packet of pixels.
+/// The deferred rays of a packet of samples.
 #[derive(Debug)]
 pub(super) struct DeferredRays<L: Lanes> {
     packets: VecDeque<Packet<L>>,
     /// The numbers of each packet's rays: the first of all its rays, the second of all, and so on.
     numbers: VecDeque<L::Real>,
-    /// How many each pixel has here.
+    /// How many each sample has here.
     counts: [u32; MAX_LANES],
-    /// How many each pixel may have here.
+    /// How many each sample may have here.
     limit: u32,
 }
 
@@ -35,18 +36,17 @@ struct Packet<L: Lanes> {
     path: u32,
     dispersed: u32,
     parent: u32,
-    sample: u32,
     kind: RayKind,
+    straight: bool,
+    gathered: bool,
 }
 
 /// A packet of deferred rays.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Deferred<L: Lanes> {
     pub(super) rays: RayPacket<L>,
-    /// Their distance from the eye, for their cones.
-    pub(super) distance: L,
-    /// Their sample.
-    pub(super) sample: u32,
+    /// Their cones.
+    pub(super) cones: Cones<L>,
 }
 
 impl<L: Lanes> Default for DeferredRays<L> {
@@ -56,7 +56,7 @@ impl<L: Lanes> Default for DeferredRays<L> {
 }
 
 impl<L: Lanes> DeferredRays<L> {
-    /// Forgets them, and begins with other pixels.
+    /// Forgets them, and begins with other samples.
     pub(super) fn begin(&mut self, limit: u32) {
         self.clear();
         self.limit = limit;
@@ -82,7 +82,7 @@ impl<L: Lanes> DeferredRays<L> {
         self.packets.len()
     }
 
-    /// The lanes of `lanes` whose pixels may defer another ray.
+    /// The lanes of `lanes` whose samples may defer another ray.
     #[inline(always)]
     pub(super) fn with_room(&self, lanes: u32) -> u32 {
         if self.packets.len() < self.limit as usize {
@@ -91,22 +91,38 @@ impl<L: Lanes> DeferredRays<L> {
         lanes_of(lanes).filter(|lane| self.counts[*lane] < self.limit).fold(0, |room, lane| room | 1 << lane)
     }
 
+    /// How many rays a lane's sample has deferred.
+    pub(super) fn count(&self, lane: usize) -> u32 {
+        self.counts[lane]
+    }
+
     /// Adds rays behind the others.
     #[inline(always)]
     pub(super) fn push(&mut self, deferred: &Deferred<L>) {
-        let Deferred { rays, distance, sample } = *deferred;
-        let RayPacket { active: lanes, depth, kind, path, dispersed, parent, .. } = rays;
+        let Deferred { rays, cones: [width, spread] } = *deferred;
+        let RayPacket { active: lanes, depth, kind, straight, gathered, path, dispersed, parent, .. } = rays;
         if lanes == 0 {
             return;
         }
         let (weight, media) = (rays.weight, rays.media);
-        self.packets.push_back(Packet { weight, media, lanes, depth, path, dispersed, parent, sample, kind });
+        self.packets.push_back(Packet {
+            weight,
+            media,
+            lanes,
+            depth,
+            path,
+            dispersed,
+            parent,
+            kind,
+            straight,
+            gathered,
+        });
         let (origin, dir) = (rays.origin, rays.dir);
         let mut block = [L::Real::default(); BLOCK];
         let mut end = 0;
-        for number in [origin.x, origin.y, origin.z, dir.x, dir.y, dir.z, rays.t_min, distance] {
+        for number in [origin.x, origin.y, origin.z, dir.x, dir.y, dir.z, rays.t_min, width, spread] {
             number.store(&mut block[end..]);
-            if lanes == full::<L>() {
+            if lanes == L::ALL {
                 end += L::COUNT;
                 continue;
             }
@@ -123,7 +139,8 @@ impl<L: Lanes> DeferredRays<L> {
     /// Takes the first packet out.
     #[inline(always)]
     pub(super) fn pop(&mut self, s: L::Simd) -> Option<Deferred<L>> {
-        let Packet { weight, media, lanes, depth, path, dispersed, parent, sample, kind } = self.packets.pop_front()?;
+        let Packet { weight, media, lanes, depth, path, dispersed, parent, kind, straight, gathered } =
+            self.packets.pop_front()?;
         lanes_of(lanes).for_each(|lane| self.counts[lane] -= 1);
         let rays = lanes.count_ones() as usize;
         let mut block = [L::Real::default(); BLOCK];
@@ -132,9 +149,9 @@ impl<L: Lanes> DeferredRays<L> {
         block[..in_front].copy_from_slice(&front[..in_front]);
         block[in_front..NUMBERS * rays].copy_from_slice(&back[..NUMBERS * rays - in_front]);
         self.numbers.drain(..NUMBERS * rays);
-        let [ox, oy, oz, dx, dy, dz, t_min, distance] = std::array::from_fn(|i| {
+        let [ox, oy, oz, dx, dy, dz, t_min, width, spread] = std::array::from_fn(|i| {
             let numbers = &block[i * rays..];
-            if lanes == full::<L>() {
+            if lanes == L::ALL {
                 return L::load(s, numbers);
             }
             // Lanes without a ray get the numbers of one.
@@ -151,11 +168,13 @@ impl<L: Lanes> DeferredRays<L> {
             media,
             depth,
             kind,
+            straight,
+            gathered,
             path,
             dispersed,
             parent,
         };
-        Some(Deferred { rays, distance, sample })
+        Some(Deferred { rays, cones: [width, spread] })
     }
 
     /// Lanes, weights and depth of each packet.
@@ -168,9 +187,4 @@ impl<L: Lanes> DeferredRays<L> {
     pub(super) fn media(&mut self) -> impl Iterator<Item = (u32, &mut L::Ids)> {
         self.packets.iter_mut().map(|packet| (packet.lanes, &mut packet.media))
     }
-}
-
-/// All lanes.
-fn full<L: Lanes>() -> u32 {
-    ((1u64 << L::COUNT) - 1) as u32
 }

@@ -3,7 +3,7 @@
 use super::hits::{Hits, Touch};
 use crate::accel::Coherence;
 use crate::lanes::{Lanes, Real, V3};
-use crate::ray::{Rays, leave};
+use crate::ray::Rays;
 use crate::scene::world::World;
 use crate::shading::media::Medium;
 use std::collections::HashSet;
@@ -14,7 +14,7 @@ const MAX_CROSSINGS: usize = 1000;
 /// A direction that is unlikely to be parallel to faces and edges.
 const DIRECTION: [f64; 3] = [0.436_435_780_471_985, 0.598_076_211_353_316, 0.672_186_343_420_581];
 
-/// The media of the transmitting bodies around a point, at a time if anything moves.
+/// The media of the bodies around a point that transmit or absorb light, at a time if anything moves.
 ///
 /// A straight line goes from the point through all surfaces. If the first surface of a body is an exit, the body contains
 /// the point. Two opposite lines find unbounded bodies, too.
@@ -70,7 +70,7 @@ fn walk<L: Lanes>(
         if hits.found == 0 {
             break;
         }
-        let own = (hits.closed & hits.transmissive != 0).then(|| Touch {
+        let own = (hits.closed & hits.transmissive != 0 || hits.absorbs(world, 0)).then(|| Touch {
             lane: 0,
             goes_in: hits.goes_in(0),
             medium: hits.medium(world, 0),
@@ -80,7 +80,7 @@ fn walk<L: Lanes>(
                 left.push(touch.medium);
             }
         }
-        origin = leave(hits.surface.point, hits.surface.error, -hits.ng);
+        origin = hits.surface.leave(-hits.ng);
     }
     left
 }

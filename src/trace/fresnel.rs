@@ -7,7 +7,7 @@
 
 use super::hits::Hits;
 use super::ray_packet::RayPacket;
-use crate::lanes::{Ids, Lanes, V3};
+use crate::lanes::{Ids, Lanes, Mask, V3};
 use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Fresnel};
 use crate::shading::media::{Media, MediumList};
@@ -32,7 +32,8 @@ pub(super) fn conductors<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hi
     )
 }
 
-/// r_s and r_t at the angles at which the rays hit surfaces with normals `ns`.
+/// r_s and r_t at the angles at which the rays hit surfaces with normals `ns`; and, where `bend` says of which wavelength light is,
+/// the lanes whose varnish reflects each differently.
 pub(super) fn at_angles<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
@@ -42,24 +43,26 @@ pub(super) fn at_angles<L: Lanes>(
     ns: V3<L>,
     coefficients: &Coefficients<L>,
     bent: Option<Bent<'_, L>>,
-) -> [V3<L>; 2] {
+    bend: Option<L>,
+) -> ([V3<L>; 2], u32) {
     L::vectorize(
         s,
         #[inline(always)]
-        || at_angles_in(s, world, media, rays, hits, ns, coefficients, bent),
+        || at_angles_in(s, world, media, rays, hits, ns, coefficients, bent, bend),
     )
 }
 
-/// Which lanes have hit what, and the index of refraction of its material.
+/// Which lanes have hit what, and the index of refraction and the dispersion of its material.
 struct Kinds<L: Lanes> {
     dielectric: u32,
     conductor: u32,
     ior: L,
+    dispersion: L,
 }
 
 #[inline(always)]
 fn kinds<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>) -> Kinds<L> {
-    let mut kinds = Kinds { dielectric: 0, conductor: 0, ior: L::lit(s, 1.0) };
+    let mut kinds = Kinds { dielectric: 0, conductor: 0, ior: L::lit(s, 1.0), dispersion: L::lit(s, 0.0) };
     let mut left = hits.found;
     while left != 0 {
         let (id, same) = hits.material.same_as_first(s, left);
@@ -70,7 +73,9 @@ fn kinds<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>) -> Kinds<
             Fresnel::Dielectric => kinds.dielectric |= same,
             Fresnel::Conductor => kinds.conductor |= same,
         }
-        kinds.ior = L::select(L::mask(s, same), L::splat(s, material.ior), kinds.ior);
+        let mask = L::mask(s, same);
+        kinds.ior = L::select(mask, L::splat(s, material.ior), kinds.ior);
+        kinds.dispersion = L::select(mask, L::splat(s, material.dispersion), kinds.dispersion);
     }
     kinds
 }
@@ -85,14 +90,23 @@ fn at_angles_in<L: Lanes>(
     ns: V3<L>,
     coefficients: &Coefficients<L>,
     bent: Option<Bent<'_, L>>,
-) -> [V3<L>; 2] {
+    bend: Option<L>,
+) -> ([V3<L>; 2], u32) {
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
-    let Kinds { dielectric, conductor, ior } = kinds(s, world, hits);
+    let Kinds { dielectric, conductor, mut ior, dispersion } = kinds(s, world, hits);
+    let mut tinted = 0;
     let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
     // An interpolated normal may face away from the ray; the geometric one does not.
     let n = V3::select(rays.dir.dot(ns).lt(zero), ns, hits.ng);
     if dielectric != 0 {
-        let mut eta = around::<L>(s, media, rays.media, dielectric) / ior;
+        let mut outside = around::<L>(s, rays.media, dielectric, 1.0, |list| media.ior(list));
+        if let Some(bend) = bend {
+            let before = around::<L>(s, rays.media, dielectric, 0.0, |list| media.dispersion(list));
+            outside = outside + before * bend;
+            ior = ior + dispersion * bend;
+            tinted = before.max(dispersion).gt(zero).bits() & dielectric & !bent.map_or(0, |bent| bent.lanes);
+        }
+        let mut eta = outside / ior;
         let mut refraction = refract(s, rays.dir, n, eta);
         if let Some(bent) = bent {
             let mask = L::mask(s, bent.lanes);
@@ -113,18 +127,18 @@ fn at_angles_in<L: Lanes>(
         r_s = V3::select(mask, r_s + (white - r_s) * grazing, r_s);
         r_t = V3::select(mask, r_t * (one - grazing), r_t);
     }
-    [r_s, r_t]
+    ([r_s, r_t], tinted)
 }
 
-/// Index of refraction of the media that rays are in.
+/// A property of the media that rays are in, `other` in lanes that are not asked for.
 #[inline(always)]
-fn around<L: Lanes>(s: L::Simd, media: &Media<L::Real>, lists: L::Ids, lanes: u32) -> L {
-    let mut all = L::lit(s, 1.0);
+fn around<L: Lanes>(s: L::Simd, lists: L::Ids, lanes: u32, other: f64, of: impl Fn(MediumList) -> L::Real) -> L {
+    let mut all = L::lit(s, other);
     let mut left = lanes;
     while left != 0 {
         let (list, same) = lists.same_as_first(s, left);
         left &= !same;
-        all = L::select(L::mask(s, same), L::splat(s, media.ior(list as MediumList)), all);
+        all = L::select(L::mask(s, same), L::splat(s, of(list as MediumList)), all);
     }
     all
 }

@@ -68,6 +68,7 @@ impl<L: Lanes> Hits<L> {
             t: zero,
             surface: Surface {
                 point: nothing,
+                inwards: nothing,
                 error: nothing,
                 ng: nothing,
                 ns: nothing,
@@ -197,10 +198,15 @@ impl<L: Lanes> Hits<L> {
         self.may_touch |= if item.may_touch { lanes } else { 0 };
     }
 
-    /// The coefficients of the materials hit.
+    /// The coefficients of the materials hit. Checkers are averaged over `extents` around the hits.
     #[inline(always)]
-    pub fn coefficients(&self, s: L::Simd, world: &World<L::Real>) -> Coefficients<L> {
-        Coefficients::look_up(s, &world.materials, self.material, self.found, self.surface.local)
+    pub fn coefficients(
+        &self,
+        s: L::Simd,
+        world: &World<L::Real>,
+        extents: Option<&dyn Fn() -> V3<L>>,
+    ) -> Coefficients<L> {
+        Coefficients::look_up(s, &world.materials, self.material, self.found, self.surface.local, extents)
     }
 
     /// The radiance that the surfaces emit.
@@ -221,6 +227,12 @@ impl<L: Lanes> Hits<L> {
         let (ior, dispersion) =
             if hollow { (L::Real::from_f64(1.0), L::Real::from_f64(0.0)) } else { (material.ior, material.dispersion) };
         Medium { body: self.body.lane(lane), volume: world.owner(self.expanded.lane(lane)).volume(), ior, dispersion }
+    }
+
+    /// Whether light fades inside of a lane's closed body.
+    pub(super) fn absorbs(&self, world: &World<L::Real>, lane: usize) -> bool {
+        let filled = self.closed & !self.hollow & (1 << lane) != 0;
+        filled && self.material_of(world, lane).absorption.iter().any(|c| *c > L::Real::from_f64(0.0))
     }
 
     /// Whether a lane's ray goes into the region that its body encloses. For a cavity that is the way out of the material.

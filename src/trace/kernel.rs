@@ -5,26 +5,32 @@
 //! pixel depends neither on the packet it is traced in nor on the width of a packet.
 
 use super::attenuation::along;
+use super::batch::SamplePacket;
 use super::certificate::Certificate;
 use super::color_bleeding::scatter_diffuse;
-use super::counts::RayCounts;
+use super::counts::{LaneCounts, RayCounts};
 use super::eye_media::media_at;
+use super::footprint::footprints;
 use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::Observer;
+use super::pixel_sum::PixelSum;
+use super::proof::BatchProof;
 use super::ray_cones::{RayCones, around};
 use super::ray_packet::{RayKind, RayPacket};
-use super::sampling::{Choice, Sampler};
+use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
 use super::texturing::apply_textures;
 use super::wavelengths::Wavelengths;
 use crate::accel::Nearest;
 use crate::camera::{Camera, Cone};
 use crate::control;
+use crate::film::Display;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use crate::scene::effects::Effect;
 use crate::scene::world::{Pruning, World};
+use crate::shading::material::Coefficients;
 use crate::shading::media::{Media, Medium, OUTSIDE};
 use crate::trace::variants::{General, Variant};
 use std::marker::PhantomData;
@@ -33,36 +39,37 @@ use std::marker::PhantomData;
 /// above 1, of which a warning tells, and extremely bright lights come near.
 const MAX_RADIANCE: f64 = 1e28;
 
-/// Share of a pixel over which textures are averaged for a sample of a batch. There may be any number of batches.
-const BATCH_SHARE: f64 = 1.0 / 1_024.0;
-
 /// Traces packets of samples through a world. Reused from packet to packet.
 #[derive(Debug)]
 pub struct Tracer<'a, L: Lanes, O, V = General> {
     pub(super) s: L::Simd,
     pub(super) world: &'a World<L::Real>,
-    camera: &'a Camera<L::Real>,
+    pub(super) camera: &'a Camera<L::Real>,
     pub(super) observer: O,
     pub(super) media: Media<L::Real>,
     /// Rays waiting to be followed.
     pub(super) stack: Vec<RayPacket<L>>,
     /// What ends chains of rays besides their length.
     pub(crate) pruning: Pruning,
-    /// The smallest weight followed, times the sample's own, or w U where something is to be proved.
-    pub(super) min_weight: L,
-    /// The weight of a sample.
-    pub(super) share: L,
-    /// The bound on what is omitted.
+    /// The samples at work.
+    pub(super) samples: SamplePacket,
+    /// The bound on what they omit.
     pub(super) certificate: Certificate<L>,
+    /// The proof of their batch.
+    pub(super) proof: BatchProof<L>,
     /// What was traced so far.
     pub counts: RayCounts,
-    /// Rays of each sample so far: whole numbers that every format holds.
+    /// Those of each sample of the batch, if asked for.
+    pub(crate) lane_counts: Option<Box<LaneCounts>>,
+    /// Rays of each sample in this round: whole numbers that every format holds.
     pub(super) followed: L,
     /// What a packet counts for between two checks for cancellation: each light takes a step.
     steps: u32,
-    /// The choices of the current sample, in the general variant.
+    /// The choices of the samples at work, in the general variant.
     pub(crate) sampler: Sampler,
-    /// The wavelengths of the current sample, in scenes with dispersion.
+    /// The coordinates that they take.
+    pub(super) dimensions: Dimensions,
+    /// Their wavelengths, in scenes with dispersion.
     pub(super) wavelengths: Wavelengths<L>,
     eye_media: Vec<Medium<L::Real>>,
     /// The cones of the current rays, in the general variant.
@@ -89,13 +96,15 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             media: Media::default(),
             stack: Vec::new(),
             pruning,
-            min_weight: L::lit(s, 0.0),
-            share: L::lit(s, 1.0),
+            samples: SamplePacket::default(),
             certificate: Certificate::new(s),
+            proof: BatchProof::new(),
             counts: RayCounts::default(),
+            lane_counts: None,
             followed: L::lit(s, 0.0),
             steps: 1 + world.lights.len() as u32,
             sampler: Sampler::default(),
+            dimensions: Dimensions::of(world.effects),
             wavelengths: Wavelengths::yellow(s),
             eye_media: eye_media.to_vec(),
             cones: RayCones::new(s, if V::DETAILS { camera.cone() } else { Cone::default() }),
@@ -109,30 +118,37 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         self.s
     }
 
+    /// How light becomes colours.
+    pub(crate) fn display(&self) -> &'a Display {
+        &self.world.display
+    }
+
+    /// The observer.
+    pub(crate) fn observer(&mut self) -> &mut O {
+        &mut self.observer
+    }
+
     /// Gives the observer back.
     pub fn into_observer(self) -> O {
         self.observer
     }
 
-    /// Makes `rays` the camera rays of the samples at (x, y), in pixels from the upper left corner, to be followed with
-    /// `weight`. What lies outside of the picture's circle is added to `sum`.
+    /// Makes `rays` the camera rays of the samples at (x, y), in pixels from the upper left corner. What lies outside of the
+    /// picture's circle is added to `sum`.
     #[inline(always)]
-    pub fn sample(
+    pub(crate) fn sample(
         &mut self,
         x: L,
         y: L,
         active: u32,
-        weight: L::Real,
         rays: &mut RayPacket<L>,
         hits: &mut Hits<L>,
-        sum: &mut V3<L>,
+        sum: &mut PixelSum<L>,
     ) {
         let s = self.s;
-        let weight = L::splat(s, weight);
-        self.share = weight;
         self.stack.clear();
         if V::DETAILS {
-            self.cones.restart(s, if self.certificate.batch == 0 { weight } else { L::lit(s, BATCH_SHARE) });
+            self.cones.restart(s, self.share());
         }
 
         let mut primary = self.camera.primary(s, x, y);
@@ -143,7 +159,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         }
         self.make_choices(hits);
         let seen = primary.seen.bits() & active;
-        let weight = V3 { x: weight, y: weight, z: weight };
+        let weight = V3::splat(s, [L::Real::from_f64(1.0); 3]);
         // Field by field: as a whole it would be made elsewhere and copied.
         rays.origin = primary.origin;
         rays.dir = primary.dir;
@@ -153,18 +169,35 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         rays.media = self.media_at_eye(&primary.origin, seen, hits.time);
         rays.depth = 1;
         rays.kind = RayKind::Camera;
+        rays.straight = true;
+        rays.gathered = false;
         rays.path = 0;
         rays.dispersed = 0;
         rays.parent = 0;
         if seen != active {
-            let background = weight.times(V3::splat(s, self.world.background));
-            self.add(sum, active & !seen, background);
+            // Beyond the circle of a dome there is no scene.
+            let mut dark = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+            if V::DETAILS
+                && let Some(behind) = self.world.behind
+            {
+                dark = V3::splat(s, behind);
+                sum.add(s, active & !seen, dark);
+            }
             if O::WATCHING {
-                self.observer.outside(background);
+                self.observer.outside(dark);
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
         self.counts.deepest = self.counts.deepest.max(1);
+        self.count_lanes(seen, 1);
+    }
+
+    /// Counts a ray of some lanes, the last of a chain of `depth`, where pixels are counted one by one.
+    #[inline(always)]
+    pub(super) fn count_lanes(&mut self, lanes: u32, depth: u32) {
+        if let Some(counts) = &mut self.lane_counts {
+            counts.add(lanes << self.proof.first(), depth);
+        }
     }
 
     /// What is chosen once for a sample, beside the place on the lens.
@@ -178,13 +211,13 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             self.wavelengths = Wavelengths::choose(s, spectrum, &self.sampler);
         }
         let moves = V::DETAILS && self.world.effects.has(Effect::MotionBlur);
-        hits.time = if moves { Some(self.sampler.number(s, Choice::Time)) } else { None };
+        hits.time = if moves { Some(self.sampler.time(s)) } else { None };
     }
 
     /// Follows rays and their descendants. Once cancelled it returns early, and the sum is useless. `rays` and `hits` are
     /// buffers of the caller, since they are expensive to create and to move.
     #[inline(always)]
-    pub(crate) fn follow_from(&mut self, rays: &mut RayPacket<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
+    pub(crate) fn follow_from(&mut self, rays: &mut RayPacket<L>, hits: &mut Hits<L>, sum: &mut PixelSum<L>) {
         loop {
             if control::step(self.steps) {
                 return;
@@ -201,24 +234,37 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     #[inline(always)]
     fn media_at_eye(&mut self, origin: &V3<L>, active: u32, time: Option<L>) -> L::Ids {
         let s = self.s;
-        if !V::SECONDARY || !self.world.transmits {
+        if !V::SECONDARY || !self.world.has_media() {
             return L::Ids::splat(s, u64::from(OUTSIDE));
         }
         if self.world.shared_eye {
             return L::Ids::splat(s, u64::from(self.media.list(&self.eye_media)));
         }
-        L::Ids::from_fn(s, |lane| {
-            if active & (1 << lane) == 0 {
-                return u64::from(OUTSIDE);
-            }
-            let around = media_at::<L>(s, self.world, origin.lane(lane), time.map(|time| time.lane(lane)));
-            u64::from(self.media.list(&around))
-        })
+        self.media_at_each(origin, active, time)
+    }
+
+    /// The media at the eye where each ray has its own.
+    #[inline(never)]
+    fn media_at_each(&mut self, origin: &V3<L>, active: u32, time: Option<L>) -> L::Ids {
+        let s = self.s;
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || {
+                L::Ids::from_fn(s, |lane| {
+                    if active & (1 << lane) == 0 {
+                        return u64::from(OUTSIDE);
+                    }
+                    let around = media_at::<L>(s, self.world, origin.lane(lane), time.map(|time| time.lane(lane)));
+                    u64::from(self.media.list(&around))
+                })
+            },
+        )
     }
 
     /// Shades what the rays hit and stacks the rays that leave from there.
     #[inline(always)]
-    fn follow(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>, sum: &mut V3<L>) {
+    fn follow(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>, sum: &mut PixelSum<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
         let mut cast = Rays {
@@ -249,7 +295,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         if missed != 0 {
             let background = rays.weight.times(self.surroundings(rays, missed));
             let background = self.bounded(if V::DETAILS { own + background } else { background });
-            self.add(sum, missed, background);
+            sum.add(s, missed, background);
             if O::WATCHING {
                 self.observer.contributes(number, background);
             }
@@ -263,33 +309,54 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         if O::WATCHING {
             self.observer.hits(number, rays, hits);
         }
-        let mut coefficients = hits.coefficients(s, self.world);
+        let mut coefficients = self.coefficients(rays, hits);
         if V::DETAILS {
-            self.cones.hit(s, hits);
             if self.world.effects.has_textures() {
-                self.cones.tilted = apply_textures(s, self.world, rays, self.cones.widths(s), hits, &mut coefficients);
+                self.cones.tilted = apply_textures(s, self.world, rays, self.cones.widths(), hits, &mut coefficients);
             }
             if self.world.effects.has(Effect::Emission) {
                 own = own + rays.weight.times(hits.emission(s, self.world));
             }
         }
         illuminate(self, rays, hits, &coefficients, own, number, sum);
-        if rays.kind == RayKind::Gathered {
-            return;
-        }
-        if V::DETAILS && self.world.effects.has(Effect::ColorBleeding) {
+        if V::DETAILS && self.world.effects.has(Effect::ColorBleeding) && !rays.gathered {
             scatter_diffuse(self, rays, hits, &coefficients, number);
         }
         scatter(self, rays, hits, &coefficients, number);
+    }
+
+    /// The coefficients of what the rays have hit, without textures.
+    #[inline(always)]
+    pub(super) fn coefficients(&mut self, rays: &RayPacket<L>, hits: &Hits<L>) -> Coefficients<L> {
+        let s = self.s;
+        if V::DETAILS {
+            self.cones.hit(s, hits);
+        }
+        stage::<L, V, _>(
+            s,
+            #[inline(always)]
+            || {
+                let widths = self.cones.widths();
+                let extents = || footprints(s, self.world, rays, widths, hits);
+                let filters = V::DETAILS && self.world.filters_checkers();
+                hits.coefficients(s, self.world, if filters { Some(&extents) } else { None })
+            },
+        )
     }
 
     /// Radiance of the surroundings, for rays of some lanes that hit nothing.
     #[inline(always)]
     fn surroundings(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
         if V::DETAILS
+            && rays.straight
+            && let Some(behind) = self.world.behind
+        {
+            return V3::splat(self.s, behind);
+        }
+        if V::DETAILS
             && let Some(environment) = &self.world.environment
         {
-            return around(self.s, environment, rays.dir, missed, self.cones.spread());
+            return around(self.s, environment, rays.dir, missed, self.cones.spreads());
         }
         V3::splat(self.s, self.world.background)
     }
@@ -299,12 +366,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     pub(super) fn bounded(&self, radiance: V3<L>) -> V3<L> {
         let max = L::lit(self.s, MAX_RADIANCE);
         V3 { x: radiance.x.min(max), y: radiance.y.min(max), z: radiance.z.min(max) }
-    }
-
-    /// Adds radiance to the lanes of `lanes`.
-    #[inline(always)]
-    pub(super) fn add(&self, sum: &mut V3<L>, lanes: u32, radiance: V3<L>) {
-        *sum = V3::select(L::mask(self.s, lanes), *sum + radiance, *sum);
     }
 }
 

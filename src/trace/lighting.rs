@@ -4,7 +4,8 @@ use super::colored_shadows::left_by_bodies;
 use super::hits::Hits;
 use super::kernel::{Tracer, stage};
 use super::observer::Observer;
-use super::ray_packet::{RayKind, RayPacket};
+use super::pixel_sum::PixelSum;
+use super::ray_packet::RayPacket;
 use super::sampling::Choice;
 use crate::accel::transmittance;
 use crate::lanes::{Lanes, Mask, Real, V3};
@@ -36,7 +37,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, V: Variant>(
     coefficients: &Coefficients<L>,
     own: V3<L>,
     number: u32,
-    sum: &mut V3<L>,
+    sum: &mut PixelSum<L>,
 ) {
     stage::<L, V, _>(
         tracer.s,
@@ -53,19 +54,19 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
     coefficients: &Coefficients<L>,
     own: V3<L>,
     number: u32,
-    sum: &mut V3<L>,
+    sum: &mut PixelSum<L>,
 ) {
     let s = tracer.s;
     let world = tracer.world;
     // Gathered light takes the place of ambient light.
-    let gathers = V::DETAILS && world.effects.has(Effect::ColorBleeding) && rays.kind != RayKind::Gathered;
+    let gathers = V::DETAILS && world.effects.has(Effect::ColorBleeding) && !rays.gathered;
     if V::DETAILS || !gathers {
         let mut ambient = rays.weight.times(coefficients.ambient.times(V3::splat(s, world.ambient)));
         if V::DETAILS {
             ambient = if gathers { own } else { own + ambient };
         }
         let ambient = tracer.bounded(ambient);
-        tracer.add(sum, hits.found, ambient);
+        sum.add(s, hits.found, ambient);
         if O::WATCHING {
             tracer.observer.contributes(number, ambient);
         }
@@ -75,7 +76,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
     }
     let zero = L::lit(s, 0.0);
     let found = L::mask(s, hits.found);
-    let from_facet = leave(hits.surface.point, hits.surface.error, hits.ng);
+    let from_facet = hits.surface.leave(hits.ng);
     // The SPD's rules count shadow rays from the facets, also those that add nothing.
     let spd = if world.rules.spd_counts { hits.found } else { 0 };
     let smooth = hits.smooth & !spd;
@@ -112,6 +113,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
         let mut passed = V3::splat(s, [L::Real::from_f64(1.0); 3]);
         if let Some(blockers) = world.rules.shadows {
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
+            tracer.count_lanes(cast.bits(), 0);
             let shadow = shadow_rays(s, &place, origin, cast);
             let time = hits.time.as_ref();
             passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time);
@@ -122,7 +124,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             }
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
-        tracer.add(sum, lit.bits(), radiance);
+        sum.add(s, lit.bits(), radiance);
         if O::WATCHING {
             let added = V3::select(lit, radiance, V3 { x: zero, y: zero, z: zero });
             tracer.observer.shadow(number, index, origin, arrival.to_light, passed, added);
@@ -147,7 +149,7 @@ fn little<L: Lanes, O: Observer<L>, V: Variant>(
     let s = tracer.s;
     let color = V3::<L>::splat(s, light.color);
     let brightness = color.x.max(color.y).max(color.z) * strength;
-    let least = tracer.min_weight * L::lit(s, SHADOW_SHARE) * brightness.min(L::lit(s, 1.0));
+    let least = tracer.certificate.min_weight * L::lit(s, SHADOW_SHARE) * brightness.min(L::lit(s, 1.0));
     lit & !added.x.max(added.y).max(added.z).ge(least)
 }
 
@@ -183,7 +185,7 @@ fn from_curve<L: Lanes>(s: L::Simd, hits: &Hits<L>, facet_cosine: L, smooth: u32
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let share = (one - facet_cosine * L::lit(s, 1.0 / GRAZING)).max(zero).min(one);
     let share = L::select(L::mask(s, smooth), share, zero);
-    leave(hits.surface.point + hits.surface.lift * share, hits.surface.error, hits.ng)
+    leave(hits.surface.point + hits.surface.inwards + hits.surface.lift * share, hits.surface.error, hits.ng)
 }
 
 /// Segments from the surface to the light; t = 1 is the light, or infinity for directional light.

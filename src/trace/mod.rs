@@ -1,6 +1,7 @@
 //! Whitted's recursion, L = L_Phong + r_s L_s + r_t L_t (CACM 23(6), 1980), as a loop over an explicit stack.
 
 mod attenuation;
+pub(crate) mod batch;
 mod certificate;
 mod coincident;
 mod color_bleeding;
@@ -8,6 +9,8 @@ mod colored_shadows;
 pub mod counts;
 mod deferred;
 pub mod eye_media;
+mod first_hits;
+mod footprint;
 mod fresnel;
 pub mod hits;
 pub mod interface;
@@ -15,11 +18,14 @@ pub mod kernel;
 pub mod lighting;
 pub mod observer;
 pub mod pixel;
+pub(crate) mod pixel_sum;
+pub(crate) mod proof;
 mod ray_cones;
 pub mod ray_packet;
 mod ray_stack;
 pub mod sampling;
 pub mod secondary;
+mod sobol;
 mod texturing;
 pub mod variants;
 mod wavelengths;

@@ -39,7 +39,7 @@ pub trait Observer<L: Lanes> {
     const WATCHING: bool;
     /// A ray is followed; returns its number, which its children name as their parent.
     fn ray(&mut self, ray: &RayPacket<L>, media: &Media<L::Real>) -> u32;
-    /// A sample outside the image circle shows the background, weight included.
+    /// A sample outside the image circle, where it is dark unless alpha is asked for.
     fn outside(&mut self, radiance: V3<L>);
     /// Radiance that a ray adds to the pixel, weight included.
     fn contributes(&mut self, ray: u32, radiance: V3<L>);
@@ -49,7 +49,11 @@ pub trait Observer<L: Lanes> {
     fn shadow(&mut self, ray: u32, light: usize, origin: V3<L>, to_light: V3<L>, passed: V3<L>, radiance: V3<L>);
     /// Snell's law at the surface a ray hits.
     fn refracts(&mut self, ray: u32, snell: Snell);
-    /// Forget the pixel's events so far: it is traced again.
+    /// The pixel begins, perhaps once more: forget all events.
+    fn pixel(&mut self);
+    /// A batch of its samples begins.
+    fn batch(&mut self);
+    /// Forget the events of the batch: it is traced again.
     fn again(&mut self);
     /// A ray that would have had this weight is not followed.
     fn not_followed(&mut self, ray: u32, kind: RayKind, weight: V3<L>, why: NotFollowed);
@@ -71,6 +75,10 @@ impl<L: Lanes> Observer<L> for () {
     fn shadow(&mut self, _: u32, _: usize, _: V3<L>, _: V3<L>, _: V3<L>, _: V3<L>) {}
     #[inline(always)]
     fn refracts(&mut self, _: u32, _: Snell) {}
+    #[inline(always)]
+    fn pixel(&mut self) {}
+    #[inline(always)]
+    fn batch(&mut self) {}
     #[inline(always)]
     fn again(&mut self) {}
     #[inline(always)]

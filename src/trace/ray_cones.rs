@@ -1,26 +1,28 @@
-//! Ray cones: the width of the rays of a packet, from the cone of a pixel and the distance from the eye.
+//! Ray cones: the widths of the rays of a packet, from the cone of a pixel, the distances on the way and the surfaces that have
+//! bent them (Akenine-Moeller et al., Texture Level of Detail Strategies for Real-Time Ray Tracing, Ray Tracing Gems, 2019).
 //!
 //! They have a stack of their own beside that of the rays, so that variants without details do not carry them.
 
 use super::hits::Hits;
 use crate::camera::Cone;
-use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::lanes::{Column, Columns, Lanes, V3, parts};
 use crate::shading::texture::environment::Environment;
-use glam::DVec3;
+
+/// The cone of each ray where it starts: `[width, spread]`, the width and what it gains in a unit of distance. Both may be
+/// below 0, where a cone has been turned inside out by a focus.
+pub(super) type Cones<L> = [L; 2];
 
 /// The cones of a packet's rays.
 #[derive(Debug)]
 pub(crate) struct RayCones<L> {
     /// The cone of a whole pixel.
     pixel: Cone,
-    /// The cone of a sample, which is a part of a pixel.
-    sample: Cone,
-    /// Distance from the eye to where the current rays start.
-    start: L,
-    /// Distance from the eye to where the next rays start.
-    pub(super) end: L,
-    /// One `start` for each entry of the stack of rays.
-    waiting: Vec<L>,
+    /// The cones of the current rays.
+    current: Cones<L>,
+    /// The cones of the next rays.
+    pub(super) next: Cones<L>,
+    /// Those of each entry of the stack of rays.
+    waiting: Vec<Cones<L>>,
     /// Lanes whose shading normal bumps have tilted.
     pub(super) tilted: u32,
 }
@@ -28,70 +30,80 @@ pub(crate) struct RayCones<L> {
 impl<L: Lanes> RayCones<L> {
     #[inline(always)]
     pub(super) fn new(s: L::Simd, pixel: Cone) -> Self {
-        let zero = L::lit(s, 0.0);
-        Self { pixel, sample: pixel, start: zero, end: zero, waiting: Vec::new(), tilted: 0 }
+        let nothing = [L::lit(s, 0.0); 2];
+        Self { pixel, current: nothing, next: nothing, waiting: Vec::new(), tilted: 0 }
     }
 
     /// Starts at the eye, with a sample that has a given share of its pixel.
     #[inline(always)]
-    pub(super) fn restart(&mut self, s: L::Simd, share: L) {
-        let part = share.lane(0).to_f64().sqrt();
-        self.sample = Cone { width: self.pixel.width * part, spread: self.pixel.spread * part };
-        self.start = L::lit(s, 0.0);
+    pub(super) fn restart(&mut self, s: L::Simd, share: f64) {
+        let part = share.sqrt();
+        self.current = [self.pixel.width * part, self.pixel.spread * part].map(|x| L::lit(s, x));
         self.waiting.clear();
     }
 
-    /// The current rays have hit something.
+    /// The current rays have hit something: the next ones start there.
     #[inline(always)]
     pub(super) fn hit(&mut self, s: L::Simd, hits: &Hits<L>) {
-        self.end = L::select(L::mask(s, hits.found), self.start + hits.t, self.start);
+        let [width, spread] = self.current;
+        self.next = [L::select(L::mask(s, hits.found), width + spread * hits.t, width), spread];
         self.tilted = 0;
     }
 
     /// Rays have been put on the stack.
     #[inline(always)]
     pub(super) fn push(&mut self) {
-        self.waiting.push(self.end);
+        self.waiting.push(self.next);
     }
 
     /// Rays have been taken from the stack.
     #[inline(always)]
     pub(super) fn pop(&mut self) {
-        if let Some(start) = self.waiting.pop() {
-            self.start = start;
+        if let Some(cones) = self.waiting.pop() {
+            self.current = cones;
         }
     }
 
-    /// Where the next rays start; in `unseen` lanes the surface is invisible, and the current ray goes on.
+    /// The cones of mirrored rays. A normal that turns by `curvature` in a unit of length turns them by twice as much.
     #[inline(always)]
-    pub(super) fn unless(&self, unseen: L::Mask) -> L {
-        L::select(unseen, self.start, self.end)
+    pub(super) fn mirrored(&self, s: L::Simd, curvature: L) -> Cones<L> {
+        let [width, spread] = self.next;
+        [width, spread + L::lit(s, 2.0) * curvature * width]
+    }
+
+    /// The cones of transmitted rays: with t = eta d + (eta cos_1 - cos_2) n, they widen as d and n do. In `unseen` lanes the
+    /// surface is invisible, and the current ray goes on.
+    #[inline(always)]
+    pub(super) fn transmitted(&self, curvature: L, eta: L, bend: L, unseen: L::Mask) -> Cones<L> {
+        let ([width, spread], [start, old]) = (self.next, self.current);
+        [L::select(unseen, start, width), L::select(unseen, old, eta * spread + bend * curvature * width)]
     }
 
     /// Widths of the rays where they hit.
     #[inline(always)]
-    pub(super) fn widths(&self, s: L::Simd) -> L {
-        L::lit(s, self.sample.width) + L::lit(s, self.sample.spread) * self.end
+    pub(super) fn widths(&self) -> L {
+        self.next[0].abs()
     }
 
-    /// Angle of the cones.
-    pub(super) fn spread(&self) -> f64 {
-        self.sample.spread
+    /// Angles of the cones of the current rays.
+    pub(super) fn spreads(&self) -> L {
+        self.current[1].abs()
     }
 }
 
-/// The environment map in the directions of some lanes, over cones of an angle.
-pub(super) fn around<L: Lanes>(s: L::Simd, environment: &Environment, dir: V3<L>, lanes: u32, spread: f64) -> V3<L> {
+/// The environment map in the directions of some lanes, over cones of some angles.
+pub(super) fn around<L: Lanes>(s: L::Simd, environment: &Environment, dir: V3<L>, lanes: u32, spreads: L) -> V3<L> {
     L::vectorize(
         s,
         #[inline(always)]
         || {
-            let mut seen = [[L::Real::default(); 3]; MAX_LANES];
-            for lane in lanes_of(lanes) {
-                let dir = DVec3::from_array(dir.lane(lane).map(Real::to_f64));
-                seen[lane] = environment.radiance(dir, spread).map(L::Real::from_f64);
+            let (dirs, spreads) = (Columns::of(dir), Column::of(spreads));
+            let mut seen = Columns::of(V3::<L>::splat(s, [L::Real::default(); 3]));
+            for (first, lanes) in parts::<L>(lanes) {
+                let (dir, spread) = (dirs.part::<L::Double>(s, first), spreads.part(s, first));
+                seen.put(s, first, L::Double::mask(s, lanes), environment.radiance(s, dir, spread, lanes));
             }
-            V3::from_fn(s, |lane| seen[lane])
+            seen.lanes(s)
         },
     )
 }

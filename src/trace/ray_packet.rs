@@ -37,6 +37,10 @@ pub struct RayPacket<L: Lanes> {
     pub depth: u32,
     /// Its kind.
     pub kind: RayKind,
+    /// Whether the camera sees through it: nothing has reflected it.
+    pub straight: bool,
+    /// Whether it brings light that a diffuse surface has gathered: what it meets has ambient light, and gathers no more.
+    pub gathered: bool,
     /// Names its place in the tree of rays, for [`Sampler`](super::sampling::Sampler).
     pub path: u32,
     /// Lanes whose light has been split into wavelengths.
@@ -60,6 +64,8 @@ impl<L: Lanes> RayPacket<L> {
             media: L::Ids::splat(s, u64::from(OUTSIDE)),
             depth: 0,
             kind: RayKind::Camera,
+            straight: true,
+            gathered: false,
             path: 0,
             dispersed: 0,
             parent: 0,

@@ -5,7 +5,6 @@ use super::observer::{NotFollowed, Observer};
 use super::ray_packet::{RayKind, RayPacket};
 use super::variants::Variant;
 use crate::lanes::{Ids, Lanes, Mask, V3};
-use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::shading::media::{MediumList, OUTSIDE};
 
 /// Largest weight of a ray, so that nothing overflows in single precision. Only materials with r_s + r_t above 1, of which a
@@ -30,14 +29,15 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// Forgets the lists of media that neither `next` nor any ray that waits needs.
     #[inline(never)]
     fn forget_media(&mut self, next: &mut RayPacket<L>) {
-        let (s, stack, deferred) = (self.s, &mut self.stack, &mut self.certificate.deferred);
+        let (s, stack) = (self.s, &mut self.stack);
+        let deferred = self.certificate.deferred.media().chain(self.proof.waiting_media());
         L::vectorize(
             s,
             #[inline(always)]
             || {
                 let mut kept = self.media.compact();
                 let waiting = stack.iter_mut().chain([next]).map(|packet| (packet.active, &mut packet.media));
-                for (active, media) in waiting.chain(deferred.media()) {
+                for (active, media) in waiting.chain(deferred) {
                     let lists = *media;
                     *media = L::Ids::from_fn(s, |lane| match active & (1 << lane) {
                         0 => u64::from(OUTSIDE),
@@ -51,6 +51,9 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// Stacks rays. Rays of too little weight are deferred or omitted; rays beyond the limit are dropped.
     #[inline(always)]
     pub(super) fn push(&mut self, mut rays: RayPacket<L>) {
+        if V::DETAILS && self.world.rules.straight && !rays.straight {
+            return;
+        }
         let max = L::lit(self.s, MAX_WEIGHT);
         let w = rays.weight;
         rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
@@ -64,11 +67,10 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         }
         let active = L::mask(self.s, rays.active);
         self.followed = L::select(active, self.followed + L::lit(self.s, 1.0), self.followed);
-        let beyond = (active & self.followed.ge(L::lit(self.s, RAYS_PER_SAMPLE.max as f64))).bits();
-        let beyond = beyond | self.never_ending(&rays);
-        if beyond != 0 {
-            self.drop_rays(&rays, beyond);
-            rays.active &= !beyond;
+        let beyond = (active & self.followed.ge(self.certificate.most_followed)).bits();
+        let never_ending = self.never_ending(&rays);
+        if beyond | never_ending != 0 {
+            self.drop_rays(&mut rays, beyond, never_ending);
         }
         if rays.active != 0 {
             let count = u64::from(rays.active.count_ones());
@@ -79,6 +81,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 RayKind::Transmitted => self.counts.transmitted += count,
                 RayKind::Gathered => self.counts.gathered += count,
             }
+            self.count_lanes(rays.active, rays.depth);
             self.stack.push(rays);
             if V::DETAILS {
                 self.cones.push();
@@ -86,13 +89,15 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         }
     }
 
-    /// Leaves out rays of some lanes that are beyond the limit on rays.
+    /// Leaves out rays whose chains would never end, and rays beyond a limit if they do not get more room.
     #[inline(never)]
-    fn drop_rays(&mut self, rays: &RayPacket<L>, lanes: u32) {
+    fn drop_rays(&mut self, rays: &mut RayPacket<L>, beyond: u32, never_ending: u32) {
         L::vectorize(
             self.s,
             #[inline(always)]
             || {
+                let lanes = never_ending | self.beyond_limit(rays, beyond & !never_ending);
+                rays.active &= !lanes;
                 self.counts.dropped += u64::from(lanes.count_ones());
                 self.record_omitted_rays(lanes, rays.weight, rays.depth);
                 if O::WATCHING {

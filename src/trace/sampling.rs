@@ -1,14 +1,20 @@
-//! The choices of each sample of a pixel: a point of the lens, a time, a point of a light.
+//! The choices of each sample of a pixel: its place in the pixel, a point of the lens, a time, a point of a light.
 //!
-//! Choices come in pairs. The pairs of a pixel's samples are points of Sobol's (0,2)-sequence: every run of 2^k points has
-//! one in each of 2^k equal rectangles of any shape. So the error of n samples falls like 1/n, or n^(-3/4) where there are
-//! edges, instead of n^(-1/2). Each kind of choice, and each place in the tree of rays, takes the points in an order of its
-//! own (Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020), and each pixel shifts them by a vector of its own
-//! (Cranley and Patterson 1976). All of it is computed from the pixel, the sample's number and the place in the tree, so it
-//! does not depend on threads, tiles or packets.
+//! All are coordinates of one point of Sobol's sequence (`sobol.rs`), in the order of [`Dimensions`], so that they are spread
+//! evenly together. Only choices further down the tree of rays, of which there may be any number, take two coordinates in an
+//! order of their own (Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020). Each pixel scrambles its choices in its
+//! own way; the places in the pixel are the same in all. All of it is computed from the pixel, the sample's number and
+//! the place in the tree, so it does not depend on threads, tiles or packets; and the first samples of a pixel are the same
+//! however many follow.
 
 use super::ray_packet::RayKind;
+use super::sobol::{self, hash, scramble};
 use crate::lanes::{Lanes, MAX_LANES, Real};
+use crate::scene::effects::{Effect, SceneEffects};
+
+/// The scrambling of places in the pixel: of 1,500 tried the one with the least error over 4,000 edges, for 4 to 64 samples.
+/// It is 0.82 of that of Hammersley's points for 16.
+const PLACES: u32 = 974;
 
 /// Kinds of choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +46,37 @@ impl Choice {
     }
 }
 
+/// The coordinates that choices take, after the two of the place in the pixel. The first ones are spread best, so
+/// choices that a scene does not call for take none.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Dimensions {
+    time: u8,
+    lens: u8,
+    first_hit: u8,
+}
+
+impl Dimensions {
+    /// Those of a scene's effects.
+    pub(super) fn of(effects: SceneEffects) -> Self {
+        let after = |effect, coordinates| if effects.has(effect) { coordinates } else { 0 };
+        let time = 2 + after(Effect::Dispersion, 1);
+        let lens = time + after(Effect::MotionBlur, 1);
+        Self { time, lens, first_hit: lens + after(Effect::DepthOfField, 2) }
+    }
+
+    /// The first coordinate of a choice at a place in the tree of rays; none further down. Of what a camera ray hits, all
+    /// choices take the same ones: their light is added, so they need not be spread evenly together.
+    #[inline(always)]
+    fn first(self, choice: Choice, path: u32) -> Option<usize> {
+        match choice {
+            Choice::Wavelength => Some(2),
+            Choice::Time => Some(usize::from(self.time)),
+            Choice::Lens => Some(usize::from(self.lens)),
+            _ => (path == 0).then_some(usize::from(self.first_hit)),
+        }
+    }
+}
+
 /// A hash of each lane's pixel and of a batch of its samples.
 #[inline(always)]
 fn hashes([columns, rows]: &[[u32; MAX_LANES]; 2], batch: u32) -> [u32; MAX_LANES] {
@@ -57,59 +94,103 @@ pub(super) fn shifts(corners: &[[u32; MAX_LANES]; 2], batch: u32, axis: usize) -
     hashes(corners, batch).map(|pixel| hash(pixel ^ hash(0x8000_0000 + axis as u32)))
 }
 
-/// The choices of one sample of each pixel of a packet.
+/// The place of a sample within its pixel along an axis. The first is the centre.
+#[inline(always)]
+pub fn sample_offset(index: u32, axis: usize) -> f64 {
+    FIRST_PLACES[axis].get(index as usize).copied().unwrap_or_else(|| computed_place(index, axis))
+}
+
+/// The first places, since most pixels have no more samples.
+static FIRST_PLACES: [[f64; 256]; 2] = first_places();
+
+const fn first_places() -> [[f64; 256]; 2] {
+    let mut places = [[0.0; 256]; 2];
+    let mut index = 0;
+    while index < 256 {
+        (places[0][index], places[1][index]) = (computed_place(index as u32, 0), computed_place(index as u32, 1));
+        index += 1;
+    }
+    places
+}
+
+const fn computed_place(index: u32, axis: usize) -> f64 {
+    let seed = [hash(PLACES), hash(PLACES ^ 0x5bd1_e995)][axis];
+    let place = scramble(sobol::plane(index)[axis], seed) ^ scramble(0, seed) ^ (1 << 31);
+    place as f64 / 4_294_967_296.0
+}
+
+/// The choices of the samples of a packet.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sampler {
-    /// A hash of each lane's pixel.
+    /// A hash of each sample's pixel.
     pixels: [u32; MAX_LANES],
-    /// The sample's number.
-    index: u32,
+    /// The number of each.
+    numbers: [u32; MAX_LANES],
+    dimensions: Dimensions,
 }
 
 impl Sampler {
-    /// The choices of sample `index` of a batch, of pixels given by columns and rows. Different batches choose independently.
+    /// The choices of samples by their number in a batch, and by the columns and rows of their pixels. Different batches choose
+    /// independently.
     #[inline(always)]
-    pub fn new(corners: &[[u32; MAX_LANES]; 2], batch: u32, index: u32) -> Self {
-        Self { pixels: hashes(corners, batch), index }
+    pub fn new(
+        corners: &[[u32; MAX_LANES]; 2],
+        batch: u32,
+        numbers: &[u32; MAX_LANES],
+        dimensions: Dimensions,
+    ) -> Self {
+        Self { pixels: hashes(corners, batch), numbers: *numbers, dimensions }
     }
 
     /// A point of the unit square for each lane, in [0, 1) x [0, 1), for a choice at a place in the tree of rays.
     #[inline(always)]
     pub fn square<L: Lanes>(&self, s: L::Simd, path: u32, choice: Choice) -> [L; 2] {
         let seed = hash(path ^ hash(choice.number()));
-        let [x, y] = scrambled_sobol(self.index, seed);
-        [self.shifted(s, x, hash(seed ^ 1)), self.shifted(s, y, hash(seed ^ 2))]
-    }
-
-    /// A number in [0, 1) for each lane, for a choice that is made once for a sample.
-    #[inline(always)]
-    pub fn number<L: Lanes>(&self, s: L::Simd, choice: Choice) -> L {
-        let seed = hash(hash(choice.number()));
-        self.shifted(s, scrambled_sobol(self.index, seed)[0], hash(seed ^ 1))
-    }
-
-    /// One of `count` cases for each lane: `count` samples take each of them once.
-    #[inline(always)]
-    pub fn case(&self, choice: Choice, count: u32) -> [usize; MAX_LANES] {
-        let seed = hash(hash(choice.number()));
-        let first = (u64::from(scrambled_sobol(self.index, seed)[0]) * u64::from(count)) >> 32;
-        let mut cases = [0; MAX_LANES];
-        for (case, pixel) in cases.iter_mut().zip(self.pixels) {
-            *case = ((first as u32 + hash(pixel ^ seed) % count) % count) as usize;
+        if let Some(first) = self.dimensions.first(choice, path) {
+            let [x, y] = [first, first + 1];
+            return [
+                self.scrambled(s, &sobol::coordinates(&self.numbers, x), hash(seed ^ 1)),
+                self.scrambled(s, &sobol::coordinates(&self.numbers, y), hash(seed ^ 2)),
+            ];
         }
-        cases
+        let mut points = [[0; MAX_LANES]; 2];
+        for lane in 0..MAX_LANES {
+            [points[0][lane], points[1][lane]] = sobol::plane(scramble(self.numbers[lane], seed));
+        }
+        [self.scrambled(s, &points[0], hash(seed ^ 1)), self.scrambled(s, &points[1], hash(seed ^ 2))]
     }
 
-    /// A number in [0, 1) for each lane.
+    /// A time in [0, 1) for each lane.
     #[inline(always)]
-    fn shifted<L: Lanes>(&self, s: L::Simd, x: u32, seed: u32) -> L {
-        let mut shifted = [L::Real::default(); MAX_LANES];
-        for (shifted, pixel) in shifted.iter_mut().zip(self.pixels) {
+    pub fn time<L: Lanes>(&self, s: L::Simd) -> L {
+        let first = self.dimensions.first(Choice::Time, 0).unwrap_or_default();
+        self.scrambled(s, &sobol::coordinates(&self.numbers, first), hash(hash(Choice::Time.number())))
+    }
+
+    /// One of `count` wavelengths for each lane, a power of 2: each aligned run of `count` samples takes each of them once.
+    #[inline(always)]
+    pub fn wavelength(&self, count: u32) -> [usize; MAX_LANES] {
+        debug_assert!(count.is_power_of_two());
+        let first = self.dimensions.first(Choice::Wavelength, 0).unwrap_or_default();
+        let (points, seed) = (sobol::coordinates(&self.numbers, first), hash(hash(Choice::Wavelength.number())));
+        let mut wavelengths = [0; MAX_LANES];
+        for lane in 0..MAX_LANES {
+            let x = scramble(points[lane], hash(self.pixels[lane] ^ seed));
+            wavelengths[lane] = ((u64::from(x) * u64::from(count)) >> 32) as usize;
+        }
+        wavelengths
+    }
+
+    /// A number in [0, 1) for each lane, from its coordinate.
+    #[inline(always)]
+    fn scrambled<L: Lanes>(&self, s: L::Simd, coordinates: &[u32; MAX_LANES], seed: u32) -> L {
+        let mut numbers = [L::Real::default(); MAX_LANES];
+        for lane in 0..MAX_LANES {
             // 24 bits fit into a number of single precision.
-            let bits = x.wrapping_add(hash(pixel ^ seed)) >> 8;
-            *shifted = L::Real::from_f64(f64::from(bits) / 16_777_216.0);
+            let bits = scramble(coordinates[lane], hash(self.pixels[lane] ^ seed)) >> 8;
+            numbers[lane] = L::Real::from_f64(f64::from(bits) / 16_777_216.0);
         }
-        L::load(s, &shifted)
+        L::load(s, &numbers)
     }
 }
 
@@ -119,66 +200,54 @@ pub fn child(path: u32, kind: RayKind) -> u32 {
     path.wrapping_mul(4).wrapping_add(kind as u32 + 1)
 }
 
-/// A hash without collisions (Wellons' lowbias32).
-#[inline(always)]
-pub fn hash(mut x: u32) -> u32 {
-    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
-    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
-    x ^ (x >> 16)
-}
-
-/// Point `index` of the sequence, whose order and digits are scrambled by `seed`, as fractions of 2^32.
-fn scrambled_sobol(index: u32, seed: u32) -> [u32; 2] {
-    let index = scramble(index, seed);
-    let mut y = 0;
-    let (mut rest, mut direction) = (index, 1 << 31);
-    while rest != 0 {
-        if rest & 1 != 0 {
-            y ^= direction;
-        }
-        rest >>= 1;
-        direction ^= direction >> 1;
-    }
-    [scramble(index.reverse_bits(), hash(seed ^ 3)), scramble(y, hash(seed ^ 4))]
-}
-
-/// Owen's scrambling of a binary fraction: each digit is flipped or not, depending on those before it.
-fn scramble(x: u32, seed: u32) -> u32 {
-    let mut x = x.reverse_bits();
-    // Laine and Karras's permutation, with Burley's constants: carries run from low to high only.
-    x = x.wrapping_add(seed);
-    x ^= x.wrapping_mul(0x6c50_b47c);
-    x ^= x.wrapping_mul(0xb82f_1e52);
-    x ^= x.wrapping_mul(0xc7af_e638);
-    x ^= x.wrapping_mul(0x8d22_f6e6);
-    x.reverse_bits()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn sampler(index: u32, dimensions: Dimensions) -> Sampler {
+        Sampler::new(&[std::array::from_fn(|i| i as u32), [5; MAX_LANES]], 0, &[index; MAX_LANES], dimensions)
+    }
+
     #[test]
-    fn every_run_of_64_puts_one_point_into_each_rectangle() {
-        for seed in [0, 1, 77, u32::MAX] {
-            for run in 0..4 {
-                let points: Vec<[u32; 2]> = (0..64).map(|i| scrambled_sobol(run * 64 + i, seed)).collect();
-                for across in 0..=6 {
-                    let mut met: Vec<u32> =
-                        points.iter().map(|[x, y]| (x >> 26 >> (6 - across) << 6) | (y >> 26 >> across)).collect();
-                    met.sort_unstable();
-                    met.dedup();
-                    assert_eq!(met.len(), 64, "seed {seed}, run {run}, 2^{across} columns");
-                }
+    fn the_first_sample_is_the_centre_and_others_lie_around_it() {
+        assert_eq!([0, 1].map(|axis| sample_offset(0, axis)), [0.5; 2]);
+        for count in [4, 16, 64, 1_024] {
+            let mean = |axis: usize| (0..count).map(|i| sample_offset(i, axis)).sum::<f64>() / f64::from(count);
+            let places: Vec<[f64; 2]> = (0..count).map(|i| [0, 1].map(|axis| sample_offset(i, axis))).collect();
+            assert!(places.iter().flatten().all(|x| (0.0..1.0).contains(x)));
+            assert!([0, 1].iter().all(|axis| (mean(*axis) - 0.5).abs() < 0.08 / f64::from(count).sqrt()), "{count}");
+        }
+    }
+
+    #[test]
+    fn a_run_takes_each_wavelength_once_and_its_halves_every_other_one() {
+        for run in 0..3 {
+            let dimensions = Dimensions::of([Effect::Dispersion, Effect::MotionBlur].into_iter().collect());
+            let mut of_halves = [vec![], vec![]];
+            for index in 0..64 {
+                let wavelength = sampler(run * 64 + index, dimensions).wavelength(64)[3];
+                of_halves[usize::from(index >= 32)].push(wavelength / 2);
+            }
+            for mut half in of_halves {
+                half.sort_unstable();
+                assert_eq!(half, (0..32).collect::<Vec<_>>(), "run {run}");
             }
         }
     }
 
     #[test]
     fn choices_of_one_sample_differ_and_lie_in_the_square() {
-        let sampler = Sampler::new(&[std::array::from_fn(|i| i as u32), [5; MAX_LANES]], 0, 3);
-        let [x, y]: [f64; 2] = sampler.square((), 0, Choice::ColorBleeding);
-        let [u, _]: [f64; 2] = sampler.square((), 1, Choice::ColorBleeding);
-        assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y) && x != u);
+        let effects: SceneEffects =
+            [Effect::DepthOfField, Effect::MotionBlur, Effect::ColorBleeding].into_iter().collect();
+        let sampler = sampler(3, Dimensions::of(effects));
+        let mut numbers = vec![sampler.time::<f64>(())];
+        for (path, choice) in
+            [(0, Choice::Lens), (0, Choice::Light(0)), (0, Choice::Light(1)), (1, Choice::ColorBleeding)]
+        {
+            numbers.extend(sampler.square::<f64>((), path, choice));
+        }
+        assert!(numbers.iter().all(|x| (0.0..1.0).contains(x)));
+        numbers.sort_unstable_by(f64::total_cmp);
+        assert!(numbers.windows(2).all(|pair| pair[1] - pair[0] > 1e-6), "{numbers:?}");
     }
 }

@@ -1,5 +1,6 @@
 //! r_s L_s + r_t L_t: the reflected and the transmitted ray.
 
+use super::footprint::curvatures;
 use super::fresnel::{Bent, at_angles, conductors};
 use super::hits::Hits;
 use super::interface::{Interface, interface};
@@ -9,7 +10,6 @@ use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;
-use crate::ray::leave;
 use crate::scene::effects::Effect;
 use crate::shading::material::Coefficients;
 use crate::shading::microfacet::{unhidden, visible_facet};
@@ -71,7 +71,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         if O::WATCHING {
             if by_angle {
                 let crossing = if clear != 0 { Some(cross(tracer, rays, hits, hits.ns, clear)) } else { None };
-                [r_s, r_t] = angular(tracer, rays, hits, hits.ns, coefficients, crossing.as_ref(), clear);
+                ([r_s, r_t], _) = angular(tracer, rays, hits, hits.ns, coefficients, crossing.as_ref(), clear);
             }
             report_end(tracer, rays, [r_s, r_t], mirror, clear, number);
         }
@@ -89,13 +89,25 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         let facet = visible_facet(s, hits.ns, -rays.dir, coefficients.alpha, chosen);
         ns = V3::select(L::mask(s, rough), facet, ns);
     }
+    let curvature = if V::DETAILS && tracer.world.has_footprints() {
+        curvatures(s, tracer.world, hits, mirror | clear)
+    } else {
+        zero
+    };
     let crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear)) } else { None };
+    let mut tinted = 0;
     if by_angle {
-        [r_s, r_t] = angular(tracer, rays, hits, ns, coefficients, crossing.as_ref(), clear);
+        ([r_s, r_t], tinted) = angular(tracer, rays, hits, ns, coefficients, crossing.as_ref(), clear);
+        tinted &= !rays.dispersed;
+        if tinted != 0 {
+            let mask = L::mask(s, tinted);
+            r_s = V3::select(mask, r_s.times(tracer.wavelengths.color), r_s);
+            r_t = V3::select(mask, r_t.times(tracer.wavelengths.color), r_t);
+        }
     }
     let mut reflected_weight = rays.weight.times(r_s);
     let mut transmitted = None;
-    let mut through = zero;
+    let mut through = [zero; 2];
     let (mut total, mut split, mut split_mirrored) = (0, 0, 0);
     if let Some(crossing) = crossing {
         total = crossing.refraction.total.bits() & clear & hits.closed;
@@ -129,9 +141,11 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         // Invisible surfaces leave a ray's origin as it is, so that what lies behind is hit at the same bits.
         let unseen = L::mask(s, crossing.unseen);
         if V::DETAILS {
-            through = tracer.cones.unless(unseen);
+            let Refraction { cos_incident, cos_transmitted, .. } = crossing.refraction;
+            let eta = crossing.n1 / crossing.n2;
+            through = tracer.cones.transmitted(curvature, eta, eta * cos_incident - cos_transmitted, unseen);
         }
-        let behind = leave(hits.surface.point, hits.surface.error, -hits.ng);
+        let behind = hits.surface.leave(-hits.ng);
         transmitted = Some(RayPacket {
             origin: V3::select(unseen, rays.origin, behind),
             dir: crossing.dir,
@@ -141,8 +155,10 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             media: crossing.media,
             depth: rays.depth + 1,
             kind: RayKind::Transmitted,
+            straight: rays.straight,
+            gathered: rays.gathered,
             path: child(rays.path, RayKind::Transmitted),
-            dispersed: rays.dispersed | split,
+            dispersed: rays.dispersed | split | tinted,
             parent: number,
         });
     }
@@ -164,8 +180,11 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             let above = dir.dot(hits.ng).gt(zero);
             dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng));
         }
+        if V::DETAILS {
+            tracer.cones.next = tracer.cones.mirrored(s, curvature);
+        }
         tracer.push(RayPacket {
-            origin: leave(hits.surface.point, hits.surface.error, hits.ng),
+            origin: hits.surface.leave(hits.ng),
             dir: dir.normalized(s),
             t_min: zero,
             weight: reflected_weight,
@@ -173,8 +192,10 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             media: rays.media,
             depth: rays.depth + 1,
             kind: RayKind::Reflected,
+            straight: false,
+            gathered: rays.gathered,
             path: child(rays.path, RayKind::Reflected),
-            dispersed: rays.dispersed | split_mirrored,
+            dispersed: rays.dispersed | split_mirrored | tinted,
             parent: number,
         });
     }
@@ -182,13 +203,13 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         && transmitted.active != 0
     {
         if V::DETAILS {
-            tracer.cones.end = through;
+            tracer.cones.next = through;
         }
         tracer.push(transmitted);
     }
 }
 
-/// r_s and r_t where they depend on the angle of incidence.
+/// r_s and r_t where they depend on the angle of incidence, and the lanes where they do on the wavelength, too.
 #[inline(always)]
 fn angular<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &Tracer<'_, L, O, V>,
@@ -198,14 +219,16 @@ fn angular<L: Lanes, O: Observer<L>, V: Variant>(
     coefficients: &Coefficients<L>,
     crossing: Option<&Crossing<L>>,
     clear: u32,
-) -> [V3<L>; 2] {
+) -> ([V3<L>; 2], u32) {
     let bent = match crossing {
         Some(Crossing { n1, n2, refraction, .. }) => {
             Some(Bent { lanes: clear & hits.closed, eta: *n1 / *n2, refraction })
         }
         None => None,
     };
-    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, ns, coefficients, bent)
+    let disperses = V::DETAILS && tracer.world.effects.has(Effect::Dispersion);
+    let bend = disperses.then_some(tracer.wavelengths.bend);
+    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, ns, coefficients, bent, bend)
 }
 
 /// The crossing of a surface.

@@ -1,18 +1,18 @@
-//! Textures and bumps of the surfaces that a packet hits. They are looked up lane by lane: each lane needs other texels, and
-//! few scenes have textures.
+//! Textures and bumps of the surfaces that a packet hits, body by body, in double precision: pictures are larger than single
+//! precision can address.
 //!
 //! The footprint of a ray is the section of its cone (Akenine-Möller et al., Texture Level of Detail Strategies for
 //! Real-Time Ray Tracing, Ray Tracing Gems, 2019) with the surface: an ellipse 1/cos longer than wide (Akenine-Möller et
-//! al., JCGT 10(1), 2021). Reflection and refraction do not change cones here; curved surfaces would widen them.
+//! al., JCGT 10(1), 2021). Curved mirrors and lenses widen cones (`footprint.rs`).
 
 use super::hits::Hits;
 use super::ray_packet::RayPacket;
 use crate::accel::{Owner, Shape};
-use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::lanes::{Column, Columns, Double, Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of, parts};
 use crate::scene::world::World;
 use crate::shading::material::Coefficients;
+use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::image::Lookup;
-use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::Face;
 use glam::DVec3;
 
@@ -48,29 +48,56 @@ fn apply_in<L: Lanes>(
     hits: &mut Hits<L>,
     coefficients: &mut Coefficients<L>,
 ) -> u32 {
-    let mut tilted = 0;
-    let mut colors = [Columns::of(coefficients.ambient), Columns::of(coefficients.diffuse)];
+    let (mut tilted, mut textured) = (0, false);
+    let seen = Seen {
+        dir: Columns::of(rays.dir),
+        facing: Columns::of(hits.ng),
+        point: Columns::of(hits.surface.local),
+        width: Column::of(widths),
+    };
+    let (mut ambient, mut diffuse) = (Columns::of(coefficients.ambient), Columns::of(coefficients.diffuse));
     let mut normals = Columns::of(hits.ns);
-    let mut textured = false;
-    for lane in lanes_of(hits.found) {
-        let Some(textures) = &world.materials[hits.material.lane(lane) as usize].textures else { continue };
-        let owner = world.owner(hits.expanded.lane(lane));
-        let seen = Seen {
-            dir: point(rays.dir.lane(lane)),
-            facing: point(hits.ng.lane(lane)),
-            point: point(hits.surface.local.lane(lane)),
-            width: widths.lane(lane).to_f64(),
+    let mut left = hits.found;
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize;
+        let (material, alike) = hits.material.same_as_first(s, left);
+        let Some(textures) = &world.materials[material as usize].textures else {
+            left &= !alike;
+            continue;
         };
-        let lookup = seen.lookup(&owner, hits.expanded.lane(lane));
-        textured |= put_colors(textures, &lookup, lane, &mut colors);
-        let entering = hits.entering & (1 << lane) != 0;
-        if let Some(normal) = seen.tilt(textures, &owner, &lookup, point(hits.ns.lane(lane)), entering) {
-            normals.put(lane, normal.to_array());
-            tilted |= 1 << lane;
+        let owner = world.owner(hits.expanded.lane(lane));
+        let same = owner.lanes::<L>(s, hits.expanded, alike);
+        left &= !same;
+        textured |= textures.diffuse.is_some() || textures.ambient.is_some();
+        for (first, lanes) in parts::<L>(same) {
+            let mask = L::Double::mask(s, lanes);
+            let seen = seen.part::<L::Double>(s, first);
+            let [long, short] = seen.footprint(s, lanes);
+            let lookup = Lookup {
+                lanes,
+                point: seen.point,
+                footprint: [owner.directions_into_object(s, long), owner.directions_into_object(s, short)],
+                face: faces::<L>(s, &owner, hits.expanded, first, lanes),
+            };
+            if let Some(pattern) = &textures.diffuse {
+                let color = pattern.at(s, &lookup);
+                diffuse.put(s, first, mask, color);
+                if textures.ambient.is_none() && !textures.own_ambient {
+                    ambient.put(s, first, mask, color);
+                }
+            }
+            if let Some(pattern) = &textures.ambient {
+                ambient.put(s, first, mask, pattern.at(s, &lookup));
+            }
+            if let Some(bump) = &textures.bump {
+                let outside = L::Double::mask(s, hits.entering >> first);
+                let (normal, changed) = seen.tilt(s, bump, &owner, &lookup, normals.part(s, first), outside);
+                normals.put(s, first, mask & changed, normal);
+                tilted |= (mask & changed).bits() << first;
+            }
         }
     }
     if textured {
-        let [ambient, diffuse] = &colors;
         (coefficients.ambient, coefficients.diffuse) = (ambient.lanes(s), diffuse.lanes(s));
     }
     if tilted != 0 {
@@ -79,116 +106,116 @@ fn apply_in<L: Lanes>(
     tilted
 }
 
-fn put_colors<R: Real>(
-    textures: &Textures,
-    lookup: &Lookup,
-    lane: usize,
-    [ambient, diffuse]: &mut [Columns<R>; 2],
-) -> bool {
-    if let Some(pattern) = &textures.diffuse {
-        diffuse.put(lane, pattern.at(lookup));
-    }
-    if let Some(pattern) = &textures.ambient {
-        ambient.put(lane, pattern.at(lookup));
-    } else if textures.diffuse.is_some() && !textures.own_ambient {
-        ambient.copy(lane, diffuse);
-    }
-    textures.diffuse.is_some() || textures.ambient.is_some()
+/// The rays and their hits.
+struct Seen {
+    dir: Columns,
+    /// The geometric normals on the rays' side.
+    facing: Columns,
+    /// In object space.
+    point: Columns,
+    /// Widths of the rays' cones.
+    width: Column,
 }
 
-/// A ray and its hit.
-struct Seen {
-    dir: DVec3,
-    /// The geometric normal on the ray's side.
-    facing: DVec3,
-    /// In object space.
-    point: DVec3,
-    /// Width of the ray's cone.
-    width: f64,
+/// Some of them.
+struct Part<W> {
+    dir: V3<W>,
+    facing: V3<W>,
+    point: V3<W>,
+    width: W,
 }
 
 impl Seen {
-    /// The texture lookup, in object space.
-    fn lookup<R: Real>(&self, owner: &Owner<'_, R>, expanded: u64) -> Lookup {
-        let cosine = -self.dir.dot(self.facing);
-        let across = self.dir + self.facing * cosine;
-        let along = across.try_normalize().unwrap_or_else(|| self.facing.any_orthonormal_vector());
-        let side = self.facing.cross(along);
-        let footprint = [along * (self.width / cosine.max(GRAZING)), side * self.width];
-        Lookup {
-            point: self.point,
-            footprint: footprint.map(|axis| owner.into_object(axis)),
-            face: face(owner, expanded),
+    #[inline(always)]
+    fn part<W: Double>(&self, s: W::Simd, first: usize) -> Part<W> {
+        Part {
+            dir: self.dir.part(s, first),
+            facing: self.facing.part(s, first),
+            point: self.point.part(s, first),
+            width: self.width.part(s, first),
         }
-    }
-
-    /// The unit normal of a surface with bumps, on the ray's side as `normal` is; none where it does not change.
-    fn tilt<R: Real>(
-        &self,
-        textures: &Textures,
-        owner: &Owner<'_, R>,
-        lookup: &Lookup,
-        normal: DVec3,
-        entering: bool,
-    ) -> Option<DVec3> {
-        let bump = textures.bump.as_ref()?;
-        let outwards = if entering { 1.0 } else { -1.0 };
-        let flat = owner.normal_into_object(normal * outwards);
-        let raised = bump.tilt(lookup, flat);
-        if raised == flat {
-            return None;
-        }
-        let tilted = owner.normal_out_of_object(raised) * outwards;
-        // A slope that faces away from the ray is turned until the ray sees it edge on.
-        let away = tilted.dot(self.dir);
-        let seen = if away < 0.0 { tilted } else { (tilted - self.dir * (away + EDGE_ON)).normalize_or_zero() };
-        (seen != DVec3::ZERO && seen.is_finite()).then_some(seen)
     }
 }
 
-/// The face of a primitive, with texture coordinates.
-fn face<R: Real>(owner: &Owner<'_, R>, expanded: u64) -> Option<Face> {
+impl<W: Double> Part<W> {
+    /// The axes of the footprints, the longer one first.
+    #[inline(always)]
+    fn footprint(&self, s: W::Simd, lanes: u32) -> [V3<W>; 2] {
+        let cosine = -self.dir.dot(self.facing);
+        let along = (self.dir + self.facing * cosine).unit_or(s, V3::splat(s, [0.0; 3]));
+        let head_on = along.eq(V3::splat(s, [0.0; 3])).bits() & lanes;
+        let along = if head_on == 0 { along } else { self.head_on(s, head_on, along) };
+        let side = self.facing.cross(along);
+        [along * (self.width / cosine.max(W::lit(s, GRAZING))), side * self.width]
+    }
+
+    /// Any unit vectors across the normals in some lanes, and `along` in the others.
+    #[inline(always)]
+    fn head_on(&self, s: W::Simd, lanes: u32, along: V3<W>) -> V3<W> {
+        V3::from_fn(s, |lane| {
+            if lanes >> lane & 1 != 0 {
+                DVec3::from_array(self.facing.lane(lane)).any_orthonormal_vector().to_array()
+            } else {
+                along.lane(lane)
+            }
+        })
+    }
+
+    /// The unit normals of a surface with bumps, on the rays' side as `normals` are, and where they have changed.
+    #[inline(always)]
+    fn tilt<R: Real>(
+        &self,
+        s: W::Simd,
+        bump: &BumpMap,
+        owner: &Owner<'_, R>,
+        lookup: &Lookup<W>,
+        normals: V3<W>,
+        outside: W::Mask,
+    ) -> (V3<W>, W::Mask) {
+        let outwards = W::select(outside, W::lit(s, 1.0), W::lit(s, -1.0));
+        let flat = owner.normals_into_object(s, normals * outwards);
+        let raised = bump.tilt(s, lookup, flat);
+        let tilted = owner.normals_out_of_object(s, raised) * outwards;
+        // A slope that faces away from the ray is turned until the ray sees it edge on.
+        let (zero, nothing) = (W::lit(s, 0.0), V3::splat(s, [0.0; 3]));
+        let away = tilted.dot(self.dir);
+        let edge_on = (tilted - self.dir * (away + W::lit(s, EDGE_ON))).unit_or(s, nothing);
+        let seen = V3::select(away.lt(zero), tilted, edge_on);
+        (seen, !raised.eq(flat) & !seen.eq(nothing) & seen.is_finite(s))
+    }
+}
+
+/// The faces of a mesh with texture coordinates that some lanes have hit.
+#[inline(always)]
+fn faces<L: Lanes>(
+    s: L::Simd,
+    owner: &Owner<'_, L::Real>,
+    expanded: L::Ids,
+    first: usize,
+    lanes: u32,
+) -> Option<Face<L::Double>> {
     let Shape::Mesh(mesh) = &owner.item.shape else { return None };
     if mesh.uvs.is_empty() {
         return None;
     }
-    let index = (expanded - owner.body) as usize;
-    let uvs = mesh.faces[index].map(|i| mesh.uvs[i as usize].map(Real::to_f64));
-    Some(Face { corners: mesh.corners(index).map(point), uvs })
-}
-
-fn point<R: Real>(p: [R; 3]) -> DVec3 {
-    DVec3::from_array(p.map(Real::to_f64))
-}
-
-/// Three numbers for each lane.
-struct Columns<R>([[R; MAX_LANES]; 3]);
-
-impl<R: Real> Columns<R> {
-    #[inline(always)]
-    fn of<L: Lanes<Real = R>>(v: V3<L>) -> Self {
-        let mut columns = [[R::default(); MAX_LANES]; 3];
-        v.x.store(&mut columns[0]);
-        v.y.store(&mut columns[1]);
-        v.z.store(&mut columns[2]);
-        Self(columns)
-    }
-
-    fn put(&mut self, lane: usize, numbers: [f64; 3]) {
-        for (column, number) in self.0.iter_mut().zip(numbers) {
-            column[lane] = R::from_f64(number);
+    let (mut corners, mut uvs) = ([[[0.0; MAX_LANES]; 3]; 3], [[[0.0; MAX_LANES]; 2]; 3]);
+    for lane in lanes_of(lanes) {
+        let index = (expanded.lane(first + lane) - owner.body) as usize;
+        let (points, face) = (mesh.corners(index), mesh.faces[index]);
+        for corner in 0..3 {
+            for axis in 0..3 {
+                corners[corner][axis][lane] = points[corner][axis].to_f64();
+            }
+            for axis in 0..2 {
+                uvs[corner][axis][lane] = mesh.uvs[face[corner] as usize][axis].to_f64();
+            }
         }
     }
-
-    fn copy(&mut self, lane: usize, from: &Self) {
-        for (column, other) in self.0.iter_mut().zip(&from.0) {
-            column[lane] = other[lane];
-        }
-    }
-
-    #[inline(always)]
-    fn lanes<L: Lanes<Real = R>>(&self, s: L::Simd) -> V3<L> {
-        let [x, y, z] = &self.0;
-        V3 { x: L::load(s, x), y: L::load(s, y), z: L::load(s, z) }
-    }
+    let load = |numbers: &[f64]| L::Double::load(s, numbers);
+    let point = |[x, y, z]: &[[f64; MAX_LANES]; 3]| V3 { x: load(x), y: load(y), z: load(z) };
+    let pair = |[u, v]: &[[f64; MAX_LANES]; 2]| [load(u), load(v)];
+    Some(Face {
+        corners: [point(&corners[0]), point(&corners[1]), point(&corners[2])],
+        uvs: [pair(&uvs[0]), pair(&uvs[1]), pair(&uvs[2])],
+    })
 }

@@ -1,6 +1,6 @@
 //! The wavelengths of a packet, one for each sample, for dispersion.
 
-use super::sampling::{Choice, Sampler};
+use super::sampling::Sampler;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::shading::spectrum::{Spectrum, WAVELENGTHS};
 
@@ -23,7 +23,7 @@ impl<L: Lanes> Wavelengths<L> {
     /// The wavelength of each lane's sample.
     #[inline(always)]
     pub(super) fn choose(s: L::Simd, spectrum: &Spectrum<L::Real>, sampler: &Sampler) -> Self {
-        let cases = sampler.case(Choice::Wavelength, WAVELENGTHS as u32);
+        let cases = sampler.wavelength(WAVELENGTHS as u32);
         let mut columns = [[L::Real::default(); MAX_LANES]; 4];
         for (lane, case) in cases.into_iter().enumerate() {
             let [r, g, b] = spectrum.colors[case];

@@ -53,7 +53,7 @@ fn close_enough<'a>(cheapest_first: &[&'a Point]) -> Option<(&'a Point, &'static
 fn depth(points: &[&Point]) -> Option<String> {
     let mut depths = members(points, Sweep::Depth);
     depths.sort_by_key(|p| p.settings.max_depth);
-    let name = |p: &Point| format!("depth {}", p.settings.max_depth);
+    let name = |p: &Point| format!("depth {}", p.settings.max_depth.unwrap_or_default());
     enough_of(&depths, name)
 }
 
@@ -165,11 +165,11 @@ fn knee(points: &[Point], fronts: &[Front]) -> Option<String> {
     let front = fronts.iter().find(|front| (front.error, front.cost) == (Source::Total, Cost::Time))?;
     let Some(knee) = front.knee else {
         return (front.points.len() > 2)
-            .then(|| "Error against time has no clear knee: more time buys accuracy all along.".into());
+            .then(|| "More time buys accuracy all along: nowhere does it clearly begin to gain less.".into());
     };
     let point = &points[knee];
     Some(format!(
-        "The knee of error against time is at {} ({} ms, {} codes root mean square): beyond it more time buys ever less.",
+        "After {} ({} ms, {} codes root mean square) more time gains ever less.",
         point.settings,
         figure(ms(point)),
         figure(point.measured.total?.rms_codes)
@@ -240,7 +240,7 @@ mod tests {
     /// Points with a truncation error in codes, the same everywhere, and a time in milliseconds.
     fn measured(codes: impl Fn(&Settings) -> u8, time: impl Fn(&Settings) -> f64) -> Vec<Point> {
         let asked = Settings {
-            max_depth: 10,
+            max_depth: Some(10),
             min_weight: 1e-3,
             max_codes: None,
             samples: 1,
@@ -248,7 +248,7 @@ mod tests {
             precision: Precision::Single,
         };
         let reference = Image8 { width: 1, pixels: vec![[100; 3]] };
-        let mut points = points(asked);
+        let mut points = points(asked, None);
         for point in &mut points {
             let error =
                 Difference::of(&reference, &Image8 { width: 1, pixels: vec![[100 + codes(&point.settings); 3]] });
@@ -260,9 +260,10 @@ mod tests {
 
     #[test]
     fn the_first_depth_that_is_enough_is_named() {
+        let depth = |s: &Settings| s.max_depth.unwrap_or(100);
         let points = measured(
-            |s| if s.max_depth < 5 { 40 } else { u8::from(s.max_depth < 10) },
-            |s| f64::from(s.max_depth.min(10)) * 3.0 * if s.precision == Precision::Double { 1.5 } else { 1.0 },
+            |s| if depth(s) < 5 { 40 } else { u8::from(depth(s) < 10) },
+            |s| f64::from(depth(s).min(10)) * 3.0 * if s.precision == Precision::Double { 1.5 } else { 1.0 },
         );
         let said = advice(&points, &Front::all(&points)).join("\n");
         for part in [

@@ -1,5 +1,6 @@
 //! A whole trade-off: its points, the fronts among them, and how all of it was measured.
 
+use super::choices::Choices;
 use super::pareto::{Compromise, front, knee};
 use super::sweep::Point;
 use crate::metrics::Difference;
@@ -13,9 +14,11 @@ pub struct Tradeoff {
     pub scene: Option<String>,
     /// On what, when and how it was measured.
     pub circumstances: Circumstances,
-    /// What errors were measured against.
-    pub reference: Reference,
-    /// All settings, the cheap ones first; those that the time did not suffice for have no `time`.
+    /// What the errors of `points` were measured against; none if there was no time for it.
+    pub reference: Option<Reference>,
+    /// Which setting to take, from about ten that somebody would choose from.
+    pub choices: Choices,
+    /// Many settings, the cheap ones first; those that the time did not suffice for have no `time`.
     pub points: Vec<Point>,
     /// The best compromises, for each kind of error and of cost.
     pub fronts: Vec<Front>,
@@ -50,18 +53,30 @@ pub struct Circumstances {
 pub const HOW_TIMES_ARE_MEASURED: &str = "milliseconds of wall time spent tracing, without loading the scene or encoding the \
     picture; medians of repeats, one of all points after the other round by round, after a warm-up on a smaller picture";
 
-/// The recursion of the pictures that errors are measured against; they are traced in double precision.
+/// The pictures that errors are measured against; they are traced in double precision.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "TradeoffReference")]
 pub struct Reference {
-    /// Longest chain of rays.
-    pub max_depth: u32,
+    /// Longest chain of rays; none for recursion without end.
+    pub max_depth: Option<u32>,
     /// Weight below which a ray is not followed; 0 follows all.
     pub min_weight: f64,
+    /// In place of `min_weight`, where there was no time to follow all rays as far: the codes that the reference is proved to
+    /// be off at most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_codes: Option<u8>,
     /// Rays of its pictures that were dropped at the limit for one sample.
     pub dropped: u64,
     /// What following still lighter rays changes; none if all are followed, or if there was no time to see.
     pub finer: Option<Finer>,
+}
+
+impl Reference {
+    /// Whether nothing is known that would change a code of it.
+    pub fn is_exact(&self) -> bool {
+        let is_deep = self.min_weight == 0.0 || self.finer.is_some_and(|finer| finer.max_codes == 0);
+        self.max_codes.is_none() && self.dropped == 0 && is_deep
+    }
 }
 
 /// How much a reference changes on the small picture of the warm-up when its rays are followed further.

@@ -2,6 +2,7 @@
 
 use super::advice::figure;
 use super::findings::{Cost, Front, Source};
+use super::labels::{Area, Labels, width};
 use super::sweep::{Point, Sweep};
 use crate::scene::description::Precision;
 use std::fmt::Write;
@@ -10,11 +11,13 @@ const WIDTH: f64 = 620.0;
 const HEIGHT: f64 = 400.0;
 const LEFT: f64 = 58.0;
 const RIGHT: f64 = 600.0;
-const TOP: f64 = 34.0;
+const TOP: f64 = 52.0;
 /// Lowest place of a positive error; the row of errors of 0 lies below.
 const LOWEST: f64 = 322.0;
 const ZERO: f64 = 342.0;
 const BOTTOM: f64 = 354.0;
+/// Size of letters.
+const FONT: f64 = 11.0;
 
 /// Colours, in light and in dark; for a page that holds plots, and inside of a plot that stands alone.
 pub const STYLE: &str = "\
@@ -143,7 +146,7 @@ impl Scales {
 }
 
 /// Ends of an axis with a margin; at least a factor of 2 apart.
-fn ends(values: impl Iterator<Item = f64>, margin: f64) -> [f64; 2] {
+pub(super) fn ends(values: impl Iterator<Item = f64>, margin: f64) -> [f64; 2] {
     let (low, high) =
         values.map(libm::log10).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
     if low > high {
@@ -153,12 +156,23 @@ fn ends(values: impl Iterator<Item = f64>, margin: f64) -> [f64; 2] {
     [low - more, high + more]
 }
 
-/// Round numbers between two ends: decades, and 2 and 5 of each where there are few.
-fn ticks([low, high]: [f64; 2]) -> Vec<f64> {
-    let steps: &[f64] = if high - low < 2.5 { &[1.0, 2.0, 5.0] } else { &[1.0] };
-    let decades = libm::floor(low) as i32..=libm::floor(high) as i32;
-    let all = decades.flat_map(|decade| steps.iter().map(move |step| step * crate::math::pow(10.0, f64::from(decade))));
-    all.filter(|x| (low..=high).contains(&libm::log10(*x))).collect()
+/// Steps of each decade, few first.
+const STEPS: [&[f64]; 4] = [
+    &[1.0],
+    &[1.0, 2.0, 5.0],
+    &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
+    &[1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+];
+
+/// Round numbers between two ends: decades, and as few between as make three.
+pub(super) fn ticks([low, high]: [f64; 2]) -> Vec<f64> {
+    let of = |steps: &[f64]| -> Vec<f64> {
+        let decades = libm::floor(low) as i32..=libm::floor(high) as i32;
+        let all =
+            decades.flat_map(|decade| steps.iter().map(move |step| step * crate::math::pow(10.0, f64::from(decade))));
+        all.filter(|x| (low..=high).contains(&libm::log10(*x))).collect()
+    };
+    STEPS.iter().map(|steps| of(steps)).find(|ticks| ticks.len() > 2).unwrap_or_else(|| of(STEPS[3]))
 }
 
 fn axes(svg: &mut String, front: &Front, scales: &Scales) {
@@ -179,8 +193,8 @@ fn axes(svg: &mut String, front: &Front, scales: &Scales) {
         BOTTOM - TOP
     );
     let across = match front.cost {
-        Cost::Time => "milliseconds",
-        Cost::Rays => "rays",
+        Cost::Time => "milliseconds, logarithmic",
+        Cost::Rays => "rays, logarithmic",
     };
     let middle = 0.5 * (TOP + BOTTOM);
     let _ = write!(
@@ -195,10 +209,10 @@ fn axes(svg: &mut String, front: &Front, scales: &Scales) {
     );
 }
 
-/// A power of ten times 1, 2 or 5.
+/// A power of ten times a few round numbers.
 fn round(tick: f64) -> String {
     let decade = libm::floor(libm::log10(tick) + 1e-9);
-    if (-3.0..4.0).contains(&decade) { figure(tick) } else { format!("{tick:.0e}") }
+    if (-3.0..4.0).contains(&decade) { figure(tick) } else { format!("{tick:e}") }
 }
 
 /// The front: of all settings that cost no more, the least error.
@@ -217,68 +231,54 @@ fn on_front<'a>(dots: &'a [Dot<'a>], front: &Front) -> impl Iterator<Item = &'a 
     front.points.iter().filter_map(|index| dots.iter().find(|dot| dot.index == *index))
 }
 
-/// Names of the points on the front and of the scene's own settings, where there is room.
+/// Names of the points on the front and of the scene's own settings, where there is room beside them.
 fn labels(svg: &mut String, dots: &[Dot<'_>], front: &Front, scales: &Scales) {
-    const HIGH: f64 = 12.0;
-    let mut taken: Vec<[f64; 4]> = dots
-        .iter()
-        .map(|dot| (scales.x(dot.cost), scales.y(dot.rms)))
-        .map(|(x, y)| [x - 5.0, y - 5.0, x + 5.0, y + 5.0])
-        .collect();
+    let taken = dots.iter().map(|dot| Area::around(scales.x(dot.cost), scales.y(dot.rms), 5.0)).collect();
+    let inside = Area { left: LEFT, top: TOP, right: RIGHT, bottom: BOTTOM };
+    let mut labels = Labels::new(inside, taken, FONT);
     let asked =
         dots.iter().filter(|dot| dot.point.sweeps.contains(&Sweep::AsAsked) && !front.points.contains(&dot.index));
     for dot in asked.chain(on_front(dots, front)) {
-        let (x, y, label) = (scales.x(dot.cost), scales.y(dot.rms), dot.point.label());
-        let wide = 6.2 * label.len() as f64;
-        let (right, left, above, below) = (x + 8.0, x - 8.0 - wide, y - 6.0, y + 15.0);
-        let places = [(right, above), (left, below), (right, below), (left, above), (left, y + 4.0), (right, y + 4.0)];
-        let free = |(x, y): &(f64, f64)| {
-            let [a, b, c, d] = [*x, y - HIGH + 2.0, x + wide, y + 2.0];
-            a > LEFT && c < RIGHT && b > TOP && taken.iter().all(|t| c < t[0] || t[2] < a || d < t[1] || t[3] < b)
-        };
-        if let Some((x, y)) = places.into_iter().find(free) {
-            taken.push([x, y - HIGH + 2.0, x + wide, y + 2.0]);
-            let _ = write!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\">{label}</text>");
+        let label = dot.point.label();
+        if let Some(area) = labels.place((scales.x(dot.cost), scales.y(dot.rms)), &label, 20.0) {
+            let _ = write!(
+                svg,
+                "<text x=\"{:.1}\" y=\"{:.1}\" textLength=\"{:.1}\" lengthAdjust=\"spacingAndGlyphs\">{label}</text>",
+                area.left,
+                area.bottom - 0.25 * FONT,
+                area.right - area.left
+            );
         }
     }
 }
 
+/// What the marks mean, in as many rows as it takes.
 fn legend(svg: &mut String, proved: bool) {
+    let dot = |class| format!("<circle class=\"{class}\" cx=\"5\" cy=\"-4\" r=\"4\"/>");
     let marks = [
-        ("depth", "depth"),
-        ("weight", "min_weight"),
-        ("certain", "max_codes"),
-        ("samples", "samples"),
-        ("asked", "as asked"),
-        ("depth double", "double"),
+        (dot("depth"), "depth"),
+        (dot("weight"), "smallest weight"),
+        (dot("certain"), "proved"),
+        (dot("samples"), "samples"),
+        (dot("asked"), "as the scene says"),
+        (dot("depth double"), "double"),
+        ("<path class=\"reach\" d=\"M5 2V-10m-3 0h6\"/>".to_owned(), "largest difference"),
+        ("<circle class=\"knee\" cx=\"5\" cy=\"-4\" r=\"6\"/>".to_owned(), "after it time gains less"),
+        ("<rect class=\"proved\" x=\"2\" y=\"-11\" width=\"6\" height=\"14\"/>".to_owned(), "proved bound"),
     ];
-    let mut x = LEFT + 4.0;
-    for (class, name) in marks {
+    let (mut x, mut y) = (LEFT, 18.0);
+    for (mark, name) in marks.iter().take(if proved { marks.len() } else { marks.len() - 1 }) {
+        let wide = 16.0 + width(name, FONT);
+        if x + wide > RIGHT {
+            (x, y) = (LEFT, y + 18.0);
+        }
         let _ = write!(
             svg,
-            "<circle class=\"{class}\" cx=\"{x}\" cy=\"16\" r=\"4\"/><text x=\"{}\" y=\"20\">{name}</text>",
-            x + 8.0
+            "<g transform=\"translate({x:.1} {y})\">{mark}<text class=\"soft\" x=\"14\" textLength=\"{:.1}\" \
+             lengthAdjust=\"spacingAndGlyphs\">{name}</text></g>",
+            width(name, FONT)
         );
-        x += 26.0 + 6.0 * name.len() as f64;
-    }
-    let _ = write!(
-        svg,
-        "<path class=\"reach\" d=\"M{x} 22V10m-3 0h6\"/><text class=\"soft\" x=\"{}\" y=\"20\">largest</text>",
-        x + 8.0
-    );
-    let x = x + 64.0;
-    let _ = write!(
-        svg,
-        "<circle class=\"knee\" cx=\"{x}\" cy=\"16\" r=\"6\"/><text class=\"soft\" x=\"{}\" y=\"20\">knee</text>",
-        x + 10.0
-    );
-    if proved {
-        let x = x + 50.0;
-        let _ = write!(
-            svg,
-            "<rect class=\"proved\" x=\"{x}\" y=\"9\" width=\"6\" height=\"14\"/><text class=\"soft\" x=\"{}\" y=\"20\">proved</text>",
-            x + 10.0
-        );
+        x += wide + 8.0;
     }
 }
 
@@ -293,6 +293,7 @@ mod tests {
             assert!(found.iter().zip(wanted).all(|(a, b)| (a / b - 1.0).abs() < 1e-12), "{found:?}");
         };
         near(ticks([0.0, 1.0]), &[1.0, 2.0, 5.0, 10.0]);
+        near(ticks([3.36, 3.64]), &[2500.0, 3000.0, 3500.0, 4000.0]);
         near(ticks([-1.2, 3.1]), &[0.1, 1.0, 10.0, 100.0, 1000.0]);
         assert_eq!([round(0.1), round(50.0), round(1e6)], ["0.1", "50", "1e6"]);
     }
@@ -304,6 +305,20 @@ mod tests {
         let [low, high] = ends([5.0].into_iter(), 0.05);
         assert!(high - low > 0.2);
         assert!(ends(std::iter::empty(), 0.05).iter().all(|end| end.is_finite()));
+    }
+
+    #[test]
+    fn the_legend_stays_above_the_plane_and_inside_the_drawing() {
+        let mut svg = String::new();
+        legend(&mut svg, true);
+        let entries: Vec<&str> = svg.split("translate(").skip(1).collect();
+        assert_eq!(entries.len(), 9);
+        for entry in entries {
+            let (x, rest) = entry.split_once(' ').unwrap();
+            let y: f64 = rest.split_once(')').unwrap().0.parse().unwrap();
+            let wide: f64 = rest.split_once("textLength=\"").unwrap().1.split_once('"').unwrap().0.parse().unwrap();
+            assert!(x.parse::<f64>().unwrap() + 14.0 + wide <= WIDTH && y + 4.0 <= TOP, "{entry}");
+        }
     }
 
     #[test]

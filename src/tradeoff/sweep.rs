@@ -1,7 +1,7 @@
 //! The settings that a trade-off compares, and the measurements of each.
 
 use crate::metrics::Difference;
-use crate::scene::description::Precision;
+use crate::scene::description::{DEFAULT_MAX_DEPTH, Precision};
 use crate::trace::counts::RayCounts;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -11,11 +11,13 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "TradeoffSettings")]
 pub struct Settings {
-    /// Longest chain of rays; the primary ray counts 1.
-    pub max_depth: u32,
+    /// Longest chain of rays; the primary ray counts 1. None: without end, which is what requests get that ask for a proof
+    /// and name no `max_depth`.
+    pub max_depth: Option<u32>,
     /// Weight below which a ray is not followed.
     pub min_weight: f64,
-    /// In place of both: each pixel's rays are followed until it is proved to be at most this many codes off.
+    /// In place of `min_weight`: each pixel's rays are followed until it is proved to be at most this many codes off the
+    /// picture of `max_depth`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_codes: Option<u8>,
     /// Rays for each pixel.
@@ -58,7 +60,8 @@ pub struct Point {
     pub rays: Option<RayCounts>,
     /// Errors found against references.
     pub measured: Errors,
-    /// The bound proved for truncation, in 8-bit codes, if there is one.
+    /// The bound proved for truncation, in 8-bit codes, if there is one: where the settings have `max_codes`, compared with
+    /// recursion to their `max_depth`, elsewhere with recursion without end.
     pub proved_codes: Option<u8>,
 }
 
@@ -111,16 +114,18 @@ const WEIGHTS: [f64; 7] = [0.1, 0.03, 1.0 / 255.0, 1e-3, 3e-4, 1e-4, 1e-5];
 const DOUBLE_WEIGHTS: [f64; 2] = [1e-2, 1e-5];
 const SAMPLES: [u32; 4] = [1, 4, 16, REFERENCE_SAMPLES];
 
-/// The points of a trade-off around the settings that a scene asks for, the cheap ones first.
+/// The points of a trade-off around the settings that a scene asks for, the cheap ones first. Proofs are held against recursion
+/// to `proved_depth`, none being without end.
 ///
 /// Recursion is swept with one sample in the middle of each pixel, since its error is that of the same samples.
-pub fn points(asked: Settings) -> Vec<Point> {
-    let base = Settings { max_codes: None, samples: 1, antialias: false, precision: Precision::Single, ..asked };
-    let deep = Settings { max_depth: asked.max_depth.max(100), ..base };
+pub fn points(asked: Settings, proved_depth: Option<u32>) -> Vec<Point> {
+    let fixed = asked.fixed();
+    let base = Settings { samples: 1, antialias: false, precision: Precision::Single, ..fixed };
+    let deep = base.deep();
     let double = |settings| Settings { precision: Precision::Double, ..settings };
-    let depth = |max_depth| Settings { max_depth, ..base };
+    let depth = |max_depth| Settings { max_depth: Some(max_depth), ..base };
     let weight = |min_weight| Settings { min_weight, ..deep };
-    let proved = |codes| Settings { max_codes: Some(codes), ..deep };
+    let proved = |codes| base.proved(codes, proved_depth);
     let samples = |samples| Settings { samples, ..base };
     let smooth = |samples| Settings { samples, antialias: true, ..base };
     let all = [(Sweep::AsAsked, asked)]
@@ -155,10 +160,26 @@ pub fn points(asked: Settings) -> Vec<Point> {
 }
 
 impl Settings {
+    /// The same with `max_depth` and `min_weight` in place of a proof.
+    pub(super) fn fixed(self) -> Self {
+        let max_depth = Some(self.max_depth.unwrap_or(DEFAULT_MAX_DEPTH));
+        Self { max_depth, max_codes: None, ..self }
+    }
+
+    /// The same with chains so long that only their weight ends them.
+    pub(super) fn deep(self) -> Self {
+        Self { max_depth: self.max_depth.map(|depth| depth.max(100)), ..self }
+    }
+
+    /// The same proved to some codes, compared with recursion to a depth.
+    pub(super) fn proved(self, codes: u8, max_depth: Option<u32>) -> Self {
+        Self { max_codes: Some(codes), max_depth, ..self }
+    }
+
     /// A number that grows with the time they take, to sort cheap ones first.
     fn effort(&self) -> f64 {
         let samples = f64::from(self.samples) + if self.antialias { 4.0 } else { 0.0 };
-        let depth = f64::from(self.max_depth.min(100));
+        let depth = f64::from(self.max_depth.unwrap_or(100).min(100));
         let lightest = 1.0 - 0.1 * libm::log10(self.min_weight.max(1e-9));
         let double = if self.precision == Precision::Double { 1.6 } else { 1.0 };
         samples * libm::log(1.0 + depth) * lightest * double
@@ -173,7 +194,7 @@ impl Settings {
     pub fn label(&self, sweep: Sweep) -> String {
         let mut label = match sweep {
             Sweep::AsAsked => "as asked".to_owned(),
-            Sweep::Depth => format!("depth {}", self.max_depth),
+            Sweep::Depth => format!("depth {}", self.max_depth.unwrap_or_default()),
             Sweep::Weight => format!("weight {}", brief(self.min_weight)),
             Sweep::Proved => format!("proved {}", self.max_codes.unwrap_or_default()),
             Sweep::Samples | Sweep::Antialias => plural(self.samples),
@@ -193,9 +214,13 @@ impl fmt::Display for Settings {
         let Self { max_depth, min_weight, max_codes, samples, antialias, precision } = *self;
         let antialias = if antialias { ", antialiased" } else { "" };
         let precision = if precision == Precision::Double { "double" } else { "single" };
+        if let Some(depth) = max_depth {
+            write!(f, "depth {depth}, ")?;
+        }
         match max_codes {
+            Some(1) => f.write_str("proved to 1 code, ")?,
             Some(codes) => write!(f, "proved to {codes} codes, ")?,
-            None => write!(f, "depth {max_depth}, weight {}, ", brief(min_weight))?,
+            None => write!(f, "weight {}, ", brief(min_weight))?,
         }
         write!(f, "{}{antialias}, {precision}", plural(samples))
     }
@@ -230,7 +255,7 @@ mod tests {
 
     #[test]
     fn there_are_24_points_whatever_a_scene_asks_for_and_none_twice() {
-        for max_depth in [1, 5, 10, 100, 3000] {
+        for max_depth in [1, 5, 10, 100, 3000].map(Some) {
             for min_weight in [0.0, 1e-3, 0.5] {
                 for (samples, antialias) in [(1, true), (1, false), (64, true), (7, false)] {
                     let asked = Settings {
@@ -241,7 +266,7 @@ mod tests {
                         antialias,
                         precision: Precision::Single,
                     };
-                    let points = points(asked);
+                    let points = points(asked, None);
                     assert!(points.len() >= 24, "{asked}: {}", points.len());
                     assert!(points.iter().any(|p| p.settings == asked && p.sweeps.contains(&Sweep::AsAsked)));
                     for (i, point) in points.iter().enumerate() {

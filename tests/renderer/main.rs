@@ -13,6 +13,7 @@ mod accel {
     mod watertight;
 }
 mod camera {
+    mod projection;
     mod windows;
 }
 mod metrics {
@@ -35,7 +36,11 @@ mod reference {
 }
 mod render {
     mod confidence;
+    mod doubling;
     mod golden;
+    mod layers;
+    mod measured;
+    mod progressive;
     mod properties;
 }
 mod scene {
@@ -49,6 +54,7 @@ mod shading {
 }
 mod shape {
     mod distances;
+    mod points;
 }
 mod trace {
     mod certificate;

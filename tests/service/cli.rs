@@ -43,6 +43,25 @@ fn strahl(folder: &Path, args: &[&str], input: &str) -> Output {
     child.wait_with_output().unwrap()
 }
 
+/// Most resident bytes of a command that succeeds, as far as one sees from outside until it ends.
+#[cfg(target_os = "linux")]
+fn most_resident(folder: &Path, args: &[&str]) -> u64 {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_strahl"));
+    let mut child = command.args(args).current_dir(folder).stderr(Stdio::null()).spawn().unwrap();
+    let mut most = 0;
+    loop {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kilobytes = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+        most = most.max(kilobytes.unwrap_or(0) * 1_024);
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success(), "{status}");
+            return most;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
 #[track_caller]
 fn done(folder: &Path, args: &[&str], input: &str) -> Vec<u8> {
     let output = strahl(folder, args, input);
@@ -61,6 +80,38 @@ fn fails(folder: &Path, args: &[&str], input: &str, code: i32, part: &str) {
 fn size(png: &[u8]) -> (u32, u32) {
     let picture = image::load_from_memory(png).unwrap();
     (picture.width(), picture.height())
+}
+
+/// One file with all of them, or one for each.
+#[test]
+fn layers_come_with_a_picture() {
+    let folder = folder("layers");
+    let all = "distance,normal,object,share:/objects/1";
+    done(&folder, &["render", "ball.json", "-o", "a.exr", "--layers", all], "");
+    let exr = std::fs::read(folder.join("a.exr")).unwrap();
+    let has = |text: &str| exr.windows(text.len()).any(|part| part == text.as_bytes());
+    assert!(["R\0", "Z\0", "N.X\0", "crypto_object02.A\0", "share.Y\0", "/objects/1"].into_iter().all(has));
+    done(&folder, &["render", "ball.json", "-o", "a.png", "--layers", all], "");
+    for layer in ["distance", "normal", "object", "share"] {
+        assert_eq!(size(&std::fs::read(folder.join(format!("a.{layer}.png"))).unwrap()), (40, 30), "{layer}");
+    }
+    // The picture itself is as without.
+    let alone = |name: &str, more: &[&str]| {
+        done(&folder, &[&["render", "ball.json", "-o", name], more].concat(), "");
+        std::fs::read(folder.join(name)).unwrap()
+    };
+    assert_eq!(alone("b.png", &[]), std::fs::read(folder.join("a.png")).unwrap());
+    let to_stdout = ["render", "ball.json", "-o", "-", "--format", "exr", "--layers", all];
+    assert_eq!(done(&folder, &to_stdout, ""), exr);
+
+    let wrong = |args: &[&str], part: &str| {
+        fails(&folder, &[&["render", "ball.json", "--layers"], args].concat(), "", 2, part);
+    };
+    wrong(&["normals"], "did you mean \"normal\"");
+    wrong(&["share"], "share:/objects/3");
+    wrong(&["share:/objects/2", "-o", "c.png"], "2 objects");
+    wrong(&["normal", "-o", "c.jpg"], ".exr");
+    wrong(&["normal", "-o", "-", "--format", "png"], "--format exr");
 }
 
 #[test]
@@ -127,8 +178,17 @@ fn stats_say_what_the_picture_cost() {
 #[test]
 fn a_tradeoff_is_a_page_and_numbers() {
     let folder = folder("tradeoff");
-    done(&folder, &["tradeoff", "ball.json", "-o", "t.html", "--json", "t.json", "--seconds", "3"], "");
+    let args = ["tradeoff", "ball.json", "-o", "t.html", "--json", "t.json", "--seconds", "3"];
+    let output = strahl(&folder, &args, "");
+    let said = String::from_utf8(output.stderr).unwrap();
     let t: Value = serde_json::from_slice(&std::fs::read(folder.join("t.json")).unwrap()).unwrap();
+    let answer = t["choices"]["answer"].as_str().unwrap();
+    assert!(output.status.success() && said.lines().any(|line| line == answer), "{answer} in {said}");
+    let choices = t["choices"]["all"].as_array().unwrap();
+    assert!(choices.iter().any(|choice| choice["name"] == "proved:1") && choices.len() <= 11, "{choices:?}");
+    let times: Vec<f64> = choices.iter().map(|choice| choice["request_ms"].as_f64().unwrap()).collect();
+    let least = t["choices"]["load_ms"].as_f64().unwrap() + t["choices"]["encode_ms"].as_f64().unwrap();
+    assert!(times.is_sorted() && times[0] > least, "{choices:?}");
     let points = t["points"].as_array().unwrap();
     assert!(points.len() >= 24, "{}", points.len());
     for point in points {
@@ -152,8 +212,15 @@ fn a_tradeoff_is_a_page_and_numbers() {
     assert_eq!(t["circumstances"]["asked_size"], t["circumstances"]["size"], "so small a picture is not scaled down");
 
     let page = std::fs::read_to_string(folder.join("t.html")).unwrap();
-    assert_eq!(page.matches("<svg").count(), 4);
-    assert_eq!(page.matches("data:image/png;base64,").count(), 3 * points.len());
+    // What one needs to choose comes before anything folds out: the answer, pictures and a plot, for broad and slim screens.
+    let (first, rest) = page.split_once("<details>").unwrap();
+    let shown = first.matches("data:image/png;base64,").count();
+    assert!(first.contains(&format!("<p class=\"answer\">{answer}</p>")) && (1..=3).contains(&shown), "{first}");
+    for word in ["knee", "front"] {
+        assert!(!page.contains(&format!(" {word} ")), "{word}");
+    }
+    assert_eq!((first.matches("<svg").count(), rest.matches("<svg").count()), (2, 4));
+    assert_eq!(rest.matches("data:image/png;base64,").count(), 3 * points.len());
     let outside = page.replace("http://www.w3.org/2000/svg", "");
     for word in ["http:", "https:", "<script"] {
         assert!(!outside.contains(word), "{word}");
@@ -179,7 +246,7 @@ fn settings_that_are_those_of_the_reference_have_no_error() {
         "--antialias",
         "false",
     ];
-    let args = [&["tradeoff", "ball.json", "-o", "-", "--json", "t.json", "--seconds", "3"], &settings[..]].concat();
+    let args = [&["tradeoff", "ball.json", "-o", "-", "--json", "t.json", "--seconds", "6"], &settings[..]].concat();
     done(&folder, &args, "");
     let t: Value = serde_json::from_slice(&std::fs::read(folder.join("t.json")).unwrap()).unwrap();
     assert_eq!(t["reference"]["min_weight"], 0.0, "{}", t["reference"]);
@@ -318,6 +385,11 @@ fn nff_is_imported_and_the_import_is_a_scene() {
     assert!(String::from_utf8_lossy(&text).contains("is valid"));
     let same = |args: &[&str]| done(&folder, &[&["render", "-o", "-", "--format", "png"], args].concat(), "");
     assert_eq!(same(&["ball.nff"]), same(&["imported.json"]));
+    fails(&folder, &["import", "imported.json"], "", 1, "scene JSON already");
+    std::fs::write(folder.join("a.png"), b"\x89PNG\r\n\x1a\n\0\0").unwrap();
+    for command in ["render", "validate", "import"] {
+        fails(&folder, &[command, "a.png"], "", 1, "a PNG picture");
+    }
 }
 
 #[test]
@@ -415,4 +487,31 @@ fn pictures_lie_beside_their_scene() {
     fails(&folder, &["render", "ball.json", "-o", "out.png"], "", 1, "maps/a.png");
     fails(&folder.join("inner"), &["render", "-", "-o", "out.png"], &scene, 1, "files are not read here");
     done(&folder, &["validate", "inner/ball.json"], "");
+}
+
+/// A triangle of a mesh with normals has some 90 bytes of text. The text is gone when the hierarchy is built.
+#[cfg(target_os = "linux")]
+#[test]
+fn loading_takes_at_most_150_bytes_for_a_triangle() {
+    let folder = folder("loading_memory");
+    let side: u32 = 400;
+    let point = |i: u32| [i % (side + 1), i / (side + 1)].map(|k| f64::from(k) / 3.0 - 66.6);
+    let points = (0..(side + 1) * (side + 1)).map(point);
+    let vertices: Vec<_> = points.clone().map(|[x, y]| [x, y, 1.0 / (3.0 + x * x + y * y)]).collect();
+    let normals: Vec<_> = points.map(|[x, y]| [1.0 / (3.0 + x * x), -1.0 / (3.0 + y * y), 0.9]).collect();
+    let square = |i: u32| {
+        let a = i / side * (side + 1) + i % side;
+        [[a, a + 1, a + side + 2], [a, a + side + 2, a + side + 1]]
+    };
+    let faces: Vec<_> = (0..side * side).flat_map(square).collect();
+    let scene = json!({
+        "version": 1,
+        "image": { "width": 64, "height": 64 },
+        "camera": { "pinhole": { "eye": [0, 0, 200], "look_at": [0, 0, 0] } },
+        "objects": [{ "mesh": { "vertices": vertices, "faces": faces, "normals": normals } }],
+    });
+    std::fs::write(folder.join("sheet.json"), scene.to_string()).unwrap();
+    let bytes = |scene: &str| most_resident(&folder, &["render", scene, "--threads", "1", "-o", "sheet.png"]);
+    let each = (bytes("sheet.json") - bytes("ball.json")) as f64 / faces.len() as f64;
+    assert!(each <= 150.0, "{each} bytes for each triangle");
 }

@@ -6,3 +6,4 @@ mod common;
 mod documents;
 mod first_hour;
 mod http;
+mod tradeoff;

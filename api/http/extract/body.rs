@@ -10,6 +10,7 @@ use http_body_util::BodyExt;
 use std::io::{self, Write};
 use std::time::Duration;
 use strahl::scene::Format;
+use strahl::scene::recognise::{Recognised, recognise_start};
 use tokio::time::timeout;
 
 /// Compressed bytes that are decompressed at a time.
@@ -27,16 +28,33 @@ pub(crate) fn declared_format(headers: &HeaderMap) -> Result<Option<Format>, Pro
         "application/json" => Some(Format::Json),
         "text/x-nff" | "application/gzip" | "application/x-gzip" => Some(Format::Nff),
         "" | "application/x-www-form-urlencoded" => None,
+        // What it is may be said by name.
+        "model/gltf+json" => Some(Format::Json),
+        "model/gltf-binary" | "model/obj" => None,
         _ => return Err(unsupported(format!("Content-Type {kind} is no scene format"))),
     };
     encoding(headers).map(|_| format)
 }
 
-/// Without a declared format a body has to begin like a JSON object.
+/// Without a declared format a body has to begin like a JSON object. A body in a format that is not read is refused by name.
 pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<Format, Problem> {
+    let recognised = recognise_start(body);
+    let is_other = matches!(recognised, Recognised::Glb | Recognised::Obj | Recognised::Other(_));
+    if let (true, Some(problem)) = (is_other, recognised.refused_as(Format::Json)) {
+        return Err(Problem::new(Kind::UnsupportedMediaType, problem.detail));
+    }
     match declared {
         Some(format) => Ok(format),
-        None if body.trim_ascii_start().first() == Some(&b'{') => Ok(Format::Json),
+        None if recognised == Recognised::Json => Ok(Format::Json),
+        None if recognised == Recognised::Nff => {
+            let is_gzip = body.starts_with(&[0x1f, 0x8b]);
+            let what = if is_gzip {
+                "this is compressed: JSON needs Content-Encoding: gzip, and Neutral File Format its Content-Type"
+            } else {
+                "this looks like Neutral File Format, which needs its Content-Type"
+            };
+            Err(unsupported(what.into()))
+        }
         None => Err(unsupported("there is no Content-Type, and the body is not a JSON object".into())),
     }
 }
@@ -173,6 +191,7 @@ mod tests {
         assert_eq!(declared_format(&HeaderMap::new()).ok(), Some(None));
         assert_eq!(check_content(None, b" \n{\"version\": 1}").ok(), Some(Format::Json));
         assert!(check_content(None, b"scene=1").is_err() && check_content(None, b"").is_err());
+        assert!(check_content(Some(Format::Json), b"glTF\x02").is_err() && check_content(None, b"v 1 2 3").is_err());
         let mut encoded = with(header::CONTENT_TYPE, "application/json");
         encoded.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
         assert_eq!(declared_format(&encoded).ok(), Some(Some(Format::Json)));

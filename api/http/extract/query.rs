@@ -4,12 +4,14 @@
 use super::accept::by_accept;
 use crate::http::problem::{ErrorEntry, Kind, Problem};
 use crate::service::scenes::ids::MAX_ZOOM;
+use crate::service::values::point;
 use axum::extract::Query as Pairs;
 use axum::http::{HeaderMap, Uri};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use strahl::film::{FileFormat, PictureFormat, Region};
+use strahl::render::Layers;
 use strahl::scene::description::{Accuracy, Precision};
 use strahl::scene::limits::{self, Limit};
 use strahl::scene::nff::NffOptions;
@@ -51,6 +53,8 @@ enum Values {
     /// A number of at least the first and at most the second, and the limit that gives the latter.
     Number(f64, Option<f64>, Option<&'static str>),
     Words(Vec<String>),
+    /// Three numbers.
+    Point,
     Accuracy,
 }
 
@@ -59,6 +63,9 @@ const MAX_WHOLE: u64 = i64::MAX as u64;
 
 /// More pixels than any picture has.
 const MAX_PIXELS: u64 = u32::MAX as u64;
+
+/// Three numbers as a pattern.
+const POINT: &str = "^ *[-+.0-9eE]+ *, *[-+.0-9eE]+ *, *[-+.0-9eE]+ *$";
 
 /// The values of [`Accuracy`] as a pattern.
 const ACCURACY: &str = "^(fixed|proved(:[0-2])?|time:[1-9][0-9]{0,5}|rays:[1-9][0-9]{0,14}|\
@@ -84,6 +91,7 @@ impl Parameter {
                 schema
             }
             Values::Words(words) => json!({ "type": "string", "enum": words }),
+            Values::Point => json!({ "type": "string", "pattern": POINT }),
             Values::Accuracy => json!({ "type": "string", "pattern": ACCURACY }),
         }
     }
@@ -103,6 +111,7 @@ impl Values {
             Self::Number(least, Some(most), None) => format!("a number from {least} to {most}"),
             Self::Number(least, Some(most), Some(limit)) => format!("a number from {least} to {most:.3} ({limit})"),
             Self::Words(words) => list(words.iter().cloned(), "or"),
+            Self::Point => "three numbers, as 1,-2.5,3".into(),
             Self::Accuracy => Accuracy::WRITTEN.into(),
         }
     }
@@ -176,6 +185,11 @@ impl Query {
     /// A whole number from 1 to `most`.
     pub(crate) fn count(&mut self, name: &'static str, about: &'static str, most: u32) -> Option<u32> {
         self.within(name, about, 1, u64::from(most), None)
+    }
+
+    /// Likewise, or none.
+    pub(crate) fn count_or_0(&mut self, name: &'static str, about: &'static str, most: u32) -> Option<u32> {
+        self.within(name, about, 0, u64::from(most), None)
     }
 
     fn within(
@@ -254,7 +268,7 @@ impl Query {
         self.within(name, about, 0, MAX_PIXELS, None).unwrap_or(0)
     }
 
-    fn wrong(&mut self, parameter: &str, code: &'static str, detail: String) {
+    pub(crate) fn wrong(&mut self, parameter: &str, code: &'static str, detail: String) {
         self.errors.push(ErrorEntry { parameter: Some(parameter.into()), ..ErrorEntry::new(code, detail) });
     }
 
@@ -289,6 +303,7 @@ impl Query {
             samples: self.up_to("samples", "Samples for each pixel.", limits::SAMPLES),
             antialias: self.flag("antialias", "Whether pixels that differ from a neighbor get more samples."),
             precision: self.word::<Precision>("precision", "Floating-point format of the whole trace."),
+            seen_from: None,
             nff: NffOptions { two_sided: two_sided.unwrap_or(false), ..NffOptions::default() },
         }
     }
@@ -329,6 +344,25 @@ impl Query {
         })
     }
 
+    /// `layers`, which EXR has room for.
+    pub(crate) fn layers(&mut self) -> Layers {
+        let about = "Layers beside the colors of an EXR, with commas between: `distance`, `position`, `normal`, `albedo`, \
+                     `object`, `material`, and `share:/objects/3` of one object.";
+        let Some(text) = self.text("layers", about) else { return Layers::default() };
+        text.parse().unwrap_or_else(|wrong| {
+            self.wrong("layers", "out-of-range", wrong);
+            // With an error noted, `finish` fails, and this is not used.
+            Layers::default()
+        })
+    }
+
+    /// Refuses layers where the answer has no room for them.
+    pub(crate) fn refuse_layers(&mut self, layers: Layers, why: &str) {
+        if !layers.is_empty() {
+            self.wrong("layers", "unsupported", why.to_owned());
+        }
+    }
+
     /// `zoom`: a scene may be opened as 2^zoom times its size.
     pub(crate) fn zoom(&mut self) -> u32 {
         self.within("zoom", "The scene is opened as 2^zoom times its size.", 0, u64::from(MAX_ZOOM), None).unwrap_or(0)
@@ -347,6 +381,17 @@ impl Query {
     /// `x` and `y`: a pixel of the picture.
     pub(crate) fn pixel(&mut self) -> [u32; 2] {
         [self.pixels("x", "Column, from 0 at the left.", 0), self.pixels("y", "Row, from 0 at the top.", 0)]
+    }
+
+    /// `from` and `to`: where another camera stands and what it looks at.
+    pub(crate) fn viewpoint(&mut self) -> Option<[[f64; 3]; 2]> {
+        let read = |text: &str| point(text).ok();
+        let from = self.take("from", "Eye of another camera, as `x,y,z`.", Values::Point, read);
+        let to = self.take("to", "What it looks at, as `x,y,z`.", Values::Point, read);
+        if from.is_some() != to.is_some() {
+            self.wrong("from", "missing-key", "\"from\" and \"to\" go together".into());
+        }
+        Some([from?, to?])
     }
 
     /// `seconds`: a number from 0.1 to a limit.

@@ -93,7 +93,8 @@ kinds! {
     Draining = "draining", SERVICE_UNAVAILABLE, "The service is about to stop",
         "Try again after the seconds in the Retry-After header, or at another instance.";
     RenderDeadline = "render-deadline", GATEWAY_TIMEOUT, "The render took too long",
-        "Ask for tiles, a smaller picture, fewer samples or a lower max_depth.";
+        "Send Prefer: respond-async (then it is a job without this limit), ask for accuracy=time:MS (the best picture in MS \
+         milliseconds), for tiles, a smaller picture, or fewer samples.";
     Abandoned = "abandoned", INTERNAL_SERVER_ERROR, "The service ended several times while it rendered this",
         "The job may take more memory than there is. Make the picture or the scene smaller; the service's log has more.";
     Internal = "internal", INTERNAL_SERVER_ERROR, "Internal error",

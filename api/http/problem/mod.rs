@@ -234,7 +234,9 @@ impl From<Error> for Problem {
             Error::Busy { detail, retry_after } => Self::new(Kind::Saturated, detail).retry_after(retry_after),
             Error::TenantBusy { detail, retry_after } => Self::new(Kind::RateLimited, detail).retry_after(retry_after),
             Error::Deadline(detail) => {
-                let mut problem = Self::new(Kind::RenderDeadline, detail);
+                let ways = "send Prefer: respond-async to have it rendered as a job, ask for accuracy=time:MS, the best picture in MS \
+                            milliseconds, or for fewer pixels (maps take `step`)";
+                let mut problem = Self::new(Kind::RenderDeadline, format!("{detail}: {ways}"));
                 problem.members.suggest = Some("tiles");
                 problem
             }

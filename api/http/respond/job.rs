@@ -135,7 +135,8 @@ impl JobView {
         let record = job.record().clone();
         let path = format!("/v1/jobs/{}", record.id);
         let time = |ms: u64| humantime::format_rfc3339_millis(UNIX_EPOCH + Duration::from_millis(ms)).to_string();
-        let eta_ms = if record.state.is_final() { None } else { place.map(|(_, eta)| eta).or(progress.eta_ms) };
+        let eta_ms = place.map(|(_, eta)| eta).or(progress.eta_ms).unwrap_or(record.estimate_ms);
+        let eta_ms = (!record.state.is_final()).then_some(eta_ms);
         // Whole seconds: what two clocks say is not the same from one answer to the next.
         let expires = app.service.jobs.kept_for(&record).map(|kept| (unix_time() + kept).as_secs() * 1_000);
         let ids = record.scene_id.as_ref().zip(record.image_id.as_ref());

@@ -15,7 +15,7 @@ use crate::service::requests::pictures::{Source, Upload, image_of};
 use crate::service::scheduler::task::{Class, PRIORITY};
 use axum::http::{HeaderName, Method};
 use std::time::Duration;
-use strahl::film::Region;
+use strahl::film::{FileFormat, Region};
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "Renders a region of the picture, with the same pixels as that part of the whole.";
@@ -24,11 +24,13 @@ pub(super) fn routes() -> Vec<Route> {
             .about_scene()
             .or_else(other_methods)
             .query(Query::output)
+            .query(Query::layers)
             .picture(),
         Route::post("/v1/render/tile", tile, ["renderTile", "render", about])
             .query(Query::region)
             .about_scene()
             .query(Query::output)
+            .query(Query::layers)
             .picture(),
     ]
 }
@@ -77,12 +79,23 @@ async fn answer(
 ) -> Result<Response, Problem> {
     let extra = |query: &mut Query, headers: &HeaderMap| {
         let (region, output) = (region(query), query.output());
-        Ok((region, query.picture_format(output, headers)?, output.format.is_none()))
+        let (format, layers) = (query.picture_format(output, headers)?, query.layers());
+        if format != FileFormat::Exr {
+            query.refuse_layers(layers, "only EXR has room for them: add format=exr");
+        }
+        Ok((region, format, layers, output.format.is_none()))
     };
     let client = Client::of(request.extensions());
-    let SceneRequest { format, overrides, extra: (region, file_format, negotiated), tenant, method, headers, body } =
-        scene_request::read(&app, request, extra).await?;
-    let spec = PictureSpec::plain(region, file_format);
+    let SceneRequest {
+        format,
+        overrides,
+        extra: (region, file_format, layers, negotiated),
+        tenant,
+        method,
+        headers,
+        body,
+    } = scene_request::read(&app, request, extra).await?;
+    let spec = PictureSpec { layers, ..PictureSpec::plain(region, file_format) };
     let task = tenant.task(if region.is_some() { Class::Tiles } else { Class::Renders });
     let _permit = region.map(|_| tile_permit(&app, client)).transpose()?;
     let upload = Upload::new(body, format, overrides).await?;
@@ -117,7 +130,11 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
     let headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
     let extra = |query: &mut Query, headers: &HeaderMap| {
-        let output = query.output();
+        let (output, layers) = (query.output(), query.layers());
+        query.refuse_layers(
+            layers,
+            "jobs have none: ask without Prefer, for parts of a large picture at /v1/render/tile",
+        );
         query.picture_format(output, headers)
     };
     let SceneRequest { format, overrides, extra: output, tenant, method, body, .. } =

@@ -42,7 +42,7 @@ pub(super) fn routes() -> Vec<Route> {
 /// A stored scene.
 #[derive(Debug, Serialize, JsonSchema)]
 struct KnownScene<'a> {
-    /// Its id: a hash of its canonical text.
+    /// Its id: a hash of what it says, not of how it was written.
     scene_id: &'a str,
     /// The id of its picture, opened as 2^zoom times its size.
     image_id: String,

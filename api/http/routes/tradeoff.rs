@@ -13,8 +13,8 @@ use strahl::tradeoff::page::page;
 /// Default time limit in seconds.
 const SECONDS: f64 = 10.0;
 
-/// Bytes for each pixel of the picture that is measured: the references, and the one that is rendered.
-const PIXEL_BYTES: u64 = 100;
+/// Bytes for each pixel of the picture that is measured: the references, those to choose from, and the one that is rendered.
+const PIXEL_BYTES: u64 = 260;
 
 /// Form of the answer.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]

@@ -1,15 +1,24 @@
-//! `POST /v1/tree`: every ray of one pixel.
+//! `POST /v1/tree`: every ray of one pixel, as data, as a drawing, or drawn into the picture.
 
 use crate::http::prelude::*;
 use crate::http::respond::{Answer, body};
 use crate::http::scene_job::{Question, ask};
+use crate::http::state::AppState;
 use crate::service::error::Error;
+use crate::service::pictures::overlay::{self, OverlaySpec};
+use crate::service::pictures::render;
 use crate::service::pictures::spec::outside;
+use crate::service::scenes::cache::SentScene;
+use crate::service::scenes::prepared::PreparedScene;
+use crate::service::scheduler::admission::Work;
 use axum::body::Body as AxumBody;
 use futures_util::stream;
 use std::convert::Infallible;
+use std::sync::Arc;
+use strahl::film::Region;
 use strahl::inspect::TreeFormat;
 use strahl::inspect::tree::{TREE_BYTES, Tree, trace_pixel_while};
+use strahl::scene::{Description, Overrides};
 
 /// Bytes of a text that is sent as a whole.
 const AT_ONCE: usize = 1 << 20;
@@ -20,25 +29,38 @@ const SVG: &str = "image/svg+xml";
 
 pub(super) fn routes() -> Vec<Route> {
     let contents = [Content::json::<Tree>(), Content::text(GRAPHVIZ), Content::text(SVG)];
-    vec![
-        Route::post("/v1/tree", tree, ["tree", "render", "Every ray of one pixel."])
-            .query(pixel_and_format)
-            .about_scene()
-            .answer(200, "The tree of rays", &contents),
-    ]
+    let about = "Every ray of one pixel.\n\n`overlay` draws them into the picture, from the scene's camera or from another one.";
+    vec![Route::post("/v1/tree", tree, ["tree", "render", about]).query(parameters).about_scene().answer(
+        200,
+        "The tree of rays",
+        &contents,
+    )]
 }
 
 async fn tree(State(app): State<App>, request: Request) -> Result<Response, Problem> {
-    ask(app, request, |query, _| Ok(pixel_and_format(query)), answer).await
+    ask(app, request, |query, _| Ok(parameters(query)), answer).await
 }
 
-fn pixel_and_format(query: &mut Query) -> ([u32; 2], TreeFormat) {
-    (query.pixel(), query.word("format", "How the tree is written.").unwrap_or_default())
+fn parameters(query: &mut Query) -> ([u32; 2], TreeFormat, OverlaySpec) {
+    let pixel = query.pixel();
+    let format = query.word("format", "How the tree is written.").unwrap_or_default();
+    let seen_from = query.viewpoint();
+    let picture = query.flag("picture", "Whether an overlay has the rendered picture. Default true.");
+    let all = "Whether drawings show the rays of all samples, not of the first one alone. Default false.";
+    let all_samples = query.flag("all_samples", all).unwrap_or(false);
+    if format != TreeFormat::Overlay {
+        for (name, is_given) in [("from", seen_from.is_some()), ("picture", picture.is_some())] {
+            if is_given {
+                query.wrong(name, "unsupported", "it is for format=overlay".into());
+            }
+        }
+    }
+    (pixel, format, OverlaySpec { seen_from, picture: picture.unwrap_or(true), all_samples })
 }
 
 fn answer(
     Question { app, work, sent }: Question<'_>,
-    ([x, y], format): ([u32; 2], TreeFormat),
+    ([x, y], format, spec): ([u32; 2], TreeFormat, OverlaySpec),
 ) -> Result<Answer, Problem> {
     let ready = app.service.scenes.find(&work.workers, sent)?.ready;
     let scene = &ready.scene;
@@ -52,10 +74,14 @@ fn answer(
     let media_type = match format {
         TreeFormat::Json => "application/json",
         TreeFormat::Dot => GRAPHVIZ,
-        TreeFormat::Svg => SVG,
+        TreeFormat::Svg | TreeFormat::Overlay => SVG,
     };
+    if format == TreeFormat::Overlay {
+        let drawing = overlay(app, work, sent, &ready, tree, spec)?;
+        return Ok((media_type, body(app.service.memory.metered(drawing.into_bytes())?)));
+    }
     share.shrink(tree.bytes() as u64);
-    let mut parts = tree.parts(format);
+    let mut parts = tree.parts(format, spec.all_samples);
     let (mut begin, mut ended) = (String::new(), false);
     while !ended && begin.len() < AT_ONCE {
         let part = parts.next();
@@ -71,4 +97,37 @@ fn answer(
         Ok::<_, Infallible>(part)
     });
     Ok((media_type, AxumBody::from_stream(stream::iter(rest))))
+}
+
+/// Draws into the picture, which needs as much room as any picture.
+fn overlay(
+    app: &AppState,
+    work: &Work,
+    sent: &SentScene<'_>,
+    ready: &Arc<PreparedScene>,
+    tree: Tree,
+    spec: OverlaySpec,
+) -> Result<String, Problem> {
+    let limits = &app.service.settings.answers;
+    let other = match spec.seen_from {
+        Some(_) => {
+            let overrides = Overrides { seen_from: spec.seen_from, ..sent.overrides };
+            let other = SentScene::new(sent.text, sent.format, &overrides);
+            let accept = |scene: &Description| limits.check_unbuilt(scene, None);
+            Some(app.service.scenes.find_if(&work.workers, &other, accept)?.ready)
+        }
+        None => None,
+    };
+    let seen_by = other.as_ref().unwrap_or(ready);
+    let region = Region::whole(seen_by.scene.width, seen_by.scene.height);
+    let share = if spec.picture {
+        limits.check(region, seen_by.scene.samples)?;
+        app.service.room_for_picture(seen_by, region.pixels(), render::PIXEL_BYTES + overlay::PIXEL_BYTES)?
+    } else {
+        app.service.memory.share(seen_by.bytes())
+    };
+    let seen_from = other.as_ref().map(|ready| &ready.scene);
+    let drawing = overlay::draw(tree, &ready.scene, seen_from, spec, &work.workers, &work.control);
+    drop(share);
+    Ok(drawing.map_err(Error::from)?)
 }

@@ -1,7 +1,7 @@
 //! The finished tiles of a job on disk, so that none is rendered twice. Each is appended to one file when it is done.
 //!
-//! A tile is written as its number, its cost as JSON, its pixels as linear floats, the bounds of pixels that lack light, and
-//! a hash of all that and of whose tile it is. A tile that a crash has left half-written at the end of the file is cut off.
+//! A tile is written as its number, its cost as JSON, its pixels as linear floats, their alpha if the background is
+//! transparent, the bounds of pixels that lack light, and a hash of all that and of whose tile it is. A tile that a crash has left half-written at the end of the file is cut off.
 
 use crate::service::scenes::ids::renderer;
 use crate::service::storage::disk::DiskFile;
@@ -10,17 +10,19 @@ use sha2::{Digest, Sha256};
 use std::io::{self, BufReader, Read};
 use std::path::Path;
 use strahl::bound::BoundedPixel;
-use strahl::film::{Film, Region};
+use strahl::film::{Display, Film, Region};
 use strahl::render::{Picture, RayCounts, Refined, Sampling};
 
 /// Bytes of the hash.
 const DIGEST: usize = 16;
-/// Bytes of the header: number of the tile, bytes of the JSON, number of pixels that lack light.
-const HEAD: usize = 12;
+/// Bytes of the header: number of the tile, bytes of the JSON, number of pixels that lack light, number of alphas.
+const HEAD: usize = 16;
 /// Most bytes of the JSON.
 const MOST: usize = 16_384;
 /// Bytes of a pixel.
 const PIXEL: usize = 12;
+/// Bytes of an alpha.
+const ALPHA: usize = 4;
 /// Bytes of the bound of a pixel that lacks light: where it is, and its highest value.
 const LACKING: usize = 20;
 
@@ -33,7 +35,7 @@ pub(super) struct Tile {
     pub(super) picture: Picture,
 }
 
-/// Cost of a tile.
+/// Cost of a tile, and how its light becomes colours.
 #[derive(Debug, Serialize, Deserialize)]
 struct TileCost {
     rays: RayCounts,
@@ -43,6 +45,7 @@ struct TileCost {
     sampling: Sampling,
     trace_ms: f64,
     refine_ms: f64,
+    display: Display,
 }
 
 /// The file of tiles.
@@ -90,14 +93,18 @@ impl Tiles {
             sampling: sampling.clone(),
             trace_ms,
             refine_ms,
+            display: film.display,
         })?;
-        let mut bytes =
-            Vec::with_capacity(HEAD + took.len() + film.pixels.len() * PIXEL + bounded.len() * LACKING + DIGEST);
+        let mut bytes = Vec::with_capacity(
+            HEAD + took.len() + film.pixels.len() * (PIXEL + ALPHA) + bounded.len() * LACKING + DIGEST,
+        );
         bytes.extend(number.to_le_bytes());
         bytes.extend((took.len() as u32).to_le_bytes());
         bytes.extend((bounded.len() as u32).to_le_bytes());
+        bytes.extend((film.alpha.len() as u32).to_le_bytes());
         bytes.extend(took);
         bytes.extend(film.pixels.as_flattened().iter().flat_map(|channel| channel.to_le_bytes()));
+        bytes.extend(film.alpha.iter().flat_map(|alpha| alpha.to_le_bytes()));
         for BoundedPixel { at, highest } in bounded.iter() {
             bytes.extend(at.iter().flat_map(|coordinate| coordinate.to_le_bytes()));
             bytes.extend(highest.iter().flat_map(|channel| channel.to_le_bytes()));
@@ -124,14 +131,14 @@ fn read(
     if !fill(from, &mut bytes)? {
         return Ok(None);
     }
-    let [number, took, bounded] = words(&bytes)[..] else { return Ok(None) };
-    let (took, bounded) = (took as usize, bounded as usize);
+    let [number, took, bounded, alpha] = words(&bytes)[..] else { return Ok(None) };
+    let (took, bounded, alpha) = (took as usize, bounded as usize, alpha as usize);
     let Some(region) = region(number) else { return Ok(None) };
     let count = region.pixels() as usize;
-    if took > MOST || bounded > count {
+    if took > MOST || bounded > count || (alpha != 0 && alpha != count) {
         return Ok(None);
     }
-    bytes.resize(HEAD + took + count * PIXEL + bounded * LACKING + DIGEST, 0);
+    bytes.resize(HEAD + took + count * PIXEL + alpha * ALPHA + bounded * LACKING + DIGEST, 0);
     if !fill(from, &mut bytes[HEAD..])? {
         return Ok(None);
     }
@@ -140,16 +147,18 @@ fn read(
         return Ok(None);
     }
     let (took, pixels) = contents[HEAD..].split_at(took);
-    let (pixels, bounded) = pixels.split_at(count * PIXEL);
+    let (pixels, alpha_and_bounded) = pixels.split_at(count * PIXEL);
+    let (alpha, bounded) = alpha_and_bounded.split_at(alpha * ALPHA);
     // Another version of the program may have written it.
-    let Ok(TileCost { rays, camera_hits, deepest, refined, sampling, trace_ms, refine_ms }) =
+    let Ok(TileCost { rays, camera_hits, deepest, refined, sampling, trace_ms, refine_ms, display }) =
         serde_json::from_slice(took)
     else {
         return Ok(None);
     };
     let color = |words: &[u32]| std::array::from_fn(|c| f32::from_bits(words[c]));
     let pixels = words(pixels).chunks_exact(3).map(color).collect();
-    let film = Film { region, full_width, full_height, pixels };
+    let alpha = words(alpha).into_iter().map(f32::from_bits).collect();
+    let film = Film { region, full_width, full_height, pixels, alpha, display };
     let lack = |words: &[u32]| BoundedPixel { at: [words[0], words[1]], highest: color(&words[2..]) };
     let bounded = words(bounded).chunks_exact(5).map(lack).collect();
     let rays = RayCounts { camera_hits, deepest, ..rays };
@@ -174,6 +183,7 @@ fn fill(from: &mut impl Read, into: &mut [u8]) -> io::Result<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use strahl::film::ToneMapping;
 
     const SIZE: [u32; 2] = [6, 4];
 
@@ -183,7 +193,9 @@ mod tests {
 
     fn tile(number: u32) -> Tile {
         let black = crate::service::jobs::canvas::empty(SIZE, region(number).unwrap());
-        let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], ..black.film.clone() };
+        let alpha = vec![0.25 * number as f32; if number == 2 { 6 } else { 0 }];
+        let display = Display::new(f64::from(number) / 3.0, ToneMapping::Agx);
+        let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], alpha, display, ..black.film.clone() };
         let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, deepest: 4, ..RayCounts::default() };
         let refined = Refined { pixels: 3, rays: RayCounts { shadow: 9, ..RayCounts::default() } };
         let bounded = [BoundedPixel { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }]

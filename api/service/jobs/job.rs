@@ -4,6 +4,7 @@ use super::canvas::Canvas;
 use super::event_log::Events;
 use super::record::{Failure, Record, State};
 use super::tile_order::{REMEMBERED, TileOrder, meet};
+use serde_json::json;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -39,8 +40,10 @@ pub(crate) struct Job {
     /// Whether its owner does not want to see it any more.
     pub(super) forgotten: AtomicBool,
     watchers: AtomicUsize,
-    /// When this process began to render it, and how many tiles were done then.
-    pub(super) begun: Mutex<Option<(Instant, usize)>>,
+    /// When this process began to render it.
+    pub(super) begun: Mutex<Option<Instant>>,
+    /// When it began with the tiles, and how many were done then.
+    pub(super) tiling: Mutex<Option<(Instant, f64)>>,
     /// When it was accepted. Capped at the time since which the clock counts.
     pub(super) since: Instant,
 }
@@ -65,7 +68,7 @@ pub(crate) struct Progress {
     pub(crate) total: usize,
     /// Rays of the finished tiles.
     pub(crate) rays: u64,
-    /// Estimated milliseconds until it is done, once this process has finished a tile.
+    /// Estimated milliseconds until it is done, once this process has begun to render it.
     pub(crate) eta_ms: Option<f64>,
 }
 
@@ -95,6 +98,7 @@ impl Job {
             forgotten: AtomicBool::new(false),
             watchers: AtomicUsize::new(0),
             begun: Mutex::default(),
+            tiling: Mutex::default(),
             since: Instant::now().checked_sub(age).unwrap_or_else(Instant::now),
             record: Mutex::new(record),
         }
@@ -120,14 +124,28 @@ impl Job {
         }
     }
 
+    /// The work that is done, in tiles of as many rays as all have on average: dear tiles often come first. Counts finished tiles
+    /// where the number of rays was not estimated.
+    pub(super) fn work_done(&self) -> f64 {
+        let estimate = self.record().estimate_rays;
+        if estimate == 0 {
+            return self.done.load(Ordering::Relaxed) as f64;
+        }
+        self.total as f64 * (self.rays.load(Ordering::Relaxed) as f64 / estimate as f64).min(1.0)
+    }
+
     /// Its progress.
     pub(crate) fn progress(&self) -> Progress {
         let total = self.total;
         let done = if self.record().state == State::Succeeded { total } else { self.done.load(Ordering::Relaxed) };
-        let eta_ms = (*locked(&self.begun)).and_then(|(begun, before)| {
-            let here = done.saturating_sub(before);
-            (here > 0).then(|| begun.elapsed().as_secs_f64() * 1e3 * (total - done) as f64 / here as f64)
-        });
+        let begun = (*locked(&self.begun)).map(|begun| begun.elapsed().as_secs_f64() * 1e3);
+        let worked = self.work_done();
+        let tiling = (*locked(&self.tiling))
+            .map(|(since, before)| Tiling { done: worked - before, ms: since.elapsed().as_secs_f64() * 1e3 });
+        let estimate_ms = self.record().estimate_ms;
+        // More rays than estimated leave little, but something, to do.
+        let left = (total as f64 - worked).max(0.1 * total.saturating_sub(done) as f64);
+        let eta_ms = begun.map(|begun| eta_ms(estimate_ms, begun, tiling, total as f64, left));
         Progress { done, total, rays: self.rays.load(Ordering::Relaxed), eta_ms }
     }
 
@@ -169,6 +187,12 @@ impl Job {
         Watcher(Arc::clone(self))
     }
 
+    /// Tells watchers of a preview whose pixels are so far apart in the picture, across and down.
+    pub(super) fn publish_preview(&self, pass: u32, scale: u32) {
+        let revision = self.revision.fetch_add(1, Ordering::Relaxed) + 1;
+        self.events.publish("preview", json!({ "pass": pass, "scale": scale, "revision": revision }));
+    }
+
     /// Whether any client watches it.
     pub(super) fn is_watched(&self) -> bool {
         self.watchers.load(Ordering::Relaxed) > 0
@@ -191,6 +215,26 @@ impl Drop for Watcher {
     }
 }
 
+/// The tiles' worth of work that a process has done, and the milliseconds it took.
+#[derive(Debug, Clone, Copy)]
+struct Tiling {
+    done: f64,
+    ms: f64,
+}
+
+/// Estimated milliseconds until a job is done that was begun so many ago: by its estimate, and more and more by its tiles.
+fn eta_ms(estimate_ms: f64, begun: f64, tiling: Option<Tiling>, total: f64, left: f64) -> f64 {
+    let share = estimate_ms / total;
+    match tiling {
+        Some(Tiling { done, ms }) if done > 0.0 => {
+            let trusted = total / 8.0;
+            left * (trusted * share + ms) / (trusted + done)
+        }
+        // Passes before the tiles are not part of the estimate; it cannot be over before the first tile.
+        _ => (left * share - tiling.map_or(begun, |tiling| tiling.ms)).max(0.5 * left * share),
+    }
+}
+
 /// Locks a mutex. A panic of another thread cannot leave the values of this module half-written.
 pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -200,9 +244,41 @@ pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::super::record::JobSpec;
     use super::*;
-    use serde_json::json;
     use strahl::film::FileFormat;
     use strahl::scene::{Format, Overrides};
+
+    #[test]
+    fn the_first_tiles_hardly_change_what_was_estimated() {
+        let tiles = |done: f64, ms: f64| Some(Tiling { done, ms });
+        assert_eq!(eta_ms(12_000.0, 0.0, None, 100.0, 100.0), 12_000.0);
+        // The passes took a third, and the first tile ten times as long as others.
+        assert!((10_000.0..22_000.0).contains(&eta_ms(12_000.0, 5_200.0, tiles(1.0, 1_200.0), 100.0, 99.0)));
+        assert!((5_900.0..6_100.0).contains(&eta_ms(12_000.0, 9_000.0, tiles(50.0, 6_000.0), 100.0, 50.0)));
+        // An estimate that was wrong by far is forgotten.
+        assert!((55_000.0..60_000.0).contains(&eta_ms(12_000.0, 60_000.0, tiles(50.0, 69_000.0), 100.0, 50.0)));
+        assert_eq!(eta_ms(12_000.0, 12_500.0, None, 1.0, 1.0), 6_000.0);
+        assert_eq!(eta_ms(12_000.0, 12_500.0, tiles(1.0, 12_000.0), 1.0, 0.0), 0.0);
+    }
+
+    /// A fifth of the tiles with most of the rays is most of the work.
+    #[test]
+    fn dear_tiles_that_come_first_do_not_raise_the_eta() {
+        let spec = JobSpec {
+            scene: String::new(),
+            format: Format::Json,
+            settings: Overrides::default(),
+            output: FileFormat::Png8,
+        };
+        let size = Record { width: 100, height: 100, edge: 10, ..Record::new(spec) };
+        let job = Job::new(Record { estimate_ms: 20_000.0, estimate_rays: 1_000_000, ..size });
+        let ago = |ms: u64| Instant::now().checked_sub(Duration::from_millis(ms)).unwrap();
+        *locked(&job.begun) = Some(ago(14_000));
+        *locked(&job.tiling) = Some((ago(14_000), 0.0));
+        job.done.store(18, Ordering::Relaxed);
+        job.rays.store(600_000, Ordering::Relaxed);
+        let eta = job.progress().eta_ms.unwrap();
+        assert!((7_000.0..11_000.0).contains(&eta), "{eta}");
+    }
 
     #[test]
     fn a_job_at_rest_still_says_how_it_ended() {

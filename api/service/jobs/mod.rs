@@ -237,7 +237,7 @@ impl Jobs {
         if state != State::Succeeded {
             locked(&self.registry).release_scene(&on_disk, &self.files);
         }
-        if let (false, Some((begun, _))) = (state == State::Succeeded, *locked(&job.begun)) {
+        if let (false, Some(begun)) = (state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
         }
         self.observer.ended(&on_disk, state);

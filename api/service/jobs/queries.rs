@@ -1,9 +1,9 @@
 //! Queries about jobs.
 
-use super::Jobs;
 use super::job::{Job, locked};
 use super::record::{JobSpec, Record, State};
 use super::registry::{estimate, rank, remaining};
+use super::{Jobs, canvas};
 use crate::service::error::Error;
 use crate::service::memory_budget::MeteredBytes;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
@@ -13,6 +13,9 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use strahl::film::FileFormat;
+
+/// Bytes for each pixel of a picture that is decoded and made smaller: 16 bits for each channel, twice.
+const DECODED_BYTES: u64 = 16;
 
 impl Jobs {
     /// A job.
@@ -113,9 +116,20 @@ impl Jobs {
         self.cache.memory.read(bytes, || Some(self.files.scenes.get(name)?.body))
     }
 
-    /// The last preview of a finished job, a PNG. There may be none if the picture existed already.
-    pub(crate) fn last_preview(&self, job: &Job) -> Option<Vec<u8>> {
+    /// The last preview of a finished job, a PNG. If the picture existed already, it is made from the picture; none if
+    /// that is in a format without codes.
+    pub(crate) fn last_preview(&self, job: &Job) -> Result<Option<Vec<u8>>, Error> {
         let record = job.record().clone();
-        self.files.preview(&record)
+        if let Some(png) = self.files.preview(&record) {
+            return Ok(Some(png));
+        }
+        let Some(picture) = self.picture(job)? else { return Ok(None) };
+        let mut share = self.cache.memory.share(0);
+        share.grow(DECODED_BYTES * u64::from(record.width) * u64::from(record.height))?;
+        let Some(png) = canvas::preview_of(&picture.bytes, record.width, record.height) else { return Ok(None) };
+        if let Err(error) = self.files.put_preview(&record, &png) {
+            tracing::warn!(job = record.id, %error, "a preview cannot be kept");
+        }
+        Ok(Some(png))
     }
 }

@@ -40,6 +40,9 @@ pub(crate) struct Record {
     pub(crate) edge: u32,
     /// Estimated milliseconds on the whole pool.
     pub(crate) estimate_ms: f64,
+    /// Estimated rays; 0 if unknown, as in records of versions before.
+    #[serde(default)]
+    pub(crate) estimate_rays: u64,
     /// Bytes of its built scene.
     pub(crate) scene_bytes: u64,
     /// Tells a repeated submission from a new one.
@@ -102,6 +105,7 @@ impl Record {
             height: 0,
             edge: 0,
             estimate_ms: 0.0,
+            estimate_rays: 0,
             scene_bytes: 0,
             idempotency: None,
             created: now(),
@@ -224,6 +228,7 @@ impl From<&Problems> for Failure {
         let slug = match problems.0.first().map(|first| first.code) {
             Some(Code::InvalidJson) => "invalid-json",
             Some(Code::InvalidNff) => "invalid-nff",
+            Some(Code::OtherFormat) => "unsupported-media-type",
             _ => "invalid-scene",
         };
         let first = problems.0.first().map_or_else(String::new, ToString::to_string);

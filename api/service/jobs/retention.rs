@@ -37,7 +37,7 @@ impl Jobs {
             let mut ended: HashMap<String, usize> = HashMap::new();
             for job in &registry.open {
                 let begun = *locked(&job.begun);
-                if begun.is_some_and(|(begun, _)| begun.elapsed() > self.limits.job_timeout) {
+                if begun.is_some_and(|begun| begun.elapsed() > self.limits.job_timeout) {
                     let seconds = self.limits.job_timeout.as_secs_f64();
                     let detail = format!("the job was not done after {seconds} s (job_timeout)");
                     job.stop(Stopped::Failed(Failure { slug: "render-deadline".into(), detail }));

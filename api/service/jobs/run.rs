@@ -3,7 +3,7 @@
 //! Another thread writes finished tiles to disk and publishes events, so that the pool does not wait for that.
 
 use super::Jobs;
-use super::canvas::Canvas;
+use super::canvas::{Canvas, empty, paste};
 use super::checkpoint::{Tile, Tiles};
 use super::finish::finish;
 use super::job::{Job, Stopped, locked};
@@ -26,14 +26,13 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
-use strahl::film::{FileFormat, Region};
-use strahl::render::{Cancelled, render, render_window};
+use strahl::film::{FileFormat, Film, Region};
+use strahl::render::{Cancelled, Watcher, render, render_window, sampling_bytes};
 use strahl::scene::Scene;
 
-/// Levels of the passes before the tiles: pixels are 8, 4 and 2 times as wide as the picture's.
-const PASSES: [u32; 3] = [3, 2, 1];
-/// The finest pass of jobs without watchers.
-const UNWATCHED: u32 = 2;
+/// Passes before the tiles. The pixels of the last one are twice as wide as the picture's, or as wide as the preview's, those
+/// of the others twice and 4 times as wide as that.
+const PASSES: u32 = 3;
 /// Finished tiles that wait for the disk.
 const WAITING: usize = 4;
 /// Time until memory that was not there is asked for again.
@@ -99,7 +98,8 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
 
     jobs.make_room();
     let mut share = jobs.cache.memory.share(ready.bytes());
-    let bytes = pixel_bytes(&job.record()) + ready.scene.stack_bytes() * workers.threads() as u64;
+    let sampling = sampling_bytes(&ready.scene, u64::from(ready.scene.width) * u64::from(ready.scene.height));
+    let bytes = pixel_bytes(&job.record()) + ready.scene.stack_bytes() * workers.threads() as u64 + sampling;
     let taken = when_there_is_room(job, || share.grow(bytes));
     taken.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
     let rendering = Instant::now();
@@ -107,10 +107,11 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
         whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| stopped(job))?;
     } else {
         let file = recover(jobs, job).map_err(|error| disk(&error))?;
-        *locked(&job.begun) = Some((rendering, job.done.load(Ordering::Relaxed)));
+        *locked(&job.begun) = Some(rendering);
         if job.done.load(Ordering::Relaxed) == 0 {
             passes(job, &ready, &workers, edge).map_err(|Cancelled| stopped(job))?;
         }
+        *locked(&job.tiling) = Some((Instant::now(), job.work_done()));
         tiles(job, &ready, &workers, file).map_err(|Cancelled| stopped(job))?;
     }
     job.record().stats.render_ms = milliseconds(rendering);
@@ -152,10 +153,20 @@ fn whole(
     workers: &Workers,
     began: Instant,
 ) -> Result<(), Cancelled> {
-    *locked(&job.begun) = Some((Instant::now(), 0));
+    *locked(&job.begun) = Some(Instant::now());
     let Scene { width, height, .. } = ready.scene;
     let (window, region) = (Window::whole(width, height), Region::whole(width, height));
-    let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control, |_| ())?;
+    *locked(&job.canvas) = Some(Canvas::of_preview(width, height));
+    let mut pass = 0;
+    let mut show = |film: Film, distance: u32| {
+        if let Some(canvas) = &mut *locked(&job.canvas) {
+            canvas.fill(&film, 0);
+        }
+        pass += 1;
+        job.publish_preview(pass, distance);
+    };
+    let watcher = Some(&mut show as Watcher<'_>);
+    let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control, watcher, |_| ())?;
     let rays = picture.rays.total();
     job.rays.store(rays, Ordering::Relaxed);
     *locked(&job.canvas) = Some(Canvas::of(picture));
@@ -194,28 +205,34 @@ fn recover(jobs: &Jobs, job: &Job) -> io::Result<Tiles> {
     Ok(file)
 }
 
-/// Coarse pictures of it all, each finer than the one before, tile by tile.
+/// Coarse pictures of it all, each finer than the one before. The last one is for watchers.
 fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Result<(), Cancelled> {
     let scene = &ready.scene;
-    for (pass, level) in PASSES.into_iter().enumerate() {
+    let last = locked(&job.canvas).as_ref().map_or(1, |canvas| canvas.level().max(1));
+    for (level, pass) in (last..last + PASSES).rev().zip(1..) {
         let is_looked_at = || locked(&job.order).as_ref().is_some_and(TileOrder::is_looked_at);
-        if is_looked_at() || (level < UNWATCHED && !job.is_watched()) {
+        if is_looked_at() || (level == last && !job.is_watched()) {
             break;
         }
         let Some(window) = Window::level(scene.width, scene.height, level as i32) else { continue };
-        let mut parts = Region::whole(window.width, window.height).tiles(edge).peekable();
-        workers.work(|| {
+        let whole = Region::whole(window.width, window.height);
+        let mut coarse = empty([window.width, window.height], whole).film;
+        let mut parts = whole.tiles(edge);
+        let is_done = workers.work(|| {
             // Who looks at a tile wants it more than another pass.
-            while let Some(part) = parts.next_if(|_| !is_looked_at()) {
-                let picture = render_window(scene, &window, part, &job.control)?;
-                if let Some(canvas) = &mut *locked(&job.canvas) {
-                    canvas.fill(&picture.film, level);
-                }
+            while !is_looked_at() {
+                let Some(part) = parts.next() else { return Ok(true) };
+                paste(&mut coarse, &render_window(scene, &window, part, &job.control)?.film);
             }
-            Ok(())
+            Ok(false)
         })??;
-        let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
-        job.events.publish("preview", json!({ "pass": pass + 1, "scale": 1 << level, "revision": revision }));
+        if !is_done {
+            break;
+        }
+        if let Some(canvas) = &mut *locked(&job.canvas) {
+            canvas.fill(&coarse, level);
+        }
+        job.publish_preview(pass, 1 << level);
     }
     Ok(())
 }

@@ -55,7 +55,10 @@ impl PictureMeta {
             ("render-rays".to_owned(), kinds),
             ("render-plan".to_owned(), on.join(", ")),
         ];
-        lines.extend(warnings::line(&scene.warnings).map(|value| ("render-warnings".to_owned(), value)));
+        lines.extend(
+            warnings::line(&scene.warnings, report.error.proved.shortfall.as_deref())
+                .map(|value| ("render-warnings".to_owned(), value)),
+        );
         let phases = report.cost.phases_ms;
         // All values of a report can be written as JSON.
         let report = is_whole.then(|| serde_json::value::to_raw_value(report).ok()).flatten();

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use strahl::film::encode::png_of;
 use strahl::film::{FileFormat, Region, encode};
 use strahl::inspect::maps::{Map, MapKind};
-use strahl::render::{Cancelled, Control, render, render_one_by_one};
+use strahl::render::{Cancelled, Control, render, render_measured};
 use strahl::scene::Scene;
 
 /// How a map is written.
@@ -22,10 +22,14 @@ pub(crate) enum MapFormat {
     Exr,
 }
 
-/// Renders what a map needs to know, and writes the map.
+/// Most pixels across and down that one pixel of a coarse map stands for.
+pub(crate) const COARSEST: u32 = 64;
+
+/// Renders what a map of the whole picture needs to know, and writes the map. In a coarse one each pixel traced stands for
+/// `step` x `step` of them.
 pub(crate) fn draw(
     scene: &Scene,
-    region: Region,
+    step: u32,
     kind: MapKind,
     format: MapFormat,
     workers: &Workers,
@@ -33,10 +37,11 @@ pub(crate) fn draw(
 ) -> Result<Vec<u8>, Cancelled> {
     workers.work(|| {
         let picture = match kind {
-            MapKind::Proved => render(scene, region, control),
-            MapKind::Rays | MapKind::Time | MapKind::Depth => render_one_by_one(scene, region, control),
+            // With its alpha.
+            MapKind::Proved if step == 1 => render(scene, Region::whole(scene.width, scene.height), control),
+            _ => render_measured(scene, step, kind == MapKind::Time, control),
         }?;
-        let map = Map::of(kind, &picture);
+        let map = Map::of(kind, &picture).enlarged(step, Region::whole(scene.width, scene.height));
         Ok(match format {
             MapFormat::Png => {
                 let drawn = map.draw();

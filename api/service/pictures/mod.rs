@@ -3,6 +3,7 @@
 pub(crate) mod cache;
 pub(crate) mod file;
 pub(crate) mod map;
+pub(crate) mod overlay;
 pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod single_flight;

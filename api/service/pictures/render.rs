@@ -7,9 +7,11 @@ use crate::service::scheduler::pool::Workers;
 use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
-use strahl::film::{Adjustment, Codes, FileFormat, Region};
+use strahl::film::{Adjustment, Codes, FileFormat, Region, encode_exr_with};
 use strahl::plan::pilot::Effort;
-use strahl::render::{Cancelled, Control, Picture, Stop, render_until, render_window};
+use strahl::render::{
+    Cancelled, Control, Layers, Picture, Stop, Watcher, render_layers, render_watched, render_window,
+};
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, Time};
 
@@ -27,6 +29,8 @@ pub(crate) struct Rendered {
     pub(crate) file: Vec<u8>,
     /// Its cost report.
     pub(crate) report: Report,
+    /// The files of its layers by their names, where the picture's own has no place for them.
+    pub(crate) layers: Vec<(String, Vec<u8>)>,
 }
 
 /// What is rendered of a scene, and how it is encoded.
@@ -40,6 +44,8 @@ pub(crate) struct RenderSpec {
     pub(crate) adjustment: Adjustment,
     /// The format of the file.
     pub(crate) format: FileFormat,
+    /// Layers beside the colors.
+    pub(crate) layers: Layers,
     /// Whether the file contains a note on its error bounds and on how to render it again, if its format can hold one.
     pub(crate) note: bool,
     /// Whether the report contains an estimate made before the render.
@@ -52,7 +58,16 @@ impl RenderSpec {
     /// A part of the scene's own picture.
     pub(crate) fn of(scene: &Scene, region: Region, format: FileFormat) -> Self {
         let window = Window::whole(scene.width, scene.height);
-        Self { window, region, adjustment: Adjustment::default(), format, note: false, predict: false, asked: None }
+        Self {
+            window,
+            region,
+            adjustment: Adjustment::default(),
+            format,
+            layers: Layers::default(),
+            note: false,
+            predict: false,
+            asked: None,
+        }
     }
 }
 
@@ -66,7 +81,7 @@ pub(crate) fn make(
     control: &Control,
 ) -> Result<Rendered, Cancelled> {
     let scene = &ready.scene;
-    let &RenderSpec { window, region, adjustment, format, note, predict, asked } = shot;
+    let &RenderSpec { window, region, adjustment, format, layers, note, predict, asked } = shot;
     let mut plan = ready.outline.plan(scene);
     if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
         workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
@@ -78,10 +93,24 @@ pub(crate) fn make(
         (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
     };
     let began = asked.unwrap_or(started);
-    let (picture, (codes, error, coding_ms)) = trace(ready, &window, region, format, began, workers, control, finish)?;
+    let (mut picture, (codes, error, coding_ms)) =
+        trace(ready, &window, region, format, began, workers, control, None, finish)?;
     let replay = Replay::of(&picture, ready);
+    let mut made = Vec::new();
+    if !layers.is_empty() {
+        let tracing = Instant::now();
+        let (layers, rays) = workers.work(|| render_layers(scene, &window, region, control, layers))??;
+        (made, picture.rays) = (layers, picture.rays + rays);
+        picture.trace_ms += milliseconds(tracing);
+    }
     let writing = Instant::now();
-    let file = codes.file_with(&picture.film, format, note.then(|| super::render::note(&error, &replay)).as_deref());
+    let (file, layers) = if format == FileFormat::Exr && !made.is_empty() {
+        (encode_exr_with(&picture.film, made.into_iter().map(|(_, layer)| layer).collect()), Vec::new())
+    } else {
+        let note = note.then(|| super::render::note(&error, &replay));
+        let layers = made.iter().map(|(kind, layer)| (kind.name(), layer.png(region, format)));
+        (codes.file_with(&picture.film, format, note.as_deref()), layers.collect())
+    };
     if control.is_cancelled() {
         // The file may be cut short.
         return Err(Cancelled);
@@ -95,11 +124,12 @@ pub(crate) fn make(
         png: coding_ms + milliseconds(writing),
     };
     let cost = Cost::of(&picture, phases, plan.estimate, started, workers);
-    Ok(Rendered { file, report: Report { plan, cost, error, replay } })
+    Ok(Rendered { file, report: Report { plan, cost, error, replay }, layers })
 }
 
 /// Traces a region of a window as the scene's accuracy asks. A picture in a time ends so that its file is ready in that
-/// time since `began`. `finish` is done on the pool, right after it.
+/// time since `began`. Such a picture, and one of so many rays, are shown to `watcher` meanwhile. `finish` is done on the pool,
+/// right after it.
 #[expect(clippy::too_many_arguments, reason = "each is another fact")]
 pub(crate) fn trace<T: Send>(
     ready: &PreparedScene,
@@ -109,6 +139,7 @@ pub(crate) fn trace<T: Send>(
     began: Instant,
     workers: &Workers,
     control: &Control,
+    watcher: Option<Watcher<'_>>,
     finish: impl FnOnce(&Picture) -> T + Send,
 ) -> Result<(Picture, T), Cancelled> {
     let scene = &ready.scene;
@@ -117,7 +148,7 @@ pub(crate) fn trace<T: Send>(
         let finished = finish(&picture);
         Ok((picture, finished))
     };
-    let until = |stop: Stop| render_until(scene, window, region, control, stop);
+    let until = |stop: Stop| render_watched(scene, window, region, control, stop, watcher);
     match ready.render.accuracy() {
         Accuracy::Time(Time { ms }) => {
             let tracing = (ms - file_ms(region, format, workers.threads())).max(0.0);

@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::time::Instant;
-use strahl::bound::Proof;
 use strahl::bound::ceiling::Reach;
+use strahl::bound::{GIVEN_UP, Proof};
 use strahl::film::Region;
 use strahl::plan::Plan;
 use strahl::plan::estimate::Estimate;
@@ -17,6 +17,7 @@ use strahl::render::{Cancelled, Control, Picture, Progress, RayCounts, Refined, 
 use strahl::scene::Scene;
 use strahl::scene::description::{Accuracy, Rays, RenderSettings, Statistical};
 use strahl::scene::nff::NffOptions;
+use strahl::scene::world::Pruning;
 
 /// The cost report.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -157,6 +158,9 @@ pub(crate) struct Proved {
     /// How bright an omitted ray can be, why, and how long the chains of rays of the reference are.
     #[serde(flatten)]
     pub(crate) reach: Reach,
+    /// Why the bound is larger than what was asked for, or than 1 code, and what to do about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) shortfall: Option<String>,
     /// Errors that it does not cover.
     pub(crate) not_covered: &'static [&'static str],
 }
@@ -168,12 +172,31 @@ impl Proved {
             Some(Proof { max_codes, identical_fraction, .. }) => {
                 format!("proved={max_codes}, identical={:.3}", (identical_fraction * 1e3).floor() / 1e3)
             }
-            None => "proved=?0".to_owned(),
+            None => format!("proved=?0, why=\"{}\"", quotable(&self.reach.why)),
         };
         if let Some(depth) = self.reach.max_depth {
             let _ = write!(field, ", depth={depth}");
         }
         field
+    }
+
+    /// The same in words.
+    fn in_words(&self) -> String {
+        let against = match self.reach.max_depth {
+            Some(depth) if self.reach.because.iter().any(|pointer| pointer == "/render/max_depth") => {
+                format!("recursion to depth {depth}")
+            }
+            Some(depth) => format!("recursion to depth {depth} ({})", self.reach.why),
+            None => "endless recursion".to_owned(),
+        };
+        match &self.proof {
+            Some(Proof { max_codes: 0, .. }) => format!("proved: the same codes as {against}"),
+            Some(Proof { max_codes, identical_fraction, .. }) => format!(
+                "proved: at most {max_codes} of 255 codes from {against}, {:.1} % of the pixels not at all",
+                (identical_fraction * 1e3).floor() / 10.0
+            ),
+            None => format!("nothing is proved of its error: {}", self.reach.why),
+        }
     }
 
     /// What is proved about a picture.
@@ -185,11 +208,13 @@ impl Proved {
         {
             let borrowed = pixels - traced_pixels;
             reach.why =
-                format!("{borrowed} pixels were not traced and show a neighbour, of which nothing follows for them");
+                format!("{borrowed} pixels were not traced but interpolated, of which nothing follows for them");
             reach.because = Vec::new();
         }
+        let proof = Some(picture.proof()).filter(|proof| proof.max_linear.is_some() && reach.ceiling.is_some());
         Self {
-            proof: Some(picture.proof()).filter(|proof| proof.max_linear.is_some() && reach.ceiling.is_some()),
+            shortfall: proof.as_ref().filter(|_| picture.progress.is_none()).and_then(|proof| shortfall(proof, scene)),
+            proof,
             reference: match reach.max_depth {
                 None => "the same samples, recursion without end",
                 Some(_) => "the same samples, recursion to max_depth",
@@ -197,6 +222,22 @@ impl Proved {
             reach,
             not_covered: &["aliasing between samples", "light that the model leaves out, such as caustics"],
         }
+    }
+}
+
+/// Why a proof shows less than a user expects.
+fn shortfall(proof: &Proof, scene: &Scene) -> Option<String> {
+    let codes = proof.max_codes;
+    match scene.pruning() {
+        Pruning::Weight(_) if codes > 1 => Some(format!(
+            "max_depth or min_weight cut off up to {codes} codes; with \"accuracy\": {{\"proved\": {{\"max_codes\": \
+             1}}}} rays are followed until it is at most 1, as long as that is within reach"
+        )),
+        Pruning::Proved { max_codes } if codes > max_codes => {
+            let pixels = proof.beyond[usize::from(max_codes.min(2))];
+            Some(format!("the proof of {pixels} pixels was given up: {GIVEN_UP}"))
+        }
+        _ => None,
     }
 }
 
@@ -213,6 +254,20 @@ pub(crate) struct Estimated {
     /// In the mode `statistical`: whether the target was reached.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) target: Option<Target>,
+    /// Where each pixel gets as many samples as its error asks for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) samples: Option<AdaptiveSamples>,
+}
+
+/// How many samples the pixels asked for.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct AdaptiveSamples {
+    /// Of a pixel, on average.
+    mean: f64,
+    /// Most of a pixel.
+    most: u32,
+    /// Share of the pixels that asked for no more; the others got the most that are allowed.
+    settled_fraction: f64,
 }
 
 /// Result of the mode `statistical`.
@@ -243,11 +298,21 @@ impl Estimated {
             mean_samples: reached.samples as f64 / reached.pixels.max(1) as f64,
             most_samples: reached.most_samples,
         });
+        let pixels = reached.pixels.max(1) as f64;
+        let samples = (scene.adaptive && reached.pixels > 0).then(|| AdaptiveSamples {
+            mean: reached.samples as f64 / pixels,
+            most: reached.most_samples,
+            settled_fraction: reached.sure as f64 / pixels,
+        });
         let method = match target {
+            _ if samples.is_some() => "what the last doubling of the samples changed, in each pixel and beside it",
             Some(_) => "independent batches of each pixel's samples, Student's t",
+            None if picture.progress.is_some() => {
+                "two halves of each pixel's samples; where it had to stop, how far pixels changed that were traced further"
+            }
             None => "two halves of each pixel's samples; where antialiasing saw no contrast, the neighbours",
         };
-        Some(Self { half_width_codes, share_of_pixels: SHARE, method, target })
+        Some(Self { half_width_codes, share_of_pixels: SHARE, method, target, samples })
     }
 }
 
@@ -258,7 +323,7 @@ impl ErrorBounds {
     }
 
     /// As a structured field (RFC 9651): `proved=1, identical=0.982, depth=10, estimated=2.5`, with `depth` where the
-    /// reference of the proof has one; `proved=?0` where there is no bound.
+    /// reference of the proof has one; `proved=?0, why="..."` where there is no bound.
     pub(crate) fn line(&self) -> String {
         let mut field = self.proved.line();
         if let Some(Estimated { half_width_codes, .. }) = &self.estimated {
@@ -266,6 +331,20 @@ impl ErrorBounds {
         }
         field
     }
+
+    /// The same in words, for the command line.
+    pub(crate) fn in_words(&self) -> String {
+        let mut words = self.proved.in_words();
+        if let Some(Estimated { half_width_codes, .. }) = &self.estimated {
+            let _ = write!(words, "; likely within {half_width_codes:.1} codes of more samples");
+        }
+        words
+    }
+}
+
+/// A text as the string of a structured field may be: printable ASCII without quotes and backslashes.
+fn quotable(text: &str) -> String {
+    text.chars().map(|c| if matches!(c, ' '..='~') && !matches!(c, '"' | '\\') { c } else { '\'' }).collect()
 }
 
 /// Settings that render the same pixels again, on any machine and any number of threads.

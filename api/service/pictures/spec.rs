@@ -6,6 +6,7 @@ use crate::service::error::Error;
 use std::fmt::{Display, Write};
 use strahl::camera::Window;
 use strahl::film::{Adjustment, FileFormat, Region, Tone};
+use strahl::render::Layers;
 use strahl::scene::Scene;
 
 /// Edge of a tile in pixels.
@@ -33,17 +34,20 @@ pub(crate) struct PictureSpec {
     pub(crate) adjustment: Adjustment,
     /// The format of the file.
     pub(crate) format: FileFormat,
+    /// Layers beside the colors, of formats that hold them.
+    pub(crate) layers: Layers,
 }
 
 impl PictureSpec {
     /// The whole image, or a region of it.
     pub(crate) fn plain(region: Option<Region>, format: FileFormat) -> Self {
-        Self { grid: Grid::Level(0), region, adjustment: Adjustment::default(), format }
+        Self { grid: Grid::Level(0), region, adjustment: Adjustment::default(), format, layers: Layers::default() }
     }
 
-    /// Whether it is the whole image without changes.
+    /// Whether it is the whole image without changes, and nothing beside.
     pub(crate) fn is_whole(&self) -> bool {
-        self.grid == Grid::Level(0) && self.region.is_none() && self.adjustment == Adjustment::default()
+        let changes = self.adjustment != Adjustment::default() || !self.layers.is_empty();
+        self.grid == Grid::Level(0) && self.region.is_none() && !changes
     }
 
     /// The part of a name after the image's id.
@@ -77,6 +81,9 @@ impl PictureSpec {
             };
             let _ = write!(name, ".{}{quarters}{tone}", if mirrored { "m" } else { "r" });
         }
+        if !self.layers.is_empty() {
+            let _ = write!(name, ".{}", self.layers);
+        }
         match self.format {
             FileFormat::Png16 => name.push_str(".png16"),
             FileFormat::Jpeg(quality) => drop(write!(name, ".jpg{quality}")),
@@ -101,7 +108,9 @@ impl PictureSpec {
             let what = format!("the region x={x}, y={y}, w={width}, h={height}");
             return Err(outside(&what, window.width, window.height));
         }
-        Ok(RenderSpec { window, adjustment: self.adjustment, ..RenderSpec::of(scene, region, self.format) })
+        self.layers.check(scene).map_err(Error::OutOfRange)?;
+        let Self { adjustment, layers, .. } = *self;
+        Ok(RenderSpec { window, adjustment, layers, ..RenderSpec::of(scene, region, self.format) })
     }
 
     fn window(&self, &Scene { width, height, .. }: &Scene, zoom: u32) -> Option<Window> {
@@ -148,6 +157,7 @@ mod tests {
         let adjustment =
             |mirrored, quarters, tone| PictureSpec { adjustment: Adjustment { mirrored, quarters, tone }, ..plain };
         let grid = |grid| PictureSpec { grid, ..plain };
+        let layers = |layers: &str| PictureSpec { layers: layers.parse().unwrap(), ..plain };
         let all = [
             plain,
             PictureSpec::plain(Some(region), FileFormat::Png8),
@@ -166,6 +176,10 @@ mod tests {
             adjustment(false, 1, Tone::Color),
             adjustment(false, 0, Tone::Gray),
             adjustment(false, 0, Tone::Bitonal),
+            layers("normal"),
+            layers("share:/objects/1"),
+            layers("share:/objects/2"),
+            layers("normal,share:/objects/2"),
         ];
         let mut names: Vec<_> = all.iter().map(PictureSpec::suffix).collect();
         assert_eq!(names[..3], [".png", ".1-2-3-4.png", ".png16"]);

@@ -1,4 +1,4 @@
-//! A scene's warnings as the header `Render-Warnings`: a list of strings (RFC 9651). `POST /v1/scenes/validate` gives all of
+//! A picture's warnings as the header `Render-Warnings`: a list of strings (RFC 9651). `POST /v1/scenes/validate` gives all of
 //! them with line and column.
 
 use strahl::scene::Problem;
@@ -9,14 +9,19 @@ const SHOWN: usize = 5;
 const LONGEST: usize = 200;
 
 /// The line, if there are any.
-pub(crate) fn line(warnings: &[Problem]) -> Option<String> {
-    let texts: Vec<String> = warnings.iter().take(SHOWN).map(text).collect();
+pub(crate) fn line(warnings: &[Problem], shortfall: Option<&str>) -> Option<String> {
+    let sentences = shortfall.map(str::to_owned).into_iter().chain(warnings.iter().map(sentence));
+    let texts: Vec<String> = sentences.take(SHOWN).map(quoted).collect();
     (!texts.is_empty()).then(|| texts.join(", "))
 }
 
-/// A warning with its pointer, in characters that a header may have.
-fn text(warning: &Problem) -> String {
-    let sentence = format!("{}: {}", warning.pointer, warning.detail);
+/// A warning with its pointer.
+fn sentence(warning: &Problem) -> String {
+    format!("{}: {}", warning.pointer, warning.detail)
+}
+
+/// A sentence in characters that a header may have.
+fn quoted(sentence: String) -> String {
     let plain = |c: char| if (' '..='~').contains(&c) { c } else { '?' };
     let sentence: String = sentence.chars().take(LONGEST).map(plain).collect();
     format!("\"{}\"", sentence.replace('\\', "\\\\").replace('"', "\\\""))
@@ -30,9 +35,10 @@ mod tests {
     #[test]
     fn warnings_become_one_line_of_ascii() {
         let warning = |detail: &str| Problem::new("/materials/gl\u{e4}s", Code::OutOfRange, detail);
-        let value = line(&[warning("say \"so\""), warning("twice\n")]).unwrap();
+        let value = line(&[warning("say \"so\""), warning("twice\n")], None).unwrap();
         assert_eq!(value, r#""/materials/gl?s: say \"so\"", "/materials/gl?s: twice?""#);
-        assert!(line(&[]).is_none());
-        assert_eq!(line(&vec![warning("again"); 9]).unwrap().matches("again").count(), SHOWN);
+        assert_eq!(line(&[], Some("cut off")).unwrap(), "\"cut off\"");
+        assert!(line(&[], None).is_none());
+        assert_eq!(line(&vec![warning("again"); 9], None).unwrap().matches("again").count(), SHOWN);
     }
 }

@@ -59,7 +59,7 @@ impl Service {
             limits.check(size, ready.scene.samples)?;
             let region = Region::whole(size[0], size[1]);
             let (plan, _) = planned(&ready, region, &work.workers, &work.control)?;
-            let estimate_ms = plan.estimate.map_or(0.0, |estimate| estimate.ms);
+            let (estimate_ms, estimate_rays) = plan.estimate.map_or((0.0, 0), |estimate| (estimate.ms, estimate.rays));
             service.check_time(estimate_ms)?;
             let [scene_id, image_id] =
                 image_of(&ready).map_or([None, None], |image| [image.scene.clone(), image.to_string()].map(Some));
@@ -71,7 +71,7 @@ impl Service {
             let spec = JobSpec { scene: String::new(), format, settings: overrides, output };
             let job =
                 Record { tenant, weight, priority, labels, scene_id, image_id, width, height, ..Record::new(spec) };
-            Ok::<_, Error>((Record { edge, estimate_ms, scene_bytes, ..job }, scene))
+            Ok::<_, Error>((Record { edge, estimate_ms, estimate_rays, scene_bytes, ..job }, scene))
         };
         let (record, scene) = self.run(task, check).await?.value;
         let file = match record.image_id.as_deref().and_then(ImageId::read) {

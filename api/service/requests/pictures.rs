@@ -16,7 +16,10 @@ use crate::service::scheduler::task::Task;
 use data_encoding::HEXLOWER;
 use std::fmt::Debug;
 use std::sync::Arc;
-use strahl::scene::{Description, Format, Overrides};
+use strahl::film::Region;
+use strahl::render::sampling_bytes;
+use strahl::scene::effects::{Entry, REFINED_SAMPLES, SceneEffects, State};
+use strahl::scene::{Description, Format, Overrides, Scene};
 
 /// Texts of at least this many bytes are hashed on a thread of their own, since hashing would delay other requests.
 const HASHED_AT_ONCE: usize = 64 << 10;
@@ -160,7 +163,8 @@ impl Service {
     pub(crate) fn room_for_picture(&self, ready: &PreparedScene, pixels: u64, each: u64) -> Result<Share, Error> {
         let mut share = self.memory.share(ready.bytes());
         let stacks = ready.scene.stack_bytes() * self.pool.threads as u64;
-        share.grow(pixels * each + stacks + render::PICTURE_BYTES)?;
+        let sampling = sampling_bytes(&ready.scene, pixels);
+        share.grow(pixels * each + stacks + sampling + render::PICTURE_BYTES)?;
         Ok(share)
     }
 
@@ -181,8 +185,15 @@ impl Service {
         // Tiles are many and small, so they contain no note. Their headers say the same.
         let shot = RenderSpec { note: spec.is_whole(), asked: Some(work.asked), ..spec.shot(&ready.scene, zoom)? };
         self.settings.answers.check(shot.region, ready.scene.samples)?;
-        let share = self.room_for_picture(&ready, shot.region.pixels(), render::PIXEL_BYTES)?;
-        let Rendered { file, report } =
+        // Nobody sets it twice.
+        let _ = work.dear.set(what_is_dear(&ready.scene, shot.region));
+        let each = render::PIXEL_BYTES + shot.layers.pixel_bytes();
+        let mut share = self.room_for_picture(&ready, shot.region.pixels(), each)?;
+        if shot.layers.share().is_some() {
+            // A copy of the scene, in which the object shines.
+            share.grow(share.bytes() + ready.bytes())?;
+        }
+        let Rendered { file, report, .. } =
             render::make(work.started, &ready, loading, &shot, &work.workers, &work.control)?;
         let name = image.as_ref().map(|image| spec.name(image));
         let meta = PictureMeta::new(image.map(|image| image.to_string()), &report, &ready.scene, spec.is_whole());
@@ -192,4 +203,21 @@ impl Service {
         }
         Ok((file, Some(report), cached))
     }
+}
+
+/// What makes a picture dear, for a client whose time is over.
+fn what_is_dear(scene: &Scene, region: Region) -> String {
+    let Region { width, height, .. } = region;
+    let samples = match scene.samples {
+        1 if scene.antialias => format!("1 sample for each, {REFINED_SAMPLES} at edges"),
+        1 => "1 sample for each".to_owned(),
+        _ if scene.adaptive => "8 to 256 samples for each".to_owned(),
+        samples => format!("{samples} samples for each"),
+    };
+    let at_random = |entry: &&Entry| {
+        entry.state == State::On && [entry.effect].into_iter().collect::<SceneEffects>().needs_sampling()
+    };
+    let effects: Vec<&str> = scene.effects.iter().filter(at_random).map(|entry| entry.effect.name()).collect();
+    let effects = if effects.is_empty() { String::new() } else { format!(" ({})", effects.join(", ")) };
+    format!("it has {width} x {height} pixels, {samples}{effects}")
 }

@@ -3,17 +3,18 @@
 //!
 //! - The **canonical text** of a scene is its description as JSON: defaults filled in, keys in the order of the alphabet,
 //!   without white space and `$schema`. It does not depend on how the scene was written, nor on its format.
-//! - Its **scene id** is a hash of that text.
+//! - Its **scene id** is a hash of that text, in which the bytes of numbers stand for their digits.
 //! - An **image id** names the scene, the renderer and the zoom. It changes with everything that may change a pixel, and
 //!   with nothing else: pictures depend on neither threads nor machines. It can be parsed, so the service keeps no table.
 
 use data_encoding::BASE32_NOPAD;
-use serde::ser::{Error, Serialize, Serializer};
+use serde::ser::{Error, Serialize};
 use serde_json::Value;
+use serde_json::ser::{Formatter, Serializer};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fmt;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::sync::LazyLock;
 use strahl::control::{Cancelled, checkpoint};
 use strahl::render::RENDER_EPOCH;
@@ -23,6 +24,8 @@ use strahl::scene::description::{Accuracy, Material, Object, RenderSettings};
 /// Largest zoom: a scene may be opened as 2^16 times its size.
 pub(crate) const MAX_ZOOM: u32 = 16;
 
+/// Begins what is hashed; another one whenever that is written in another way.
+const ID_VERSION: &str = "scene 2\n";
 /// Letters of a scene id: 160 bits of a hash.
 const SCENE_LETTERS: usize = 32;
 /// Letters of a hash that name a version of the renderer.
@@ -35,15 +38,17 @@ pub(crate) fn is_reproducible(settings: &RenderSettings) -> bool {
 
 /// Id of a scene: `s_` and 32 letters of `a-z2-7`. Clears `$schema` of the description and fills in render settings.
 pub(crate) fn scene_id(description: &mut Description) -> String {
-    let mut hash = Hash(Sha256::new());
+    let mut hash = BufWriter::with_capacity(1 << 16, Hash(Sha256::new_with_prefix(ID_VERSION)));
     // Writing to a hash cannot fail, and all values of a description can be written as JSON. A cancelled id is not used.
-    let _ = write_canonical(description, &mut hash);
-    named(&hash.0.finalize())
+    let _ = write_canonical(description, &mut Serializer::with_formatter(&mut hash, BinaryNumbers));
+    let _ = hash.flush();
+    named(&hash.get_ref().0.clone().finalize())
 }
 
-/// Name of the scene of a canonical text.
-pub(crate) fn id_of_text(text: &[u8]) -> String {
-    named(&Sha256::digest(text))
+/// Whether an id names the scene of a canonical text. Older versions hashed the text as it is, and their ids stay valid.
+pub(crate) fn is_id_of_text(id: &str, text: &[u8]) -> bool {
+    let description = || serde_json::from_slice::<Description>(text);
+    id == named(&Sha256::digest(text)) || description().is_ok_and(|mut scene| id == scene_id(&mut scene))
 }
 
 fn named(hash: &[u8]) -> String {
@@ -54,7 +59,7 @@ fn named(hash: &[u8]) -> String {
 pub(crate) fn canonical(description: &mut Description) -> Vec<u8> {
     let mut text = Vec::new();
     // As above, this cannot fail.
-    let _ = write_canonical(description, &mut text);
+    let _ = write_canonical(description, &mut Serializer::new(&mut text));
     text
 }
 
@@ -136,12 +141,30 @@ enum Part<'a> {
 struct Sorted<'a>(&'a Material);
 
 impl Serialize for Sorted<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serde_json::to_value(self.0).map_err(S::Error::custom)?.serialize(serializer)
     }
 }
 
-fn write_canonical(description: &mut Description, to: &mut impl Write) -> io::Result<()> {
+/// The canonical text, but with the bytes of numbers in place of their digits: printing those of a large mesh takes longer than
+/// hashing it. Each number begins with a byte that no JSON has, so no two scenes are written alike.
+struct BinaryNumbers;
+
+impl Formatter for BinaryNumbers {
+    fn write_f64<W: Write + ?Sized>(&mut self, to: &mut W, value: f64) -> io::Result<()> {
+        let mut bytes = [0xff; 9];
+        bytes[1..].copy_from_slice(&value.to_le_bytes());
+        to.write_all(&bytes)
+    }
+
+    fn write_u32<W: Write + ?Sized>(&mut self, to: &mut W, value: u32) -> io::Result<()> {
+        let mut bytes = [0xfe; 5];
+        bytes[1..].copy_from_slice(&value.to_le_bytes());
+        to.write_all(&bytes)
+    }
+}
+
+fn write_canonical<S: serde::Serializer>(description: &mut Description, to: S) -> Result<S::Ok, S::Error> {
     description.schema = None;
     description.render = description.render.resolved();
     let settings = description.settings();
@@ -152,7 +175,7 @@ fn write_canonical(description: &mut Description, to: &mut impl Write) -> io::Re
     parts.insert("materials", Part::Materials(materials.collect()));
     parts.insert("definitions", Part::Definitions(description.definitions.iter().collect()));
     parts.insert("objects", Part::Objects(&description.objects));
-    serde_json::to_writer(to, &parts).map_err(io::Error::from)
+    parts.serialize(to)
 }
 
 /// A hash as a writer.
@@ -160,7 +183,7 @@ struct Hash(Sha256);
 
 impl Write for Hash {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        checkpoint(1).map_err(|Cancelled| io::Error::other("cancelled"))?;
+        checkpoint(bytes.len() as u32 / 16).map_err(|Cancelled| io::Error::other("cancelled"))?;
         self.0.update(bytes);
         Ok(bytes.len())
     }
@@ -223,6 +246,25 @@ mod tests {
         assert_ne!(id_of(&SCENE.replace("[1, 0, 0]", "[1, 0.5, 0]")), id);
     }
 
+    /// Numbers are hashed as they are, texts as JSON: no way to write one is a way to write another.
+    #[test]
+    fn numbers_count_to_the_last_bit() {
+        let id = id_of(SCENE);
+        let next = 2.0_f64.next_up().to_string();
+        for (was, other) in [("[2, 0, 0]", format!("[{next}, 0, 0]")), ("[2, 0, 0]", "[2, -0.0, 0]".to_owned())] {
+            assert_ne!(id_of(&SCENE.replace(was, &other)), id, "{other}");
+        }
+        let mesh = |faces: &str| {
+            let vertices = "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]";
+            id_of(&SCENE.replace(
+                r#"{ "instance": { "of": "a" } }"#,
+                &format!(r#"{{ "mesh": {{ "vertices": {vertices}, "faces": {faces} }} }}"#),
+            ))
+        };
+        assert_eq!(mesh("[[0, 1, 2], [1, 3, 2]]"), mesh("[ [0,1,2], [1,3,2] ]"));
+        assert_ne!(mesh("[[0, 1, 2], [1, 3, 2]]"), mesh("[[0, 1, 2], [3, 2, 1]]"));
+    }
+
     #[test]
     fn names_the_scene_chose_have_no_order_and_objects_do() {
         let swapped = SCENE.replace(
@@ -246,6 +288,9 @@ mod tests {
         let mut second = description(std::str::from_utf8(&text).unwrap());
         assert_eq!(canonical(&mut second), text);
         assert_eq!(scene_id(&mut second), scene_id(&mut first));
+        assert!(is_id_of_text(&scene_id(&mut first), &text));
+        assert!(is_id_of_text(&named(&Sha256::digest(&text)), &text), "an older version's");
+        assert!(!is_id_of_text(&scene_id(&mut first), SCENE.replace("[2, 0, 0]", "[2, 0, 1]").as_bytes()));
         assert_eq!(first.objects.len(), 2, "the description is whole again");
     }
 

@@ -69,8 +69,9 @@ impl From<Loaded> for PreparedScene {
         let scene_id = scene_id(&mut description);
         let outline = Outline::new(&mut description, &scene);
         let reproducible = is_reproducible(&description.render) && !scene.from_files && !nff.spd_counts;
-        // Effects decide the number of samples if the scene does not give one.
-        let render = RenderSettings { samples: Some(scene.samples), ..description.render.resolved() };
+        // Effects decide the number of samples if the scene does not give one, or pixels do.
+        let samples = (!scene.adaptive).then_some(scene.samples);
+        let render = RenderSettings { samples, ..description.render.resolved() };
         Self { outline, render, scene, scene_id, reproducible, nff, loading, share: None }
     }
 }

@@ -3,7 +3,7 @@
 //! A scene belongs to the tenants that have posted it: each has a claim, an entry `SCENE.TENANT` beside the text. The scene is
 //! deleted with the last claim, or when there is no room for it.
 
-use super::ids::{id_of_text, is_scene_id};
+use super::ids::{is_id_of_text, is_scene_id};
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::lru_cache::LruCache;
 use std::io;
@@ -23,7 +23,7 @@ pub(crate) const KIND: BlobKind = BlobKind {
 pub(crate) fn is_text_of(name: &str, contents: &[u8]) -> bool {
     match name.split_once('.') {
         Some((_, tenant)) => contents == tenant.as_bytes(),
-        None => name == id_of_text(contents),
+        None => is_id_of_text(name, contents),
     }
 }
 

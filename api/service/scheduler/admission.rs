@@ -9,8 +9,8 @@ use super::task::Task;
 use crate::service::clock::milliseconds;
 use crate::service::concurrency_limit::{ConcurrencyLimit, Permit};
 use crate::service::error::{Error, panic_text};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 use strahl::control::Control;
 use tokio::time::timeout_at;
@@ -46,6 +46,8 @@ pub(crate) struct Work {
     pub(crate) asked: Instant,
     /// When it began.
     pub(crate) started: Instant,
+    /// What makes it dear, once that is known, in words for a client whose request takes too long.
+    pub(crate) dear: Arc<OnceLock<String>>,
 }
 
 /// What a request has made.
@@ -90,7 +92,8 @@ impl Queue {
         let queue_ms = milliseconds(queued);
 
         let running = Running::new(place, &self.running);
-        let context = Work { workers, control, asked: queued, started: Instant::now() };
+        let (watched, dear) = (control.clone(), Arc::new(OnceLock::new()));
+        let context = Work { workers, control, asked: queued, started: Instant::now(), dear: Arc::clone(&dear) };
         let canceled = Arc::clone(&self.canceled);
         let work = tokio::task::spawn_blocking(move || {
             let entered = context.control.enter();
@@ -116,7 +119,15 @@ impl Queue {
             }
             Err(_) => {
                 let seconds = self.patience.as_secs_f64();
-                Err(Error::Deadline(format!("the answer was not ready after {seconds} s (timeout)")).into())
+                let mut detail = format!("the answer was not ready after {seconds} s (timeout)");
+                // Pixels that were begun do not tell how much is left: refining them takes most of the time.
+                if watched.rays() > 0 {
+                    detail.push_str(&format!(", when {} rays were traced", watched.rays()));
+                }
+                if let Some(dear) = dear.get() {
+                    detail.push_str(&format!("; {dear}"));
+                }
+                Err(Error::Deadline(detail).into())
             }
         }
     }

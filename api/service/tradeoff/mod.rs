@@ -1,29 +1,45 @@
-//! Measures a trade-off within a time limit: first all settings once on a small picture, as a warm-up and to choose the size of
-//! the picture, then references, then all settings round by round on that picture.
+//! Measures a trade-off within a time limit, in two parts: about ten settings to choose from, then many more on a smaller
+//! picture. Each part begins with very small pictures and goes on to larger ones: references first, then all settings, at the
+//! end round by round.
 
+mod choices;
+mod level;
 mod references;
 mod stage;
-mod trial;
 
 use crate::service::clock::milliseconds;
 use crate::service::scheduler::pool::Workers;
-use references::References;
+use level::Level;
+use references::{Positions, positions};
 use stage::Stage;
 use std::time::{Instant, SystemTime};
 use strahl::lanes::instructions;
-use strahl::metrics::Image8;
 use strahl::render::{Cancelled, Control, RenderOptions};
 use strahl::scene::{Files, Loaded, Problems};
 use strahl::tradeoff::advice;
 use strahl::tradeoff::page::Thumbnails;
-use strahl::tradeoff::sweep::{Times, points};
-use strahl::tradeoff::{Circumstances, Front, HOW_TIMES_ARE_MEASURED, Reference, Tradeoff};
-use trial::Trial;
+use strahl::tradeoff::sweep::{Settings, Times, points};
+use strahl::tradeoff::{Circumstances, Front, HOW_TIMES_ARE_MEASURED, Tradeoff};
 
-/// Rounds for which the size of the picture is chosen, and most rounds.
-const ROUNDS: [usize; 2] = [3, 9];
-/// Shares of the time at which the small picture, the references and all rendering end.
-const ENDS: [f64; 3] = [0.3, 0.65, 0.95];
+/// Share of the time of a part at which rendering ends.
+const END: f64 = 0.95;
+/// Share of the time for the choices.
+const CHOICES: f64 = 0.6;
+
+/// What a part of a trade-off measures.
+struct Part {
+    /// The settings that the scene asks for.
+    asked: Settings,
+    asked_size: [u32; 2],
+    /// Most pixels of its pictures.
+    most_pixels: f64,
+    /// Sampling patterns of the references.
+    positions: Vec<Positions>,
+    /// Most rounds.
+    rounds: usize,
+    /// Comparisons for each setting.
+    comparisons: f64,
+}
 
 /// A measured trade-off.
 #[derive(Debug)]
@@ -59,41 +75,33 @@ pub(crate) fn measure(
     control: &Control,
 ) -> Result<Outcome, Stopped> {
     control.set_progress(0, (seconds * 1e3) as u64);
+    let load_ms = milliseconds(started);
     let name = loaded.description.name.clone();
-    let (mut stage, asked) = Stage::set(loaded, files, started, seconds, workers, control)?;
+    let (mut stage, asked) = Stage::set(loaded, files, started, CHOICES * seconds, workers, control)?;
     let asked_size = [stage.single.width, stage.single.height];
-    let mut points = points(asked);
+    let choices = choices::measure(&mut stage, asked, load_ms)?;
 
-    let trial = Trial::run(&mut stage, &points, asked)?;
-    let size = trial.size_for(&stage, asked_size, points.len());
-    stage.resize(size);
-
-    let (references, dropped) = References::trace(&mut stage, &points, trial.recursion)?;
+    stage.go_on(seconds - stage.elapsed());
+    let mut points = points(asked, stage.proved_depth());
+    let settings: Vec<Settings> = points.iter().map(|point| point.settings).collect();
+    let part = Part {
+        asked,
+        asked_size,
+        most_pixels: 262_144.0,
+        positions: positions(&settings),
+        rounds: 9,
+        comparisons: 2.0,
+    };
+    let level = Level::largest(&mut stage, &settings, &part)?;
+    let sampling = level.references.as_ref().map(|references| references.sampling(&stage)).unwrap_or_default();
     let mut thumbnails = vec![None; points.len()];
-    let mut times = vec![Vec::new(); points.len()];
-    for round in 0..ROUNDS[1] {
-        for (i, point) in points.iter_mut().enumerate() {
-            // Once a point's time is known, it is only rendered if there is time to finish it.
-            let longest = times[i].iter().copied().fold(0.0, f64::max);
-            if round > 0 && (times[i].is_empty() || stage.left(ENDS[2]) < 1.2 * longest / 1e3) {
-                continue;
-            }
-            let Some(picture) = stage.shoot(point.settings, ENDS[2])? else { continue };
-            times[i].push(picture.trace_ms);
-            if round == 0 {
-                point.rays = Some(picture.rays);
-                // The same bounds for all points: those against recursion without end, which the references come near to.
-                let endless = stage.single.ceiling().reach.max_depth.is_none();
-                let proof = endless.then(|| stage.workers.work(|| picture.proof())).transpose()?;
-                point.proved_codes = proof.filter(|p| p.max_linear.is_some()).map(|p| p.max_codes);
-                let codes = Image8::from(&picture.film);
-                point.measured = references.errors(&stage, point.settings, &codes);
-                thumbnails[i] = Some(references.thumbnails(point.settings, &codes));
-            }
+    for ((point, thumbnails), shot) in points.iter_mut().zip(&mut thumbnails).zip(&level.shots) {
+        let Some(shot) = shot else { continue };
+        (point.rays, point.proved_codes, point.time) = (Some(shot.rays), shot.proved_codes, Times::of(&shot.times));
+        if let Some(references) = &level.references {
+            point.measured = references.errors(&stage, point.settings, &shot.codes, &sampling);
+            *thumbnails = Some(references.thumbnails(point.settings, &shot.codes));
         }
-    }
-    for (point, times) in points.iter_mut().zip(&times) {
-        point.time = Times::of(times);
     }
 
     let fronts = Front::all(&points);
@@ -103,15 +111,15 @@ pub(crate) fn measure(
         threads: workers.threads(),
         instructions: instructions(RenderOptions::default().level),
         asked_size,
-        size,
+        size: level.size,
         seconds,
         took_seconds: milliseconds(started) / 1e3,
         times: HOW_TIMES_ARE_MEASURED,
     };
-    let (max_depth, min_weight) = trial.recursion;
-    let reference = Reference { max_depth, min_weight, dropped, finer: trial.finer };
+    let reference = level.references.as_ref().map(|references| references.report());
     let advice = advice(&points, &fronts);
-    Ok(Outcome { tradeoff: Tradeoff { scene: name, circumstances, reference, points, fronts, advice }, thumbnails })
+    let tradeoff = Tradeoff { scene: name, circumstances, reference, choices, points, fronts, advice };
+    Ok(Outcome { tradeoff, thumbnails })
 }
 
 /// The date by Coordinated Universal Time, as YYYY-MM-DD.

@@ -4,6 +4,7 @@ use super::Stopped;
 use crate::service::clock::milliseconds;
 use crate::service::scheduler::pool::Workers;
 use std::time::{Duration, Instant};
+use strahl::bound::ceiling::Ceiling;
 use strahl::film::Region;
 use strahl::metrics::Difference;
 use strahl::metrics::Image8;
@@ -18,6 +19,11 @@ pub(super) struct Stage<'a> {
     pub(super) single: Scene,
     pub(super) double: Scene,
     camera: Camera,
+    /// What proofs are held against in each precision, where the scene names a depth.
+    held: Option<[Ceiling; 2]>,
+    /// When all of it began.
+    began: Instant,
+    /// When this part of it began, and the seconds that it may take.
     started: Instant,
     pub(super) seconds: f64,
     pub(super) workers: &'a Workers,
@@ -37,8 +43,34 @@ impl<'a> Stage<'a> {
         let Loaded { mut description, scene, nff, .. } = loaded;
         let render = description.render;
         let Scene { samples, antialias, .. } = scene;
+        // The effects of a scene are decided when it is built. With depth 1 it would have none of those of secondary rays.
+        let shallow = render.max_depth == Some(1);
+        description.render.max_depth = Some(render.fixed_depth().max(2));
+        description.render.accuracy = Some(Accuracy::Fixed(Fixed {}));
+        // All but proofs are held against recursion without end, as far as it has a bound.
+        let is_held = render.max_depth.is_some() && !matches!(render.accuracy(), Accuracy::Fixed(_));
+        let mut build = |precision| {
+            if control.is_cancelled() {
+                return Err(Stopped::Cancelled);
+            }
+            description.render.precision = precision;
+            let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };
+            workers.work(|| compile_from(&description, options, files))?.map_err(Stopped::Refused)
+        };
+        let other = match render.precision {
+            Precision::Single => Precision::Double,
+            Precision::Double => Precision::Single,
+        };
+        let (this, other) = (if shallow || is_held { build(render.precision)? } else { scene }, build(other)?);
+        let (single, double) = if render.precision == Precision::Single { (this, other) } else { (other, this) };
+        description.render = render;
+        description.render.accuracy = Some(Accuracy::Proved(Proved { max_codes: 1 }));
+        let held = render.max_depth.map(|_| [&single, &double].map(|scene| scene.ceiling_with(&description)));
+        let camera = description.camera;
+        let stage = Self { single, double, camera, held, began: started, started, seconds, workers, control };
+        let is_fixed = matches!(render.accuracy(), Accuracy::Fixed(_));
         let asked = Settings {
-            max_depth: render.fixed_depth(),
+            max_depth: if is_fixed { Some(render.fixed_depth()) } else { stage.proved_depth() },
             min_weight: render.fixed_weight(),
             max_codes: match render.accuracy() {
                 Accuracy::Fixed(_) => None,
@@ -49,29 +81,25 @@ impl<'a> Stage<'a> {
             antialias,
             precision: render.precision,
         };
-        // The effects of a scene are decided when it is built. With depth 1 it would have none of those of secondary rays.
-        let shallow = render.max_depth == Some(1);
-        description.render.max_depth = Some(render.fixed_depth().max(2));
-        description.render.accuracy = Some(Accuracy::Fixed(Fixed {}));
-        let mut build = |precision| {
-            if control.is_cancelled() {
-                return Err(Stopped::Cancelled);
-            }
-            description.render.precision = precision;
-            let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };
-            workers.work(|| compile_from(&description, options, files))?.map_err(Stopped::Refused)
-        };
-        let other = match asked.precision {
-            Precision::Single => Precision::Double,
-            Precision::Double => Precision::Single,
-        };
-        let (this, other) = (if shallow { build(asked.precision)? } else { scene }, build(other)?);
-        let (single, double) = if asked.precision == Precision::Single { (this, other) } else { (other, this) };
-        let camera = description.camera;
-        Ok((Self { single, double, camera, started, seconds, workers, control }, asked))
+        Ok((stage, asked))
     }
 
-    /// Seconds since the start.
+    /// The depth of the pictures that proofs are held against. None: recursion without end.
+    pub(super) fn proved_depth(&self) -> Option<u32> {
+        self.held.as_ref().map_or_else(|| self.single.ceiling(), |[single, _]| single).reach.max_depth
+    }
+
+    /// Why that is so, and what is proved, in a sentence.
+    pub(super) fn why(&self) -> &str {
+        &self.held.as_ref().map_or_else(|| self.single.ceiling(), |[single, _]| single).reach.why
+    }
+
+    /// Begins the next part, which may take some seconds.
+    pub(super) fn go_on(&mut self, seconds: f64) {
+        (self.started, self.seconds) = (Instant::now(), seconds.max(0.0));
+    }
+
+    /// Seconds since the start of this part.
     pub(super) fn elapsed(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }
@@ -88,28 +116,59 @@ impl<'a> Stage<'a> {
 
     /// A picture with some settings. None if it is not finished before a share of the time has passed.
     pub(super) fn shoot(&mut self, settings: Settings, end: f64) -> Result<Option<Picture>, Cancelled> {
-        self.control.set_progress(milliseconds(self.started) as u64, (self.seconds * 1e3) as u64);
-        let left = self.left(end);
+        self.shoot_within(settings, f64::INFINITY, end)
+    }
+
+    /// The same. None also if it takes longer than some milliseconds.
+    pub(super) fn shoot_within(
+        &mut self,
+        settings: Settings,
+        most_ms: f64,
+        end: f64,
+    ) -> Result<Option<Picture>, Cancelled> {
+        self.control.set_progress(milliseconds(self.began) as u64, self.control.total());
+        let left = self.left(end).min(most_ms / 1e3);
         let Settings { max_depth, min_weight, max_codes, samples, antialias, precision } = settings;
         let scene = match precision {
             Precision::Single => &mut self.single,
             Precision::Double => &mut self.double,
         };
+        // Where proofs are held against another depth, only their ceiling is exchanged.
+        let held =
+            max_codes.and(self.held.as_ref()).map(|held| held[usize::from(precision == Precision::Double)].clone());
+        let endless = held.map(|held| {
+            let endless = scene.ceiling().clone();
+            scene.set_ceiling(held);
+            endless
+        });
         match max_codes {
             Some(codes) => scene.set_proved(codes),
-            None => scene.set_recursion(max_depth, min_weight),
+            None => scene.set_recursion(max_depth.unwrap_or(u32::MAX), min_weight),
         }
-        (scene.samples, scene.antialias) = (samples, antialias);
-        let (scene, whole) = (&*scene, Region::whole(scene.width, scene.height));
+        (scene.samples, scene.antialias, scene.adaptive) = (samples, antialias, false);
+        let whole = Region::whole(scene.width, scene.height);
         let deadline = Instant::now() + Duration::from_secs_f64(left.max(0.0));
         let in_time = Control::until(deadline);
-        let rendered = self.workers.work(|| render(scene, whole, &in_time));
+        let (rendered, workers) = (&*scene, self.workers);
+        let rendered = workers.work(|| render(rendered, whole, &in_time));
+        if let Some(endless) = endless {
+            scene.set_ceiling(endless);
+        }
         self.control.add_rays(in_time.rays());
         match rendered? {
             Ok(picture) => Ok(Some(picture)),
             Err(Cancelled) if self.control.is_cancelled() => Err(Cancelled),
             Err(Cancelled) => Ok(None),
         }
+    }
+
+    /// The bound proved for a picture. Where settings name a proof, it is held against recursion to their depth; the bounds of all
+    /// others are against recursion without end, which the references come near to.
+    pub(super) fn proved_codes(&self, picture: &Picture, settings: Settings) -> Result<Option<u8>, Cancelled> {
+        let endless = self.single.ceiling().reach.max_depth.is_none();
+        let holds = endless || settings.max_codes.is_some();
+        let proof = holds.then(|| self.workers.work(|| picture.proof())).transpose()?;
+        Ok(proof.filter(|proof| proof.max_linear.is_some()).map(|proof| proof.max_codes))
     }
 
     /// Compares two pictures on the pool. None if the request was cancelled.

@@ -9,7 +9,7 @@ mod objects;
 mod path;
 mod warnings;
 
-pub(super) use warnings::warnings;
+pub(super) use warnings::{keep_true, warnings};
 
 use super::description::{Accuracy, Description, Environment, Proved, Rays, Statistical, Time};
 use super::limits;
@@ -52,6 +52,9 @@ pub fn check(description: &Description) -> Result<(), Problems> {
     }
     check_objects(&mut findings, description);
     check_render(&mut findings, description);
+    let stops = description.film.exposure;
+    let at = root.key("film");
+    findings.number(at.key("exposure"), stops, "between -32 and 32", stops.abs() <= 32.0);
     if findings.problems.is_empty() { Ok(()) } else { Err(Problems(findings.problems)) }
 }
 
@@ -77,6 +80,24 @@ fn check_image(findings: &mut Findings, description: &Description) {
 }
 
 fn check_environment(findings: &mut Findings, at: Path<'_>, environment: &Environment) {
+    match (&environment.image, &environment.sky) {
+        (Some(_), Some(_)) => {
+            findings.add(
+                at.key("sky"),
+                Code::Unsupported,
+                "an environment is an \"image\" or a \"sky\": remove one of them",
+            );
+        }
+        (None, None) => {
+            findings.add(at, Code::MissingKey, "an environment needs an \"image\", or \"sky\": {} for a clear sky");
+        }
+        (None, Some(sky)) => {
+            for (key, color) in [("zenith", sky.zenith), ("horizon", sky.horizon), ("ground", sky.ground)] {
+                findings.color(at.key("sky").key(key), color);
+            }
+        }
+        (Some(_), None) => {}
+    }
     let (angle, intensity) = (environment.rotate_deg, environment.intensity);
     findings.number(at.key("rotate_deg"), angle, "between -360 and 360", angle.abs() <= 360.0);
     let max = limits::MAGNITUDE;

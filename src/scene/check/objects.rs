@@ -148,7 +148,7 @@ impl Counter<'_> {
                 return;
             }
         };
-        let has_uvs = matches!(object, Object::Mesh(Mesh { uvs: Some(_), .. }));
+        let has_uvs = matches!(object, Object::Mesh(mesh) if mesh.uvs.is_some());
         self.material(at, look, has_uvs);
     }
 

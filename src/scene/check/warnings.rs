@@ -2,15 +2,18 @@
 
 use crate::control;
 use crate::lanes::Real;
-use crate::scene::description::{Description, Fresnel, Mesh, Object};
+use crate::scene::description::{Description, Fresnel, Light, Mesh, Object};
 use crate::scene::effects::Effect;
 use crate::scene::limits;
 use crate::scene::problem::{Code, Problem, push_token};
 use crate::scene::world::{World, shows};
 use rayon::slice::ParallelSliceMut;
 
-/// Warnings of a description and the world that it was built into.
-pub(in crate::scene) fn warnings<R: Real>(description: &Description, world: &World<R>) -> Vec<Problem> {
+/// Pointer of the warning that there is no light.
+const DARK: &str = "/lights";
+
+/// Warnings of a description, as far as can be said before it is built.
+pub(in crate::scene) fn warnings(description: &Description) -> Vec<Problem> {
     let mut warnings = Vec::new();
     for (name, material) in description.materials.iter() {
         let (r_s, r_t) = (material.reflection.0, material.transmission.0);
@@ -24,11 +27,9 @@ pub(in crate::scene) fn warnings<R: Real>(description: &Description, world: &Wor
             warnings.push(Problem::new(push_token("/materials", name), Code::OutOfRange, detail));
         }
     }
-    let glows = world.fog.as_ref().is_some_and(|fog| shows(fog.color));
-    let shines = [Effect::AmbientLight, Effect::Emission].iter().any(|effect| world.effects.has(*effect));
-    if !(world.is_lit() || glows || shines) {
+    if !description.lights.iter().any(Light::shines) {
         let detail = "there is no light: only the background is visible";
-        warnings.push(Problem::new("/lights", Code::Degenerate, detail));
+        warnings.push(Problem::new(DARK, Code::Degenerate, detail));
     }
     let transmits = |name: &Option<String>| {
         let material = name.as_ref().and_then(|name| description.materials.get(name));
@@ -48,8 +49,17 @@ pub(in crate::scene) fn warnings<R: Real>(description: &Description, world: &Wor
     }
     let detail = "the mesh transmits light but is not closed: light that enters may never leave";
     warnings.extend(open.into_iter().map(|pointer| Problem::new(pointer, Code::Degenerate, detail)));
-    warnings.truncate(limits::PROBLEMS.max as usize);
     warnings
+}
+
+/// Keeps the warnings that hold for the world that was built: fog and surfaces may shine, too.
+pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, world: &World<R>) {
+    let glows = world.fog.as_ref().is_some_and(|fog| shows(fog.color));
+    let shines = [Effect::AmbientLight, Effect::Emission].iter().any(|effect| world.effects.has(*effect));
+    if glows || shines {
+        warnings.retain(|warning| warning.pointer != DARK);
+    }
+    warnings.truncate(limits::PROBLEMS.max as usize);
 }
 
 fn find_open_meshes(

@@ -3,15 +3,17 @@
 use super::bodies::{shape, volume};
 use super::camera::camera_of;
 use super::ceiling::ceiling;
-use super::effects::{hides_nothing, settle};
+use super::effects::{disperses, hides_nothing, settle};
+use super::hidden::{Hidden, hidden};
 use super::lights::light;
 use super::shared_eye::is_shared;
 use super::textures::textures;
-use super::{CompileOptions, Source, Sources, contact, extent};
+use super::{CompileOptions, Source, Sources, contact, extent, unseen};
 use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Motion, Shape};
 use crate::bound::ceiling::Ceiling;
 use crate::camera::{Basis, Camera};
 use crate::control;
+use crate::film::Display;
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
@@ -20,14 +22,15 @@ use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
 use crate::scene::transform::affine;
 use crate::scene::usage::{Pointers, Usage, Used, note};
-use crate::scene::world::{Pruning, Rules, World};
+use crate::scene::world::{Pruning, Rules, World, shows};
 use crate::shading::fog::{Fog, Height};
 use crate::shading::light::Light;
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::spectrum::Spectrum;
-use crate::shading::texture::environment::Environment;
+use crate::shading::texture::environment::{Environment, clear_sky};
 use crate::shape::Sides;
 use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 
 /// What building finds out besides the world.
 pub(super) struct Built {
@@ -53,7 +56,19 @@ pub(super) fn build<R: Real>(
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
-    let (background, environment) = surroundings(description, pictures);
+    let (background, mut environment) = surroundings(description, pictures);
+    builder.usage.enclosed = builder.hidden.surroundings;
+    if builder.usage.enclosed {
+        environment = None;
+    }
+    // Inside of bodies is no fog.
+    let in_the_open = builder.materials.iter().all(|m| !m.transmits() && !shows(m.absorption));
+    if in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none()) {
+        environment = None;
+    }
+    if let Some((materials, moves)) = builder.hidden.usage(&builder.geometries, builder.materials.len()) {
+        (builder.usage.materials, builder.usage.moves) = (materials, moves);
+    }
     let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
     let mut world = World {
         geometries: builder.geometries.into(),
@@ -66,6 +81,8 @@ pub(super) fn build<R: Real>(
         lights,
         ambient: narrow_rgb(description.ambient.0),
         background: narrow_rgb(background),
+        behind: (description.film.background == d::FilmBackground::Transparent).then(|| narrow_rgb(Rgb::ZERO)),
+        display: Display::new(description.film.exposure, description.film.tone),
         environment,
         fog,
         camera,
@@ -79,6 +96,8 @@ pub(super) fn build<R: Real>(
             },
             colors_shadows: render.shadows == Shadows::Transmissive,
             color_bleeding: render.color_bleeding,
+            filter_checkers: render.filter_checkers,
+            straight: false,
             spd_counts: options.spd_counts,
         },
         ceiling: Ceiling::unbounded(0, String::new(), Vec::new()),
@@ -87,16 +106,13 @@ pub(super) fn build<R: Real>(
         angular: false,
         effects: SceneEffects::default(),
     };
-    let disperses = |material: &Material<R>, _| material.dispersion > R::from_f64(0.0) && material.transmits();
     if render.max_depth != Some(1) && world.has_material(disperses) {
         world.spectrum = Some(Box::new(Spectrum::visible()));
     }
+    unseen::remove_ambient_light(&mut world);
     world.ceiling = ceiling(description, &world);
     world.rules.finish(render, &world.ceiling.reach);
-    if !world.is_lit() {
-        // What would mirror lights is as clear as if it did not.
-        world.materials.iter_mut().for_each(|material| material.specular = narrow_rgb(Rgb::ZERO));
-    }
+    unseen::remove_unlit(&mut world);
     // By the counting rules of the SPD shadow rays are traced, needed or not.
     if !options.spd_counts && (!world.is_lit() || hides_nothing(description, &world).is_some()) {
         world.rules.shadows = None;
@@ -107,16 +123,18 @@ pub(super) fn build<R: Real>(
 
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.
 fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
-    let Some(d::Environment { image, rotate_deg, intensity }) = &description.environment else {
+    let Some(d::Environment { image, sky, rotate_deg, intensity }) = &description.environment else {
         return (description.background.0, None);
     };
-    let mipmap = pictures.get(image, Meaning::Color);
-    // Around the circles of domes there are no rays, which would see them: only the background.
-    let circle = matches!(description.camera, d::Camera::Fisheye(_) | d::Camera::Omnimax(_));
+    let mipmap = match (image, sky) {
+        (Some(image), _) => pictures.get(image, Meaning::Color),
+        (None, Some(sky)) => Arc::new(clear_sky(sky.zenith.0, sky.horizon.0, sky.ground.0)),
+        (None, None) => unreachable!("the environment has been checked"),
+    };
     let uniform = if *intensity == 0.0 { Some([0.0; 3]) } else { mipmap.uniform() };
     match uniform {
-        Some(color) if !circle => (Rgb::from_array(color) * *intensity, None),
-        _ => {
+        Some(color) => (Rgb::from_array(color) * *intensity, None),
+        None => {
             let environment = Environment { mipmap, turn: rotate_deg / 360.0, intensity: *intensity };
             (description.background.0, Some(environment))
         }
@@ -139,6 +157,7 @@ struct Builder<'a, R> {
     camera: Camera<R>,
     /// Whether all camera rays start in the same media.
     shared_eye: bool,
+    hidden: Hidden,
     sources: Sources,
 }
 
@@ -158,7 +177,11 @@ impl<'a, R: Real> Builder<'a, R> {
             pointers: Pointers::default(),
             camera,
             shared_eye: true,
-            sources: Sources::default(),
+            hidden: Hidden::default(),
+            sources: Sources {
+                materials: description.materials.keys().map(|name| push_token("/materials", name)).collect(),
+                ..Sources::default()
+            },
         }
     }
 
@@ -184,6 +207,9 @@ impl<'a, R: Real> Builder<'a, R> {
         contact::mark_siblings(&mut items, &extents);
         // The last geometry that is built is the scene itself.
         self.shared_eye = is_shared(self.description, &self.camera, self.usage.moves, &items, &extents);
+        if !self.options.spd_counts {
+            self.hidden = hidden(self.description, &self.materials, &items, &extents);
+        }
         let geometry = Geometry::new(items, &extents, self.options.bvh);
         self.geometries.push(geometry);
         self.expanded.push(expanded);
@@ -248,7 +274,7 @@ impl<'a, R: Real> Builder<'a, R> {
         };
         let moves = motion.is_some_and(|motion| motion.moves());
         let hollow = object.look().is_some_and(|look| look.hollow);
-        let smooth = matches!(object, Object::Mesh(d::Mesh { normals: Some(_), .. }));
+        let smooth = matches!(object, Object::Mesh(mesh) if mesh.normals.is_some());
         let notes = [
             (placed || moves, &mut usage.placed, &mut pointers.placed),
             (moves, &mut usage.moves, &mut pointers.moving),

@@ -4,7 +4,7 @@
 //! sends on at most g = r_s + r_t of what comes.
 
 use crate::accel::least_distances;
-use crate::bound::ceiling::{Ceiling, MaterialBound};
+use crate::bound::ceiling::{Ceiling, MaterialBound, brightest};
 use crate::lanes::Real;
 use crate::math::Rgb;
 use crate::scene::description::{Accuracy, DEFAULT_MAX_DEPTH, Description};
@@ -29,20 +29,16 @@ pub(super) fn ceiling<R: Real>(description: &Description, world: &World<R>) -> C
     let surfaces: Vec<MaterialBound> =
         (0..world.materials.len()).filter(|&m| used[m]).map(|m| surface(description, world, m, &irradiance)).collect();
     let beyond = background(world);
-    // A point of the scene is no brighter than the light that it scatters for others.
-    let gathered = surfaces.iter().fold(beyond, |most, s| most.max(s.adds));
-    let surfaces: Vec<MaterialBound> =
-        surfaces
-            .into_iter()
-            .map(|s| {
-                if world.rules.gathers() {
-                    MaterialBound { adds: s.adds + gathered * reflected(world), ..s }
-                } else {
-                    s
-                }
-            })
-            .collect();
+    let surfaces = if world.rules.gathers() { with_gathered(description, world, beyond, surfaces) } else { surfaces };
     let split = split(world);
+    if world.rules.color_bleeding && !world.rules.gathers() {
+        // With ambient light in its place it is another picture, brighter or darker.
+        let why =
+            "a max_depth of 1 leaves no ray for color_bleeding: surfaces have ambient light, and the picture is held \
+                   against itself"
+                .to_owned();
+        return Ceiling::by_depth(beyond, &surfaces, split, 1, why, vec!["/render/max_depth".to_owned()]);
+    }
     match chosen_depth(description) {
         Some(depth) => {
             let why = format!("max_depth is {depth}: the picture of that depth is what it is held against");
@@ -50,6 +46,19 @@ pub(super) fn ceiling<R: Real>(description: &Description, world: &World<R>) -> C
         }
         None => Ceiling::endless(beyond, &surfaces, split, depth(description)),
     }
+}
+
+/// The same surfaces with the light that they gather. What gathered rays meet has ambient light, so they bring at most the
+/// ceiling G of the scene without gathering, and a surface adds k_d G more.
+fn with_gathered<R: Real>(
+    description: &Description,
+    world: &World<R>,
+    beyond: Rgb,
+    surfaces: Vec<MaterialBound>,
+) -> Vec<MaterialBound> {
+    let depth = chosen_depth(description).unwrap_or_else(|| depth(description));
+    let more = brightest(beyond, &surfaces, depth) * reflected(world);
+    surfaces.into_iter().map(|s| MaterialBound { adds: s.adds + more, ..s }).collect()
 }
 
 /// The depth that a scene asks its pictures to be held against.

@@ -7,14 +7,16 @@ mod ceiling;
 mod contact;
 mod effects;
 mod extent;
+mod hidden;
 mod lights;
 mod shared_eye;
 mod textures;
+mod unseen;
 mod vary;
 
 pub use camera::camera_of;
 
-use super::check::{check, warnings};
+use super::check::{check, keep_true, warnings};
 use super::description::{Accuracy, Description, Precision, Statistical};
 use super::effects::{Effect, Entry};
 use super::pictures::{Files, NoFiles, Pictures};
@@ -24,14 +26,15 @@ use super::{Problem, limits};
 use crate::accel::{ALLOCATION, BvhKind, overlap};
 use crate::bound::ceiling::Ceiling;
 use crate::control::milliseconds;
+use crate::film::Display;
 use crate::lanes::Real;
 use crate::shading::texture::pattern::Textures;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Bytes of the rays that the pixels of a packet defer, for each ray that one pixel may defer: 16 pixels with 352 bytes each in
-/// single precision, 8 with 384 in double.
-const DEFERRED: u64 = 16 * 352;
+/// Bytes of the rays that the samples of a batch defer, for each ray that one sample may defer: 16 samples with 356 bytes each in
+/// single precision, and with 392 in double.
+const DEFERRED: u64 = 16 * 392;
 /// Bytes of the lists of media of a packet's rays, as long as few of them are needed at a time.
 const MEDIA: u64 = 4 << 20;
 
@@ -48,6 +51,8 @@ pub struct Scene {
     named_samples: Option<u32>,
     /// Whether uneven pixels get more samples.
     pub antialias: bool,
+    /// Whether each pixel gets as many samples as it asks for, [`samples`](Self::samples) being what most need at most.
+    pub adaptive: bool,
     /// The target that decides the samples of each pixel instead, in the statistical mode.
     pub statistical: Option<Statistical>,
     /// The world in the precision asked for.
@@ -84,6 +89,8 @@ pub enum Precise {
 pub struct Sources {
     lists: Vec<String>,
     entries: Vec<Source>,
+    /// JSON pointers of the materials.
+    materials: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -107,30 +114,50 @@ impl Scene {
         }
     }
 
+    /// How light becomes colours.
+    pub fn display(&self) -> &Display {
+        match &self.world {
+            Precise::Single(world) => &world.display,
+            Precise::Double(world) => &world.display,
+        }
+    }
+
+    /// Whether pictures have an alpha channel.
+    pub fn is_transparent(&self) -> bool {
+        match &self.world {
+            Precise::Single(world) => world.behind.is_some(),
+            Precise::Double(world) => world.behind.is_some(),
+        }
+    }
+
     /// Whether each pixel's rays are followed until it is proved.
     pub(crate) fn proves(&self) -> bool {
-        let pruning = match &self.world {
+        matches!(self.pruning(), Pruning::Proved { .. })
+    }
+
+    /// What ends its chains of rays besides their length.
+    pub fn pruning(&self) -> Pruning {
+        match &self.world {
             Precise::Single(world) => world.rules.pruning,
             Precise::Double(world) => world.rules.pruning,
-        };
-        matches!(pruning, Pruning::Proved { .. })
+        }
     }
 
     /// Bytes that the rays of one thread take at most while it renders: each ray of a chain may leave another one behind, to
     /// be followed later, and the pixels of a packet may defer rays.
     pub fn stack_bytes(&self) -> u64 {
-        fn of_world<R: Real>(world: &World<R>, samples: u32) -> u64 {
+        fn of_world<R: Real>(world: &World<R>) -> u64 {
             let followed =
                 world.reflects || world.transmits || world.angular || world.effects.has(Effect::ColorBleeding);
             let deferred = match world.rules.pruning {
-                Pruning::Proved { .. } if followed => DEFERRED * u64::from(Pruning::most_deferred(samples)),
+                Pruning::Proved { .. } if followed => DEFERRED * u64::from(Pruning::MOST_DEFERRED),
                 _ => 0,
             };
             1_024 * u64::from(world.rules.max_depth) + if followed { MEDIA + deferred } else { 0 }
         }
         match &self.world {
-            Precise::Single(world) => of_world(world, self.samples),
-            Precise::Double(world) => of_world(world, self.samples),
+            Precise::Single(world) => of_world(world),
+            Precise::Double(world) => of_world(world),
         }
     }
 
@@ -163,21 +190,36 @@ impl Scene {
 struct Told {
     overlap: f64,
     samples: u32,
+    adaptive: bool,
     effects: Vec<Entry>,
     warnings: Vec<Problem>,
 }
 
-fn told<R: Real>(description: &Description, world: &World<R>, built: &build::Built) -> Told {
+/// Whether a scene leaves the number of samples to its pixels. A picture and its alpha channel have the same samples.
+fn adapts<R: Real>(named: Option<u32>, is_statistical: bool, world: &World<R>) -> bool {
+    named.is_none() && !is_statistical && world.behind.is_none() && world.effects.needs_sampling()
+}
+
+fn told<R: Real>(
+    description: &Description,
+    world: &World<R>,
+    built: &build::Built,
+    mut warnings: Vec<Problem>,
+) -> Told {
     let samples = world.effects.samples(description.render.samples);
+    let is_statistical = matches!(description.render.accuracy(), Accuracy::Statistical(_));
+    let adaptive = adapts(description.render.samples, is_statistical, world);
     let source = |item| built.sources.pointer(item);
-    let facts = effects::Facts { description, world, pointers: &built.pointers, source: &source, samples };
+    let facts = effects::Facts { description, world, pointers: &built.pointers, source: &source, samples, adaptive };
     let overlap = overlap(&world.geometries, world.root);
-    Told { overlap, samples, effects: effects::table(&facts), warnings: warnings(description, world) }
+    keep_true(&mut warnings, world);
+    Told { overlap, samples, adaptive, effects: effects::table(&facts), warnings }
 }
 
 impl Sources {
     fn bytes(&self) -> usize {
-        let lists: usize = self.lists.iter().map(|list| ALLOCATION + size_of::<String>() + list.len()).sum();
+        let texts = self.lists.iter().chain(&self.materials);
+        let lists: usize = texts.map(|list| ALLOCATION + size_of::<String>() + list.len()).sum();
         let names = self.entries.iter().filter_map(|entry| entry.name.as_deref());
         let names: usize = names.map(|name| ALLOCATION + name.len()).sum();
         lists + size_of_val(&self.entries[..]) + names
@@ -187,6 +229,25 @@ impl Sources {
     pub fn pointer(&self, source: u32) -> String {
         let entry = &self.entries[source as usize];
         format!("{}/{}", self.lists[entry.list as usize], entry.index)
+    }
+
+    /// Index in `objects` of what an item of the scene itself is, or is in: 3 of `/objects/3/group/objects/0`.
+    pub fn top(&self, source: u32) -> u32 {
+        let entry = &self.entries[source as usize];
+        let inside = self.lists[entry.list as usize].strip_prefix("/objects/");
+        let index = inside.and_then(|rest| rest.split('/').next()?.parse().ok());
+        index.unwrap_or(entry.index)
+    }
+
+    /// How many `objects` the scene has.
+    pub fn objects(&self) -> u32 {
+        // The scene's own list is the first.
+        self.entries.iter().filter(|entry| entry.list == 0).count() as u32
+    }
+
+    /// JSON pointer of a material; `default` for that of bodies which name none.
+    pub fn material(&self, material: u32) -> &str {
+        self.materials.get(material as usize).map_or("default", String::as_str)
     }
 
     /// Name of an item's object.
@@ -216,25 +277,40 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
 
 /// [`compile_with`], with the files that a scene may name.
 pub fn compile_from(description: &Description, options: CompileOptions, files: &dyn Files) -> Result<Scene, Problems> {
+    let pictures = checked(description, files)?;
+    build_from(description, options, &pictures, warnings(description))
+}
+
+/// Checks a description completely, and reads the pictures that it names.
+pub(super) fn checked<'a>(description: &'a Description, files: &dyn Files) -> Result<Pictures<'a>, Problems> {
     let checked = check(description);
     unless_cancelled()?;
-    let pictures = match (checked, Pictures::read(description, files)) {
-        (Ok(()), Ok(pictures)) => pictures,
-        (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => return Err(problems),
+    match (checked, Pictures::read(description, files)) {
+        (Ok(()), Ok(pictures)) => Ok(pictures),
+        (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => Err(problems),
         (Err(Problems(mut problems)), Err(Problems(mut more))) => {
             problems.append(&mut more);
             problems.truncate(limits::PROBLEMS_FOUND);
-            return Err(Problems(problems));
+            Err(Problems(problems))
         }
-    };
+    }
+}
+
+/// Builds the scene of a checked description. Of its warnings those stay that hold for what was built.
+pub(super) fn build_from(
+    description: &Description,
+    options: CompileOptions,
+    pictures: &Pictures<'_>,
+    warnings: Vec<Problem>,
+) -> Result<Scene, Problems> {
     let start = Instant::now();
     let (world, built) = match description.render.precision {
         Precision::Single => {
-            let (world, built) = build::build(description, options, &pictures);
+            let (world, built) = build::build(description, options, pictures);
             (Precise::Single(world), built)
         }
         Precision::Double => {
-            let (world, built) = build::build(description, options, &pictures);
+            let (world, built) = build::build(description, options, pictures);
             (Precise::Double(world), built)
         }
     };
@@ -249,13 +325,14 @@ pub fn compile_from(description: &Description, options: CompileOptions, files: &
         return Err(Problems::one(Problem::new("/objects", super::problem::Code::Limit, detail)));
     }
     let told = match &world {
-        Precise::Single(world) => told(description, world, &built),
-        Precise::Double(world) => told(description, world, &built),
+        Precise::Single(world) => told(description, world, &built, warnings),
+        Precise::Double(world) => told(description, world, &built, warnings),
     };
     Ok(Scene {
         width: description.image.width,
         height: description.image.height,
         samples: told.samples,
+        adaptive: told.adaptive,
         named_samples: description.render.samples,
         effects: told.effects,
         antialias: description.render.antialias,

@@ -1,14 +1,26 @@
 //! Changes the settings of a built scene, for comparing settings without building it again.
 
 use super::camera::camera_of;
-use super::effects::{remove, settle};
-use super::{Precise, Scene};
+use super::ceiling::ceiling;
+use super::effects::{black, remove, settle};
+use super::{Precise, Scene, adapts};
+use crate::accel::Shape;
+use crate::bound::ceiling::Ceiling;
 use crate::camera::Basis;
+use crate::film::Display;
 use crate::lanes::Real;
 use crate::scene::description;
 use crate::scene::effects::Effect;
+use crate::scene::usage::Used;
 use crate::scene::world::{ENDLESS, Pruning, World};
+use crate::shading::material::Material;
+use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// Largest part of a sample's alpha that may be lost on the way through bodies.
+const LEAST_ALPHA: f64 = 1e-6;
+/// Weight below which rays are not followed that look for an object.
+const LEAST_SHARE: f64 = 1e-3;
 
 impl Scene {
     /// Sets what ends the recursion. A scene that was built with `max_depth` 1 has no wavelengths, and no bound on what its
@@ -21,6 +33,22 @@ impl Scene {
     pub fn set_proved(&mut self, max_codes: u8) {
         let depth = self.ceiling().reach.max_depth.unwrap_or(ENDLESS);
         self.set_rules(depth, Pruning::Proved { max_codes });
+    }
+
+    /// The ceiling that the scene has with the settings of another description of it.
+    pub fn ceiling_with(&self, description: &description::Description) -> Ceiling {
+        match &self.world {
+            Precise::Single(world) => ceiling(description, world),
+            Precise::Double(world) => ceiling(description, world),
+        }
+    }
+
+    /// Sets what its pictures are held against.
+    pub fn set_ceiling(&mut self, ceiling: Ceiling) {
+        match &mut self.world {
+            Precise::Single(world) => world.ceiling = ceiling,
+            Precise::Double(world) => world.ceiling = ceiling,
+        }
     }
 
     fn set_rules(&mut self, max_depth: u32, pruning: Pruning) {
@@ -39,23 +67,53 @@ impl Scene {
     /// effect cannot be taken out of a built scene. Its geometry is shared, and its table of effects and its bounds stay as
     /// they were.
     pub fn without(&self, effect: Effect) -> Option<Self> {
-        fn take<R: Real>(world: &World<R>, effect: Effect, named: Option<u32>) -> Option<(World<R>, u32)> {
+        fn take<R: Real>(scene: &Scene, world: &World<R>, effect: Effect) -> Option<(World<R>, u32, bool)> {
             let mut world = world.clone();
+            let named = scene.named_samples;
             let samples = remove(effect, &mut world).then(|| world.effects.samples(named))?;
-            Some((world, samples))
+            let adaptive = adapts(named, scene.statistical.is_some(), &world);
+            Some((world, samples, adaptive))
         }
         if effect == Effect::Antialiasing {
             return self.refines().then(|| Self { antialias: false, ..self.share(self.world.clone()) });
         }
-        let (world, samples) = match &self.world {
-            Precise::Single(world) => {
-                take(world, effect, self.named_samples).map(|(world, n)| (Precise::Single(world), n))
-            }
-            Precise::Double(world) => {
-                take(world, effect, self.named_samples).map(|(world, n)| (Precise::Double(world), n))
-            }
+        let (world, samples, adaptive) = match &self.world {
+            Precise::Single(world) => take(self, world, effect).map(|(world, n, is)| (Precise::Single(world), n, is)),
+            Precise::Double(world) => take(self, world, effect).map(|(world, n, is)| (Precise::Double(world), n, is)),
         }?;
-        Some(Self { samples, ..self.share(world) })
+        Some(Self { samples, adaptive, ..self.share(world) })
+    }
+
+    /// The scene of the light that a white background sends to the camera, directly or through bodies, and of nothing else:
+    /// one less alpha. None where the background is opaque.
+    pub(crate) fn matte(&self) -> Option<Self> {
+        fn of<R: Real>(world: &World<R>) -> World<R> {
+            let mut world = darkened(world, LEAST_ALPHA);
+            world.behind = Some([R::from_f64(1.0); 3]);
+            world.rules.straight = true;
+            settle(&mut world);
+            world
+        }
+        self.is_transparent().then(|| {
+            self.share(match &self.world {
+                Precise::Single(world) => Precise::Single(of(world)),
+                Precise::Double(world) => Precise::Double(of(world)),
+            })
+        })
+    }
+
+    /// The scene of the light that one of its `objects` sends to the camera, directly, by mirrors and through bodies, and of
+    /// nothing else: the object shines with radiance 1, and nothing is seen in it or through it. None if there is no such object.
+    pub(crate) fn glowing(&self, object: u32, samples: u32) -> Option<Self> {
+        if object >= self.sources.objects() {
+            return None;
+        }
+        let is_it = |source| self.sources.top(source) == object;
+        let world = match &self.world {
+            Precise::Single(world) => Precise::Single(glowing(world, is_it)),
+            Precise::Double(world) => Precise::Double(glowing(world, is_it)),
+        };
+        Some(Self { samples, adaptive: false, antialias: false, statistical: None, ..self.share(world) })
     }
 
     /// The same scene around another world.
@@ -79,4 +137,50 @@ impl Scene {
             Precise::Double(world) => world.camera = camera_of(camera, &basis, width, height),
         }
     }
+}
+
+/// A world without light. Rays of less than a weight are not followed.
+fn darkened<R: Real>(world: &World<R>, least_weight: f64) -> World<R> {
+    let mut world = world.clone();
+    (world.background, world.ambient, world.display) = (black(), black(), Display::default());
+    (world.environment, world.lights) = (None, Vec::new());
+    world.materials.iter_mut().for_each(|material| material.emission = black());
+    if let Some(fog) = &mut world.fog {
+        fog.color = black();
+    }
+    world.rules.pruning = Pruning::Weight(least_weight);
+    world.rules.color_bleeding = false;
+    world
+}
+
+/// A dark world in which some items of the scene itself shine, and their placed geometries.
+fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> {
+    let mut world = darkened(world, LEAST_SHARE);
+    world.behind = None;
+    let glow = world.materials.len() as u32;
+    world.materials.push(Material { emission: [R::from_f64(1.0); 3], ..Material::black() });
+    world.usage.materials.push(Used { anywhere: true, ..Used::default() });
+    let mut geometries = world.geometries.to_vec();
+    // The geometry of each that is placed by what shines: others may place the same one, and stay dark.
+    let mut bright = BTreeMap::new();
+    let mut left = vec![world.root];
+    while let Some(geometry) = left.pop() {
+        let mut items = std::mem::take(&mut geometries[geometry].items);
+        for item in items.iter_mut().filter(|item| geometry != world.root || shines(item.source)) {
+            let Shape::Instance(instance) = &mut item.shape else {
+                (item.material, item.transmission) = (glow, black());
+                continue;
+            };
+            let placed = instance.geometry as usize;
+            instance.geometry = *bright.entry(placed).or_insert_with(|| {
+                geometries.push(geometries[placed].clone());
+                left.push(geometries.len() - 1);
+                geometries.len() as u32 - 1
+            });
+        }
+        geometries[geometry].items = items;
+    }
+    world.geometries = geometries.into();
+    settle(&mut world);
+    world
 }

@@ -14,7 +14,7 @@ pub enum Camera {
     /// Parallel rays.
     Orthographic(OrthographicCamera),
     /// Equidistant fisheye: the distance from the centre is proportional to the angle. The circle touches the image's
-    /// shorter sides. Outside of it is background.
+    /// shorter sides. Outside of it the picture is black, or transparent if `film` says so.
     Fisheye(FisheyeCamera),
     /// Dome picture, as for an Omnimax dome: equidistant. The circle spans the image's width and touches its upper edge, and
     /// the part below the image is cut off.
@@ -75,6 +75,15 @@ pub struct PinholeCamera {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub focus_distance: Option<f64>,
+}
+
+impl PinholeCamera {
+    /// A camera with the defaults of all that is not said. It is turned so that +y is up, or -z if it looks along y.
+    pub fn looking(eye: [f64; 3], look_at: [f64; 3]) -> Self {
+        let is_upright = (eye[0], eye[2]) == (look_at[0], look_at[2]);
+        let up = if is_upright { [0.0, 0.0, -1.0] } else { default_up() };
+        Self { eye, look_at, up, vfov_deg: number::<45>(), aperture: 0.0, focus_distance: None }
+    }
 }
 
 /// Parallel projection.

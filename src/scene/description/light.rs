@@ -16,6 +16,18 @@ pub enum Light {
     Spot(SpotLight),
 }
 
+impl Light {
+    /// Whether it is more than black.
+    pub fn shines(&self) -> bool {
+        let (color, intensity) = match self {
+            Self::Point(l) => (l.color, l.intensity),
+            Self::Directional(l) => (l.color, l.intensity),
+            Self::Spot(l) => (l.color, l.intensity),
+        };
+        color.0.max_element() > 0.0 && intensity > 0.0
+    }
+}
+
 /// Point light.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

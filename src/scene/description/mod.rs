@@ -6,6 +6,7 @@
 mod camera;
 mod color;
 mod diffuse;
+mod film;
 mod fog;
 mod light;
 mod material;
@@ -17,6 +18,7 @@ mod written;
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera};
 pub use color::Color;
 pub use diffuse::Diffuse;
+pub use film::{Film, FilmBackground};
 pub use fog::{Fog, FogHeight};
 pub use light::{
     AngularArea, Area, DirectionalLight, DiscArea, Falloff, Light, LinearFalloff, ParallelogramArea, PointLight,
@@ -32,8 +34,8 @@ pub use render::{
     Accuracy, DEFAULT_MAX_DEPTH, Fixed, Precision, Proved, Rays, RenderSettings, Shadows, Statistical, Time,
 };
 pub use texture::{
-    Bump, Environment, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes, Relief, Spherical,
-    Wrap,
+    Bump, Environment, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes, Relief, Sky,
+    Spherical, Wrap,
 };
 
 use super::named::{self, Named};
@@ -68,7 +70,7 @@ pub struct Description {
     /// Radiance of a ray that hits nothing. Default: black.
     #[serde(default)]
     pub background: Color,
-    /// An environment map, in place of `background`. Default: none.
+    /// A picture of the surroundings or a sky, in place of `background`. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub environment: Option<Environment>,
     /// Ambient light I_a, multiplied by each material's `ambient`. Default: 0.1 grey.
@@ -94,6 +96,9 @@ pub struct Description {
     /// How to render.
     #[serde(default)]
     pub render: RenderSettings,
+    /// How light becomes colours.
+    #[serde(default, skip_serializing_if = "Film::is_default")]
+    pub film: Film,
 }
 
 impl Description {
@@ -114,6 +119,7 @@ impl Description {
             definitions: Named::default(),
             objects,
             render: RenderSettings::default(),
+            film: Film::default(),
         }
     }
 

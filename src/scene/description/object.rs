@@ -17,15 +17,15 @@ pub enum Object {
     Plane(Plane),
     Disc(Disc),
     Triangle(Triangle),
-    Quad(Quad),
+    Quad(Box<Quad>),
     Box(AxisBox),
     Cylinder(Cylinder),
     Cone(Cone),
     Torus(Torus),
-    Mesh(Mesh),
+    Mesh(Box<Mesh>),
     Polygon(Polygon),
-    Group(Group),
-    Instance(Instance),
+    Group(Box<Group>),
+    Instance(Box<Instance>),
 }
 
 impl Object {
@@ -118,6 +118,11 @@ macro_rules! body {
 
 pub(super) fn is_false(value: &bool) -> bool {
     !value
+}
+
+/// Whether a key that is on by default need not be written.
+pub(super) fn is_true(value: &bool) -> bool {
+    *value
 }
 
 fn yes() -> bool {

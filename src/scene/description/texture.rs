@@ -157,13 +157,17 @@ pub struct NormalMap {
     pub image: ImageMap,
 }
 
-/// Environment map: the radiance of rays that hit nothing, by their direction, in place of `background`.
+/// Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. Either `image` or `sky`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Environment {
     /// Equirectangular PNG or JPEG, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a file
     /// beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
-    pub image: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub image: Option<String>,
+    /// A clear sky over dull ground: `{}` for its colours by day.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sky: Option<Sky>,
     /// Turns it around the y axis, in degrees, counter-clockwise seen from above, -360 to 360. Default 0.
     #[serde(default)]
     #[schemars(range(min = -360.0, max = 360.0))]
@@ -172,6 +176,37 @@ pub struct Environment {
     #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
+}
+
+/// A sky: its colour changes from the horizon to the zenith. Below the horizon is ground of one colour.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sky {
+    /// Radiance straight above. Default `"#3f7fbf"`.
+    #[serde(default = "default_zenith")]
+    pub zenith: Color,
+    /// Radiance at the horizon. Default `"#dce9f5"`.
+    #[serde(default = "default_horizon")]
+    pub horizon: Color,
+    /// Radiance below the horizon. Default `"#8c8780"`.
+    #[serde(default = "default_ground")]
+    pub ground: Color,
+}
+
+fn default_zenith() -> Color {
+    srgb("#3f7fbf")
+}
+
+fn default_horizon() -> Color {
+    srgb("#dce9f5")
+}
+
+fn default_ground() -> Color {
+    srgb("#8c8780")
+}
+
+fn srgb(hex: &str) -> Color {
+    Color::from_hex(hex).unwrap_or_else(|| unreachable!("a colour of this file"))
 }
 
 fn default_octaves() -> u32 {

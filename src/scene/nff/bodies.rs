@@ -27,6 +27,8 @@ pub(super) struct Bodies {
     /// Names of the fills seen, by the bits of their numbers.
     names: HashMap<[u64; 8], String>,
     fill: Fill,
+    /// Its name, once it has an object.
+    name: Option<String>,
     objects: Vec<Object>,
     /// Triangles read, for the limit.
     triangles: u64,
@@ -42,6 +44,7 @@ impl Bodies {
             materials: Named::default(),
             names: HashMap::new(),
             fill: DEFAULT_FILL,
+            name: None,
             objects: Vec::new(),
             triangles: 0,
             flat: Faces::default(),
@@ -59,6 +62,7 @@ impl Bodies {
         if fill != self.fill {
             self.flush();
             self.fill = fill;
+            self.name = None;
         }
     }
 
@@ -125,7 +129,7 @@ impl Bodies {
         let (flat, smooth) = (std::mem::take(&mut self.flat), std::mem::take(&mut self.smooth));
         if flat.len() >= MESH_TRIANGLES || (self.transmits() && flat.len() > 0) {
             let mesh = flat.into_mesh(self.material());
-            self.objects.push(Object::Mesh(mesh));
+            self.objects.push(Object::Mesh(Box::new(mesh)));
         } else {
             for triangle in flat.into_triangles() {
                 let material = self.material();
@@ -135,7 +139,7 @@ impl Bodies {
         }
         if smooth.len() > 0 {
             let mesh = smooth.into_mesh(self.material());
-            self.objects.push(Object::Mesh(mesh));
+            self.objects.push(Object::Mesh(Box::new(mesh)));
         }
     }
 
@@ -152,15 +156,22 @@ impl Bodies {
 
     /// The name of the current fill's material, which is made with its first object.
     fn material(&mut self) -> Option<String> {
+        if self.name.is_none() {
+            self.name = Some(self.named_material());
+        }
+        self.name.clone()
+    }
+
+    fn named_material(&mut self) -> String {
         let Fill { color: [r, g, b], kd, ks, shine, transmittance, ior } = self.fill;
         let bits = [r, g, b, kd, ks, shine, transmittance, ior].map(f64::to_bits);
         if let Some(name) = self.names.get(&bits) {
-            return Some(name.clone());
+            return name.clone();
         }
         let name = format!("fill_{}", self.names.len() + 1);
         self.materials.insert(name.clone(), material(&self.fill, self.two_sided));
         self.names.insert(bits, name.clone());
-        Some(name)
+        name
     }
 }
 

@@ -5,7 +5,9 @@ use crate::scene::description::{Mesh, Vec3};
 use crate::scene::ear_clipping::{has_no_area, newell_normal, triangulate};
 use crate::scene::problem::{Code, Problem};
 use glam::DVec3;
-use std::collections::HashMap;
+use hashbrown::hash_table::Entry;
+use hashbrown::{DefaultHashBuilder, HashTable};
+use std::hash::BuildHasher;
 
 /// Cuts a polygon into triangles with the same front. May reverse the order of its vertices (and normals).
 pub(super) fn triangles(place: Place, vertices: &mut [Vec3], normals: &mut [Vec3]) -> Result<Vec<[u32; 3]>, Problem> {
@@ -46,7 +48,9 @@ pub(super) struct Faces {
     /// One for each vertex, or none at all.
     normals: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
-    known: HashMap<[u64; 6], u32>,
+    /// Indices of the vertices, to be found by what is at them.
+    known: HashTable<u32>,
+    hasher: DefaultHashBuilder,
 }
 
 impl Faces {
@@ -61,15 +65,26 @@ impl Faces {
     }
 
     fn index(&mut self, vertex: Vec3, normal: Option<Vec3>) -> u32 {
-        let [x, y, z] = vertex;
-        let [nx, ny, nz] = normal.unwrap_or_default();
+        let Self { vertices, normals, known, hasher, .. } = self;
         // -0 + 0 is 0: files have both
-        let key = [x, y, z, nx, ny, nz].map(|number| (number + 0.0).to_bits());
-        *self.known.entry(key).or_insert_with(|| {
-            self.vertices.push(vertex);
-            self.normals.extend(normal);
-            (self.vertices.len() - 1) as u32
-        })
+        let bits = |vector: Vec3| vector.map(|number| (number + 0.0).to_bits());
+        let hash =
+            |vertex: Vec3, normal: Option<Vec3>| hasher.hash_one([bits(vertex), bits(normal.unwrap_or_default())]);
+        let at = |index: u32| (vertices[index as usize], normals.get(index as usize).copied());
+        let of = |index: &u32| {
+            let (vertex, normal) = at(*index);
+            hash(vertex, normal)
+        };
+        match known.entry(hash(vertex, normal), |index| at(*index) == (vertex, normal), of) {
+            Entry::Occupied(entry) => *entry.get(),
+            Entry::Vacant(entry) => {
+                let index = vertices.len() as u32;
+                entry.insert(index);
+                vertices.push(vertex);
+                normals.extend(normal);
+                index
+            }
+        }
     }
 
     pub(super) fn into_mesh(self, material: Option<String>) -> Mesh {

@@ -23,7 +23,8 @@ mod tokens;
 mod tests;
 
 use crate::scene::problem::{Code, Problem, unless_cancelled};
-use crate::scene::{Description, Problems, limits};
+use crate::scene::recognise::recognise;
+use crate::scene::{Description, Format, Problems, limits};
 use reader::Reader;
 use scene::SceneBuilder;
 use schemars::JsonSchema;
@@ -41,6 +42,9 @@ pub struct NffOptions {
 
 /// Reads an NFF file, plain or gzip.
 pub fn read_nff(bytes: &[u8], options: NffOptions) -> Result<Description, Problems> {
+    if let Some(problem) = recognise(bytes).refused_as(Format::Nff) {
+        return Err(Problems::one(problem));
+    }
     let text = text::unpack(bytes).map_err(Problems::one)?;
     text::refuse_sense8(&text).map_err(Problems::one)?;
     let mut reader = Reader::new(&text);

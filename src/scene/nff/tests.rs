@@ -354,6 +354,8 @@ fn gzip_is_unpacked_within_the_limit() {
     assert_eq!(read_nff(&packed, NffOptions::default()), Ok(scene("s 0 0 0 1")));
     let cut = read_nff(&packed[..packed.len() - 12], NffOptions::default()).unwrap_err();
     assert!(cut.0[0].detail.contains("gzip data is damaged"), "{cut}");
+    let json = read_nff(&pack(b" {\"version\": 1}"), NffOptions::default()).unwrap_err();
+    assert!(json.0[0].detail.contains("JSON in a gzip file"), "{json}");
     let blank = vec![b' '; 32 << 20];
     let bomb = pack(&blank).repeat(8);
     let large = read_nff(&[bomb, pack(b"#")].concat(), NffOptions::default()).unwrap_err();

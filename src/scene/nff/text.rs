@@ -23,6 +23,10 @@ fn gunzip(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut text = Vec::new();
     let unpacked = MultiGzDecoder::new(bytes).take(SCENE_BYTES.max + 1).read_to_end(&mut text);
     unpacked.map_err(|error| Problem::new("", Code::InvalidNff, format!("the gzip data is damaged: {error}")))?;
+    if text.trim_ascii_start().first() == Some(&b'{') {
+        let detail = "this is JSON in a gzip file: unpack it (gunzip -c), or POST it with Content-Encoding: gzip";
+        return Err(Problem::new("", Code::OtherFormat, detail));
+    }
     Ok(text)
 }
 

@@ -34,7 +34,8 @@ impl Token<'_> {
 
     /// Its value; infinite if it is too large.
     pub(super) fn number(&self) -> Option<f64> {
-        std::str::from_utf8(self.text).ok().filter(|_| self.is_number())?.parse().ok()
+        // Of what C writes in other ways only `inf` and `nan` are parsed.
+        fast_float2::parse(self.text).ok().filter(|number: &f64| number.is_finite() || self.is_number())
     }
 
     /// For messages: in quotes, and no longer than a line.

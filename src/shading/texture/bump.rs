@@ -6,7 +6,7 @@
 
 use super::image::{ImageTexture, Lookup};
 use super::noise::Fractal;
-use glam::DVec3;
+use crate::lanes::{Double, V3};
 
 /// Bumps in object space.
 #[derive(Debug, Clone)]
@@ -33,50 +33,76 @@ pub enum BumpMap {
 const STEEPEST: f64 = 1.0 / 128.0;
 
 impl BumpMap {
-    /// The unit normal with bumps of a surface with a unit normal, in object space; the same normal where the bumps are flat.
-    pub fn tilt(&self, lookup: &Lookup, normal: DVec3) -> DVec3 {
+    /// The unit normals with bumps of a surface with unit normals, in object space; the same normals where the bumps are flat.
+    #[inline(always)]
+    pub fn tilt<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>) -> V3<W> {
         let gradient = match self {
-            Self::Noise { fractal, height } => fractal.at(lookup.point, lookup.width()).1 * *height,
-            Self::Heights { picture, height } => picture.height_gradient(lookup) * *height,
-            Self::Normals(picture) => picture.normal_gradient(lookup, normal),
+            Self::Noise { fractal, height } => fractal.at(s, lookup.point, lookup.width()).1 * W::lit(s, *height),
+            Self::Heights { picture, height } => picture.height_gradient(s, lookup) * W::lit(s, *height),
+            Self::Normals(picture) => picture.normal_gradient(s, lookup, normal),
         };
         let along = gradient - normal * normal.dot(gradient);
-        if along == DVec3::ZERO || !along.is_finite() {
-            return normal;
-        }
-        (normal - along).try_normalize().unwrap_or(normal)
+        let flat = along.eq(V3::splat(s, [0.0; 3])) | !along.is_finite(s);
+        V3::select(flat, normal, (normal - along).unit_or(s, normal))
     }
 }
 
 impl ImageTexture {
     /// dh/du grad u + dh/dv grad v, with differences over one texel of the mipmap level: they are linear between texels, where
     /// the slope of a bilinear height jumps.
-    fn height_gradient(&self, lookup: &Lookup) -> DVec3 {
-        let coord = self.coord(lookup);
-        let [[a, b], [c, d]] = coord.axes(lookup);
+    fn height_gradient<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> V3<W> {
+        W::vectorize(
+            s,
+            #[inline(always)]
+            || self.height_gradient_in(s, lookup),
+        )
+    }
+
+    #[inline(always)]
+    fn height_gradient_in<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> V3<W> {
+        let coord = self.coord(s, lookup);
+        let [long, short] = coord.axes(lookup);
         let [width, height] = self.mipmap.size();
+        let (width, height) = (W::lit(s, width), W::lit(s, height));
         // The longer axis of the footprint decides the level, or the other one would alias.
-        let square = |u: f64, v: f64| (u * width).powi(2) + (v * height).powi(2);
-        let texels = square(a, b).max(square(c, d)).sqrt();
-        let level = self.mipmap.level(texels);
-        let step = texels.max(1.0);
-        let at = |u: f64, v: f64| self.mipmap.at([coord.uv[0] + u, coord.uv[1] + v], level, self.wrap)[0];
-        let (across, up) = (0.5 * step / width, 0.5 * step / height);
-        let by_u = (at(across, 0.0) - at(-across, 0.0)) / (2.0 * across);
-        let by_v = (at(0.0, up) - at(0.0, -up)) / (2.0 * up);
+        let texels = self.mipmap.texels_along(s, long).max(self.mipmap.texels_along(s, short));
+        let level = self.mipmap.levels(s, texels, lookup.lanes);
+        let step = texels.max(W::lit(s, 1.0));
+        let (half, two, zero) = (W::lit(s, 0.5), W::lit(s, 2.0), W::lit(s, 0.0));
+        let (across, up) = (half * step / width, half * step / height);
+        let mut heights = [zero; 4];
+        for (height, [u, v]) in heights.iter_mut().zip([[across, zero], [-across, zero], [zero, up], [zero, -up]]) {
+            let uv = [coord.uv[0] + u, coord.uv[1] + v];
+            *height = self.mipmap.at(s, uv, level, self.wrap, lookup.lanes).x;
+        }
+        let by_u = (heights[0] - heights[1]) / (two * across);
+        let by_v = (heights[2] - heights[3]) / (two * up);
         coord.gradients[0] * by_u + coord.gradients[1] * by_v
     }
 
     /// The slopes -x/z and -y/z of a normal map along the unit vectors of its tangent frame: the direction in which only
     /// u grows, and the one across it, on the side where v grows.
-    fn normal_gradient(&self, lookup: &Lookup, normal: DVec3) -> DVec3 {
-        let coord = self.coord(lookup);
-        let [x, y, z] = self.mipmap.average(coord.uv, coord.axes(lookup), self.wrap);
+    fn normal_gradient<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>) -> V3<W> {
+        W::vectorize(
+            s,
+            #[inline(always)]
+            || self.normal_gradient_in(s, lookup, normal),
+        )
+    }
+
+    #[inline(always)]
+    fn normal_gradient_in<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>) -> V3<W> {
+        let coord = self.coord(s, lookup);
+        let V3 { x, y, z } = self.mipmap.average(s, coord.uv, coord.axes(lookup), self.wrap, lookup.lanes);
         let [of_u, of_v] = coord.gradients;
         let turn = normal.dot(of_u.cross(of_v));
-        let Some(tangent) = (of_v.cross(normal) * turn.signum()).try_normalize() else { return DVec3::ZERO };
-        let bitangent = normal.cross(tangent) * turn.signum();
-        let z = z.max(STEEPEST);
-        tangent * (-x / z) + bitangent * (-y / z)
+        let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
+        let sign = W::select(turn.lt(zero), -one, one);
+        let none = V3 { x: zero, y: zero, z: zero };
+        let tangent = (of_v.cross(normal) * sign).unit_or(s, none);
+        let bitangent = normal.cross(tangent) * sign;
+        let z = z.max(W::lit(s, STEEPEST));
+        let gradient = tangent * (-x / z) + bitangent * (-y / z);
+        V3::select(tangent.eq(none), none, gradient)
     }
 }

@@ -1,8 +1,9 @@
 //! Environment map: surroundings infinitely far away, from an equirectangular picture.
 
 use super::mipmap::{Mipmap, Wrap};
-use crate::math;
-use glam::DVec3;
+use super::uv::angles;
+use crate::lanes::{Double, V3};
+use crate::math::Rgb;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -18,13 +19,32 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// The radiance in a unit direction, over a footprint of `spread` radians. Towards the poles texels become narrow; the
+    /// The radiance in unit directions, over footprints of `spread` radians. Towards the poles texels become narrow; the
     /// footprint is measured by their height, as that of a panorama's pixel is.
-    pub fn radiance(&self, dir: DVec3, spread: f64) -> [f64; 3] {
-        let longitude = math::atan2(dir.x, -dir.z) / (2.0 * PI) + self.turn;
-        let latitude = math::atan2(dir.y, (dir.x * dir.x + dir.z * dir.z).sqrt()) / PI;
-        let level = self.mipmap.level(spread / PI * self.mipmap.size()[1]);
-        let seen = self.mipmap.at([0.5 + longitude, 0.5 + latitude], level, [Wrap::Repeat, Wrap::Clamp]);
-        seen.map(|channel| channel * self.intensity)
+    #[inline(always)]
+    pub fn radiance<W: Double>(&self, s: W::Simd, dir: V3<W>, spread: W, lanes: u32) -> V3<W> {
+        let lit = |x: f64| W::lit(s, x);
+        let longitude = angles(s, dir.x, -dir.z, lanes) / lit(2.0 * PI) + lit(self.turn);
+        let latitude = angles(s, dir.y, (dir.x * dir.x + dir.z * dir.z).sqrt(), lanes) / lit(PI);
+        let level = self.mipmap.levels(s, spread / lit(PI) * lit(self.mipmap.size()[1]), lanes);
+        let uv = [lit(0.5) + longitude, lit(0.5) + latitude];
+        self.mipmap.at(s, uv, level, [Wrap::Repeat, Wrap::Clamp], lanes) * lit(self.intensity)
     }
+}
+
+/// A clear sky over ground of one colour, as a picture of one column.
+pub fn clear_sky(zenith: Rgb, horizon: Rgb, ground: Rgb) -> Mipmap {
+    // A row is less than a fifth of a degree, so the horizon is sharp.
+    const ROWS: u32 = 1024;
+    let color = |row: u32| {
+        // In right angles, from 1 straight above to -1 straight below.
+        let elevation = 1.0 - 2.0 * (f64::from(row) + 0.5) / f64::from(ROWS);
+        if elevation < 0.0 {
+            return ground;
+        }
+        // Air is thin overhead and thick along the horizon, so most of the change is there.
+        let low = 1.0 - elevation;
+        zenith + (horizon - zenith) * (low * low * low)
+    };
+    Mipmap::new(1, ROWS, (0..ROWS).map(|row| color(row).to_array().map(|channel| channel as f32)).collect())
 }

@@ -1,8 +1,8 @@
-//! A picture on a surface, and its lookup for a ray.
+//! Pictures on surfaces, and their lookup for rays.
 
 use super::mipmap::{Mipmap, Wrap};
 use super::uv::{Face, TexCoord, UvMapping};
-use glam::DVec3;
+use crate::lanes::{Double, V3};
 use std::sync::Arc;
 
 /// A picture on a surface.
@@ -16,40 +16,52 @@ pub struct ImageTexture {
     pub wrap: [Wrap; 2],
 }
 
-/// The point of a surface that a ray hits, and its footprint there.
+/// The points of a surface that rays hit, and their footprints there.
 #[derive(Debug, Clone, Copy)]
-pub struct Lookup {
-    /// The point in object space.
-    pub point: DVec3,
-    /// Axes of the ray's footprint in object space, from side to side, the longer one first.
-    pub footprint: [DVec3; 2],
-    /// The face of a mesh with texture coordinates.
-    pub face: Option<Face>,
+pub struct Lookup<W> {
+    /// The lanes that are asked for; others may hold anything.
+    pub lanes: u32,
+    /// The points in object space.
+    pub point: V3<W>,
+    /// Axes of the rays' footprints in object space, from side to side, the longer one first.
+    pub footprint: [V3<W>; 2],
+    /// The faces of a mesh with texture coordinates.
+    pub face: Option<Face<W>>,
 }
 
-impl Lookup {
-    /// Width of the footprint, where it is widest.
-    pub fn width(&self) -> f64 {
+impl<W: Double> Lookup<W> {
+    /// Widths of the footprints, where they are widest.
+    #[inline(always)]
+    pub fn width(&self) -> W {
         self.footprint[0].length()
     }
 }
 
 impl ImageTexture {
     /// Texture coordinates of a lookup.
-    pub fn coord(&self, lookup: &Lookup) -> TexCoord {
-        self.mapping.at(lookup.point, lookup.face.as_ref())
+    #[inline(always)]
+    pub fn coord<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> TexCoord<W> {
+        self.mapping.at(s, lookup.point, lookup.face.as_ref(), lookup.lanes)
     }
 
-    /// The mean colour over the footprint.
-    pub(super) fn at(&self, lookup: &Lookup) -> [f64; 3] {
-        let coord = self.coord(lookup);
-        self.mipmap.average(coord.uv, coord.axes(lookup), self.wrap)
+    /// The mean colours over the footprints.
+    pub(super) fn at<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> V3<W> {
+        W::vectorize(
+            s,
+            #[inline(always)]
+            || {
+                let coord = self.coord(s, lookup);
+                self.mipmap.average(s, coord.uv, coord.axes(lookup), self.wrap, lookup.lanes)
+            },
+        )
     }
 }
 
-impl TexCoord {
-    /// A footprint in texture space.
-    pub fn axes(&self, lookup: &Lookup) -> [[f64; 2]; 2] {
-        lookup.footprint.map(|axis| self.gradients.map(|gradient| gradient.dot(axis)))
+impl<W: Double> TexCoord<W> {
+    /// The footprints in texture space.
+    #[inline(always)]
+    pub fn axes(&self, lookup: &Lookup<W>) -> [[W; 2]; 2] {
+        let ([u, v], [long, short]) = (self.gradients, lookup.footprint);
+        [[u.dot(long), v.dot(long)], [u.dot(short), v.dot(short)]]
     }
 }

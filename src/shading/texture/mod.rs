@@ -1,4 +1,4 @@
-//! Textures: colours, bumps and surroundings that depend on the place, f64 for one ray at a time.
+//! Textures: colours, bumps and surroundings that depend on the place, in double precision.
 
 pub mod bump;
 pub mod checker;

@@ -1,9 +1,9 @@
-//! Textures that are looked up for one ray at a time: gradients, noise and images.
+//! Textures that are looked up in double precision: gradients, noise and images.
 
 use super::bump::BumpMap;
 use super::image::{ImageTexture, Lookup};
-use super::mipmap::mix;
 use super::noise::Fractal;
+use crate::lanes::{Double, V3};
 use glam::DVec3;
 
 /// The textures of a material.
@@ -50,14 +50,23 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// The colour of a place.
-    pub fn at(&self, lookup: &Lookup) -> [f64; 3] {
+    /// The colours of places.
+    #[inline(always)]
+    pub fn at<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> V3<W> {
         match self {
-            Self::Gradient { from, along, colors: [a, b] } => {
-                mix(*a, *b, along.dot(lookup.point - *from).clamp(0.0, 1.0))
+            Self::Gradient { from, along, colors } => {
+                let from_start = lookup.point - V3::splat(s, from.to_array());
+                let part = V3::splat(s, along.to_array()).dot(from_start);
+                between(s, *colors, part.max(W::lit(s, 0.0)).min(W::lit(s, 1.0)))
             }
-            Self::Noise { fractal, colors: [a, b] } => mix(*a, *b, fractal.at(lookup.point, lookup.width()).0),
-            Self::Image(picture) => picture.at(lookup),
+            Self::Noise { fractal, colors } => between(s, *colors, fractal.at(s, lookup.point, lookup.width()).0),
+            Self::Image(picture) => picture.at(s, lookup),
         }
     }
+}
+
+/// From the first to the second.
+#[inline(always)]
+fn between<W: Double>(s: W::Simd, [a, b]: [[f64; 3]; 2], part: W) -> V3<W> {
+    V3::splat(s, a) * (W::lit(s, 1.0) - part) + V3::splat(s, b) * part
 }

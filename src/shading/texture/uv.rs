@@ -3,6 +3,7 @@
 //! A gradient says how fast a coordinate grows along each axis of object space. That is all that filtering and bumps need
 //! (Mikkelsen, Surface Gradient-Based Bump Mapping Framework, JCGT 9(3), 2020).
 
+use crate::lanes::{Double, MAX_LANES, V3, lanes_of};
 use crate::math;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -28,22 +29,22 @@ pub enum UvMapping {
     },
 }
 
-/// The face, with texture coordinates, that a ray has hit.
+/// The faces, with texture coordinates, that rays have hit.
 #[derive(Debug, Clone, Copy)]
-pub struct Face {
-    /// Its corners in object space.
-    pub corners: [DVec3; 3],
+pub struct Face<W> {
+    /// Their corners in object space.
+    pub corners: [V3<W>; 3],
     /// u and v at the corners.
-    pub uvs: [[f64; 2]; 3],
+    pub uvs: [[W; 2]; 3],
 }
 
-/// A point in texture space.
+/// Points in texture space.
 #[derive(Debug, Clone, Copy)]
-pub struct TexCoord {
+pub struct TexCoord<W> {
     /// u and v.
-    pub uv: [f64; 2],
+    pub uv: [W; 2],
     /// Their gradients in object space.
-    pub gradients: [DVec3; 2],
+    pub gradients: [V3<W>; 2],
 }
 
 impl UvMapping {
@@ -57,64 +58,112 @@ impl UvMapping {
         Self::Spherical { center, frame: [north.cross(front), north, front] }
     }
 
-    /// The texture coordinates of a point in object space; of a mesh without any they are 0.
-    pub fn at(&self, p: DVec3, face: Option<&Face>) -> TexCoord {
+    /// The texture coordinates of points in object space; of a mesh without any they are 0.
+    #[inline(always)]
+    pub fn at<W: Double>(&self, s: W::Simd, p: V3<W>, face: Option<&Face<W>>, lanes: u32) -> TexCoord<W> {
+        let zero = W::lit(s, 0.0);
+        let nothing = V3 { x: zero, y: zero, z: zero };
         match *self {
-            Self::Uv => face.map_or(TexCoord { uv: [0.0; 2], gradients: [DVec3::ZERO; 2] }, |face| face.at(p)),
-            Self::Planar { right, up } => TexCoord { uv: [right.dot(p), up.dot(p)], gradients: [right, up] },
+            Self::Uv => match face {
+                Some(face) => face.at(s, p),
+                None => TexCoord { uv: [zero; 2], gradients: [nothing; 2] },
+            },
+            Self::Planar { right, up } => {
+                let gradients = [V3::splat(s, right.to_array()), V3::splat(s, up.to_array())];
+                TexCoord { uv: [gradients[0].dot(p), gradients[1].dot(p)], gradients }
+            }
             Self::Spherical { center, frame: [east, north, front] } => {
-                let q = p - center;
+                let [east, north, front] =
+                    [V3::splat(s, east.to_array()), V3::splat(s, north.to_array()), V3::splat(s, front.to_array())];
+                let q = p - V3::splat(s, center.to_array());
                 let (x, y, z) = (q.dot(east), q.dot(north), q.dot(front));
                 let around = x * x + z * z;
                 let rho = around.sqrt();
                 let square = around + y * y;
                 // The poles have no longitude, and the centre has no direction.
-                if !(around > 0.0 && square > 0.0) {
-                    let v = if y < 0.0 { 0.0 } else { 1.0 };
-                    return TexCoord { uv: [0.5, v], gradients: [DVec3::ZERO; 2] };
+                let known = around.gt(zero) & square.gt(zero);
+                let (half, one) = (W::lit(s, 0.5), W::lit(s, 1.0));
+                let u = half + angles(s, x, z, lanes) / W::lit(s, 2.0 * PI);
+                let v = half + angles(s, y, rho, lanes) / W::lit(s, PI);
+                let of_u = over(east * z - front * x, W::lit(s, 2.0 * PI) * around);
+                let outward = over(east * x + front * z, rho);
+                let of_v = over(north * rho - outward * y, W::lit(s, PI) * square);
+                let pole = W::select(y.lt(zero), zero, one);
+                TexCoord {
+                    uv: [W::select(known, u, half), W::select(known, v, pole)],
+                    gradients: [V3::select(known, of_u, nothing), V3::select(known, of_v, nothing)],
                 }
-                let uv = [0.5 + math::atan2(x, z) / (2.0 * PI), 0.5 + math::atan2(y, rho) / PI];
-                let of_u = (east * z - front * x) / (2.0 * PI * around);
-                let outward = (east * x + front * z) / rho;
-                let of_v = (north * rho - outward * y) / (PI * square);
-                TexCoord { uv, gradients: [of_u, of_v] }
             }
         }
     }
 }
 
-impl Face {
+/// The angles of some points (x, y) from the x axis.
+#[inline(always)]
+pub(super) fn angles<W: Double>(s: W::Simd, y: W, x: W, lanes: u32) -> W {
+    let mut angles = [0.0; MAX_LANES];
+    for lane in lanes_of(lanes) {
+        angles[lane] = math::atan2(y.lane(lane), x.lane(lane));
+    }
+    W::load(s, &angles)
+}
+
+impl<W: Double> Face<W> {
     /// Weighted by barycentric coordinates, which are linear: b1 grows along e2 x n / n^2, b2 along n x e1 / n^2, where
     /// n = e1 x e2.
-    fn at(&self, p: DVec3) -> TexCoord {
+    #[inline(always)]
+    fn at(&self, s: W::Simd, p: V3<W>) -> TexCoord<W> {
         let [a, b, c] = self.corners;
         let (e1, e2) = (b - a, c - a);
         let n = e1.cross(e2);
-        let square = n.length_squared();
+        let square = n.dot(n);
         let [first, second, third] = self.uvs;
         // A face too thin to have a direction shows its first corner.
-        if !(square > 0.0 && square.is_finite()) {
-            return TexCoord { uv: first, gradients: [DVec3::ZERO; 2] };
-        }
-        let (of_b1, of_b2) = (e2.cross(n) / square, n.cross(e1) / square);
-        let gradients = [0, 1].map(|i| of_b1 * (second[i] - first[i]) + of_b2 * (third[i] - first[i]));
-        TexCoord { uv: [0, 1].map(|i| first[i] + gradients[i].dot(p - a)), gradients }
+        let zero = W::lit(s, 0.0);
+        let known = square.gt(zero) & square.lt(W::lit(s, f64::INFINITY));
+        let of_bs = [over(e2.cross(n), square), over(n.cross(e1), square)];
+        let from_first = p - a;
+        let of_u = Self::weighted(s, of_bs, [first[0], second[0], third[0]], known);
+        let of_v = Self::weighted(s, of_bs, [first[1], second[1], third[1]], known);
+        let u = W::select(known, first[0] + of_u.dot(from_first), first[0]);
+        let v = W::select(known, first[1] + of_v.dot(from_first), first[1]);
+        TexCoord { uv: [u, v], gradients: [of_u, of_v] }
     }
+
+    /// The gradient of a coordinate with these values at the corners.
+    #[inline(always)]
+    fn weighted(s: W::Simd, [of_b1, of_b2]: [V3<W>; 2], [a, b, c]: [W; 3], known: W::Mask) -> V3<W> {
+        V3::select(known, of_b1 * (b - a) + of_b2 * (c - a), V3::splat(s, [0.0; 3]))
+    }
+}
+
+#[inline(always)]
+fn over<W: Double>(v: V3<W>, k: W) -> V3<W> {
+    V3 { x: v.x / k, y: v.y / k, z: v.z / k }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn vector(p: DVec3) -> V3<f64> {
+        V3 { x: p.x, y: p.y, z: p.z }
+    }
+
+    fn at(mapping: &UvMapping, p: DVec3, face: Option<&Face<f64>>) -> TexCoord<f64> {
+        mapping.at((), vector(p), face, 1)
+    }
+
     /// The gradients against differences.
-    fn check(mapping: UvMapping, face: Option<&Face>, p: DVec3, directions: &[DVec3]) {
-        let here = mapping.at(p, face);
+    fn check(mapping: UvMapping, face: Option<&Face<f64>>, p: DVec3, directions: &[DVec3]) {
+        let here = at(&mapping, p, face);
         for direction in directions {
             let h = 1e-6;
             for i in 0..2 {
-                let slope = (mapping.at(p + *direction * h, face).uv[i] - mapping.at(p - *direction * h, face).uv[i])
+                let slope = (at(&mapping, p + *direction * h, face).uv[i]
+                    - at(&mapping, p - *direction * h, face).uv[i])
                     / (2.0 * h);
-                assert!((slope - here.gradients[i].dot(*direction)).abs() < 1e-8, "{mapping:?} {slope}");
+                assert!((slope - here.gradients[i].dot(vector(*direction))).abs() < 1e-8, "{mapping:?} {slope}");
             }
         }
     }
@@ -126,14 +175,12 @@ mod tests {
             let globe = UvMapping::globe(DVec3::new(1.0, 2.0, 3.0), axis);
             check(globe, None, DVec3::new(1.3, 2.9, 1.1), &axes);
         }
-        let face = Face {
-            corners: [DVec3::ZERO, DVec3::new(2.0, 0.5, 0.0), DVec3::new(0.3, 3.0, 1.0)],
-            uvs: [[0.1, 0.2], [0.9, 0.3], [0.0, 1.5]],
-        };
-        let [_, b, c] = face.corners;
+        let corners = [DVec3::ZERO, DVec3::new(2.0, 0.5, 0.0), DVec3::new(0.3, 3.0, 1.0)];
+        let face = Face { corners: corners.map(vector), uvs: [[0.1, 0.2], [0.9, 0.3], [0.0, 1.5]] };
+        let [_, b, c] = corners;
         check(UvMapping::Uv, Some(&face), (b + c) / 3.0, &[b.normalize(), c.normalize()]);
-        for (corner, uv) in face.corners.iter().zip(face.uvs) {
-            let got = UvMapping::Uv.at(*corner, Some(&face)).uv;
+        for (corner, uv) in corners.iter().zip(face.uvs) {
+            let got = at(&UvMapping::Uv, *corner, Some(&face)).uv;
             assert!((got[0] - uv[0]).abs() + (got[1] - uv[1]).abs() < 1e-14);
         }
     }
@@ -141,7 +188,7 @@ mod tests {
     #[test]
     fn a_globe_shows_its_picture_to_the_front() {
         let globe = UvMapping::globe(DVec3::ZERO, DVec3::Y);
-        let uv = |p: DVec3| globe.at(p, None).uv;
+        let uv = |p: DVec3| at(&globe, p, None).uv;
         assert_eq!(uv(DVec3::Z), [0.5, 0.5]);
         assert_eq!(uv(DVec3::X), [0.75, 0.5]);
         assert_eq!(uv(DVec3::NEG_X), [0.25, 0.5]);

@@ -4,7 +4,9 @@ use super::*;
 
 /// First rays of pixels of a picture of 4 x 2 pixels, in single and double.
 fn first_rays(camera: Value, x: u32, y: u32) -> Vec<(Node, f64)> {
-    let more = json!({ "camera": camera, "image": { "width": 4, "height": 2 }, "background": 1 });
+    // Antialiasing would have other first rays at the edge of a circle.
+    let render = json!({ "antialias": false });
+    let more = json!({ "camera": camera, "image": { "width": 4, "height": 2 }, "background": 1, "render": render });
     let objects = json!([{ "sphere": { "center": [0, 0, 1e6], "radius": 1 } }]);
     let first = |tree: Tree| tree.rays[0].clone();
     worlds(objects, more).iter().map(|w| (first(trace_pixel(&w.scene, x, y)), w.small)).collect()
@@ -19,9 +21,9 @@ fn looks(camera: &Value, [x, y]: [u32; 2], origin: [f64; 3], direction: [f64; 3]
 }
 
 #[track_caller]
-fn sees_only_background(camera: &Value, [x, y]: [u32; 2]) {
+fn sees_nothing(camera: &Value, [x, y]: [u32; 2]) {
     for (ray, _) in first_rays(camera.clone(), x, y) {
-        assert_eq!((ray.direction, ray.contribution), ([0.0; 3], [1.0; 3]));
+        assert_eq!((ray.direction, ray.contribution), ([0.0; 3], [0.0; 3]));
     }
 }
 
@@ -81,7 +83,7 @@ fn fisheye() {
         looks(&camera, [1, 1], EYE, equidistant(r, angle / 2.0, -1.0, -1.0));
         looks(&camera, [2, 1], EYE, equidistant(r, angle / 2.0, 1.0, -1.0));
         for corner in [[0, 0], [3, 0], [0, 1], [3, 1]] {
-            sees_only_background(&camera, corner);
+            sees_nothing(&camera, corner);
         }
     }
 }
@@ -95,8 +97,8 @@ fn omnimax() {
     looks(&camera, [0, 1], EYE, equidistant(0.75f64.hypot(0.25), 90.0, -3.0, 1.0));
     looks(&camera, [3, 1], EYE, equidistant(0.75f64.hypot(0.25), 90.0, 3.0, 1.0));
     looks(&camera, [2, 1], EYE, equidistant(0.25f64.hypot(0.25), 90.0, 1.0, 1.0));
-    sees_only_background(&camera, [0, 0]);
-    sees_only_background(&camera, [3, 0]);
+    sees_nothing(&camera, [0, 0]);
+    sees_nothing(&camera, [3, 0]);
 }
 
 #[test]

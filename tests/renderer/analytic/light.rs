@@ -114,7 +114,8 @@ fn checkers_are_even_where_the_tiles_add_up_to_an_even_number() {
                     let floor = json!({ "plane": { "point": [0, y, 0], "normal": [0, 1, 0], "material": "m" } });
                     let checker = json!({ "checker": { "a": [1, 0, 0], "b": [0, 0, 1], "size": 0.5, "axes": name } });
                     let camera = json!({ "orthographic": { "eye": [x, 5, z], "look_at": [x, 0, z], "up": [0, 0, -1], "height": 1 } });
-                    let more = json!({ "materials": { "m": { "diffuse": checker } }, "ambient": 1, "camera": camera });
+                    let point = json!({ "filter_checkers": false });
+                    let more = json!({ "materials": { "m": { "diffuse": checker } }, "ambient": 1, "camera": camera, "render": point });
                     let expected = if sum.rem_euclid(2) == 0 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
                     shows(json!([floor]), more, expected);
                 }
@@ -130,7 +131,8 @@ fn checkers_move_with_their_body() {
     let more = |x: f64| {
         let camera =
             json!({ "orthographic": { "eye": [x, 5, 0.5], "look_at": [x, 0, 0.5], "up": [0, 0, -1], "height": 1 } });
-        json!({ "materials": { "m": { "diffuse": checker } }, "ambient": 1, "camera": camera })
+        let point = json!({ "filter_checkers": false });
+        json!({ "materials": { "m": { "diffuse": checker } }, "ambient": 1, "camera": camera, "render": point })
     };
     shows(group(json!({})), more(1.5), [0.0; 3]);
     shows(group(json!({ "scale": 2 })), more(1.5), [1.0; 3]);

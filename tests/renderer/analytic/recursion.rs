@@ -44,6 +44,32 @@ fn max_depth_and_min_weight_cut_the_series() {
     }
 }
 
+/// Light that goes on for thousands of rays is followed to the depth that pictures are held against: they were black, and
+/// beyond 4,096 rays nothing was proved.
+#[test]
+fn nearly_lossless_mirrors_are_followed_to_the_depth_of_their_scene() {
+    let mirror = |x: f64| json!({ "plane": { "point": [x, 0, 0], "normal": [-x, 0, 0], "material": "mirror" } });
+    for depth in [300, 1_000, 6_000] {
+        let settings = json!({ "max_depth": depth, "antialias": false, "accuracy": { "proved": { "max_codes": 1 } } });
+        let more = json!({
+            "materials": { "mirror": { "diffuse": 0, "ambient": 0.0001, "reflection": 0.9999 } },
+            "camera": { "pinhole": { "eye": [0, 0, 0], "look_at": [1, 0, 0] } },
+            "ambient": 1, "render": settings
+        });
+        for World { scene, .. } in &worlds(json!([mirror(1.0), mirror(-1.0)]), more) {
+            let picture = render(scene, Region::whole(scene.width, scene.height), &Control::default()).unwrap();
+            let sum = 1.0 - 0.9999f64.powi(depth);
+            let (shown, proof) = (f64::from(picture.film.pixels[0][0]), picture.proof());
+            assert!(proof.max_linear.is_some(), "depth {depth}: {proof:?}");
+            let missing = f64::from(proof.max_linear.unwrap()[0]);
+            assert!(
+                shown > 0.8 * sum && (shown..=shown + missing + 1e-6).contains(&sum) || (shown - sum).abs() < 0.005,
+                "depth {depth}: {shown} of {sum}, {proof:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn under_total_reflection_transmission_joins_reflection() {
     let more = json!({

@@ -3,6 +3,7 @@
 
 pub mod bodies;
 pub mod distances;
+pub mod floors;
 pub mod leaving;
 pub mod meshes;
 pub mod naive;

@@ -3,6 +3,7 @@
 use super::{picture, pixels, scene};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
+use strahl::shading::spectrum::{Spectrum, WAVELENGTHS};
 
 const BOTH: [&str; 2] = ["single", "double"];
 
@@ -84,6 +85,36 @@ fn penumbras_are_as_wide_and_as_soft_as_geometry_says() {
         let lit = got.iter().filter(|p| p[0] > 0.01).count();
         assert!((30..120).contains(&lit), "the row must see light, penumbra and shadow");
     }
+}
+
+/// The same edge under square lights that are turned by any angle: the edge then crosses the choices aslant.
+#[test]
+fn penumbras_under_turned_lights_are_as_exact_as_the_documents_say() {
+    let (height, cells) = (5.0, 300);
+    let mut errors = Vec::new();
+    for turn in (0..12).map(|k| f64::from(k) * 7.5) {
+        let (sin, cos) = turn.to_radians().sin_cos();
+        let mut description = window(256);
+        description["lights"][0]["point"]["area"]["parallelogram"] = json!({ "u": [cos, 0, sin], "v": [-sin, 0, cos] });
+        for (i, pixel) in pixels(description, "single").iter().enumerate() {
+            let mut sum = 0.0;
+            for k in 0..cells * cells {
+                let along = |k: i32| (f64::from(k) + 0.5) / f64::from(cells) - 0.5;
+                let (u, v) = (along(k % cells), along(k / cells));
+                let (x, z) = (u * cos - v * sin - place(i), u * sin + v * cos);
+                if place(i) + x / height > 0.0 {
+                    sum += height / (height * height + x * x + z * z).sqrt();
+                }
+            }
+            errors.push((f64::from(pixel[0]) - sum / f64::from(cells * cells)).abs());
+        }
+    }
+    // Those of pixels in the penumbra.
+    errors.retain(|error| *error > 1e-4);
+    let (worst, rms) = (errors.iter().copied().fold(0.0, f64::max), rms(errors.iter().copied()));
+    let beyond = errors.iter().filter(|error| **error > 0.01).count() as f64 / errors.len() as f64;
+    println!("{} pixels: at most {worst:.4}, rms {rms:.4}, {beyond:.3} beyond 0.01", errors.len());
+    assert!(worst < 0.03 && rms < 0.008 && beyond < 0.2, "at most {worst}, rms {rms}, {beyond} beyond 0.01");
 }
 
 /// Points that are spread evenly err like n^-1 at an edge that runs along an axis of the choices, and like n^(-3/4) at
@@ -245,7 +276,7 @@ fn rough_mirrors_keep_the_light_that_their_facets_do_not_hide() {
 /// From inside glass the edge of a sky is seen at another angle for each wavelength. With 64 samples each is taken once.
 #[test]
 fn each_wavelength_is_bent_by_its_own_index() {
-    let spectrum = strahl::shading::spectrum::Spectrum::<f64>::visible();
+    let spectrum = Spectrum::<f64>::visible();
     let (ior, dispersion) = (1.6, 0.1);
     // Looking down at 45 degrees through the flat top of a block, onto a line at depth 1 below: x = tan(theta2).
     let description = |dispersion: f64, height: f64, at: f64| {
@@ -339,6 +370,39 @@ fn a_convex_body_under_a_white_sky_is_as_bright_as_it_is_white() {
     }
 }
 
+/// Where all that can be gathered has radiance 1, directly, by way of mirrors and through glass, each sample brings 1.
+#[test]
+fn light_is_gathered_by_way_of_mirrors_and_through_glass() {
+    for precision in BOTH {
+        let description = json!({
+            "version": 1, "image": { "width": 48, "height": 32 },
+            "camera": { "pinhole": { "eye": [0, 3, 7], "look_at": [0, 0.6, 0], "vfov_deg": 40 } },
+            "ambient": 1, "lights": [], "background": 1,
+            "materials": {
+                "floor": { "ambient": 1, "diffuse": 0.5 },
+                "mirror": { "ambient": 0, "diffuse": 0, "reflection": 1 },
+                "glass": { "ambient": 0, "diffuse": 0, "reflection": 0.125, "transmission": 0.875, "ior": 1.5 }
+            },
+            "objects": [
+                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
+                { "sphere": { "center": [-1, 0.8, 0], "radius": 0.8, "material": "mirror" } },
+                { "sphere": { "center": [1, 0.8, 0], "radius": 0.8, "material": "glass" } },
+                { "quad": { "vertices": [[-2, 0, -1], [2, 0, -1], [2, 2, -1], [-2, 2, -1]], "material": "mirror" } }
+            ],
+            "render": {
+                "color_bleeding": true, "samples": 4, "antialias": false, "accuracy": { "fixed": {} }, "max_depth": 60,
+                "min_weight": 1e-5
+            }
+        });
+        let got = pixels(description, precision);
+        let floor = |x: f32| (x - 0.5).abs() < 1e-3;
+        // The floor is half as bright as the sky, and mirrors and glass show mixtures of both.
+        assert!(got.iter().flatten().all(|x| (0.499..1.001).contains(x)), "{precision}");
+        let corner = &got[31 * 48..];
+        assert!(corner.iter().all(|pixel| floor(pixel[0])), "{precision}: {corner:?}");
+    }
+}
+
 #[test]
 fn effects_of_size_zero_and_of_unused_materials_are_removed() {
     let description = json!({
@@ -426,10 +490,36 @@ fn explanations_know_the_samples_that_choices_bring_and_what_cannot_show() {
         "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "m" } }]
     });
     assert_eq!(state(&description, "gloss").0, State::On);
-    assert_eq!(state(&description, "antialiasing"), (State::Removed, "every pixel has 64 samples anyway".into()));
+    assert_eq!(
+        state(&description, "antialiasing"),
+        (State::Removed, "each pixel gets as many samples as its error asks for".into())
+    );
     assert_eq!(state(&description, "checker_texture").0, State::Removed);
     description["render"]["max_depth"] = json!(1);
     assert_eq!(state(&description, "gloss").0, State::Removed);
     assert_eq!(state(&description, "antialiasing").0, State::On);
     assert_eq!(scene(description, "single").samples, 1);
+}
+
+/// A varnish under a white sky reflects ((n - 1)/(n + 1))^2 of each wavelength, and 64 samples take each of them once.
+#[test]
+fn a_varnish_reflects_each_wavelength_by_its_own_index() {
+    let spectrum = Spectrum::<f64>::visible();
+    let expected: [f64; 3] = std::array::from_fn(|c| {
+        let one = |i: usize| {
+            let n = 1.5 + 0.2 * spectrum.bend[i];
+            spectrum.colors[i][c] * ((n - 1.0) / (n + 1.0)).powi(2)
+        };
+        (0..WAVELENGTHS).map(one).sum::<f64>() / WAVELENGTHS as f64
+    });
+    assert!(expected[2] > 1.05 * expected[0], "blue is reflected more: {expected:?}");
+    let varnish = json!({ "diffuse": 0, "reflection": 1, "fresnel": "dielectric", "ior": 1.5, "dispersion": 0.2 });
+    for precision in BOTH {
+        let floor = row(0.5, json!({ "background": 1, "materials": { "matt": varnish } }));
+        for pixel in pixels(floor, precision) {
+            // Rays of a wavelength that is hardly seen are put aside.
+            let error = |c: usize| (f64::from(pixel[c]) - expected[c]).abs();
+            assert!((0..3).all(|c| error(c) < 2e-4), "{precision}: {pixel:?}, not {expected:?}");
+        }
+    }
 }

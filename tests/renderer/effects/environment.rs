@@ -132,14 +132,14 @@ fn intensity_is_a_factor_and_one_colour_is_a_background() {
 }
 
 #[test]
-fn around_a_dome_is_the_background() {
+fn around_a_dome_it_is_dark() {
     for image in [around(), RgbImage::new(2, 2)] {
         let mut description = panorama(json!({ "image": url(image) }), 16);
         description["image"]["height"] = json!(16);
         description["background"] = json!([7, 8, 9]);
         description["camera"] = json!({ "fisheye": { "eye": [0, 0, 0], "look_at": [0, 0, -1], "fov_deg": 180 } });
         let all = pixels(description, "single");
-        assert!(all[0] == [7.0, 8.0, 9.0] && all[8 * 16 + 8].iter().all(|x| *x <= 1.0));
+        assert!(all[0] == [0.0; 3] && all[8 * 16 + 8].iter().all(|x| *x <= 1.0));
     }
 }
 
@@ -148,6 +148,9 @@ fn broken_surroundings_are_named() {
     let map = url(around());
     let cases = [
         (json!({ "image": "sky.png" }), "/environment/image"),
+        (json!({}), "/environment"),
+        (json!({ "image": map, "sky": {} }), "/environment/sky"),
+        (json!({ "sky": { "zenith": -1 } }), "/environment/sky/zenith"),
         (json!({ "image": map, "rotate_deg": 361 }), "/environment/rotate_deg"),
         (json!({ "image": map, "intensity": -1 }), "/environment/intensity"),
         (json!({ "image": map, "intensity": 1e16 }), "/environment/intensity"),
@@ -155,4 +158,27 @@ fn broken_surroundings_are_named() {
     for (environment, pointer) in cases {
         assert_eq!(problems(&panorama(environment, 8)), [pointer]);
     }
+}
+
+#[test]
+fn a_sky_has_its_colours_above_and_at_the_horizon_and_ground_below() {
+    let sky = json!({ "sky": { "zenith": [0, 0, 1], "horizon": 1, "ground": [0.5, 0, 0] }, "intensity": 2 });
+    let width = 128;
+    let all = pixels(panorama(sky, width), "double");
+    let row = |row: u32| all[(row * width + width / 3) as usize];
+    let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.1);
+    assert!(close(row(0), [0.0, 0.0, 2.0]), "{:?}", row(0));
+    assert!(close(row(31), [1.95, 1.95, 2.0]), "{:?}", row(31));
+    assert!(close(row(32), [1.0, 0.0, 0.0]) && close(row(63), [1.0, 0.0, 0.0]), "{:?}", row(32));
+    // It is the same all around, and grows paler towards the horizon.
+    assert!((0..width).all(|column| all[(10 * width + column) as usize] == row(10)));
+    assert!((0..31).all(|y| row(y)[0] <= row(y + 1)[0]));
+}
+
+#[test]
+fn a_sky_of_one_colour_is_a_background() {
+    let sky = json!({ "sky": { "zenith": 0.5, "horizon": 0.5, "ground": 0.5 } });
+    let scene = scene(panorama(sky, 8), "single");
+    let Precise::Single(world) = &scene.world else { unreachable!() };
+    assert!(!world.effects.has(Effect::EnvironmentMap) && world.environment.is_none());
 }

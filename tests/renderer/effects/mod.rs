@@ -5,10 +5,12 @@
 mod absorption;
 mod agreement;
 mod bumps;
+mod checkers;
 mod combined;
 mod convergence;
 mod emission;
 mod environment;
+mod film;
 mod fog;
 mod fresnel;
 mod motion;

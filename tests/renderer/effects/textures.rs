@@ -199,6 +199,7 @@ fn a_floor_to_the_horizon_does_not_alias() {
     let mut unfiltered = floor(1);
     let (a, b) = ("#ffe60a", "#0014c8");
     unfiltered["materials"]["floor"]["diffuse"] = json!({ "checker": { "a": a, "b": b, "size": 0.5 } });
+    unfiltered["render"]["filter_checkers"] = json!(false);
     let unfiltered = difference(&pixels(unfiltered, "double"));
     println!("{filtered} instead of {unfiltered}");
     assert!(filtered < 0.06 && unfiltered > 3.0 * filtered, "{filtered} instead of {unfiltered}");
@@ -415,6 +416,8 @@ fn explanations_say_what_is_on_removed_or_off() {
     let mut description = wall(json!(1));
     assert_eq!(states(&description), ["off"; 6]);
     let source = url(board(2));
+    // Without a light nothing would show diffuse colours and bumps.
+    description["lights"] = json!([{ "point": { "position": [0, 0, 5] } }]);
     description["environment"] = json!({ "image": source });
     description["materials"]["wall"] = json!({
         "ambient": noise(1.0),

@@ -8,6 +8,7 @@ use crate::common::Random;
 use crate::common::naive;
 use glam::DVec3;
 use serde_json::json;
+use strahl::math::hypot;
 
 pub const CASES: &[Case] = &[
     ("T01", edges),
@@ -240,7 +241,7 @@ fn terminator(lab: &Lab) -> Evidence {
         let at = |k: usize| (k as f64 + 0.5) / 48.0 - 1.0;
         let (x, y) = (at(i % 96), -at(i / 96));
         // The interpolated normals are nearly those of the sphere.
-        if x.hypot(y) < 0.85 && DVec3::new(x, y, (1.0 - x * x - y * y).sqrt()).dot(light) > 0.1 {
+        if hypot(x, y) < 0.85 && DVec3::new(x, y, (1.0 - x * x - y * y).sqrt()).dot(light) > 0.1 {
             e.check(pixel[0] > 0.0, || {
                 format!("a facet is dark at ({x:.2}, {y:.2}), where its normals face the light")
             });

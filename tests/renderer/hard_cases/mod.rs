@@ -27,7 +27,7 @@ mod tori;
 mod triangles;
 mod truth;
 
-use crate::common::on_own_threads;
+use crate::common::{on_own_threads, read};
 use card::{Card, Row};
 use evidence::Evidence;
 use lab::Lab;
@@ -95,5 +95,11 @@ fn hard_cases_are_survived_and_naive_code_fails_them() {
     }
     let mut wrong = card.wrong();
     wrong.extend(summary.wrong);
+    let both = |of: fn(&Card, Precision) -> usize| [Precision::Single, Precision::Double].map(|p| of(&card, p));
+    let ([a, b], [c, d], of) = (both(Card::passed), both(Card::naively_passed), card.listed.len());
+    let claim = format!("| hard cases survived | {a} and {b} of {of} | {c} and {d} of {of} |");
+    if only.is_none() && !String::from_utf8_lossy(&read("README.md")).contains(&claim) {
+        wrong.push(format!("README.md does not say: {claim}"));
+    }
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }

@@ -9,7 +9,7 @@ use crate::common::wide::Wide;
 use glam::DVec3;
 use serde_json::json;
 use strahl::inspect::tree::Tree;
-use strahl::math::{acos, asin, sin_cos};
+use strahl::math::{acos, asin, hypot, sin_cos};
 use strahl::scene::Scene;
 
 pub const CASES: &[Case] = &[
@@ -143,9 +143,9 @@ fn near_normal(lab: &Lab) -> Evidence {
         for k in [10, 20, 40, 60] {
             let lateral = 2f64.powi(-k);
             let found = hit(&scene, DVec3::Y, DVec3::new(lateral, -1.0, 0.0)).unwrap();
-            let ratio = |t: f64| (t / (lateral / lateral.hypot(1.0)) / eta - 1.0).abs() / lab.u;
+            let ratio = |t: f64| (t / (lateral / hypot(lateral, 1.0)) / eta - 1.0).abs() / lab.u;
             e.measure(ratio(found.transmitted.unwrap()[0]));
-            let angle = lab.round(acos(lab.round(1.0 / lateral.hypot(1.0))));
+            let angle = lab.round(acos(lab.round(1.0 / hypot(lateral, 1.0))));
             e.twin_measure(ratio(lab.round(sin_cos(asin(eta * sin_cos(angle).0)).0)));
         }
     }

@@ -6,6 +6,7 @@ use super::truth::{Truth, sums};
 use crate::common::Random;
 use crate::common::bodies::bodies;
 use crate::common::distances::{DISTANCES, Found, beyond_decision, errors};
+use crate::common::floors::{KINDS, point_errors};
 use crate::common::leaving::{Count, NAIVE, table};
 use crate::common::numbers::Numbers;
 use crate::common::watertight::{shoot, shoot_naively};
@@ -65,6 +66,7 @@ pub fn summary(card: &Card, rays: usize) -> Summary {
     summary.leaks(rays);
     summary.leaving(rays);
     summary.errors(rays);
+    summary.points(rays);
     summary
 }
 
@@ -199,5 +201,25 @@ impl Summary {
             });
             self.add(what, [a, b, c, d], sound, published);
         }
+    }
+
+    fn points(&mut self, rays: usize) {
+        let each = (rays / (4 * KINDS.len() * 4)).max(100);
+        let [single, double] = BOTH.map(|precision| {
+            let mut worst = [0.0f64; 2];
+            for (kind, size) in KINDS.iter().flat_map(|kind| [1e5, 1e6].map(|size| (kind, size))) {
+                for level in [true, false] {
+                    let errors = point_errors(kind, size, level, precision, each);
+                    worst = [worst[0].max(errors.worst), worst[1].max(errors.naive)];
+                }
+            }
+            worst
+        });
+        let what = "Worst error of points on triangles, quads, polygons and meshes of size 1e5 and 1e6, up to 30 away, \
+            in u (distance + 1) (bound 4 in single)";
+        self.check(single[0] <= 4.0, what);
+        self.check(single[1] > 1e3, "naive points on large triangles are as good");
+        let cells = [single[0], double[0], single[1], double[1]].map(|error| format!("{error:.1e}"));
+        self.add(what, cells, [single[0] <= 4.0, true], "");
     }
 }

@@ -7,6 +7,7 @@ use crate::common::Random;
 use crate::common::naive;
 use glam::DVec3;
 use serde_json::{Value, json};
+use strahl::math::hypot;
 use strahl::scene::Scene;
 
 pub const CASES: &[Case] = &[("C07", far_torus), ("C08", double_roots), ("C09", thin_and_fat), ("C10", torus_again)];
@@ -114,7 +115,7 @@ fn torus_again(lab: &Lab) -> Evidence {
         for (i, pixel) in film.pixels.iter().enumerate() {
             let at = |k: u32| ((f64::from(k) + 0.5) / f64::from(edge) - 0.5) * 2.6;
             // Off the outer half light goes straight to the sky.
-            if at(i as u32 % edge).hypot(at(i as u32 / edge)) > 1.01 {
+            if hypot(at(i as u32 % edge), at(i as u32 / edge)) > 1.01 {
                 e.check(*pixel == [1.0; 3], || format!("a pixel is {pixel:?} at scale {scale}"));
             }
         }

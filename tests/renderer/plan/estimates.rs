@@ -70,6 +70,20 @@ fn small_pictures_are_traced_completely() {
     }
 }
 
+#[test]
+fn the_rays_of_alpha_are_expected() {
+    for name in ["whitted/whitted", "refraction/water_glass_diamond"] {
+        let mut scene: Value = serde_json::from_slice(&read(&format!("scenes/{name}.json"))).unwrap();
+        scene["film"] = json!({ "background": "transparent" });
+        let overrides = Overrides { width: Some(320), antialias: Some(true), ..Overrides::default() };
+        let loaded = load(&serde_json::to_vec(&scene).unwrap(), Format::Json, &overrides).unwrap();
+        let (region, picture) = whole(&loaded.scene);
+        let pilot = Pilot::run(&loaded.scene, region, &Control::default(), UNTIL_DONE).unwrap();
+        let off = pilot.rays.value / picture.rays.total() as f64 - 1.0;
+        assert!(off.abs() < 0.05, "{name}: {off}");
+    }
+}
+
 /// One pixel of this takes minutes.
 #[test]
 fn a_pilot_that_cannot_finish_a_block_says_at_least_what() {

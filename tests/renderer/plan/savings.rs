@@ -23,9 +23,9 @@ fn without_glass_more_is_saved_than_the_rays_through_it() {
         }
         let of = |effect: Effect| plan.explanation.effects.iter().find(|row| row.kind == effect).unwrap().act.unwrap();
         let glass = of(Effect::Transmission);
-        // It is 0.8 of the time; what its own rays took is about a tenth.
+        // It is nearly all of the time; what its own rays took is half of it.
         let (share, saves) = (glass.share_ms.unwrap(), glass.saves_ms.unwrap());
-        assert!(saves > 0.5 * picture.trace_ms && saves > 2.0 * share, "{glass:?} of {}", picture.trace_ms);
+        assert!(saves > 0.5 * picture.trace_ms && saves > 1.5 * share, "{glass:?} of {}", picture.trace_ms);
         assert!(saves < picture.trace_ms && of(Effect::Antialiasing).saves_ms > Some(0.0), "{glass:?}");
         // Total reflection comes with refraction, and what is off saves nothing.
         assert_eq!((of(Effect::TotalReflection).saves_ms, of(Effect::Fog).saves_ms), (None, None));

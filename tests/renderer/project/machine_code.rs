@@ -98,3 +98,24 @@ fn no_function_is_so_large_that_compiling_it_takes_minutes() {
         list.join("\n")
     );
 }
+
+/// Functions of the platform's libm whose last bits differ between platforms. The four that crates for picture files take.
+const OF_PICTURE_FILES: [&str; 4] = ["cosf", "logf", "pow", "powf"];
+
+#[test]
+#[cfg_attr(not(all(target_arch = "x86_64", target_os = "linux")), ignore = "reads ELF")]
+fn no_pixel_depends_on_the_platforms_functions() {
+    let inexact: Vec<String> = [
+        "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "cos", "cosh", "exp", "exp10", "exp2",
+        "expm1", "hypot", "log", "log10", "log1p", "log2", "pow", "sin", "sincos", "sinh", "tan", "tanh",
+    ]
+    .iter()
+    .flat_map(|name| ["", "f"].map(|kind| format!("{name}{kind}")))
+    .collect();
+    let functions = functions(Path::new(env!("CARGO_BIN_EXE_strahl")));
+    let plain = |function: &Function| function.name.split('@').next().unwrap_or_default().to_owned();
+    let called: Vec<String> = functions.iter().map(plain).filter(|name| inexact.contains(name)).collect();
+    assert!(called.iter().any(|name| name == "powf"), "crates for picture files call it; this test sees nothing");
+    let ours: Vec<&String> = called.iter().filter(|name| !OF_PICTURE_FILES.contains(&name.as_str())).collect();
+    assert!(ours.is_empty(), "use `math` instead of the platform's {ours:?}");
+}

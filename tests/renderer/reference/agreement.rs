@@ -6,6 +6,7 @@
 use crate::common::{load_scene, render_whole, scene_names};
 use strahl::reference::Reference;
 use strahl::scene::Overrides;
+use strahl::scene::compile::compile;
 use strahl::scene::description::Precision;
 
 /// Largest difference of linear radiance in single precision, edges aside: a third of an sRGB code of mid grey.
@@ -19,16 +20,22 @@ const DOUBLE_EDGES: f64 = 0.001;
 const SINGLE_FRACTAL_EDGES: f64 = 0.11;
 /// The reference recurses on the thread's stack.
 const DEEPEST: u32 = 60;
+/// Rays between the balls of a fractal part further with each reflection.
+const DEEPEST_IN_FRACTALS: u32 = 5;
 
 fn differences(name: &str, precision: Precision, tolerance: f64) -> (usize, usize, f64) {
-    let max_depth = load_scene(name, 8, Overrides::default()).description.render.fixed_depth().min(DEEPEST);
+    let deepest = if is_fractal(name) { DEEPEST_IN_FRACTALS } else { DEEPEST };
+    let max_depth = load_scene(name, 8, Overrides::default()).description.render.fixed_depth().min(deepest);
     let overrides = Overrides {
         max_depth: Some(max_depth),
         precision: Some(precision),
         antialias: Some(false),
         ..Overrides::default()
     };
-    let loaded = load_scene(name, 96, overrides);
+    let mut loaded = load_scene(name, 96, overrides);
+    // The reference looks up checkers at points.
+    loaded.description.render.filter_checkers = false;
+    loaded.scene = compile(&loaded.description).unwrap();
     let film = render_whole(&loaded);
     let reference = Reference::new(&loaded.description);
     let mut off = 0;
@@ -46,6 +53,10 @@ fn differences(name: &str, precision: Precision, tolerance: f64) -> (usize, usiz
     (off, film.pixels.len(), worst)
 }
 
+fn is_fractal(name: &str) -> bool {
+    name.starts_with("spheres/flake")
+}
+
 fn agree(precision: Precision, tolerance: f64, edges: f64) {
     // Of surfaces in the same place the reference meets one and steps over the other.
     for name in scene_names().into_iter().filter(|name| name != "hard/touching") {
@@ -56,7 +67,7 @@ fn agree(precision: Precision, tolerance: f64, edges: f64) {
         let (off, all, worst) = differences(&name, precision, tolerance);
         let share = off as f64 / all as f64;
         println!("{name:<36} {off:>5} of {all} pixels at edges, the others within {worst:.1e}");
-        let fractal = precision == Precision::Single && name.starts_with("spheres/flake");
+        let fractal = precision == Precision::Single && is_fractal(&name);
         let edges = if fractal { SINGLE_FRACTAL_EDGES } else { edges };
         assert!(share <= edges, "{name}: {off} of {all} pixels differ by more than {tolerance}");
     }

@@ -138,6 +138,7 @@ fn scene(seed: u64) -> Value {
         "definitions": { "thing": [object(random, 1)] },
         "objects": (0..count).map(|_| object(random, 0)).collect::<Vec<_>>(),
         "render": {
+            "filter_checkers": false,
             "max_depth": 1 + random.below(7), "antialias": false,
             "precision": (["single", "double"][random.below(2)]),
             "shadows": (["opaque", "transmissive", "none"][random.below(3)])

@@ -21,6 +21,7 @@ const SMALL: Overrides = Overrides {
     samples: Some(1),
     antialias: Some(false),
     precision: None,
+    seen_from: None,
     nff: NffOptions { two_sided: false, spd_counts: false },
 };
 

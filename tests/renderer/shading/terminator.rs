@@ -5,6 +5,7 @@ use crate::common::meshes::Closed;
 use glam::DVec3;
 use serde_json::{Value, json};
 use strahl::film::{Film, Region};
+use strahl::math::hypot;
 use strahl::render::{Control, render};
 use strahl::scene::{Format, Overrides, load};
 
@@ -50,7 +51,7 @@ fn a_coarse_smooth_sphere_is_lit_like_a_sphere() {
             let film = picture(&json!([smooth(&Closed::icosphere(levels))]), &sun(), precision);
             for (index, pixel) in film.pixels.iter().enumerate() {
                 let (x, y) = place(index);
-                if x.hypot(y) > 0.85 {
+                if hypot(x, y) > 0.85 {
                     continue;
                 }
                 let normal = DVec3::new(x, y, (1.0 - x * x - y * y).sqrt());
@@ -135,7 +136,7 @@ fn what_stands_before_a_smooth_sphere_still_shadows_it() {
     let film = picture(&json!([ball, screen]), &sun(), "single");
     let lit = film.pixels.iter().enumerate().filter(|(index, pixel)| {
         let (x, y) = place(*index);
-        x.hypot(y) < 0.7 && x < 0.5 && pixel[0] > 0.0
+        hypot(x, y) < 0.7 && x < 0.5 && pixel[0] > 0.0
     });
     assert_eq!(lit.count(), 0);
 }

@@ -87,6 +87,11 @@ fn warnings_come_with_the_picture() {
     assert!(warned.header("render-warnings").starts_with("\"/materials/red"), "{warned:?}");
     let listed = service.post_json("/v1/scenes/validate", &bright).json();
     assert_eq!(listed["warnings"].as_array().unwrap().len(), 1, "{listed}");
+    // What the picture lacks, too.
+    let mirror = BALL.replace("\"reflection\": 0.2", "\"reflection\": 0.8");
+    assert_eq!(service.post_json("/v1/render", &mirror).header("render-warnings"), "");
+    let shallow = service.post_json("/v1/render?max_depth=1", &mirror);
+    assert!(shallow.header("render-warnings").starts_with("\"max_depth or min_weight cut off up to "), "{shallow:?}");
 }
 
 #[test]

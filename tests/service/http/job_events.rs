@@ -128,6 +128,43 @@ fn previews_come_coarse_to_fine_and_wait_for_who_asks() {
     assert_eq!((same.status, same.body.len()), (304, 0));
 }
 
+/// An `<img>` of a page that has just submitted the job shows a coarse picture of it all.
+#[test]
+fn a_preview_of_a_new_job_is_its_first_coarse_picture() {
+    let service = Service::start(&[]);
+    let busy = submit(&service, &mirrors(), LONG);
+    let id = submit(&service, &mirrors(), LONG);
+    let path = format!("/v1/jobs/{id}/preview");
+    let at_once = service.get(&format!("{path}?wait=0"));
+    assert!(at_once.status == 409 || at_once.status == 200, "{}", at_once.status);
+    let first = service.get(&path);
+    assert_eq!((first.status, first.header("content-type")), (200, "image/png"));
+    let state = service.get(&format!("/v1/jobs/{id}")).json();
+    assert!(state["state"] == "running", "it does not wait for the end: {state}");
+    let picture = first.picture().to_rgb8();
+    let colors: std::collections::HashSet<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
+    let black = picture.pixels().filter(|pixel| pixel.0 == [0; 3]).count();
+    assert!(colors.len() > 100 && black < 384 * 384 / 2, "{} colors, {black} black", colors.len());
+    for job in [busy, id] {
+        service.send("POST", &format!("/v1/jobs/{job}/cancel"), &[], b"");
+    }
+}
+
+/// Coarse pictures and the first tiles, in the centre, say little about the rest.
+#[test]
+fn the_first_eta_of_a_job_is_its_estimate() {
+    let service = Service::start(&[]);
+    let id = submit(&service, &mirrors(), LONG);
+    let mut events = Events::of(&service, &id, &[]);
+    let job = service.get(&format!("/v1/jobs/{id}")).json();
+    let estimate = job["estimate_ms"].as_f64().unwrap();
+    assert!(job["eta_ms"].as_f64().is_some_and(|eta| eta <= 2.0 * estimate), "{job}");
+    let (.., first) = std::iter::from_fn(|| events.next()).find(|(name, ..)| name == "progress").unwrap();
+    let eta = first["eta_ms"].as_f64().unwrap();
+    assert!(eta <= 4.0 * estimate, "{eta} ms left of {estimate}: {first}");
+    service.send("POST", &format!("/v1/jobs/{id}/cancel"), &[], b"");
+}
+
 #[test]
 fn one_stream_tells_of_several_jobs_and_goes_on_where_it_broke_off() {
     let service = Service::start(&[]);

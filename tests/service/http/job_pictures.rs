@@ -30,7 +30,7 @@ fn a_finished_job_says_what_a_render_says_and_links_to_its_picture_and_tiles() {
     }
     let report = &done["report"];
     assert_eq!(report["replay"]["image"], serde_json::json!([700, 300]));
-    assert_eq!(report["error"]["proved"]["max_codes"], 1, "{report}");
+    assert_eq!(report["error"]["proved"]["max_codes"], 0, "{report}");
     let rays = &report["cost"]["rays"];
     let counted: u64 = ["camera", "shadow", "reflected", "transmitted"].iter().filter_map(|k| rays[k].as_u64()).sum();
     assert_eq!(done["stats"]["rays"], counted, "{done}");
@@ -62,8 +62,12 @@ fn a_picture_that_is_there_already_makes_a_job_that_is_finished_at_once() {
     assert!(job["report"]["error"]["proved"].is_object() && job["progress"]["fraction"] == 1.0, "{job}");
     let at = |service: &Service, what: &str| service.get(&format!("/v1/jobs/{}/{what}", text(&job["id"])));
     assert_eq!(at(&service, "image").body, rendered.body);
+    // It is the picture made smaller, not rendered again.
+    std::fs::remove_dir_all(folder.path().join("scenes")).unwrap();
     let preview = at(&service, "preview").picture();
     assert_eq!((preview.width(), preview.height()), (600, 150));
+    let codes = image::load_from_memory(&rendered.body).unwrap().thumbnail_exact(600, 150).to_rgb8();
+    assert_eq!(preview.to_rgb8(), codes);
     let events = at(&service, "events").text();
     assert!(events.contains("event: snapshot") && events.contains("event: succeeded"), "{events}");
 
@@ -83,6 +87,26 @@ fn a_job_of_so_many_rays_is_the_picture_that_a_request_gets() {
     assert_eq!(done["report"]["replay"]["render"]["accuracy"]["rays"]["count"], done["stats"]["rays"], "{done}");
     let fresh = Service::start(&[]).post_json("/v1/render?width=300&height=200&accuracy=rays:50000", BALL);
     assert_eq!(service.get(&format!("/v1/jobs/{id}/image")).body, fresh.body);
+}
+
+/// `<img src=".../preview">` shows something long before the time is up.
+#[test]
+fn a_job_of_so_much_time_is_seen_while_it_is_rendered() {
+    let service = Service::start(&[]);
+    let rest = r#""settings": { "width": 1600, "height": 900, "samples": 1024, "accuracy": "time:8000" }"#;
+    let id = submit(&service, BALL, rest);
+    let preview = service.get(&format!("/v1/jobs/{id}/preview"));
+    assert_eq!((preview.status, preview.header("content-type")), (200, "image/png"), "{}", preview.text());
+    let first = preview.picture().to_rgb8();
+    assert_eq!(first.dimensions(), (800, 450));
+    let job = service.get(&format!("/v1/jobs/{id}")).json();
+    assert_eq!(job["state"], "running", "{job}");
+    // The ball is in the middle.
+    assert_ne!(first.get_pixel(400, 225), first.get_pixel(0, 0));
+    let done = succeeded(&service, &id);
+    assert_eq!(done["state"], "succeeded");
+    let last = service.get(&format!("/v1/jobs/{id}/preview")).picture().to_rgb8();
+    assert_ne!(first, last, "it became finer");
 }
 
 #[test]

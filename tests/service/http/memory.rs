@@ -54,6 +54,23 @@ fn a_storm_of_large_scenes_stays_within_the_memory_there_is() {
     assert_eq!(service.post_json("/v1/render", &balls(10, 0)).status, 200);
 }
 
+/// A picture that fits, with layers that do not.
+#[test]
+fn layers_count_in_the_memory_of_a_request() {
+    let bytes = 256 * MIB;
+    let service = Service::start(&["--memory-bytes", &bytes.to_string()]);
+    let render = |layers: &str| {
+        let path = format!("/v1/render?width=1000&height=1000&samples=1&antialias=false&format=exr{layers}");
+        service.post_json(&path, &balls(3, 0))
+    };
+    assert_eq!(render("").status, 200);
+    let refused = render("&layers=distance,position,normal,albedo,object,material");
+    assert!(refused.problem(413, "cost-limit").to_string().contains("memory_bytes"), "{}", refused.text());
+    assert_eq!(render("&layers=distance").status, 200);
+    let [most, _] = resident(&service);
+    assert!(most < bytes * 11 / 10, "{} MiB", most / MIB);
+}
+
 #[test]
 fn a_scene_that_never_fits_is_told_so() {
     let service = Service::start(&["--memory-bytes", &(128 * MIB).to_string()]);
@@ -139,7 +156,7 @@ fn rays_that_a_proof_defers_take_little_memory() {
 #[test]
 fn pictures_that_are_read_from_disk_are_counted() {
     let folder = tempfile::tempdir().unwrap();
-    let bytes = 160 * MIB;
+    let bytes = 256 * MIB;
     let flags = ["--memory-bytes", &bytes.to_string(), "--picture-cache-bytes", "0", "--cache"];
     let service = Service::start(&[&flags[..], &[folder.path().to_str().unwrap()]].concat());
     let path = "/v1/render?width=1500&height=1000&antialias=false&format=pfm";

@@ -23,3 +23,4 @@ mod scene_cache;
 mod schemas;
 mod tiles;
 mod tradeoff;
+mod trees;

@@ -211,8 +211,16 @@ fn a_full_queue_says_when_to_come_back() {
 
 #[test]
 fn a_render_past_its_deadline_is_given_up() {
-    let service = Service::start(&["--timeout", "0.5"]);
-    service.post_json("/v1/render", SLOW).problem(504, "render-deadline");
+    // Time for a first tile, after which its rays are counted, also where other tests run.
+    let service = Service::start(&["--timeout", "2.5"]);
+    let problem = service.post_json("/v1/render", SLOW).problem(504, "render-deadline");
+    // It names what was dear, and the ways out.
+    let detail = problem["detail"].as_str().unwrap_or_default();
+    for part in
+        ["2.5 s (timeout)", " rays were traced", " pixels, ", "Prefer: respond-async", "accuracy=time:", "`step`"]
+    {
+        assert!(detail.contains(part), "{part} in {detail}");
+    }
     service.wait_for(0, 0);
     assert_eq!(service.post_json("/v1/render", BALL).status, 200);
 }

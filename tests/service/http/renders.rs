@@ -48,6 +48,43 @@ fn a_scene_becomes_a_picture_and_says_what_it_cost() {
     service.wait_for_log("request=mine-1");
 }
 
+#[test]
+fn an_exr_has_the_layers_that_are_asked_for() {
+    let service = Service::start(&[]);
+    let post = |query: &str| service.post_json(&format!("/v1/render{query}"), BALL);
+    let has = |body: &[u8], text: &str| body.windows(text.len()).any(|part| part == text.as_bytes());
+    let plain = post("?format=exr");
+    let some = post("?format=exr&layers=distance,object");
+    assert_eq!((plain.status, some.status), (200, 200), "{}", some.text());
+    assert!(!has(&plain.body, "Z\0\u{2}\0") && has(&some.body, "Z\0\u{2}\0") && has(&some.body, "crypto_object00.R\0"));
+    assert!(has(&some.body, "\"/objects/0\":\"0e0349e6\""));
+    // Other layers are another file.
+    let more = post("?format=exr&layers=object,distance,share:/objects/0");
+    let tags = [&plain, &some, &more].map(|answer| answer.header("etag").to_owned());
+    assert!(tags[0] != tags[1] && tags[1] != tags[2] && tags[0] != tags[2], "{tags:?}");
+    let again = post("?format=exr&layers=object,distance");
+    assert_eq!((again.header("etag"), &again.body), (some.header("etag"), &some.body));
+    assert!(again.header("server-timing").contains("picture;desc=hit"), "{}", again.header("server-timing"));
+    let headers = [("Content-Type", "application/json"), ("Accept", "image/x-exr"), ("If-None-Match", &tags[1])];
+    let known = service.send("QUERY", "/v1/render?layers=distance,object", &headers, BALL.as_bytes());
+    assert_eq!(known.status, 304, "{}", known.text());
+    let tile = post("/tile?x=8&y=8&w=16&h=16&format=exr&layers=normal");
+    assert!(tile.status == 200 && has(&tile.body, "N.X\0\u{2}\0"), "{}", tile.text());
+
+    let refused = |query: &str, part: &str| {
+        let answer = post(query);
+        assert!(answer.problem(400, "invalid-parameter").to_string().contains(part), "{part} in {}", answer.text());
+    };
+    refused("?layers=distance", "format=exr");
+    refused("?format=pfm&layers=distance", "format=exr");
+    refused("?format=exr&layers=normals", "did you mean");
+    refused("?format=exr&layers=share:/objects/7", "objects");
+    refused("?format=exr&layer=normal", "did you mean \\\"layers");
+    let headers = [("Content-Type", "application/json"), ("Prefer", "respond-async")];
+    let job = service.send("POST", "/v1/render?format=exr&layers=normal", &headers, BALL.as_bytes());
+    assert!(job.problem(400, "invalid-parameter").to_string().contains("without Prefer"), "{}", job.text());
+}
+
 /// What the iTXt chunk of a PNG says about it.
 fn note(png: &[u8]) -> Option<String> {
     let start = b"iTXtstrahl\0";
@@ -169,6 +206,20 @@ fn questions_have_answers() {
     let valid = service.post_json("/v1/scenes/validate", BALL).json();
     assert_eq!(valid["valid"], true, "{valid}");
     assert!(valid["warnings"].is_array(), "{valid}");
+}
+
+#[test]
+fn a_coarse_map_comes_first_and_looks_like_the_whole() {
+    let service = Service::start(&[]);
+    let map = |query: &str| service.post_json(&format!("/v1/map?of=rays&width=64&height=48{query}"), BALL);
+    let (coarse, whole) = (map("&step=8").picture().to_rgb8(), map("").picture().to_rgb8());
+    assert_eq!(coarse.dimensions(), whole.dimensions());
+    assert!((0..8).all(|i| coarse.get_pixel(24 + i, 16 + i) == coarse.get_pixel(24, 16)), "a block has one color");
+    assert!(map("").body != map("&step=8").body && map("&step=1").body == map("").body);
+    for step in ["0", "65", "-1", "x"] {
+        let refused = map(&format!("&step={step}"));
+        assert!(refused.status == 400 && refused.text().contains("step"), "{}", refused.text());
+    }
 }
 
 #[test]

@@ -18,7 +18,8 @@ use strahl::film::{FileFormat, Region};
 const PATIENCE: u32 = 30;
 
 pub(super) fn routes() -> Vec<Route> {
-    let about = "The newest preview, at most 1,024 pixels wide and high, as a PNG.";
+    let about = "The newest preview, at most 1,024 pixels wide and high, as a PNG. The first one is a coarse picture of it all; \
+                 until then the answer waits, up to 30 seconds.";
     let prefer = "`wait=10` waits up to 10 seconds for another preview than that of If-None-Match.";
     vec![
         Route::get("/v1/jobs/{id}/preview", preview, ["jobPreview", "jobs", about])
@@ -35,7 +36,10 @@ pub(super) fn routes() -> Vec<Route> {
 fn after_and_wait(query: &mut Query) -> (Option<u64>, Option<u32>) {
     query.whole("rev", "Any number: another one is another URL, for pages that look again.");
     let after = query.whole("after", "Waits for a later revision than this.");
-    (after, query.count("wait", "How many seconds at most, 30 if only `after` is given.", PATIENCE))
+    (
+        after,
+        query.count_or_0("wait", "How many seconds at most, 30 if it is not given; 0 for an answer at once.", PATIENCE),
+    )
 }
 
 async fn preview(
@@ -45,28 +49,28 @@ async fn preview(
 ) -> Result<Response, Problem> {
     let (after, wait) = Query::read(request.uri(), after_and_wait)?;
     let known = request.headers().get(header::IF_NONE_MATCH).and_then(|tag| tag.to_str().ok()).map(str::to_owned);
-    let patience = wait
+    let asked = wait
         .or(after.map(|_| PATIENCE))
         .map(|seconds| Duration::from_secs(u64::from(seconds)))
         .or(Prefer::of(request.headers()).wait);
     let is_new = |job: &Job| {
         let revision = job.revision();
         let succeeded = job.record().state == JobState::Succeeded;
-        (revision > 0 || succeeded)
-            && after.is_none_or(|after| revision > after || succeeded)
-            && known.as_deref() != Some(tag(revision, succeeded).as_str())
+        let is_there = revision > 0 || succeeded;
+        let is_other = after.is_none_or(|after| revision > after || succeeded)
+            && known.as_deref() != Some(tag(revision, succeeded).as_str());
+        // Who does not ask for another waits for the first.
+        is_there && (is_other || asked.is_none())
     };
-    if let Some(patience) = patience {
-        let _watcher = job.watch();
-        let mut bell = job.events.bell();
-        let news = async { while !is_new(&job) && !job.record().state.is_final() && bell.changed().await.is_ok() {} };
-        // The newest preview is returned in either case.
-        patiently(&app, patience, news).await;
-    }
+    let _watcher = job.watch();
+    let mut bell = job.events.bell();
+    let news = async { while !is_new(&job) && !job.record().state.is_final() && bell.changed().await.is_ok() {} };
+    // The newest preview is returned in either case.
+    patiently(&app, asked.unwrap_or(Duration::from_secs(u64::from(PATIENCE))), news).await;
     let succeeded = job.record().state == JobState::Succeeded;
     let (png, revision) = if succeeded {
         let (jobs, kept) = (Arc::clone(&app.service.jobs), Arc::clone(&job));
-        let png = match blocking(move || jobs.last_preview(&kept)).await? {
+        let png = match blocking(move || jobs.last_preview(&kept)).await?? {
             Some(png) => png,
             None => render_again(&app, &tenant, &job, small(&job)).await?,
         };

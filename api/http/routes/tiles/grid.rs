@@ -3,7 +3,7 @@
 use crate::http::problem::{Kind, Problem};
 use crate::service::pictures::spec::{Grid, PictureSpec, TILE};
 use strahl::camera::Window;
-use strahl::film::{Adjustment, FileFormat, PictureFormat, Region};
+use strahl::film::{FileFormat, PictureFormat, Region};
 
 /// The level on which an image has a single tile of `edge` pixels. The image itself is level 0.
 pub(super) fn last_level([width, height]: [u32; 2], edge: u32) -> u32 {
@@ -19,7 +19,7 @@ pub(super) fn tile_of(size: [u32; 2], level: u32, column: u32, row: u32) -> Opti
 
 /// What to render for a tile.
 pub(super) fn tile(grid: Grid, region: Region, format: FileFormat) -> PictureSpec {
-    PictureSpec { grid, region: Some(region), adjustment: Adjustment::default(), format }
+    PictureSpec { grid, ..PictureSpec::plain(Some(region), format) }
 }
 
 /// Formats of tiles, by ending.

@@ -30,7 +30,8 @@ pub(crate) fn understand(asked: ImageRequest<'_>, image: [u32; 2], max_area: u64
     let (mirrored, quarters) = rotation(asked.rotation)?;
     let (tone, quality, format, ending) = quality_and_format(asked.file)?;
     let (grid, shown) = grid(from, size, image);
-    let spec = PictureSpec { grid, region: shown, adjustment: Adjustment { mirrored, quarters, tone }, format };
+    let spec =
+        PictureSpec { grid, adjustment: Adjustment { mirrored, quarters, tone }, ..PictureSpec::plain(shown, format) };
 
     let Region { x, y, width, height } = from;
     let whole = from == Region::whole(image[0], image[1]);

@@ -6,6 +6,8 @@ use crate::camera::Camera;
 use crate::lanes::Real;
 use crate::scene::description::{self as d, Area, Light};
 use crate::scene::effects::Effect;
+use crate::scene::usage::Used;
+use crate::shading::material::{Fresnel, Material};
 
 pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
     vec![
@@ -27,10 +29,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             Effect::Dispersion,
             OfMaterial {
                 asks: |material| (material.dispersion > 0.0).then_some("dispersion"),
-                shows: |material, _| material.dispersion > R::from_f64(0.0) && material.transmits(),
+                shows: disperses,
                 follows: true,
-                on: "bodies bend wavelengths differently: each sample chooses one",
-                removed: "no body that disperses light transmits any",
+                on: "bodies bend and reflect wavelengths differently: each sample chooses one",
+                removed: "no body that disperses light transmits any, sheets do not bend it, and none is varnished",
                 off: "dispersion is 0 everywhere",
             },
         )
@@ -45,6 +47,14 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::new(Effect::ColorBleeding, |world| world.rules.gathers(), color_bleeding)
             .without(|world| world.rules.color_bleeding = false),
     ]
+}
+
+/// Whether bodies of a material split light: by bending it, which sheets do not, and in hollow bodies there is nothing; or by a
+/// varnish, whose reflection depends on the index.
+pub(in crate::scene::compile) fn disperses<R: Real>(material: &Material<R>, used: Used) -> bool {
+    let bends = used.filled && material.transmits();
+    let varnished = material.fresnel == Fresnel::Dielectric && (material.mirrors() || material.transmits());
+    material.dispersion > R::from_f64(0.0) && (bends || varnished)
 }
 
 fn soft_shadows<R>(facts: &Facts<'_, R>, on: bool) -> Said {
@@ -98,6 +108,9 @@ fn color_bleeding<R>(facts: &Facts<'_, R>, on: bool) -> Said {
         true if on => {
             Said::asked_at("surfaces gather what others scatter, once: each sample chooses a direction", because)
         }
-        true => Said::asked_at("max_depth is 1: only camera rays are followed", because),
+        true if facts.world.rules.max_depth == 1 => {
+            Said::asked_at("max_depth is 1: only camera rays are followed", because)
+        }
+        true => Said::asked_at("all diffuse colours are black: there is nothing to gather", because),
     }
 }

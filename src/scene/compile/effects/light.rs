@@ -7,6 +7,7 @@ use crate::lanes::Real;
 use crate::scene::description::Diffuse;
 use crate::scene::description::{self as d, Checker, Falloff, Gradient, Light, Noise, Shadows};
 use crate::scene::effects::Effect;
+use crate::scene::usage::Used;
 use crate::scene::world::World;
 use crate::scene::world::shows;
 use crate::shading::light::{self, Source};
@@ -31,7 +32,12 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         }),
         Rule::new(
             Effect::ColoredShadows,
-            |world| world.rules.colors_shadows && lets_light_through(world) && absorbing_bodies().is_on(world),
+            |world| {
+                let absorbs = |material: &Material<R>, used: Used| {
+                    (absorbing_bodies().shows)(material, used) && material.transmits()
+                };
+                world.rules.colors_shadows && lets_light_through(world) && world.has_material(absorbs)
+            },
             colored_shadows,
         )
         .without(|world| world.rules.colors_shadows = false),
@@ -72,13 +78,16 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
 fn ambient<R>(facts: &Facts<'_, R>, on: bool) -> Said {
     match is_some(facts.description.ambient) {
         true if on => Said::asked_at("the scene has ambient light", "/ambient"),
-        true => Said::asked_at("it is too little for single precision", "/ambient"),
+        true if facts.description.render.color_bleeding => {
+            Said::asked_at("what surfaces gather takes its place", "/render/color_bleeding")
+        }
+        true => Said::asked_at("no surface has a colour for it", "/ambient"),
         false => Said::off("ambient is 0"),
     }
 }
 
 /// Whether a colour of the description is more than black anywhere.
-fn shines(diffuse: &Diffuse) -> bool {
+fn is_colored(diffuse: &Diffuse) -> bool {
     match diffuse {
         Diffuse::Uniform(color) => is_some(*color),
         Diffuse::Checker(Checker { a, b, .. })
@@ -90,7 +99,7 @@ fn shines(diffuse: &Diffuse) -> bool {
 
 fn diffuse_materials<R: Real>() -> OfMaterial<R> {
     OfMaterial {
-        asks: |material| shines(&material.diffuse).then_some("diffuse"),
+        asks: |material| is_colored(&material.diffuse).then_some("diffuse"),
         shows: |material, _| match material.diffuse {
             BaseColor::Uniform(color) => shows(color),
             BaseColor::Checker { a, b, .. } => shows(a) || shows(b),
@@ -120,18 +129,19 @@ fn forget_diffuse<R: Real>(material: &mut Material<R>) {
 /// Of what needs lights: the same, but for the reason where there are none.
 fn of_lights<R: Real>(of: &OfMaterial<R>, facts: &Facts<'_, R>, on: bool) -> Said {
     let said = of.why(facts, on);
-    if said.asked && !on && !facts.world.is_lit() { no_light() } else { said }
+    if said.asked && !on && !facts.world.is_lit() { no_light(facts) } else { said }
 }
 
-fn no_light() -> Said {
-    Said::asked_at("no light shines", "/lights")
+fn no_light<R>(facts: &Facts<'_, R>) -> Said {
+    let shines = facts.description.lights.iter().any(Light::shines);
+    Said::asked_at(if shines { "no surface scatters the light" } else { "no light shines" }, "/lights")
 }
 
 fn diffuse<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
     let default = facts.world.usage.materials.last().is_some_and(|used| used.anywhere);
     match (on, default) {
         (true, true) => Said::asked("bodies without a material are diffuse", Vec::new()),
-        (false, true) => no_light(),
+        (false, true) => no_light(facts),
         _ => of_lights(&diffuse_materials(), facts, on),
     }
 }
@@ -159,7 +169,7 @@ fn shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
         return Said::asked_at("bodies hide the lights from each other", "/lights");
     }
     match hides_nothing(facts.description, facts.world).filter(|_| facts.world.is_lit()) {
-        None => no_light(),
+        None => no_light(facts),
         Some((item, why)) => {
             let kind = match item.shape {
                 Shape::Plane(_) => "plane",
@@ -190,10 +200,13 @@ fn transmissive_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
 fn absorbing_bodies<R: Real>() -> OfMaterial<R> {
     OfMaterial {
         asks: |material| is_some(material.absorption).then_some("absorption"),
-        shows: |material, used| used.filled && shows(material.absorption) && material.transmits(),
+        shows: |material, used| {
+            // Opaque bodies absorb light only around an eye that is inside of them.
+            used.filled && shows(material.absorption) && (material.transmits() || used.around_eye)
+        },
         follows: false,
         on: "bodies absorb light along its way through them",
-        removed: "light gets into no body that absorbs: those that ask for it are opaque, hollow or sheets",
+        removed: "no light that is seen gets into a body that absorbs: those that ask for it are opaque, hollow or sheets",
         off: "absorption is 0 everywhere",
     }
 }
@@ -210,7 +223,7 @@ fn colored_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
     if facts.description.render.shadows != Shadows::Transmissive {
         return Said::off("render.shadows is not \"transmissive\"").because("/render/shadows");
     }
-    no_light()
+    no_light(facts)
 }
 
 fn fog<R>(facts: &Facts<'_, R>, on: bool) -> Said {
@@ -228,11 +241,18 @@ fn fog<R>(facts: &Facts<'_, R>, on: bool) -> Said {
 fn environment<R>(facts: &Facts<'_, R>, on: bool) -> Said {
     match &facts.description.environment {
         None => Said::off("rays that hit nothing see the background"),
+        Some(environment) if on && environment.sky.is_some() => {
+            Said::asked_at("rays that hit nothing see a sky", "/environment/sky")
+        }
         Some(_) if on => Said::asked_at("rays that hit nothing see a picture", "/environment"),
         Some(environment) if environment.intensity == 0.0 => {
             Said::asked_at("its intensity is 0: it is black", "/environment/intensity")
         }
-        Some(_) => Said::asked_at("its picture has one colour: it is a background", "/environment/image"),
+        Some(_) if facts.world.usage.enclosed => Said::asked_at("the eye is in a closed room", "/environment"),
+        Some(_) if facts.world.fog.is_some() => {
+            Said::asked_at("fog hides it: it is infinitely far away", "/environment")
+        }
+        Some(_) => Said::asked_at("it has one colour: it is a background", "/environment"),
     }
 }
 
@@ -243,20 +263,15 @@ pub(super) fn by_light<R>(
     says: [&'static str; 3],
     on: bool,
 ) -> Said {
-    let shines = |light: &Light| {
-        let (color, intensity) = match light {
-            Light::Point(l) => (l.color, l.intensity),
-            Light::Directional(l) => (l.color, l.intensity),
-            Light::Spot(l) => (l.color, l.intensity),
-        };
-        is_some(color) && intensity > 0.0
-    };
     let [why_on, black, off] = says;
     let asking = facts.description.lights.iter().enumerate().filter(|(_, light)| asks(light));
     let pointers: Vec<String> =
-        asking.filter(|(_, light)| shines(light) || !on).map(|(i, _)| format!("/lights/{i}")).collect();
+        asking.filter(|(_, light)| light.shines() || !on).map(|(i, _)| format!("/lights/{i}")).collect();
     match (on, pointers.is_empty()) {
         (true, _) => Said::asked(why_on, pointers),
+        (false, false) if facts.description.lights.iter().any(|light| asks(light) && light.shines()) => {
+            Said::asked("no surface scatters the light", pointers)
+        }
         (false, false) => Said::asked(black, pointers),
         (false, true) => Said::off(off),
     }

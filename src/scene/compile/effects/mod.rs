@@ -12,10 +12,12 @@ mod recursion;
 mod rule;
 mod surfaces;
 
+pub(super) use choices::disperses;
 pub(super) use hiding::hides_nothing;
 pub(super) use picture::refines;
-pub(super) use rule::Facts;
+pub(super) use rule::{Facts, black};
 
+use super::unseen;
 use crate::accel::Blockers;
 use crate::lanes::Real;
 use crate::scene::effects::{Effect, Entry};
@@ -53,6 +55,8 @@ pub(super) fn remove<R: Real>(effect: Effect, world: &mut World<R>) -> bool {
         return false;
     };
     remove(world);
+    unseen::remove_ambient_light(world);
+    unseen::remove_unlit(world);
     settle(world);
     true
 }

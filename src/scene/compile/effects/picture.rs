@@ -1,6 +1,7 @@
 //! How the picture is taken.
 
 use super::rule::{Facts, Rule, Said};
+use crate::film::{Display, ToneMapping};
 use crate::lanes::Real;
 use crate::scene::description::{Accuracy, Camera, Precision};
 use crate::scene::effects::{Effect, Entry, REFINED_SAMPLES};
@@ -9,6 +10,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
     vec![
         Rule::new(Effect::Instancing, |world| world.usage.placed, instancing),
         Rule::new(Effect::SpecialProjection, |world| !world.camera.is_pinhole(), projection),
+        Rule::new(Effect::AlphaChannel, |world| world.behind.is_some(), alpha_channel)
+            .without(|world| world.behind = None),
+        Rule::new(Effect::ToneMapping, |world| !world.display.is_plain(), tone_mapping)
+            .without(|world| world.display = Display::default()),
         Rule::new(Effect::DoublePrecision, |_| R::ROUNDOFF < f64::from(f32::EPSILON) / 4.0, double_precision),
     ]
 }
@@ -24,6 +29,9 @@ pub(super) fn antialiasing<R>(facts: &Facts<'_, R>) -> Entry {
     let said = match render.antialias {
         true if statistical => {
             Said::asked_at("each pixel gets as many samples as its own spread asks for", "/render/accuracy")
+        }
+        true if facts.adaptive => {
+            Said::asked_at("each pixel gets as many samples as its error asks for", "/render/samples")
         }
         true if samples >= REFINED_SAMPLES => {
             Said::asked_at(format!("every pixel has {samples} samples anyway"), "/render/samples")
@@ -46,6 +54,24 @@ fn projection<R>(facts: &Facts<'_, R>, on: bool) -> Said {
     let camera = &facts.description.camera;
     debug_assert_eq!(on, !matches!(camera, Camera::Pinhole(_)));
     Said::off(format!("the camera is {}", camera.kind())).because(format!("/camera/{}", camera.kind()))
+}
+
+fn alpha_channel<R>(_: &Facts<'_, R>, on: bool) -> Said {
+    if on {
+        Said::asked_at("the picture has an alpha channel: its rays are traced once more", "/film/background")
+    } else {
+        Said::off("film.background is \"scene\"")
+    }
+}
+
+fn tone_mapping<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let film = &facts.description.film;
+    if !on {
+        return Said::off("light is shown as it is: film names neither exposure nor tone");
+    }
+    let asked = [("/film/exposure", film.exposure != 0.0), ("/film/tone", film.tone != ToneMapping::None)];
+    let because = asked.into_iter().filter(|(_, asked)| *asked).map(|(key, _)| key.to_owned());
+    Said::asked("codes are those of the light as the film shows it", because.collect())
 }
 
 fn double_precision<R>(facts: &Facts<'_, R>, _: bool) -> Said {

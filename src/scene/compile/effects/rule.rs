@@ -55,6 +55,8 @@ pub(in crate::scene::compile) struct Facts<'a, R> {
     pub(in crate::scene::compile) source: &'a dyn Fn(u32) -> String,
     /// Samples of each pixel.
     pub(in crate::scene::compile) samples: u32,
+    /// Whether each pixel gets as many as it asks for.
+    pub(in crate::scene::compile) adaptive: bool,
 }
 
 /// What is said about an effect.
@@ -177,6 +179,6 @@ pub(super) fn is_some(color: d::Color) -> bool {
 }
 
 /// The kernel's black.
-pub(super) fn black<R: Real>() -> [R; 3] {
+pub(in crate::scene::compile) fn black<R: Real>() -> [R; 3] {
     [R::from_f64(0.0); 3]
 }

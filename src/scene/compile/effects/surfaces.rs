@@ -19,7 +19,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 shows: |material, _| is_checker(&material.diffuse) || material.ambient.as_ref().is_some_and(is_checker),
                 follows: false,
                 on: "colours depend on the place",
-                removed: "its two colours are the same",
+                removed: "its two colours are the same, or no light shows them",
                 off: "no colour is a checkerboard",
             },
         )
@@ -31,7 +31,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 shows: |material, _| has_pattern(material, is_gradient),
                 follows: false,
                 on: "colours change from point to point",
-                removed: "its two colours are the same",
+                removed: "its two colours are the same, or no light shows them",
                 off: "no colour is a gradient",
             },
         )
@@ -43,7 +43,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 shows: |material, _| has_pattern(material, is_noise),
                 follows: false,
                 on: "colours are clouds of noise",
-                removed: "its two colours are the same",
+                removed: "its two colours are the same, or no light shows them",
                 off: "no colour is noise",
             },
         )
@@ -55,7 +55,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 shows: |material, _| has_pattern(material, is_image),
                 follows: false,
                 on: "pictures lie on surfaces, filtered by the footprint of each ray",
-                removed: "the picture has one colour",
+                removed: "the picture has one colour, or no light shows it",
                 off: "no colour is a picture",
             },
         )
@@ -67,7 +67,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 shows: |material, _| bump(material).is_some_and(is_bump),
                 follows: false,
                 on: "surfaces are lit as if they were rough",
-                removed: "all bumps have height 0",
+                removed: "the bumps are flat, or no light shows them",
                 off: "no material has bumps",
             },
         )
@@ -79,7 +79,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 shows: |material, _| bump(material).is_some_and(is_normal_map),
                 follows: false,
                 on: "pictures tilt the normals of surfaces",
-                removed: "the picture tilts no normal",
+                removed: "the picture tilts no normal, or no light shows it",
                 off: "no material has a normal map",
             },
         )

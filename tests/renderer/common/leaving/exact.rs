@@ -3,6 +3,7 @@
 use crate::common::numbers::Numbers;
 use crate::common::wide::{Wide, Wide3};
 use glam::DVec3;
+use strahl::math::hypot;
 
 /// Axis of the tori, not of unit length.
 const AXIS: DVec3 = DVec3::new(0.3, -0.5, 0.8);
@@ -82,7 +83,7 @@ pub fn outside_torus(c: DVec3, r: f64, p: DVec3) -> f64 {
     let q = p - c;
     let height = q.dot(AXIS.normalize());
     let across = (q - AXIS.normalize() * height).length();
-    (across - 0.7 * r).hypot(height) - 0.25 * r
+    hypot(across - 0.7 * r, height) - 0.25 * r
 }
 
 /// Whether a point of the torus lies on its convex hull, which no ray away from it can meet again.

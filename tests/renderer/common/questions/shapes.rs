@@ -3,6 +3,7 @@
 use super::*;
 use glam::DMat3;
 use strahl::inspect::query::answer;
+use strahl::math::hypot;
 
 pub fn sphere(query: &Query<'_>) -> Check {
     let (center, radius) = (vector(query.shape("center")), number(query.shape("radius")));
@@ -74,7 +75,7 @@ pub fn torus(query: &Query<'_>) -> Check {
     let hit = must_hit(hit)?;
     distance(query, &hit, query.tolerance("dist_abs"))?;
     let [x, y, z] = hit.point;
-    let off = (x.hypot(y) - major).hypot(z) - minor;
+    let off = hypot(hypot(x, y) - major, z) - minor;
     near("the point's distance from the tube", off, 0.0, query.tolerance("surface_residual_abs"))?;
     unit("the normal", query, hit.normal)
 }

@@ -22,7 +22,7 @@ fn meets(mesh: &Closed, ray: &RayQuery) -> bool {
         let volume = |p: Wide3, q: Wide3| d.dot(cross(p, q));
         let volumes = [volume(b, c), volume(c, a), volume(a, b)].map(Wide::value);
         let size = a.value().length() * b.value().length() * c.value().length().max(1e-300);
-        let doubt = size * (-96f64).exp2();
+        let doubt = size * strahl::math::scale_by_power(1.0, -96);
         let one_sign = volumes.iter().all(|v| *v >= -doubt) || volumes.iter().all(|v| *v <= doubt);
         one_sign && [a, b, c].iter().any(|v| d.dot(*v).value() > 0.0)
     })

@@ -152,8 +152,8 @@ impl Target {
             target = if inside { origin + random_point(random) } else { self.random_front(origin, random)? };
         }
         let direction = target - origin;
-        let power = direction.abs().max_element().log2().floor();
-        let direction = narrow(self.precision, direction * (-power).exp2());
+        let power = f64::from(strahl::math::exponent(direction.abs().max_element()));
+        let direction = narrow(self.precision, direction * strahl::math::pow(2.0, -power));
         Some(RayQuery { origin: origin.into(), direction: direction.into(), t_min: 0.0, t_max: None })
     }
 

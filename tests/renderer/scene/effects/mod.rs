@@ -2,6 +2,7 @@
 //! takes out of a built scene is what a description without it would not have.
 
 mod alone;
+mod pairs;
 mod random_scene;
 mod switched_off;
 mod told;

@@ -14,12 +14,19 @@ static IMAGES: LazyLock<[String; 3]> = LazyLock::new(|| {
         RgbImage::from_pixel(2, 2, Rgb([255, 0, 255])),
         RgbImage::from_pixel(2, 2, Rgb([128, 128, 255])),
     ]
-    .map(|image| {
-        let mut bytes = Cursor::new(Vec::new());
-        image.write_to(&mut bytes, ImageFormat::Png).unwrap();
-        format!("data:image/png;base64,{}", BASE64.encode(bytes.get_ref()))
-    })
+    .map(|image| in_url(&image))
 });
+
+fn in_url(image: &RgbImage) -> String {
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, ImageFormat::Png).unwrap();
+    format!("data:image/png;base64,{}", BASE64.encode(bytes.get_ref()))
+}
+
+/// A picture of two columns.
+pub(super) fn picture([left, right]: [[u8; 3]; 2]) -> String {
+    in_url(&RgbImage::from_fn(2, 2, |x, _| Rgb(if x == 0 { left } else { right })))
+}
 
 fn one_of(r: &mut Random, values: &[Value]) -> Value {
     values[r.below(values.len())].clone()
@@ -185,6 +192,13 @@ pub(super) fn random_scene(seed: u64) -> Value {
     if r.below(4) == 0 {
         let image = &IMAGES[r.below(2)];
         scene["environment"] = json!({ "image": image, "intensity": one_of(r, &[json!(0), json!(0.5)]) });
+    }
+    if r.below(4) == 0 {
+        scene["film"] = json!({
+            "exposure": one_of(r, &[json!(0), json!(1.5)]),
+            "tone": one_of(r, &[json!("none"), json!("khronos_pbr_neutral"), json!("agx")]),
+            "background": one_of(r, &[json!("scene"), json!("transparent")])
+        });
     }
     scene
 }

@@ -129,6 +129,11 @@ fn switch_off(scene: &mut Value, effect: Effect) -> bool {
             }
         }),
         Effect::ColorBleeding => scene["render"]["color_bleeding"] = json!(false),
+        Effect::AlphaChannel => scene["film"]["background"] = json!("scene"),
+        Effect::ToneMapping => {
+            scene["film"]["exposure"] = json!(0);
+            scene["film"]["tone"] = json!("none");
+        }
         Effect::Antialiasing => scene["render"]["antialias"] = json!(false),
         Effect::ColoredShadows
         | Effect::TotalReflection

@@ -5,6 +5,7 @@ use strahl::accel::{Blockers, Item, Shape};
 use strahl::lanes::Real;
 use strahl::scene::compile::Precise;
 use strahl::scene::effects::{Effect, State};
+use strahl::scene::usage::Used;
 use strahl::scene::world::{Pruning, World};
 use strahl::shading::light::{Falloff, Light, Source};
 use strahl::shading::material::{Fresnel, Material};
@@ -19,10 +20,16 @@ struct Told<'a, R> {
 }
 
 impl<R: Real> Told<'_, R> {
-    fn any(&self, test: impl Fn(&Material<R>, bool) -> bool) -> bool {
+    fn any(&self, test: impl Fn(&Material<R>, Used) -> bool) -> bool {
         let items = self.world.geometries.iter().flat_map(|geometry| &geometry.items);
         let mut bodies = items.filter(|item| !matches!(item.shape, Shape::Instance(_)));
-        bodies.any(|item| test(&self.world.materials[item.material as usize], item.closed && !item.hollow))
+        // Not by bodies that nobody can see, whose effects leave no trace.
+        let used = |item: &Item<R>| self.world.usage.materials[item.material as usize];
+        bodies.any(|item| {
+            let used = used(item);
+            let filled = item.closed && !item.hollow && used.filled;
+            used.anywhere && test(&self.world.materials[item.material as usize], Used { filled, ..used })
+        })
     }
 
     fn item(&self, test: impl Fn(&Item<R>) -> bool) -> bool {
@@ -62,7 +69,9 @@ impl<R: Real> Told<'_, R> {
         let (world, zero) = (self.world, R::from_f64(0.0));
         let gathers = world.rules.color_bleeding && world.rules.max_depth > 1;
         let transmissive = world.rules.shadows == Some(Blockers::Transmissive);
-        let absorbs = |m: &Material<R>, filled: bool| filled && bright(m.absorption) && bright(m.transmission);
+        let absorbs = |m: &Material<R>, used: Used| {
+            used.filled && bright(m.absorption) && (bright(m.transmission) || used.around_eye)
+        };
         let mirrors = |m: &Material<R>| bright(m.reflection) || m.fresnel == Fresnel::Conductor;
         let checks = |color: &BaseColor<R>| matches!(color, BaseColor::Checker { .. });
         let shines = |color: &BaseColor<R>| match *color {
@@ -75,7 +84,7 @@ impl<R: Real> Told<'_, R> {
             Effect::Highlights => self.light(|_| true) && self.any(|m, _| bright(m.specular)),
             Effect::Shadows => world.rules.shadows.is_some(),
             Effect::TransmissiveShadows => transmissive && self.any(|m, _| bright(m.transmission)),
-            Effect::ColoredShadows => transmissive && self.any(absorbs),
+            Effect::ColoredShadows => transmissive && self.any(|m, used| absorbs(m, used) && bright(m.transmission)),
             Effect::Reflection => self.follows() && self.any(|m, _| mirrors(m)),
             Effect::Transmission => self.follows() && self.any(|m, _| bright(m.transmission)),
             Effect::Absorption => self.any(absorbs),
@@ -87,7 +96,8 @@ impl<R: Real> Told<'_, R> {
                 self.follows() && self.any(|m, _| dielectric(m) || m.fresnel == Fresnel::Conductor)
             }
             Effect::TotalReflection | Effect::Refraction => {
-                let bends = |m: &Material<R>, filled| filled && bright(m.transmission) && m.ior != R::from_f64(1.0);
+                let bends =
+                    |m: &Material<R>, used: Used| used.filled && bright(m.transmission) && m.ior != R::from_f64(1.0);
                 self.follows() && self.any(bends)
             }
             Effect::HollowBodies => self.item(|item| item.hollow),
@@ -106,7 +116,13 @@ impl<R: Real> Told<'_, R> {
             Effect::Gloss => {
                 self.follows() && self.any(|m, _| m.alpha > zero && (mirrors(m) || bright(m.transmission)))
             }
-            Effect::Dispersion => self.follows() && self.any(|m, _| m.dispersion > zero && bright(m.transmission)),
+            Effect::Dispersion => {
+                self.follows()
+                    && self.any(|m, used| {
+                        let varnished = m.fresnel == Fresnel::Dielectric && (mirrors(m) || bright(m.transmission));
+                        m.dispersion > zero && (used.filled && bright(m.transmission) || varnished)
+                    })
+            }
             Effect::DepthOfField => world.camera.lens().is_some(),
             Effect::ColorBleeding => gathers,
             _ => return None,
@@ -140,6 +156,12 @@ fn what_the_plan_says_is_on_is_what_the_kernel_was_told() {
             let on = state(effect) == State::On;
             let told = told.unwrap_or_else(|| match effect {
                 Effect::Antialiasing => scene.refines(),
+                Effect::AlphaChannel => description["film"]["background"] == "transparent",
+                Effect::ToneMapping => {
+                    let film = &description["film"];
+                    film["exposure"].as_f64().is_some_and(|stops| stops != 0.0)
+                        || film["tone"].as_str().is_some_and(|tone| tone != "none")
+                }
                 Effect::DoublePrecision => matches!(scene.world, Precise::Double(_)),
                 Effect::SpecialProjection => description["camera"].get("pinhole").is_none(),
                 _ => effects.has(effect),

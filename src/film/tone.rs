@@ -1,0 +1,175 @@
+//! Tone curves: bright light is compressed until it fits a screen.
+//!
+//! Each curve comes twice: for a colour, and for an interval of each channel of a colour. The second follows the first step
+//! by step, and every step grows or falls in each of its inputs, so its ends are those of the inputs.
+
+use crate::math::{log2, pow};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How bright light is compressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ToneMapping {
+    /// Not at all: each channel above 1 is cut off at 1.
+    #[default]
+    None,
+    /// Khronos PBR Neutral: colours below 0.8 stay almost as they are, brighter ones keep their hue and fade to white.
+    KhronosPbrNeutral,
+    /// AgX with its default contrast, as in three.js and Filament: 16.5 stops like photographic film, of which mid-grey, 0.18,
+    /// becomes half of all codes.
+    Agx,
+}
+
+/// An interval: its lower and its upper end.
+type Ends = [f64; 2];
+
+/// Intervals are this much wider than computed, since computing rounds: far more than a curve's operations can, and far
+/// less than a 16-bit code.
+const ROUNDING: f64 = 1e-10;
+
+fn outwards([low, high]: Ends) -> Ends {
+    [(low - ROUNDING).max(0.0), high + ROUNDING]
+}
+
+/// Where compression starts, less the light that a surface of glass mirrors.
+const START: f64 = 0.8 - 0.04;
+const DESATURATION: f64 = 0.15;
+
+/// Khronos PBR Neutral Tone Mapper, specification 1.0.
+pub(super) fn khronos_pbr_neutral(color: [f64; 3]) -> [f64; 3] {
+    let [r, g, b] = color;
+    let offset = fresnel(r.min(g).min(b));
+    let color = color.map(|channel| channel - offset);
+    let peak = color[0].max(color[1]).max(color[2]);
+    if peak < START {
+        return color;
+    }
+    let [new_peak, fade] = compressed(peak);
+    color.map(|channel| new_peak * (channel / peak * (1.0 - fade) + fade))
+}
+
+/// The light that a mirroring surface has added to a colour with this least channel. It grows with it.
+fn fresnel(least: f64) -> f64 {
+    if least < 0.08 { least - 6.25 * least * least } else { 0.04 }
+}
+
+/// What becomes of the brightest channel, and how much a colour fades to white. Both grow with it.
+fn compressed(peak: f64) -> [f64; 2] {
+    let room = 1.0 - START;
+    let new_peak = 1.0 - room * room / (peak + room - START);
+    [new_peak, 1.0 - 1.0 / (DESATURATION * (peak - new_peak) + 1.0)]
+}
+
+pub(super) fn khronos_pbr_neutral_ends(color: [Ends; 3]) -> [Ends; 3] {
+    // A channel less the offset grows with the channel and falls with the others.
+    let moved: [Ends; 3] = std::array::from_fn(|c| {
+        let end = |own: usize| {
+            let others = (0..3).filter(|other| *other != c).map(|other| color[other][1 - own]);
+            color[c][own] - fresnel(others.fold(color[c][own], f64::min))
+        };
+        [end(0).max(0.0), end(1)]
+    });
+    let peak = [0, 1].map(|end| moved.iter().map(|channel| channel[end]).fold(0.0, f64::max));
+    if peak[1] < START {
+        return moved.map(outwards);
+    }
+    let bright = peak.map(|peak| peak.max(START));
+    let [[least, fade_least], [most, fade_most]] = bright.map(compressed);
+    moved.map(|[low, high]| {
+        // The share of the peak grows with the channel and falls with the peak; what is shown grows with share and fade.
+        let shares = [low / bright[1], (high / bright[0]).min(1.0)];
+        let faded = |share: f64, fade: f64| share * (1.0 - fade) + fade;
+        let ends = [least * faded(shares[0], fade_least), most * faded(shares[1], fade_most)];
+        // Where the peak may lie below the start of compression, colours may stay as they are.
+        outwards(if peak[0] < START { [ends[0].min(low), ends[1].max(high.min(START))] } else { ends })
+    })
+}
+
+type Matrix = [[f64; 3]; 3];
+
+/// Linear sRGB to linear Rec. 2020, by rows.
+const TO_REC2020: Matrix = [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]];
+const FROM_REC2020: Matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
+/// AgX: colours move towards grey before each channel is compressed, and away from it afterwards.
+const INSET: Matrix = [
+    [0.856627153315983, 0.0951212405381588, 0.0482516061458583],
+    [0.137318972929847, 0.761241990602591, 0.101439036467562],
+    [0.11189821299995, 0.0767994186031903, 0.811302368396859],
+];
+const OUTSET: Matrix = [
+    [1.1271005818144368, -0.11060664309660323, -0.016493938717834573],
+    [-0.1413297634984383, 1.157823702216272, -0.016493938717834257],
+    [-0.14132976349843826, -0.11060664309660294, 1.2519364065950405],
+];
+/// The stops around mid-grey that AgX tells apart, as logarithms of light.
+const STOPS: Ends = [-12.47393, 4.026069];
+
+/// AgX (Sobotka 2022), as three.js and Filament have it.
+pub(super) fn agx(color: [f64; 3]) -> [f64; 3] {
+    let inset = times(&INSET, times(&TO_REC2020, color));
+    let outset = times(&OUTSET, inset.map(contrast)).map(linearised);
+    times(&FROM_REC2020, outset).map(|channel| channel.clamp(0.0, 1.0))
+}
+
+pub(super) fn agx_ends(color: [Ends; 3]) -> [Ends; 3] {
+    let inset = times_ends(&INSET, times_ends(&TO_REC2020, color));
+    let outset = times_ends(&OUTSET, inset.map(|ends| ends.map(contrast))).map(|ends| ends.map(linearised));
+    times_ends(&FROM_REC2020, outset).map(|ends| outwards(ends.map(|channel| channel.clamp(0.0, 1.0))))
+}
+
+/// The logarithm of light within [`STOPS`], through the curve of film: a polynomial by Wrensch (2023), which grows from 0 to
+/// 1.
+fn contrast(light: f64) -> f64 {
+    let x = ((log2(light.max(1e-10)) - STOPS[0]) / (STOPS[1] - STOPS[0])).clamp(0.0, 1.0);
+    const POLYNOMIAL: [f64; 7] = [-0.00232, 0.1191, 0.4298, -6.868, 31.96, -40.14, 15.5];
+    POLYNOMIAL.iter().rev().fold(0.0, |sum, factor| sum * x + factor)
+}
+
+fn linearised(encoded: f64) -> f64 {
+    pow(encoded.max(0.0), 2.2)
+}
+
+fn times(rows: &Matrix, v: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|row| (0..3).map(|c| rows[row][c] * v[c]).sum())
+}
+
+/// A sum of multiples is least where the factors above 0 meet lower ends, and the others upper ones.
+fn times_ends(rows: &Matrix, v: [Ends; 3]) -> [Ends; 3] {
+    rows.map(|row| [0, 1].map(|end| (0..3).map(|c| row[c] * v[c][if row[c] < 0.0 { 1 - end } else { end }]).sum()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math;
+
+    #[test]
+    fn neutral_keeps_dark_colours_and_fades_bright_ones() {
+        let close = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+        // Below the start only the offset of 0.04 is taken away.
+        assert!(close(khronos_pbr_neutral([0.5, 0.3, 0.2]), [0.46, 0.26, 0.16]));
+        assert!(close(khronos_pbr_neutral([0.5, 0.3, 0.0]), [0.5, 0.3, 0.0]));
+        // A peak of 1.24 becomes 1 - 0.24^2/(1.24 + 0.24 - 0.76) = 0.92.
+        assert!(close(khronos_pbr_neutral([1.28; 3]), [0.92; 3]));
+        let bright = khronos_pbr_neutral([1e6, 0.0, 0.0]);
+        assert!(bright.iter().all(|channel| (0.99..=1.0).contains(channel)), "{bright:?}");
+    }
+
+    #[test]
+    fn agx_keeps_greys_grey_and_ends_at_white() {
+        for light in [0.0, 1e-4, 0.18, 1.0, 16.0, 1e9] {
+            let [r, g, b] = agx([light; 3]);
+            assert!((r - g).abs() < 2e-3 && (g - b).abs() < 2e-3, "{light}: {r} {g} {b}");
+        }
+        let [_, middle, _] = agx([0.18; 3]);
+        assert!((math::linear_to_srgb(middle) - 0.5).abs() < 1e-2, "{middle}");
+        assert!(agx([1e6; 3])[1] > 0.98);
+    }
+
+    #[test]
+    fn contrast_grows() {
+        let of = |i: i32| contrast(pow(2.0, f64::from(i) * 0.01));
+        assert!((-1_300..450).all(|i| of(i) <= of(i + 1)));
+    }
+}

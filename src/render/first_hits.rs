@@ -1,0 +1,209 @@
+//! What the camera rays of pixels meet first: one ray through the middle of each pixel, and fixed samples of it.
+//!
+//! Pixels do not depend on each other, so that any part of a picture has the numbers of the whole.
+
+use super::packets::TraceJob;
+use crate::film::cryptomatte::{RANKS, Ranks};
+use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::scene::Scene;
+use crate::scene::world::World;
+use crate::trace::batch::SampleBatch;
+use crate::trace::counts::RayCounts;
+use crate::trace::hits::Hits;
+use crate::trace::kernel::Tracer;
+use crate::trace::pixel::Samples;
+use crate::trace::pixel_sum::PixelSum;
+use crate::trace::ray_packet::RayPacket;
+use crate::trace::variants::General;
+
+/// Samples of each pixel for what is averaged or counted over it, whatever the picture has.
+pub(super) const SAMPLES: u32 = 16;
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    /// What the ray through the middle meets.
+    pub(super) middle: bool,
+    /// What the samples meet.
+    pub(super) samples: bool,
+    /// Their colours, too.
+    pub(super) albedo: bool,
+}
+
+/// What the rays of some pixels meet, in the order of the pixels.
+#[derive(Debug, Default)]
+pub(super) struct FirstHits {
+    pub(super) middles: Vec<Middle>,
+    pub(super) sampled: Vec<Sampled>,
+    pub(super) rays: RayCounts,
+}
+
+/// What the ray through the middle of a pixel meets.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Middle {
+    pub(super) distance: f32,
+    pub(super) position: [f32; 3],
+    pub(super) normal: [f32; 3],
+}
+
+/// What the samples of a pixel meet.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sampled {
+    pub(super) albedo: [f32; 3],
+    /// Indices in `objects`, with their shares.
+    pub(super) objects: Ranks,
+    /// Indices of materials.
+    pub(super) materials: Ranks,
+}
+
+const NOTHING: Middle = Middle { distance: f32::INFINITY, position: [0.0; 3], normal: [0.0; 3] };
+
+/// Traces the pixels at `at`, a packet at a time.
+pub(super) fn first_hits<L: Lanes>(
+    s: L::Simd,
+    scene: &Scene,
+    job: &TraceJob<'_, L::Real>,
+    at: &[[u32; 2]],
+    wanted: Wanted,
+    out: &mut FirstHits,
+) {
+    let _entered = job.control.enter();
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || {
+            let mut pass = Pass::<L>::new(s, scene, job);
+            for packet in at.chunks(L::COUNT) {
+                if wanted.middle {
+                    pass.middles(packet, &mut out.middles);
+                }
+                if wanted.samples {
+                    pass.samples(packet, wanted.albedo, &mut out.sampled);
+                }
+            }
+            out.rays = pass.tracer.counts;
+        },
+    );
+}
+
+/// The state of tracing packets.
+struct Pass<'a, L: Lanes> {
+    s: L::Simd,
+    scene: &'a Scene,
+    world: &'a World<L::Real>,
+    tracer: Tracer<'a, L, (), General>,
+    rays: RayPacket<L>,
+    hits: Hits<L>,
+    /// The last primitive met, with its names.
+    last: Option<(u64, [u32; 2])>,
+}
+
+impl<'a, L: Lanes> Pass<'a, L> {
+    #[inline(always)]
+    fn new(s: L::Simd, scene: &'a Scene, job: &'a TraceJob<'_, L::Real>) -> Self {
+        let tracer = Tracer::new(s, job.world, &job.camera, &job.eye, job.pruning, ());
+        Self { s, scene, world: job.world, tracer, rays: RayPacket::none(s), hits: Hits::none(s), last: None }
+    }
+
+    #[inline(always)]
+    fn middles(&mut self, packet: &[[u32; 2]], out: &mut Vec<Middle>) {
+        let active = ((1u64 << packet.len()) - 1) as u32;
+        self.tracer.begin_batch(&SampleBatch::of_pixels(packet, 0, Samples::of_picture(1)), 0);
+        let (x, y) = (self.tracer.middles(0), self.tracer.middles(1));
+        self.tracer.middle_rays(x, y, active, &mut self.rays, &mut self.hits);
+        if self.tracer.first_hits(&self.rays, &mut self.hits) {
+            self.tracer.first_coefficients(&self.rays, &mut self.hits);
+        }
+        let hits = &self.hits;
+        for lane in 0..packet.len() {
+            let is_hit = hits.found & (1 << lane) != 0;
+            let distance = hits.t.lane(lane).to_f64() as f32;
+            let hit = || Middle { distance, position: narrow(hits.surface.point, lane), normal: narrow(hits.ns, lane) };
+            out.push(if is_hit { hit() } else { NOTHING });
+        }
+    }
+
+    #[inline(always)]
+    fn samples(&mut self, packet: &[[u32; 2]], colors: bool, out: &mut Vec<Sampled>) {
+        let s = self.s;
+        let active = ((1u64 << packet.len()) - 1) as u32;
+        let (mut sum, share) = (PixelSum::black(s), L::lit(s, 1.0 / f64::from(SAMPLES)));
+        let mut albedo = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+        let mut counts = [[Counts::default(); 2]; MAX_LANES];
+        for sample in 0..SAMPLES {
+            self.tracer.begin_batch(&SampleBatch::of_pixels(packet, sample, Samples::of_picture(SAMPLES)), 0);
+            self.tracer.begin_samples(active);
+            let (x, y) = (self.tracer.coordinates(0), self.tracer.coordinates(1));
+            self.tracer.sample(x, y, active, &mut self.rays, &mut self.hits, &mut sum);
+            if !self.tracer.first_hits(&self.rays, &mut self.hits) {
+                continue;
+            }
+            if colors {
+                let coefficients = self.tracer.first_coefficients(&self.rays, &mut self.hits);
+                let found = L::mask(s, self.hits.found);
+                albedo = V3::select(found, albedo + coefficients.diffuse * share, albedo);
+            }
+            for lane in lanes_of(self.hits.found) {
+                let [object, material] = self.names(self.hits.expanded.lane(lane));
+                counts[lane][0].add(object);
+                counts[lane][1].add(material);
+            }
+        }
+        for (lane, [objects, materials]) in counts.iter().enumerate().take(packet.len()) {
+            let albedo = narrow(albedo, lane);
+            out.push(Sampled { albedo, objects: objects.ranked(), materials: materials.ranked() });
+        }
+    }
+
+    /// The object and the material of a primitive. Most rays meet the same one as the ray before.
+    fn names(&mut self, expanded: u64) -> [u32; 2] {
+        if let Some((last, names)) = self.last
+            && last == expanded
+        {
+            return names;
+        }
+        let owner = self.world.owner(expanded);
+        let outermost = owner.instances.first().map_or(owner.item.source, |placed| placed.source);
+        let names = [self.scene.sources.top(outermost), owner.item.material];
+        self.last = Some((expanded, names));
+        names
+    }
+}
+
+/// A lane in the format of films.
+#[inline(always)]
+fn narrow<L: Lanes>(v: V3<L>, lane: usize) -> [f32; 3] {
+    v.lane(lane).map(|x| x.to_f64() as f32)
+}
+
+/// How often the samples of a pixel meet each thing.
+#[derive(Debug, Clone, Copy, Default)]
+struct Counts {
+    /// The things with their counts, as many as there are.
+    things: [(u32, u32); SAMPLES as usize],
+    len: usize,
+}
+
+impl Counts {
+    fn add(&mut self, thing: u32) {
+        match self.things[..self.len].iter_mut().find(|(known, _)| *known == thing) {
+            Some((_, count)) => *count += 1,
+            None => {
+                self.things[self.len] = (thing, 1);
+                self.len += 1;
+            }
+        }
+    }
+
+    /// Those that were met most often, with their shares; of equal ones the first in the scene.
+    fn ranked(&self) -> Ranks {
+        let mut things = self.things;
+        let things = &mut things[..self.len];
+        things.sort_by_key(|(thing, count)| (SAMPLES - count, *thing));
+        let mut ranks = [(0, 0.0); RANKS];
+        for (rank, (thing, count)) in ranks.iter_mut().zip(things) {
+            *rank = (*thing, *count as f32 / SAMPLES as f32);
+        }
+        ranks
+    }
+}

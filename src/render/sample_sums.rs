@@ -1,0 +1,381 @@
+//! The samples of a few pixels: in which batches they are traced, and their sums.
+//!
+//! Samples are added in double precision, group by group in the order of their numbers. So a pixel depends neither on the batches that its samples
+//! were traced in nor on the width of packets.
+
+use super::doubling::runs;
+use crate::bound::interval::{interval, proved};
+use crate::film::Display;
+use crate::lanes::{Lanes, MAX_LANES, lanes_of};
+use crate::scene::world::Pruning;
+use crate::trace::batch::{BATCH, BatchLight, SampleBatch, trace_batch};
+use crate::trace::counts::LaneCounts;
+use crate::trace::hits::Hits;
+use crate::trace::kernel::Tracer;
+use crate::trace::observer::Observer;
+use crate::trace::pixel::Samples;
+use crate::trace::proof::ATTEMPTS;
+use crate::trace::variants::Variant;
+use std::ops::Range;
+
+/// Pixels whose samples are traced together.
+pub(crate) const PIXELS: usize = MAX_LANES;
+
+/// The samples of pixels that are still to be traced, in order: those of several pixels in a batch, or a part of those of one.
+struct SampleQueue<'a> {
+    pixels: &'a [[u32; 2]],
+    samples: Samples,
+    /// The pixels that are asked for; all of them where a batch has several.
+    open: u32,
+    /// How many pixels a batch has.
+    together: usize,
+    /// The next sample of the first of them.
+    next: u32,
+    /// The pixels of the last batch.
+    last: Range<usize>,
+}
+
+impl<'a> SampleQueue<'a> {
+    fn new<L: Lanes>(pixels: &'a [[u32; 2]], samples: Samples, open: u32) -> Self {
+        let count = samples.count as usize;
+        // Those of a packet where a group has room in it, so that no packet waits for another.
+        let room = if count <= L::COUNT { L::COUNT } else { BATCH };
+        Self { pixels, samples, open, together: (room / count).max(1), next: samples.first, last: 0..0 }
+    }
+
+    /// Fills a batch with whole groups; false if there are none left.
+    #[inline(always)]
+    fn next_batch(&mut self, batch: &mut SampleBatch) -> bool {
+        if self.open == 0 {
+            return false;
+        }
+        let first = self.open.trailing_zeros() as usize;
+        let end = (first + self.together).min(self.pixels.len());
+        self.last = first..end;
+        let count = (self.samples.end() - self.next).min(BATCH as u32);
+        batch.fill(&self.pixels[first..end], self.next, count);
+        self.next += count;
+        if self.next == self.samples.end() {
+            (self.open, self.next) = (self.open & !(((1u64 << end) - 1) as u32), self.samples.first);
+        }
+        true
+    }
+
+    /// The number of the first sample of the last batch, among those that are asked for.
+    fn number(&self, len: usize) -> u32 {
+        let end = if self.next == self.samples.first { self.samples.end() } else { self.next };
+        end - self.samples.first - (len / self.last.len()) as u32
+    }
+
+    /// The pixel of each sample of the last batch.
+    fn owners(&self, len: usize) -> impl Iterator<Item = usize> {
+        let (first, count) = (self.last.start, len / self.last.len());
+        (0..len).map(move |sample| first + sample / count)
+    }
+}
+
+/// The sums of the samples of some pixels, each of which gets as many. Reused from some to the next ones.
+#[derive(Debug)]
+pub(crate) struct SampleSums {
+    /// The samples of each.
+    samples: Samples,
+    /// The last batch, and what it brought.
+    batch: SampleBatch,
+    brought: BatchLight,
+    light: [[f64; PIXELS]; 3],
+    /// That of the second half of the samples. If there are 2^k, both halves are spread as evenly as all.
+    second: [[f64; PIXELS]; 3],
+    /// The most light that they lack.
+    omitted: [[f64; PIXELS]; 3],
+    /// The largest relative rounding error of a sample that may lack light.
+    rounding: [f64; PIXELS],
+    /// The pixels that may lack light.
+    incomplete: u32,
+    /// Those of which a proof was given up.
+    given_up: u32,
+}
+
+/// The sums of the samples of a pixel, to which others may be added.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct PixelSums {
+    pub(super) samples: u32,
+    light: [f64; 3],
+    second: [f64; 3],
+    omitted: [f64; 3],
+    rounding: f64,
+    given_up: bool,
+}
+
+/// The mean of the samples of a pixel.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PixelMean {
+    pub(crate) light: [f64; 3],
+    /// The most light that it lacks.
+    pub(crate) omitted: [f64; 3],
+    /// The relative rounding error.
+    pub(crate) rounding: f64,
+    /// The means of both halves of the samples; one sample has no second half.
+    pub(super) halves: [[f64; 3]; 2],
+    given_up: bool,
+}
+
+impl PixelMean {
+    /// Whether it may be more than `max_codes` off, though its proof was not given up.
+    pub(super) fn is_unproved(&self, display: &Display, max_codes: u8) -> bool {
+        let is_open = self.is_incomplete() && !self.given_up;
+        is_open && !proved(display, self.ends(), max_codes).into_iter().all(|is_proved| is_proved)
+    }
+
+    /// Whether light was omitted.
+    pub(super) fn is_incomplete(&self) -> bool {
+        self.omitted != [0.0; 3]
+    }
+
+    /// The interval in which the light of recursion without end lies.
+    pub(crate) fn ends(&self) -> [[f32; 2]; 3] {
+        interval(self.light, self.omitted, self.rounding)
+    }
+}
+
+impl SampleSums {
+    pub(crate) fn new(samples: Samples) -> Self {
+        let black = [[0.0; PIXELS]; 3];
+        Self {
+            samples,
+            batch: SampleBatch::new(samples),
+            brought: BatchLight::default(),
+            light: black,
+            second: black,
+            omitted: black,
+            rounding: [0.0; PIXELS],
+            incomplete: 0,
+            given_up: 0,
+        }
+    }
+
+    /// Begins with other pixels.
+    #[inline(always)]
+    fn begin(&mut self) {
+        let black = [[0.0; PIXELS]; 3];
+        // Where each pixel has one sample, it is copied.
+        if self.samples.count > 1 {
+            (self.light, self.second) = (black, black);
+        }
+        if self.incomplete != 0 {
+            (self.omitted, self.rounding) = (black, [0.0; PIXELS]);
+        }
+        (self.incomplete, self.given_up) = (0, 0);
+    }
+
+    /// Begins again with some pixels.
+    fn clear(&mut self, pixels: u32) {
+        for pixel in lanes_of(pixels) {
+            let channels = self.light.iter_mut().chain(&mut self.second).chain(&mut self.omitted);
+            channels.for_each(|channel| channel[pixel] = 0.0);
+            self.rounding[pixel] = 0.0;
+        }
+        (self.incomplete, self.given_up) = (self.incomplete & !pixels, self.given_up & !pixels);
+    }
+
+    /// Adds the samples of the batch, from number `number` on, to those of its pixels.
+    #[inline(always)]
+    fn add(&mut self, pixels: Range<usize>, number: u32) {
+        let len = self.batch.len();
+        let (first, count) = (pixels.start, len / pixels.len());
+        let of_first = (self.samples.count.div_ceil(2).saturating_sub(number) as usize).min(count);
+        for c in 0..3 {
+            let light = &self.brought.light[c];
+            let (sums, second) = (&mut self.light[c][first..], &mut self.second[c][first..]);
+            match count {
+                1 if self.samples.count == 1 => sums[..len].copy_from_slice(&light[..len]),
+                4 => add_each::<4>(&light[..len], of_first, sums, second),
+                8 => add_each::<8>(&light[..len], of_first, sums, second),
+                16 => add_each::<16>(light, of_first, sums, second),
+                _ => {
+                    for (light, (sum, second)) in light[..len].chunks_exact(count).zip(sums.iter_mut().zip(second)) {
+                        let (early, late) = light.split_at(of_first);
+                        let (early, late) = (early.iter().sum::<f64>(), late.iter().sum::<f64>());
+                        *sum += early + late;
+                        *second += late;
+                    }
+                }
+            }
+        }
+        if self.brought.incomplete != 0 {
+            self.add_bounds(first, count);
+        }
+    }
+
+    #[inline(never)]
+    fn add_bounds(&mut self, first: usize, count: usize) {
+        let brought = &self.brought;
+        for sample in 0..self.batch.len() {
+            let pixel = first + sample / count;
+            for c in 0..3 {
+                self.omitted[c][pixel] += brought.omitted[c][sample];
+            }
+            self.rounding[pixel] = self.rounding[pixel].max(brought.rounding[sample]);
+            self.incomplete |= (brought.incomplete >> sample & 1) << pixel;
+            self.given_up |= (brought.given_up >> sample & 1) << pixel;
+        }
+    }
+
+    /// The pixels that may lack light.
+    pub(super) fn incomplete(&self) -> u32 {
+        self.incomplete
+    }
+
+    /// The light of each pixel, channel by channel, where each has one sample.
+    pub(super) fn single(&self) -> Option<&[[f64; PIXELS]; 3]> {
+        (self.samples.count == 1).then_some(&self.light)
+    }
+
+    /// The mean of a pixel's samples.
+    #[inline(always)]
+    pub(crate) fn mean(&self, pixel: usize) -> PixelMean {
+        self.pixel(pixel).mean()
+    }
+
+    /// The sums of a pixel.
+    #[inline(always)]
+    pub(super) fn pixel(&self, pixel: usize) -> PixelSums {
+        let of = |channels: &[[f64; PIXELS]; 3]| [channels[0][pixel], channels[1][pixel], channels[2][pixel]];
+        PixelSums {
+            samples: self.samples.count,
+            light: of(&self.light),
+            second: of(&self.second),
+            omitted: of(&self.omitted),
+            rounding: self.rounding[pixel],
+            given_up: self.given_up >> pixel & 1 == 1,
+        }
+    }
+
+    /// The pixels that may be more than `max_codes` off, though none of their proofs was given up.
+    fn unproved(&self, among: u32, display: &Display, max_codes: u8) -> u32 {
+        lanes_of(among)
+            .filter(|pixel| self.mean(*pixel).is_unproved(display, max_codes))
+            .fold(0, |unproved, pixel| unproved | 1 << pixel)
+    }
+}
+
+impl PixelSums {
+    /// Their mean.
+    #[inline(always)]
+    pub(super) fn mean(&self) -> PixelMean {
+        let count = f64::from(self.samples);
+        let first = f64::from(self.samples.div_ceil(2));
+        let share = 1.0 / count;
+        PixelMean {
+            light: self.light.map(|light| light * share),
+            omitted: self.omitted.map(|light| light * share),
+            rounding: if self.rounding == 0.0 { 0.0 } else { self.rounding + count * f64::EPSILON },
+            halves: [
+                std::array::from_fn(|c| (self.light[c] - self.second[c]) / first),
+                self.second.map(|light| light / (count - first)),
+            ],
+            given_up: self.given_up,
+        }
+    }
+
+    /// Adds as many samples as there are, or the first ones.
+    pub(super) fn append(&mut self, run: &Self) {
+        self.second = if self.samples == 0 { run.second } else { run.light };
+        self.samples += run.samples;
+        for c in 0..3 {
+            self.light[c] += run.light[c];
+            self.omitted[c] += run.omitted[c];
+        }
+        self.rounding = self.rounding.max(run.rounding);
+        self.given_up |= run.given_up;
+    }
+}
+
+/// Adds up the samples of pixels with `N` each, of which `of_first` are of the first half.
+#[inline(always)]
+fn add_each<const N: usize>(light: &[f64], of_first: usize, sums: &mut [f64], second: &mut [f64]) {
+    for (light, (sum, second)) in light.as_chunks::<N>().0.iter().zip(sums.iter_mut().zip(second)) {
+        let (mut early, mut late) = (0.0, 0.0);
+        for (sample, light) in light.iter().enumerate() {
+            let (is_early, is_late) = if sample < of_first { (*light, 0.0) } else { (0.0, *light) };
+            early += is_early;
+            late += is_late;
+        }
+        *sum += early + late;
+        *second += late;
+    }
+}
+
+/// Traces all samples of up to [`PIXELS`] pixels. `costs` gets the rays of each pixel, if the tracer counts them.
+#[inline(always)]
+pub(crate) fn trace_samples<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    pixels: &[[u32; 2]],
+    hits: &mut Hits<L>,
+    sums: &mut SampleSums,
+    costs: &mut LaneCounts,
+) {
+    let samples = sums.samples;
+    let all = ((1u64 << pixels.len()) - 1) as u32;
+    sums.begin();
+    let mut queue = SampleQueue::new::<L>(pixels, samples, all);
+    let (mut open, mut attempt) = (all, 0);
+    // One call of `trace_batch`: it holds all of the kernel.
+    loop {
+        if queue.next_batch(&mut sums.batch) {
+            trace_batch(tracer, &sums.batch, attempt, hits, &mut sums.brought);
+            let len = sums.batch.len();
+            sums.add(queue.last.clone(), queue.number(len));
+            if let Some(counts) = &mut tracer.lane_counts {
+                costs.add_all(&std::mem::take(&mut **counts), queue.owners(len));
+            }
+            continue;
+        }
+        open = match tracer.pruning {
+            // Groups that are whole pixels are proved as such, and runs as parts.
+            Pruning::Proved { max_codes } if samples.needs_attempts() && attempt + 1 < ATTEMPTS => {
+                sums.unproved(open, tracer.display(), max_codes)
+            }
+            _ => 0,
+        };
+        if open == 0 {
+            break;
+        }
+        attempt += 1;
+        queue = SampleQueue::new::<L>(pixels, samples, open);
+        sums.clear(open);
+        if O::WATCHING {
+            tracer.observer().pixel();
+        }
+    }
+    tracer.counts.given_up += u64::from(sums.given_up.count_ones());
+}
+
+/// Traces the samples of one pixel: all at once, or in the runs of adaptive sampling.
+pub(crate) fn trace_pixel_samples<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    at: [u32; 2],
+    count: u32,
+    mut is_adaptive: bool,
+    hits: &mut Hits<L>,
+) -> PixelMean {
+    let mut parts: Vec<Samples> = if is_adaptive { runs(count).collect() } else { vec![Samples::of_picture(count)] };
+    loop {
+        let mut all = PixelSums::default();
+        if O::WATCHING {
+            tracer.observer().pixel();
+        }
+        for samples in &parts {
+            let mut sums = SampleSums::new(*samples);
+            trace_samples(tracer, &[at], hits, &mut sums, &mut LaneCounts::default());
+            all.append(&sums.pixel(0));
+        }
+        let mean = all.mean();
+        match tracer.pruning {
+            // Runs are proved, each for itself, but not their mean.
+            Pruning::Proved { max_codes } if is_adaptive && mean.is_unproved(tracer.display(), max_codes) => {
+                (is_adaptive, parts) = (false, vec![Samples::of_picture(count)]);
+            }
+            _ => return mean,
+        }
+    }
+}

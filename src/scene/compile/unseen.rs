@@ -1,0 +1,74 @@
+//! Takes out of a world what no picture of it can show, so that its kernels need not know of it.
+//!
+//! By the counting rules of the SPD rays are traced that add nothing, so there all of it stays.
+
+use crate::lanes::Real;
+use crate::scene::world::{World, shows};
+use crate::shading::material::Material;
+use crate::shading::texture::checker::BaseColor;
+
+/// Light that surfaces gather, if none of them scatters any, and ambient light that no surface has a colour for. Gathered light
+/// takes the place of ambient light wherever it is asked for.
+pub(super) fn remove_ambient_light<R: Real>(world: &mut World<R>) {
+    let bleeds_in_vain = world.rules.gathers() && !world.has_material(|material, _| scatters(material));
+    if bleeds_in_vain {
+        world.rules.color_bleeding = false;
+    }
+    let reflects = |material: &Material<R>| is_colored(material.ambient.as_ref().unwrap_or(&material.diffuse));
+    if bleeds_in_vain || !world.has_material(|material, _| reflects(material)) {
+        world.ambient = [R::from_f64(0.0); 3];
+    }
+}
+
+/// Lights that are black or shine on nothing that scatters them, then patterns and bumps that nothing makes visible. Bounds do
+/// not depend on any of it, and name lights by their number.
+pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
+    if !world.is_lit() {
+        // What would mirror lights is as clear as if it did not.
+        world.materials.iter_mut().for_each(|material| material.specular = [R::from_f64(0.0); 3]);
+    }
+    if world.rules.spd_counts {
+        return;
+    }
+    let scattered = world.has_material(|material, _| scatters(material) || shows(material.specular));
+    world.lights.retain(|light| scattered && shows(light.color));
+    let lit = world.is_lit();
+    let scattering = lit || world.rules.gathers();
+    let ambient = shows(world.ambient);
+    for material in &mut world.materials {
+        let own_ambient = material.ambient.is_some();
+        let diffuse = scattering || (ambient && !own_ambient);
+        let tilts = scattering && scatters(material) || shows(material.specular);
+        let bumps = tilts || material.mirrors() || material.transmits();
+        if let Some(textures) = &mut material.textures {
+            textures.diffuse.take_if(|_| !diffuse);
+            textures.ambient.take_if(|_| !ambient);
+            textures.bump.take_if(|_| !bumps);
+            if textures.is_plain() {
+                material.textures = None;
+            }
+        }
+        forget_checker(&mut material.diffuse, diffuse);
+        if let Some(color) = &mut material.ambient {
+            forget_checker(color, ambient);
+        }
+    }
+}
+
+fn scatters<R: Real>(material: &Material<R>) -> bool {
+    is_colored(&material.diffuse)
+}
+
+fn is_colored<R: Real>(color: &BaseColor<R>) -> bool {
+    match *color {
+        BaseColor::Uniform(color) => shows(color),
+        BaseColor::Checker { a, b, .. } => shows(a) || shows(b),
+    }
+}
+
+/// A checker that nobody sees has one of its colours.
+fn forget_checker<R: Real>(color: &mut BaseColor<R>, seen: bool) {
+    if let (BaseColor::Checker { a, .. }, false) = (&*color, seen) {
+        *color = BaseColor::Uniform(*a);
+    }
+}

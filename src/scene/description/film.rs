@@ -1,0 +1,38 @@
+//! The film: how the light of a picture becomes colours.
+
+use crate::film::ToneMapping;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How the light of a picture becomes the colours of its file. Light itself does not change, nor what is proved about it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Film {
+    /// Exposure in stops, between -32 and 32: each doubles all light, before `tone`. Default 0.
+    #[schemars(range(min = -32, max = 32))]
+    pub exposure: f64,
+    /// How light brighter than white is compressed. Default: not at all. EXR and PFM keep the light as it is, without
+    /// exposure and tone.
+    pub tone: ToneMapping,
+    /// What the camera sees where nothing is. Default: the scene's background.
+    pub background: FilmBackground,
+}
+
+/// What the camera sees where nothing is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FilmBackground {
+    /// The scene's background or environment.
+    #[default]
+    Scene,
+    /// Nothing: PNG, WebP and EXR files are transparent there, also behind bodies that transmit light. Mirrors show the scene's
+    /// background.
+    Transparent,
+}
+
+impl Film {
+    /// Whether it changes nothing.
+    pub(super) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}

@@ -1,0 +1,244 @@
+//! Exposure, tone curves and transparent backgrounds.
+
+use super::*;
+use image::ImageFormat;
+use strahl::film::{FileFormat, Film, encode};
+use strahl::render::{Stop, render_until};
+
+/// Bodies in front of nothing: an opaque ball, a ball and a sheet of grey glass, and fog.
+fn scene_over(background: f64) -> Value {
+    json!({
+        "version": 1, "image": { "width": 40, "height": 30 }, "background": background,
+        "camera": { "pinhole": { "eye": [0, 0.5, 6], "look_at": [0, 0.4, 0], "vfov_deg": 40 } },
+        "fog": { "density": 0.02, "color": [0.2, 0.4, 0.3], "height": { "falloff": 1 } },
+        "materials": {
+            "red": { "diffuse": [0.9, 0.2, 0.1] },
+            "glass": { "diffuse": 0.1, "transmission": 0.8, "ior": 1.5 },
+            "sheet": { "diffuse": [0.1, 0.3, 0.1], "transmission": 0.5 }
+        },
+        "objects": [
+            { "sphere": { "center": [-1.2, 0.4, 0], "radius": 1, "material": "red" } },
+            { "sphere": { "center": [0.9, 0.8, 1], "radius": 0.7, "material": "glass" } },
+            { "quad": { "vertices": [[0, -1, 2], [2, -1, 2], [2, 0.4, 2], [0, 0.4, 2]], "material": "sheet" } }
+        ],
+        "render": { "accuracy": { "fixed": {} }, "min_weight": 0, "max_depth": 20 }
+    })
+}
+
+fn transparent(mut description: Value) -> Value {
+    description["film"] = json!({ "background": "transparent" });
+    description
+}
+
+/// The picture over black and over white differs by what alpha lets through (Smith and Blinn 1996).
+#[test]
+fn alpha_is_what_two_backgrounds_tell() {
+    for precision in ["single", "double"] {
+        for (samples, antialias) in [(1, false), (1, true), (16, false)] {
+            let of = |mut description: Value| {
+                description["render"]["samples"] = json!(samples);
+                // Antialiasing looks at the picture itself, which differs.
+                description["render"]["antialias"] = json!(antialias);
+                picture(&scene(description, precision)).film
+            };
+            let [black, white] = [0.0, 1.0].map(|background| of(scene_over(background)));
+            let film = of(transparent(scene_over(0.3)));
+            assert_eq!(film.alpha.len(), film.pixels.len());
+            let mut kinds = [0; 3];
+            for (i, alpha) in film.alpha.iter().enumerate() {
+                kinds[if *alpha <= 0.2 {
+                    0
+                } else if *alpha < 0.95 {
+                    1
+                } else {
+                    2
+                }] += 1;
+                if antialias {
+                    continue;
+                }
+                assert_eq!(film.pixels[i], black.pixels[i], "{precision} {samples} {i}");
+                for c in 0..3 {
+                    let shines = white.pixels[i][c] - black.pixels[i][c];
+                    assert!((shines - (1.0 - alpha)).abs() < 3e-6, "{precision} {samples} {i}: {shines} {alpha}");
+                }
+            }
+            assert!(kinds.iter().all(|kind| *kind > 60), "{kinds:?}");
+        }
+    }
+}
+
+/// A highlight on clear glass is brighter than its alpha, which straight colours cannot be.
+#[test]
+fn over_black_a_transparent_file_is_the_light_itself() {
+    let description = transparent(json!({
+        "version": 1, "image": { "width": 80, "height": 60 },
+        "camera": { "pinhole": { "eye": [0, 1.2, 6], "look_at": [0, 0.9, 0] } },
+        "materials": {
+            "glass": { "diffuse": 0, "specular": 0.8, "shininess": 30, "transmission": 0.9, "reflection": 0.08, "ior": 1.3 }
+        },
+        "objects": [{ "sphere": { "center": [0, 1, 0], "radius": 1.2, "material": "glass" } }]
+    }));
+    let film = picture(&scene(description, "single")).film;
+    let beyond = film.pixels.iter().zip(&film.alpha).filter(|(pixel, alpha)| pixel.iter().any(|c| c > alpha)).count();
+    assert!(beyond > 10, "{beyond} pixels are brighter than their alpha");
+    let decoded = image::load_from_memory_with_format(&encode(&film, FileFormat::Png16), ImageFormat::Png).unwrap();
+    let linear = |code: f64| if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) };
+    for (pixel, file) in film.pixels.iter().zip(decoded.to_rgba16().pixels()) {
+        let [r, g, b, alpha] = file.0.map(|code| f64::from(code) / 65_535.0);
+        for (light, code) in pixel.iter().zip([r, g, b]) {
+            let over_black = linear(code) * alpha;
+            assert!((over_black - f64::from(light.min(1.0))).abs() < 1e-3, "{pixel:?} {:?}", file.0);
+        }
+    }
+}
+
+#[test]
+fn mirrors_show_the_background_which_the_camera_does_not() {
+    for precision in ["single", "double"] {
+        let description = transparent(json!({
+            "version": 1, "image": { "width": 9, "height": 9 }, "background": [0.25, 0.5, 1],
+            "camera": { "orthographic": { "eye": [0, 0, 5], "look_at": [0, 0, 0], "height": 3 } },
+            "ambient": 0, "lights": [],
+            "materials": { "mirror": { "diffuse": 0, "reflection": 1 } },
+            "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "mirror" } }],
+            "render": { "antialias": false }
+        }));
+        let film = picture(&scene(description, precision)).film;
+        assert_eq!((film.pixels[40], film.alpha[40]), ([0.25, 0.5, 1.0], 1.0));
+        assert_eq!((film.pixels[0], film.alpha[0]), ([0.0; 3], 0.0));
+    }
+}
+
+/// Whatever makes the picture, and however it is cut.
+#[test]
+fn tiles_and_accuracies_have_the_same_alpha() {
+    for precision in ["single", "double"] {
+        let mut description = transparent(scene_over(0.3));
+        description["film"]["tone"] = json!("agx");
+        for samples in [1, 4] {
+            description["render"]["samples"] = json!(samples);
+            let scene = scene(description.clone(), precision);
+            let whole = picture(&scene).film;
+            let (whole8, whole16) = (encode(&whole, FileFormat::Png8), encode(&whole, FileFormat::Png16));
+            assert!(image::load_from_memory_with_format(&whole16, ImageFormat::Png).unwrap().color().has_alpha());
+            let whole8 = image::load_from_memory_with_format(&whole8, ImageFormat::Png).unwrap().to_rgba8();
+            for region in whole.region.tiles(13) {
+                let tile = render(&scene, region, &Control::default()).unwrap().film;
+                let alpha: Vec<f32> = region.iter().map(|at| whole.alpha[whole.region.index(at)]).collect();
+                assert_eq!(tile.alpha, alpha, "{region:?}");
+                let tile = encode(&tile, FileFormat::WebP);
+                let tile = image::load_from_memory_with_format(&tile, ImageFormat::WebP).unwrap().to_rgba8();
+                for [x, y] in region.iter() {
+                    assert_eq!(tile.get_pixel(x - region.x, y - region.y), whole8.get_pixel(x, y));
+                }
+            }
+            let window = strahl::camera::Window::whole(scene.width, scene.height);
+            let until = |stop| render_until(&scene, &window, whole.region, &Control::default(), stop).unwrap();
+            // A picture that had to stop has the alpha of the pixels that were traced, whose rays count.
+            let few = until(Stop::Rays(50));
+            assert!(few.rays.total() < 500, "{:?}", few.rays);
+            let traced = [0, whole.region.index([32, 0])];
+            assert!(samples > 1 || traced.iter().all(|index| few.film.alpha[*index] == whole.alpha[*index]));
+            assert!(few.film.alpha.iter().all(|alpha| (0.0..=1.0).contains(alpha)));
+            for accuracy in [json!({ "proved": { "max_codes": 0 } }), json!({ "proved": { "max_codes": 2 } })] {
+                description["render"]["accuracy"] = accuracy;
+                assert_eq!(picture(&super::scene(description.clone(), precision)).film.alpha, whole.alpha);
+            }
+            description["render"]["accuracy"] = json!({ "fixed": {} });
+            description["render"]["antialias"] = json!(false);
+            let whole = picture(&super::scene(description.clone(), precision)).film;
+            let scene = super::scene(description.clone(), precision);
+            let finished =
+                render_until(&scene, &window, whole.region, &Control::default(), Stop::Rays(u64::MAX)).unwrap();
+            assert!(finished.film.alpha == whole.alpha, "{precision} {samples}");
+            description["render"]["antialias"] = json!(true);
+        }
+    }
+}
+
+/// Mirrors and glass, much of whose light is left out at first.
+fn deep() -> Value {
+    json!({
+        "version": 1, "image": { "width": 32, "height": 24 }, "background": [0.5, 0.7, 1.4],
+        "camera": { "pinhole": { "eye": [0, 1.5, 6], "look_at": [0, 0.7, 0], "vfov_deg": 40 } },
+        "lights": [{ "point": { "position": [4, 6, 5], "intensity": 3 } }],
+        "materials": {
+            "mirror": { "diffuse": [0.1, 0.3, 0.2], "reflection": [0.9, 0.8, 0.6], "specular": 0.8, "shininess": 20 },
+            "glass": { "diffuse": 0.02, "reflection": 0.2, "transmission": 0.75, "ior": 1.5 },
+            "floor": { "diffuse": { "checker": { "a": [0.8, 0.1, 0.1], "b": 0.9 } }, "reflection": 0.4 }
+        },
+        "objects": [
+            { "plane": { "point": [0, -0.3, 0], "normal": [0, 1, 0], "material": "floor" } },
+            { "sphere": { "center": [-1.2, 0.7, 0], "radius": 1, "material": "mirror" } },
+            { "sphere": { "center": [0.9, 0.5, 1], "radius": 0.8, "material": "glass" } },
+            { "sphere": { "center": [0.9, 0.5, 1], "radius": 0.4, "material": "mirror" } }
+        ]
+    })
+}
+
+#[test]
+fn what_is_proved_holds_for_the_codes_shown() {
+    let films = [
+        json!({ "tone": "khronos_pbr_neutral" }),
+        json!({ "tone": "agx" }),
+        json!({ "exposure": -1.5, "tone": "agx", "background": "transparent" }),
+        json!({ "exposure": 2.5 }),
+        json!({ "exposure": 1, "tone": "khronos_pbr_neutral", "background": "transparent" }),
+    ];
+    for film in films {
+        let codes = |film: &Film| -> Vec<u8> {
+            film.shown().as_flattened().iter().map(|c| strahl::film::srgb::code8(*c)).collect()
+        };
+        let mut description = deep();
+        description["film"] = film.clone();
+        description["render"] =
+            json!({ "accuracy": { "fixed": {} }, "min_weight": 1e-7, "max_depth": 200, "antialias": false });
+        let truth = codes(&picture(&scene(description.clone(), "double")).film);
+        for (accuracy, most) in [
+            (json!({ "proved": { "max_codes": 0 } }), 0),
+            (json!({ "proved": { "max_codes": 1 } }), 1),
+            (json!({ "proved": { "max_codes": 2 } }), 2),
+            (json!({ "fixed": {} }), 255),
+            (json!({ "rays": { "count": 4000 } }), 255),
+        ] {
+            description["render"] = json!({ "accuracy": accuracy, "antialias": false });
+            let scene = scene(description.clone(), "double");
+            let found = match accuracy.get("rays") {
+                None => picture(&scene),
+                Some(_) => {
+                    let window = strahl::camera::Window::whole(scene.width, scene.height);
+                    let region = Region::whole(scene.width, scene.height);
+                    render_until(&scene, &window, region, &Control::default(), Stop::Rays(4000)).unwrap()
+                }
+            };
+            let proof = found.proof();
+            // Where light is divided by alpha before a curve, a pixel may need more than a packet of rays can know of.
+            let curved = film.get("background").is_some();
+            assert!(proof.max_codes <= if curved { 255 } else { most }, "{film} {accuracy}: {proof:?}");
+            let off = codes(&found.film).iter().zip(&truth).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+            assert!(off <= proof.max_codes, "{film} {accuracy}: {off} of {proof:?}");
+            assert!(accuracy.get("fixed").is_none() || proof.max_codes > 0, "there is something to prove");
+        }
+    }
+}
+
+#[test]
+fn a_film_that_asks_for_nothing_costs_nothing() {
+    let mut plain = scene_over(0.3);
+    let before = picture(&scene(plain.clone(), "single"));
+    plain["film"] = json!({ "exposure": 0, "tone": "none", "background": "scene" });
+    let after = picture(&scene(plain.clone(), "single"));
+    assert_eq!((&before.film, before.rays), (&after.film, after.rays));
+    assert!(after.film.alpha.is_empty());
+    let effects = effects(&plain);
+    assert!(!effects.has(Effect::ToneMapping) && !effects.has(Effect::AlphaChannel));
+}
+
+#[test]
+fn broken_films_are_refused() {
+    let mut wrong = scene_over(0.0);
+    wrong["film"] = json!({ "exposure": 40 });
+    assert_eq!(problems(&wrong), ["/film/exposure"]);
+    wrong["film"] = json!({ "tone": "aces", "backgrund": "transparent" });
+    assert_eq!(problems(&wrong), ["/film/backgrund", "/film/tone"]);
+}
