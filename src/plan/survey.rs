@@ -24,7 +24,7 @@ const LEAST_BLOCKS: f64 = 1_024.0;
 const RUN: u32 = 16;
 /// One of this many runs is traced before the number of further runs is decided.
 const FIRST: u32 = 16;
-/// A pilot that has not finished its first blocks after this time ends with what it has.
+/// A pilot that has not finished its first blocks after this time ends with what it has, unless it may take longer anyway.
 const LONGEST: Duration = Duration::from_secs(2);
 /// Share of the effort for blocks if pixels are refined, too.
 const OF_BLOCKS: f64 = 0.5;
@@ -63,7 +63,7 @@ impl Survey {
         let all = f64::from(region.width.div_ceil(BLOCK)) * f64::from(region.height.div_ceil(BLOCK));
         let cells = Cells::new(region, (all * SHARE).max(LEAST_BLOCKS));
         let probe = Probe::new(scene, control);
-        let in_time = Control::until(Instant::now() + LONGEST);
+        let in_time = Control::until(Instant::now() + LONGEST.max(effort.time));
         let (runs, first) = (cells.count().div_ceil(RUN), cells.count().div_ceil(RUN * FIRST));
         let block = |at: Region, pixels: &[[f32; 3]], cost: PacketCost| {
             let PacketCost { rays, nanoseconds } = cost;

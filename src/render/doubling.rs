@@ -18,6 +18,7 @@ use crate::scene::Scene;
 use crate::scene::world::Pruning;
 use crate::trace::pixel::Samples;
 use rayon::prelude::*;
+use std::collections::HashSet;
 
 /// Samples that pixels begin with. With 4, things that move are missed.
 pub(crate) const FIRST: u32 = 8;
@@ -244,7 +245,8 @@ impl<R: KernelFormat> Patch<'_, R> {
             let at: Vec<[u32; 2]> = open.iter().filter(|(samples, _)| *samples == count).map(|(_, at)| *at).collect();
             self.renderer.control.add_total(at.len() as u64);
             let again = self.renderer.list(&at, count)?;
-            bounded.retain(|bounded| !at.contains(&bounded.at));
+            let traced_again: HashSet<[u32; 2]> = at.iter().copied().collect();
+            bounded.retain(|bounded| !traced_again.contains(&bounded.at));
             bounded.extend(again.bounded.iter().copied());
             at.iter().zip(again.pixels).for_each(|(at, pixel)| out.pixels[self.wanted.index(*at)] = pixel);
             out.rays = out.rays + again.rays;
