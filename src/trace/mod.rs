@@ -14,6 +14,7 @@ mod footprint;
 mod fresnel;
 pub mod hits;
 pub mod interface;
+mod judgement;
 pub mod kernel;
 pub mod lighting;
 pub mod observer;

@@ -3,23 +3,19 @@
 //! Since sRGB codes grow with light, the code of a group of samples lies between those of both ends of its interval
 //! (`certificate.rs`). Rays of little weight (w U < tau) are deferred at first. While the two codes are too far apart, deferred
 //! rays are followed after all, the heavier ones first, in rounds.
-//!
-//! A group that is a whole pixel is held against codes. What is proved of one that is a part of a pixel is its width, as a share
-//! of a code there: codes are concave in light, so the interval of the mean is no wider than the intervals of the parts. It may
-//! still contain the border of a code. Then all groups of the pixel are traced again, with narrower intervals.
+//! `judgement.rs` says which groups those are.
 
-use super::batch::{BATCH, BatchLight, SampleBatch};
+use super::batch::{BATCH, SampleBatch};
 use super::certificate::Certificate;
 use super::deferred::Deferred;
 use super::hits::Hits;
+use super::judgement::Checkpoint;
 use super::kernel::Tracer;
 use super::observer::Observer;
-use super::pixel_sum::{PixelSum, relative_error};
+use super::pixel_sum::PixelSum;
 use super::sampling::Sampler;
-use crate::bound::interval::{excess, interval, proved, share_of_code};
 use crate::film::Display;
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
-use crate::math::{log2, pow};
 use crate::scene::world::Pruning;
 use crate::trace::variants::Variant;
 
@@ -36,23 +32,13 @@ pub(super) const FIRST_RAYS: f64 = 512.0;
 pub(super) const MORE_RAYS: f64 = 64.0;
 /// Factor on the threshold.
 pub(super) const RISE: f64 = 2.0;
-/// Rays that a proof seems to need, as a multiple of those it may have, until it is given up: the last ones often bring more.
-const HOPE: f64 = 2.0;
-/// Share of the rays of a group that may be followed before its proof must come nearer.
-const FREE_SHARE: f64 = 1.0 / 40.0;
 /// The factor on tau where a group has deferred so many rays that looking through them takes longer than following more rays
 /// than needed.
 const COARSE_REFINEMENT: f64 = 0.5;
 /// How many those are.
 const MANY: u32 = 256;
-/// Deferred rays of a sample that stand for chains which do not branch.
-const CHAINS: u32 = 2;
 /// Rounds until the proof of a batch is given up: 0.75^80 is 1e-10.
 const ROUNDS: u32 = 80;
-/// Widths that parts of pixels are proved to have, one for each attempt, as shares of what a whole pixel may have.
-const WIDTHS: [f64; ATTEMPTS] = [0.9, 0.3, 0.05];
-/// Those of pixels that may be 0 codes off, as shares of a code.
-const EXACT_WIDTHS: [f64; ATTEMPTS] = [1.0 / 32.0, 1.0 / 2_048.0, 1.0 / 1_048_576.0];
 /// How often a pixel of several groups is traced before its proof is given up.
 pub(crate) const ATTEMPTS: usize = 3;
 
@@ -71,46 +57,30 @@ pub(super) fn thresholds(pruning: Pruning, display: &Display) -> (f64, f64) {
 /// The state of proving a batch.
 #[derive(Debug)]
 pub(super) struct BatchProof<L: Lanes> {
-    batch: SampleBatch,
+    pub(super) batch: SampleBatch,
     /// The packet at work.
-    packet: usize,
+    pub(super) packet: usize,
     /// The others, and a place for that one; empty if a batch is a packet.
-    waiting: Vec<WaitingPacket<L>>,
+    pub(super) waiting: Vec<WaitingPacket<L>>,
     /// Samples that are not proved yet.
-    unproved: u32,
+    pub(super) unproved: u32,
     /// Samples whose proof was given up.
-    given_up: u32,
+    pub(super) given_up: u32,
     /// How near each group was to its proof, by its first sample.
-    checkpoints: [Checkpoint; BATCH],
+    pub(super) checkpoints: [Checkpoint; BATCH],
     /// Rounds so far.
     rounds: u32,
     /// Whether lights that add little may be skipped.
     pub(super) skips_lights: bool,
     /// Which attempt this is.
-    attempt: usize,
+    pub(super) attempt: usize,
 }
 
 /// A packet of the batch that is not at work.
 #[derive(Debug)]
-struct WaitingPacket<L: Lanes> {
-    certificate: Certificate<L>,
-    sum: PixelSum<L>,
-}
-
-/// How near a group was to its proof.
-#[derive(Debug, Clone, Copy, Default)]
-struct Checkpoint {
-    /// Its rays until then.
-    rays: f64,
-    /// The light that it missed at most.
-    omitted: f64,
-}
-
-/// How things stand with the samples of a batch.
-struct Standing {
-    light: [[f64; BATCH]; 3],
-    omitted: [[f64; BATCH]; 3],
-    rays: [f64; BATCH],
+pub(super) struct WaitingPacket<L: Lanes> {
+    pub(super) certificate: Certificate<L>,
+    pub(super) sum: PixelSum<L>,
 }
 
 impl<L: Lanes> BatchProof<L> {
@@ -151,7 +121,7 @@ impl<L: Lanes> BatchProof<L> {
     }
 
     /// The number of packets.
-    fn packets(&self) -> usize {
+    pub(super) fn packets(&self) -> usize {
         self.waiting.len().max(1)
     }
 }
@@ -379,7 +349,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         true
     }
 
-    fn certificate_of(&self, packet: usize) -> &Certificate<L> {
+    pub(super) fn certificate_of(&self, packet: usize) -> &Certificate<L> {
         if packet == self.proof.packet { &self.certificate } else { &self.proof.waiting[packet].certificate }
     }
 
@@ -392,124 +362,6 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     fn end_of_round(&mut self) {
         self.certificate.rays = self.certificate.rays + self.followed;
         self.followed = L::lit(self.s, 0.0);
-    }
-
-    /// Finds the groups that may be more than `max_codes` off, and that more rays may prove.
-    #[inline(always)]
-    fn judge(&mut self, max_codes: u8, sum: &PixelSum<L>) {
-        let standing = self.standing(sum);
-        let mut unproved = 0;
-        let batch = self.proof.batch;
-        for group in batch.groups(self.proof.unproved) {
-            let share = 1.0 / f64::from(group.count_ones());
-            let (mut light, mut omitted, mut rays) = ([0.0; 3], [0.0; 3], 0.0);
-            for sample in lanes_of(group) {
-                for c in 0..3 {
-                    light[c] += share * standing.light[c][sample];
-                    omitted[c] += share * standing.omitted[c][sample];
-                }
-                rays += standing.rays[sample];
-            }
-            if omitted == [0.0; 3] {
-                continue;
-            }
-            // No sample has more rays than all of them.
-            let rounding = self.rounding(rays);
-            let ends = interval(light, omitted, rounding);
-            let proved = self.is_proved(group, max_codes, ends);
-            // Where rounding alone may change a code, more rays do not help.
-            let further = (0..3).any(|c| !proved[c] && omitted[c] > 0.5 * rounding * light[c]);
-            if further {
-                if self.is_within_reach(group, max_codes, ends, rays) {
-                    unproved |= group;
-                } else {
-                    self.proof.given_up |= group;
-                }
-            }
-        }
-        self.proof.unproved = unproved;
-    }
-
-    /// Whether each channel of a group is proved.
-    fn is_proved(&self, group: u32, max_codes: u8, ends: [[f32; 2]; 3]) -> [bool; 3] {
-        let display = &self.world.display;
-        match self.width(group, max_codes) {
-            None => proved(display, ends, max_codes),
-            Some(width) => share_of_code(display, ends, max_codes).map(|share| share <= width),
-        }
-    }
-
-    /// The width that a group which is a part of its pixel must have; none if it is the whole.
-    fn width(&self, group: u32, max_codes: u8) -> Option<f64> {
-        let widths = if max_codes == 0 { EXACT_WIDTHS } else { WIDTHS };
-        let samples = self.proof.batch.samples();
-        let is_part = samples.is_part || group.count_ones() < samples.count;
-        is_part.then(|| widths[self.proof.attempt])
-    }
-
-    /// Whether a group is likely proved before it has had all of its rays. What it misses falls as a power of the number of rays,
-    /// which the rounds so far tell.
-    #[inline(never)]
-    fn is_within_reach(&mut self, group: u32, max_codes: u8, ends: [[f32; 2]; 3], rays: f64) -> bool {
-        let count = |sample: usize| self.certificate_of(sample / L::COUNT).deferred.count(sample % L::COUNT);
-        // A few rays are no explosion: they end at the depth that the picture is held against.
-        if self.world.ceiling.reach.max_depth.is_some() && lanes_of(group).all(|sample| count(sample) <= CHAINS) {
-            return true;
-        }
-        let most_rays = f64::from(Pruning::most_rays(group.count_ones()));
-        let first = group.trailing_zeros() as usize;
-        let before = self.proof.checkpoints[first];
-        if rays >= most_rays {
-            return false;
-        }
-        if rays < (FREE_SHARE * most_rays).max(1.5 * before.rays) {
-            return true;
-        }
-        let omitted = ends.iter().map(|[low, high]| f64::from(high - low)).fold(0.0, f64::max);
-        let rate = log2(before.omitted / omitted) / log2(rays / before.rays);
-        self.proof.checkpoints[first] = Checkpoint { rays, omitted };
-        // What is left are the skipped lights, which the next attempt does not skip.
-        let skipped =
-            |sample: usize| self.certificate_of(sample / L::COUNT).skipped_light.lane(sample % L::COUNT).to_f64();
-        let skipped = lanes_of(group).map(skipped).sum::<f64>() / f64::from(group.count_ones());
-        let excess = match self.width(group, max_codes) {
-            None => excess(&self.world.display, ends, max_codes),
-            Some(width) => {
-                let shares = share_of_code(&self.world.display, ends, max_codes);
-                shares.into_iter().fold(1.0, |most, share| f64::max(most, share / width))
-            }
-        };
-        before.rays == 0.0 || skipped > 0.5 * omitted || rays * pow(excess, 1.0 / rate.max(1e-3)) <= HOPE * most_rays
-    }
-
-    /// How things stand with all samples.
-    #[inline(always)]
-    fn standing(&self, sum: &PixelSum<L>) -> Standing {
-        let black = [[0.0; BATCH]; 3];
-        let mut standing = Standing { light: black, omitted: black, rays: [0.0; BATCH] };
-        for packet in 0..self.proof.packets() {
-            let is_at_work = packet == self.proof.packet;
-            let sum = if is_at_work { sum } else { &self.proof.waiting[packet].sum };
-            let certificate = self.certificate_of(packet);
-            let first = packet * L::COUNT;
-            sum.store(&mut standing.light, first);
-            let omitted = self.with_deferred(certificate);
-            for (omitted, channel) in standing.omitted.iter_mut().zip([omitted.x, omitted.y, omitted.z]) {
-                store(channel, omitted, first);
-            }
-            store(certificate.rays, &mut standing.rays, first);
-        }
-        standing
-    }
-
-    /// R and what the deferred rays of a packet can bring.
-    #[inline(always)]
-    fn with_deferred(&self, certificate: &Certificate<L>) -> V3<L> {
-        let mut omitted = certificate.omitted;
-        for (lanes, weight, depth) in certificate.deferred.weights() {
-            omitted = V3::select(L::mask(self.s, lanes), omitted + self.upper_bound(weight, depth), omitted);
-        }
-        omitted
     }
 
     /// Omits the rays that are still deferred. Groups that are not proved because of skipped lights have to be traced again, now
@@ -572,50 +424,4 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         }
         true
     }
-
-    /// The relative error of the sum of a sample with some rays.
-    #[inline(always)]
-    fn rounding(&self, rays: f64) -> f64 {
-        let terms_of_ray = 1.0 + self.world.lights.len() as f64;
-        relative_error::<L::Real>((rays + 2.0) * terms_of_ray)
-    }
-
-    /// What the samples brought.
-    #[inline(always)]
-    pub(super) fn store_light(&mut self, sum: &PixelSum<L>, brought: &mut BatchLight) {
-        (brought.incomplete, brought.given_up) = (0, 0);
-        if self.proof.waiting.is_empty() && self.incomplete() & L::ALL == 0 {
-            sum.store(&mut brought.light, 0);
-        } else {
-            self.store_bounds(sum, brought);
-        }
-    }
-
-    #[inline(never)]
-    fn store_bounds(&mut self, sum: &PixelSum<L>, brought: &mut BatchLight) {
-        L::vectorize(
-            self.s,
-            #[inline(always)]
-            || {
-                let standing = self.standing(sum);
-                (brought.light, brought.omitted) = (standing.light, standing.omitted);
-                brought.given_up = self.proof.given_up;
-                for sample in lanes_of(self.proof.batch.all()) {
-                    brought.rounding[sample] = 0.0;
-                    if (0..3).any(|c| brought.omitted[c][sample] > 0.0) {
-                        brought.incomplete |= 1 << sample;
-                        brought.rounding[sample] = self.rounding(standing.rays[sample]);
-                    }
-                }
-            },
-        );
-    }
-}
-
-/// Writes the numbers of lanes from sample `first` on.
-#[inline(always)]
-fn store<L: Lanes>(numbers: L, all: &mut [f64; BATCH], first: usize) {
-    let mut parts = [L::Real::default(); MAX_LANES];
-    numbers.store(&mut parts);
-    all[first..first + L::COUNT].iter_mut().zip(&parts).for_each(|(number, part)| *number = part.to_f64());
 }
