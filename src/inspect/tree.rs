@@ -212,7 +212,7 @@ fn record<L>(
 where
     L: Lanes<Simd = ()>,
 {
-    let samples = samples_of(scene, x, y, control);
+    let samples = samples_of(scene, [x, y], control)?;
     let recorder =
         Recorder::<L::Real> { scene, world, rays: Vec::new(), truncated: false, bytes: 0, before: (0, false, 0) };
     let _entered = control.enter();

@@ -1,7 +1,7 @@
 //! A traced block of pixels, and what it tells about antialiasing.
 
 use crate::film::Region;
-use crate::render::{CONTRAST, PacketCost, code_in, is_uneven};
+use crate::render::{CONTRAST, PacketCost, contrast_in, contrast_within, refined_samples};
 use crate::scene::Scene;
 use crate::trace::counts::RayCounts;
 
@@ -25,6 +25,8 @@ pub(super) struct Block {
     /// Pixels that differ from a neighbour in the block: with all neighbours known, without those beyond a side, and without
     /// those beyond a corner.
     seen: [f64; 3],
+    /// Samples that they get.
+    samples: [f64; 3],
     /// What pixels with all neighbours known tell of the others.
     pub(super) chances: Chances,
 }
@@ -37,6 +39,7 @@ impl Block {
             base: cost.rays,
             nanoseconds: cost.nanoseconds,
             seen: [0.0; 3],
+            samples: [0.0; 3],
             chances: Chances::default(),
         };
         if scene.refines() {
@@ -52,11 +55,13 @@ impl Block {
     }
 
     fn look(&mut self, scene: &Scene, block: Region, codes: &[[u8; 3]], [x, y]: [u32; 2]) {
-        if !is_uneven(code_in(codes, block), block, x, y) {
+        let contrast = contrast_in(codes, block, [x, y]);
+        if contrast < CONTRAST {
             return;
         }
         let known = known(scene, block, x, y);
         self.seen[known as usize] += 1.0;
+        self.samples[known as usize] += f64::from(refined_samples(contrast, scene.samples));
         if known != Known::All {
             return;
         }
@@ -69,15 +74,19 @@ impl Block {
         let sides = [part(x - 1, y - 1, 2, 3), part(x, y - 1, 2, 3), part(x - 1, y - 1, 3, 2), part(x - 1, y, 3, 2)];
         let corners = [part(x - 1, y - 1, 2, 2), part(x, y - 1, 2, 2), part(x - 1, y, 2, 2), part(x, y, 2, 2)];
         let seen = |parts: [Region; 4]| {
-            parts.iter().filter(|part| is_uneven(code_in(codes, block), **part, x, y)).count() as f64
+            parts.iter().filter(|part| contrast_within(codes, block, **part, [x, y]) >= CONTRAST).count() as f64
         };
         self.chances.add(self.base.total() as f64 / self.pixels as f64, seen(sides), seen(corners));
     }
 
-    /// Estimated share of the pixels that are refined.
-    pub(super) fn share(&self, chances: &Chances) -> f64 {
-        let [all, sides, corners] = self.seen;
-        (all + sides / chances.side() + corners / chances.corner()) / self.pixels as f64
+    /// Estimated number of pixels that are refined.
+    pub(super) fn refined(&self, chances: &Chances) -> f64 {
+        chances.of_all(self.seen)
+    }
+
+    /// Estimated samples that they get, for each base sample of the block.
+    pub(super) fn refined_samples(&self, chances: &Chances, base_samples: u32) -> f64 {
+        chances.of_all(self.samples) / (self.pixels as f64 * f64::from(base_samples))
     }
 }
 
@@ -120,6 +129,11 @@ impl Chances {
             side: all.side + block.chances.side,
             corner: all.corner + block.chances.corner,
         })
+    }
+
+    /// What all pixels have, from those that were seen.
+    fn of_all(&self, [all, sides, corners]: [f64; 3]) -> f64 {
+        all + sides / self.side() + corners / self.corner()
     }
 
     fn side(&self) -> f64 {

@@ -43,6 +43,12 @@ pub struct Expected {
 }
 
 impl Expected {
+    /// The same, where something else may be off by so much.
+    fn widened(self, by: f64) -> Self {
+        let reach = |end: usize| math::hypot(self.interval[end] - self.value, by);
+        Self { interval: [(self.value - reach(0)).max(0.0), self.value + reach(1)], ..self }
+    }
+
     /// The sum of independent estimates.
     fn and(self, other: Self) -> Self {
         let value = self.value + other.value;
@@ -127,17 +133,28 @@ impl Pilot {
         let added_time = |block: &Block| survey.added(block, block.nanoseconds) * slowdown;
         let time = expect(&|b| b.nanoseconds + added_time(b));
         let (added, added_time) = (expect(&|b| survey.added(b, all(b))), expect(&added_time));
-        let refined = |block: &Block| block.share(&survey.chances) * block.pixels as f64;
-        let off = [time.interval[1] - time.value, slowdown_off * added_time.value, CLOCK * time.value];
+        let refined = |block: &Block| if survey.refines { block.refined(&survey.chances) } else { 0.0 };
+        let added_off = survey.added_off();
+        let off = [
+            time.interval[1] - time.value,
+            math::hypot(slowdown_off, added_off) * added_time.value,
+            CLOCK * time.value,
+        ];
+        // What refining adds is off in all blocks by the same factor.
+        let with_added_off = |expected: Expected, added: f64| expected.widened(added_off * added);
+        let kind = |kind: usize| {
+            let of = |block: &Block| by_kind(&block.base)[kind];
+            with_added_off(expect(&|b| with_added(b, of(b))), expect(&|b| survey.added(b, of(b))).value)
+        };
         let mut pilot = Self {
             traced,
             pixels,
-            kinds: std::array::from_fn(|kind| expect(&|b| with_added(b, by_kind(&b.base)[kind]))),
+            kinds: std::array::from_fn(kind),
             total_reflections: expect(&|b| with_added(b, b.base.total_internal_reflections as f64)),
-            added,
-            refined: expect(&|b| if survey.factor > 0.0 { refined(b) } else { 0.0 }),
+            added: with_added_off(added, added.value),
+            refined: expect(&refined),
             given_up: expect(&|b| b.base.given_up as f64),
-            rays: expect(&|b| with_added(b, all(b))),
+            rays: with_added_off(expect(&|b| with_added(b, all(b))), added.value),
             times: fitted,
             is_cut_off: survey.is_cut_off,
             added_nanoseconds: added_time.value / added.value.max(1.0),

@@ -12,7 +12,6 @@ use crate::control::{Cancelled, Control, Stopwatch};
 use crate::film::Region;
 use crate::render::{BLOCK, PacketCost, Probe, border_share};
 use crate::scene::Scene;
-use crate::scene::effects::REFINED_SAMPLES;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -32,6 +31,10 @@ const OF_BLOCKS: f64 = 0.5;
 const PACKETS: [f64; 2] = [8.0, 64.0];
 /// Blocks of base samples that are traced to find the pixels of a packet.
 const FINDING: f64 = 4.0;
+/// About how many samples a refined pixel gets.
+const REFINED: f64 = 12.0;
+/// Relative error of what refining adds where nothing was refined.
+const UNKNOWN: f64 = 0.5;
 /// Edge of the tiles in which these pixels are searched.
 const TILE: u32 = 16;
 /// A block was interrupted if its rays took this many times as long as those of 99 of 100 blocks.
@@ -44,15 +47,19 @@ pub(super) struct Survey {
     pub(super) blocks: Vec<Block>,
     /// Chances to see from a block that a pixel will be refined.
     pub(super) chances: Chances,
-    /// Samples of a refined pixel for each base sample. 0 if none is refined.
-    pub(super) factor: f64,
+    /// Whether pixels are refined.
+    pub(super) refines: bool,
+    /// Base samples of each pixel.
+    base_samples: u32,
     /// Time of a ray in packets of refined pixels, relative to the blocks they come from.
     pub(super) slowdowns: Vec<f64>,
     /// Whether even the first blocks took too long, so that the picture takes at least what they tell.
     pub(super) is_cut_off: bool,
-    /// Rays of refined samples, relative to base samples around them. They differ, since what a pixel's proof needs depends on
-    /// the number of its samples.
+    /// Rays of refined pixels, relative to those expected from the base samples around them. They differ, since what a pixel's
+    /// proof needs depends on the number of its samples, and those with more contrast have other rays.
     heavier: f64,
+    /// The half width of its 95 % interval.
+    heavier_off: f64,
 }
 
 impl Survey {
@@ -91,14 +98,15 @@ impl Survey {
             blocks
         };
         let (refines, traced) = (scene.refines(), trace(0..first));
-        let factor = if refines { f64::from(REFINED_SAMPLES) / f64::from(scene.samples) } else { 0.0 };
         let mut survey = Self {
             blocks: Vec::new(),
             chances: Chances::default(),
-            factor,
+            refines,
+            base_samples: scene.samples,
             slowdowns: Vec::new(),
             is_cut_off: false,
             heavier: 1.0,
+            heavier_off: if refines { UNKNOWN } else { 0.0 },
         };
         survey.set(traced.iter().map(|(_, block)| block.clone()).collect());
         let share = effort.share * if refines { OF_BLOCKS } else { 1.0 };
@@ -107,7 +115,7 @@ impl Survey {
         survey.set(in_order(traced, more));
         if refines {
             let share = effort.share * (1.0 - OF_BLOCKS);
-            survey.refine(&probe, region, share, scene.proves(), || is_late(1.5) || in_time.is_cancelled());
+            survey.refine(&probe, region, share, || is_late(1.5) || in_time.is_cancelled());
         }
         survey.is_cut_off = in_time.is_cancelled();
         if is_cancelled() { Err(Cancelled) } else { Ok(survey) }
@@ -120,7 +128,12 @@ impl Survey {
 
     /// Estimate of what refining adds to a block whose base samples take `base`.
     pub(super) fn added(&self, block: &Block, base: f64) -> f64 {
-        base * block.share(&self.chances) * self.factor * self.heavier
+        if self.refines { base * block.refined_samples(&self.chances, self.base_samples) * self.heavier } else { 0.0 }
+    }
+
+    /// The relative error of what refining adds that the blocks do not tell.
+    pub(super) fn added_off(&self) -> f64 {
+        self.heavier_off / self.heavier
     }
 
     fn base_rays(&self) -> f64 {
@@ -135,21 +148,14 @@ impl Survey {
     }
 
     /// Refines packets of pixels, for about a share of the rays of the region.
-    fn refine(
-        &mut self,
-        probe: &Probe<'_>,
-        region: Region,
-        share: f64,
-        proves: bool,
-        is_late: impl Fn() -> bool + Sync,
-    ) {
+    fn refine(&mut self, probe: &Probe<'_>, region: Region, share: f64, is_late: impl Fn() -> bool + Sync) {
         let added: Vec<f64> = self.blocks.iter().map(|block| self.added(block, block.nanoseconds)).collect();
         let all: f64 = added.iter().sum();
         if all <= 0.0 {
             return;
         }
         // Of a packet where it is likely to be drawn.
-        let rays = |block: &Block| block.base.total() as f64 * (FINDING + self.factor);
+        let rays = |block: &Block| block.base.total() as f64 * (FINDING + REFINED / f64::from(self.base_samples));
         let rays = self.blocks.iter().zip(&added).map(|(block, added)| added / all * rays(block)).sum::<f64>();
         let count = (share * self.rays(region) / rays).clamp(PACKETS[0], PACKETS[1]);
         let mut drawn = Vec::new();
@@ -165,17 +171,19 @@ impl Survey {
             if is_late() {
                 return None;
             }
-            let cost = probe.refined(block.region, tile_around(block.region, region))?;
+            let (cost, samples) = probe.refined(block.region, tile_around(block.region, region))?;
             let [rays, base] = [cost.rays, block.base].map(|rays| rays.total().max(1) as f64);
-            let thought =
-                base / block.pixels as f64 * self.factor * cost.rays.camera as f64 / f64::from(REFINED_SAMPLES);
+            let thought = base * f64::from(samples) / (block.pixels as f64 * f64::from(self.base_samples));
             Some((cost.nanoseconds / rays / (block.nanoseconds / base), rays / thought.max(1.0)))
         };
         drawn.dedup_by_key(|block| block.region);
         let (slowdowns, heavier): (Vec<f64>, Vec<f64>) =
             drawn.into_par_iter().with_max_len(1).filter_map(slowdown).unzip();
-        if proves && !heavier.is_empty() {
-            self.heavier = heavier.iter().sum::<f64>() / heavier.len() as f64;
+        if heavier.len() > 1 {
+            let n = heavier.len() as f64;
+            let mean = heavier.iter().sum::<f64>() / n;
+            let variance = heavier.iter().map(|each| (each - mean).powi(2)).sum::<f64>() / (n - 1.0);
+            (self.heavier, self.heavier_off) = (mean, (2.0 + 8.0 / n) * (variance / n).sqrt());
         }
         self.slowdowns = slowdowns;
     }

@@ -45,21 +45,19 @@ fn differ(most: &mut [u8], a: &[u8], b: &[u8]) {
     }
 }
 
-/// Whether a pixel differs from one of its eight neighbours within `around`, by their codes.
-pub(crate) fn is_uneven(codes: impl Fn(u32, u32) -> [u8; 3], around: Region, x: u32, y: u32) -> bool {
-    let here = codes(x, y);
-    let columns = x.saturating_sub(1).max(around.x)..=(x + 1).min(around.x + around.width - 1);
-    columns
-        .flat_map(|x| {
-            let rows = y.saturating_sub(1).max(around.y)..=(y + 1).min(around.y + around.height - 1);
-            rows.map(move |y| (x, y))
-        })
-        .any(|(x, y)| codes(x, y).iter().zip(here).any(|(a, b)| a.abs_diff(b) >= CONTRAST))
+/// The largest difference of one pixel from its eight neighbours, as far as they lie in `part`, in codes. `codes` are those of
+/// `around`, row by row.
+pub(crate) fn contrast_within(codes: &[[u8; 3]], around: Region, part: Region, [x, y]: [u32; 2]) -> u8 {
+    let here = codes[around.index([x, y])];
+    let columns = x.saturating_sub(1).max(part.x)..=(x + 1).min(part.x + part.width - 1);
+    let rows = y.saturating_sub(1).max(part.y)..=(y + 1).min(part.y + part.height - 1);
+    let beside = rows.flat_map(|y| columns.clone().map(move |x| codes[around.index([x, y])]));
+    beside.flat_map(|codes| (0..3).map(move |c| codes[c].abs_diff(here[c]))).fold(0, u8::max)
 }
 
-/// The code of a pixel of a picture that is kept row by row.
-pub(crate) fn code_in(codes: &[[u8; 3]], around: Region) -> impl Fn(u32, u32) -> [u8; 3] {
-    move |x, y| codes[around.index([x, y])]
+/// The same of all neighbours in `around`.
+pub(crate) fn contrast_in(codes: &[[u8; 3]], around: Region, at: [u32; 2]) -> u8 {
+    contrast_within(codes, around, around, at)
 }
 
 #[cfg(test)]
@@ -77,9 +75,9 @@ mod tests {
             let contrasts = contrasts(&codes, width);
             let mut seen = [0, 0];
             for [x, y] in around.iter() {
-                let uneven = is_uneven(code_in(&codes, around), around, x, y);
-                assert_eq!(contrasts[around.index([x, y])] >= CONTRAST, uneven, "{x} {y}");
-                seen[usize::from(uneven)] += 1;
+                let contrast = contrast_in(&codes, around, [x, y]);
+                assert_eq!(contrasts[around.index([x, y])], contrast, "{x} {y}");
+                seen[usize::from(contrast >= CONTRAST)] += 1;
             }
             assert!(width < 33 || seen.iter().all(|count| *count > 20), "{seen:?}");
         }

@@ -105,7 +105,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
     }
 
     /// How many samples a pixel gets.
-    pub(super) fn samples_of(&self, [x, y]: [u32; 2]) -> Result<u32, Cancelled> {
+    pub(super) fn doubled_samples_of(&self, [x, y]: [u32; 2]) -> Result<u32, Cancelled> {
         let patch = self.patch(Region { x, y, width: 1, height: 1 })?;
         Ok(patch.sums[patch.around.index([x, y])].samples)
     }

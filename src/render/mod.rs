@@ -2,6 +2,7 @@
 
 mod adaptive_sampling;
 mod alpha;
+mod antialiasing;
 mod confidence;
 mod contrast;
 mod doubling;
@@ -28,14 +29,15 @@ use crate::camera::Window;
 use crate::film::Region;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
-use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::World;
 use packets::KernelFormat;
 use renderer::Renderer;
 
 pub use adaptive_sampling::Reached;
+pub use antialiasing::MOST as MOST_REFINED;
+pub(crate) use antialiasing::refined_samples;
 pub use confidence::{Histogram, Sampling};
-pub(crate) use contrast::{CONTRAST, code_in, is_uneven};
+pub(crate) use contrast::{CONTRAST, contrast_in, contrast_within};
 pub(crate) use doubling::border_share;
 pub use doubling::sampling_bytes;
 pub use layers::{LayerKind, Layers, render_layers};
@@ -52,7 +54,7 @@ pub use crate::trace::counts::RayCounts;
 
 /// Part of the names under which pictures are cached. Raise it with every change that may change a pixel of any picture;
 /// golden pictures notice such changes.
-pub const RENDER_EPOCH: u32 = 14;
+pub const RENDER_EPOCH: u32 = 15;
 
 /// Renders a region of the scene's picture, which must fit ([`Region::fits`]).
 pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Picture, Cancelled> {
@@ -124,27 +126,17 @@ fn render_seen(
     Ok(Picture { trace_ms: start.milliseconds(), ..picture })
 }
 
-/// Samples of one pixel of the scene's picture: `samples`, or more where antialiasing refines it.
-pub fn samples_of(scene: &Scene, x: u32, y: u32, control: &Control) -> u32 {
-    if scene.adaptive {
-        let doubled = match &scene.world {
-            Precise::Single(world) => Renderer::new(scene, world, control, RenderOptions::default()).samples_of([x, y]),
-            Precise::Double(world) => Renderer::new(scene, world, control, RenderOptions::default()).samples_of([x, y]),
-        };
-        // Once cancelled, any number does.
-        return doubled.unwrap_or(1);
-    }
-    if !scene.refines() {
-        return scene.samples;
-    }
-    let around = Region { x, y, width: 1, height: 1 }.with_border(scene.width, scene.height);
-    let uneven = match &scene.world {
-        Precise::Single(world) => {
-            Renderer::new(scene, world, control, RenderOptions::default()).uneven_in(around, x, y)
+/// Samples of one pixel of the scene's picture.
+pub fn samples_of(scene: &Scene, at: [u32; 2], control: &Control) -> Result<u32, Cancelled> {
+    fn of<R: KernelFormat>(renderer: &Renderer<'_, R>, at: [u32; 2]) -> Result<u32, Cancelled> {
+        match renderer.scene {
+            Scene { adaptive: true, .. } => renderer.doubled_samples_of(at),
+            scene if scene.refines() => renderer.refined_samples_of(at),
+            scene => Ok(scene.samples),
         }
-        Precise::Double(world) => {
-            Renderer::new(scene, world, control, RenderOptions::default()).uneven_in(around, x, y)
-        }
-    };
-    if uneven { REFINED_SAMPLES } else { scene.samples }
+    }
+    match &scene.world {
+        Precise::Single(world) => of(&Renderer::new(scene, world, control, RenderOptions::default()), at),
+        Precise::Double(world) => of(&Renderer::new(scene, world, control, RenderOptions::default()), at),
+    }
 }

@@ -1,5 +1,6 @@
 //! Probes: a few blocks of pixels, traced and timed for the [`pilot`](crate::plan::pilot).
 
+use super::antialiasing::{Uneven, refined_samples};
 use super::contrast::{CONTRAST, codes_of, contrasts};
 use super::packets::{KernelFormat, Traced};
 use crate::control::Control;
@@ -14,7 +15,6 @@ use crate::film::Region;
 use crate::lanes::MAX_LANES;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
-use crate::scene::effects::REFINED_SAMPLES;
 
 /// The cost of a packet of pixels.
 #[derive(Debug, Clone, Copy)]
@@ -58,8 +58,8 @@ impl<'a> Probe<'a> {
     }
 
     /// The cost of refining a packet of pixels in or near a block, in the same tile, without the base samples that decide which
-    /// pixels are refined; none if none is.
-    pub(crate) fn refined(&self, block: Region, tile: Region) -> Option<PacketCost> {
+    /// pixels are refined, and its samples; none if no pixel is refined.
+    pub(crate) fn refined(&self, block: Region, tile: Region) -> Option<(PacketCost, u32)> {
         match self {
             Self::Single(renderer) => renderer.refined(block, tile),
             Self::Double(renderer) => renderer.refined(block, tile),
@@ -98,7 +98,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
         (traced.pixels, PacketCost { rays: traced.rays, nanoseconds })
     }
 
-    fn refined(&self, block: Region, tile: Region) -> Option<PacketCost> {
+    fn refined(&self, block: Region, tile: Region) -> Option<(PacketCost, u32)> {
         let base = |part: Region| {
             let at: Vec<[u32; 2]> = part.tiles(BLOCK).flat_map(Region::iter).collect();
             let mut traced = Traced::default();
@@ -107,7 +107,9 @@ impl<R: KernelFormat> Renderer<'_, R> {
             let mut pixels = vec![[0.0; 3]; at.len()];
             at.iter().zip(traced.pixels).for_each(|(at, pixel)| pixels[part.index(*at)] = pixel);
             let contrasts = contrasts(&codes_of(&self.job.world.display, &pixels), part.width);
-            near(part, |at| contrasts[part.index(at)] >= CONTRAST)
+            let uneven = near(part, |at| contrasts[part.index(at)] >= CONTRAST);
+            let pixel = |at: [u32; 2]| Uneven { at, contrast: contrasts[part.index(at)] };
+            uneven.into_iter().map(pixel).collect::<Vec<_>>()
         };
         // One row of blocks is often enough.
         let y = block.y.min(tile.y + tile.height - block.height);
@@ -115,12 +117,14 @@ impl<R: KernelFormat> Renderer<'_, R> {
         if uneven.len() < MAX_LANES {
             uneven = base(tile);
         }
-        let first = uneven.iter().position(|[x, y]| *y >= block.y && *x >= block.x).unwrap_or(0);
+        let first = uneven.iter().position(|pixel| pixel.at[1] >= block.y && pixel.at[0] >= block.x).unwrap_or(0);
         let first = first.min(uneven.len().saturating_sub(MAX_LANES));
         let packet = &uneven[first..uneven.len().min(first + MAX_LANES)];
-        let mut traced = Traced::default();
-        R::trace(self.options.level, &self.job, packet, Samples::of_picture(REFINED_SAMPLES), &mut traced);
-        self.control.add_rays(traced.rays.total());
-        (!packet.is_empty()).then(|| PacketCost::of(&traced.packets))
+        let started = ThreadTime::start();
+        // Once the render is cancelled, results are useless.
+        let rays = self.refine(packet).unwrap_or_default().rays;
+        let nanoseconds = started.nanoseconds();
+        let samples: u32 = packet.iter().map(|pixel| refined_samples(pixel.contrast, self.scene.samples)).sum();
+        (!packet.is_empty()).then_some((PacketCost { rays, nanoseconds }, samples))
     }
 }

@@ -1,6 +1,7 @@
 //! The renderer of one picture: its tiles on the current rayon pool, and antialiasing.
 
-use super::contrast::{CONTRAST, code_in, codes_of, contrasts, is_uneven};
+use super::antialiasing::{Uneven, refined_samples};
+use super::contrast::{CONTRAST, codes_of, contrast_in, contrasts};
 use super::packets::{KernelFormat, TraceJob, Traced};
 use crate::control::{Cancelled, Control, Stopwatch};
 use crate::trace::pixel::Samples;
@@ -12,7 +13,6 @@ use crate::camera::Window;
 use crate::film::{Film, Region};
 use crate::lanes::MAX_LANES;
 use crate::scene::Scene;
-use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::World;
 use crate::trace::variants::KernelVariant;
 use rayon::prelude::*;
@@ -84,7 +84,8 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         let is_uneven = |at: [u32; 2]| contrast(at) >= CONTRAST;
         let uneven = near(region, is_uneven);
         self.control.add_total(uneven.len() as u64);
-        let refined = self.list(&uneven, REFINED_SAMPLES)?;
+        let uneven_pixel = |at: &[u32; 2]| Uneven { at: *at, contrast: contrast(*at) };
+        let refined = self.refine(&uneven.iter().map(uneven_pixel).collect::<Vec<_>>())?;
         if around != region {
             traced.pixels = region.iter().map(|at| traced.pixels[around.index(at)]).collect();
         }
@@ -182,9 +183,11 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         }
     }
 
-    pub(super) fn uneven_in(&self, around: Region, x: u32, y: u32) -> bool {
-        let Ok(base) = self.grid(around) else { return false };
-        let codes = codes_of(&self.job.world.display, &base.pixels);
-        is_uneven(code_in(&codes, around), around, x, y)
+    /// The samples of one pixel of a picture that is refined.
+    pub(super) fn refined_samples_of(&self, at: [u32; 2]) -> Result<u32, Cancelled> {
+        let [width, height] = self.size;
+        let around = Region { x: at[0], y: at[1], width: 1, height: 1 }.with_border(width, height);
+        let base = codes_of(&self.job.world.display, &self.grid(around)?.pixels);
+        Ok(refined_samples(contrast_in(&base, around, at), self.scene.samples))
     }
 }

@@ -1,13 +1,13 @@
 //! One pixel of each block of a picture, exactly as the picture has it: for coarse maps.
 
-use super::contrast::{code_in, codes_of, is_uneven};
+use super::antialiasing::Uneven;
+use super::contrast::{CONTRAST, codes_of, contrast_in};
 use super::packets::{KernelFormat, Traced};
 use super::renderer::Renderer;
 use super::{Picture, Refined};
 use crate::bound::BoundedPixel;
 use crate::control::Cancelled;
 use crate::film::Region;
-use crate::scene::effects::REFINED_SAMPLES;
 use std::collections::HashMap;
 
 /// Blocks from which on one pixel with its neighbours takes less than all pixels do.
@@ -62,13 +62,15 @@ impl<R: KernelFormat> Renderer<'_, R> {
         let (mut first, mut middles, mut uneven) = (0, Vec::with_capacity(at.len()), Vec::new());
         for (&[x, y], around) in at.iter().zip(&around) {
             let end = first + around.pixels() as usize;
-            if is_uneven(code_in(&codes[first..end], *around), *around, x, y) {
-                uneven.push(middles.len());
+            let (middle, contrast) = (first + around.index([x, y]), contrast_in(&codes[first..end], *around, [x, y]));
+            if contrast >= CONTRAST {
+                uneven.push((middles.len(), Uneven { at: [x, y], contrast }));
             }
-            middles.push(first + around.index([x, y]));
+            middles.push(middle);
             first = end;
         }
-        let refined = self.list(&uneven.iter().map(|index| at[*index]).collect::<Vec<_>>(), REFINED_SAMPLES)?;
+        let (uneven, pixels): (Vec<usize>, Vec<Uneven>) = uneven.into_iter().unzip();
+        let refined = self.refine(&pixels)?;
         let mut pixels: Vec<[f32; 3]> = middles.iter().map(|index| traced.pixels[*index]).collect();
         uneven.iter().zip(refined.pixels).for_each(|(index, pixel)| pixels[*index] = pixel);
         // Base samples of a refined pixel bound nothing, but are a part of its cost.

@@ -121,7 +121,7 @@ fn smoothing(points: &[&Point]) -> Option<String> {
     let smooth = members(points, Sweep::Antialias).into_iter().find(|p| p.settings.samples == 1)?;
     let (a, b) = (smooth.measured.total?.rms_codes, even.measured.total?.rms_codes);
     Some(format!(
-        "Antialiasing, 16 samples only where neighbours differ, errs by {} codes (root mean square) in {} of the time of 16 \
+        "Antialiasing, more samples only where neighbours differ, errs by {} codes (root mean square) in {} of the time of 16 \
          samples everywhere, which err by {}.",
         figure(a),
         percent(ms(smooth) / ms(even)),

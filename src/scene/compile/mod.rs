@@ -101,7 +101,7 @@ struct Source {
 }
 
 impl Scene {
-    /// Whether pixels that differ from a neighbour get [`REFINED_SAMPLES`](super::effects::REFINED_SAMPLES).
+    /// Whether pixels that differ from a neighbour get more samples.
     pub fn refines(&self) -> bool {
         effects::refines(self.antialias, self.samples, self.statistical.is_some())
     }
@@ -128,11 +128,6 @@ impl Scene {
             Precise::Single(world) => world.behind.is_some(),
             Precise::Double(world) => world.behind.is_some(),
         }
-    }
-
-    /// Whether each pixel's rays are followed until it is proved.
-    pub(crate) fn proves(&self) -> bool {
-        matches!(self.pruning(), Pruning::Proved { .. })
     }
 
     /// What ends its chains of rays besides their length.
