@@ -4,7 +4,8 @@
     scenes.py FOLDER [SCENE ...]
 
 W1 is Whitted's pair of balls over a checkerboard, 1920 x 1080; W2 a sphere flake of 7,381 spheres, W2d6 one of 597,871;
-W3 a mesh of a million triangles; W4 a thousand glass balls. Right-handed; vfov is the full vertical angle. Needs numpy.
+W3 a mesh of a million triangles; W4 a thousand glass balls; W5 three balls under a square lamp, W7 the same through a lens.
+Right-handed; vfov is the full vertical angle. Needs numpy.
 """
 
 import json
@@ -22,7 +23,8 @@ def mat(color, kd=0.0, ks=0.0, shine=1.0, kr=0.0, kt=0.0, ior=1.0, color2=None, 
 
 def scene(**k):
     s = dict(
-        bg=[0.078, 0.361, 0.753], spheres=np.zeros((0, 4)), sph_mat=np.zeros(0, int), meshes=[], depth=5, adc=1 / 255.0
+        bg=[0.078, 0.361, 0.753], spheres=np.zeros((0, 4)), sph_mat=np.zeros(0, int), meshes=[], depth=5, adc=1 / 255.0,
+        area=None, lens=None
     )
     s.update(k)
     return s
@@ -192,6 +194,36 @@ def W4():
     )
 
 
+def W5(name="W5", **more):
+    m = [
+        mat([0.9, 0.9, 0.85], kd=0.8, color2=[0.35, 0.4, 0.5]),
+        mat([0.8, 0.25, 0.2], kd=0.8, ks=0.3, shine=60),
+        mat([0.3, 0.5, 0.8], kd=0.8, ks=0.3, shine=60),
+        mat([1, 1, 1], kd=0.1, ks=0.6, shine=80, kr=0.8),
+    ]
+    V, N, F = quad((-10, 0, 14), (10, 0, 14), (10, 0, -26), (-10, 0, -26))
+    return scene(**{**dict(
+        name=name,
+        res=(640, 360),
+        eye=[0, 2.2, 7],
+        at=[0, 1.0, 0],
+        up=[0, 1, 0],
+        vfov=40.0,
+        lights=[([3, 6, 4], [1.0, 1.0, 1.0])],
+        area=([2, 0, 0], [0, 0, 2]),
+        mats=m,
+        meshes=[(V, N, F, 0)],
+        spheres=np.array([[-1.9, 0.9, 0.5, 0.9], [1.9, 0.7, 1.9, 0.7], [0.4, 1.25, -2.2, 1.25]]),
+        sph_mat=np.array([1, 2, 3]),
+    ), **more})
+
+
+def W7():
+    return W5("W7", area=None, lens=(0.25, 6.5))
+
+
+# Those whose samples choose: only for equal_error.py.
+CHOOSING = dict(W5=W5, W7=W7)
 SCENES = dict(W1=W1, W2=W2, W2d6=lambda: W2(6, "W2d6"), W3=W3, W4=W4)
 
 
@@ -210,16 +242,21 @@ v3 = lambda p: "<%.9g,%.9g,%.9g>" % tuple(p)
 def pov(s, f):
     e, d, r, u = basis(s)
     w, h = s["res"]
+    lens = ""
+    if s["lens"]:
+        lens = " aperture %.9g focal_point %s BLUR" % (s["lens"][0], v3(e + d * s["lens"][1]))
     f.write(
         "#version 3.7;\nglobal_settings{assumed_gamma 1.0 max_trace_level %d adc_bailout %.9g ambient_light 1}\n"
         % (s["depth"], s["adc"])
     )
     f.write(
-        "background{rgb %s}\ncamera{location %s direction %s right %s up %s}\n"
-        % (v3(s["bg"]), v3(e), v3(d * 0.5 / math.tan(math.radians(s["vfov"]) / 2)), v3(r * w / h), v3(u))
+        "background{rgb %s}\ncamera{location %s direction %s right %s up %s%s}\n"
+        % (v3(s["bg"]), v3(e), v3(d * 0.5 / math.tan(math.radians(s["vfov"]) / 2)), v3(r * w / h), v3(u), lens)
     )
+    # In scenes that choose, the command line says how well: the file reads POINTS, ADAPTIVE and BLUR (see equal_error.py).
     for p, c in s["lights"]:
-        f.write("light_source{%s rgb %s}\n" % (v3(p), v3(c)))
+        area = " area_light %s,%s,POINTS,POINTS ADAPTIVE jitter" % tuple(map(v3, s["area"])) if s["area"] else ""
+        f.write("light_source{%s rgb %s%s}\n" % (v3(p), v3(c), area))
     for i, m in enumerate(s["mats"]):
         t = " transmit %g" % m["kt"] if m["kt"] else ""
         pig = (
@@ -327,6 +364,13 @@ def strahl(s, f):
         return d
 
     w, h = s["res"]
+    pinhole = dict(eye=s["eye"], look_at=s["at"], up=s["up"], vfov_deg=s["vfov"])
+    if s["lens"]:
+        pinhole.update(aperture=s["lens"][0], focus_distance=s["lens"][1])
+    area = dict(area=dict(parallelogram=dict(u=s["area"][0], v=s["area"][1]))) if s["area"] else {}
+    render = dict(max_depth=s["depth"], antialias=True, shadows="opaque")
+    if not (s["area"] or s["lens"]):
+        render.update(accuracy=dict(fixed={}), min_weight=s["adc"], samples=1, antialias=False, shadows="transmissive")
     objs = [
         dict(sphere=dict(center=list(map(float, q[:3])), radius=float(q[3]), material="m%d" % k))
         for q, k in zip(s["spheres"], s["sph_mat"])
@@ -341,20 +385,13 @@ def strahl(s, f):
             version=1,
             name=s["name"],
             image=dict(width=w, height=h),
-            camera=dict(pinhole=dict(eye=s["eye"], look_at=s["at"], up=s["up"], vfov_deg=s["vfov"])),
+            camera=dict(pinhole=pinhole),
             background=s["bg"],
             ambient=[A] * 3,
-            lights=[dict(point=dict(position=list(p), color=list(c))) for p, c in s["lights"]],
+            lights=[dict(point=dict(position=list(p), color=list(c), **area)) for p, c in s["lights"]],
             materials={"m%d" % i: material(m) for i, m in enumerate(s["mats"])},
             objects=objs,
-            render=dict(
-                accuracy=dict(fixed={}),
-                max_depth=s["depth"],
-                min_weight=s["adc"],
-                samples=1,
-                antialias=False,
-                shadows="transmissive",
-            ),
+            render=render,
         ),
         f,
     )
@@ -363,7 +400,7 @@ def strahl(s, f):
 def main():
     folder, names = sys.argv[1], sys.argv[2:] or SCENES
     for name in names:
-        made = SCENES[name]()
+        made = {**SCENES, **CHOOSING}[name]()
         for extension, write, mode in (("pov", pov, "w"), ("bin", binary, "wb"), ("json", strahl, "w")):
             with open(os.path.join(folder, name + "." + extension), mode) as file:
                 write(made, file)

@@ -27,8 +27,8 @@ pub(super) struct Block {
     seen: [f64; 3],
     /// Samples that they get.
     samples: [f64; 3],
-    /// What pixels with all neighbours known tell of the others.
-    pub(super) chances: Chances,
+    /// What pixels with all neighbours known tell of the others: of their number, and of their samples.
+    pub(super) chances: [Chances; 2],
 }
 
 impl Block {
@@ -40,7 +40,7 @@ impl Block {
             nanoseconds: cost.nanoseconds,
             seen: [0.0; 3],
             samples: [0.0; 3],
-            chances: Chances::default(),
+            chances: [Chances::default(); 2],
         };
         if scene.refines() {
             let codes: Vec<[u8; 3]> = pixels.iter().map(|p| scene.display().codes(*p)).collect();
@@ -60,8 +60,9 @@ impl Block {
             return;
         }
         let known = known(scene, block, x, y);
+        let samples = |contrast: u8| f64::from(refined_samples(contrast, scene.samples));
         self.seen[known as usize] += 1.0;
-        self.samples[known as usize] += f64::from(refined_samples(contrast, scene.samples));
+        self.samples[known as usize] += samples(contrast);
         if known != Known::All {
             return;
         }
@@ -73,20 +74,23 @@ impl Block {
         let part = |x: u32, y: u32, width: u32, height: u32| Region { x, y, width, height };
         let sides = [part(x - 1, y - 1, 2, 3), part(x, y - 1, 2, 3), part(x - 1, y - 1, 3, 2), part(x - 1, y, 3, 2)];
         let corners = [part(x - 1, y - 1, 2, 2), part(x, y - 1, 2, 2), part(x - 1, y, 2, 2), part(x, y, 2, 2)];
-        let seen = |parts: [Region; 4]| {
-            parts.iter().filter(|part| contrast_within(codes, block, **part, [x, y]) >= CONTRAST).count() as f64
-        };
-        self.chances.add(self.base.total() as f64 / self.pixels as f64, seen(sides), seen(corners));
+        let [sides, corners] =
+            [sides, corners].map(|parts| parts.map(|part| contrast_within(codes, block, part, [x, y])));
+        let weight = self.base.total() as f64 / self.pixels as f64;
+        let seen = |contrast: u8| if contrast < CONTRAST { 0.0 } else { 1.0 };
+        let tells = |of: &dyn Fn(u8) -> f64| [of(contrast), sides.map(of).iter().sum(), corners.map(of).iter().sum()];
+        self.chances[0].add(weight, tells(&seen));
+        self.chances[1].add(weight, tells(&|contrast| seen(contrast) * samples(contrast)));
     }
 
     /// Estimated number of pixels that are refined.
-    pub(super) fn refined(&self, chances: &Chances) -> f64 {
-        chances.of_all(self.seen)
+    pub(super) fn refined(&self, chances: &[Chances; 2]) -> f64 {
+        chances[0].of_all(self.seen)
     }
 
     /// Estimated samples that they get, for each base sample of the block.
-    pub(super) fn refined_samples(&self, chances: &Chances, base_samples: u32) -> f64 {
-        chances.of_all(self.samples) / (self.pixels as f64 * f64::from(base_samples))
+    pub(super) fn refined_samples(&self, chances: &[Chances; 2], base_samples: u32) -> f64 {
+        chances[1].of_all(self.samples) / (self.pixels as f64 * f64::from(base_samples))
     }
 }
 
@@ -103,8 +107,8 @@ fn known(scene: &Scene, block: Region, x: u32, y: u32) -> Known {
     }
 }
 
-/// The chance that a pixel that differs from a neighbour differs from one of the neighbours left without one side, or two.
-/// Pixels are weighted by their rays, since rays are to be estimated.
+/// The chance that a pixel that differs from a neighbour differs from one of the neighbours left without one side, or two; or
+/// which share of its samples it would get. Pixels are weighted by their rays, since rays are to be estimated.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Chances {
     asked: f64,
@@ -117,17 +121,21 @@ impl Chances {
     /// them from more.
     const THOUGHT: Self = Self { asked: 16.0, side: 16.0 * 0.8, corner: 16.0 * 0.65 };
 
-    fn add(&mut self, weight: f64, sides: f64, corners: f64) {
-        self.asked += weight * 4.0;
+    /// Adds what a pixel has, and the sums of what it would have without each side, and each corner.
+    fn add(&mut self, weight: f64, [all, sides, corners]: [f64; 3]) {
+        self.asked += weight * 4.0 * all;
         self.side += weight * sides;
         self.corner += weight * corners;
     }
 
-    pub(super) fn of<'a>(blocks: impl IntoIterator<Item = &'a Block>) -> Self {
-        blocks.into_iter().fold(Self::THOUGHT, |all, block| Self {
-            asked: all.asked + block.chances.asked,
-            side: all.side + block.chances.side,
-            corner: all.corner + block.chances.corner,
+    /// The chances of pixels, and of their samples.
+    pub(super) fn of(blocks: &[Block]) -> [Self; 2] {
+        [0, 1].map(|of: usize| {
+            blocks.iter().map(|block| &block.chances[of]).fold(Self::THOUGHT, |all, more| Self {
+                asked: all.asked + more.asked,
+                side: all.side + more.side,
+                corner: all.corner + more.corner,
+            })
         })
     }
 

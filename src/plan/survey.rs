@@ -45,8 +45,8 @@ const INTERRUPTED: f64 = 3.0;
 pub(super) struct Survey {
     /// Neighbours in space are neighbours in the list.
     pub(super) blocks: Vec<Block>,
-    /// Chances to see from a block that a pixel will be refined.
-    pub(super) chances: Chances,
+    /// Chances to see from a block that a pixel will be refined, and with how many samples.
+    pub(super) chances: [Chances; 2],
     /// Whether pixels are refined.
     pub(super) refines: bool,
     /// Base samples of each pixel.
@@ -100,7 +100,7 @@ impl Survey {
         let (refines, traced) = (scene.refines(), trace(0..first));
         let mut survey = Self {
             blocks: Vec::new(),
-            chances: Chances::default(),
+            chances: [Chances::default(); 2],
             refines,
             base_samples: scene.samples,
             slowdowns: Vec::new(),

@@ -7,12 +7,11 @@ use super::contrast::CONTRAST;
 use super::packets::{KernelFormat, Traced};
 use super::renderer::Renderer;
 use crate::control::Cancelled;
+use crate::scene::effects::REFINED_SAMPLES;
 
 /// Samples of pixels with some contrast to a neighbour, and the contrast from which on pixels get more. With these numbers the
 /// pictures of the repository take the fewest samples for the same error.
-const LEVELS: [(u32, u8); 4] = [(4, 24), (8, 40), (16, 112), (MOST, u8::MAX)];
-/// Most samples of a refined pixel.
-pub const MOST: u32 = 32;
+const LEVELS: [(u32, u8); 3] = [(4, 24), (8, 40), (REFINED_SAMPLES, u8::MAX)];
 
 /// A pixel that differs from a neighbour.
 #[derive(Debug, Clone, Copy)]
@@ -28,7 +27,7 @@ pub(crate) fn refined_samples(contrast: u8, samples: u32) -> u32 {
         return samples;
     }
     let level = LEVELS.iter().find(|(refined, below)| *refined > samples && contrast < *below);
-    level.map_or(MOST, |(refined, _)| *refined)
+    level.map_or(REFINED_SAMPLES, |(refined, _)| *refined)
 }
 
 impl<R: KernelFormat> Renderer<'_, R> {
@@ -59,7 +58,7 @@ mod tests {
         for samples in 1..16 {
             assert_eq!(refined_samples(CONTRAST - 1, samples), samples);
             let each: Vec<u32> = (CONTRAST..=u8::MAX).map(|contrast| refined_samples(contrast, samples)).collect();
-            assert!(each.is_sorted() && each[0] > samples && each.ends_with(&[MOST]), "{samples}: {each:?}");
+            assert!(each.is_sorted() && each[0] > samples && each.ends_with(&[REFINED_SAMPLES]), "{samples}: {each:?}");
         }
     }
 }

@@ -35,10 +35,13 @@ const OWN: f32 = 0.7;
 /// Weight of what was seen at the last look, in squares, and what is left of it after a doubling.
 const BEFORE: f32 = 0.3;
 const LEFT: f32 = 0.6;
+/// Weight of the contrast to neighbours after the first samples, which may all miss a small part of the light, or be all that is
+/// missed: a pixel next to others of another colour looks again.
+const CONTRAST: f32 = 0.1;
 /// Edge of the part of a picture that is worked on at a time. Its border is traced for its neighbours, too.
 const EDGE: u32 = 256;
-/// Bytes of what is known of a pixel: twice its sums, while a run is added, its place and two numbers.
-const PIXEL_BYTES: u64 = 2 * size_of::<PixelSums>() as u64 + 24;
+/// Bytes of what is known of a pixel: twice its sums, while a run is added, its place, its codes and two numbers.
+const PIXEL_BYTES: u64 = 2 * size_of::<PixelSums>() as u64 + 36;
 
 /// Bytes of memory that adaptive sampling takes beside a picture of so many pixels.
 pub fn sampling_bytes(scene: &Scene, pixels: u64) -> u64 {
@@ -65,6 +68,8 @@ struct Patch<'a, R> {
     around: Region,
     /// Row by row.
     sums: Vec<PixelSums>,
+    /// The mean of each, in codes.
+    codes: Vec<[f32; 3]>,
     /// The difference between the last two means of each, in codes of the worst channel.
     differences: Vec<f32>,
     /// That of each with its surroundings.
@@ -133,6 +138,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
             wanted,
             around,
             sums: vec![PixelSums::default(); count],
+            codes: vec![[0.0; 3]; count],
             differences: vec![0.0; count],
             likely: vec![0.0; count],
             traced: Traced::default(),
@@ -147,6 +153,11 @@ fn beside([x, y]: [u32; 2], around: Region) -> Region {
     let [left, top] = [x.saturating_sub(1).max(around.x), y.saturating_sub(1).max(around.y)];
     let [right, bottom] = [(x + 2).min(around.x + around.width), (y + 2).min(around.y + around.height)];
     Region { x: left, y: top, width: right - left, height: bottom - top }
+}
+
+/// The difference of two colours in codes, in the worst channel.
+fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
+    (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max)
 }
 
 impl<R: KernelFormat> Patch<'_, R> {
@@ -188,21 +199,25 @@ impl<R: KernelFormat> Patch<'_, R> {
         let difference = |at: &[u32; 2]| {
             let mean = sums[around.index(*at)].mean();
             let [all, half] = [mean.light, mean.halves[0]].map(|light| display.fine_codes(light.map(|c| c as f32)));
-            (0..3).map(|c| (all[c] - half[c]).abs()).fold(0.0, f32::max)
+            (all, apart(all, half))
         };
-        let differences: Vec<f32> = at.par_iter().with_min_len(1 << 10).map(difference).collect();
-        at.iter().zip(differences).for_each(|(at, new)| self.differences[around.index(*at)] = new);
+        let differences: Vec<([f32; 3], f32)> = at.par_iter().with_min_len(1 << 10).map(difference).collect();
+        for (at, (codes, difference)) in at.iter().zip(differences) {
+            let index = around.index(*at);
+            (self.codes[index], self.differences[index]) = (codes, difference);
+        }
     }
 
     /// How far pixels are likely off, from their differences and those around them, and from the last look.
     fn look_around(&mut self, at: &[[u32; 2]]) {
-        let (around, differences, before) = (self.around, &self.differences, &self.likely);
+        let (around, differences, codes, before) = (self.around, &self.differences, &self.codes, &self.likely);
         let likely = |at: &[u32; 2]| {
             let (near, index) = (beside(*at, around), around.index(*at));
             let squares: f32 = near.iter().map(|at| differences[around.index(at)].powi(2)).sum();
             let now = (squares / near.pixels() as f32).sqrt().max(OWN * differences[index]);
             if self.sums[index].samples == FIRST {
-                return now;
+                let contrast = near.iter().map(|at| apart(codes[around.index(at)], codes[index])).fold(0.0, f32::max);
+                return now.max(CONTRAST * contrast);
             }
             ((1.0 - BEFORE) * now * now + BEFORE * (LEFT * before[index]).powi(2)).sqrt()
         };

@@ -34,7 +34,6 @@ use packets::KernelFormat;
 use renderer::Renderer;
 
 pub use adaptive_sampling::Reached;
-pub use antialiasing::MOST as MOST_REFINED;
 pub(crate) use antialiasing::refined_samples;
 pub use confidence::{Histogram, Sampling};
 pub(crate) use contrast::{CONTRAST, contrast_in, contrast_within};

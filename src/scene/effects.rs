@@ -10,7 +10,7 @@ use std::borrow::Cow;
 /// Samples of each pixel of scenes with effects that are means over choices, where they name no number.
 const SAMPLES_OF_CHOICES: u32 = 64;
 
-/// Samples of each pixel from which on antialiasing adds none. In pictures that may be stopped, pixels at edges get as many.
+/// Most samples of a pixel that antialiasing refines.
 pub const REFINED_SAMPLES: u32 = 16;
 
 macro_rules! effects {

@@ -22,7 +22,7 @@ pub struct Settings {
     pub max_codes: Option<u8>,
     /// Rays for each pixel.
     pub samples: u32,
-    /// Whether pixels that differ from a neighbour get up to 32 samples.
+    /// Whether pixels that differ from a neighbour get 4 to 16 samples.
     pub antialias: bool,
     /// Floating-point format.
     pub precision: Precision,

@@ -17,8 +17,8 @@ use data_encoding::HEXLOWER;
 use std::fmt::Debug;
 use std::sync::Arc;
 use strahl::film::Region;
-use strahl::render::{MOST_REFINED, sampling_bytes};
-use strahl::scene::effects::{Entry, SceneEffects, State};
+use strahl::render::sampling_bytes;
+use strahl::scene::effects::{Entry, REFINED_SAMPLES, SceneEffects, State};
 use strahl::scene::{Description, Format, Overrides, Scene};
 
 /// Texts of at least this many bytes are hashed on a thread of their own, since hashing would delay other requests.
@@ -209,7 +209,7 @@ impl Service {
 fn what_is_dear(scene: &Scene, region: Region) -> String {
     let Region { width, height, .. } = region;
     let samples = match scene.samples {
-        1 if scene.antialias => format!("1 sample for each, up to {MOST_REFINED} at edges"),
+        1 if scene.antialias => format!("1 sample for each, up to {REFINED_SAMPLES} at edges"),
         1 => "1 sample for each".to_owned(),
         _ if scene.adaptive => "8 to 256 samples for each".to_owned(),
         samples => format!("{samples} samples for each"),

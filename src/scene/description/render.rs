@@ -119,7 +119,7 @@ pub struct RenderSettings {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1024))]
     pub samples: Option<u32>,
-    /// Whether pixels that differ from a neighbour get up to 32 samples, the more they differ. Default true.
+    /// Whether pixels that differ from a neighbour get 4 to 16 samples, the more they differ. Default true.
     pub antialias: bool,
     /// What casts shadows. Default `"opaque"`.
     pub shadows: Shadows,

@@ -36,7 +36,7 @@ pub(super) fn antialiasing<R>(facts: &Facts<'_, R>) -> Entry {
         true if samples >= REFINED_SAMPLES => {
             Said::asked_at(format!("every pixel has {samples} samples anyway"), "/render/samples")
         }
-        true => Said::asked_at("pixels that differ from a neighbour get up to 32 samples", "/render/antialias"),
+        true => Said::asked_at("pixels that differ from a neighbour get 4 to 16 samples", "/render/antialias"),
         false => Said::off("render.antialias is false").because("/render/antialias"),
     };
     said.entry(Effect::Antialiasing, refines(render.antialias, samples, statistical))
