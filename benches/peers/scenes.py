@@ -244,7 +244,8 @@ def pov(s, f):
     w, h = s["res"]
     lens = ""
     if s["lens"]:
-        lens = " aperture %.9g focal_point %s BLUR" % (s["lens"][0], v3(e + d * s["lens"][1]))
+        # POV-Ray's apertures are twice the diameter of the lens, as measured.
+        lens = " aperture %.9g focal_point %s BLUR" % (2 * s["lens"][0], v3(e + d * s["lens"][1]))
     f.write(
         "#version 3.7;\nglobal_settings{assumed_gamma 1.0 max_trace_level %d adc_bailout %.9g ambient_light 1}\n"
         % (s["depth"], s["adc"])

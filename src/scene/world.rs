@@ -93,7 +93,7 @@ impl Pruning {
     /// How many rays a group of samples may have until its proof is given up. Of the groups that are proved at all, one in
     /// thousands needs as many. Every format holds the number.
     pub const fn most_rays(samples: u32) -> u32 {
-        1_000 + 6_000 * samples.isqrt()
+        3_000 + 1_400 * samples
     }
 }
 

@@ -30,7 +30,7 @@ fn a_finished_job_says_what_a_render_says_and_links_to_its_picture_and_tiles() {
     }
     let report = &done["report"];
     assert_eq!(report["replay"]["image"], serde_json::json!([700, 300]));
-    assert_eq!(report["error"]["proved"]["max_codes"], 0, "{report}");
+    assert_eq!(report["error"]["proved"]["max_codes"], 1, "{report}");
     let rays = &report["cost"]["rays"];
     let counted: u64 = ["camera", "shadow", "reflected", "transmitted"].iter().filter_map(|k| rays[k].as_u64()).sum();
     assert_eq!(done["stats"]["rays"], counted, "{done}");
