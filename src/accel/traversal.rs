@@ -115,22 +115,21 @@ impl<L: Lanes> Prepared<L> {
                 }
             }
             _ => {
-                let mut met = [(0, L::Real::default()); MAX_LANES];
-                let mut any = 0;
+                // Of each child, the lanes of the rays that pass it as a sum of powers of two, which is exact.
+                let zero = L::lit(s, 0.0);
+                let (mut met, mut least, mut any) = (zero, L::lit(s, f64::INFINITY), 0);
                 for lane in lanes_of(lanes) {
                     let (inside, enter) = self.boxes_against_ray(s, node, lane, rays);
                     any |= inside.bits();
-                    for child in lanes_of(inside.bits()) {
-                        let (lanes, least) = &mut met[child];
-                        if *lanes == 0 || enter.lane(child) < *least {
-                            *least = enter.lane(child);
-                        }
-                        *lanes |= 1 << lane;
-                    }
+                    met = met + L::select(inside, L::lit(s, f64::from(1u32 << lane)), zero);
+                    least = L::select(inside & enter.lt(least), enter, least);
                 }
+                let (mut lanes, mut enter) = ([L::Real::default(); MAX_LANES], [L::Real::default(); MAX_LANES]);
+                met.store(&mut lanes);
+                least.store(&mut enter);
                 for child in lanes_of(any) {
-                    let (lanes, enter) = met[child];
-                    add(stack, top, StackEntry { child: node.children[child], lanes, enter });
+                    let lanes = lanes[child].to_f64() as u32;
+                    add(stack, top, StackEntry { child: node.children[child], lanes, enter: enter[child] });
                 }
             }
         }

@@ -93,7 +93,9 @@ impl Pruning {
     /// How many rays a group of samples may have until its proof is given up. Of the groups that are proved at all, one in
     /// thousands needs as many. Every format holds the number.
     pub const fn most_rays(samples: u32) -> u32 {
-        3_000 + 1_400 * samples
+        let rays = 1_500 * (1 + samples);
+        // A chain of mirrors is one sample's.
+        if rays < 7_000 { 7_000 } else { rays }
     }
 }
 
