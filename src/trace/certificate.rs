@@ -156,18 +156,17 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         self.certificate.omitted = V3::select(lanes, omitted + radiance, omitted);
     }
 
-    /// The lanes whose rays have enough weight to be followed now.
+    /// The lanes in which rays of a weight and a depth bring enough to be followed now.
     #[inline(always)]
-    pub(super) fn significant(&self, rays: &RayPacket<L>) -> u32 {
+    pub(super) fn significant(&self, weight: V3<L>, depth: u32) -> u32 {
         let zero = L::lit(self.s, 0.0);
-        let weight = rays.weight;
         let there = weight.x.max(weight.y).max(weight.z).gt(zero);
         let enough = match self.pruning {
             Pruning::Weight(_) => weight,
-            Pruning::Proved { .. } => self.upper_bound(weight, rays.depth),
+            Pruning::Proved { .. } => self.upper_bound(weight, depth),
         };
         let enough = enough.x.max(enough.y).max(enough.z);
-        (enough.ge(self.certificate.min_weight) & there).bits() & rays.active
+        (enough.ge(self.certificate.min_weight) & there).bits()
     }
 
     /// Defers rays of some lanes, or omits them where nothing is to be proved.
@@ -205,7 +204,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         certificate.min_weight = L::select(raised, least * L::lit(s, RISE), least);
         certificate.most_followed = L::select(raised, most + L::lit(s, MORE_RAYS), most);
         self.give_up(spent);
-        let light = lanes & !spent & !self.significant(rays);
+        let light = lanes & !spent & !(self.significant(rays.weight, rays.depth) & rays.active);
         if light != 0 {
             self.defer(rays, light);
             rays.active &= !light;

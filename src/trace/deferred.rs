@@ -136,6 +136,21 @@ impl<L: Lanes> DeferredRays<L> {
         lanes_of(lanes).for_each(|lane| self.counts[lane] += 1);
     }
 
+    /// Lanes, weights and depth of the first packet.
+    #[inline(always)]
+    pub(super) fn front(&self) -> Option<(u32, V3<L>, u32)> {
+        self.packets.front().map(|packet| (packet.lanes, packet.weight, packet.depth))
+    }
+
+    /// Puts the first packet behind the others.
+    #[inline(always)]
+    pub(super) fn put_back(&mut self) {
+        if let Some(packet) = self.packets.pop_front() {
+            self.numbers.rotate_left(NUMBERS * packet.lanes.count_ones() as usize);
+            self.packets.push_back(packet);
+        }
+    }
+
     /// Takes the first packet out.
     #[inline(always)]
     pub(super) fn pop(&mut self, s: L::Simd) -> Option<Deferred<L>> {

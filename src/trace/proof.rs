@@ -273,6 +273,10 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         loop {
             while self.certificate.this_round > 0 {
                 self.certificate.this_round -= 1;
+                if self.stays_deferred() {
+                    self.certificate.deferred.put_back();
+                    continue;
+                }
                 let Some(Deferred { mut rays, cones }) = self.certificate.deferred.pop(self.s) else { break };
                 let unproved = self.unproved_lanes();
                 self.omit(&rays, rays.active & !unproved);
@@ -295,6 +299,14 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 return false;
             }
         }
+    }
+
+    /// Whether all rays of the first deferred packet are still too light, and of samples that are not proved. They would be
+    /// deferred again.
+    #[inline(always)]
+    fn stays_deferred(&self) -> bool {
+        let Some((lanes, weight, depth)) = self.certificate.deferred.front() else { return false };
+        lanes & !self.unproved_lanes() == 0 && self.significant(weight, depth) & lanes == 0
     }
 
     /// Goes on with the deferred rays of another packet.
