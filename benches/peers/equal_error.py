@@ -35,7 +35,7 @@ POV = {
         ],
     },
     "W7": {
-        "reference": ("", "", "blur_samples 4000,4000 confidence 0.999999 variance 0", "-A"),
+        "reference": ("", "", "blur_samples 1000,1000 confidence 0.999999 variance 0", "-A"),
         "settings": [
             ("", "", f"blur_samples {least},{most} confidence {confidence} variance 1/{variance}", "-A")
             for least, most, confidence, variance in
@@ -45,13 +45,17 @@ POV = {
     },
 }
 # Samples of each pixel.
-MITSUBA = {"reference": 16384, "settings": [4, 16, 64, 256]}
+MITSUBA = {"reference": 1024, "settings": [4, 16, 64, 256]}
 
 
 def pixels(path):
     """Linear light of a PFM, or codes of a 16-bit PPM, as sRGB codes from 0 to 255."""
     data = path.read_bytes()
-    kind, size, scale, body = data.split(b"\n", 3)
+    lines = []
+    while len(lines) < 3:
+        line, data = data.split(b"\n", 1)
+        lines += [] if line.startswith(b"#") else [line]
+    (kind, size, scale), body = lines, data
     width, height = map(int, size.split())
     if kind == b"P6":
         return np.frombuffer(body, ">u2").reshape(height, width, 3) * (255 / 65535)
@@ -164,7 +168,7 @@ def at_error(wanted, curve):
 
 
 def measure(scene, rounds):
-    references = {"strahl": strahl(scene, "--samples", "4096")[1], "POV-Ray": pov(scene, *POV[scene]["reference"])[1]}
+    references = {"strahl": strahl(scene, "--samples", "1024")[1], "POV-Ray": pov(scene, *POV[scene]["reference"])[1]}
     in_mitsuba = mitsuba_scene(scene) if mi else None
     if mi:
         references["Mitsuba"] = mitsuba(in_mitsuba, MITSUBA["reference"])[1]
