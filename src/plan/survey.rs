@@ -183,7 +183,7 @@ impl Survey {
             let n = heavier.len() as f64;
             let mean = heavier.iter().sum::<f64>() / n;
             let variance = heavier.iter().map(|each| (each - mean).powi(2)).sum::<f64>() / (n - 1.0);
-            (self.heavier, self.heavier_off) = (mean, (2.0 + 8.0 / n) * (variance / n).sqrt());
+            (self.heavier, self.heavier_off) = (mean, (2.5 + 8.0 / n) * (variance / n).sqrt());
         }
         self.slowdowns = slowdowns;
     }
