@@ -198,7 +198,8 @@ fn expected(blocks: &[Block], value: &dyn Fn(&Block) -> f64, pixels: f64, left: 
     let each = |block: &Block| value(block) - mean * block.pixels as f64;
     let squares: f64 = blocks.windows(2).map(|pair| (each(&pair[0]) - each(&pair[1])).powi(2)).sum();
     let variance = squares / (2.0 * (n - 1.0).max(1.0)) * n / (traced * traced) * left;
-    // 2.5 standard errors, since what pixels cost has a long tail, and more for few blocks, whose spread is itself uncertain. A single block has none.
+    // 2.5 standard errors, since what pixels cost has a long tail, and more for few blocks, whose spread is itself uncertain. A
+    // single block has none.
     let errors = 2.5 + 8.0 / n;
     let reach = if n < 2.0 { mean * left } else { errors * variance.sqrt() };
     Expected { value: mean * pixels, interval: [(mean - reach).max(0.0) * pixels, (mean + reach) * pixels] }
