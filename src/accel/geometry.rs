@@ -74,7 +74,7 @@ impl<R: Real> Geometry<R> {
             range.len() <= R::LANES && leaf_kind(&items, range.iter().map(source)) != Kind::Mixed
         };
         let bvh = Bvh::build(&mut build, kind, &is_leaf);
-        let primitives: Vec<Primitive> = build.par_iter().map(source).collect();
+        let mut primitives: Vec<Primitive> = build.par_iter().map(source).collect();
         drop((build, sources));
         let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
@@ -83,7 +83,7 @@ impl<R: Real> Geometry<R> {
             // A cancelled hierarchy is not used.
             _ if control::is_stopping() => None,
             BvhKind::Flat => Some(WideBvh::flat(bvh.nodes[0].slab, primitives.len())),
-            BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &primitives)),
+            BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &mut primitives)),
         };
         Self { unbounded, wide, primitives, extent, expanded, items }
     }
@@ -97,7 +97,8 @@ impl<R: Real> Geometry<R> {
     pub fn bytes(&self) -> usize {
         let of_items: usize = self.items.iter().map(|item| size_of::<Item<R>>() + boxed(&item.shape)).sum();
         let wide = self.wide.as_ref().map_or(0, |wide| {
-            let columns: usize = wide.columns.iter().map(|column| 2 * ALLOCATION + size_of_val(&column[..])).sum();
+            let columns = wide.columns.iter().chain(&wide.frusta);
+            let columns: usize = columns.map(|column| 2 * ALLOCATION + size_of_val(&column[..])).sum();
             wide.nodes.len() * size_of::<WideNode<R>>() + size_of_val(&wide.leaves[..]) + columns
         });
         let lists = size_of_val(&self.unbounded[..]) + self.primitives.len() * size_of::<Primitive>();
@@ -238,8 +239,8 @@ mod tests {
             let mut build: Vec<_> =
                 all.iter().zip(0..).map(|((b, _), index)| BuildPrimitive::new(&b.narrowed(), index)).collect();
             let bvh = Bvh::build(&mut build, BvhKind::Sah, &|_: &[_]| false);
-            let primitives: Vec<_> = build.iter().map(|primitive| all[primitive.index() as usize].1).collect();
-            let twin = WideBvh::new(&bvh, &items, &primitives);
+            let mut primitives: Vec<_> = build.iter().map(|primitive| all[primitive.index() as usize].1).collect();
+            let twin = WideBvh::new(&bvh, &items, &mut primitives);
 
             let nodes = |wide: &WideBvh<f32>| -> Vec<_> {
                 wide.nodes.iter().map(|node| (node.min, node.max, node.children, node.count)).collect()

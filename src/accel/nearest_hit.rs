@@ -8,7 +8,7 @@ use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::control;
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
 use crate::ray::{Hit, Rays, Wanted};
-use crate::shape::{hit_sphere, hit_triangle};
+use crate::shape::{hit_frusta, hit_sphere, hit_triangle};
 use std::ops::Range;
 
 /// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
@@ -181,7 +181,9 @@ impl<L: Lanes> Search<'_, '_, L> {
                         break;
                     }
                     rays.active = L::mask(s, lanes);
-                    self.intersect_leaf(s, here, wide, &wide.leaves[leaf], base, rays, &mut prepared);
+                    for leaf in wide.of_box(leaf) {
+                        self.intersect_leaf(s, here, wide, leaf, base, rays, &mut prepared);
+                    }
                 }
             }
         }
@@ -225,6 +227,9 @@ impl<L: Lanes> Search<'_, '_, L> {
                     Kind::Triangles(sides) => {
                         hit_triangle(s, wide.triangle(s, start + place), &closed, prepared.shear(s, rays), sides)
                     }
+                    Kind::Frusta { sides, capped } => {
+                        hit_frusta(s, &wide.frustum(s, leaf.row as usize + place), capped, &closed, sides)
+                    }
                     Kind::Mixed => return,
                 };
                 if found.lanes.any() {
@@ -242,6 +247,9 @@ impl<L: Lanes> Search<'_, '_, L> {
                 }
                 Kind::Triangles(sides) => {
                     hit_triangle(s, wide.triangles(s, start), &ray, &prepared.shear(s, rays).alone(s, lane), sides)
+                }
+                Kind::Frusta { sides, capped } => {
+                    hit_frusta(s, &wide.frusta(s, leaf.row as usize), capped, &ray, sides)
                 }
                 Kind::Mixed => return,
             };

@@ -8,7 +8,7 @@ use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::control;
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Rays, Wanted};
-use crate::shape::{hit_triangle, sphere_crossings};
+use crate::shape::{frusta_crossings, hit_triangle, sphere_crossings};
 use smallvec::SmallVec;
 use std::cmp::Ordering;
 
@@ -109,7 +109,9 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                     }
                     let waiting = rays.active & !L::mask(s, lanes);
                     rays.active = L::mask(s, lanes);
-                    self.intersect_leaf(s, here, wide, &wide.leaves[leaf], rays, &mut prepared);
+                    for leaf in wide.of_box(leaf) {
+                        self.intersect_leaf(s, here, wide, leaf, rays, &mut prepared);
+                    }
                     rays.active = rays.active | waiting;
                     if !rays.any() {
                         self.stack.truncate(floor);
@@ -150,6 +152,10 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                         hit_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).lanes,
                         L::mask(s, 0),
                     ],
+                    Kind::Frusta { sides, capped } => {
+                        let row = leaf.row as usize + place - start;
+                        frusta_crossings(s, &wide.frustum(s, row), capped, rays, sides)
+                    }
                     Kind::Mixed => return,
                 };
                 let met = crossed[0] | crossed[1];
@@ -181,6 +187,9 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                         hit_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).lanes,
                         L::mask(s, 0),
                     ]
+                }
+                Kind::Frusta { sides, capped } => {
+                    frusta_crossings(s, &wide.frusta(s, leaf.row as usize), capped, &ray, sides)
                 }
                 Kind::Mixed => return,
             };

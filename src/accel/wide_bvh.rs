@@ -8,7 +8,7 @@ use super::bounds::Slab;
 use super::build::{Bvh, Node};
 use super::item::{Item, Primitive, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
-use crate::shape::{Sides, Sphere};
+use crate::shape::{FRUSTUM_NUMBERS, Frusta, Sides, Sphere};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -20,6 +20,8 @@ pub(super) struct WideBvh<R> {
     pub(super) root: Child,
     /// Coordinates of the spheres (centre, radius) and triangles (three corners), in the order of the leaves.
     pub(super) columns: Vec<Vec<R>>,
+    /// Numbers of the frusta, leaf by leaf.
+    pub(super) frusta: Vec<Vec<R>>,
 }
 
 /// The boxes of a node's children, axis by axis.
@@ -56,7 +58,11 @@ impl Child {
 pub(super) struct Leaf {
     pub(super) start: u32,
     pub(super) count: u32,
+    /// Row of the first one in the table of its kind.
+    pub(super) row: u32,
     pub(super) kind: Kind,
+    /// Whether the next leaf has the same box: what is of several kinds is one leaf for each.
+    pub(super) more: bool,
 }
 
 impl Leaf {
@@ -66,10 +72,14 @@ impl Leaf {
 }
 
 /// What a leaf holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
     Spheres(Sides),
     Triangles(Sides),
+    Frusta {
+        sides: Sides,
+        capped: bool,
+    },
     /// Anything, tested one by one.
     Mixed,
 }
@@ -77,8 +87,9 @@ pub(super) enum Kind {
 impl<R: Real> WideBvh<R> {
     /// Everything in one leaf, tested one by one. Slow; tests compare the others with it.
     pub(super) fn flat(slab: Slab<R>, count: usize) -> Self {
-        let leaf = Leaf { start: 0, count: count as u32, kind: Kind::Mixed };
-        let mut wide = Self { nodes: Vec::new(), leaves: vec![leaf], root: Child::leaf(0), columns: Vec::new() };
+        let leaf = Leaf { start: 0, count: count as u32, row: 0, kind: Kind::Mixed, more: false };
+        let (nodes, columns, frusta) = (Vec::new(), Vec::new(), Vec::new());
+        let mut wide = Self { nodes, leaves: vec![leaf], root: Child::leaf(0), columns, frusta };
         wide.wrap(slab);
         wide
     }
@@ -96,6 +107,16 @@ impl<R: Real> WideBvh<R> {
         node.children[0] = self.root;
         self.nodes.push(node);
         self.root = Child::node(self.nodes.len() - 1);
+    }
+
+    /// The leaves of one box, from the first.
+    #[inline(always)]
+    pub(super) fn of_box(&self, first: usize) -> impl Iterator<Item = &Leaf> {
+        let mut more = true;
+        self.leaves[first..].iter().take_while(
+            #[inline(always)]
+            move |leaf| std::mem::replace(&mut more, leaf.more),
+        )
     }
 
     /// The sphere at a place, in all lanes.
@@ -122,6 +143,26 @@ impl<R: Real> WideBvh<R> {
         [self.points(s, 0, place), self.points(s, 3, place), self.points(s, 6, place)]
     }
 
+    /// The frustum of a row, in all lanes.
+    #[inline(always)]
+    pub(super) fn frustum<L: Lanes<Real = R>>(&self, s: L::Simd, row: usize) -> Frusta<L> {
+        let mut numbers = [L::lit(s, 0.0); FRUSTUM_NUMBERS];
+        for (number, column) in numbers.iter_mut().zip(&self.frusta) {
+            *number = L::splat(s, column[row]);
+        }
+        Frusta::of(numbers)
+    }
+
+    /// The frusta of a row and after, one in each lane.
+    #[inline(always)]
+    pub(super) fn frusta<L: Lanes<Real = R>>(&self, s: L::Simd, row: usize) -> Frusta<L> {
+        let mut numbers = [L::lit(s, 0.0); FRUSTUM_NUMBERS];
+        for (number, column) in numbers.iter_mut().zip(&self.frusta) {
+            *number = L::load(s, &column[row..]);
+        }
+        Frusta::of(numbers)
+    }
+
     /// Three columns at a place, in all lanes.
     #[inline(always)]
     fn point<L: Lanes<Real = R>>(&self, s: L::Simd, column: usize, place: usize) -> V3<L> {
@@ -142,11 +183,13 @@ impl<R: Real> WideBvh<R> {
         }
     }
 
-    /// From a binary hierarchy that is not empty.
-    pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Self {
+    /// From a binary hierarchy that is not empty. Sorts the primitives of each leaf by their kinds.
+    pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &mut [Primitive]) -> Self {
+        sort_leaves(bvh, items, primitives);
         let columns = columns(items, primitives);
-        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns };
-        let collapse = Collapse { bvh, below: &below(bvh, items, primitives) };
+        let mut wide =
+            Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns, frusta: Vec::new() };
+        let collapse = Collapse { bvh, below: &below(bvh, items, primitives), items, primitives };
         wide.root = wide.child(&collapse, 0);
         let mut next = 0;
         // Until a node is filled, its `count` is the index of its binary node.
@@ -170,6 +213,9 @@ impl<R: Real> WideBvh<R> {
             next += 1;
         }
         wide.wrap(bvh.nodes[0].slab);
+        for column in &mut wide.frusta {
+            column.resize(column.len() + MAX_LANES, R::default());
+        }
         wide.nodes.shrink_to_fit();
         wide.leaves.shrink_to_fit();
         wide
@@ -178,11 +224,54 @@ impl<R: Real> WideBvh<R> {
     /// The leaf, or the node to be filled, that a binary node becomes.
     fn child(&mut self, collapse: &Collapse<'_, R>, binary: usize) -> Child {
         if let Some(leaf) = collapse.leaf(binary) {
-            self.leaves.push(leaf);
-            return Child::leaf(self.leaves.len() - 1);
+            let first = self.leaves.len();
+            self.push_leaves(leaf, collapse.items, collapse.primitives);
+            return Child::leaf(first);
         }
         self.nodes.push(WideNode::waiting(binary as u32));
         Child::node(self.nodes.len() - 1)
+    }
+
+    /// Adds one leaf for each kind in a leaf of the binary hierarchy.
+    fn push_leaves(&mut self, leaf: Leaf, items: &[Item<R>], primitives: &[Primitive]) {
+        let of = |primitive: &Primitive| kind_of(&items[primitive.item as usize]);
+        let mut start = leaf.start;
+        for same in primitives[leaf.places()].chunk_by(|a, b| of(a) == of(b)) {
+            // A cancelled hierarchy may have more in a leaf than lanes.
+            for part in same.chunks(R::LANES) {
+                let (kind, count) = (of(&part[0]), part.len() as u32);
+                let row = if let Kind::Frusta { .. } = kind { self.push_frusta(items, part) } else { start };
+                self.leaves.push(Leaf { start, count, row, kind, more: true });
+                start += count;
+            }
+        }
+        if let Some(last) = self.leaves.last_mut() {
+            last.more = false;
+        }
+    }
+
+    /// Adds rows for frusta, and returns the first.
+    fn push_frusta(&mut self, items: &[Item<R>], primitives: &[Primitive]) -> u32 {
+        self.frusta.resize(FRUSTUM_NUMBERS, Vec::new());
+        let row = self.frusta[0].len();
+        for primitive in primitives {
+            if let Shape::Frustum(frustum) = &items[primitive.item as usize].shape {
+                for (column, number) in self.frusta.iter_mut().zip(frustum.numbers()) {
+                    column.push(number);
+                }
+            }
+        }
+        row as u32
+    }
+}
+
+/// Sorts the primitives of each leaf by their kinds.
+fn sort_leaves<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &mut [Primitive]) {
+    if items.iter().all(|item| matches!(item.shape, Shape::Mesh(_))) {
+        return;
+    }
+    for node in bvh.nodes.iter().filter(|node| node.axis().is_none()) {
+        primitives[node.places()].sort_by_key(|primitive| kind_of(&items[primitive.item as usize]));
     }
 }
 
@@ -208,6 +297,7 @@ fn kind_of<R>(item: &Item<R>) -> Kind {
     match &item.shape {
         Shape::Sphere(_) => Kind::Spheres(item.sides),
         Shape::Mesh(_) => Kind::Triangles(item.sides),
+        Shape::Frustum(frustum) => Kind::Frusta { sides: item.sides, capped: frustum.capped },
         _ => Kind::Mixed,
     }
 }
@@ -224,7 +314,7 @@ struct Below {
 impl Below {
     fn inner(a: Self, b: Self, lanes: usize) -> Self {
         let kind = if a.leaf.kind == b.leaf.kind { a.leaf.kind } else { Kind::Mixed };
-        let leaf = Leaf { start: a.leaf.start, count: a.leaf.count + b.leaf.count, kind };
+        let leaf = Leaf { count: a.leaf.count + b.leaf.count, kind, ..a.leaf };
         let fits = kind != Kind::Mixed && leaf.count as usize <= lanes;
         Self { leaf, leaves: if fits { 1 } else { a.leaves + b.leaves } }
     }
@@ -235,9 +325,10 @@ fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> 
     let alone = |node: &Node<R>| {
         let places = node.places();
         let kind = kind(items, primitives[places.clone()].iter().copied());
-        Below { leaf: Leaf { start: places.start as u32, count: places.len() as u32, kind }, leaves: 1 }
+        let (start, count) = (places.start as u32, places.len() as u32);
+        Below { leaf: Leaf { start, count, row: start, kind, more: false }, leaves: 1 }
     };
-    let inner = Below { leaf: Leaf { start: 0, count: 0, kind: Kind::Mixed }, leaves: 0 };
+    let inner = Below { leaf: Leaf { start: 0, count: 0, row: 0, kind: Kind::Mixed, more: false }, leaves: 0 };
     let each = bvh.nodes.par_iter().map(|node| if node.axis().is_none() { alone(node) } else { inner });
     let mut below: Vec<Below> = each.collect();
     for (index, node) in bvh.nodes.iter().enumerate().rev() {
@@ -252,6 +343,8 @@ fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> 
 struct Collapse<'a, R> {
     bvh: &'a Bvh<R>,
     below: &'a [Below],
+    items: &'a [Item<R>],
+    primitives: &'a [Primitive],
 }
 
 impl<R: Real> Collapse<'_, R> {
