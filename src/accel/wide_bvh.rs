@@ -5,7 +5,7 @@
 //! 2008).
 
 use super::bounds::Slab;
-use super::build::{Bvh, Node};
+use super::build::{Bvh, Node, Wholeness};
 use super::item::{Item, Primitive, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::shape::{FRUSTUM_NUMBERS, Frusta, Sides, Sphere};
@@ -20,8 +20,9 @@ pub(super) struct WideBvh<R> {
     pub(super) root: Child,
     /// Coordinates of the spheres (centre, radius) and triangles (three corners), in the order of the leaves.
     pub(super) columns: Vec<Vec<R>>,
-    /// Numbers of the frusta, leaf by leaf.
-    pub(super) frusta: Vec<Vec<R>>,
+    /// Numbers of the frusta of each leaf that holds some, side by side: in columns of their own they would be in as many
+    /// places of memory.
+    pub(super) frusta: Vec<[[R; MAX_LANES]; FRUSTUM_NUMBERS]>,
 }
 
 /// The boxes of a node's children, axis by axis.
@@ -58,7 +59,7 @@ impl Child {
 pub(super) struct Leaf {
     pub(super) start: u32,
     pub(super) count: u32,
-    /// Row of the first one in the table of its kind.
+    /// Of frusta, the index of their numbers.
     pub(super) row: u32,
     pub(super) kind: Kind,
     /// Whether the next leaf has the same box: what is of several kinds is one leaf for each.
@@ -109,16 +110,6 @@ impl<R: Real> WideBvh<R> {
         self.root = Child::node(self.nodes.len() - 1);
     }
 
-    /// The leaves of one box, from the first.
-    #[inline(always)]
-    pub(super) fn of_box(&self, first: usize) -> impl Iterator<Item = &Leaf> {
-        let mut more = true;
-        self.leaves[first..].iter().take_while(
-            #[inline(always)]
-            move |leaf| std::mem::replace(&mut more, leaf.more),
-        )
-    }
-
     /// The sphere at a place, in all lanes.
     #[inline(always)]
     pub(super) fn sphere<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> (V3<L>, L) {
@@ -143,22 +134,22 @@ impl<R: Real> WideBvh<R> {
         [self.points(s, 0, place), self.points(s, 3, place), self.points(s, 6, place)]
     }
 
-    /// The frustum of a row, in all lanes.
+    /// One frustum of a leaf, in all lanes.
     #[inline(always)]
-    pub(super) fn frustum<L: Lanes<Real = R>>(&self, s: L::Simd, row: usize) -> Frusta<L> {
+    pub(super) fn frustum<L: Lanes<Real = R>>(&self, s: L::Simd, leaf: &Leaf, place: usize) -> Frusta<L> {
         let mut numbers = [L::lit(s, 0.0); FRUSTUM_NUMBERS];
-        for (number, column) in numbers.iter_mut().zip(&self.frusta) {
-            *number = L::splat(s, column[row]);
+        for (number, column) in numbers.iter_mut().zip(&self.frusta[leaf.row as usize]) {
+            *number = L::splat(s, column[place]);
         }
         Frusta::of(numbers)
     }
 
-    /// The frusta of a row and after, one in each lane.
+    /// The frusta of a leaf, one in each lane.
     #[inline(always)]
-    pub(super) fn frusta<L: Lanes<Real = R>>(&self, s: L::Simd, row: usize) -> Frusta<L> {
+    pub(super) fn frusta<L: Lanes<Real = R>>(&self, s: L::Simd, leaf: &Leaf) -> Frusta<L> {
         let mut numbers = [L::lit(s, 0.0); FRUSTUM_NUMBERS];
-        for (number, column) in numbers.iter_mut().zip(&self.frusta) {
-            *number = L::load(s, &column[row..]);
+        for (number, column) in numbers.iter_mut().zip(&self.frusta[leaf.row as usize]) {
+            *number = L::load(s, column);
         }
         Frusta::of(numbers)
     }
@@ -185,11 +176,11 @@ impl<R: Real> WideBvh<R> {
 
     /// From a binary hierarchy that is not empty. Sorts the primitives of each leaf by their kinds.
     pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &mut [Primitive]) -> Self {
-        sort_leaves(bvh, items, primitives);
+        let below = below(bvh, items, primitives);
+        sort_leaves(items, &below, primitives);
         let columns = columns(items, primitives);
-        let mut wide =
-            Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns, frusta: Vec::new() };
-        let collapse = Collapse { bvh, below: &below(bvh, items, primitives), items, primitives };
+        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns, frusta: Vec::new() };
+        let collapse = Collapse { bvh, below: &below, items, primitives };
         wide.root = wide.child(&collapse, 0);
         let mut next = 0;
         // Until a node is filled, its `count` is the index of its binary node.
@@ -213,11 +204,9 @@ impl<R: Real> WideBvh<R> {
             next += 1;
         }
         wide.wrap(bvh.nodes[0].slab);
-        for column in &mut wide.frusta {
-            column.resize(column.len() + MAX_LANES, R::default());
-        }
         wide.nodes.shrink_to_fit();
         wide.leaves.shrink_to_fit();
+        wide.frusta.shrink_to_fit();
         wide
     }
 
@@ -225,7 +214,7 @@ impl<R: Real> WideBvh<R> {
     fn child(&mut self, collapse: &Collapse<'_, R>, binary: usize) -> Child {
         if let Some(leaf) = collapse.leaf(binary) {
             let first = self.leaves.len();
-            self.push_leaves(leaf, collapse.items, collapse.primitives);
+            self.push_leaves(leaf.places(), collapse.items, collapse.primitives);
             return Child::leaf(first);
         }
         self.nodes.push(WideNode::waiting(binary as u32));
@@ -233,14 +222,14 @@ impl<R: Real> WideBvh<R> {
     }
 
     /// Adds one leaf for each kind in a leaf of the binary hierarchy.
-    fn push_leaves(&mut self, leaf: Leaf, items: &[Item<R>], primitives: &[Primitive]) {
+    fn push_leaves(&mut self, places: Range<usize>, items: &[Item<R>], primitives: &[Primitive]) {
         let of = |primitive: &Primitive| kind_of(&items[primitive.item as usize]);
-        let mut start = leaf.start;
-        for same in primitives[leaf.places()].chunk_by(|a, b| of(a) == of(b)) {
+        let mut start = places.start as u32;
+        for same in primitives[places].chunk_by(|a, b| of(a) == of(b)) {
             // A cancelled hierarchy may have more in a leaf than lanes.
             for part in same.chunks(R::LANES) {
                 let (kind, count) = (of(&part[0]), part.len() as u32);
-                let row = if let Kind::Frusta { .. } = kind { self.push_frusta(items, part) } else { start };
+                let row = if let Kind::Frusta { .. } = kind { self.push_frusta(items, part) } else { 0 };
                 self.leaves.push(Leaf { start, count, row, kind, more: true });
                 start += count;
             }
@@ -250,28 +239,25 @@ impl<R: Real> WideBvh<R> {
         }
     }
 
-    /// Adds rows for frusta, and returns the first.
+    /// Adds a row of frusta.
     fn push_frusta(&mut self, items: &[Item<R>], primitives: &[Primitive]) -> u32 {
-        self.frusta.resize(FRUSTUM_NUMBERS, Vec::new());
-        let row = self.frusta[0].len();
-        for primitive in primitives {
+        let mut row = [[R::default(); MAX_LANES]; FRUSTUM_NUMBERS];
+        for (lane, primitive) in primitives.iter().enumerate() {
             if let Shape::Frustum(frustum) = &items[primitive.item as usize].shape {
-                for (column, number) in self.frusta.iter_mut().zip(frustum.numbers()) {
-                    column.push(number);
+                for (column, number) in row.iter_mut().zip(frustum.numbers()) {
+                    column[lane] = number;
                 }
             }
         }
-        row as u32
+        self.frusta.push(row);
+        self.frusta.len() as u32 - 1
     }
 }
 
 /// Sorts the primitives of each leaf by their kinds.
-fn sort_leaves<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &mut [Primitive]) {
-    if items.iter().all(|item| matches!(item.shape, Shape::Mesh(_))) {
-        return;
-    }
-    for node in bvh.nodes.iter().filter(|node| node.axis().is_none()) {
-        primitives[node.places()].sort_by_key(|primitive| kind_of(&items[primitive.item as usize]));
+fn sort_leaves<R: Real>(items: &[Item<R>], below: &[Below], primitives: &mut [Primitive]) {
+    for below in below.iter().filter(|below| below.leaves == 1 && below.kinds.0.count_ones() > 1) {
+        primitives[below.places()].sort_by_key(|primitive| kind_of(&items[primitive.item as usize]));
     }
 }
 
@@ -283,14 +269,24 @@ impl<R: Real> WideNode<R> {
     }
 }
 
-/// What a leaf of some primitives holds; `Mixed` also if there are none, or more than are tested at once.
-pub(super) fn kind<R: Real>(items: &[Item<R>], primitives: impl ExactSizeIterator<Item = Primitive>) -> Kind {
-    if primitives.len() > R::LANES {
-        return Kind::Mixed;
+/// What some primitives may be together. Few of at most two kinds are tested as quickly as one. Each placed geometry has a box of
+/// its own: to enter it costs more than a node.
+pub(super) fn wholeness<R: Real>(items: &[Item<R>], primitives: impl ExactSizeIterator<Item = Primitive>) -> Wholeness {
+    let count = primitives.len();
+    if count > R::LANES {
+        return Wholeness::Any;
     }
-    let mut kinds = primitives.map(|primitive| kind_of(&items[primitive.item as usize]));
-    let first = kinds.next().unwrap_or(Kind::Mixed);
-    if kinds.all(|kind| kind == first) { first } else { Kind::Mixed }
+    let (mut kinds, mut instances) = (Kinds::default(), false);
+    for primitive in primitives {
+        let item = &items[primitive.item as usize];
+        kinds = kinds.with(Kinds::of(kind_of(item)));
+        instances |= matches!(item.shape, Shape::Instance(_));
+    }
+    match () {
+        () if kinds.are_whole() => Wholeness::Whole,
+        () if instances && count > 1 => Wholeness::Apart,
+        () => Wholeness::Any,
+    }
 }
 
 fn kind_of<R>(item: &Item<R>) -> Kind {
@@ -302,21 +298,54 @@ fn kind_of<R>(item: &Item<R>) -> Kind {
     }
 }
 
+/// A set of kinds, one bit for each.
+#[derive(Debug, Clone, Copy, Default)]
+struct Kinds(u32);
+
+impl Kinds {
+    const MIXED: u32 = 1;
+
+    fn of(kind: Kind) -> Self {
+        let bit = |first: u32, sides: Sides| 1 << (first + sides as u32);
+        Self(match kind {
+            Kind::Mixed => Self::MIXED,
+            Kind::Spheres(sides) => bit(1, sides),
+            Kind::Triangles(sides) => bit(4, sides),
+            Kind::Frusta { sides, capped: false } => bit(7, sides),
+            Kind::Frusta { sides, capped: true } => bit(10, sides),
+        })
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Whether a leaf of these is tested as a whole.
+    fn are_whole(self) -> bool {
+        self.0 & Self::MIXED == 0 && self.0.count_ones() <= 2
+    }
+}
+
 /// What is below a binary node.
 #[derive(Debug, Clone, Copy)]
 struct Below {
-    /// All primitives there. If there is only one leaf, this is it.
-    leaf: Leaf,
+    /// All primitives there, as their start and count.
+    start: u32,
+    count: u32,
+    kinds: Kinds,
     /// Number of leaves.
     leaves: u32,
 }
 
 impl Below {
     fn inner(a: Self, b: Self, lanes: usize) -> Self {
-        let kind = if a.leaf.kind == b.leaf.kind { a.leaf.kind } else { Kind::Mixed };
-        let leaf = Leaf { count: a.leaf.count + b.leaf.count, kind, ..a.leaf };
-        let fits = kind != Kind::Mixed && leaf.count as usize <= lanes;
-        Self { leaf, leaves: if fits { 1 } else { a.leaves + b.leaves } }
+        let (count, kinds) = (a.count + b.count, a.kinds.with(b.kinds));
+        let fits = kinds.are_whole() && count as usize <= lanes;
+        Self { start: a.start, count, kinds, leaves: if fits { 1 } else { a.leaves + b.leaves } }
+    }
+
+    fn places(&self) -> Range<usize> {
+        self.start as usize..(self.start + self.count) as usize
     }
 }
 
@@ -324,11 +353,11 @@ impl Below {
 fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Vec<Below> {
     let alone = |node: &Node<R>| {
         let places = node.places();
-        let kind = kind(items, primitives[places.clone()].iter().copied());
-        let (start, count) = (places.start as u32, places.len() as u32);
-        Below { leaf: Leaf { start, count, row: start, kind, more: false }, leaves: 1 }
+        let kind = |primitive: &Primitive| Kinds::of(kind_of(&items[primitive.item as usize]));
+        let kinds = primitives[places.clone()].iter().map(kind).fold(Kinds::default(), Kinds::with);
+        Below { start: places.start as u32, count: places.len() as u32, kinds, leaves: 1 }
     };
-    let inner = Below { leaf: Leaf { start: 0, count: 0, row: 0, kind: Kind::Mixed, more: false }, leaves: 0 };
+    let inner = Below { start: 0, count: 0, kinds: Kinds::default(), leaves: 0 };
     let each = bvh.nodes.par_iter().map(|node| if node.axis().is_none() { alone(node) } else { inner });
     let mut below: Vec<Below> = each.collect();
     for (index, node) in bvh.nodes.iter().enumerate().rev() {
@@ -348,10 +377,10 @@ struct Collapse<'a, R> {
 }
 
 impl<R: Real> Collapse<'_, R> {
-    /// The leaf that a binary node becomes.
-    fn leaf(&self, binary: usize) -> Option<Leaf> {
+    /// What is in the leaf that a binary node becomes.
+    fn leaf(&self, binary: usize) -> Option<&Below> {
         let below = &self.below[binary];
-        (below.leaves == 1).then_some(below.leaf)
+        (below.leaves == 1).then_some(below)
     }
 
     /// The descendants of a binary node that become the children of one wide node: the largest is replaced by its children

@@ -3,7 +3,7 @@
 use super::frame::Frames;
 use super::{Frame, Sides};
 use crate::lanes::{Lanes, Mask, Real, V3};
-use crate::ray::{Hit, Intersection, Rays, Wanted};
+use crate::ray::{Hit, Intersection, Rays};
 
 /// x^2 + y^2 = (r0 + k z)^2 for 0 <= z <= height, with discs at both ends if `capped`.
 #[derive(Debug, Clone, Copy)]
@@ -28,20 +28,10 @@ pub const FRUSTUM_NUMBERS: usize = 16;
 impl<R: Real> Frustum<R> {
     /// Nearest intersection in range.
     #[inline(always)]
-    pub fn intersect<L: Lanes<Real = R>>(
-        &self,
-        s: L::Simd,
-        rays: &Rays<L>,
-        sides: Sides,
-        wanted: Wanted,
-    ) -> Intersection<L> {
+    pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Intersection<L> {
         let frusta = Frusta::splat(s, self);
         let Some(line) = frusta.line(s, rays) else { return Intersection::none(s, rays) };
         let met = frusta.met(s, self.capped, rays, sides, &line);
-        let hit = met.hit(&line);
-        if wanted == Wanted::Distance || !hit.lanes.any() {
-            return Intersection { hit, ..Intersection::none(s, rays) };
-        }
         if self.capped { frusta.solid_surface(s, &line, &met) } else { frusta.side_surface(s, &line, &met) }
     }
 
@@ -111,23 +101,25 @@ impl<L: Lanes> Frusta<L> {
         Self { frame: Frames::of([a, b, c, d, e, f, g, h, i, j, k, l]), height, base_radius, top_radius, slope }
     }
 
-    /// Where lines meet the double cones, unless no active ray does.
+    /// Where lines meet the double cones, unless no active ray comes near.
+    #[inline(always)]
+    fn line(&self, s: L::Simd, rays: &Rays<L>) -> Option<Line<L>> {
+        let far = self.frame.point_in(rays.origin);
+        let d = self.frame.vector_in(rays.dir);
+        let close = rays.active & self.near(s, far, d);
+        if close.any() { self.line_through(s, far, d, close) } else { None }
+    }
+
+    /// The same of the lanes `close`, for lines through `far` along `d`.
     ///
     /// First the origin moves along the ray to where its line is closest to the axis, so that a large distance does not
     /// cancel digits. With o, d the parts across the axis, m = k dz and r = r0 + k oz:
     /// a = d.d - m^2, b' = -(o.d - m r), c = (|o|-r)(|o|+r), and the discriminant b'^2 - a c is
     /// (A - B)(A + B) with A = |r d - m o|, B = |o x d|. q = b' + sign(b') s covers a = 0, a ray parallel to a generator.
     #[inline(always)]
-    fn line(&self, s: L::Simd, rays: &Rays<L>) -> Option<Line<L>> {
+    fn line_through(&self, s: L::Simd, far: V3<L>, d: V3<L>, close: L::Mask) -> Option<Line<L>> {
         let zero = L::lit(s, 0.0);
         let (height, r0, k) = (self.height, self.base_radius, self.slope);
-
-        let far = self.frame.point_in(rays.origin);
-        let d = self.frame.vector_in(rays.dir);
-        let close = rays.active & self.near(s, far, d);
-        if !close.any() {
-            return None;
-        }
         // Clamped to the ends: a ray along the axis is close to all of it.
         let closest = far.z - d.z * ((far.x * d.x + far.y * d.y) / (d.x * d.x + d.y * d.y));
         let closest = L::select(closest.eq(closest), closest, far.z).max(zero).min(height);
@@ -328,5 +320,70 @@ impl<L: Lanes> Met<L> {
     #[inline(always)]
     fn hit(&self, line: &Line<L>) -> Hit<L> {
         Hit::at(self.t + line.shift, self.found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::sin_cos;
+    use glam::DVec3;
+
+    /// Numbers from -1 to 1 without a pattern.
+    fn noise(i: u32) -> f64 {
+        sin_cos(f64::from(i) * 12.9898).0 * 43_758.547 % 1.0
+    }
+
+    fn frustum<R: Real>(i: u32, capped: bool) -> Frustum<R> {
+        let [x, y, z] = [0, 1, 2].map(|axis| noise(7 * i + axis));
+        let height = if i.is_multiple_of(5) { 1e-5 } else { 1.0 + noise(7 * i + 3) };
+        let [base, top] = [4, 5].map(|end| 0.3 + 0.3 * noise(7 * i + end));
+        let top = if i.is_multiple_of(3) { base } else { top };
+        Frustum {
+            frame: Frame::new(DVec3::new(x, y, z), DVec3::new(y, z, x + 0.1).normalize()),
+            height: R::from_f64(height),
+            base_radius: R::from_f64(base),
+            top_radius: R::from_f64(top),
+            slope: R::from_f64((top - base) / height),
+            capped,
+        }
+    }
+
+    /// The slow twin takes roots of every line, as far away as it passes.
+    fn agree<R: Real + Lanes<Real = R, Simd = ()>>() {
+        let (s, mut hits) = ((), 0);
+        for (i, capped) in (0..40).flat_map(|i| [(i, false), (i, true)]) {
+            let frusta = Frusta::<R>::splat(s, &frustum(i, capped));
+            for j in 0..2000 {
+                let at = |k: u32| noise(1000 * i + 11 * j + k);
+                let distance = [3.0, 100.0, 1e5][j as usize % 3];
+                let far = DVec3::new(at(0), at(1), at(2)) * distance;
+                let aim = DVec3::new(at(3), at(4), at(5)) * 2.0 - far;
+                let narrow = |v: DVec3| V3::splat(s, v.to_array().map(R::from_f64));
+                let rays = Rays {
+                    origin: narrow(far),
+                    dir: narrow(aim.normalize()),
+                    t_min: R::from_f64(0.0),
+                    t_max: R::from_f64(f64::INFINITY),
+                    active: R::mask(s, 1),
+                };
+                let (o, d) = (frusta.frame.point_in(rays.origin), frusta.frame.vector_in(rays.dir));
+                let hit = |line: Option<Line<R>>| {
+                    let line = line?;
+                    let hit = frusta.met(s, capped, &rays, Sides::Both, &line).hit(&line);
+                    hit.lanes.any().then_some(hit.t)
+                };
+                let slow = hit(frusta.line_through(s, o, d, rays.active));
+                assert_eq!(hit(frusta.line(s, &rays)), slow, "{i} {capped} {j}");
+                hits += u32::from(slow.is_some());
+            }
+        }
+        assert!(hits > 10_000, "{hits}");
+    }
+
+    #[test]
+    fn lines_that_end_early_meet_nothing() {
+        agree::<f32>();
+        agree::<f64>();
     }
 }
