@@ -9,7 +9,7 @@ use super::build::{Bvh, BvhKind};
 use super::build_primitive::BuildPrimitive;
 use super::extent::Extent;
 use super::item::{Item, Mesh, Primitive, Shape};
-use super::wide_bvh::{Kind, WideBvh, WideNode, kind as leaf_kind};
+use super::wide_bvh::{WideBvh, WideNode, wholeness};
 use crate::control;
 use crate::lanes::Real;
 use crate::shape::{Frustum, Torus};
@@ -30,6 +30,8 @@ pub struct Geometry<R> {
     pub(super) primitives: Vec<Primitive>,
     /// The hierarchy over them, if there are any.
     pub(super) wide: Option<WideBvh<R>>,
+    /// Whether it is one bounded body that is one primitive.
+    lone: bool,
     /// Around everything bounded.
     pub extent: Extent,
     /// Number of primitives when expanded.
@@ -70,11 +72,9 @@ impl<R: Real> Geometry<R> {
         }
 
         let source = |primitive: &BuildPrimitive<R>| sources[primitive.index() as usize];
-        let is_leaf = |range: &[BuildPrimitive<R>]| {
-            range.len() <= R::LANES && leaf_kind(&items, range.iter().map(source)) != Kind::Mixed
-        };
-        let bvh = Bvh::build(&mut build, kind, &is_leaf);
-        let primitives: Vec<Primitive> = build.par_iter().map(source).collect();
+        let wholeness = |range: &[BuildPrimitive<R>]| wholeness(&items, range.iter().map(source));
+        let bvh = Bvh::build(&mut build, kind, &wholeness);
+        let mut primitives: Vec<Primitive> = build.par_iter().map(source).collect();
         drop((build, sources));
         let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
@@ -83,9 +83,19 @@ impl<R: Real> Geometry<R> {
             // A cancelled hierarchy is not used.
             _ if control::is_stopping() => None,
             BvhKind::Flat => Some(WideBvh::flat(bvh.nodes[0].slab, primitives.len())),
-            BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &primitives)),
+            BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &mut primitives)),
         };
-        Self { unbounded, wide, primitives, extent, expanded, items }
+        let lone = kind != BvhKind::Flat
+            && unbounded.is_empty()
+            && matches!(&primitives[..], [only] if !matches!(items[only.item as usize].shape, Shape::Mesh(_) | Shape::Instance(_)));
+        Self { unbounded, wide, primitives, lone, extent, expanded, items }
+    }
+
+    /// Its only body, if that is one primitive with bounds: then its hierarchy is a box around it, and rays that have come as
+    /// far need not be prepared for that.
+    #[inline(always)]
+    pub(super) fn lone_body(&self) -> Option<&Item<R>> {
+        self.lone.then(|| &self.items[self.primitives[0].item as usize])
     }
 
     /// Whether something in it has no bounds.
@@ -98,7 +108,10 @@ impl<R: Real> Geometry<R> {
         let of_items: usize = self.items.iter().map(|item| size_of::<Item<R>>() + boxed(&item.shape)).sum();
         let wide = self.wide.as_ref().map_or(0, |wide| {
             let columns: usize = wide.columns.iter().map(|column| 2 * ALLOCATION + size_of_val(&column[..])).sum();
-            wide.nodes.len() * size_of::<WideNode<R>>() + size_of_val(&wide.leaves[..]) + columns
+            wide.nodes.len() * size_of::<WideNode<R>>()
+                + size_of_val(&wide.leaves[..])
+                + size_of_val(&wide.frusta[..])
+                + columns
         });
         let lists = size_of_val(&self.unbounded[..]) + self.primitives.len() * size_of::<Primitive>();
         size_of::<Self>() + of_items + lists + wide + 4 * ALLOCATION
@@ -157,6 +170,7 @@ fn boxed<R>(shape: &Shape<R>) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::build::Wholeness;
     use super::super::wide_bvh::Leaf;
     use super::*;
     use crate::math::sin_cos;
@@ -237,9 +251,9 @@ mod tests {
             let all: Vec<(Bounds, Primitive)> = items.iter().zip(0..).flat_map(of).collect();
             let mut build: Vec<_> =
                 all.iter().zip(0..).map(|((b, _), index)| BuildPrimitive::new(&b.narrowed(), index)).collect();
-            let bvh = Bvh::build(&mut build, BvhKind::Sah, &|_: &[_]| false);
-            let primitives: Vec<_> = build.iter().map(|primitive| all[primitive.index() as usize].1).collect();
-            let twin = WideBvh::new(&bvh, &items, &primitives);
+            let bvh = Bvh::build(&mut build, BvhKind::Sah, &|_: &[_]| Wholeness::Any);
+            let mut primitives: Vec<_> = build.iter().map(|primitive| all[primitive.index() as usize].1).collect();
+            let twin = WideBvh::new(&bvh, &items, &mut primitives);
 
             let nodes = |wide: &WideBvh<f32>| -> Vec<_> {
                 wide.nodes.iter().map(|node| (node.min, node.max, node.children, node.count)).collect()

@@ -10,6 +10,7 @@ mod ground_truth;
 mod hard_cases;
 
 mod accel {
+    mod leaves;
     mod watertight;
 }
 mod camera {
