@@ -58,6 +58,7 @@ mod shape {
 }
 mod trace {
     mod certificate;
+    mod light_cells;
     mod nested_media;
     mod secondary_rays;
 }
