@@ -78,8 +78,17 @@ impl LightCells {
 
     /// The lanes of `among` whose points see the whole area of a light, or are hidden from all of it by something else than the
     /// surface that they are on.
-    #[inline(always)]
+    #[inline(never)]
     pub fn known<L: Lanes>(&self, s: L::Simd, light: usize, points: V3<L>, among: u32) -> [u32; 2] {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.known_in(s, light, points, among),
+        )
+    }
+
+    #[inline(always)]
+    fn known_in<L: Lanes>(&self, s: L::Simd, light: usize, points: V3<L>, among: u32) -> [u32; 2] {
         let Some(Some(known)) = self.lights.get(light) else { return [0; 2] };
         let mut numbers = [L::Real::default(); MAX_LANES];
         let (number, inside) = self.number(s, points);
@@ -107,10 +116,9 @@ impl LightCells {
         let cube = (size.x.max(size.y).max(size.z).exponent() + one).max(zero);
         let inside = cube.lt(L::lit(s, CUBES as f64));
         let scale = (-cube).power_of_two();
-        let (cells, last) = (L::lit(s, EDGE as f64), L::lit(s, (EDGE - 1) as f64));
-        let place = |x: L| ((x * scale + one) * (cells * L::lit(s, 0.5))).floor().max(zero).min(last);
-        let row = (cube * cells + place(offset.z)) * cells + place(offset.y);
-        (row * cells + place(offset.x), inside.bits())
+        let cells = L::lit(s, EDGE as f64);
+        let row = (cube * cells + column(s, offset.z * scale)) * cells + column(s, offset.y * scale);
+        (row * cells + column(s, offset.x * scale), inside.bits())
     }
 
     /// Asks what a cell sees. Another thread may do so, too, and is told the same.
@@ -136,6 +144,13 @@ impl LightCells {
         known.cells[number].store(state, Ordering::Relaxed);
         state
     }
+}
+
+/// The number of a cell along an axis of its cube, which reaches from -1 to 1.
+#[inline(always)]
+fn column<L: Lanes>(s: L::Simd, x: L) -> L {
+    let column = ((x + L::lit(s, 1.0)) * L::lit(s, 0.5 * EDGE as f64)).floor();
+    column.max(L::lit(s, 0.0)).min(L::lit(s, (EDGE - 1) as f64))
 }
 
 /// Where the rays to a light end.
