@@ -59,6 +59,7 @@ mod shape {
 }
 mod trace {
     mod certificate;
+    mod light_cells;
     mod nested_media;
     mod secondary_rays;
 }

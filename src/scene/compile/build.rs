@@ -9,7 +9,7 @@ use super::lights::light;
 use super::shared_eye::is_shared;
 use super::textures::textures;
 use super::{CompileOptions, Source, Sources, contact, extent, unseen};
-use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Motion, Shape};
+use crate::accel::{Ball, Blockers, Bounds, BvhKind, Extent, Geometry, Instance, Item, Motion, Obstacle, Shape};
 use crate::bound::ceiling::Ceiling;
 use crate::camera::{Basis, Camera};
 use crate::control;
@@ -17,7 +17,8 @@ use crate::film::Display;
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
-use crate::scene::effects::SceneEffects;
+use crate::scene::effects::{Effect, SceneEffects};
+use crate::scene::light_cells::{LightCells, MOST_OBSTACLES};
 use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
 use crate::scene::transform::affine;
@@ -105,6 +106,7 @@ pub(super) fn build<R: Real>(
         reflects: false,
         angular: false,
         effects: SceneEffects::default(),
+        light_cells: None,
     };
     if render.max_depth != Some(1) && world.has_material(disperses) {
         world.spectrum = Some(Box::new(Spectrum::visible()));
@@ -118,6 +120,10 @@ pub(super) fn build<R: Real>(
         world.rules.shadows = None;
     }
     settle(&mut world);
+    if world.rules.shadows.is_some() && !options.spd_counts && !world.effects.has(Effect::ColoredShadows) {
+        let cells = builder.obstacles.and_then(|obstacles| LightCells::new(obstacles, &world.lights));
+        world.light_cells = cells.map(Arc::new);
+    }
     (world, Built { sources: builder.sources, pointers: builder.pointers, expanded })
 }
 
@@ -158,6 +164,8 @@ struct Builder<'a, R> {
     /// Whether all camera rays start in the same media.
     shared_eye: bool,
     hidden: Hidden,
+    /// What may be between surfaces and lights, if there are lights with an area.
+    obstacles: Option<Vec<Obstacle>>,
     sources: Sources,
 }
 
@@ -178,6 +186,7 @@ impl<'a, R: Real> Builder<'a, R> {
             camera,
             shared_eye: true,
             hidden: Hidden::default(),
+            obstacles: None,
             sources: Sources {
                 materials: description.materials.keys().map(|name| push_token("/materials", name)).collect(),
                 ..Sources::default()
@@ -209,6 +218,13 @@ impl<'a, R: Real> Builder<'a, R> {
         self.shared_eye = is_shared(self.description, &self.camera, self.usage.moves, &items, &extents);
         if !self.options.spd_counts {
             self.hidden = hidden(self.description, &self.materials, &items, &extents);
+        }
+        // The slow twin has no cells either.
+        let has_areas = self.options.bvh != BvhKind::Flat && self.description.lights.iter().any(d::Light::has_area);
+        if has_areas && items.len() <= MOST_OBSTACLES {
+            let opaque = |item: &Item<R>| !self.materials[item.material as usize].transmits();
+            let obstacle = |(item, extent)| Obstacle::new(item, extent, opaque(item));
+            self.obstacles = items.iter().zip(&extents).map(obstacle).collect();
         }
         let geometry = Geometry::new(items, &extents, self.options.bvh);
         self.geometries.push(geometry);
