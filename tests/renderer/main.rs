@@ -48,6 +48,7 @@ mod scene {
     mod mutations;
     mod nff_files;
     mod spd;
+    mod variations;
 }
 mod shading {
     mod terminator;
