@@ -112,7 +112,7 @@ fn prepared(Built { loaded, original }: Built, share: Share) -> PreparedScene {
 }
 
 /// Bytes of the longest patch: as a tree of values it takes 16 times as much.
-const PATCH_BYTES: u64 = 4 << 20;
+pub(crate) const PATCH_BYTES: u64 = 4 << 20;
 
 /// Bytes that reading a patch takes.
 fn patching_bytes(patch: &[u8]) -> Result<u64, Error> {

@@ -123,7 +123,7 @@ fn stream_of_all(app: &App, tenant: Arc<Tenant>, label: Option<String>) -> Resul
     let changes = app.service.jobs.changes();
     let newest = app.service.jobs.list(None, 1, |_| true).first().map(|job| job.record().id.clone());
     let known = HashSet::new();
-    let mut all = All { app: Arc::clone(app), tenant: Arc::clone(&tenant), label, changes, newest, known };
+    let mut all = All { app: Arc::clone(app), tenant: Arc::clone(&tenant), label, changes, looked: 0, newest, known };
     let mut watching = Vec::new();
     for job in all.open() {
         all.known.insert(job.record().id.clone());
@@ -200,10 +200,11 @@ impl Watching {
     fn look(&mut self) {
         let Some(all) = &mut self.all else { return };
         self.jobs.retain(|job| !job.ended);
-        if !all.changes.has_changed().unwrap_or(false) {
+        let changes = *all.changes.borrow_and_update();
+        if changes == all.looked {
             return;
         }
-        all.changes.mark_unchanged();
+        all.looked = changes;
         let jobs = &all.app.service.jobs;
         let gone: Vec<String> = all.known.iter().filter(|id| jobs.find(id).is_none()).cloned().collect();
         for id in gone {
@@ -247,6 +248,8 @@ struct All {
     tenant: Arc<Tenant>,
     label: Option<String>,
     changes: watch::Receiver<u64>,
+    /// The last change that was looked at.
+    looked: u64,
     /// The newest job when the stream began. Ids grow.
     newest: Option<String>,
     /// Jobs that were told of, until they are removed.
