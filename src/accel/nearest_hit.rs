@@ -200,7 +200,7 @@ impl<L: Lanes> Search<'_, '_, L> {
         if here.unbounded.len() > MANY && control::step(here.unbounded.len() as u32) {
             return;
         }
-        for &index in &here.unbounded {
+        for &index in &here.unbounded[..] {
             self.visit(s, &here.items[index as usize], 0, base, rays);
         }
         let Some(wide) = &here.wide else { return };

@@ -87,7 +87,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
         if here.unbounded.len() > MANY && control::step(here.unbounded.len() as u32) {
             return;
         }
-        for &index in &here.unbounded {
+        for &index in &here.unbounded[..] {
             self.visit(s, &here.items[index as usize], 0, rays);
         }
         let Some(wide) = &here.wide else { return };

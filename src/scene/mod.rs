@@ -19,6 +19,7 @@ pub mod schema;
 pub mod size;
 pub(crate) mod transform;
 pub mod usage;
+pub mod variation;
 pub mod world;
 
 pub use compile::Scene;

@@ -49,6 +49,7 @@ mod scene {
     mod mutations;
     mod nff_files;
     mod spd;
+    mod variations;
 }
 mod shading {
     mod terminator;

@@ -3,6 +3,7 @@
 
 mod about;
 mod capabilities;
+mod compare;
 mod docs;
 mod explain;
 mod health;
@@ -10,6 +11,7 @@ mod home;
 mod images;
 mod jobs;
 mod map;
+mod me;
 mod metrics;
 mod problems;
 mod rays;
@@ -44,7 +46,7 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 17] = [
+    let rooms: [fn() -> Vec<Route>; 19] = [
         home::routes,
         render::routes,
         rays::routes,
@@ -52,12 +54,14 @@ pub(crate) fn all() -> Vec<Route> {
         map::routes,
         explain::routes,
         tradeoff::routes,
+        compare::routes,
         validate::routes,
         scenes::routes,
         images::routes,
         jobs::routes,
         tiles::routes,
         capabilities::routes,
+        me::routes,
         health::routes,
         about::routes,
         docs::routes,
