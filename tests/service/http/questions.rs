@@ -157,6 +157,11 @@ fn an_image_is_asked_about_by_its_id_in_the_pixels_of_its_zoom() {
     let plan = service.get(&format!("/v1/images/{large}/explain")).json();
     assert!(plan["estimate"]["rays"].as_u64().unwrap() > 384 * 256, "{plan}");
 
+    let huge = image(12);
+    for path in ["explain", "map", "map?of=object"] {
+        service.get(&format!("/v1/images/{huge}/{path}")).problem(413, "cost-limit");
+    }
+    assert_eq!(service.get(&format!("/v1/images/{huge}/tree?x=100000&y=60000")).status, 200);
     service.get(&format!("/v1/images/{whole}/tree?x=48&y=0")).problem(400, "invalid-parameter");
     service.get(&format!("/v1/images/{whole}/tree?x=0&y=0&format=overlay")).problem(400, "invalid-parameter");
     service.get("/v1/images/i_a/tree?x=0&y=0").problem(404, "not-found");
