@@ -3,6 +3,7 @@
 mod access;
 mod answer_sizes;
 mod contract;
+mod embed;
 mod fairness;
 mod flood;
 mod folders;
