@@ -1,13 +1,11 @@
-// <strahl-picture>: a picture of a strahl service in any page, coarse to fine. docs/embed.md describes it.
-// It makes no HTML from text and follows no address in an answer, so it works under Trusted Types, and its key stays with
-// one service.
+// <strahl-picture>: a picture of a strahl service, coarse to fine (docs/embed.md). It makes no HTML from text and follows no
+// address in an answer.
 
-// Browsers open six connections to a host: three are for events, three for pictures.
+// Browsers open six connections to a host.
 const STREAMS = 3, FETCHES = 3, JOBS = 32, TRIES = 6;
-// Milliseconds: streams have a comment each 15 seconds; hidden tabs leave them to others.
-const SILENCE = 40_000, POLL = 2_000, HIDDEN_POLL = 15_000, LONGEST = 30_000;
-// Pixels a side that are kept of the whole; tiles of zooming that are kept, 1 MiB each; zoom of pictures without tiles;
-// tiles of a job that wait until one preview shows them all.
+// Milliseconds; streams have a comment each 15 s.
+const SILENCE = 40_000, POLL = 2_000;
+// Pixels a side of the whole; tiles kept, 1 MiB each; zoom without tiles; waiting tiles that a preview replaces.
 const SIDE = 2_048, TILES = 48, ZOOM = 16, WAITING = 12;
 const OVER = ["succeeded", "failed", "canceled", "expired"];
 
@@ -15,26 +13,23 @@ const pause = (ms, signal) => new Promise((done, stop) => {
   setTimeout(done, ms);
   signal?.addEventListener("abort", () => stop(signal.reason));
 });
-const isBusy = ({ status }) => [429, 502, 503].includes(status);
+const isBusy = ({ status }) => /429|50[23]/.test(status);
 const refused = (answer, problem) => Object.assign(new Error(problem?.detail ?? `the service answered ${answer.status}`),
   { status: answer.status, problem, seconds: +answer.headers.get("retry-after") });
-/** Milliseconds until the next try: as the service says, else twice as long each time. */
 const wait = (failures, { seconds }) => seconds > 0 ? Math.min(seconds, 120) * 1_000
-  : Math.min(1_000 * 2 ** failures, LONGEST) * (0.75 + Math.random() / 2);
+  : Math.min(1_000 * 2 ** failures, 30_000) * (0.75 + Math.random() / 2);
 
 let free = FETCHES;
 const queue = [];
 
-/** A service, and what gives the right to ask it. */
 class Service {
   constructor(base, capabilities, key) { Object.assign(this, { base, capabilities, key }); }
-  /** The capability for an id, which is in it. */
-  right(id) { return this.capabilities.find((one) => one.includes(`.${id}~`)) ?? this.capabilities[0] ?? ""; }
+  /** The capability for an id: its name is in it. */
+  right(id) { return this.capabilities.find((one) => one.includes(`.${id}~`)) ?? ""; }
   fetch(path, id, options, headers) {
     const authorization = this.key && { authorization: `Bearer ${this.key}` };
     return fetch(this.base + this.right(id) + path, { ...options, headers: { ...headers, ...authorization } });
   }
-  /** An answer and its body; asks again if the service is busy or away. */
   async ask(path, id, signal, options, headers) {
     for (let failures = 0; ; failures++) {
       let problem;
@@ -57,12 +52,11 @@ class Service {
   }
 }
 
-/** Streams of events: the jobs of a service share one, those with capabilities have one each. */
+// The jobs of a service share a stream, those with capabilities have one each, hidden tabs none.
 const lines = new Set();
 let open = 0;
 document.addEventListener("visibilitychange", () => lines.forEach((line) => line.turn?.abort()));
 
-/** Tells `job.hear(event, data)` what happens to it. */
 function follow(service, job, signal) {
   const right = service.right(job.id), name = [service.base, service.key, right, right && job.id].join(" ");
   let line = [...lines].find((one) => one.name === name && one.jobs.size < JOBS && [...one.jobs].every(({ id }) => id !== job.id));
@@ -77,7 +71,6 @@ const tell = (line, id, event, data) => line.jobs.forEach((job) => {
   job.hear(event, data);
 });
 async function run(line) {
-  // Elements that come and go together cost one connection.
   for (let failures = 0; await pause(10), line.jobs.size;) {
     const { signal } = line.turn = new AbortController(), polls = document.hidden || open >= STREAMS;
     let ms = 0;
@@ -95,14 +88,13 @@ async function run(line) {
   }
   lines.delete(line);
 }
-/** Follows the stream to its end; how long to wait then. */
 async function listen(line, signal, alive) {
   const jobs = [...line.jobs], seen = jobs.map((job) => job.seen).join(), first = jobs[0].id;
   const path = jobs.length > 1 ? `v1/events?${jobs.map(({ id }) => `job=${id}`).join("&")}` : `v1/jobs/${first}/events`;
-  const answer = await line.service.fetch(path, first, { signal, cache: "no-store" },
-    { accept: "text/event-stream", ...(/\d/.test(seen) && { "last-event-id": seen }) });
+  const answer = await line.service.fetch(path, first, { signal },
+    /\d/.test(seen) ? { "last-event-id": seen } : {});
   if (isBusy(answer)) throw refused(answer);
-  // All have ended, or one of them is refused: each is asked for by itself.
+  // All have ended, or one is refused: which?
   if (answer.status !== 200) return poll(line, signal);
   const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader(), silent = () => line.turn.abort();
   let timer = setTimeout(silent, SILENCE), text = "";
@@ -117,7 +109,7 @@ async function listen(line, signal, alive) {
         if (!event) continue;
         const data = JSON.parse(field("data"));
         alive();
-        if (event === "shutdown") return wait(0, { seconds: data.retry_ms / 1_000 });
+        if (event === "shutdown") return data.retry_ms;
         tell(line, data.job, event, data);
       }
     }
@@ -135,27 +127,24 @@ async function poll(line, signal) {
       tell(line, id, "failed", error);
     }
   }
-  return document.hidden ? HIDDEN_POLL : POLL;
+  return document.hidden ? 15_000 : POLL;
 }
 
-/** A header with a dictionary (RFC 9651) as an object. */
-const dictionary = (text) => Object.fromEntries([...(text ?? "").matchAll(/([a-z*][\w.*-]*)=("(?:[^"\\]|\\.)*"|[^,;\s]+)/g)]
-  .map(([, name, value]) => [name, value === "?0" ? false : value[0] === '"' ? value.slice(1, -1).replace(/\\(.)/g, "$1") : +value]));
-const reportOf = ({ headers }) => ({
-  error: dictionary(headers.get("render-error")), rays: dictionary(headers.get("render-rays")),
-  timing: dictionary(headers.get("server-timing")?.replaceAll(";dur", "")),
-  etag: headers.get("etag"), image: headers.get("content-location")?.match(/i_\w+/)?.[0],
-});
+/** Headers: `a=1, why="..."` and `a;dur=1`. */
+function reportOf({ headers }) {
+  const [error, rays, timing] = ["render-error", "render-rays", "server-timing"].map((name) => Object.fromEntries(
+    [...(headers.get(name) ?? "").matchAll(/(?<![;\w])([\w-]+)(?:;dur)?=(?:"([^"]*)"|([^,;\s]+))/g)]
+      .map(([, key, text, value]) => [key, text ?? (value === "?0" ? false : +value)])));
+  return { error, rays, timing, image: headers.get("content-location")?.match(/i_\w+/)?.[0] };
+}
 
 const STYLE = `:host { display: inline-block; position: relative; max-width: 100% }
 :host([hidden]), [hidden], p:empty { display: none !important }
 canvas, progress, div, p { position: absolute; inset: 0; width: 100%; height: 100% }
-canvas:focus-visible { outline: 3px solid Highlight; outline-offset: -3px }
 progress { top: auto; height: 4px }
-div, p { inset: 8px 8px auto auto; width: auto; height: auto; margin: 0; color: CanvasText; font: 16px system-ui }
-p { inset: auto 8px 8px; background: Canvas }
+div, p { inset: 8px 8px auto auto; width: auto; height: auto; margin: 0 }
+p { inset: auto 8px 8px; color: CanvasText; background: Canvas }
 button { width: 28px; height: 28px; padding: 0 }`;
-const HINT = "Plus and minus zoom, arrow keys move, 0 shows the whole picture.";
 const make = (name, part, text = "") => Object.assign(document.createElement(name), { part, textContent: text });
 
 class StrahlPicture extends HTMLElement {
@@ -170,18 +159,15 @@ class StrahlPicture extends HTMLElement {
     const root = this.attachShadow({ mode: "open" }), style = new CSSStyleSheet();
     style.replaceSync(STYLE);
     root.adoptedStyleSheets = [style, this.#shape];
-    for (const [sign, name, act] of [["+", "Zoom in", () => this.zoomBy(2)], ["−", "Zoom out", () => this.zoomBy(0.5)], ["□", "Whole picture", () => this.zoomTo()]]) {
-      const button = make("button", "button", sign);
-      button.onclick = act;
-      button.ariaLabel = name;
-      this.#controls.append(button);
+    for (const [sign, ariaLabel, onclick] of [["+", "Zoom in", () => this.zoomBy(2)], ["−", "Zoom out", () => this.zoomBy(0.5)], ["□", "Whole picture", () => this.zoomTo()]]) {
+      this.#controls.append(Object.assign(make("button", "button", sign), { ariaLabel, onclick }));
     }
     this.#bar.ariaLabel = "Rendering";
     this.#status.role = "status";
     root.append(this.#canvas, this.#bar, this.#controls, this.#status);
     this.#listen();
   }
-  /** The key of a service that asks for one. No attribute: others can read the page. */
+  /** No attribute: others can read the page. */
   set key(key) { this.#key = key; this.#restart(); }
   connectedCallback() { this.#resized.observe(this); this.#restart(); }
   disconnectedCallback() { this.#resized.disconnect(); this.#clear(); }
@@ -191,8 +177,8 @@ class StrahlPicture extends HTMLElement {
     const canvas = this.#canvas, alt = this.getAttribute("alt"), zooms = this.hasAttribute("zoom");
     canvas.role = alt === "" ? "presentation" : "img";
     canvas.ariaLabel = alt ?? "A rendered picture";
-    canvas.title = zooms ? HINT : "";
-    if (zooms) canvas.tabIndex = 0; else canvas.removeAttribute("tabindex");
+    canvas.title = zooms ? "Plus and minus zoom, arrows move, 0 shows the whole picture." : "";
+    canvas.tabIndex = zooms ? 0 : -1;
     this.#controls.hidden = !this.hasAttribute("controls");
   }
   #clear() {
@@ -201,7 +187,7 @@ class StrahlPicture extends HTMLElement {
     this.#tiles.clear();
     this.#size = this.#film = this.#xyz = undefined;
   }
-  /** Starts once, whatever is changed in one turn. */
+  /** Once for all changes of a turn. */
   #restart() {
     this.#soon ??= queueMicrotask(async () => {
       this.#soon = undefined;
@@ -213,7 +199,7 @@ class StrahlPicture extends HTMLElement {
       this.#tell({ state: "waiting", fraction: 0 });
       try {
         const src = this.getAttribute("src"), base = src === null ? new URL(".", import.meta.url) : new URL(src, document.baseURI);
-        // Only a path may come before the others, never another host.
+        // A path, never another host.
         const capabilities = (this.getAttribute("capability")?.match(/\/c\/[^/?#\s\\]+/g) ?? []).map((one) => `${one.slice(1)}/`);
         const service = new Service(base.href.replace(/\/*$/, "/"), capabilities, this.#key);
         const [job, image] = ["job", "image"].map((name) => encodeURIComponent(this.getAttribute(name) ?? ""));
@@ -227,7 +213,6 @@ class StrahlPicture extends HTMLElement {
     }) ?? true;
   }
 
-  /** A job: previews and tiles as they come, then the picture. */
   async #job(service, id, signal) {
     const path = `v1/jobs/${id}`;
     let tiles = [], look, total, over, wake;
@@ -239,16 +224,16 @@ class StrahlPicture extends HTMLElement {
         look = data.tiles_done || data.revision;
       }
       if (event === "tile") tiles.push(data);
-      if (event === "preview" || tiles.length > WAITING) look = true;
-      if (tiles.length > WAITING) tiles = [];
+      if (event === "preview") look = true;
+      if (tiles.length > WAITING) look = tiles = [];
       if (OVER.includes(event)) over = { event, ...data };
       const done = event === "succeeded" ? total : data.tiles_done;
       this.#tell({ state: data.state ?? event, job: id, eta_ms: data.eta_ms, fraction: total && done !== undefined ? done / total : undefined });
       wake?.();
     } }, signal);
-    // One after the other, so that a thousand events are not a thousand requests.
+    // One by one: a thousand events are not a thousand requests.
     while (!over) {
-      const tile = look ? undefined : tiles.shift();
+      const { x, y, w, h } = (look ? 0 : tiles.shift()) ?? {}, tile = w && [x, y, w, h];
       if (!look && !tile) {
         await new Promise((done) => { wake = done; });
         signal.throwIfAborted();
@@ -256,11 +241,10 @@ class StrahlPicture extends HTMLElement {
       }
       look = false;
       try {
-        const { x, y, w, h } = tile ?? {};
         const { body } = await service.ask(path + (tile ? `/tile?x=${x}&y=${y}&w=${w}&h=${h}` : "/preview?wait=0"), id, signal);
-        await this.#put(body, signal, tile && [x, y, w, h]);
+        await this.#put(body, signal, tile);
       } catch (error) {
-        // There is none yet, or none any more.
+        // None yet, or no more.
         if (!error.status) throw error;
       }
     }
@@ -274,21 +258,15 @@ class StrahlPicture extends HTMLElement {
     await this.#put(last.body, signal);
     await this.#done(service, { ...report, image: job.image_id, job, report: job.report }, signal);
   }
-  /** An image: its smallest tile, then itself, or tiles if it is too large. */
   async #image(service, image, signal) {
     const { body: { width, height, tileSize, nativezoom } } = await service.ask(`xyz/${image}.json`, image, signal);
     this.#open(width, height);
     const { body } = await service.ask(`xyz/${image}/0/0/0.png`, image, signal), less = 2 ** nativezoom;
     await this.#put(body, signal, undefined, [width / less, height / less]);
-    let report;
-    if (Math.max(width, height) <= SIDE) {
-      const whole = await service.ask(`v1/images/${image}.png`, image, signal);
-      await this.#put(whole.body, signal);
-      report = reportOf(whole.answer);
-    }
-    await this.#done(service, { ...report, image }, signal);
+    const whole = Math.max(width, height) <= SIDE && await service.ask(`v1/images/${image}.png`, image, signal);
+    if (whole) await this.#put(whole.body, signal);
+    await this.#done(service, { ...(whole && reportOf(whole.answer)), image }, signal);
   }
-  /** A scene: the best picture of a moment, then the whole one, which is a job if it takes long. */
   async #scene(service, signal) {
     const address = this.getAttribute("scene");
     const body = address ? await (await fetch(address, { signal })).blob() : this.querySelector("script[type='application/json']")?.textContent;
@@ -296,9 +274,10 @@ class StrahlPicture extends HTMLElement {
     const size = ["width", "height"].map((name) => this.hasAttribute(name) ? `&${name}=${this.getAttribute(name)}` : "").join("");
     const render = (accuracy, prefer) => service.ask(`v1/render?format=png${size}${accuracy}`, "", signal,
       { method: "POST", body }, { "content-type": "application/json", ...prefer });
-    await this.#put((await render("&accuracy=time:100")).body, signal);
+    // Too large for an answer may do for a job; a key may not.
+    const first = await render("&accuracy=time:100").catch((error) => { if (error.status !== 413) throw error; });
+    if (first) await this.#put(first.body, signal);
     const { answer, body: file } = await render("", { prefer: "wait=5" }).catch((error) => {
-      // A key for pictures is no key for jobs.
       if (error.problem?.scope) return render("");
       throw error;
     });
@@ -311,12 +290,12 @@ class StrahlPicture extends HTMLElement {
     await this.#job(service, file.id, signal);
     signal.removeEventListener("abort", cancel);
   }
-  /** With an image id one can zoom beyond the picture, if the right to ask is there. */
+  /** An image id with its capability lets zoom beyond the picture. */
   async #done(service, detail, signal) {
     const { image } = detail;
-    const { body } = image ? await service.ask(`xyz/${image}.json`, image, signal).catch(() => ({})) : {};
+    const xyz = image && await service.ask(`xyz/${image}.json`, image, signal).catch(() => {});
     signal.throwIfAborted();
-    if (body) this.#xyz = { ...body, service, image };
+    this.#xyz = xyz && { ...xyz.body, service, image };
     this.#draw();
     this.#tell({ state: "succeeded", fraction: 1 });
     this.#emit("done", { width: this.#size[0], height: this.#size[1], ...detail });
@@ -327,23 +306,23 @@ class StrahlPicture extends HTMLElement {
     this.#say(detail.state === "offline" ? "The service does not answer. Trying again." : "");
     this.#emit("progress", detail);
   }
-  #say(text) { this.#status.textContent = text.slice(0, 500); }
+  #say(text) { this.#status.textContent = text; }
   #emit(name, detail) { this.dispatchEvent(new CustomEvent(`strahl-${name}`, { detail, bubbles: true, composed: true })); }
 
   #open(width, height) {
-    if (this.#size?.join() === [width, height].join()) return;
+    if (`${this.#size}` === `${[width, height]}`) return;
     this.#size = [width, height];
     const less = Math.min(1, SIDE / Math.max(width, height)), own = (name) => +this.getAttribute(name);
     this.#film = new OffscreenCanvas(Math.ceil(width * less), Math.ceil(height * less));
     this.#shape.replaceSync(`:host { width: ${own("width") || own("height") * width / height || width}px; aspect-ratio: ${width} / ${height} }`);
   }
-  /** Keeps a picture of the whole or of a region; `crop`: how much of the file is the picture. */
+  /** `crop`: the part of the file that is the picture. */
   async #put(blob, signal, region, crop) {
     const bitmap = await createImageBitmap(blob);
     signal.throwIfAborted();
     if (!this.#size) this.#open(bitmap.width, bitmap.height);
     const film = this.#film, context = film.getContext("2d"), [width, height] = this.#size;
-    const [x, y, w, h] = (region ?? [0, 0, width, height]).map((at, i) => at * (i % 2 ? film.height / height : film.width / width));
+    const [x, y, w, h] = (region ?? [0, 0, width, height]).map((at) => at * film.width / width);
     context.clearRect(x, y, w, h);
     context.drawImage(bitmap, 0, 0, ...(crop ?? [bitmap.width, bitmap.height]), x, y, w, h);
     bitmap.close();
@@ -351,7 +330,7 @@ class StrahlPicture extends HTMLElement {
   }
 
   #draw() { this.#frame ??= requestAnimationFrame(() => { this.#frame = undefined; this.#paint(); }); }
-  /** Where the picture lies on the canvas, and how many pixels of the canvas one of its own takes. */
+  /** Left, top and pixels of the canvas for one of the picture. */
   #place({ x, y, scale } = this.#view) {
     const canvas = this.#canvas, [width, height] = this.#size;
     const fit = Math.min(canvas.width / width, canvas.height / height) * scale;
@@ -366,7 +345,7 @@ class StrahlPicture extends HTMLElement {
     context.imageSmoothingQuality = "high";
     context.drawImage(this.#film, left, top, width * fit, height * fit);
     if (!this.#xyz) return;
-    // The zoom whose pixels are not larger than the canvas's; tiles only where there is not enough in the film.
+    // Tiles with pixels no larger than the canvas's, where the film has too few.
     const { tileSize, nativezoom, maxzoom } = this.#xyz, zoom = Math.min(maxzoom, Math.max(0, nativezoom + Math.ceil(Math.log2(fit) - 0.01)));
     const side = (z) => tileSize * 2 ** (nativezoom - z) * fit, wanted = new Set();
     if (fit * width > this.#film.width * 1.01) {
@@ -377,7 +356,6 @@ class StrahlPicture extends HTMLElement {
     for (const [name, tile] of this.#tiles) if (!wanted.has(name) && !tile.bitmap) tile.stop.abort();
     for (const name of wanted) {
       const tile = this.#tiles.get(name) ?? this.#fetch(name);
-      // Those seen last are kept longest.
       this.#tiles.delete(name);
       this.#tiles.set(name, tile);
     }
@@ -396,14 +374,14 @@ class StrahlPicture extends HTMLElement {
     const { service, image } = this.#xyz, tile = { stop: new AbortController() };
     service.ask(`xyz/${image}/${name}.png`, image, tile.stop.signal).then(({ body }) => createImageBitmap(body)).then((bitmap) => {
       tile.bitmap = bitmap;
-      for (const [old, { bitmap, stop }] of this.#tiles) if (this.#tiles.size > TILES && bitmap && !stop.signal.aborted) { bitmap.close(); this.#tiles.delete(old); }
+      for (const [old, { bitmap }] of this.#tiles) if (this.#tiles.size > TILES && bitmap) { bitmap.close(); this.#tiles.delete(old); }
       this.#draw();
-    // What is coarser stays, and it is asked for again when the picture moves.
+    // Coarser ones stay; a move asks again.
     }).catch(() => { if (this.#tiles.get(name) === tile) this.#tiles.delete(name); });
     return tile;
   }
 
-  /** Zooms by a factor around a point, in CSS pixels from the left and the top, or else the middle. */
+  /** Around a point in CSS pixels, else the middle. */
   zoomBy(factor, at) {
     if (!this.#size) return;
     const { width, height } = this.#canvas, [px, py] = at?.map((one) => one * devicePixelRatio) ?? [width / 2, height / 2];
@@ -412,7 +390,7 @@ class StrahlPicture extends HTMLElement {
     const next = Math.max(1, Math.min(scale * factor, most)), share = scale / next;
     this.zoomTo(next, (px - left - (px - width / 2) * share) / w, (py - top - (py - height / 2) * share) / h);
   }
-  /** Shows a part: how many times larger, and its middle, 0 to 1 across and down. */
+  /** `x`, `y`: the middle, from 0 to 1. */
   zoomTo(scale = 1, x = 0.5, y = 0.5) {
     const within = (value) => Math.min(Math.max(value, 0.5 / scale), 1 - 0.5 / scale);
     this.#view = { scale, x: within(x), y: within(y) };
@@ -431,7 +409,7 @@ class StrahlPicture extends HTMLElement {
     }, { passive: false }));
     const at = ({ clientX, clientY }) => { const box = canvas.getBoundingClientRect(); return [clientX - box.left, clientY - box.top]; };
     on("wheel", (event) => {
-      // Else it scrolls the page. Pinching on a touchpad is a wheel with Ctrl.
+      // Else it scrolls the page. Ctrl: pinching on a touchpad.
       if (!event.ctrlKey && (this.shadowRoot.activeElement !== canvas || (event.deltaY > 0 && this.#view.scale === 1))) return;
       event.preventDefault();
       this.zoomBy(2 ** (-Math.max(-100, Math.min(event.deltaY, 100)) / 200), at(event));
@@ -445,7 +423,7 @@ class StrahlPicture extends HTMLElement {
       else if (event.key === "0") this.zoomTo();
       else this.zoomBy(event.key === "-" ? 1 / 1.5 : 1.5);
     });
-    /** The middle of the fingers, and how far apart they are. */
+    /** Middle and distance of the fingers. */
     const grip = () => {
       const [a, b = a] = fingers.values();
       return [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, Math.hypot(a[0] - b[0], a[1] - b[1])];
