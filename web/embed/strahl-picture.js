@@ -14,8 +14,8 @@ const pause = (ms, signal) => new Promise((done, stop) => {
   signal?.addEventListener("abort", () => stop(signal.reason));
 });
 const isBusy = ({ status }) => /429|50[23]/.test(status);
-const refused = (answer, problem) => Object.assign(new Error(problem?.detail ?? `the service answered ${answer.status}`),
-  { status: answer.status, problem, seconds: +answer.headers.get("retry-after") });
+const refused = ({ status, headers }, problem) => Object.assign(new Error(problem?.detail ?? `the service answered ${status}`),
+  { status, problem, seconds: headers.get("retry-after") });
 const wait = (failures, { seconds }) => seconds > 0 ? Math.min(seconds, 120) * 1_000
   : Math.min(1_000 * 2 ** failures, 30_000) * (0.75 + Math.random() / 2);
 
@@ -285,15 +285,17 @@ class StrahlPicture extends HTMLElement {
       await this.#put(file, signal);
       return this.#done(service, reportOf(answer), signal);
     }
-    const cancel = () => service.fetch(`v1/jobs/${file.id}/cancel`, "", { method: "POST", keepalive: true }).catch(() => {});
+    let over;
+    const cancel = () => over ?? service.fetch(`v1/jobs/${file.id}/cancel`, "", { method: "POST", keepalive: true }).catch(() => {});
     signal.addEventListener("abort", cancel);
+    addEventListener("pagehide", cancel, { signal });
     await this.#job(service, file.id, signal);
-    signal.removeEventListener("abort", cancel);
+    over = true;
   }
   /** An image id with its capability lets zoom beyond the picture. */
   async #done(service, detail, signal) {
-    const { image } = detail;
-    const xyz = image && await service.ask(`xyz/${image}.json`, image, signal).catch(() => {});
+    const { image } = detail, may = image && (service.right(image) || !service.capabilities[0]);
+    const xyz = may && await service.ask(`xyz/${image}.json`, image, signal).catch(() => {});
     signal.throwIfAborted();
     this.#xyz = xyz && { ...xyz.body, service, image };
     this.#draw();
@@ -443,4 +445,4 @@ class StrahlPicture extends HTMLElement {
     on("pointerup pointercancel pointerleave", (event) => fingers.delete(event.pointerId));
   }
 }
-customElements.get("strahl-picture") ?? customElements.define("strahl-picture", StrahlPicture);
+customElements.define("strahl-picture", StrahlPicture);
