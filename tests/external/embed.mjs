@@ -116,6 +116,7 @@ async function show(html, address = "/page") {
   body = html;
   Object.assign(proxy, { most: 0, asked: [], cutAfter: 0, cut: 0, busy: 0, busyAt: [], busyOn: undefined });
   page = await browser.newPage();
+  await page.setCacheEnabled(false);
   await page.setViewport({ width: 1200, height: 800 });
   page.on("pageerror", (error) => problems.push(String(error)));
   await page.goto(origin + address);
@@ -259,7 +260,8 @@ const flows = {
     for (let i = 0; i < 40; i++) await page.evaluate(() => document.getElementById("scene").zoomBy(2));
     const deepest = await view();
     assert(deepest.scale > 1_000, JSON.stringify(deepest));
-    await until("the deepest tiles", () => Math.max(...tiles()) > 10);
+    const { maxzoom } = await ask(`http://127.0.0.1:${openPort}/xyz/${told.image}.json`);
+    await until("the deepest tiles", () => tiles().includes(maxzoom));
     return `to ${Math.round(deepest.scale)} times, ${tiles().length} tiles to zoom ${Math.max(...tiles())}`;
   },
   async "what is seen deep in a picture is what the service renders there"() {

@@ -14,7 +14,7 @@ const pause = (ms, signal) => new Promise((done, stop) => {
   signal?.addEventListener("abort", () => stop(signal.reason));
 });
 const isBusy = ({ status }) => /429|50[23]/.test(status);
-const refused = ({ status, headers }, problem) => Object.assign(new Error(problem?.detail ?? `the service answered ${status}`),
+const refused = ({ status, headers }, problem) => Object.assign(new Error(problem?.detail ?? `HTTP ${status}`),
   { status, problem, seconds: headers.get("retry-after") });
 const wait = (failures, { seconds }) => seconds > 0 ? Math.min(seconds, 120) * 1_000
   : Math.min(1_000 * 2 ** failures, 30_000) * (0.75 + Math.random() / 2);
@@ -270,7 +270,7 @@ class StrahlPicture extends HTMLElement {
   async #scene(service, signal) {
     const address = this.getAttribute("scene");
     const body = address ? await (await fetch(address, { signal })).blob() : this.querySelector("script[type='application/json']")?.textContent;
-    if (!body) throw new Error("strahl-picture needs a job, an image or a scene");
+    if (!body) throw new Error("no job, image or scene is named");
     const size = ["width", "height"].map((name) => this.hasAttribute(name) ? `&${name}=${this.getAttribute(name)}` : "").join("");
     const render = (accuracy, prefer) => service.ask(`v1/render?format=png${size}${accuracy}`, "", signal,
       { method: "POST", body }, { "content-type": "application/json", ...prefer });
@@ -305,7 +305,7 @@ class StrahlPicture extends HTMLElement {
   #tell(detail) {
     this.#bar.hidden = detail.fraction === 1;
     this.#bar.value = detail.fraction ?? this.#bar.value;
-    this.#say(detail.state === "offline" ? "The service does not answer. Trying again." : "");
+    this.#say(detail.state === "offline" ? "No answer. Trying again." : "");
     this.#emit("progress", detail);
   }
   #say(text) { this.#status.textContent = text; }

@@ -81,18 +81,23 @@ class Between:
             while part := _receive(client):
                 self.requests.append(part)
                 # The service answers to its own name only.
-                service.sendall(re.sub(rb"(?i)host: 127\.0\.0\.1:\d+", b"Host: 127.0.0.1:%d" % self.port, part))
+                named = re.sub(rb"(?i)host: 127\.0\.0\.1:\d+", b"Host: 127.0.0.1:%d" % self.port, part)
+                try:
+                    service.sendall(named)
+                except OSError:
+                    return
             service.close()
 
         threading.Thread(target=forth, daemon=True).start()
         sent = 0
         while part := _receive(service):
+            cut = self.cuts > 0 and sent + len(part) > self.cut_after
             try:
-                client.sendall(part)
+                client.sendall(part[: max(0, self.cut_after - sent)] if cut else part)
             except OSError:
                 break
             sent += len(part)
-            if self.cuts > 0 and sent > self.cut_after:
+            if cut:
                 self.cuts -= 1
                 break
         for end in (client, service):

@@ -95,7 +95,7 @@ def test_mistakes_have_pointers_lines_and_columns(client):
         client.render(SCENE, samples=0)
     assert caught.value.mistakes[0].parameter == "samples"
     with pytest.raises(strahl.TooLarge) as caught:
-        client.render(SCENE, width=16_384, height=16_384)
+        client.render(SCENE, width=4_096, height=4_096)
     assert caught.value.limit["name"] == "max_pixels"
 
 
@@ -124,7 +124,7 @@ def test_a_job_from_its_submission_to_its_picture(client, tmp_path):
     with pytest.raises(strahl.Conflict):
         job.cancel()
     job.delete()
-    with pytest.raises(strahl.Gone):
+    with pytest.raises(strahl.NotFound):
         job.refresh()
 
 

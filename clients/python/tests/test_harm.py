@@ -18,7 +18,7 @@ from strahl.events import Parser
 def test_a_stream_that_is_cut_goes_on_without_gaps(between):
     client = Client(between.url)
     job = client.jobs.submit(busy_scene("cut"), width=320, height=240, samples=8)
-    between.cut_after, between.cuts = 900, 3
+    between.cut_after, between.cuts = 2_500, 3
     events = list(job.events())
     assert between.cuts == 0, "nothing was cut"
     numbers = [event.data["seq"] for event in events]
