@@ -130,12 +130,12 @@ async function poll(line, signal) {
   return document.hidden ? 15_000 : POLL;
 }
 
-/** Headers: `a=1, why="..."` and `a;dur=1`. */
+/** Headers such as `proved=?0, why="..."`. */
 function reportOf({ headers }) {
-  const [error, rays, timing] = ["render-error", "render-rays", "server-timing"].map((name) => Object.fromEntries(
-    [...(headers.get(name) ?? "").matchAll(/(?<![;\w])([\w-]+)(?:;dur)?=(?:"([^"]*)"|([^,;\s]+))/g)]
+  const [error, rays] = ["error", "rays"].map((name) => Object.fromEntries(
+    [...(headers.get(`render-${name}`) ?? "").matchAll(/([\w-]+)=(?:"([^"]*)"|([^,\s]+))/g)]
       .map(([, key, text, value]) => [key, text ?? (value === "?0" ? false : +value)])));
-  return { error, rays, timing, image: headers.get("content-location")?.match(/i_\w+/)?.[0] };
+  return { error, rays, image: headers.get("content-location")?.match(/i_\w+/)?.[0] };
 }
 
 const STYLE = `:host { display: inline-block; position: relative; max-width: 100% }
@@ -409,7 +409,7 @@ class StrahlPicture extends HTMLElement {
     const on = (names, act) => names.split(" ").forEach((name) => canvas.addEventListener(name, (event) => {
       if (this.hasAttribute("zoom") && this.#size) act(event);
     }, { passive: false }));
-    const at = ({ clientX, clientY }) => { const box = canvas.getBoundingClientRect(); return [clientX - box.left, clientY - box.top]; };
+    const at = ({ offsetX, offsetY }) => [offsetX, offsetY];
     on("wheel", (event) => {
       // Else it scrolls the page. Ctrl: pinching on a touchpad.
       if (!event.ctrlKey && (this.shadowRoot.activeElement !== canvas || (event.deltaY > 0 && this.#view.scale === 1))) return;
