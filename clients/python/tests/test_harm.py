@@ -50,7 +50,7 @@ def test_a_picture_that_is_cut_is_asked_for_again(between, tmp_path):
 def test_a_job_outlives_the_service(tmp_path):
     service = Service("--data", tmp_path / "data")
     client = Client(service.url, retries=8)
-    job = client.jobs.submit(busy_scene("killed"), width=320, height=240, samples=32)
+    job = client.jobs.submit(busy_scene("killed"), width=320, height=240, samples=12)
     seen = []
     following = threading.Thread(target=lambda: seen.extend(job.progress()))
     following.start()
@@ -97,7 +97,7 @@ def test_keys(tmp_path):
         service.stop()
 
 
-def answers(*responses):
+def answers(*responses, retries=3):
     """A client of a service that gives these answers, and the requests it got."""
     left, got = list(responses), []
 
@@ -106,7 +106,7 @@ def answers(*responses):
         status, headers, body = left.pop(0)
         return httpx.Response(status, headers=headers, content=body)
 
-    return Client("http://strahl.test", transport=httpx.MockTransport(answer), retries=3), got
+    return Client("http://strahl.test", transport=httpx.MockTransport(answer), retries=retries), got
 
 
 BUSY = (503, {"retry-after": "0", "content-type": "application/problem+json"}, b'{"type":"/problems/saturated","detail":"busy"}')
@@ -138,7 +138,7 @@ def test_what_is_no_answer_of_the_service_is_said_as_it_is():
     client, _ = answers((404, {"content-type": "text/html"}, b"<h1>nginx</h1>"))
     with pytest.raises(strahl.NotFound, match="404"):
         client.version()
-    client, _ = answers(*[(200, {}, b"<html>not JSON")] * 4)
+    client, _ = answers(*[(200, {}, b"<html>not JSON")] * 2, retries=1)
     with pytest.raises(strahl.Damaged):
         client.version()
     client, got = answers((504, {}, b'{"type":"/problems/render-deadline","detail":"slow","suggest":"tiles"}'))
@@ -146,7 +146,7 @@ def test_what_is_no_answer_of_the_service_is_said_as_it_is():
         client.render(SCENE)
     assert len(got) == 1, "what is too slow is not asked for again"
     damaged = (200, {"repr-digest": "sha-256=:AAAA:"}, b"picture")
-    client, got = answers(*[damaged] * 4)
+    client, got = answers(*[damaged] * 2, retries=1)
     with pytest.raises(strahl.Damaged, match="SHA-256"):
         client.render(SCENE)
     hostile = {"errors": [None, {"pointer": 7, "detail": None}, {"line": "x"}], "type": None, "detail": ["x"], "more": "many"}
