@@ -1,10 +1,10 @@
 // <strahl-picture>: a picture of a strahl service, coarse to fine (docs/embed.md). It makes no HTML from text and follows no
-// address in an answer.
+// address in one.
 
 // Browsers open six connections to a host.
 const STREAMS = 3, FETCHES = 3, JOBS = 32, TRIES = 6;
 // Milliseconds; streams have a comment each 15 s.
-const SILENCE = 40_000, POLL = 2_000;
+const SILENCE = 40_000, POLL = 2_000, PATIENCE = 4_000;
 // Pixels a side of the whole; tiles kept, 1 MiB each; zoom without tiles; waiting tiles that a preview replaces.
 const SIDE = 2_048, TILES = 48, ZOOM = 16, WAITING = 12;
 const OVER = ["succeeded", "failed", "canceled", "expired"];
@@ -130,7 +130,6 @@ async function poll(line, signal) {
   return document.hidden ? 15_000 : POLL;
 }
 
-/** Headers such as `proved=?0, why="..."`. */
 function reportOf({ headers }) {
   const [error, rays] = ["error", "rays"].map((name) => Object.fromEntries(
     [...(headers.get(`render-${name}`) ?? "").matchAll(/([\w-]+)=(?:"([^"]*)"|([^,\s]+))/g)]
@@ -272,15 +271,14 @@ class StrahlPicture extends HTMLElement {
     const body = address ? await (await fetch(address, { signal })).blob() : this.querySelector("script[type='application/json']")?.textContent;
     if (!body) throw new Error("no job, image or scene is named");
     const size = ["width", "height"].map((name) => this.hasAttribute(name) ? `&${name}=${this.getAttribute(name)}` : "").join("");
-    const render = (accuracy, prefer) => service.ask(`v1/render?format=png${size}${accuracy}`, "", signal,
+    const render = (accuracy, until, prefer) => service.ask(`v1/render?format=png${size}${accuracy}`, "", until,
       { method: "POST", body }, { "content-type": "application/json", ...prefer });
-    // Too large for an answer may do for a job; a key may not.
-    const first = await render("&accuracy=time:100").catch((error) => { if (error.status !== 413) throw error; });
+    // What is left is canceled, a job by its id: so it comes at once.
+    const unless = (error) => { if (signal.aborted || !/413|504|undefined/.test(error.status)) throw error; };
+    const first = await render("&accuracy=time:100", signal).catch(unless);
     if (first) await this.#put(first.body, signal);
-    const { answer, body: file } = await render("", { prefer: "wait=5" }).catch((error) => {
-      if (error.problem?.scope) return render("");
-      throw error;
-    });
+    const { answer, body: file } = await render("", AbortSignal.any([signal, AbortSignal.timeout(PATIENCE)])).catch(unless)
+      ?? await render("", signal, { prefer: "respond-async" });
     if (answer.status !== 202) {
       await this.#put(file, signal);
       return this.#done(service, reportOf(answer), signal);

@@ -1,7 +1,9 @@
 import { ConnectionError, Problem, StrahlError } from "./problems.js";
 
-// Longest waits in seconds: those that the service asks for, and others.
-const PATIENCE = 120, LONGEST = 30;
+/** Longest wait that the service may ask for, in seconds. */
+export const PATIENCE = 120;
+/** Longest wait otherwise. */
+const LONGEST = 30;
 
 /** When something is tried again: as the service says, else twice as long each time. */
 export class Backoff {

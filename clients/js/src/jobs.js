@@ -1,4 +1,4 @@
-import { Backoff, pause } from "./connection.js";
+import { Backoff, PATIENCE, pause } from "./connection.js";
 import { pictureOf } from "./picture.js";
 import { ConnectionError, Problem } from "./problems.js";
 import { events } from "./sse.js";
@@ -132,7 +132,7 @@ export class Job {
         for await (const event of events(answer.body, alive)) {
           backoff = new Backoff(this.#connection.retries);
           if (event.name === "shutdown") {
-            seconds = event.data.retry_ms / 1_000;
+            seconds = Math.min(Math.max(Number(event.data.retry_ms) / 1_000 || 5, 0.5), PATIENCE);
             break;
           }
           last = event.id || last;

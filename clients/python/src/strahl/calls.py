@@ -73,11 +73,9 @@ def refused(response: httpx.Response) -> Problem:
         document: Any = response.json()
     except ValueError:
         document = response.text
-    try:
-        retry_after = float(response.headers["retry-after"])
-    except (KeyError, ValueError):
-        retry_after = None
-    return problem_of(response.status_code, document, retry_after)
+    # A date would need a clock that agrees; the service sends seconds.
+    after = response.headers.get("retry-after", "")
+    return problem_of(response.status_code, document, float(after) if after.isdecimal() else None)
 
 
 def _json(response: httpx.Response) -> Any:

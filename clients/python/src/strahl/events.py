@@ -11,7 +11,7 @@ import httpx
 
 from . import contract
 from .problems import Damaged
-from .retry import Backoff, shown
+from .retry import PATIENCE, Backoff, shown
 
 #: Names of last events.
 OVER = frozenset({"succeeded", "failed", "canceled"})
@@ -91,7 +91,7 @@ class Follower:
         """Notes an event; None if it is not for the caller."""
         self._backoff = Backoff(self._retries)
         if event.name == "shutdown":
-            self._pause = float(event.data.get("retry_ms", 5_000)) / 1_000
+            self._pause = min(max(float(event.data.get("retry_ms", 5_000)) / 1_000, 0.5), PATIENCE)
             return None
         self.last_id = event.id or self.last_id
         self.over = event.is_last
