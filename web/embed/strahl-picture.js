@@ -1,5 +1,5 @@
 // <strahl-picture>: a picture of a strahl service, coarse to fine (docs/embed.md). It makes no HTML from text and follows no
-// address in one.
+// address in an answer.
 
 // Browsers open six connections to a host.
 const STREAMS = 3, FETCHES = 3, JOBS = 32, TRIES = 6;
