@@ -41,10 +41,25 @@ const key = spawnSync(strahl, ["key", "new", "--tenant", "acme", "--scopes", "re
 const open = await new Program(openPort).start();
 const closed = await new Program(closedPort, "--keys", keys, "--data", path.join(folder, "data")).start();
 
-// The proxy in front of both: /open/... and /closed/...
+// A service that tells of five thousand tiles at once, with addresses that lead elsewhere.
+const small = Buffer.from(await (await fetch(`http://127.0.0.1:${openPort}/v1/render?width=64&height=64`, { method: "POST", body: fs.readFileSync("scenes/whitted/whitted.json") })).arrayBuffer());
+function flood(rest, response, allow) {
+  const png = () => response.writeHead(200, { ...allow, "content-type": "image/png" }).end(small);
+  if (!rest.endsWith("/events")) {
+    if (rest !== "/v1/jobs/flood") return png();
+    return response.writeHead(200, { ...allow, "content-type": "application/json" }).end(JSON.stringify({ state: "succeeded", width: 1024, height: 1024, image_id: null }));
+  }
+  const event = (seq, name, data) => `id: ${seq}\nevent: ${name}\ndata: ${JSON.stringify({ job: "flood", seq, url: "https://elsewhere.example/", ...data })}\n\n`;
+  const tiles = Array.from({ length: 5_000 }, (_, i) => event(i + 2, "tile", { x: 0, y: 0, w: 16, h: 16, tiles_done: i + 1 }));
+  response.writeHead(200, { ...allow, "content-type": "text/event-stream" });
+  response.write(event(1, "snapshot", { state: "running", width: 1024, height: 1024, tiles_total: 5_000, tiles_done: 0 }) + tiles.join(""));
+  setTimeout(() => response.end(event(5_002, "succeeded", {})), 500);
+}
+
+// The proxy in front of them: /open/..., /closed/... and /flood/...
 const proxy = { streams: 0, most: 0, asked: [], cutAfter: 0, busy: 0 };
 const proxied = http.createServer((request, response) => {
-  const [, name, rest] = request.url.match(/^\/(open|closed)(\/.*)$/) ?? [];
+  const [, name, rest] = request.url.match(/^\/(open|closed|flood)(\/.*)$/) ?? [];
   if (!name) return response.writeHead(404).end();
   if (rest === "/embed.js" && process.env.EMBED_FROM_DISK) {
     return response.writeHead(200, { "access-control-allow-origin": "*", "content-type": "text/javascript" }).end(fs.readFileSync("web/embed/strahl-picture.js"));
@@ -59,6 +74,7 @@ const proxied = http.createServer((request, response) => {
       .end(JSON.stringify({ type: "/problems/saturated", title: "busy", status: 503, detail: "busy" }));
   }
   if (isStream) { proxy.streams++; proxy.most = Math.max(proxy.most, proxy.streams); response.on("close", () => proxy.streams--); }
+  if (name === "flood") return flood(rest, response, allow);
   const port = name === "open" ? openPort : closedPort;
   const asked = http.request({ port, host: "127.0.0.1", method: request.method, path: rest, headers: { ...request.headers, host: `127.0.0.1:${port}` } }, (answer) => {
     response.writeHead(answer.statusCode, answer.headers);
@@ -99,7 +115,7 @@ const host = http.createServer((request, response) => {
   }
   if (pathname === "/watch.js") return response.end(watch);
   if (pathname === "/scene.json") return response.end(JSON.stringify(scene));
-  const file = path.join(example, path.normalize(pathname));
+  const file = pathname.startsWith("/client/") ? path.join("clients/js/src", path.basename(pathname)) : path.join(example, path.normalize(pathname));
   if (!fs.existsSync(file)) return response.writeHead(404).end();
   const text = fs.readFileSync(file, "utf8").replaceAll("http://127.0.0.1:8080", `${through}/open`);
   response.end(pathname === "/index.html" ? text.replace("<script", '<script src="/watch.js"></script><script') : text);
@@ -358,6 +374,29 @@ const flows = {
     await pause(500);
     assert.equal((await seen("done", "p")).length, before + 1);
   },
+  async "five thousand events are a few requests, and lead nowhere else"() {
+    await show(mine("p", `flood" job="flood"`));
+    await done("p");
+    const asked = proxy.asked.length;
+    assert(asked < 60, `${asked} requests`);
+    assert.equal((await seen("progress", "p")).filter(({ detail }) => detail.state === "tile").length, 5_000);
+    return `${asked} requests`;
+  },
+  async "a tab that nobody sees leaves its stream, and comes back to it"() {
+    const id = await submit(openPort, 12, 512);
+    await show(mine("p", `open" job="${id}"`));
+    const hide = (hidden) => page.evaluate((hidden) => {
+      Object.defineProperty(document, "hidden", { configurable: true, value: hidden });
+      document.dispatchEvent(new Event("visibilitychange"));
+    }, hidden);
+    await until("tiles", async () => (await seen("progress", "p")).some(({ detail }) => detail.state === "tile"));
+    await hide(true);
+    await until("no stream", () => proxy.streams === 0, 5_000);
+    await hide(false);
+    await until("a stream again", () => proxy.streams === 1, 5_000);
+    await done("p");
+    assert(proxy.asked.filter(({ url, method }) => method === "GET" && url.includes("/events")).at(-1).last, "it goes on where it was");
+  },
   async "a capability cannot lead to another host, nor a job out of its path"() {
     for (const [attributes, refused] of [
       [`closed" job="../../livez"`, 401], [`closed" job="x" capability="//127.0.0.1:8474/"`, 401], [`closed" job="x" capability="https://elsewhere.example/c/x"`, 401],
@@ -368,6 +407,19 @@ const flows = {
       await leave();
     }
     await show("");
+  },
+  async "the client library works in a page, too"() {
+    await show("");
+    const said = await page.evaluate(async (url, scene) => {
+      const { Client, Problem } = await import("/client/index.js");
+      const client = new Client(url), picture = await client.render(scene, { format: "pfm", width: 64, height: 36 });
+      const job = await client.jobs.submit(scene, { width: 128, height: 72 }), states = [];
+      for await (const { state } of job.progress()) states.push(state);
+      const refused = await client.validate("{}").catch((error) => error instanceof Problem && error.mistakes.length > 0);
+      const bitmap = await createImageBitmap((await job.wait()).blob());
+      return { width: picture.floats().width, proved: picture.error.proved, last: states.at(-1), refused, across: bitmap.width };
+    }, `${through}/open`, scene);
+    assert.deepEqual(said, { width: 64, proved: 1, last: "succeeded", refused: true, across: 128 });
   },
   async "axe finds nothing, in light and dark, narrow and wide"() {
     await show("", "/index.html");
