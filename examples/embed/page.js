@@ -8,7 +8,7 @@ document.addEventListener("strahl-done", ({ target, detail: { error, rays } }) =
   if (target.id !== "scene") return;
   const all = Object.values(rays).reduce((sum, one) => sum + one, 0);
   const proved = error.proved === false ? "nothing is proved" : `at most ${error.proved} of 255 codes off`;
-  told.textContent = `${all} rays; ${proved}`;
+  told.textContent = `${all.toLocaleString("en")} rays; ${proved}`;
 });
 document.addEventListener("strahl-error", ({ detail: { error } }) => {
   told.textContent = error.message;

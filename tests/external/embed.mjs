@@ -238,7 +238,7 @@ const flows = {
     const told = await last("done", "scene");
     assert.equal(told.width, 640);
     assert(told.rays.camera > 0 && told.error.proved === 1 && told.image.startsWith("i_"), JSON.stringify(told));
-    assert.match(await page.$eval("#told", (told) => told.textContent), /^\d+ rays; at most 1 of 255 codes off$/);
+    assert.match(await page.$eval("#told", (told) => told.textContent), /^[\d,]+ rays; at most 1 of 255 codes off$/);
     const states = (await seen("progress", "scene")).map(({ detail }) => detail.state);
     const renders = proxy.asked.filter(({ url, method }) => url.startsWith("/v1/render") && method === "POST").map(({ url }) => url);
     assert(renders.length === 2 && renders[0].includes("time:") && states.at(-1) === "succeeded", renders.join());
