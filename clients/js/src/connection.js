@@ -105,8 +105,8 @@ export class Connection {
         return await read(await this.send(path, asked, signal ? AbortSignal.any([signal, limit]) : limit));
       } catch (error) {
         signal?.throwIfAborted();
-        // The answer to what must not be sent twice may have been lost.
-        const again = !asked.once || error instanceof Problem ? backoff.next(error) : undefined;
+        // Who gives a time wants to wait no longer than that, and the answer to what must not be sent twice may have been lost.
+        const again = !limit.aborted && (!asked.once || error instanceof Problem) ? backoff.next(error) : undefined;
         if (again === undefined) throw this.shown(error);
         await pause(again, signal);
       }

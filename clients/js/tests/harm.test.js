@@ -102,6 +102,16 @@ test("a busy service is asked again as often as allowed, with the same key for a
   assert.equal(got.length, 1);
 });
 
+test("a service that is silent is waited for as long as the client says", async () => {
+  let asked = 0;
+  const fetch = (_, { signal }) => { asked++; return new Promise((_, stop) => signal.addEventListener("abort", () => stop(signal.reason))); };
+  // A real request keeps the process alive.
+  const alive = setInterval(() => {}, 1_000);
+  await assert.rejects(new Client("http://strahl.test", { fetch, timeout: 0.1 }).version(), { name: "TimeoutError" });
+  clearInterval(alive);
+  assert.equal(asked, 1);
+});
+
 test("what is no answer of the service is said as it is", async () => {
   await assert.rejects(answers([404, {}, "<h1>nginx</h1>"])[0].version(), (error) => error instanceof Problem && /404/.test(error.message));
   await assert.rejects(answers(...Array(2).fill([200, {}, "<html>"]))[0].version(), DamagedError);

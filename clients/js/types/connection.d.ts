@@ -1,3 +1,5 @@
+/** Longest wait that the service may ask for, in seconds. */
+export const PATIENCE: 120;
 /** When something is tried again: as the service says, else twice as long each time. */
 export class Backoff {
     /** @param {number} retries */

@@ -2,6 +2,7 @@
 
 import json
 import signal
+import socket
 import subprocess
 import threading
 import time
@@ -132,6 +133,12 @@ def test_the_same_key_goes_with_each_try_of_a_job():
     client.jobs.submit(SCENE)
     keys = {request.headers["idempotency-key"] for request in got}
     assert len(got) == 2 and len(keys) == 1
+
+
+def test_a_service_that_is_silent_is_waited_for_as_long_as_the_client_says():
+    with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(strahl.Unreachable, match="timed out"):
+        # Asked five times more, it would take half a minute.
+        Client(f"http://127.0.0.1:{silent.getsockname()[1]}", timeout=0.2).version()
 
 
 def test_what_is_no_answer_of_the_service_is_said_as_it_is():

@@ -110,7 +110,8 @@ class AsyncClient:
                 return call.read(await self._send(call))
             except (StrahlError, httpx.TransportError) as error:
                 repeatable = call.repeatable or isinstance(error, (Problem, httpx.ConnectError))
-                seconds = backoff.next(error) if repeatable else None
+                # Who gives a time wants to wait no longer than that.
+                seconds = backoff.next(error) if repeatable and not isinstance(error, httpx.ReadTimeout) else None
                 if seconds is None:
                     raise shown(error, self._http.base_url) from error
             await anyio.sleep(seconds)

@@ -135,8 +135,8 @@ def tile(scene: SceneLike, region: Sequence[int], options: Mapping[str, Any]) ->
 
 
 def explain(scene: SceneLike, analyze: bool, options: Mapping[str, Any]) -> Call[contract.Explained]:
-    read = _read(dict)
-    return cast("Call[contract.Explained]", about_scene("/v1/explain", scene, read, {"analyze": analyze or None, **options}))
+    read: Callable[[httpx.Response], contract.Explained] = _json
+    return about_scene("/v1/explain", scene, read, {"analyze": analyze or None, **options})
 
 
 def tradeoff(scene: SceneLike, seconds: float | None, options: Mapping[str, Any]) -> Call[contract.Tradeoff]:
