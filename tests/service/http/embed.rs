@@ -35,7 +35,9 @@ fn the_element_is_served_as_it_is_written_and_once() {
 #[test]
 fn pages_of_this_machine_may_load_the_element_and_with_keys_all() {
     let open = Service::start(&[]);
-    let from = |service: &Service, page: &str| at(service, &[("Origin", page)]).header("access-control-allow-origin").to_owned();
+    let from = |service: &Service, page: &str| {
+        at(service, &[("Origin", page)]).header("access-control-allow-origin").to_owned()
+    };
     assert_eq!(from(&open, "http://localhost:3000"), "http://localhost:3000");
     assert_eq!(from(&open, "https://elsewhere.example"), "");
     let keys = std::env::temp_dir().join(format!("strahl-embed-{}.toml", std::process::id()));
@@ -49,7 +51,17 @@ fn pages_of_this_machine_may_load_the_element_and_with_keys_all() {
 
 #[test]
 fn the_element_makes_no_html_from_text_and_names_no_other_place() {
-    let words = ["innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "new Function", "import(", "http:", "https:"];
+    let words = [
+        "innerHTML",
+        "outerHTML",
+        "insertAdjacentHTML",
+        "document.write",
+        "eval(",
+        "new Function",
+        "import(",
+        "http:",
+        "https:",
+    ];
     for word in words {
         assert!(!ELEMENT.contains(word), "{word}");
     }
