@@ -1,15 +1,19 @@
-import { Connection } from "./connection.js";
+import { Backoff, Connection, pause } from "./connection.js";
 import { Jobs, checked, textOf } from "./jobs.js";
 import { pictureOf } from "./picture.js";
-import { DamagedError } from "./problems.js";
+import { passes } from "./parts.js";
+import { ConnectionError, DamagedError } from "./problems.js";
+
+const JSON_TYPE = { "content-type": "application/json" };
 
 /** @typedef {import("../types/contract.js").components["schemas"]} Schemas */
 
 /**
  * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff` or
- * `application/gzip`.
- * @typedef {Schemas["Scene"] | string | Uint8Array<ArrayBuffer> | Blob} Scene
+ * `application/gzip`. Or a variation of a scene that the service knows, by a merge patch (RFC 7396).
+ * @typedef {Schemas["Scene"] | { base: string, patch: object } | string | Uint8Array<ArrayBuffer> | Blob} Scene
  */
+/** @typedef {string | { scene: Scene, settings?: Settings }} ImageLike an image id, or a scene with settings or without */
 /** @typedef {Schemas["Overrides"]} Settings settings over the scene's */
 /** @typedef {{ format?: Schemas["PictureOutput"]["format"], bits?: 8 | 16, quality?: number, layers?: string }} Output how a picture is written */
 /** @typedef {{ signal?: AbortSignal }} Given `signal` gives a request up; the service cancels its work. */
@@ -55,6 +59,38 @@ export class Client {
   }
 
   /**
+   * The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render.
+   * @param {Scene} scene
+   * @param {Settings & Output} [options]
+   * @param {Given} [given]
+   * @returns {AsyncGenerator<import("./parts.js").Pass, void>}
+   */
+  async *stream(scene, options = {}, { signal } = {}) {
+    const asked = await this.#asked(scene, options, { accept: "multipart/mixed" }), backoff = new Backoff(this.#connection.retries);
+    for (let scale = Infinity; ; ) {
+      /** @type {unknown} */
+      let error = new ConnectionError("the answer broke off before the picture");
+      try {
+        const answer = await this.#connection.send("/v1/render", asked, signal);
+        if (answer.body) {
+          for await (const pass of passes(answer.body)) {
+            // After a broken answer the coarse ones come again.
+            if (pass.final || pass.scale < scale) yield pass;
+            if (pass.final) return;
+            scale = Math.min(scale, pass.scale);
+          }
+        }
+      } catch (broken) {
+        signal?.throwIfAborted();
+        error = broken;
+      }
+      const seconds = backoff.next(error);
+      if (seconds === undefined) throw this.#connection.shown(error);
+      await pause(seconds, signal);
+    }
+  }
+
+  /**
    * The plan: effects, why, and what they should cost.
    * @param {Scene} scene
    * @param {Settings} [options]
@@ -74,6 +110,42 @@ export class Client {
    */
   analyze(scene, options = {}, given) {
     return this.#about("/v1/explain", scene, { analyze: true, ...options }, given, json);
+  }
+
+  /**
+   * The plan, and what the picture should cost with each of up to 32 settings.
+   * @param {Scene} scene
+   * @param {Settings[]} settings
+   * @param {Given} [given]
+   * @returns {Promise<Schemas["Several"]>}
+   */
+  async explainEach(scene, settings, { signal } = {}) {
+    const body = `{"scene":${await textOf(scene)},"settings":${JSON.stringify(settings)}}`;
+    return this.#connection.ask("/v1/explain", { method: "POST", headers: JSON_TYPE, body, signal }, json);
+  }
+
+  /**
+   * How far b is from a, in codes and as people see it.
+   * @param {ImageLike} a
+   * @param {ImageLike} b
+   * @param {Given} [given]
+   * @returns {Promise<Schemas["PictureDifference"]>}
+   */
+  async compare(a, b, { signal } = {}) {
+    const body = `{"a":${await side(a)},"b":${await side(b)}}`;
+    return this.#connection.ask("/v1/compare", { method: "POST", headers: JSON_TYPE, body, patience: 30, signal }, json);
+  }
+
+  /**
+   * A picture of how far b is from a: `png` (codes times `gain`), `pfm` (light of b less that of a), `flip`.
+   * @param {ImageLike} a
+   * @param {ImageLike} b
+   * @param {{ format?: "png" | "pfm" | "flip", gain?: number }} [options]
+   * @param {Given} [given]
+   */
+  async difference(a, b, { format = "png", gain } = {}, { signal } = {}) {
+    const body = `{"a":${await side(a)},"b":${await side(b)}}`;
+    return this.#connection.ask("/v1/compare", { method: "POST", query: { format, gain }, headers: JSON_TYPE, body, patience: 30, signal }, pictureOf);
   }
 
   /**
@@ -169,6 +241,33 @@ export class Client {
   }
 
   /**
+   * The text of a stored scene as you have sent it.
+   * @param {string} id
+   * @param {Given} [given]
+   */
+  async source(id, { signal } = {}) {
+    return this.#connection.ask(`/v1/scenes/${checked(id)}/source`, { signal }, (answer) => answer.text());
+  }
+
+  /**
+   * Whose key it is, what it may do, and what is left of its limits.
+   * @param {Given} [given]
+   * @returns {Promise<Schemas["Me"]>}
+   */
+  me({ signal } = {}) {
+    return this.#connection.ask("/v1/me", { signal }, json);
+  }
+
+  /**
+   * Who has the renderer and waits for it.
+   * @param {Given} [given]
+   * @returns {Promise<Schemas["Queued"]>}
+   */
+  queue({ signal } = {}) {
+    return this.#connection.ask("/v1/queue", { signal }, json);
+  }
+
+  /**
    * What a request may ask for.
    * @param {Given} [given]
    * @returns {Promise<Schemas["AllLimits"]>}
@@ -196,11 +295,25 @@ export class Client {
    * @param {number} [patience]
    */
   async #about(path, scene, query, given, read, patience) {
+    return this.#connection.ask(path, { ...(await this.#asked(scene, query)), patience, signal: given?.signal }, read);
+  }
+
+  /**
+   * @param {Scene} scene
+   * @param {Record<string, unknown>} query
+   * @param {Record<string, string>} [more] headers
+   */
+  async #asked(scene, query, more) {
     const type = scene instanceof Blob && scene.type ? scene.type : "application/json";
     const body = scene instanceof Blob || scene instanceof Uint8Array ? scene : await textOf(scene);
-    const headers = { "content-type": type };
-    return this.#connection.ask(path, { method: "POST", query, headers, body, patience, signal: given?.signal }, read);
+    return { method: "POST", query, headers: { "content-type": type, ...more }, body };
   }
+}
+
+/** @param {ImageLike} one */
+async function side(one) {
+  if (typeof one === "string") return JSON.stringify({ image: one });
+  return `{"scene":${await textOf(one.scene)},"settings":${JSON.stringify(one.settings ?? {})}}`;
 }
 
 /**

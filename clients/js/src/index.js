@@ -12,6 +12,8 @@ export { ConnectionError, DamagedError, Problem, StrahlError } from "./problems.
 /** @typedef {import("./client.js").Settings} Settings */
 /** @typedef {import("./client.js").Output} Output */
 /** @typedef {import("./client.js").Given} Given */
+/** @typedef {import("./client.js").ImageLike} ImageLike */
+/** @typedef {import("./parts.js").Pass} Pass */
 /** @typedef {import("./problems.js").Mistake} Mistake */
 /** @typedef {import("./picture.js").PictureError} PictureError */
 /** @typedef {import("./jobs.js").JobEvent} JobEvent */

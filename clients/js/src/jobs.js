@@ -73,6 +73,63 @@ export class Jobs {
       cursor = page.next;
     } while (cursor);
   }
+
+  /**
+   * What happens to all jobs of the tenant, with `created` and `removed` as they come and go, without an end. First comes a
+   * snapshot of each job that has not ended, also when the stream begins again after it broke: it cannot be continued.
+   * @param {{ label?: string } & import("./client.js").Given} [filters]
+   */
+  events({ label, signal } = {}) {
+    return follow(this.#connection, "/v1/events", { label }, "", signal);
+  }
+}
+
+/**
+ * The events of a stream, which goes on after the last one if it breaks, until the service has no more (204).
+ * @param {import("./connection.js").Connection} connection
+ * @param {string} path
+ * @param {Record<string, unknown>} query
+ * @param {string} last id of the last event that was seen
+ * @param {AbortSignal} [signal]
+ * @returns {AsyncGenerator<JobEvent, void>}
+ */
+async function* follow(connection, path, query, last, signal) {
+  for (let backoff = new Backoff(connection.retries); ; ) {
+    /** @type {unknown} */
+    let error = new ConnectionError("the stream of events ends too soon");
+    /** @type {number | undefined} */
+    let seconds;
+    const stop = new AbortController(), silent = () => stop.abort(new ConnectionError("the stream of events is silent"));
+    let timer = setTimeout(silent, SILENCE);
+    const alive = () => {
+      clearTimeout(timer);
+      timer = setTimeout(silent, SILENCE);
+    };
+    try {
+      const headers = { accept: "text/event-stream", ...(last && { "last-event-id": last }) };
+      const either = signal ? AbortSignal.any([stop.signal, signal]) : stop.signal;
+      const answer = await connection.send(path, { query, headers }, either);
+      if (answer.status === 204 || !answer.body) return;
+      for await (const event of events(answer.body, alive)) {
+        backoff = new Backoff(connection.retries);
+        if (event.name === "shutdown") {
+          seconds = Math.min(Math.max(Number(event.data.retry_ms) / 1_000 || 5, 0.5), PATIENCE);
+          break;
+        }
+        last = event.id || last;
+        yield event;
+      }
+    } catch (broken) {
+      signal?.throwIfAborted();
+      error = broken;
+    } finally {
+      clearTimeout(timer);
+      stop.abort();
+    }
+    seconds ??= backoff.next(error);
+    if (seconds === undefined) throw connection.shown(error);
+    await pause(seconds, signal);
+  }
 }
 
 /** A job. `view` is what the service last said about it. */
@@ -113,42 +170,9 @@ export class Job {
    * @returns {AsyncGenerator<JobEvent, void>}
    */
   async *events({ since = "", signal } = {}) {
-    let last = since, backoff = new Backoff(this.#connection.retries);
-    for (;;) {
-      /** @type {unknown} */
-      let error = new ConnectionError("the stream of events ends before the job");
-      /** @type {number | undefined} */
-      let seconds;
-      const stop = new AbortController(), silent = () => stop.abort(new ConnectionError("the stream of events is silent"));
-      let timer = setTimeout(silent, SILENCE);
-      try {
-        const headers = { accept: "text/event-stream", ...(last && { "last-event-id": last }) };
-        const answer = await this.#connection.send(`${this.#path}/events`, { headers }, AbortSignal.any([stop.signal, ...(signal ? [signal] : [])]));
-        if (answer.status === 204 || !answer.body) return;
-        const alive = () => {
-          clearTimeout(timer);
-          timer = setTimeout(silent, SILENCE);
-        };
-        for await (const event of events(answer.body, alive)) {
-          backoff = new Backoff(this.#connection.retries);
-          if (event.name === "shutdown") {
-            seconds = Math.min(Math.max(Number(event.data.retry_ms) / 1_000 || 5, 0.5), PATIENCE);
-            break;
-          }
-          last = event.id || last;
-          yield event;
-          if (OVER.includes(event.name)) return;
-        }
-      } catch (broken) {
-        signal?.throwIfAborted();
-        error = broken;
-      } finally {
-        clearTimeout(timer);
-        stop.abort();
-      }
-      seconds ??= backoff.next(error);
-      if (seconds === undefined) throw this.#connection.shown(error);
-      await pause(seconds, signal);
+    for await (const event of follow(this.#connection, `${this.#path}/events`, {}, since, signal)) {
+      yield event;
+      if (OVER.includes(event.name)) return;
     }
   }
 

@@ -21,6 +21,7 @@ export class Picture {
     /** The file. */
     this.bytes = bytes;
     this.mediaType = (headers.get("content-type") ?? "").split(";")[0] ?? "";
+    /** @type {PictureError} */
     this.error = errorOf(headers.get("render-error") ?? "");
     /** Rays by kind. @type {Record<string, number>} */
     this.rays = Object.fromEntries([...members(headers.get("render-rays"))].map(([name, value]) => [name, Number(value)]));
@@ -65,13 +66,21 @@ export class Picture {
  */
 export async function pictureOf(answer) {
   const bytes = new Uint8Array(await answer.arrayBuffer());
-  const wanted = answer.headers.get("repr-digest")?.match(/sha-256=:([A-Za-z0-9+/=]+):/)?.[1];
-  // Pages without TLS have no `subtle`.
-  if (wanted && globalThis.crypto?.subtle) {
-    const digest = String.fromCharCode(...new Uint8Array(await crypto.subtle.digest("SHA-256", bytes)));
-    if (btoa(digest) !== wanted) throw new DamagedError("the picture was damaged on its way: its SHA-256 is not that of Repr-Digest");
-  }
+  await checkDigest(bytes, answer.headers.get("repr-digest"));
   return new Picture(bytes, answer.headers);
+}
+
+/**
+ * Compares with a `Repr-Digest` (RFC 9530), if there is one.
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {string | null | undefined} header
+ */
+export async function checkDigest(bytes, header) {
+  const wanted = header?.match(/sha-256=:([A-Za-z0-9+/=]+):/)?.[1];
+  // Pages without TLS have no `subtle`.
+  if (!wanted || !globalThis.crypto?.subtle) return;
+  const digest = String.fromCharCode(...new Uint8Array(await crypto.subtle.digest("SHA-256", bytes)));
+  if (btoa(digest) !== wanted) throw new DamagedError("the picture was damaged on its way: its SHA-256 is not that of Repr-Digest");
 }
 
 /**

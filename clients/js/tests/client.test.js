@@ -48,6 +48,48 @@ test("questions about a scene", async () => {
   assert((await client.limits()).request);
 });
 
+test("a picture streams from coarse to fine", async () => {
+  const passes = [], options = { width: 320, height: 200 };
+  for await (const pass of client.stream(SCENE, options)) passes.push(pass);
+  const last = passes.at(-1), whole = await client.render(SCENE, options);
+  assert(passes.length > 1 && passes.every(({ scale, final }, i) => final === (i === passes.length - 1) && (!i || scale < passes[i - 1].scale)));
+  assert.deepEqual(last.picture.bytes, whole.bytes);
+  assert.deepEqual([last.picture.error, last.picture.imageId, last.report.cost.rays.camera], [whole.error, whole.imageId, whole.rays.camera]);
+  assert.deepEqual(passes[0].region, [0, 0, 320, 200]);
+  for await (const _ of client.stream(busyScene("left"), { width: 1500, height: 1000, samples: 8 })) break;
+  await assert.rejects(async () => { for await (const _ of client.stream("{}")); }, problem("invalid-scene"));
+});
+
+test("variations, comparisons, several settings", async () => {
+  const { scene_id: base } = await client.addScene(SCENE);
+  const moved = await client.render({ base, patch: { camera: { pinhole: { eye: [2, 1, 4] } } } });
+  assert.deepEqual(moved.bytes, (await client.render({ ...SCENE, camera: { pinhole: { eye: [2, 1, 4], look_at: [0, 0.5, 0] } } })).bytes);
+  assert.deepEqual(JSON.parse(await client.source(base)), SCENE);
+  const rough = { scene: SCENE, settings: { antialias: false } };
+  const far = await client.compare(rough, (await client.render(SCENE)).imageId);
+  assert(!far.same && far.rms_codes > 0 && (await client.compare({ scene: SCENE }, { scene: SCENE })).same);
+  assert.equal((await client.difference(rough, { scene: SCENE }, { format: "flip" })).floats().channels, 1);
+  const several = await client.explainEach(SCENE, [{ max_depth: 1 }, { max_depth: 2 }]);
+  assert.deepEqual(several.estimates.map(({ settings }) => settings.max_depth), [1, 2]);
+  assert((await client.me()).needs_keys === false && (await client.queue()).threads >= 1);
+});
+
+test("events of all jobs", async () => {
+  const stop = new AbortController(), seen = [];
+  const following = (async () => { for await (const { name, data } of client.jobs.events({ label: "watched", signal: stop.signal })) {
+    seen.push([name, data.job]);
+    if (name === "removed") return;
+  } })();
+  await new Promise((done) => setTimeout(done, 500));
+  const job = await client.jobs.submit(SCENE, { labels: ["watched"], width: 77 });
+  await client.jobs.submit(SCENE, { width: 78 });
+  await job.wait({ timeout: 30 });
+  await job.delete();
+  await following;
+  const names = seen.map(([name]) => name);
+  assert(["created", "succeeded", "removed"].every((name) => names.includes(name)) && seen.every(([, of]) => of === job.id), JSON.stringify(seen));
+});
+
 test("mistakes have pointers, lines and columns, and names cannot control a terminal", async () => {
   const text = JSON.stringify({ ...SCENE, objects: [{ sphere: { center: [0, 0, 0], radius: -1, material: "rde" } }] }, null, 1);
   for (const ask of [() => client.validate(text), () => client.render(text), () => client.explain(text), () => client.jobs.submit(text)]) {

@@ -33,6 +33,10 @@ test("a stream that is cut goes on without gaps, and so does a picture", async (
   const whole = (await job.result()).bytes;
   Object.assign(proxy, { cutAfter: 1_000, cuts: 2 });
   assert.deepEqual((await job.result()).bytes, whole);
+  Object.assign(proxy, { cutAfter: 3_000, cuts: 1 });
+  const scales = [];
+  for await (const { scale } of client.stream(SCENE, { width: 400, height: 300 })) scales.push(scale);
+  assert(proxy.cuts === 0 && scales.at(-1) === 1 && scales.every((scale, i) => !i || scale < scales[i - 1]), scales.join());
   Object.assign(proxy, { cutAfter: 100, cuts: 100 });
   await assert.rejects(new Client(proxy.url, { retries: 1 }).render(SCENE), ConnectionError);
 });

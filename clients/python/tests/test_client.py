@@ -3,6 +3,7 @@
 import json
 import pathlib
 import re
+import threading
 import time
 
 import numpy
@@ -65,7 +66,7 @@ def test_scenes_come_as_text_bytes_and_files(client, tmp_path):
 
 def test_questions_about_a_scene(client):
     assert client.validate(SCENE) == []
-    plan = client.explain(SCENE, analyze=True)
+    plan = client.analyze(SCENE)
     assert plan["actual"]["rays"]["camera"] > 0 and plan["estimate"] is not None
     assert "actual" not in client.explain(SCENE)
     assert client.tradeoff(SCENE, seconds=1)["advice"]
@@ -77,6 +78,56 @@ def test_questions_about_a_scene(client):
     known = client.add_scene(SCENE, zoom=2)
     assert known["zoom"] == 2 and client.image(known["image_id"]).numpy().shape == (128, 192, 3)
     assert client.limits()["request"] and client.version()["name"] == "strahl"
+
+
+def test_a_picture_streams_from_coarse_to_fine(client):
+    passes = list(client.stream(SCENE, width=320, height=200))
+    assert [one.scale for one in passes] == sorted((one.scale for one in passes), reverse=True) and len(passes) > 1
+    assert [one.final for one in passes] == [False] * (len(passes) - 1) + [True]
+    last, whole = passes[-1], client.render(SCENE, width=320, height=200)
+    assert last.picture.content == whole.content and last.picture.image_id == whole.image_id
+    assert (last.picture.error, last.report["cost"]["rays"]["camera"]) == (whole.error, whole.rays["camera"])
+    first = passes[0]
+    assert first.picture.numpy().shape[1] * first.scale >= 320 and first.region == (0, 0, 320, 200)
+    for _ in client.stream(busy_scene("left"), width=1500, height=1000, samples=8):
+        break
+    with pytest.raises(strahl.InvalidScene):
+        list(client.stream("{}"))
+
+
+def test_variations_comparisons_and_several_settings(client):
+    base = client.add_scene(SCENE)["scene_id"]
+    moved = client.render({"base": base, "patch": {"camera": {"pinhole": {"eye": [2, 1, 4]}}}})
+    assert moved.content == client.render({**SCENE, "camera": {"pinhole": {"eye": [2, 1, 4], "look_at": [0, 0.5, 0]}}}).content
+    assert json.loads(client.source(base)) == SCENE
+    assert client.compare(SCENE, SCENE)["same"]
+    far = client.compare((SCENE, {"antialias": False}), client.render(SCENE).image_id)
+    assert not far["same"] and far["rms_codes"] > 0
+    assert client.difference((SCENE, {"antialias": False}), SCENE, format="flip").numpy().shape == (32, 48)
+    several = client.explain_each(SCENE, [{"max_depth": depth} for depth in (1, 2, 3)])
+    assert [one["settings"]["max_depth"] for one in several["estimates"]] == [1, 2, 3]
+    assert client.me()["needs_keys"] is False and client.queue()["threads"] >= 1
+
+
+def test_events_of_all_jobs(client):
+    told = client.jobs.events(label="watched")
+    names = []
+
+    def follow():
+        for event in told:
+            names.append((event.name, event.data.get("job")))
+            if event.name == "removed":
+                return
+
+    following = threading.Thread(target=follow)
+    following.start()
+    time.sleep(0.5)
+    job = client.jobs.submit(SCENE, labels=["watched"], width=77)
+    client.jobs.submit(SCENE, width=78)
+    job.wait(timeout=30)
+    job.delete()
+    following.join(20)
+    assert {name for name, _ in names} >= {"created", "succeeded", "removed"} and {of for _, of in names} == {job.id}
 
 
 def test_mistakes_have_pointers_lines_and_columns(client):

@@ -40,6 +40,9 @@ def test_a_picture_that_is_cut_is_asked_for_again(between, tmp_path):
     between.cut_after, between.cuts = 1_000, 1
     job.download(tmp_path / "a.png")
     assert len((tmp_path / "a.png").read_bytes()) > 1_000
+    between.cut_after, between.cuts = 3_000, 1
+    scales = [one.scale for one in client.stream(SCENE, width=400, height=300)]
+    assert between.cuts == 0 and scales == sorted(set(scales), reverse=True) and scales[-1] == 1
     between.cut_after, between.cuts = 100, 100
     with pytest.raises(strahl.Unreachable):
         Client(between.url, retries=1).render(SCENE, width=201, height=150)

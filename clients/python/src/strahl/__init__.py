@@ -3,6 +3,7 @@
 from .aio import AsyncClient, AsyncJob, AsyncJobs
 from .client import Client, Job, Jobs
 from .events import Event, Progress
+from .parts import Pass
 from .picture import Error, Picture
 from .problems import (
     Busy,
@@ -26,6 +27,6 @@ from .problems import (
 
 __all__ = [
     "AsyncClient", "AsyncJob", "AsyncJobs", "Busy", "Client", "Conflict", "Damaged", "Error", "Event", "Forbidden", "Gone",
-    "InvalidRequest", "InvalidScene", "Job", "JobFailed", "Jobs", "Mistake", "NotFound", "Picture", "Problem", "Progress",
+    "InvalidRequest", "InvalidScene", "Job", "JobFailed", "Jobs", "Mistake", "NotFound", "Pass", "Picture", "Problem", "Progress",
     "RateLimited", "StrahlError", "TooLarge", "TooSlow", "Unauthorized", "Unreachable",
 ]

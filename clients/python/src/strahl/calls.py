@@ -37,6 +37,10 @@ class Settings(TypedDict, total=False):
     precision: Literal["single", "double"]
 
 
+#: One of two pictures: an image id, a scene, or a scene with settings.
+ImageLike: TypeAlias = "SceneLike | tuple[SceneLike, Settings]"
+
+
 class Output(TypedDict, total=False):
     """How a picture is written."""
 
@@ -134,9 +138,43 @@ def tile(scene: SceneLike, region: Sequence[int], options: Mapping[str, Any]) ->
     return about_scene("/v1/render/tile", scene, _picture, {"x": x, "y": y, "w": width, "h": height, **options}, "*/*")
 
 
-def explain(scene: SceneLike, analyze: bool, options: Mapping[str, Any]) -> Call[contract.Explained]:
-    read: Callable[[httpx.Response], contract.Explained] = _json
-    return about_scene("/v1/explain", scene, read, {"analyze": analyze or None, **options})
+def explain(scene: SceneLike, options: Mapping[str, Any]) -> Call[contract.Plan]:
+    return about_scene("/v1/explain", scene, _read(contract.Plan), options)
+
+
+def explain_each(scene: SceneLike, settings: Sequence[Settings]) -> Call[contract.Several]:
+    body = b'{"scene":%b,"settings":%b}' % (_json_scene(scene), json.dumps(list(settings), allow_nan=False).encode())
+    return Call("POST", "/v1/explain", _read(contract.Several), headers={"Content-Type": "application/json"}, body=body)
+
+
+def analyze(scene: SceneLike, options: Mapping[str, Any]) -> Call[contract.Analyzed]:
+    return about_scene("/v1/explain", scene, _read(contract.Analyzed), {"analyze": True, **options})
+
+
+def compare(a: ImageLike, b: ImageLike) -> Call[contract.PictureDifference]:
+    headers = {"Content-Type": "application/json"}
+    return Call("POST", "/v1/compare", _read(contract.PictureDifference), headers=headers, body=_pair(a, b), patience=30)
+
+
+def difference(a: ImageLike, b: ImageLike, format: str, gain: int | None) -> Call[Picture]:
+    headers = {"Content-Type": "application/json"}
+    return Call("POST", "/v1/compare", _picture, query_of({"format": format, "gain": gain}), headers, _pair(a, b), patience=30)
+
+
+def _pair(a: ImageLike, b: ImageLike) -> bytes:
+    return b'{"a":%b,"b":%b}' % (_side(a), _side(b))
+
+
+def _side(one: ImageLike) -> bytes:
+    """An image id, or a scene with settings or without."""
+    if isinstance(one, str) and one.startswith("i_"):
+        return json.dumps({"image": one}).encode()
+    scene, settings = one if isinstance(one, tuple) else (one, {})
+    return b'{"scene":%b,"settings":%b}' % (_json_scene(scene), json.dumps(settings, allow_nan=False).encode())
+
+
+def source(scene_id: str) -> Call[str]:
+    return Call("GET", f"/v1/scenes/{_id(scene_id)}/source", lambda response: response.text)
 
 
 def tradeoff(scene: SceneLike, seconds: float | None, options: Mapping[str, Any]) -> Call[contract.Tradeoff]:

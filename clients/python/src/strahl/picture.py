@@ -104,6 +104,26 @@ def picture_of(content: bytes, headers: Mapping[str, str]) -> Picture:
     )
 
 
+def picture_of_report(content: bytes, media_type: str, head: Mapping[str, Any], report: Mapping[str, Any] | None) -> Picture:
+    """A picture of a streamed answer: `head` comes before it, `report` after it."""
+    check_digest(hashlib.sha256(content).digest(), {"repr-digest": head.get("repr_digest") or ""})
+    if report is None:
+        return Picture(content, media_type, image_id=head.get("image_id"))
+    proved, estimated, cost = report["error"]["proved"], report["error"]["estimated"], report["cost"]
+    known = proved.get("max_codes")
+    return Picture(
+        content,
+        media_type,
+        error=Error(known, proved.get("identical_fraction"), proved.get("max_depth"),
+                    estimated["half_width_codes"] if estimated else None, None if known is not None else proved.get("why")),
+        rays=dict(cost["rays"]),
+        timing=dict(cost["phases_ms"]),
+        effects=[one["effect"] for one in report["plan"]["effects"] if one["state"] == "on"],
+        warnings=[one["detail"] for one in report["plan"]["warnings"]],
+        image_id=head.get("image_id"),
+    )
+
+
 def error_of(header: str) -> Error:
     """The header `Render-Error`."""
     members = {name: value for name, (value, _) in _members(header).items()}
