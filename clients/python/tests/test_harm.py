@@ -14,6 +14,7 @@ from conftest import BINARY, SCENE, Service, busy_scene
 import strahl
 from strahl import Client
 from strahl.events import Parser
+from strahl.parts import Parts
 
 
 def test_a_stream_that_is_cut_goes_on_without_gaps(between):
@@ -177,6 +178,27 @@ def test_thousands_of_events_come_in_any_pieces():
         list(Parser().feed(b"x" * (2 << 20)))
     with pytest.raises(strahl.Damaged):
         list(Parser().feed(b"event: tile\ndata: {\n\n"))
+
+
+def part(media_type, body):
+    return b"--b\r\nContent-Type: %b\r\nContent-Length: %d\r\n\r\n%b\r\n" % (media_type, len(body), body)
+
+
+def test_parts_of_a_picture_come_in_any_pieces():
+    head = {"pass": 0, "scale": 8, "x": 0, "y": 0, "w": 8, "h": 8, "eta_ms": None, "final": False}
+    picture = b"\r\n\r\n--b--" * 50
+    answer = part(b"application/json", json.dumps(head).encode()) + part(b"image/png", picture)
+    end = part(b"application/json", b'{"scale":1,"final":true}') + part(b"image/png", picture) + part(b"application/json", b'{"report":null}')
+    for size in (1, 5, 100, 10_000):
+        parts, text = Parts(), answer + end + b"--b--\r\n"
+        passes = [told for at in range(0, len(text), size) for told in parts.feed(text[at : at + size])]
+        assert [(told.scale, told.final, told.picture.content) for told in passes] == [(8, False, picture), (1, True, picture)]
+    assert [told.scale for told in Parts().feed(answer + end[:-20])] == [8], "without its report the picture is not there"
+    with pytest.raises(strahl.Busy):
+        list(Parts().feed(answer + part(b"application/json", b'{"problem":{"status":503,"detail":"busy"}}')))
+    for broken in (b"x" * 5_000, part(b"application/json", b"{"), b"--b\r\nContent-Length: -1\r\n\r\n", part(b"application/json", b'{"report":{}}')):
+        with pytest.raises(strahl.Damaged):
+            list(Parts().feed(broken))
 
 
 def test_a_huge_scene_is_refused_or_rendered(service):

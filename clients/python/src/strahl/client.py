@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import TracebackType
 from typing import Self, TypeVar, Unpack
@@ -13,8 +13,9 @@ from typing import Self, TypeVar, Unpack
 import httpx
 
 from . import calls, contract
-from .calls import Call, RenderOptions, SceneLike, Settings
+from .calls import Call, ImageLike, RenderOptions, SceneLike, Settings
 from .events import SILENCE, Event, Follower, Meter, Parser, Progress, progress_of
+from .parts import Finer, Parts, Pass
 from .picture import Picture, check_digest
 from .problems import Problem, StrahlError, Unreachable, failure_of
 from .retry import Backoff, shown
@@ -54,9 +55,46 @@ class Client:
         """A region `(x, y, width, height)` of the picture: the same bytes as in the whole."""
         return self._do(calls.tile(scene, region, options))
 
-    def explain(self, scene: SceneLike, *, analyze: bool = False, **settings: Unpack[Settings]) -> contract.Explained:
-        """The plan: effects, why, and what they should cost. With `analyze` also what they cost."""
-        return self._do(calls.explain(scene, analyze, settings))
+    def stream(self, scene: SceneLike, **options: Unpack[RenderOptions]) -> Iterator[Pass]:
+        """The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render."""
+        call, backoff, finer = calls.render(scene, options), Backoff(self.retries), Finer()
+        while True:
+            try:
+                headers = {**call.headers, "Accept": "multipart/mixed"}
+                with self._stream("POST", call.path, headers, self._timeout, call.query, call.body) as response:
+                    parts = Parts()
+                    for chunk in response.iter_bytes():
+                        for told in parts.feed(chunk):
+                            if finer.take(told):
+                                yield told
+                if finer.over:
+                    return
+                error: Exception = finer.torn()
+            except (StrahlError, httpx.TransportError) as broken:
+                error = broken
+            if (seconds := backoff.next(error)) is None:
+                raise shown(error, self._http.base_url) from error
+            time.sleep(seconds)
+
+    def explain(self, scene: SceneLike, **settings: Unpack[Settings]) -> contract.Plan:
+        """The plan: effects, why, and what they should cost."""
+        return self._do(calls.explain(scene, settings))
+
+    def explain_each(self, scene: SceneLike, settings: Sequence[Settings]) -> contract.Several:
+        """The plan, and what the picture should cost with each of up to 32 settings."""
+        return self._do(calls.explain_each(scene, settings))
+
+    def analyze(self, scene: SceneLike, **settings: Unpack[Settings]) -> contract.Analyzed:
+        """The plan, and what the picture cost."""
+        return self._do(calls.analyze(scene, settings))
+
+    def compare(self, a: ImageLike, b: ImageLike) -> contract.PictureDifference:
+        """How far b is from a, in codes and as people see it. Each is an image id, a scene, or a scene with settings."""
+        return self._do(calls.compare(a, b))
+
+    def difference(self, a: ImageLike, b: ImageLike, *, format: str = "png", gain: int | None = None) -> Picture:
+        """A picture of how far b is from a: `png` (codes times `gain`), `pfm` (light of b less that of a), `flip`."""
+        return self._do(calls.difference(a, b, format, gain))
 
     def tradeoff(self, scene: SceneLike, *, seconds: float | None = None, **settings: Unpack[Settings]) -> contract.Tradeoff:
         """What accuracy costs, measured in so many seconds."""
@@ -94,6 +132,18 @@ class Client:
         """A prefix of paths with which pages can read one job, picture or scene without a key."""
         return self._do(calls.capability(job_id, image_id, scene_id, ttl))
 
+    def source(self, scene_id: str) -> str:
+        """The text of a stored scene as you have sent it."""
+        return self._do(calls.source(scene_id))
+
+    def me(self) -> contract.Me:
+        """Whose key it is, what it may do, and what is left of its limits."""
+        return self._do(calls.get("/v1/me", contract.Me))
+
+    def queue(self) -> contract.Queued:
+        """Who has the renderer and waits for it."""
+        return self._do(calls.get("/v1/queue", contract.Queued))
+
     def limits(self) -> contract.AllLimits:
         """What a request may ask for."""
         return self._do(calls.get("/v1/limits", contract.AllLimits))
@@ -123,9 +173,11 @@ class Client:
         raise calls.refused(response)
 
     @contextmanager
-    def _stream(self, path: str, headers: dict[str, str], read: float) -> Iterator[httpx.Response]:
+    def _stream(self, method: str, path: str, headers: Mapping[str, str], read: float, query: Mapping[str, str] | None = None,
+                      body: bytes | None = None) -> Iterator[httpx.Response]:
         timeout = httpx.Timeout(self._timeout, read=read)
-        with self._http.stream("GET", path, headers=headers, timeout=timeout) as response:
+        stream = self._http.stream(method, path, params=query, headers=headers, content=body, timeout=timeout)
+        with stream as response:
             if not response.is_success:
                 response.read()
                 raise calls.refused(response)
@@ -158,6 +210,27 @@ class Jobs:
             if (cursor := page["next"]) is None:
                 return
 
+    def events(self, *, label: str | None = None) -> Iterator[Event]:
+        """What happens to all jobs of the tenant, with `created` and `removed` as they come and go, without an end.
+
+        First comes a snapshot of each job that has not ended, also when the stream begins again after it broke: it cannot be
+        continued.
+        """
+        follower = Follower(retries=self._client.retries)
+        path = "/v1/events" if label is None else f"/v1/events?{httpx.QueryParams({'label': label})}"
+        while True:
+            error: Exception = Unreachable("the stream of events has ended")
+            try:
+                with self._client._stream("GET", path, follower.headers(), SILENCE) as response:
+                    parser = Parser()
+                    for part in response.iter_bytes():
+                        for event in parser.feed(part):
+                            if (told := follower.take(event)) is not None:
+                                yield told
+            except (StrahlError, httpx.TransportError) as broken:
+                error = broken
+            time.sleep(follower.next(error, self._client._http.base_url))
+
 
 class Job:
     """A job. `view` is what the service last said about it."""
@@ -187,7 +260,7 @@ class Job:
         follower = Follower(since, self._client.retries)
         while not follower.over:
             try:
-                with self._client._stream(f"/v1/jobs/{self.id}/events", follower.headers(), SILENCE) as response:
+                with self._client._stream("GET", f"/v1/jobs/{self.id}/events", follower.headers(), SILENCE) as response:
                     if response.status_code == 204:
                         return
                     parser = Parser()
@@ -237,7 +310,7 @@ class Job:
         while True:
             digest = hashlib.sha256()
             try:
-                with self._client._stream(f"/v1/jobs/{self.id}/image", {}, self._client._timeout) as response:
+                with self._client._stream("GET", f"/v1/jobs/{self.id}/image", {}, self._client._timeout) as response:
                     with open(part, "wb") as file:
                         for chunk in response.iter_bytes():
                             file.write(chunk)

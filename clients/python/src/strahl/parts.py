@@ -39,8 +39,6 @@ class Parts:
         self._head: dict[str, Any] = {}
         self._type = ""
         self._file: tuple[bytes, str] | None = None
-        #: Whether the last part has come; if not, the answer was torn.
-        self.whole = False
 
     def feed(self, part: bytes) -> Iterator[Pass]:
         self._rest += part
@@ -79,7 +77,6 @@ class Parts:
         if "problem" in about:
             raise problem_of(int(about["problem"].get("status", 500)), about["problem"])
         if "report" in about:
-            self.whole = True
             return self._pass(about["report"])
         self._head = about
         return None
