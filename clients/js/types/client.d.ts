@@ -1,9 +1,10 @@
 /** @typedef {import("../types/contract.js").components["schemas"]} Schemas */
 /**
  * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff` or
- * `application/gzip`.
- * @typedef {Schemas["Scene"] | string | Uint8Array<ArrayBuffer> | Blob} Scene
+ * `application/gzip`. Or a variation of a scene that the service knows, by a merge patch (RFC 7396).
+ * @typedef {Schemas["Scene"] | { base: string, patch: object } | string | Uint8Array<ArrayBuffer> | Blob} Scene
  */
+/** @typedef {string | { scene: Scene, settings?: Settings }} ImageLike an image id, or a scene with settings or without */
 /** @typedef {Schemas["Overrides"]} Settings settings over the scene's */
 /** @typedef {{ format?: Schemas["PictureOutput"]["format"], bits?: 8 | 16, quality?: number, layers?: string }} Output how a picture is written */
 /** @typedef {{ signal?: AbortSignal }} Given `signal` gives a request up; the service cancels its work. */
@@ -41,6 +42,14 @@ export class Client {
      */
     tile(scene: Scene, [x, y, w, h]: readonly [x: number, y: number, width: number, height: number], options?: Settings & Output, given?: Given): Promise<import("./picture.js").Picture>;
     /**
+     * The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render.
+     * @param {Scene} scene
+     * @param {Settings & Output} [options]
+     * @param {Given} [given]
+     * @returns {AsyncGenerator<import("./parts.js").Pass, void>}
+     */
+    stream(scene: Scene, options?: Settings & Output, { signal }?: Given): AsyncGenerator<import("./parts.js").Pass, void>;
+    /**
      * The plan: effects, why, and what they should cost.
      * @param {Scene} scene
      * @param {Settings} [options]
@@ -56,6 +65,33 @@ export class Client {
      * @returns {Promise<Schemas["Analyzed"]>}
      */
     analyze(scene: Scene, options?: Settings, given?: Given): Promise<Schemas["Analyzed"]>;
+    /**
+     * The plan, and what the picture should cost with each of up to 32 settings.
+     * @param {Scene} scene
+     * @param {Settings[]} settings
+     * @param {Given} [given]
+     * @returns {Promise<Schemas["Several"]>}
+     */
+    explainEach(scene: Scene, settings: Settings[], { signal }?: Given): Promise<Schemas["Several"]>;
+    /**
+     * How far b is from a, in codes and as people see it.
+     * @param {ImageLike} a
+     * @param {ImageLike} b
+     * @param {Given} [given]
+     * @returns {Promise<Schemas["PictureDifference"]>}
+     */
+    compare(a: ImageLike, b: ImageLike, { signal }?: Given): Promise<Schemas["PictureDifference"]>;
+    /**
+     * A picture of how far b is from a: `png` (codes times `gain`), `pfm` (light of b less that of a), `flip`.
+     * @param {ImageLike} a
+     * @param {ImageLike} b
+     * @param {{ format?: "png" | "pfm" | "flip", gain?: number }} [options]
+     * @param {Given} [given]
+     */
+    difference(a: ImageLike, b: ImageLike, { format, gain }?: {
+        format?: "png" | "pfm" | "flip";
+        gain?: number;
+    }, { signal }?: Given): Promise<import("./picture.js").Picture>;
     /**
      * What accuracy costs, measured in so many seconds.
      * @param {Scene} scene
@@ -131,6 +167,24 @@ export class Client {
      */
     capability(of: Schemas["Wanted"], { signal }?: Given): Promise<Schemas["Minted"]>;
     /**
+     * The text of a stored scene as you have sent it.
+     * @param {string} id
+     * @param {Given} [given]
+     */
+    source(id: string, { signal }?: Given): Promise<string>;
+    /**
+     * Whose key it is, what it may do, and what is left of its limits.
+     * @param {Given} [given]
+     * @returns {Promise<Schemas["Me"]>}
+     */
+    me({ signal }?: Given): Promise<Schemas["Me"]>;
+    /**
+     * Who has the renderer and waits for it.
+     * @param {Given} [given]
+     * @returns {Promise<Schemas["Queued"]>}
+     */
+    queue({ signal }?: Given): Promise<Schemas["Queued"]>;
+    /**
      * What a request may ask for.
      * @param {Given} [given]
      * @returns {Promise<Schemas["AllLimits"]>}
@@ -147,9 +201,19 @@ export class Client {
 export type Schemas = import("../types/contract.js").components["schemas"];
 /**
  * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff` or
- * `application/gzip`.
+ * `application/gzip`. Or a variation of a scene that the service knows, by a merge patch (RFC 7396).
  */
-export type Scene = Schemas["Scene"] | string | Uint8Array<ArrayBuffer> | Blob;
+export type Scene = Schemas["Scene"] | {
+    base: string;
+    patch: object;
+} | string | Uint8Array<ArrayBuffer> | Blob;
+/**
+ * an image id, or a scene with settings or without
+ */
+export type ImageLike = string | {
+    scene: Scene;
+    settings?: Settings;
+};
 /**
  * settings over the scene's
  */

@@ -276,6 +276,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/compare": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * How far two pictures are from each other.
+         * @description Each is an image id, or a scene with settings. The answer has errors in 8-bit codes and as people see them, or it is a picture of the difference: with `format=png` the codes times `gain`, with `pfm` the light of b less that of a, with `flip` FLIP as a one-channel PFM.
+         */
+        post: operations["compare"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/events": {
         parameters: {
             query?: never;
@@ -283,7 +303,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What happens to several jobs, in one stream, until all have ended: browsers open six connections to a host. */
+        /**
+         * What happens to several jobs, in one stream, until all have ended: browsers open six connections to a host.
+         * @description Without `job` it is what happens to all of yours, as long as the stream is open: first a snapshot of each that has not ended, then all events, and `created` and `removed` as jobs come and go. Ask for the list (`GET /v1/jobs`) whenever such a stream begins; it cannot be continued.
+         */
         get: operations["events"];
         put?: never;
         post?: never;
@@ -304,7 +327,7 @@ export interface paths {
         put?: never;
         /**
          * Which effects the scene calls for, why, and what they should take.
-         * @description `analyze` renders the picture, within the limits of any, and adds what they took, and what leaving each out saves.
+         * @description `analyze` renders the picture, within the limits of any, and adds what they took, and what leaving each out saves. A body `{"scene": {...}, "settings": [{...}, ...]}` has the answer `several`: the plan of the scene as it is, and the estimates of up to 32 settings over it.
          */
         post: operations["explain"];
         delete?: never;
@@ -339,6 +362,57 @@ export interface paths {
         };
         /** The picture of an image id, in the format of its ending. It is rendered again if need be, as long as its scene is known. */
         get: operations["image"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/images/{image}/explain": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The plan of a known image, in the pixels of its zoom. */
+        get: operations["imagePlan"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/images/{image}/map": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A map of a known image, in the pixels of its zoom. */
+        get: operations["imageMap"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/images/{image}/tree": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Every ray of one pixel of a known image, in the pixels of its zoom. */
+        get: operations["imageTree"];
         put?: never;
         post?: never;
         delete?: never;
@@ -512,8 +586,45 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** A map of the picture, which takes about as long as the picture. `step=8` shows in about a tenth of the time what the whole map will look like. */
+        /**
+         * A map of the picture: a number for each pixel.
+         * @description Most take about as long as the picture; `step=8` shows in about a tenth of the time what the whole map will look like. Those of objects and distances take one ray a pixel.
+         */
         post: operations["map"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/me": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Whose key this is, what it may do, and what is left of its limits. */
+        get: operations["me"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/queue": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** How busy the renderer is: its threads, and who has it and waits for it. */
+        get: operations["queue"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -546,7 +657,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Renders a scene. */
+        /**
+         * Renders a scene.
+         * @description If `Accept` prefers `multipart/mixed`, the picture streams: coarse ones first, each a part of JSON (`pass`, `scale`, `x`, `y`, `w`, `h`, `eta_ms`) and a PNG, then the picture (`final`), and its report as the last part, or a `problem`.
+         */
         post: operations["render"];
         delete?: never;
         options?: never;
@@ -629,6 +743,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/scenes/{scene_id}/source": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The text of a known scene as you have posted it last, in its own order and layout.
+         * @description Of a text of more than 1 MiB, of a variation, and of a job's scene it is the canonical one.
+         */
+        get: operations["sceneSource"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/tradeoff": {
         parameters: {
             query?: never;
@@ -638,7 +772,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** What accuracy costs for a scene: many settings, their errors and times. */
+        /**
+         * What accuracy costs for a scene: many settings, their errors and times.
+         * @description As `text/event-stream` what is found comes as it is found: `reference` and `point` for each size of pictures, then `front` for each front, then `done` with the report, or `failed` with a problem.
+         */
         post: operations["tradeoff"];
         delete?: never;
         options?: never;
@@ -1325,6 +1462,19 @@ export interface components {
             /** @description Their 95 % interval. */
             rays_ci: number[];
         };
+        /** @description What a picture with some settings should take. */
+        Estimated2: {
+            /** @description Depth of the recursion. */
+            depth: components["schemas"]["Depth"];
+            /** @description Rays and milliseconds. */
+            estimate: components["schemas"]["Estimate"] | null;
+            /** @description The id of the picture, if it has one. */
+            image_id: string | null;
+            /** @description The settings. */
+            settings: {
+                [key: string]: unknown;
+            };
+        };
         /** @description Error of sampling, estimated from the samples themselves. */
         EstimatedError: {
             /**
@@ -1344,8 +1494,8 @@ export interface components {
             /** @description In the mode `statistical`: whether the target was reached. */
             target?: components["schemas"]["SamplingTarget"] | null;
         };
-        /** @description The plan of a scene, with `actual` if the picture was rendered. */
-        Explained: components["schemas"]["Analyzed"] | components["schemas"]["Plan"];
+        /** @description The plan of a scene, with `actual` if the picture was rendered, or the estimates of several settings. */
+        Explained: components["schemas"]["Analyzed"] | components["schemas"]["Plan"] | components["schemas"]["Several"];
         /** @description How a light fades with the distance d. */
         Falloff: "none" | {
             linear: components["schemas"]["LinearFalloff"];
@@ -1930,6 +2080,19 @@ export interface components {
              */
             zoom: number;
         };
+        /** @description A lane of the scheduler. */
+        Lane: {
+            /**
+             * Format: uint
+             * @description How many are worked on, in turn.
+             */
+            running: number;
+            /**
+             * Format: uint
+             * @description How many wait.
+             */
+            waiting: number;
+        };
         /** @description Light sources. */
         Light: {
             point: components["schemas"]["PointLight"];
@@ -2040,6 +2203,32 @@ export interface components {
              */
             transmission?: components["schemas"]["Color"];
         };
+        /** @description The tenant of a key. */
+        Me: {
+            /**
+             * Format: uint32
+             * @description Waiting and running jobs that it may have.
+             */
+            most_jobs: number;
+            /**
+             * Format: uint32
+             * @description Event streams that it may have open.
+             */
+            most_streams: number;
+            /** @description Whether the service asks for keys. Without them everybody is the same tenant. */
+            needs_keys: boolean;
+            /** @description What the key may do. */
+            scopes: components["schemas"]["Scope"][];
+            /** @description Its name. */
+            tenant: string;
+            /** @description What is left of the units of a minute. Null: unlimited. */
+            units: components["schemas"]["Units"] | null;
+            /**
+             * Format: uint32
+             * @description The tenant's share of the renderer beside others.
+             */
+            weight: number;
+        };
         /** @description Errors of one picture, kept apart by where they come from. None: there was no reference to measure against. */
         MeasuredErrors: {
             /** @description Of too few samples: of the reference with the same samples against that with 64. */
@@ -2137,6 +2326,48 @@ export interface components {
         } | {
             instance: components["schemas"]["Instance"];
         };
+        /** @description Whose surface is seen in each pixel. */
+        ObjectMap: {
+            /**
+             * Format: uint32
+             * @description Numbers in a row.
+             */
+            columns: number;
+            /**
+             * Format: uint32
+             * @description Pixels down.
+             */
+            h: number;
+            /** @description What is seen, in the order in which it is met, row by row. */
+            objects: components["schemas"]["SeenObject"][];
+            /**
+             * Format: uint32
+             * @description Rows.
+             */
+            rows: number;
+            /** @description Row by row, pairs of a number and how often it comes next: 0 where nothing is seen, n for the n-th of `objects`. */
+            runs: number[][];
+            /**
+             * Format: uint32
+             * @description Each number stands for so many pixels across and down.
+             */
+            step: number;
+            /**
+             * Format: uint32
+             * @description Pixels across.
+             */
+            w: number;
+            /**
+             * Format: uint32
+             * @description The part of the picture: left edge.
+             */
+            x: number;
+            /**
+             * Format: uint32
+             * @description Upper edge.
+             */
+            y: number;
+        };
         /** @description Parallel projection. */
         OrthographicCamera: {
             /** @description Point in the middle of the plane on which the rays start. */
@@ -2194,6 +2425,13 @@ export interface components {
              * @description Pixels across, in place of the scene's.
              */
             width?: number;
+        };
+        /** @description Two pictures. */
+        Pair: {
+            /** @description The one that is compared with, as a reference is. */
+            a: components["schemas"]["Side"];
+            /** @description The other. */
+            b: components["schemas"]["Side"];
         };
         /** @description Equirectangular panorama. */
         PanoramaCamera: {
@@ -2295,6 +2533,36 @@ export interface components {
              * @description Milliseconds from the scene's bytes to the picture's.
              */
             wall_ms: number;
+        };
+        /** @description How far two pictures are from each other. */
+        PictureDifference: {
+            /** @description The id of `a`, if it has one. */
+            a: string | null;
+            /** @description The id of `b`. */
+            b: string | null;
+            /** @description CIEDE2000; 1 is just visible. Null likewise. */
+            ciede2000: components["schemas"]["ErrorSpread"] | null;
+            /** @description In 8-bit codes of the worst channel. */
+            codes: components["schemas"]["CodeErrors"];
+            /** @description FLIP, 0 to 1, with `a` as the reference. Null for pictures of more than 4,194,304 pixels. */
+            flip: components["schemas"]["ErrorSpread"] | null;
+            /**
+             * Format: uint32
+             * @description Pixels down.
+             */
+            height: number;
+            /**
+             * Format: double
+             * @description Square root of the mean square over all channels, in codes.
+             */
+            rms_codes: number;
+            /** @description Whether all codes are the same. */
+            same: boolean;
+            /**
+             * Format: uint32
+             * @description Pixels across.
+             */
+            width: number;
         };
         /** @description How a picture is written. */
         PictureOutput: {
@@ -2539,6 +2807,25 @@ export interface components {
             rays: components["schemas"]["RayQuery"][];
             /** @description The scene. */
             scene: components["schemas"]["Scene"];
+        };
+        /** @description Who has the renderer and waits for it. */
+        Queued: {
+            /** @description Jobs. */
+            jobs: components["schemas"]["Lane"];
+            /** @description Requests for pictures and answers. */
+            renders: components["schemas"]["Lane"];
+            /**
+             * Format: uint32
+             * @description Seconds until a request that comes now should have its turn, at the pace of the last ones.
+             */
+            seconds_ahead: number;
+            /**
+             * Format: uint
+             * @description Threads of the renderer.
+             */
+            threads: number;
+            /** @description Requests for tiles. */
+            tiles: components["schemas"]["Lane"];
         };
         /** @description What a ray hits. */
         RayAnswer: {
@@ -2842,6 +3129,11 @@ export interface components {
              */
             disk_cache_bytes: number | null;
             /**
+             * Format: uint64
+             * @description Pixels of pictures that `POST /v1/compare` compares by FLIP and CIEDE2000.
+             */
+            flip_pixels: number;
+            /**
              * Format: double
              * @description Seconds a client may take to send a request's headers.
              */
@@ -2886,6 +3178,11 @@ export interface components {
              * @description Bytes of memory that requests, jobs and caches take together.
              */
             memory_bytes: number;
+            /**
+             * Format: uint64
+             * @description Bytes of the patch of a variation.
+             */
+            patch_bytes: number;
             /**
              * Format: uint64
              * @description Bytes of finished pictures in memory. 0 keeps none.
@@ -3087,8 +3384,36 @@ export interface components {
         };
         /** @description Kinds of problems. */
         SceneProblemCode: ("invalid-json" | "invalid-nff" | "wrong-type" | "missing-key" | "unknown-key" | "duplicate-name" | "out-of-range" | "unknown-reference" | "cycle" | "degenerate" | "limit" | "unsupported") | "other-format" | "cancelled";
+        /** @description A scope of a key. */
+        Scope: "render" | "jobs" | "read" | "admin";
+        /** @description An object that is seen. */
+        SeenObject: {
+            /** @description Its name. */
+            name: string | null;
+            /** @description Its JSON pointer. Objects inside of what is placed, as instances are, have that of what places them. */
+            pointer: string;
+        };
+        /** @description The estimates of several settings. */
+        Several: {
+            /** @description One for each of the settings, in their order. */
+            estimates: components["schemas"]["Estimated2"][];
+            /** @description The plan of the scene as it is. */
+            plan: components["schemas"]["Plan"];
+        };
         /** @description How shadow rays treat bodies. */
         Shadows: "opaque" | "transmissive" | "none";
+        /** @description An image id, or a scene with settings. */
+        Side: {
+            /** @description An image id. */
+            image?: string | null;
+            /** @description A scene. */
+            scene: components["schemas"]["Scene"];
+            /**
+             * @description Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
+             * @default {}
+             */
+            settings?: components["schemas"]["Overrides"];
+        };
         /** @description A sky: its colour changes from the horizon to the zenith. Below the horizon is ground of one colour. */
         Sky: {
             /**
@@ -3617,12 +3942,42 @@ export interface components {
             /** @description The corners. */
             vertices: number[][];
         };
+        /** @description Units of cost: one for each request, and one for each million rays. */
+        Units: {
+            /**
+             * Format: uint32
+             * @description Seconds until all are there again.
+             */
+            full_in_s: number;
+            /**
+             * Format: uint32
+             * @description Units that are left.
+             */
+            left: number;
+            /**
+             * Format: uint32
+             * @description Units in a minute.
+             */
+            per_minute: number;
+        };
         /** @description The answer about a valid scene. */
         Valid: {
             /** @description True. The answer about an invalid scene is a problem. */
             valid: boolean;
             /** @description Warnings about the scene. */
             warnings: components["schemas"]["SceneProblem"][];
+        };
+        /** @description A variation of a known scene. */
+        Variation: {
+            /** @description The id of a scene that you have posted to `/v1/scenes`. */
+            base: string;
+            /**
+             * @description What is different: a merge patch (RFC 7396) on the canonical text of that scene, with at most 4 MiB. Null removes a
+             *     key, and lists are replaced as a whole.
+             */
+            patch: {
+                [key: string]: unknown;
+            };
         };
         /** @description The program and its renderer. */
         Version: {
@@ -4096,11 +4451,47 @@ export interface operations {
             "5XX": components["responses"]["Problem"];
         };
     };
+    compare: {
+        parameters: {
+            query?: {
+                /** @description Numbers, or a picture of the difference. Default `json`. */
+                format?: "json" | "png" | "pfm" | "flip";
+                /** @description For `png`: what the codes are multiplied by. Default 16. */
+                gain?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** @description The pictures */
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Pair"];
+            };
+        };
+        responses: {
+            /** @description The errors, or a picture of the difference */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PictureDifference"];
+                    "image/png": components["schemas"]["Bytes"];
+                    "image/x-portable-floatmap": components["schemas"]["Bytes"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
     events: {
         parameters: {
-            query: {
-                /** @description The jobs' ids, at most 32: `job=...&job=...`. */
-                job: string[];
+            query?: {
+                /** @description The jobs' ids, at most 32: `job=...&job=...`. Without it: all of yours. */
+                job?: string[];
+                /** @description Of all of yours only those with this label. */
+                label?: string;
                 /** @description Likewise, for clients that cannot send headers. */
                 since?: string;
             };
@@ -4171,11 +4562,12 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip */
+        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
+                "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
                 "text/x-nff": string;
             };
         };
@@ -4239,6 +4631,121 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    imagePlan: {
+        parameters: {
+            query?: {
+                /** @description Whether to render the picture, too, and put its actual figures beside the estimates. */
+                analyze?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description An image id. */
+                image: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The plan */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Explained"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    imageMap: {
+        parameters: {
+            query?: {
+                /** @description What is proved of each pixel, in 8-bit codes; the rays of each; nanoseconds of each; rays in the longest chain of each; the samples of each; how far away what is seen there is; whose surface it is; how much of it comes from the object of `pointer`. Default `proved`. */
+                of?: "proved" | "rays" | "time" | "depth" | "samples" | "distance" | "object" | "share";
+                /** @description PNG with a scale, for those that have one; the numbers as one-channel PFM or as EXR; for `of=object` JSON with pointers. The default is the first of these that there is. */
+                format?: "png" | "pfm" | "exr" | "json";
+                /** @description A coarse map: one pixel is traced for each block of so many across and down, up to 64. Default 1. */
+                step?: number;
+                /** @description Left edge of a part, from 0. */
+                x?: number;
+                /** @description Its upper edge, from 0. */
+                y?: number;
+                /** @description Its width in pixels. */
+                w?: number;
+                /** @description Its height in pixels. */
+                h?: number;
+                /** @description For `of=share`: the object, such as `/objects/3`. */
+                pointer?: string;
+            };
+            header?: never;
+            path: {
+                /** @description An image id. */
+                image: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The map: in colors with a scale below, or the numbers as floats, or who is seen */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ObjectMap"];
+                    "image/png": components["schemas"]["Bytes"];
+                    "image/x-exr": components["schemas"]["Bytes"];
+                    "image/x-portable-floatmap": components["schemas"]["Bytes"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    imageTree: {
+        parameters: {
+            query: {
+                /** @description Column, from 0 at the left. */
+                x: number;
+                /** @description Row, from 0 at the top. */
+                y: number;
+                /** @description How the tree is written. */
+                format?: "json" | "dot" | "svg" | "overlay";
+                /** @description Eye of another camera, as `x,y,z`. */
+                from?: string;
+                /** @description What it looks at, as `x,y,z`. */
+                to?: string;
+                /** @description Whether an overlay has the rendered picture. Default true. */
+                picture?: boolean;
+                /** @description Whether drawings show the rays of all samples, not of the first one alone. Default false. */
+                all_samples?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description An image id. */
+                image: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The tree of rays */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RayTree"];
+                    "image/svg+xml": string;
+                    "text/vnd.graphviz": string;
+                };
             };
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];
@@ -4437,7 +4944,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown */
+            /** @description Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown, created, removed */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -4621,12 +5128,22 @@ export interface operations {
     map: {
         parameters: {
             query?: {
-                /** @description What is proved of each pixel, in 8-bit codes; the rays of each; nanoseconds of each; rays in the longest chain of each. Default `proved`. */
-                of?: "proved" | "rays" | "time" | "depth" | "samples";
-                /** @description PNG with a scale, or the numbers. Default `png`. */
-                format?: "png" | "pfm" | "exr";
+                /** @description What is proved of each pixel, in 8-bit codes; the rays of each; nanoseconds of each; rays in the longest chain of each; the samples of each; how far away what is seen there is; whose surface it is; how much of it comes from the object of `pointer`. Default `proved`. */
+                of?: "proved" | "rays" | "time" | "depth" | "samples" | "distance" | "object" | "share";
+                /** @description PNG with a scale, for those that have one; the numbers as one-channel PFM or as EXR; for `of=object` JSON with pointers. The default is the first of these that there is. */
+                format?: "png" | "pfm" | "exr" | "json";
                 /** @description A coarse map: one pixel is traced for each block of so many across and down, up to 64. Default 1. */
                 step?: number;
+                /** @description Left edge of a part, from 0. */
+                x?: number;
+                /** @description Its upper edge, from 0. */
+                y?: number;
+                /** @description Its width in pixels. */
+                w?: number;
+                /** @description Its height in pixels. */
+                h?: number;
+                /** @description For `of=share`: the object, such as `/objects/3`. */
+                pointer?: string;
                 /** @description Pixels across, in place of the scene's. */
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
@@ -4648,24 +5165,70 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip */
+        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
+                "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
                 "text/x-nff": string;
             };
         };
         responses: {
-            /** @description The map: in colors with a scale below, or the numbers as floats */
+            /** @description The map: in colors with a scale below, or the numbers as floats, or who is seen */
             200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
+                    "application/json": components["schemas"]["ObjectMap"];
                     "image/png": components["schemas"]["Bytes"];
                     "image/x-exr": components["schemas"]["Bytes"];
                     "image/x-portable-floatmap": components["schemas"]["Bytes"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    me: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The tenant */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    queue: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The queue */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Queued"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -4748,11 +5311,12 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip */
+        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
+                "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
                 "text/x-nff": string;
             };
         };
@@ -4802,11 +5366,12 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip */
+        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
+                "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
                 "text/x-nff": string;
             };
         };
@@ -4842,11 +5407,12 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip */
+        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
+                "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
                 "text/x-nff": string;
             };
         };
@@ -4897,11 +5463,12 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip */
+        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
+                "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
                 "text/x-nff": string;
             };
         };
@@ -4967,13 +5534,40 @@ export interface operations {
             "5XX": components["responses"]["Problem"];
         };
     };
+    sceneSource: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description As `POST /v1/scenes` says it. */
+                scene_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The scene */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/gzip": components["schemas"]["Bytes"];
+                    "application/json": components["schemas"]["Scene"];
+                    "text/x-nff": string;
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
     tradeoff: {
         parameters: {
             query?: {
                 /** @description Seconds that loading and measuring may take, at most `max_tradeoff_seconds` of `/v1/limits`. */
                 seconds?: number;
                 /** @description Format of the report, whatever `Accept` says. */
-                format?: "json" | "html";
+                format?: "json" | "html" | "events";
                 /** @description Pixels across, in place of the scene's. */
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
@@ -4995,11 +5589,12 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip */
+        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
+                "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
                 "text/x-nff": string;
             };
         };
@@ -5011,6 +5606,19 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Tradeoff"];
+                    "text/event-stream": {
+                        /** @description A JSON object. */
+                        data?: string | null;
+                        /** @description Its name. */
+                        event?: string | null;
+                        /** @description What `Last-Event-ID` and `since` name. */
+                        id?: string | null;
+                        /**
+                         * Format: int64
+                         * @description Milliseconds to wait before connecting again.
+                         */
+                        retry?: number | null;
+                    };
                     "text/html": string;
                 };
             };
@@ -5056,11 +5664,12 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip */
+        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
+                "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
                 "text/x-nff": string;
             };
         };

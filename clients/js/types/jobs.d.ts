@@ -54,6 +54,14 @@ export class Jobs {
         state?: Schemas["JobState"];
         label?: string;
     } & import("./client.js").Given): AsyncGenerator<Job, void, unknown>;
+    /**
+     * What happens to all jobs of the tenant, with `created` and `removed` as they come and go, without an end. First comes a
+     * snapshot of each job that has not ended, also when the stream begins again after it broke: it cannot be continued.
+     * @param {{ label?: string } & import("./client.js").Given} [filters]
+     */
+    events({ label, signal }?: {
+        label?: string;
+    } & import("./client.js").Given): AsyncGenerator<JobEvent, void, any>;
     #private;
 }
 /** A job. `view` is what the service last said about it. */

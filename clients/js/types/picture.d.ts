@@ -4,6 +4,12 @@
  */
 export function pictureOf(answer: Response): Promise<Picture>;
 /**
+ * Compares with a `Repr-Digest` (RFC 9530), if there is one.
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {string | null | undefined} header
+ */
+export function checkDigest(bytes: Uint8Array<ArrayBuffer>, header: string | null | undefined): Promise<void>;
+/**
  * How far a picture may be from recursion without end, in codes: steps of an 8-bit channel.
  * @typedef {object} PictureError
  * @property {number | null} proved It is proved that no pixel is further off. Null: nothing is proved, and `why` says why.
@@ -22,6 +28,7 @@ export class Picture {
     /** The file. */
     bytes: Uint8Array<ArrayBuffer>;
     mediaType: string;
+    /** @type {PictureError} */
     error: PictureError;
     /** Rays by kind. @type {Record<string, number>} */
     rays: Record<string, number>;

@@ -20,14 +20,15 @@ from strahl.parts import Parts
 def test_a_stream_that_is_cut_goes_on_without_gaps(between):
     client = Client(between.url)
     job = client.jobs.submit(busy_scene("cut"), width=320, height=240, samples=8)
-    between.cut_after, between.cuts = 2_500, 3
+    between.cut_after, between.cuts = 1_500, 3
     events = list(job.events())
     assert between.cuts == 0, "nothing was cut"
     numbers = [event.data["seq"] for event in events]
     assert numbers == list(range(numbers[0], numbers[0] + len(numbers))), numbers
     assert events[-1].name == "succeeded"
     asked = [part for part in between.requests if b"/events" in part.split(b"\r\n", 1)[0]]
-    assert len(asked) >= 4 and all(b"last-event-id: " in part.lower() for part in asked[1:])
+    # The first connections may break before the first event.
+    assert len(asked) >= 4 and all(b"last-event-id: " in part.lower() for part in asked[3:])
     assert list(job.events(events[-1].id)) == [], "nothing comes after the last"
 
 

@@ -457,6 +457,19 @@ class Estimated(TypedDict):
     rays_ci: list[int]
 
 
+class Estimated2(TypedDict):
+    """What a picture with some settings should take."""
+
+    # Depth of the recursion.
+    depth: Depth
+    # Rays and milliseconds.
+    estimate: Estimate | None
+    # The id of the picture, if it has one.
+    image_id: str | None
+    # The settings.
+    settings: dict[str, Any]
+
+
 class EstimatedError(TypedDict):
     """Error of sampling, estimated from the samples themselves."""
 
@@ -472,8 +485,8 @@ class EstimatedError(TypedDict):
     target: NotRequired[SamplingTarget | None]
 
 
-# The plan of a scene, with `actual` if the picture was rendered.
-Explained: TypeAlias = "Analyzed | Plan"
+# The plan of a scene, with `actual` if the picture was rendered, or the estimates of several settings.
+Explained: TypeAlias = "Analyzed | Plan | Several"
 
 
 # How a light fades with the distance d.
@@ -896,6 +909,15 @@ class KnownScene(TypedDict):
     zoom: int
 
 
+class Lane(TypedDict):
+    """A lane of the scheduler."""
+
+    # How many are worked on, in turn.
+    running: int
+    # How many wait.
+    waiting: int
+
+
 # Light sources.
 Light: TypeAlias = "dict[Literal['point'], PointLight] | dict[Literal['directional'], DirectionalLight] | dict[Literal['spot'], SpotLight]"
 
@@ -960,6 +982,25 @@ class Material(TypedDict):
     specular: NotRequired[Color]
     # r_t, factor on the light of the transmitted ray. Default 0.
     transmission: NotRequired[Color]
+
+
+class Me(TypedDict):
+    """The tenant of a key."""
+
+    # Waiting and running jobs that it may have.
+    most_jobs: int
+    # Event streams that it may have open.
+    most_streams: int
+    # Whether the service asks for keys. Without them everybody is the same tenant.
+    needs_keys: bool
+    # What the key may do.
+    scopes: list[Scope]
+    # Its name.
+    tenant: str
+    # What is left of the units of a minute. Null: unlimited.
+    units: Units | None
+    # The tenant's share of the renderer beside others.
+    weight: int
 
 
 class MeasuredErrors(TypedDict):
@@ -1042,6 +1083,30 @@ class NormalMap(TypedDict):
 Object: TypeAlias = "dict[Literal['sphere'], Sphere] | dict[Literal['plane'], Plane] | dict[Literal['disc'], Disc] | dict[Literal['triangle'], Triangle] | dict[Literal['quad'], Quad] | dict[Literal['box'], AxisBox] | dict[Literal['cylinder'], Cylinder] | dict[Literal['cone'], Cone] | dict[Literal['torus'], Torus] | dict[Literal['mesh'], Mesh] | dict[Literal['polygon'], Polygon] | dict[Literal['group'], Group] | dict[Literal['instance'], Instance]"
 
 
+class ObjectMap(TypedDict):
+    """Whose surface is seen in each pixel."""
+
+    # Numbers in a row.
+    columns: int
+    # Pixels down.
+    h: int
+    # What is seen, in the order in which it is met, row by row.
+    objects: list[SeenObject]
+    # Rows.
+    rows: int
+    # Row by row, pairs of a number and how often it comes next: 0 where nothing is seen, n for the n-th of
+    # `objects`.
+    runs: list[list[int]]
+    # Each number stands for so many pixels across and down.
+    step: int
+    # Pixels across.
+    w: int
+    # The part of the picture: left edge.
+    x: int
+    # Upper edge.
+    y: int
+
+
 class OrthographicCamera(TypedDict):
     """Parallel projection."""
 
@@ -1075,6 +1140,15 @@ class Overrides(TypedDict):
     samples: NotRequired[int]
     # Pixels across, in place of the scene's.
     width: NotRequired[int]
+
+
+class Pair(TypedDict):
+    """Two pictures."""
+
+    # The one that is compared with, as a reference is.
+    a: Side
+    # The other.
+    b: Side
 
 
 class PanoramaCamera(TypedDict):
@@ -1139,6 +1213,29 @@ class PictureCost(TypedDict):
     threads: int
     # Milliseconds from the scene's bytes to the picture's.
     wall_ms: float
+
+
+class PictureDifference(TypedDict):
+    """How far two pictures are from each other."""
+
+    # The id of `a`, if it has one.
+    a: str | None
+    # The id of `b`.
+    b: str | None
+    # CIEDE2000; 1 is just visible. Null likewise.
+    ciede2000: ErrorSpread | None
+    # In 8-bit codes of the worst channel.
+    codes: CodeErrors
+    # FLIP, 0 to 1, with `a` as the reference. Null for pictures of more than 4,194,304 pixels.
+    flip: ErrorSpread | None
+    # Pixels down.
+    height: int
+    # Square root of the mean square over all channels, in codes.
+    rms_codes: float
+    # Whether all codes are the same.
+    same: bool
+    # Pixels across.
+    width: int
 
 
 class PictureOutput(TypedDict):
@@ -1336,6 +1433,21 @@ class Questions(TypedDict):
     rays: list[RayQuery]
     # The scene.
     scene: Scene
+
+
+class Queued(TypedDict):
+    """Who has the renderer and waits for it."""
+
+    # Jobs.
+    jobs: Lane
+    # Requests for pictures and answers.
+    renders: Lane
+    # Seconds until a request that comes now should have its turn, at the pace of the last ones.
+    seconds_ahead: int
+    # Threads of the renderer.
+    threads: int
+    # Requests for tiles.
+    tiles: Lane
 
 
 class RayAnswer(TypedDict):
@@ -1557,6 +1669,8 @@ class RequestLimits(TypedDict):
     client_tiles: int
     # Bytes of finished pictures on disk.
     disk_cache_bytes: int | None
+    # Pixels of pictures that `POST /v1/compare` compares by FLIP and CIEDE2000.
+    flip_pixels: int
     # Seconds a client may take to send a request's headers.
     header_timeout_s: float
     # Bytes of the scenes posted to /v1/scenes.
@@ -1575,6 +1689,8 @@ class RequestLimits(TypedDict):
     max_zoom: int
     # Bytes of memory that requests, jobs and caches take together.
     memory_bytes: int
+    # Bytes of the patch of a variation.
+    patch_bytes: int
     # Bytes of finished pictures in memory. 0 keeps none.
     picture_cache_bytes: int
     # Requests that may wait for the renderer; one more is answered with 503.
@@ -1672,8 +1788,41 @@ class SceneProblem(TypedDict):
 SceneProblemCode: TypeAlias = "Literal['invalid-json', 'invalid-nff', 'wrong-type', 'missing-key', 'unknown-key', 'duplicate-name', 'out-of-range', 'unknown-reference', 'cycle', 'degenerate', 'limit', 'unsupported'] | Literal['other-format'] | Literal['cancelled']"
 
 
+# A scope of a key.
+Scope: TypeAlias = "Literal['render'] | Literal['jobs'] | Literal['read'] | Literal['admin']"
+
+
+class SeenObject(TypedDict):
+    """An object that is seen."""
+
+    # Its name.
+    name: str | None
+    # Its JSON pointer. Objects inside of what is placed, as instances are, have that of what places them.
+    pointer: str
+
+
+class Several(TypedDict):
+    """The estimates of several settings."""
+
+    # One for each of the settings, in their order.
+    estimates: list[Estimated2]
+    # The plan of the scene as it is.
+    plan: Plan
+
+
 # How shadow rays treat bodies.
 Shadows: TypeAlias = "Literal['opaque'] | Literal['transmissive'] | Literal['none']"
+
+
+class Side(TypedDict):
+    """An image id, or a scene with settings."""
+
+    # An image id.
+    image: NotRequired[str | None]
+    # A scene.
+    scene: Scene
+    # Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
+    settings: NotRequired[Overrides]
 
 
 class Sky(TypedDict):
@@ -2054,6 +2203,17 @@ class Triangle(TypedDict):
     vertices: list[list[float]]
 
 
+class Units(TypedDict):
+    """Units of cost: one for each request, and one for each million rays."""
+
+    # Seconds until all are there again.
+    full_in_s: int
+    # Units that are left.
+    left: int
+    # Units in a minute.
+    per_minute: int
+
+
 class Valid(TypedDict):
     """The answer about a valid scene."""
 
@@ -2061,6 +2221,16 @@ class Valid(TypedDict):
     valid: bool
     # Warnings about the scene.
     warnings: list[SceneProblem]
+
+
+class Variation(TypedDict):
+    """A variation of a known scene."""
+
+    # The id of a scene that you have posted to `/v1/scenes`.
+    base: str
+    # What is different: a merge patch (RFC 7396) on the canonical text of that scene, with at most 4 MiB. Null
+    # removes a key, and lists are replaced as a whole.
+    patch: dict[str, Any]
 
 
 class Version(TypedDict):
