@@ -14,7 +14,7 @@ const require = createRequire(path.join(modules, "x.js"));
 const puppeteer = require("puppeteer-core");
 const axe = fs.readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 const pause = (ms) => new Promise((over) => setTimeout(over, ms));
-async function until(what, holds, ms = 60_000) {
+async function until(what, holds, ms = 120_000) {
   for (const started = Date.now(); !(await holds()); await pause(20)) assert(Date.now() - started < ms, `never: ${what}`);
 }
 
@@ -199,7 +199,7 @@ const flows = {
     return `${proxy.cut} cuts, ${states.length} events`;
   },
   async "the service is killed in the middle and the picture comes"() {
-    const id = await submit(closedPort, 60, 512, authorization);
+    const id = await submit(closedPort, 24, 512, authorization);
     await show(mine("p", `closed" job="${id}" capability="${await capability({ job_id: id })}"`));
     // The secret of a capability ends with the process unless the key file has one, so this page has the key.
     await page.evaluate((key) => { const p = document.getElementById("p"); p.removeAttribute("capability"); p.key = key; }, key);
@@ -358,7 +358,7 @@ const flows = {
     assert(proxy.busyAt[1] - proxy.busyAt[0] >= 950, "it does not wait as it is told");
   },
   async "elements that go stop everything, and those that come back start again"() {
-    const id = await submit(openPort, 60, 512);
+    const id = await submit(openPort, 16, 512);
     await show(mine("p", `open" job="${id}"`));
     await until("tiles", async () => (await seen("progress", "p")).some(({ detail }) => detail.state === "tile"));
     await page.evaluate(() => { window.kept = document.getElementById("p"); window.kept.remove(); });
