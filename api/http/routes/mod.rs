@@ -5,6 +5,7 @@ mod about;
 mod capabilities;
 mod compare;
 mod docs;
+mod embed;
 mod explain;
 mod health;
 mod home;
@@ -46,7 +47,7 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 19] = [
+    let rooms: [fn() -> Vec<Route>; 20] = [
         home::routes,
         render::routes,
         rays::routes,
@@ -65,6 +66,7 @@ pub(crate) fn all() -> Vec<Route> {
         health::routes,
         about::routes,
         docs::routes,
+        embed::routes,
         problems::routes,
     ];
     rooms.into_iter().flat_map(|routes| routes()).collect()
