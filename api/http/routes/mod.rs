@@ -15,6 +15,7 @@ mod problems;
 mod rays;
 mod render;
 mod scenes;
+mod studio;
 mod tiles;
 mod tradeoff;
 mod tree;
@@ -44,7 +45,7 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 17] = [
+    let rooms: [fn() -> Vec<Route>; 18] = [
         home::routes,
         render::routes,
         rays::routes,
@@ -61,6 +62,7 @@ pub(crate) fn all() -> Vec<Route> {
         health::routes,
         about::routes,
         docs::routes,
+        studio::routes,
         problems::routes,
     ];
     rooms.into_iter().flat_map(|routes| routes()).collect()

@@ -1,0 +1,159 @@
+// All state of the page, as signals. The text of the scene is the only truth: whatever changes the scene changes the text.
+// README.md says what each signal means. Modules and panels share state only through this file.
+import { batch, computed, signal } from "../vendor/preact.js";
+import { editOf, scan } from "./pointers.js";
+
+/** @typedef {import("./pointers.js").Syntax} Syntax */
+/** @typedef {import("./report.js").Report} Report */
+/** @typedef {Record<string, string>} Settings parameters of the query that override the scene, as `{ accuracy: "proved:1" }` */
+/** @typedef {{ pointer: string, code: string, detail: string, line?: number, column?: number, span?: [number, number] }} SceneProblem */
+/**
+ * @typedef {object} Shown
+ * @property {ImageBitmap} bitmap
+ * @property {number} width of the bitmap
+ * @property {number} height
+ * @property {0 | 1 | 2} rung 0: the quick answer; 1: full size without antialiasing; 2: as the scene says
+ * @property {number} version of the text that it shows
+ * @property {string} text
+ * @property {Settings} settings those of the request, with what the rung has added
+ * @property {Report} report
+ */
+/** @typedef {{ x: number, y: number }} Pixel in pixels of the scene's own size, whole numbers */
+/** @typedef {{ ms: number, low: number, high: number, rays: number, raysLow: number, raysHigh: number }} Predicted */
+/**
+ * A thing drawn over the picture. `draw` gets the canvas, whose unit is a CSS pixel, and the view.
+ * @typedef {{ id: string, order: number, opacity?: number, draw: (context: CanvasRenderingContext2D, view: View) => void }} Layer
+ */
+/**
+ * How the picture lies in the viewport.
+ * @typedef {object} View
+ * @property {number} scale CSS pixels for one pixel of the scene
+ * @property {number} left CSS pixels from the left edge of the viewport to that of the picture
+ * @property {number} top
+ * @property {number} width of the viewport in CSS pixels
+ * @property {number} height
+ */
+/** @typedef {"starting" | "live" | "tracing" | "paused" | "invalid" | "waiting" | "offline" | "failed"} Status */
+
+// The scene.
+export const text = signal("");
+/** Number of the text: each change raises it. */
+export const version = signal(0);
+/** What the text came from, for links and the title: `{ name, file }`. */
+export const origin = signal({ name: "", type: "application/json" });
+/** Where each pointer is in the text. Texts that are not JSON (NFF) or above 1 MB have no nodes. */
+export const syntax = computed(() =>
+  origin.value.type === "application/json" && text.value.length <= 1 << 20
+    ? scan(text.value)
+    : /** @type {Syntax} */ ({ nodes: new Map(), root: null, error: null }),
+);
+/** The scene as a value, or null while the text is not JSON. */
+export const scene = computed(() => {
+  if (origin.value.type !== "application/json" || syntax.value.error) return null;
+  try {
+    return /** @type {any} */ (JSON.parse(text.value));
+  } catch {
+    return null;
+  }
+});
+/** Settings that override the scene for the picture. */
+export const settings = signal(/** @type {Settings} */ ({}));
+/** Size of the picture: that of the scene, or the last known one. */
+export const size = signal({ width: 960, height: 540 });
+
+// The picture.
+export const shown = signal(/** @type {Shown | null} */ (null));
+export const report = computed(() => shown.value?.report ?? null);
+/** Answer of `/v1/explain` for `planned` text, or null. */
+export const plan = signal(/** @type {any} */ (null));
+export const predicted = computed(() => {
+  const of = plan.value?.estimate ?? plan.value?.est;
+  return of ? /** @type {Predicted} */ ({ ms: of.ms, low: of.ms_ci[0], high: of.ms_ci[1], rays: of.rays, raysLow: of.rays_ci[0], raysHigh: of.rays_ci[1] }) : null;
+});
+export const status = signal(/** @type {{ word: Status, detail: string }} */ ({ word: "starting", detail: "" }));
+export const problems = signal(/** @type {SceneProblem[]} */ ([]));
+export const live = signal(true);
+
+// What one looks at.
+export const view = signal(/** @type {View} */ ({ scale: 1, left: 0, top: 0, width: 1, height: 1 }));
+/** Things drawn over the picture, by their order: 0 to 9 pictures (maps, B), 10 to 19 outlines, 20 and more marks. */
+export const layers = signal(/** @type {Layer[]} */ ([]));
+/** The pixel cursor, or null. */
+export const pixel = signal(/** @type {Pixel | null} */ (null));
+/** The pixel under the pointer, or null. */
+export const hover = signal(/** @type {Pixel | null} */ (null));
+/** The pointer (JSON) of the value that the caret is in. */
+export const caret = signal("");
+/** Pointers whose lines light up in the editor, as those of the object under the pointer. */
+export const lit = signal(/** @type {string[]} */ ([]));
+/** The pointer that the editor should show, with a number so that the same one can be asked for twice. */
+export const revealed = signal(/** @type {{ pointer: string, count: number } | null} */ (null));
+/** The name of the open panel. */
+export const panel = signal("plan");
+export const panelsOpen = signal(true);
+/** What the pane on a phone shows: "edit" or a panel. */
+export const pane = signal("edit");
+/** What a drag in the picture does. */
+export const tool = signal(/** @type {"look" | "orbit"} */ ("look"));
+
+// B, the other picture of a comparison. A is `shown`.
+export const other = signal(/** @type {(Shown & { label: string }) | null} */ (null));
+/** @type {import("../vendor/preact.js").Signal<{ label: string, settings: Settings, text: string | null } | null>} */
+export const otherAsked = signal(null);
+
+// The service.
+export const key = signal("");
+export const connection = signal(/** @type {{ online: boolean, upgraded: boolean }} */ ({ online: true, upgraded: false }));
+export const limits = signal(/** @type {any} */ (null));
+/** The open dialog: "examples", "share", "help", "commands", "key", or "". */
+export const dialog = signal("");
+/** A sentence for the live region, and at the foot for a while. `undo` is offered beside it. */
+export const notice = signal(/** @type {{ text: string, action?: { label: string, run: () => void } } | null} */ (null));
+
+/** Replaces the text. @param {string} next @param {{ name?: string, type?: string }} [about] */
+export function setText(next, about) {
+  batch(() => {
+    if (about) origin.value = { ...origin.value, ...about };
+    if (next === text.peek()) return;
+    text.value = next;
+    version.value += 1;
+  });
+}
+
+/** Gives a pointer of the scene a value, as one step of undo. @param {string} pointer @param {any} value */
+export function editAt(pointer, value) {
+  const change = editOf(text.peek(), syntax.peek(), pointer, value);
+  if (change) setText(text.peek().slice(0, change.from) + change.insert + text.peek().slice(change.to));
+}
+
+/** Shows a pointer in the editor. @param {string} pointer */
+export function reveal(pointer) {
+  batch(() => {
+    revealed.value = { pointer, count: (revealed.peek()?.count ?? 0) + 1 };
+    pane.value = "edit";
+  });
+}
+
+/** Opens a panel. @param {string} id */
+export function openPanel(id) {
+  batch(() => {
+    panel.value = id;
+    pane.value = id;
+    panelsOpen.value = true;
+  });
+}
+
+/** Puts a layer over the picture, or replaces it. @param {Layer} layer */
+export function putLayer(layer) {
+  layers.value = [...layers.peek().filter(({ id }) => id !== layer.id), layer].sort((a, b) => a.order - b.order);
+}
+
+/** @param {string} id */
+export function removeLayer(id) {
+  if (layers.peek().some((layer) => layer.id === id)) layers.value = layers.peek().filter((layer) => layer.id !== id);
+}
+
+/** Says something to everybody, also to screen readers. @param {string} words @param {{ label: string, run: () => void }} [action] */
+export function say(words, action) {
+  notice.value = { text: words, action };
+}
