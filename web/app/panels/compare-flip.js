@@ -4,13 +4,14 @@ import { Problem, askJson, patiently } from "../api.js";
 import { other, origin } from "../state.js";
 import { Button } from "../ui.js";
 import { a } from "./compare-pictures.js";
+import { typed } from "./accuracy-stops.js";
 import { Fact } from "./widgets.js";
 
 /** Whether the service lacks it: asked once. */
 let isAbsent = false;
 
 /** One side of the request. @param {import("../state.js").Shown} of */
-const side = (of) => `{"settings":${JSON.stringify(of.settings)},"scene":${of.text}}`;
+const side = (of) => `{"settings":${JSON.stringify(typed(of.settings))},"scene":${of.text}}`;
 
 export function FlipRow() {
   const [flip, setFlip] = useState(/** @type {number | string | null} */ (null));

@@ -48,8 +48,7 @@ function draw(context, at) {
   const { width, height } = at;
   const edge = at.left + wipe.peek() * size.peek().width * at.scale;
   if (mode.peek() === "side") {
-    context.fillStyle = getComputedStyle(context.canvas).getPropertyValue("--canvas") || "#808080";
-    context.fillRect(0, 0, width, height);
+    context.clearRect(0, 0, width, height);
     within(context, [0, 0, width / 2, height], () => image(context, one ?? a.peek()?.bitmap, half(at, 0)));
     within(context, [width / 2, 0, width / 2, height], () => image(context, two, half(at, 1)));
     return mark(context, at);

@@ -10,6 +10,8 @@ import { difference, exposed, measure } from "./compare-metrics.js";
 
 /** Milliseconds without an edit before B is asked for again. */
 const QUIET = 500;
+/** Milliseconds after which another B is meant: arrow keys pass over many. */
+const SETTLED = 120;
 
 export const mode = signal(/** @type {Mode} */ ("wipe"));
 /** Where the wipe is, from 0 to 1. */
@@ -141,7 +143,7 @@ export function start() {
     if (!asked) return () => (before = null, put(null), (state.value = { word: "", detail: "" }), Promise.resolve());
     const isNew = asked !== before;
     before = asked;
-    return isOnline ? () => pause(isNew ? 0 : QUIET, signal).then(() => load(asked, signal)) : null;
+    return isOnline ? () => pause(isNew ? SETTLED : QUIET, signal).then(() => load(asked, signal)) : null;
   });
   task((signal) => {
     const [one, two] = [a.value, other.value];

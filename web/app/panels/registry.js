@@ -1,4 +1,5 @@
 // The panels in the order of their tabs.
+import * as accuracy from "./accuracy.js";
 import * as compare from "./compare.js";
 import * as plan from "./plan.js";
 
@@ -11,4 +12,4 @@ import * as plan from "./plan.js";
  * @property {() => import("../../vendor/preact.js").ComponentChild} [Overlay] over the viewport, in its coordinates
  */
 /** @type {Panel[]} */
-export const panels = [plan, compare];
+export const panels = [plan, accuracy, compare];
