@@ -5,6 +5,7 @@ import { zoomWords } from "./framing.js";
 import { isMovable } from "./gestures.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
 import { deep, draft, hover, pixel, problems, reveal, shown, status, syntax, text, tool, view } from "./state.js";
+import { panels } from "./panels/registry.js";
 import { lineOf, rangeOf } from "./problems.js";
 import { Button, Icon } from "./ui.js";
 import { Viewport } from "./viewport.js";
@@ -56,6 +57,7 @@ function Trouble() {
 export function PicturePane() {
   return html`<section class="picture" aria-label="Picture" data-pane-focus>
     <${Viewport} />
+    ${panels.map(({ id, Overlay }) => Overlay && html`<${Overlay} key=${id} />`)}
     ${!shown.value && status.value.word !== "failed" && html`<p class="first">The first picture is on its way.</p>`}
     <${Trouble} />
     <${Readout} />

@@ -6,7 +6,7 @@ import { STOPS, finest, settingsOf, typed } from "./accuracy-stops.js";
 
 /** @typedef {import("./accuracy-stops.js").Stop} Stop */
 /** @typedef {{ ms: number, low: number, high: number, rays: number }} Prediction */
-/** @typedef {{ ms: number, rays: number, proved: number | null, identical: number | null, estimated: number | null, digest: string }} Receipt */
+/** @typedef {{ ms: number | null, rays: number, proved: number | null, identical: number | null, estimated: number | null, digest: string }} Receipt `ms` is null if the service had the picture already */
 
 /** Milliseconds without an edit before predictions are asked for. */
 const QUIET = 700;
@@ -86,7 +86,7 @@ async function receive() {
   if (!picture || !stop || picture.label !== stop.label || picture.version !== version.peek()) return;
   const { ms, totalRays: rays, proved, identical, estimated, digest, hit } = picture.report;
   const before = receipts.peek().get(stop.id);
-  const receipt = { ms: hit && before ? before.ms : ms, rays, proved, identical, estimated, digest };
+  const receipt = { ms: hit ? (before?.ms ?? null) : ms, rays, proved, identical, estimated, digest };
   receipts.value = new Map(receipts.peek()).set(stop.id, receipt);
   if (against.peek() !== "finest" || finest(receipts.peek().keys()) !== stop || reference.peek()?.label === stop.label) return;
   const bitmap = await createImageBitmap(picture.bitmap);

@@ -6,6 +6,7 @@
  * @typedef {object} Stop
  * @property {string} id
  * @property {string} label
+ * @property {string} [short] the same within its group
  * @property {string} group
  * @property {Settings} settings
  * @property {string} words what it gives
@@ -17,10 +18,10 @@ const proved = (/** @type {number} */ codes) => (codes === 0 ? "Each pixel is pr
 /** @type {Stop[]} */
 export const STOPS = [
   ...[33, 100, 300].map((ms, i) => ({ id: `time-${ms}`, label: `${ms} ms`, group: "Time", settings: { accuracy: `time:${ms}` }, words: `The best picture within ${ms} ms, from the scene's bytes to the file's.`, rank: [1, 3, 5][i], budget: ms })),
-  ...[2, 3, 5, 100].map((depth, i) => ({ id: `depth-${depth}`, label: `depth ${depth}`, group: "Depth", settings: { accuracy: "fixed", max_depth: String(depth) }, words: `Chains of rays end after ${depth}, whatever they would have brought.`, rank: [2, 4, 6, 7][i] })),
-  ...[2, 1, 0].map((codes, i) => ({ id: `proved-${codes}`, label: `proved ${codes}`, group: "Proved", settings: { accuracy: `proved:${codes}` }, words: proved(codes), rank: 8 + i })),
-  { id: "proved-0-double", label: "proved 0, double", group: "Proved", settings: { accuracy: "proved:0", precision: "double" }, words: "As exact as it gets: also where rays meet surfaces, in double precision.", rank: 11 },
-  { id: "statistical-2", label: "within 2, 95 %", group: "Statistical", settings: { accuracy: "statistical:2" }, words: "Samples until 19 of 20 pixels are probably within two codes of endless sampling.", rank: 0 },
+  ...[2, 3, 5, 100].map((depth, i) => ({ id: `depth-${depth}`, label: `depth ${depth}`, short: String(depth), group: "Depth", settings: { accuracy: "fixed", max_depth: String(depth) }, words: `Chains of rays end after ${depth}, whatever they would have brought.`, rank: [2, 4, 6, 7][i] })),
+  ...[2, 1, 0].map((codes, i) => ({ id: `proved-${codes}`, label: `proved ${codes}`, short: codes === 0 ? "exact" : `${codes} code${codes === 1 ? "" : "s"}`, group: "Proved", settings: { accuracy: `proved:${codes}` }, words: proved(codes), rank: 8 + i })),
+  { id: "proved-0-double", label: "proved 0, double", short: "exact, double", group: "Proved", settings: { accuracy: "proved:0", precision: "double" }, words: "As exact as it gets: also where rays meet surfaces, in double precision.", rank: 11 },
+  { id: "statistical-2", label: "statistical 2", short: "± 2 codes", group: "Samples", settings: { accuracy: "statistical:2" }, words: "Samples until 19 of 20 pixels are probably within two codes of endless sampling.", rank: 0 },
 ];
 
 /** The parameters of a stop over those of the picture. @param {Stop} stop @param {Settings} base @param {Precision} precision @returns {Settings} */

@@ -27,7 +27,7 @@ export function Panel() {
 
 function Dial() {
   const stop = chosen.value;
-  const longest = Math.max(1000, ...[...predictions.value.values()].map(({ high }) => high), ...[...receipts.value.values()].map(({ ms }) => ms));
+  const longest = Math.max(1000, ...[...predictions.value.values()].map(({ high }) => high), ...[...receipts.value.values()].map(({ ms }) => ms ?? 0));
   const groups = [...new Set(STOPS.map(({ group }) => group))];
   return html`<p class="lead">${stop ? stop.words : "Choose how exact the picture is to be. It lies over the scene's own as B."}</p>
     ${trouble.value !== "" && html`<p class="bad">No predictions: ${trouble.value}</p>`}
@@ -49,13 +49,14 @@ function Row({ stop, longest, isChosen }) {
   const before = predictions.value.get(stop.id);
   const after = receipts.value.get(stop.id);
   const predicted = before ? `predicted ${duration(before.ms)}, ${duration(before.low)} to ${duration(before.high)}` : "not predicted yet";
-  const words = after ? `took ${duration(after.ms)}; ${predicted}` : predicted;
+  const took = after?.ms ?? null;
+  const words = took !== null ? `took ${duration(took)}; ${predicted}` : predicted;
   const isRunning = isChosen && (state.value.word === "rendering" || state.value.word === "waiting");
   return html`<label class=${`stop${isChosen ? " is-chosen" : ""}`}>
     <input type="radio" name="stop" value=${stop.id} checked=${isChosen} onChange=${() => choose(stop)} aria-describedby=${`stop-${stop.id}`} />
-    <span class="stop-label">${stop.label}</span>
-    <${Meter} value=${after ? place(after.ms, longest) : null} max=${1} low=${before && place(before.low, longest)} high=${before && place(before.high, longest)} label=${words} />
-    <span class="stop-time" id=${`stop-${stop.id}`}>${isRunning ? html`<span class="quiet">tracing …</span>` : after ? html`<strong>${duration(after.ms)}</strong>` : before ? html`<span class="quiet">${stop.budget ? "≤" : "≈"} ${duration(before.ms)}</span>` : html`<span class="ghost"></span>`}</span>
+    <span class="stop-label">${stop.short ?? stop.label}</span>
+    <${Meter} value=${took === null ? null : place(took, longest)} max=${1} low=${before && place(before.low, longest)} high=${before && place(before.high, longest)} label=${words} />
+    <span class="stop-time" id=${`stop-${stop.id}`}>${isRunning ? html`<span class="quiet">tracing …</span>` : took !== null ? html`<strong>${duration(took)}</strong>` : after ? html`<span title="The service had this picture already">kept</span>` : before ? html`<span class="quiet">${stop.budget ? "≤" : "≈"} ${duration(before.ms)}</span>` : html`<span class="ghost"></span>`}</span>
     ${after && html`<span class="stop-receipt quiet">${receiptWords(after)}</span>`}
   </label>`;
 }

@@ -1,7 +1,8 @@
 // The handle of the wipe and the names of A and B, over the picture; and the keys of a comparison.
 import { html } from "../../vendor/preact.js";
-import { other, size, view } from "../state.js";
-import { a, exposure, flipped, gain, isOn, mode, wipe } from "./compare-pictures.js";
+import { more } from "../commands.js";
+import { openPanel, other, size, view } from "../state.js";
+import { a, endComparison, exposure, flipped, gain, isOn, mode, wipe } from "./compare-pictures.js";
 
 const clamped = (/** @type {number} */ value) => Math.min(1, Math.max(0, value));
 
@@ -44,24 +45,29 @@ export function Overlay() {
   </div>`;
 }
 
-/** @param {EventTarget | null} target */
-const takesKeys = (target) =>
-  target instanceof HTMLElement && (target.isContentEditable || target.shadowRoot !== null || /^(INPUT|TEXTAREA|SELECT)$/.test(target.tagName));
-/** The space bar presses buttons and opens lists. @param {EventTarget | null} target */
-const takesSpace = (target) => target instanceof HTMLElement && target.closest("button, a, summary, [role=tab], [role=treeitem], dialog") !== null;
+/** The space bar writes, presses buttons and opens lists. @param {EventTarget | null} target */
+const takesSpace = (target) =>
+  target instanceof HTMLElement && (target.isContentEditable || target.shadowRoot !== null || target.closest("input, textarea, select, button, a, summary, dialog, [role=treeitem]") !== null);
 
-/** Begins to listen for W, the space bar, [ and ]. */
+/** @param {number} stops */
+const expose = (stops) => (exposure.value = Math.max(-10, Math.min(10, exposure.peek() + stops)));
+
+/** Adds the commands, and shows B while the space bar is held. */
 export function start() {
-  addEventListener("keydown", (event) => {
-    if (!isOn.peek() || event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || takesKeys(event.target)) return;
-    if (event.key === " " && !takesSpace(event.target)) flipped.value = true;
-    else if (event.key === "w" || event.key === "W") mode.value = mode.peek() === "wipe" ? "flip" : "wipe";
-    else if (event.key === "[") exposure.value = Math.max(-10, exposure.peek() - 0.5);
-    else if (event.key === "]") exposure.value = Math.min(10, exposure.peek() + 0.5);
-    else return;
-    event.preventDefault();
-  });
+  const when = (/** @type {() => void} */ run) => () => (isOn.peek() ? run() : openPanel("compare"));
+  more.value = [
+    ...more.peek(),
+    { title: "Wipe or flip between A and B", keys: "W", run: when(() => (mode.value = mode.peek() === "wipe" ? "flip" : "wipe")) },
+    { title: "Darker: half a stop", keys: "[", run: when(() => expose(-0.5)) },
+    { title: "Brighter: half a stop", keys: "]", run: when(() => expose(0.5)) },
+    { title: "End the comparison", run: endComparison },
+  ];
   const release = () => (flipped.value = false);
+  addEventListener("keydown", (event) => {
+    if (event.key !== " " || !isOn.peek() || event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || takesSpace(event.composedPath()[0])) return;
+    event.preventDefault();
+    flipped.value = true;
+  });
   addEventListener("keyup", (event) => event.key === " " && release());
   addEventListener("blur", release);
 }
