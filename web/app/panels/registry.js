@@ -1,6 +1,7 @@
 // The panels in the order of their tabs.
 import * as accuracy from "./accuracy.js";
 import * as compare from "./compare.js";
+import * as jobs from "./jobs.js";
 import * as maps from "./maps.js";
 import * as plan from "./plan.js";
 
@@ -13,4 +14,4 @@ import * as plan from "./plan.js";
  * @property {() => import("../../vendor/preact.js").ComponentChild} [Overlay] over the viewport, in its coordinates
  */
 /** @type {Panel[]} */
-export const panels = [plan, accuracy, compare, maps];
+export const panels = [plan, accuracy, compare, maps, jobs];
