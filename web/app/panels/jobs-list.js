@@ -79,10 +79,14 @@ export function turn(by) {
   load();
 }
 
+/** Whether there is a picture of a job so far: a first coarse one comes before the first tile. @param {Job} job */
+export const hasPreview = (job) => job.state === "succeeded" || (job.state !== "expired" && (job.progress.tiles_done > 0 || (isActive(job) && revisions.value.has(job.id))));
+
 /** @param {import("../sse.js").ServerEvent} event */
 function take({ event, data }) {
   if (event === "shutdown") return;
-  if (event === "preview" || event === "tile" || event === "succeeded") revisions.value = new Map(revisions.peek()).set(data.job, (revisions.peek().get(data.job) ?? 0) + 1);
+  const isPicture = event === "preview" || event === "tile" || event === "succeeded" || (event === "snapshot" && data.revision > 1);
+  if (isPicture) revisions.value = new Map(revisions.peek()).set(data.job, (revisions.peek().get(data.job) ?? 0) + 1);
   const next = after(jobs.peek(), event, data);
   if (next) batch(() => ((jobs.value = next), (updated.value = performance.now())));
   else loadSoon();

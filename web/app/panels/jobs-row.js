@@ -6,7 +6,7 @@ import { open } from "../scenes.js";
 import { copy } from "../share.js";
 import { say } from "../state.js";
 import { Button, Icon } from "../ui.js";
-import { end, pending, prioritise, revisions, setFilter, showing, takeBack, updated } from "./jobs-list.js";
+import { end, hasPreview, pending, prioritise, revisions, setFilter, showing, takeBack, updated } from "./jobs-list.js";
 import { isActive, nameOf, stateWords } from "./jobs-model.js";
 import { show } from "./jobs-show.js";
 import { thumbnail } from "./jobs-thumbs.js";
@@ -24,7 +24,7 @@ function Thumb({ job }) {
     return () => seen.disconnect();
   }, []);
   useEffect(() => {
-    if (!isNear || job.state === "expired" || (job.state === "queued" && job.progress.fraction === 0)) return;
+    if (!isNear || !hasPreview(job)) return;
     const control = new AbortController();
     thumbnail(job, /** @type {HTMLCanvasElement} */ (canvas.current), control.signal);
     return () => control.abort();
@@ -68,7 +68,7 @@ function Priority({ job }) {
   }, [wanted]);
   const now = wanted ?? job.priority;
   const step = (/** @type {number} */ by) => () => setWanted(Math.max(0, Math.min(100, now + by)));
-  return html`<span class="stepper" role="group" aria-label=${`Priority of ${nameOf(job)}`}><span class="quiet">Priority</span>
+  return html`<span class="stepper" role="group" aria-label=${`Priority of ${nameOf(job)}`}><span class="quiet" aria-hidden="true">Priority</span>
     <${Button} label="Lower priority" icon="minus" kind="quiet" disabled=${now === 0} press=${step(-10)} /><output class="priority">${now}</output>
     <${Button} label="Higher priority" icon="plus" kind="quiet" disabled=${now === 100} press=${step(10)} /></span>`;
 }
@@ -107,17 +107,17 @@ export function Row({ job }) {
   const isShown = showing.value === job.id;
   const active = isActive(job);
   const name = nameOf(job);
-  const hasPicture = job.state === "succeeded" || (active && (job.progress.fraction > 0 || job.state === "running"));
+  const hasPicture = hasPreview(job);
   const made = new Date(job.created_at);
   return html`<li class=${`job is-${job.state}${isShown ? " is-shown" : ""}`} tabindex="-1" data-job=${job.id} aria-label=${`${name}, ${stateWords(job)}`}>
     <button type="button" class="job-picture" disabled=${!hasPicture} aria-pressed=${String(isShown)} onClick=${() => show(isShown ? null : job)} aria-label=${isShown ? `Stop showing ${name}` : `Show ${name} in the viewport`}><${Thumb} job=${job} /></button>
     <div class="job-main">
       <p class="job-head"><strong class="job-name" title=${name}>${name}</strong><span class="job-state"><${Icon} name=${ICONS[job.state]} />${stateWords(job)}</span></p>
       ${active && html`<progress max="1" value=${job.state === "queued" && job.progress.fraction === 0 ? 0 : job.progress.fraction} aria-label=${`Progress of ${name}`}></progress>`}
-      <p class="quiet job-about"><span>${job.width} × ${job.height}</span>${active ? html`<${Left} job=${job} />` : html`<span>${duration(job.stats.render_ms)}</span><span>${count(job.stats.rays)} rays</span>`}
+      <p class="quiet job-about"><span>${job.width} × ${job.height}</span>${active ? html`<${Left} job=${job} />` : job.stats.rays > 0 && html`<span>${duration(job.stats.render_ms)}</span><span>${count(job.stats.rays)} rays</span>`}
         <time datetime=${job.created_at} title=${made.toLocaleString()}>${made.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" })}</time>
         ${job.stats.reused && html`<span>known already</span>`}${job.stats.tiles_recovered > 0 && html`<span>${job.stats.tiles_recovered} tiles from before a restart</span>`}</p>
-      ${job.labels.length > 0 && html`<p class="job-labels">${job.labels.map((label) => html`<button type="button" class="label" key=${label} title=${`Only jobs with the label ${label}`} onClick=${() => setFilter({ label })}>${label}</button>`)}</p>`}
+      ${job.labels.length > 1 && html`<p class="job-labels">${job.labels.slice(1).map((label) => html`<button type="button" class="label" key=${label} title=${`Only jobs with the label ${label}`} onClick=${() => setFilter({ label })}>${label}</button>`)}</p>`}
       ${job.problem && html`<p class="bad job-problem">${job.problem.detail || job.problem.title}</p>`}
     </div>
     <div class="job-actions">

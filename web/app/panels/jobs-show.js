@@ -3,7 +3,7 @@ import { computed, effect, html, signal, untracked } from "../../vendor/preact.j
 import { Problem, ask, pause } from "../api.js";
 import { bitmaps, hover, putLayer, removeLayer, size } from "../state.js";
 import { Button } from "../ui.js";
-import { jobs, revisions, showing } from "./jobs-list.js";
+import { hasPreview, jobs, revisions, showing } from "./jobs-list.js";
 import { isActive, nameOf, stateWords } from "./jobs-model.js";
 
 /** Milliseconds between two pictures, and between two wishes. */
@@ -95,20 +95,25 @@ export function start() {
     if (job && job !== shown.peek()) shown.value = job;
     if (showing.value === "") shown.value = null;
   });
-  const revision = computed(() => `${showing.value} ${revisions.value.get(showing.value) ?? 0} ${shown.value?.state === "succeeded"}`);
+  const revision = computed(() => `${showing.value} ${revisions.value.get(showing.value) ?? 0} ${shown.value?.state === "succeeded"} ${(shown.value?.progress.tiles_done ?? 0) > 0}`);
   let last = 0;
+  let before = "";
+  let taking = new AbortController();
   effect(() => {
     void revision.value;
     const control = new AbortController();
     untracked(async () => {
       const job = shown.peek();
+      if (before !== showing.peek()) taking.abort(), (taking = new AbortController()), put(null);
+      before = showing.peek();
       if (!job) return put(null);
+      if (!hasPreview(job)) return;
       // Not more often than that: tiles come faster than anybody looks.
       const wait = Math.max(0, last + PICTURES - performance.now());
       await pause(wait, control.signal).catch(() => {});
       if (control.signal.aborted) return;
       last = performance.now();
-      load(job, new AbortController().signal);
+      load(job, taking.signal);
     });
     return () => control.abort();
   });

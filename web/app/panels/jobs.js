@@ -44,7 +44,7 @@ export function start() {
 
 export function Panel() {
   return html`<div class="jobs">
-    <div class="jobs-head"><${Button} kind="main" icon="plus" keys="N" disabled=${text.value === "" || problems.value.length > 0} press=${() => (isSubmitting.value = true)}>Render as a job<//>
+    <div class="jobs-head"><${Button} kind="main" icon="plus" keys="N" disabled=${text.value === "" || problems.value.length > 0} press=${() => (isSubmitting.value = true)} title="Render this scene as a job">New job<//>
       <${Updated} /><${Button} kind="quiet" keys="R" press=${load} label="Ask again">Reload<//></div>
     <${Filter} />
     ${trouble.value !== "" && html`<${Failure} error=${trouble.value} retry=${load} />`}
