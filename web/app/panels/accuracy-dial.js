@@ -1,7 +1,8 @@
 // What each stop of the dial should take, before, and what it took, after. Kept for the text that it is about.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
-import { Problem, askJson, patiently, pause } from "../api.js";
+import { Problem, askJson, patiently, pause, render } from "../api.js";
 import { connection, origin, other, otherAsked, panel, problems, reference, settings, text, version } from "../state.js";
+import { refer } from "./compare-pictures.js";
 import { STOPS, finest, settingsOf, typed } from "./accuracy-stops.js";
 
 /** @typedef {import("./accuracy-stops.js").Stop} Stop */
@@ -79,8 +80,8 @@ async function load(signal) {
   if (isJson) takesMany ??= false;
 }
 
-/** Keeps what a picture of a stop took, and the picture if it is the finest. */
-async function receive() {
+/** Keeps what a picture of a stop took. */
+function receive() {
   const picture = other.peek();
   const stop = chosen.peek();
   if (!picture || !stop || picture.label !== stop.label || picture.version !== version.peek()) return;
@@ -88,17 +89,27 @@ async function receive() {
   const before = receipts.peek().get(stop.id);
   const receipt = { ms: hit ? (before?.ms ?? null) : ms, rays, proved, identical, estimated, digest };
   receipts.value = new Map(receipts.peek()).set(stop.id, receipt);
-  if (against.peek() !== "finest" || finest(receipts.peek().keys()) !== stop || reference.peek()?.label === stop.label) return;
-  const bitmap = await createImageBitmap(picture.bitmap);
-  if (other.peek() !== picture) return bitmap.close();
-  reference.peek()?.bitmap.close();
-  reference.value = { ...picture, bitmap };
+}
+
+let holding = new AbortController();
+/** Makes A the finest stop that has been seen: a copy of B, or the picture that the service still has. */
+async function hold() {
+  const best = against.peek() === "finest" ? finest(receipts.peek().keys()) : null;
+  if (best?.label === reference.peek()?.label) return;
+  holding.abort();
+  holding = new AbortController();
+  const { signal: ended } = holding;
+  if (!best) return refer(null);
+  const picture = other.peek();
+  if (picture?.label === best.label) return refer({ ...picture, bitmap: await createImageBitmap(picture.bitmap) }, ended);
+  const of = { text: text.peek(), version: version.peek(), settings: settingsOf(best, settings.peek(), precision.peek()) };
+  const { bitmap, report } = await patiently(() => render({ text: of.text, type: origin.peek().type, settings: of.settings, signal: ended, priority: "low" }), ended);
+  refer({ ...of, bitmap, report, width: bitmap.width, height: bitmap.height, rung: 2, label: best.label }, ended);
 }
 
 /** Forgets what is about another text. */
 function forget() {
-  reference.peek()?.bitmap.close();
-  batch(() => ((predictions.value = new Map()), (receipts.value = new Map()), (reference.value = null), (trouble.value = "")));
+  batch(() => (refer(null), (predictions.value = new Map()), (receipts.value = new Map()), (trouble.value = "")));
 }
 
 export function start() {
@@ -116,12 +127,12 @@ export function start() {
     return () => control.abort();
   });
   effect(() => {
-    void [other.value, against.value];
+    void other.value;
     untracked(receive);
   });
   effect(() => {
-    if (against.value === "finest") return;
-    untracked(() => (reference.peek()?.bitmap.close(), (reference.value = null)));
+    void [receipts.value, against.value];
+    untracked(() => hold().catch(() => {}));
   });
   let before = precision.peek();
   effect(() => {

@@ -2,7 +2,7 @@
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { Problem, ask, patiently, pause, render } from "../api.js";
 import { readPfm } from "../pfm.js";
-import { connection, origin, other, otherAsked, panel, reference, settings, shown, text, version } from "../state.js";
+import { bitmaps, connection, origin, other, otherAsked, panel, reference, settings, shown, text, version } from "../state.js";
 import { difference, exposed, measure } from "./compare-metrics.js";
 
 /** @typedef {import("../state.js").Shown} Shown */
@@ -65,11 +65,28 @@ export function endComparison() {
   batch(() => ((otherAsked.value = null), (exposure.value = 0), (flipped.value = false)));
 }
 
+/** Closes a bitmap that nobody draws any more. @param {ImageBitmap | null | undefined} bitmap */
+export function letGo(bitmap) {
+  if (!bitmap) return;
+  bitmap.close();
+  bitmaps.closed += 1;
+}
+
+/** Takes A of the dial, or nothing. @param {(Shown & { label: string }) | null} next @param {AbortSignal} [ended] */
+export function refer(next, ended) {
+  if (next) bitmaps.made += 1;
+  if (ended?.aborted) return letGo(next?.bitmap);
+  const before = reference.peek();
+  reference.value = next;
+  letGo(before?.bitmap);
+}
+
 /** @param {(Shown & { label: string }) | null} next */
 function put(next) {
   const before = other.peek();
   other.value = next;
-  if (before && before.bitmap !== next?.bitmap && before.bitmap !== reference.peek()?.bitmap) before.bitmap.close();
+  if (next) bitmaps.made += 1;
+  letGo(before?.bitmap);
 }
 
 /** @param {NonNullable<typeof otherAsked.value>} asked @param {AbortSignal} signal */
@@ -103,7 +120,10 @@ export const drawn = signal(/** @type {{ a: ImageBitmap | null, b: ImageBitmap |
 function draw(next) {
   const before = drawn.peek();
   drawn.value = { ...before, ...next };
-  for (const key of /** @type {("a" | "b" | "difference")[]} */ (Object.keys(next))) if (before[key] !== drawn.peek()[key]) before[key]?.close();
+  for (const key of /** @type {("a" | "b" | "difference")[]} */ (Object.keys(next))) {
+    if (next[key]) bitmaps.made += 1;
+    if (before[key] !== next[key]) letGo(before[key]);
+  }
 }
 
 /** @param {Uint8ClampedArray<ArrayBuffer>} pixels @param {number} width @param {number} height */

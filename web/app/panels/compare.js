@@ -6,7 +6,7 @@ import { Button, Empty, Icon } from "../ui.js";
 import { Choice, Fact } from "./widgets.js";
 import * as layer from "./compare-layer.js";
 import * as overlay from "./compare-overlay.js";
-import { a, alike, codesOf, compareWith, endComparison, exposure, flipped, gain, isStale, metrics, mode, start as watch, state, wipe } from "./compare-pictures.js";
+import { a, alike, codesOf, compareWith, endComparison, exposure, flipped, gain, isStale, metrics, mode, refer, start as watch, state, wipe } from "./compare-pictures.js";
 import { FlipRow } from "./compare-flip.js";
 
 export { Overlay } from "./compare-overlay.js";
@@ -58,7 +58,7 @@ function Sides() {
   const kept = asked?.text ?? null;
   return html`<dl class="sides">
     <div><dt><span class="side-mark of-a">A</span></dt><dd>${a.value?.label ?? "no picture yet"}<${Cost} report=${a.value?.report} /></dd>
-      ${reference.value && html`<${Button} kind="quiet" press=${() => (reference.peek()?.bitmap.close(), (reference.value = null))}>Use the scene<//>`}</div>
+      ${reference.value && html`<${Button} kind="quiet" press=${() => refer(null)}>Use the scene<//>`}</div>
     <div><dt><span class="side-mark of-b">B</span></dt><dd>${asked?.label}${report && html`<${Cost} report=${report} />`}</dd>
       <${Button} label="End the comparison" icon="close" kind="quiet" press=${endComparison} /></div>
   </dl>
