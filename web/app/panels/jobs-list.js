@@ -1,6 +1,6 @@
 // The list of jobs: one page of it, kept true by one stream of events while somebody looks, else by asking every five seconds.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
-import { Problem, Unreachable, ask, askJson, pause } from "../api.js";
+import { Problem, Unreachable, ask, askJson } from "../api.js";
 import { follow } from "../sse.js";
 import { connection, key, panel, say } from "../state.js";
 import { after, filterOf, isActive, nameOf, withFilter } from "./jobs-model.js";
@@ -30,11 +30,15 @@ export const showing = signal("");
 export const pending = signal(/** @type {Map<string, "cancel" | "delete">} */ (new Map()));
 /** Numbers of previews by job: another one is another picture. */
 export const revisions = signal(/** @type {Map<string, number>} */ (new Map()));
+/** The key that was refused, until there is another: asking again would only open its dialog again. */
+const refused = signal(/** @type {string | null} */ (null));
 const isVisible = signal(document.visibilityState === "visible");
 /** Whether somebody looks: at the list, or at a job in the viewport. */
-const isWatched = computed(() => isVisible.value && connection.value.online && (panel.value === "jobs" || showing.value !== ""));
+const isWatched = computed(() => isVisible.value && connection.value.online && refused.value !== key.value && (panel.value === "jobs" || showing.value !== ""));
 
 let loading = new AbortController();
+/** The service has said when to come back. */
+let notBefore = 0;
 /** Asks for the page that is shown. */
 export async function load() {
   loading.abort();
@@ -54,7 +58,9 @@ export async function load() {
   } catch (error) {
     if (ended.aborted) return;
     batch(() => ((isLoading.value = false), (trouble.value = error instanceof Unreachable ? "The service does not answer; jobs go on without this page." : /** @type {Error} */ (error).message)));
-    if (error instanceof Problem && error.retryAfter > 0) await pause(error.retryAfter * 1000);
+    if (!(error instanceof Problem)) return;
+    if (error.status === 401 || error.status === 403) refused.value = key.peek();
+    notBefore = performance.now() + error.retryAfter * 1000;
   }
 }
 
@@ -109,7 +115,7 @@ async function watch(signal) {
       tellsAll = false;
     }
   }
-  await follow("v1/events", { jobs: streamed.peek().split(" "), signal, take });
+  if (streamed.peek() !== "") await follow("v1/events", { jobs: streamed.peek().split(" "), signal, take });
 }
 
 /** Changes of the priority as the service numbers them. */
@@ -175,10 +181,12 @@ export const takeBack = (id) => undo.get(id)?.();
 export function start() {
   document.addEventListener("visibilitychange", () => (isVisible.value = document.visibilityState === "visible"));
   effect(() => {
+    // Another key sees other jobs.
     void key.value;
     if (!isWatched.value) return;
     untracked(load);
-    const timer = setInterval(() => (tellsAll && performance.now() - updated.peek() < RARELY ? undefined : load()), EVERY);
+    const isDue = () => performance.now() >= notBefore && (!tellsAll || performance.now() - updated.peek() >= RARELY);
+    const timer = setInterval(() => isDue() && load(), EVERY);
     return () => clearInterval(timer);
   });
   effect(() => {

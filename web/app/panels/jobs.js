@@ -3,7 +3,7 @@ import { effect, html, signal, untracked, useEffect, useState } from "../../vend
 import { address } from "../api.js";
 import { more } from "../commands.js";
 import { copy } from "../share.js";
-import { key, offer, panel, problems, text } from "../state.js";
+import { connection, key, offer, panel, problems, text } from "../state.js";
 import { Button, Empty } from "../ui.js";
 import { filter, isLoading, jobs, load, pages, setFilter, start as watch, trouble, turn, updated } from "./jobs-list.js";
 import { STATES, ago } from "./jobs-model.js";
@@ -48,7 +48,7 @@ export function Panel() {
       <${Updated} /><${Button} kind="quiet" keys="R" press=${load} label="Ask again">Reload<//></div>
     <${Filter} />
     ${trouble.value !== "" && html`<${Failure} error=${trouble.value} retry=${load} />`}
-    ${jobs.value.length > 0 ? html`<ul class=${`plain-list job-list${trouble.value !== "" ? " is-stale" : ""}`} aria-label="Jobs">${jobs.value.map((job) => html`<${Row} key=${job.id} job=${job} />`)}</ul>`
+    ${jobs.value.length > 0 ? html`<ul class=${`plain-list job-list${trouble.value !== "" || !connection.value.online ? " is-stale" : ""}`} aria-label="Jobs">${jobs.value.map((job) => html`<${Row} key=${job.id} job=${job} />`)}</ul>`
       : updated.value > 0 && trouble.value === "" ? html`<${None} />` : trouble.value === "" ? html`<ul class="plain-list" aria-hidden="true">${[1, 2, 3].map((n) => html`<li key=${n} class="job is-ghost"><span class="ghost"></span></li>`)}</ul>` : ""}
     <${Pages} />
     ${isSubmitting.value && html`<${Submit} close=${() => (isSubmitting.value = false)} />`}
@@ -62,6 +62,7 @@ function Updated() {
     const timer = setInterval(() => setNow(performance.now()), 1000);
     return () => clearInterval(timer);
   }, []);
+  if (!connection.value.online) return html`<span class="jobs-updated stale-note" role="status">offline${updated.value === 0 ? "" : `, as of ${ago(Math.max(0, now - updated.value))}`}</span>`;
   return html`<span class="quiet jobs-updated">${updated.value === 0 ? (isLoading.value ? "loading …" : "") : `updated ${ago(Math.max(0, now - updated.value))}`}</span>`;
 }
 
