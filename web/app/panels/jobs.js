@@ -85,8 +85,14 @@ function None() {
     <p class="quiet">From a shell:</p><pre class="curl"><code>${line}</code></pre><p><${Button} icon="copy" press=${() => copy(line, "The line")}>Copy<//></p>`;
 }
 
+/** Another page begins at its top. @param {1 | -1} by */
+function leaf(by) {
+  turn(by);
+  document.querySelector(".jobs-head")?.scrollIntoView({ block: "end" });
+}
+
 function Pages() {
   const { before, next } = pages.value;
   if (before.length === 0 && !next) return null;
-  return html`<nav class="pages" aria-label="Pages of jobs"><${Button} disabled=${before.length === 0} press=${() => turn(-1)}>Newer<//><span class="quiet">Page ${before.length + 1}</span><${Button} disabled=${!next} press=${() => turn(1)}>Older<//></nav>`;
+  return html`<nav class="pages" aria-label="Pages of jobs"><${Button} disabled=${before.length === 0} press=${() => leaf(-1)}>Newer<//><span class="quiet">Page ${before.length + 1}</span><${Button} disabled=${!next} press=${() => leaf(1)}>Older<//></nav>`;
 }
