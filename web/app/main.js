@@ -64,7 +64,7 @@ const app = /** @type {HTMLElement} */ (document.getElementById("app"));
 picture.start();
 session.start();
 render(html`<${App} />`, app);
-for (const { start } of panels) start?.();
+for (const { start } of panels) start();
 picking.start();
 commands.listen();
 takeDrops();

@@ -66,7 +66,7 @@ function Offer() {
 export function PicturePane() {
   return html`<section class="picture" aria-label="Picture" data-pane-focus>
     <${Viewport} />
-    ${panels.map(({ id, Overlay }) => Overlay && html`<${Overlay} key=${id} />`)}
+    ${panels.map(({ id, Overlay }) => html`<${Overlay} key=${id} />`)}
     ${!shown.value && status.value.word !== "failed" && html`<p class="first">The first picture is on its way.</p>`}
     <${Trouble} />
     <${Offer} />

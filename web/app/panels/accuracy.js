@@ -12,8 +12,6 @@ import { Choice, Failure } from "./widgets.js";
 
 /** @typedef {import("./accuracy-stops.js").Stop} Stop */
 
-export const id = "accuracy";
-export const title = "Accuracy";
 export const start = watch;
 
 export function Panel() {
@@ -37,8 +35,8 @@ function Dial() {
     </fieldset>
     <p class="legend-line quiet"><span><i class="key whisker-key"></i>predicted, with interval</span><span><i class="key took-key"></i>what it took</span></p>
     <${Chosen} stop=${stop} />
-    <div class="slider two"><span>Precision</span><${Choice} label="Precision" name="precision" chosen=${precision.value} choose=${(/** @type {any} */ next) => (precision.value = next)} options=${[["", "As the scene"], ["single", "Single"], ["double", "Double"]]} /></div>
-    <div class="slider two"><span>Held against</span><${Choice} label="A is" name="against" chosen=${against.value} choose=${(/** @type {any} */ next) => (against.value = next)} options=${[["scene", "The scene"], ["finest", "The finest seen"]]} /></div>`;
+    <div class="slider two"><span>Precision</span><${Choice} label="Precision" name="precision" chosen=${precision.value} choose=${(/** @type {any} */ next) => (precision.value = next)} options=${[["", "Scene’s"], ["single", "Single"], ["double", "Double"]]} /></div>
+    <div class="slider two"><span>Held against</span><${Choice} label="A is" name="against" chosen=${against.value} choose=${(/** @type {any} */ next) => (against.value = next)} options=${[["scene", "The scene"], ["finest", "Finest seen"]]} /></div>`;
 }
 
 /** Places on a logarithmic scale from 1 ms. @param {number} ms @param {number} longest */
@@ -56,7 +54,7 @@ function Row({ stop, longest, isChosen }) {
     <input type="radio" name="stop" value=${stop.id} checked=${isChosen} onChange=${() => choose(stop)} aria-describedby=${`stop-${stop.id}`} />
     <span class="stop-label">${stop.short ?? stop.label}</span>
     <${Meter} value=${took === null ? null : place(took, longest)} max=${1} low=${before && place(before.low, longest)} high=${before && place(before.high, longest)} label=${words} />
-    <span class="stop-time" id=${`stop-${stop.id}`}>${isRunning ? html`<span class="quiet">tracing …</span>` : took !== null ? html`<strong>${duration(took)}</strong>` : after ? html`<span title="The service had this picture already">kept</span>` : before ? html`<span class="quiet">${stop.budget ? "≤" : "≈"} ${duration(before.ms)}</span>` : html`<span class="ghost"></span>`}</span>
+    <span class="stop-time" id=${`stop-${stop.id}`}>${isRunning ? html`<span class="quiet">tracing …</span>` : took !== null ? html`<strong>${duration(took)}</strong>` : after ? html`<span title="The service had this picture already">cached</span>` : before ? html`<span class="quiet">${stop.budget ? "≤" : "≈"} ${duration(before.ms)}</span>` : html`<span class="ghost"></span>`}</span>
     ${after && html`<span class="stop-receipt quiet">${receiptWords(after)}</span>`}
   </label>`;
 }
@@ -77,7 +75,7 @@ function Chosen({ stop }) {
   const held = reference.value?.label ?? "the scene";
   return html`<div class="chosen">
     ${state.value.word === "failed" && html`<${Failure} error=${state.value.detail} retry=${() => (otherAsked.value = { ...asked })} />`}
-    <p role="status">${of === null ? "" : of.max === 0 ? html`The same picture as that of ${held}, in each pixel.` : html`Against ${held}: at most ${of.max} code${of.max === 1 ? "" : "s"} off, ${of.p999} in 99.9 %, ${(100 * of.identical).toFixed(1)} % identical.`}</p>
+    <p role="status">${held === asked.label ? "This is the finest that you have seen. Choose another stop to hold it against this one." : of === null ? "" : of.max === 0 ? html`The same picture as that of ${held}, in each pixel.` : html`Against ${held}: at most ${of.max} code${of.max === 1 ? "" : "s"} off, ${of.p999} in 99.9 %, ${(100 * of.identical).toFixed(1)} % identical.`}</p>
     <p class="actions"><${Button} kind="main" disabled=${problems.value.length > 0} press=${() => put(stop ? settingsOf(stop, {}, precision.value) : asked.settings, asked.label)}>Put it into the scene<//>
       <${Button} press=${endComparison}>End the comparison<//></p>
   </div>`;

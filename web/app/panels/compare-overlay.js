@@ -40,8 +40,8 @@ export function Overlay() {
     ${isWipe && html`<div class="wipe" role="slider" tabindex="0" aria-label="Wipe between A and B" aria-valuemin="0" aria-valuemax="100"
       aria-valuenow=${Math.round(100 * wipe.value)} aria-valuetext=${`A on the left ${Math.round(100 * wipe.value)} %`} style=${{ left: `${edge}px` }}
       onPointerDown=${drag} onPointerMove=${drag} onKeyDown=${nudge}><span class="wipe-grip" aria-hidden="true"></span></div>`}
-    <p class="compare-name of-a" style=${{ top: `${Math.max(8, top + 8)}px` }}>${name}${stops}</p>
-    ${(isWipe || mode.value === "side") && !flipped.value && html`<p class="compare-name of-b" style=${{ top: `${Math.max(8, top + 8)}px` }}>B · ${other.value?.label}${stops}</p>`}
+    <p class="compare-name of-a" style=${{ top: `${Math.max(8, top + 8)}px`, left: `${Math.max(8, left + 8)}px` }}>${name}${stops}</p>
+    ${(isWipe || mode.value === "side") && !flipped.value && html`<p class="compare-name of-b" style=${{ top: `${Math.max(8, top + 8)}px`, right: `${Math.max(8, width - left - size.value.width * scale + 8)}px` }}>B · ${other.value?.label}${stops}</p>`}
   </div>`;
 }
 

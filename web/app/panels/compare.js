@@ -10,8 +10,6 @@ import { a, alike, codesOf, compareWith, endComparison, exposure, flipped, gain,
 import { FlipRow } from "./compare-flip.js";
 
 export { Overlay } from "./compare-overlay.js";
-export const id = "compare";
-export const title = "Compare";
 
 export function start() {
   watch();
@@ -56,12 +54,12 @@ function Sides() {
   const { word, detail } = state.value;
   const report = other.value?.report;
   const kept = asked?.text ?? null;
-  return html`<dl class="sides">
-    <div><dt><span class="side-mark of-a">A</span></dt><dd>${a.value?.label ?? "no picture yet"}<${Cost} report=${a.value?.report} /></dd>
-      ${reference.value && html`<${Button} kind="quiet" press=${() => refer(null)}>Use the scene<//>`}</div>
-    <div><dt><span class="side-mark of-b">B</span></dt><dd>${asked?.label}${report && html`<${Cost} report=${report} />`}</dd>
-      <${Button} label="End the comparison" icon="close" kind="quiet" press=${endComparison} /></div>
-  </dl>
+  return html`<ul class="plain-list sides">
+    <li><span class="side-mark of-a">A</span><div>${a.value?.label ?? "no picture yet"}<${Cost} report=${a.value?.report} /></div>
+      ${reference.value && html`<${Button} kind="quiet" press=${() => refer(null)}>Use the scene<//>`}</li>
+    <li><span class="side-mark of-b">B</span><div>${asked?.label}${report && html`<${Cost} report=${report} />`}</div>
+      <${Button} label="End the comparison" icon="close" kind="quiet" press=${endComparison} /></li>
+  </ul>
   <p class="compare-state" role="status">${word === "rendering" ? "Rendering B …" : word === "waiting" ? detail : word === "failed" ? html`<span class="bad"><${Icon} name="warning" /> ${detail}</span>`
     : isStale.value ? "B is of an earlier text; a new one is coming." : ""}</p>
   <p class="actions">
@@ -88,7 +86,7 @@ function back(kept) {
 
 /** @param {{ report: import("../report.js").Report | undefined }} props */
 const Cost = ({ report }) =>
-  report ? html`<span class="quiet side-cost">${report.hit ? "kept by the service" : duration(report.ms)} · ${count(report.totalRays)} rays${report.proved === null ? "" : ` · proved ≤ ${report.proved}`}</span>` : null;
+  report ? html`<span class="quiet side-cost">${report.hit ? "cached" : duration(report.ms)} · ${count(report.totalRays)} rays${report.proved === null ? "" : ` · proved ≤ ${report.proved}`}</span>` : null;
 
 function Modes() {
   return html`<${Choice} label="How they are shown" name="compare-mode" chosen=${mode.value} choose=${(/** @type {any} */ next) => (mode.value = next)}

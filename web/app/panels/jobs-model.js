@@ -28,8 +28,11 @@
 export const STATES = { queued: "waiting", running: "running", succeeded: "done", failed: "failed", canceled: "canceled", expired: "expired" };
 export const isActive = (/** @type {Job} */ { state }) => state === "queued" || state === "running";
 
+/** Text of strangers without what turns the reading direction around, or is not seen at all. @param {string} words */
+export const visible = (words) => words.replace(/[\p{Cc}\p{Cf}\p{Zl}\p{Zp}]/gu, "\ufffd");
+
 /** What people call it: its first label, else the end of its id. @param {Job} job */
-export const nameOf = ({ id, labels }) => labels[0] ?? `job ${id.slice(-6)}`;
+export const nameOf = ({ id, labels }) => (labels[0] === undefined ? `job ${id.slice(-6)}` : visible(labels[0]));
 
 /** The state in words, with the place in line. @param {Job} job */
 export function stateWords({ state, position, progress }) {
@@ -74,7 +77,7 @@ export const submission = (scene, rest) => `{"scene":${scene.trim()},${JSON.stri
 /** The filter in an address. @param {URL} url */
 export function filterOf(url) {
   const state = url.searchParams.get("state") ?? "";
-  return { state: state in STATES ? state : "", label: (url.searchParams.get("label") ?? "").slice(0, 64) };
+  return { state: Object.hasOwn(STATES, state) ? state : "", label: (url.searchParams.get("label") ?? "").slice(0, 64) };
 }
 
 /** An address with a filter. @param {URL} url @param {{ state: string, label: string }} filter */

@@ -7,7 +7,7 @@ import { copy } from "../share.js";
 import { say } from "../state.js";
 import { Button, Icon } from "../ui.js";
 import { end, hasPreview, pending, prioritise, revisions, setFilter, showing, takeBack, updated } from "./jobs-list.js";
-import { isActive, nameOf, stateWords } from "./jobs-model.js";
+import { isActive, nameOf, stateWords, visible } from "./jobs-model.js";
 import { show } from "./jobs-show.js";
 import { thumbnail } from "./jobs-thumbs.js";
 
@@ -114,11 +114,11 @@ export function Row({ job }) {
     <div class="job-main">
       <p class="job-head"><strong class="job-name" title=${name}>${name}</strong><span class="job-state"><${Icon} name=${ICONS[job.state]} />${stateWords(job)}</span></p>
       ${active && html`<progress max="1" value=${job.state === "queued" && job.progress.fraction === 0 ? 0 : job.progress.fraction} aria-label=${`Progress of ${name}`}></progress>`}
-      <p class="quiet job-about"><span>${job.width} × ${job.height}</span>${active ? html`<${Left} job=${job} />` : job.stats.rays > 0 && html`<span>${duration(job.stats.render_ms)}</span><span>${count(job.stats.rays)} rays</span>`}
+      <p class="quiet job-about"><span>${job.width} × ${job.height}</span>${active ? html`<${Left} job=${job} />` : job.stats.rays > 0 && html`${job.stats.render_ms > 0 && html`<span>${duration(job.stats.render_ms)}</span>`}<span>${count(job.stats.rays)} rays</span>`}
         <time datetime=${job.created_at} title=${made.toLocaleString()}>${made.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" })}</time>
         ${job.stats.reused && html`<span>known already</span>`}${job.stats.tiles_recovered > 0 && html`<span>${job.stats.tiles_recovered} tiles from before a restart</span>`}</p>
-      ${job.labels.length > 1 && html`<p class="job-labels">${job.labels.slice(1).map((label) => html`<button type="button" class="label" key=${label} title=${`Only jobs with the label ${label}`} onClick=${() => setFilter({ label })}>${label}</button>`)}</p>`}
-      ${job.problem && html`<p class="bad job-problem">${job.problem.detail || job.problem.title}</p>`}
+      ${job.labels.length > 1 && html`<p class="job-labels">${job.labels.slice(1).map((label) => html`<button type="button" class="label" key=${label} title=${`Only jobs with the label ${visible(label)}`} onClick=${() => setFilter({ label })}>${visible(label)}</button>`)}</p>`}
+      ${job.problem && html`<p class="bad job-problem">${visible(job.problem.detail || job.problem.title)}</p>`}
     </div>
     <div class="job-actions">
       ${what ? html`<span role="status">${what === "cancel" ? "Is canceled" : "Is deleted"} in 5 s</span><${Button} icon="undo" press=${() => takeBack(job.id)}>Keep it<//>`

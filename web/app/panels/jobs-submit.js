@@ -78,7 +78,7 @@ export function Submit({ close }) {
       <p>A job goes on when this page is closed${limits.value?.jobs?.durable ? ", and when the service is restarted" : ""}.</p>
       <div class="form-row"><label>Width<input class="field" type="number" min="1" max="16384" required value=${form.width} onInput=${field("width")} /></label>
         <label>Height<input class="field" type="number" min="1" max="16384" required value=${form.height} onInput=${field("height")} /></label>
-        <label>Samples<input class="field" type="number" min="1" max="1024" placeholder="as it says" value=${form.samples} onInput=${field("samples")} /></label></div>
+        <label>Samples<input class="field" type="number" min="1" max="1024" placeholder="scene’s" value=${form.samples} onInput=${field("samples")} /></label></div>
       <p class="actions">${[1, 2, 4].map((times) => html`<${Button} key=${times} kind="quiet" press=${() => { field("width")({ target: { value: String(size.value.width * times) } }); field("height")({ target: { value: String(size.value.height * times) } }); }}>${size.value.width * times} × ${size.value.height * times}<//>`)}</p>
       <div class="form-row"><label>Format<select class="field" value=${form.format} onChange=${field("format")}>${["png", "webp", "jpg", "exr", "pfm"].map((name) => html`<option key=${name} value=${name}>${name.toUpperCase()}</option>`)}</select></label>
         ${isJson && html`<label>Priority<input class="field" type="number" min="0" max="100" required value=${form.priority} onInput=${field("priority")} /></label>`}</div>

@@ -13,8 +13,6 @@ import { Submit } from "./jobs-submit.js";
 import { Failure } from "./widgets.js";
 
 export { Overlay } from "./jobs-show.js";
-export const id = "jobs";
-export const title = "Jobs";
 
 const isSubmitting = signal(false);
 
@@ -45,7 +43,7 @@ export function start() {
 export function Panel() {
   return html`<div class="jobs">
     <div class="jobs-head"><${Button} kind="main" icon="plus" keys="N" disabled=${text.value === "" || problems.value.length > 0} press=${() => (isSubmitting.value = true)} title="Render this scene as a job">New job<//>
-      <${Updated} /><${Button} kind="quiet" keys="R" press=${load} label="Ask again">Reload<//></div>
+      <${Updated} /><${Button} kind="quiet" keys="R" press=${load} title="Ask again">Reload<//></div>
     <${Filter} />
     ${trouble.value !== "" && html`<${Failure} error=${trouble.value} retry=${load} />`}
     ${jobs.value.length > 0 ? html`<ul class=${`plain-list job-list${trouble.value !== "" || !connection.value.online ? " is-stale" : ""}`} aria-label="Jobs">${jobs.value.map((job) => html`<${Row} key=${job.id} job=${job} />`)}</ul>`

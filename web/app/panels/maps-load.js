@@ -121,7 +121,7 @@ async function discover() {
   } catch (error) {
     if (!(error instanceof Problem)) throw error;
     const list = /expected (.+?), got/.exec(error.message)?.[1];
-    if (list) kinds.value = list.split(/, | or /).filter((name) => name in KINDS);
+    if (list) kinds.value = list.split(/, | or /).filter((name) => Object.hasOwn(KINDS, name));
   }
 }
 
