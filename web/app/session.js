@@ -3,7 +3,6 @@ import { batch, effect, untracked } from "../vendor/preact.js";
 import { ask, askJson } from "./api.js";
 import { parsed, unpacked } from "./link.js";
 import { lookAt } from "./looking.js";
-import { panels } from "./panels/registry.js";
 import { open, openExample } from "./scenes.js";
 import { seen } from "./share.js";
 import { key, limits, panel, pixel, say, settings, status, text, view } from "./state.js";
@@ -30,7 +29,7 @@ async function restore(words) {
   batch(() => {
     settings.value = of.settings ?? {};
     if (of.pixel) pixel.value = of.pixel;
-    if (of.panel && panels.some(({ id }) => id === of.panel)) panel.value = of.panel;
+    if (of.panel) panel.value = of.panel;
     if (of.frame) lookAt(of.frame);
   });
 }
