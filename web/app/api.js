@@ -124,13 +124,18 @@ export async function goOffline() {
   for (let wait = 500; ; wait = Math.min(document.hidden ? 8000 : 1000, wait * 2)) {
     await pause(wait);
     try {
-      const answer = await fetch(address("studio"), { method: "HEAD", cache: "no-store" });
-      const upgraded = OWN !== "" && answer.ok && !(answer.headers.get("etag") ?? OWN).includes(OWN);
-      connection.value = { online: true, upgraded };
+      await lookForNews();
       break;
     } catch {
       // It is still away.
     }
   }
   probing = false;
+}
+
+/** Whether the service has another version of this page, which goes on working meanwhile. */
+export async function lookForNews() {
+  const answer = await fetch(address("studio"), { method: "HEAD", cache: "no-store" });
+  const upgraded = OWN !== "" && answer.ok && !(answer.headers.get("etag") ?? OWN).includes(OWN);
+  connection.value = { online: true, upgraded };
 }

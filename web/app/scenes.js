@@ -10,6 +10,9 @@ export const examples = signal(/** @type {Example[]} */ ([]));
 /** The example that the text is, as long as it is unchanged, so that links stay short. */
 export const example = signal(/** @type {{ id: string, text: string } | null} */ (null));
 
+/** How many scenes were opened. */
+export const opened = signal(0);
+
 export async function loadExamples() {
   if (examples.peek().length === 0) examples.value = (await askJson("v1/examples")).examples;
 }
@@ -20,6 +23,7 @@ export function open(next, name, type = "application/json") {
   batch(() => {
     settings.value = {};
     pixel.value = null;
+    opened.value += 1;
     setText(next, { name, type });
   });
   fit();
