@@ -7,7 +7,7 @@ import { EditPane } from "./edit-pane.js";
 import { PicturePane } from "./picture-pane.js";
 import * as picking from "./picking.js";
 import * as picture from "./picture.js";
-import { takeDrops } from "./scenes.js";
+import { isDropping, takeDrops } from "./scenes.js";
 import * as session from "./session.js";
 import { dialog, notice, openPanel, pane, panel, panels, panelsOpen, shown, title } from "./state.js";
 import { Strip } from "./strip.js";
@@ -59,6 +59,7 @@ function App() {
     <${PhoneBar} />
     <${Dialogs} />
     <${Notice} />
+    ${isDropping.value && html`<p class="drop">Drop the scene: JSON or NFF, plain or gzip</p>`}
   </div>`;
 }
 

@@ -53,10 +53,19 @@ export async function openFile(file) {
   open(body, name, name.endsWith(".nff") ? "text/x-nff" : "application/json");
 }
 
+/** Whether a file hangs over the page. */
+export const isDropping = signal(false);
+
 /** Takes files that are dropped onto the page. */
 export function takeDrops() {
-  addEventListener("dragover", (event) => event.dataTransfer?.types.includes("Files") && event.preventDefault());
+  addEventListener("dragover", (event) => {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    isDropping.value = true;
+  });
+  addEventListener("dragleave", (event) => event.relatedTarget === null && (isDropping.value = false));
   addEventListener("drop", (event) => {
+    isDropping.value = false;
     const file = event.dataTransfer?.files[0];
     if (!file) return;
     event.preventDefault();
