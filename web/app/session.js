@@ -68,7 +68,10 @@ export async function start() {
     untracked(() => {
       clearTimeout(timer);
       timer = window.setTimeout(async () => {
+        const before = location.hash;
         const next = `#${await seen(LONGEST)}`;
+        // Somebody has gone to another address meanwhile.
+        if (location.hash !== before) return;
         if (next.includes("k=1")) keepText();
         if (next === own) return;
         own = next;
