@@ -1,13 +1,12 @@
 // The middle pane: the picture, and over it the tools to look at it.
-import { html } from "../vendor/preact.js";
+import { html, useEffect, useSignal } from "../vendor/preact.js";
 import { cameraOf, written } from "./camera.js";
 import { zoomWords } from "./framing.js";
 import { isMovable } from "./gestures.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
-import { deep, draft, hover, offer, openPanel, pixel, problems, reveal, shown, status, syntax, text, tool, view } from "./state.js";
+import { deep, draft, hover, offer, openPanel, panels, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
 import { renderNow } from "./picture.js";
 import { duration } from "./report.js";
-import { panels } from "./panels/registry.js";
 import { lineOf, rangeOf } from "./problems.js";
 import { Button, Icon } from "./ui.js";
 import { Viewport } from "./viewport.js";
@@ -38,6 +37,29 @@ function Readout() {
   return at ? html`<p class="readout mono">${at.x}, ${at.y}</p>` : null;
 }
 
+/** Tells where the cursor is and what is there, after a rest. */
+function Told() {
+  const told = useSignal("");
+  const at = pixel.value;
+  useEffect(() => {
+    if (!at) return void (told.value = "");
+    const timer = setTimeout(() => (told.value = `Pixel ${at.x}, ${at.y}${colourAt(at)}`), 300);
+    return () => clearTimeout(timer);
+  }, [at?.x, at?.y]);
+  return html`<p class="hidden-visually" aria-live="polite">${told.value}</p>`;
+}
+
+/** The colour on screen, in codes. @param {import("./state.js").Pixel} at */
+function colourAt(at) {
+  const of = shown.peek();
+  const context = new OffscreenCanvas(1, 1).getContext("2d");
+  if (!of || !context) return "";
+  const { width, height } = size.peek();
+  context.drawImage(of.bitmap, -Math.floor((at.x * of.width) / width), -Math.floor((at.y * of.height) / height));
+  const [red, green, blue] = context.getImageData(0, 0, 1, 1).data;
+  return `: red ${red}, green ${green}, blue ${blue}`;
+}
+
 /** @param {string} json */
 function parsed(json) {
   try {
@@ -66,11 +88,12 @@ function Offer() {
 export function PicturePane() {
   return html`<section class="picture" aria-label="Picture" data-pane-focus>
     <${Viewport} />
-    ${panels.map(({ id, Overlay }) => html`<${Overlay} key=${id} />`)}
+    ${panels.value.map(({ id, Overlay }) => Overlay && html`<${Overlay} key=${id} />`)}
     ${!shown.value && status.value.word !== "failed" && html`<p class="first">The first picture is on its way.</p>`}
     <${Trouble} />
     <${Offer} />
     <${Readout} />
+    <${Told} />
     <${Tools} />
   </section>`;
 }

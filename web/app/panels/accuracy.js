@@ -10,6 +10,9 @@ import { STOPS, edits, settingsOf } from "./accuracy-stops.js";
 import { endComparison, metrics, state } from "./compare-pictures.js";
 import { Choice, Failure } from "./widgets.js";
 
+export const id = "accuracy";
+export const title = "Accuracy";
+
 /** @typedef {import("./accuracy-stops.js").Stop} Stop */
 
 export const start = watch;

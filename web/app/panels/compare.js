@@ -11,6 +11,9 @@ import { FlipRow } from "./compare-flip.js";
 
 export { Overlay } from "./compare-overlay.js";
 
+export const id = "compare";
+export const title = "Compare";
+
 export function start() {
   watch();
   layer.start();

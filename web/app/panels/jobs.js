@@ -14,6 +14,9 @@ import { Failure } from "./widgets.js";
 
 export { Overlay } from "./jobs-show.js";
 
+export const id = "jobs";
+export const title = "Jobs";
+
 const isSubmitting = signal(false);
 
 /** Moves the focus to the next row, or the one before. @param {1 | -1} by */

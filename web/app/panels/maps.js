@@ -7,6 +7,8 @@ import { Button, Empty } from "../ui.js";
 import { KINDS, askAgain, bins, choose, found, isClipped, isLogarithmic, isStale, kind, kinds, onlyPositive, opacity, progress, rampName, read, scale, start as watch, sums } from "./maps-load.js";
 import { Choice, Fact, Failure, Switch } from "./widgets.js";
 
+export const id = "maps";
+export const title = "Maps";
 export const start = watch;
 
 export function Panel() {

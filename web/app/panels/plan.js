@@ -4,6 +4,8 @@ import { count, duration } from "../report.js";
 import { plan, predicted } from "../state.js";
 import { Empty, Meter, Pointer } from "../ui.js";
 
+export const id = "plan";
+export const title = "Plan";
 
 export function Panel() {
   const of = plan.value;
