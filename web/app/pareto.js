@@ -20,15 +20,28 @@ export const ERRORS = {
   flip: { title: "FLIP", unit: "" },
 };
 
+/** A point while it is measured, which has fewer errors; null until it has any. @param {any} of @returns {Point | null} */
+export function earlyPoint({ settings, time_ms: ms, rays, proved_codes: proved, error }) {
+  if (!error) return null;
+  const errors = { p999: error.p999_codes, max: error.max_codes, rms: Number.NaN, flip: Number.NaN };
+  return { name: nameOf(settings), settings, ms, rays: traced(rays), errors, identical: error.identical, proved: proved ?? null };
+}
+
+/** Rays of all kinds. @param {Record<string, number> | number | undefined} rays */
+function traced(rays) {
+  if (typeof rays === "number") return rays;
+  const kinds = ["camera", "shadow", "reflected", "transmitted", "gathered"];
+  return Object.entries(rays ?? {}).reduce((sum, [kind, count]) => (kinds.includes(kind) ? sum + count : sum), 0);
+}
+
 /** A point of the service's report: of `choices.all`, or of `points`. @param {any} of @returns {Point} */
 export function pointOf(of) {
   const difference = of.difference ?? of.measured?.total;
-  const rays = Object.entries(of.rays ?? {}).filter(([kind]) => ["camera", "shadow", "reflected", "transmitted", "gathered"].includes(kind));
   return {
     name: of.name ?? nameOf(of.settings),
     settings: of.settings,
     ms: of.request_ms ?? of.time.median_ms,
-    rays: rays.reduce((sum, [, count]) => sum + Number(count), 0),
+    rays: traced(of.rays),
     errors: { p999: difference.codes.error.p999, max: difference.codes.error.max, rms: difference.rms_codes, flip: difference.flip.mean },
     identical: difference.codes.identical,
     proved: of.proved_codes ?? null,

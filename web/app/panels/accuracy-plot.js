@@ -1,7 +1,7 @@
 // The trade-off of a scene: measured by the service, drawn as error against time. Each point is a button that makes it B.
 import { html, signal, useEffect, useRef, useState } from "../../vendor/preact.js";
 import { Problem, ask, patiently } from "../api.js";
-import { ERRORS, layout, pointOf, queryOf } from "../pareto.js";
+import { ERRORS, earlyPoint, layout, pointOf, queryOf } from "../pareto.js";
 import { count, duration } from "../report.js";
 import { eventsOf } from "../sse.js";
 import { otherAsked, origin, settings, text, version } from "../state.js";
@@ -45,12 +45,16 @@ export async function measureAll() {
     const request = { body: text.peek(), type: origin.peek().type, query: { ...settings.peek(), seconds: SECONDS }, accept: "text/event-stream, application/json;q=0.5", signal: ended };
     const answer = await patiently(() => ask("v1/tradeoff", request), ended);
     if (!answer.headers.get("content-type")?.startsWith("text/event-stream")) return void finish(await answer.json());
+    /** @type {{ choices: Point[], points: Point[] }} */
+    const measured = { choices: [], points: [] };
     for await (const { event, data } of eventsOf(answer)) {
       if (event === "point") {
-        const point = pointOf(data.point ?? data);
-        put(data.choice === true || data.request_ms !== undefined ? { choices: [...now.choices, point] } : { points: [...now.points, point] });
+        // The same one comes again, measured on a larger picture.
+        const part = data.part === "choices" ? "choices" : "points";
+        const point = earlyPoint(data);
+        if (point) (measured[part][data.index] = point), put({ [part]: measured[part].filter(Boolean) });
       } else if (event === "done") return void finish(data.report ?? data);
-      else if (event === "failed") throw new Problem(data.status ?? 500, data.problem ?? data, 0);
+      else if (event === "failed") throw new Problem(data.problem?.status ?? 500, data.problem ?? {}, 0);
     }
     throw new Error("the service broke off before it had measured all");
   } catch (error) {
@@ -94,9 +98,9 @@ function Plot({ points, error, knee }) {
     ${place.times.map(({ tick, x }) => html`<g key=${tick}><line class="grid" x1=${x} x2=${x} y1=${FRAME.top} y2=${bottom} /><text class="tick" x=${x} y=${bottom + 14} text-anchor="middle">${tick >= 1000 ? `${tick / 1000} s` : `${tick} ms`}</text></g>`)}
     <text class="axis" x=${FRAME.width - FRAME.right} y=${FRAME.height - 3} text-anchor="end">time →</text>
     <text class="axis" x=${FRAME.left - 28} y=${FRAME.top - 4}>${ERRORS[error].unit || "FLIP"} off</text>
-    ${points.map(({ name }, i) => { const { x, y, proved } = place.points[i]; return proved !== null && html`<path key=${name} class="proved-bar" d=${`M${x} ${y}V${proved}M${x - 3} ${proved}h6`} />`; })}
+    ${points.map(({ name }, i) => { const { x, y, proved } = place.points[i]; return proved !== null && html`<path key=${`${i} ${name}`} class="proved-bar" d=${`M${x} ${y}V${proved}M${x - 3} ${proved}h6`} />`; })}
     <path class="front" d=${path} />
-    <g ref=${list} onKeyDown=${move}>${points.map((point, i) => html`<g key=${point.name} class=${`point${isB(point) ? " is-b" : ""}${place.front.includes(i) ? " on-front" : ""}`} role="button" tabindex=${i === active ? 0 : -1}
+    <g ref=${list} onKeyDown=${move}>${points.map((point, i) => html`<g key=${`${i} ${point.name}`} class=${`point${isB(point) ? " is-b" : ""}${place.front.includes(i) ? " on-front" : ""}`} role="button" tabindex=${i === active ? 0 : -1}
       data-point=${i} aria-label=${sentence(point, error)} aria-pressed=${String(isB(point))} transform=${`translate(${place.points[i].x} ${place.points[i].y})`} onClick=${() => (setAt(i), asB(point))} onFocus=${() => setAt(i)}>
       <title>${sentence(point, error)}</title><circle class="target" r="12" />${i === knee && html`<circle class="knee" r="8.5" />`}<circle class="dot" r="4.5" />${isB(point) && html`<text class="b-mark" x="0" y="-11" text-anchor="middle">B</text>`}</g>`)}</g>
   </svg>`;
@@ -119,7 +123,7 @@ export function Tradeoff() {
   const [which, setWhich] = useState("choices");
   if (!of) return html`<p class="quiet">Renders the scene with about forty settings on a smaller picture, and shows which of them no other beats.</p>
     <p class="actions"><${Button} kind="main" press=${measureAll}>Measure all (${SECONDS} s)<//></p>`;
-  const points = which === "choices" ? of.choices : of.points;
+  const points = (which === "choices" ? of.choices : of.points).filter(({ errors }) => Number.isFinite(errors[error]));
   const choices = of.report?.choices;
   const fronts = of.report?.fronts ?? [];
   const knee = which === "choices" ? (choices?.recommended ?? null) : (fronts.find((/** @type {any} */ front) => front.error === "total" && front.cost === "time")?.knee ?? null);
@@ -131,7 +135,7 @@ export function Tradeoff() {
     ${points.length > 1 && html`
       ${of.points.length > 1 && html`<${Choice} label="Which settings" name="tradeoff-which" chosen=${which} choose=${setWhich} options=${[["choices", "Whole requests"], ["points", "Tracing alone"]]} />`}
       <div class="plot-head"><label>Error <select value=${error} onChange=${(/** @type {any} */ event) => setError(event.target.value)}>
-        ${Object.entries(ERRORS).map(([id, { title }]) => html`<option key=${id} value=${id}>${title}</option>`)}</select></label></div>
+        ${Object.entries(ERRORS).filter(([id]) => of.report || id === "p999" || id === "max").map(([id, { title }]) => html`<option key=${id} value=${id}>${title}</option>`)}</select></label></div>
       <figure class=${isStale ? "is-stale" : ""}><${Plot} points=${points} error=${error} knee=${knee} />
         <figcaption class="quiet legend-line"><span><i class="key front-key"></i>not beaten</span><span><i class="key knee-key"></i>${which === "choices" ? "recommended" : "knee"}</span>
           <span><i class="key proved-key"></i>proved bound</span></figcaption></figure>

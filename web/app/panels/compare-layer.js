@@ -53,7 +53,7 @@ function draw(context, at) {
     within(context, [width / 2, 0, width / 2, height], () => image(context, two, half(at, 1)));
     return mark(context, at);
   }
-  if (mode.peek() === "difference" && !flipped.peek()) image(context, drawn.peek().difference, at);
+  if ((mode.peek() === "difference" || mode.peek() === "flip map") && !flipped.peek()) image(context, drawn.peek().difference, at);
   else if (flipped.peek()) image(context, two, at);
   else {
     image(context, one, at);

@@ -6,7 +6,7 @@ import { bitmaps, connection, origin, other, otherAsked, panel, reference, setti
 import { difference, exposed, measure } from "./compare-metrics.js";
 
 /** @typedef {import("../state.js").Shown} Shown */
-/** @typedef {"wipe" | "side" | "flip" | "difference"} Mode */
+/** @typedef {"wipe" | "side" | "flip" | "difference" | "flip map"} Mode */
 
 /** Milliseconds without an edit before B is asked for again. */
 const QUIET = 500;
@@ -126,6 +126,9 @@ function draw(next) {
   }
 }
 
+/** Takes a map that is shown as the difference is. @param {ImageBitmap} map */
+export const putMap = (map) => draw({ difference: map });
+
 /** @param {Uint8ClampedArray<ArrayBuffer>} pixels @param {number} width @param {number} height */
 export const bitmapOf = (pixels, width, height) => createImageBitmap(new ImageData(pixels, width, height));
 
@@ -178,8 +181,14 @@ export function start() {
       }
     };
   });
+  effect(() => {
+    void [a.value, other.value];
+    // The map of FLIP is of two pictures: others end it.
+    untracked(() => mode.peek() === "flip map" && (mode.value = "wipe"));
+  });
   task((signal) => {
     const [one, two, times] = [a.value, other.value, gain.value];
+    if (mode.value === "flip map") return null;
     if (mode.value !== "difference" || !one || !two || !alike.value) return () => (draw({ difference: null }), Promise.resolve());
     return async () => {
       const [left, right] = [codesOf(one), codesOf(two)];

@@ -65,8 +65,8 @@ export async function load() {
 }
 
 let soon = 0;
-/** Asks once for however many events. */
-const loadSoon = () => (soon ||= window.setTimeout(() => ((soon = 0), load()), 400));
+/** Asks once for however many events; also when the stream of all jobs, which cannot be continued, opens again. */
+const loadSoon = () => (soon ||= window.setTimeout(() => ((soon = 0), load()), 700));
 
 /** @param {Partial<{ state: string, label: string }>} change */
 export function setFilter(change) {
@@ -109,7 +109,7 @@ const isKnown = computed(() => updated.value > 0);
 async function watch(signal) {
   if (tellsAll !== false) {
     try {
-      return await follow("v1/events", { signal, take, opened: () => void (tellsAll = true) });
+      return await follow("v1/events", { signal, take, opened: () => void ((tellsAll = true), loadSoon()) });
     } catch (error) {
       if (signal.aborted || !(error instanceof Problem) || ![400, 404].includes(error.status)) throw error;
       tellsAll = false;

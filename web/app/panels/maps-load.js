@@ -1,6 +1,7 @@
 // The map over the picture: asks for it, coarse first, and draws it. What it shows stays on while other panels are open.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { Problem, ask, patiently, pause } from "../api.js";
+import { loadObjects, painted } from "./maps-objects.js";
 import { oneChannel, readPfm } from "../pfm.js";
 import { coloured, histogram, scaleOf } from "../ramps.js";
 import { bitmaps, connection, hover, origin, panel, pixel, predicted, problems, putLayer, removeLayer, settings, size, text, version } from "../state.js";
@@ -16,11 +17,12 @@ const plainly = (/** @type {string} */ unit) => (/** @type {number} */ value) =>
 const time = (/** @type {number} */ ns) => (ns < 999.5 ? `${Math.round(ns)} ns` : ns < 999_500 ? `${(ns / 1e3).toPrecision(3)} µs` : `${(ns / 1e6).toPrecision(3)} ms`);
 /** @type {Record<string, Kind>} */
 export const KINDS = {
-  proved: { title: "Proved error", words: "Most codes of 255 that each pixel is proved to be off; 255 where nothing bounds it.", isLogarithmic: false, shown: plainly("code") },
+  proved: { title: "Proved", words: "Most codes of 255 that each pixel is proved to be off; 255 where nothing bounds it.", isLogarithmic: false, shown: plainly("code") },
   rays: { title: "Rays", words: "Rays of all kinds that each pixel took.", isLogarithmic: true, shown: plainly("ray") },
   time: { title: "Time", words: "Processor time of each pixel; up to 16 that are traced together share it by their rays.", isLogarithmic: true, shown: time },
   depth: { title: "Depth", words: "Rays in the longest chain of each pixel; the camera ray counts 1.", isLogarithmic: false, shown: plainly("ray") },
   samples: { title: "Samples", words: "Samples that each pixel got.", isLogarithmic: true, shown: plainly("sample") },
+  object: { title: "Objects", words: "What each pixel shows, straight ahead: each object has a colour.", isLogarithmic: false, shown: (value) => (value === 0 ? "nothing" : (found.peek()?.objects?.[value - 1]?.name ?? `object ${value}`)) },
   distance: { title: "Distance", words: "How far away what each pixel shows is.", isLogarithmic: true, shown: (value) => value.toPrecision(4) },
 };
 
@@ -40,7 +42,7 @@ export const isLogarithmic = signal(false);
 export const isClipped = signal(false);
 export const onlyPositive = signal(false);
 export const rampName = signal(/** @type {import("../ramps.js").RampName} */ ("cividis"));
-/** @typedef {{ kind: string, version: number, step: number, floats: import("../pfm.js").Floats, key: string }} Found */
+/** @typedef {{ kind: string, version: number, step: number, floats: import("../pfm.js").Floats, key: string, objects?: import("./maps-objects.js").Named[] }} Found */
 export const found = signal(/** @type {Found | null} */ (null));
 export const progress = signal(/** @type {{ word: "" | "coarse" | "whole" | "waiting" | "held" | "failed", detail: string }} */ ({ word: "", detail: "" }));
 /** Raised to ask for the whole map although it takes long, or again. */
@@ -88,7 +90,12 @@ async function load(of, step, signal) {
   const about = { kind: of, version: version.peek(), step, key: keyOf(of) };
   const query = { ...settings.peek(), of, format: "pfm", step };
   const waiting = (/** @type {number} */ seconds) => (progress.value = { word: "waiting", detail: `The service is busy and takes it in ${seconds} s.` });
-  const answer = await patiently(() => ask("v1/map", { body: text.peek(), type: origin.peek().type, query, signal, priority: "low" }), signal, waiting);
+  const request = { body: text.peek(), type: origin.peek().type, query, signal, priority: /** @type {const} */ ("low") };
+  if (of === "object") {
+    const { objects, ...map } = await patiently(() => loadObjects(request), signal, waiting);
+    return { ...about, floats: { ...map, channels: 1 }, objects };
+  }
+  const answer = await patiently(() => ask("v1/map", request), signal, waiting);
   return { ...about, floats: oneChannel(readPfm(await answer.arrayBuffer())) };
 }
 
@@ -169,7 +176,7 @@ export function start() {
     if (!of || !along) return untracked(() => put(null));
     let isOver = false;
     const { width, height, values } = of.floats;
-    const pixels = coloured(values, along, name, positive);
+    const pixels = of.objects ? painted(values) : coloured(values, along, name, positive);
     createImageBitmap(new ImageData(pixels, width, height)).then((next) => (isOver ? next.close() : put(next)));
     return () => void (isOver = true);
   });

@@ -5,6 +5,7 @@ import { duration } from "../report.js";
 import { pixel, predicted, problems } from "../state.js";
 import { Button, Empty } from "../ui.js";
 import { KINDS, askAgain, bins, choose, found, isClipped, isLogarithmic, isStale, kind, kinds, onlyPositive, opacity, progress, rampName, read, scale, start as watch, sums } from "./maps-load.js";
+import { ObjectLegend } from "./maps-objects.js";
 import { Choice, Fact, Failure, Switch } from "./widgets.js";
 
 export const id = "maps";
@@ -15,7 +16,8 @@ export function Panel() {
   const of = KINDS[kind.value];
   return html`<div class="maps">
     <${Choice} label="Map" name="map" chosen=${kind.value} choose=${choose} options=${[["", "None"], ...kinds.value.map((name) => [name, KINDS[name].title])]} />
-    ${of ? html`<p class="lead">${of.words}</p><${Progress} />${found.value && html`<${Legend} kind=${of} /><${Figures} kind=${of} />`}<${Looks} />` : html`<${Begin} />`}
+    ${of ? html`<p class="lead">${of.words}</p><${Progress} />${found.value?.objects ? html`<dl class="facts"><${UnderPointer} kind=${of} /></dl><${ObjectLegend} of=${{ ...found.value.floats, objects: found.value.objects }} />`
+      : found.value && html`<${Legend} kind=${of} /><${Figures} kind=${of} />`}<${Looks} />` : html`<${Begin} />`}
   </div>`;
 }
 
@@ -49,20 +51,27 @@ function Legend({ kind: of }) {
 const rounded = (/** @type {number} */ value) => (value >= 100 ? Math.round(value) : Number(value.toPrecision(3)));
 
 /** @param {{ kind: import("./maps-load.js").Kind }} props */
-function Figures({ kind: of }) {
+function UnderPointer({ kind: of }) {
   const { at: place, value } = read.value ?? { at: null, value: 0 };
+  return html`<${Fact} name=${place ? `Pixel ${place.x}, ${place.y}` : "Under the pointer"} value=${place ? html`<strong>${Number.isFinite(value) ? of.shown(value) : kind.value === "distance" ? "nothing there" : "nothing bounds it"}</strong>` : "–"} />`;
+}
+
+/** @param {{ kind: import("./maps-load.js").Kind }} props */
+function Figures({ kind: of }) {
   const all = sums.value;
   return html`<dl class="facts">
-    <${Fact} name=${place ? `Pixel ${place.x}, ${place.y}` : "Under the pointer"} value=${place ? html`<strong>${Number.isFinite(value) ? of.shown(value) : "nothing bounds it"}</strong>` : "–"} />
+    <${UnderPointer} kind=${of} />
     ${all && html`<${Fact} name="Mean" value=${of.shown(all.mean)} />
       <${Fact} name="Most" value=${of.shown(all.most)} note=${html`<button type="button" class="row-button" onClick=${() => (pixel.value = all.place)}>at ${all.place.x}, ${all.place.y}</button>`} />
       ${["rays", "time", "samples"].includes(kind.value) && found.value?.step === 1 && html`<${Fact} name="Together" value=${of.shown(all.sum)} />`}`}
   </dl>`;
 }
 
-const Looks = () => html`<h3 class="section">Looks</h3>
-  <label class="slider"><span>Opacity</span><input type="range" min="0" max="100" value=${Math.round(100 * opacity.value)} onInput=${(/** @type {any} */ event) => (opacity.value = event.target.value / 100)} /><output>${Math.round(100 * opacity.value)} %</output></label>
-  <div class="slider two"><span>Scale</span><${Choice} label="Scale" name="map-scale" chosen=${isLogarithmic.value ? "log" : "linear"} choose=${(/** @type {string} */ next) => (isLogarithmic.value = next === "log")} options=${[["linear", "Linear"], ["log", "Logarithmic"]]} /></div>
+const Looks = () => html`<h3 class="section">Looks</h3><${Opacity} />${kind.value !== "object" && html`<${Colours} />`}`;
+
+const Opacity = () => html`<label class="slider"><span>Opacity</span><input type="range" min="0" max="100" value=${Math.round(100 * opacity.value)} onInput=${(/** @type {any} */ event) => (opacity.value = event.target.value / 100)} /><output>${Math.round(100 * opacity.value)} %</output></label>`;
+
+const Colours = () => html`<div class="slider two"><span>Scale</span><${Choice} label="Scale" name="map-scale" chosen=${isLogarithmic.value ? "log" : "linear"} choose=${(/** @type {string} */ next) => (isLogarithmic.value = next === "log")} options=${[["linear", "Linear"], ["log", "Logarithmic"]]} /></div>
   <div class="slider two"><span>Colours</span><${Choice} label="Colours" name="map-ramp" chosen=${rampName.value} choose=${(/** @type {any} */ next) => (rampName.value = next)} options=${[["cividis", "Cividis"], ["viridis", "Viridis"]]} /></div>
   <${Switch} label="Clip to the middle 96 % of the pixels" on=${isClipped.value} set=${(/** @type {boolean} */ on) => (isClipped.value = on)} />
   <${Switch} label="Only where it is above 0" on=${onlyPositive.value} set=${(/** @type {boolean} */ on) => (onlyPositive.value = on)} />`;

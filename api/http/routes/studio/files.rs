@@ -56,6 +56,7 @@ const FILES: &[Part] = web![
     "app/panels/jobs-thumbs.js",
     "app/panels/jobs.js",
     "app/panels/maps-load.js",
+    "app/panels/maps-objects.js",
     "app/panels/maps.js",
     "app/panels/plan.js",
     "app/panels/registry.js",
