@@ -102,5 +102,27 @@ const count = () => page.evaluate(async () => {
 await count();
 const [first, second] = [await count(), await count()];
 figure("bitmaps that stay after ten more comparisons", second - first, second === first, "0");
+
+// A busy service: B waits as long as it says, and says so; a refusal has its words and a way on.
+await page.setRequestInterception(true);
+let refusals = [503, 429];
+page.on("request", (request) => {
+  const status = request.url().includes("max_depth=4&") || request.url().endsWith("max_depth=4") ? refusals.shift() : undefined;
+  if (!status) return request.continue();
+  const document = { type: "/problems/overloaded", title: "busy", status, detail: status === 400 ? "this is refused" : "busy" };
+  request.respond({ status, contentType: "application/problem+json", headers: status === 400 ? {} : { "retry-after": "1" }, body: JSON.stringify(document) });
+});
+const ask = () => page.evaluate(() => (studio.otherAsked.value = { label: "depth 4", settings: { accuracy: "fixed", max_depth: "4" }, text: null }));
+await ask();
+await page.waitForFunction(() => /busy and takes it in 1 s/.test(document.querySelector(".compare-state")?.textContent ?? ""), { timeout: 10_000 });
+await page.waitForFunction(() => studio.other.value?.label === "depth 4", { timeout: 30_000 });
+figure("a busy service", `B came after ${2 - refusals.length} refusals`, refusals.length === 0);
+await page.evaluate(() => (studio.otherAsked.value = null));
+refusals = [400];
+await ask();
+await page.waitForFunction(() => /this is refused/.test(document.querySelector(".compare-state")?.textContent ?? ""), { timeout: 10_000 });
+await button("Try again");
+await page.waitForFunction(() => studio.other.value?.label === "depth 4", { timeout: 30_000 });
+figure("a refusal", "its words, and a second try", true);
 await clean(page, "compare");
 await end(browser);
