@@ -220,7 +220,8 @@ fn what_is_loaded_stays_small() {
     let hash = hash(&page);
     let size = |name: &str| get_packed(&service, &format!("/studio/{hash}/{name}")).body.len();
     let names = files();
-    let sum = |of: &dyn Fn(&str) -> bool| -> usize { names.iter().filter(|name| of(name)).map(|name| size(name)).sum() };
+    let sum =
+        |of: &dyn Fn(&str) -> bool| -> usize { names.iter().filter(|name| of(name)).map(|name| size(name)).sum() };
     // Panels come after the first picture.
     let panels = sum(&|name| name.starts_with("app/panels/"));
     let modules = sum(&|name| name.starts_with("app/")) - panels;

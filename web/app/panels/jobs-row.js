@@ -32,6 +32,9 @@ function Thumb({ job }) {
   return html`<canvas ref=${canvas} class="job-thumb" width="176" height=${Math.max(40, Math.min(176, Math.round((176 * job.height) / job.width)))} aria-hidden="true"></canvas>`;
 }
 
+/** The time of today, else the day. @param {Date} at */
+const moment = (at) => (at.toDateString() === new Date().toDateString() ? at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" }) : at.toLocaleDateString([], { month: "short", day: "numeric" }));
+
 /** Time that is left, counted down between two answers. @param {{ job: Job }} props */
 function Left({ job }) {
   const [now, setNow] = useState(performance.now());
@@ -115,7 +118,7 @@ export function Row({ job }) {
       <p class="job-head"><strong class="job-name" title=${name}>${name}</strong><span class="job-state"><${Icon} name=${ICONS[job.state]} />${stateWords(job)}</span></p>
       ${active && html`<progress max="1" value=${job.state === "queued" && job.progress.fraction === 0 ? 0 : job.progress.fraction} aria-label=${`Progress of ${name}`}></progress>`}
       <p class="quiet job-about"><span>${job.width} × ${job.height}</span>${active ? html`<${Left} job=${job} />` : job.stats.rays > 0 && html`${job.stats.render_ms > 0 && html`<span>${duration(job.stats.render_ms)}</span>`}<span>${count(job.stats.rays)} rays</span>`}
-        <time datetime=${job.created_at} title=${made.toLocaleString()}>${made.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" })}</time>
+        <time datetime=${job.created_at} title=${made.toLocaleString()}>${moment(made)}</time>
         ${job.stats.reused && html`<span>known already</span>`}${job.stats.tiles_recovered > 0 && html`<span>${job.stats.tiles_recovered} tiles from before a restart</span>`}</p>
       ${job.labels.length > 1 && html`<p class="job-labels">${job.labels.slice(1).map((label) => html`<button type="button" class="label" key=${label} title=${`Only jobs with the label ${visible(label)}`} onClick=${() => setFilter({ label })}>${visible(label)}</button>`)}</p>`}
       ${job.problem && html`<p class="bad job-problem">${visible(job.problem.detail || job.problem.title)}</p>`}
