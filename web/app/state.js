@@ -139,8 +139,8 @@ export const limits = signal(/** @type {any} */ (null));
 export const steps = signal(/** @type {{ undo: (() => void) | null, redo: (() => void) | null }} */ ({ undo: null, redo: null }));
 /** The open dialog: "examples", "share", "help", "commands", "key", or "". */
 export const dialog = signal("");
-/** A sentence for the live region, and at the foot for a while. `undo` is offered beside it. */
-export const notice = signal(/** @type {{ text: string, action?: { label: string, run: () => void } } | null} */ (null));
+/** A sentence for the live region, and at the foot for a while: until the next edit if it offers nothing. */
+export const notice = signal(/** @type {{ text: string, version: number, action?: { label: string, run: () => void } } | null} */ (null));
 
 /** Values of the first keys of a long text. @param {string} long @param {Syntax} places */
 function headOf(long, places) {
@@ -194,5 +194,5 @@ export function removeLayer(id) {
 
 /** Says something to everybody, also to screen readers. @param {string} words @param {{ label: string, run: () => void }} [action] */
 export function say(words, action) {
-  notice.value = { text: words, action };
+  notice.value = { text: words, version: version.peek(), action };
 }
