@@ -46,8 +46,8 @@ figure("put into the scene", JSON.stringify(written), written?.proved?.max_codes
 await settled(page);
 
 // All measured: points are buttons, the arrows go along them.
-await page.waitForSelector("aria/Measure all (10 s)[role=\"button\"]");
-await page.click("aria/Measure all (10 s)[role=\"button\"]");
+// By its element: the panel may still move while predictions come.
+await page.waitForSelector("aria/Measure all (10 s)[role=\"button\"]").then((button) => button.evaluate((of) => of.click()));
 await page.waitForSelector(".plot .point", { timeout: 60_000 });
 await page.waitForSelector(".advice", { timeout: 60_000 });
 const points = await page.$$eval(".plot .point", (all) => all.length);
