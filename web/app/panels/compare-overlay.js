@@ -33,7 +33,7 @@ export function Overlay() {
   const { left, top, scale, width } = view.value;
   const edge = Math.min(width, Math.max(0, left + wipe.value * size.value.width * scale));
   const isWipe = mode.value === "wipe" && !flipped.value;
-  const names = { wipe: "", side: "", flip: "", difference: `difference × ${gain.value}`, "flip map": "FLIP: what the eye sees when they take turns, 0 to 1" }[mode.value];
+  const names = { wipe: "", side: "", flip: "", difference: `difference × ${gain.value}`, "flip map": "FLIP, 0 dark to 1 bright" }[mode.value];
   const stops = exposure.value === 0 ? "" : `, ${exposure.value > 0 ? "+" : ""}${exposure.value} EV, without tone curve`;
   const name = flipped.value ? `B · ${other.value?.label}` : names || `A · ${a.value?.label}`;
   return html`<div class="compare-over">
