@@ -52,7 +52,7 @@ await page.mouse.move(canvas.x + canvas.width * 0.3, canvas.y + canvas.height * 
 await pause(700);
 await page.mouse.move(canvas.x + canvas.width * 0.7, canvas.y + canvas.height * 0.5, { steps: 20 });
 await pause(700);
-figure("wishes for tiles", looked.join("; "), looked.length >= 1 && looked.length <= 4, "1 to 4 for a sweep");
+figure("wishes for tiles", looked.join("; "), looked.length >= 2 && looked.length <= 5 && new Set(looked).size > 1, "2 to 5 for a sweep, the last one too");
 
 // Priority: somebody else was first.
 const id = await page.evaluate(() => document.querySelector(".job.is-running, .job.is-queued").dataset.job);

@@ -117,18 +117,20 @@ export function start() {
     });
     return () => control.abort();
   });
+  // As a word, so that a pointer that moves within a tile changes nothing.
+  const wish = computed(() => {
+    const [at, job] = [hover.value, shown.value];
+    return at && job && isActive(job) ? JSON.stringify(tileAt(job, at)) : "null";
+  });
   effect(() => {
-    const at = hover.value;
-    const job = shown.value;
+    const part = JSON.parse(wish.value);
     const control = new AbortController();
-    const part = at && job && isActive(job) ? tileAt(job, at) : null;
-    const before = wished.peek();
-    if (part?.x === before?.x && part?.y === before?.y) return;
     untracked(async () => {
+      const isFirst = wished.peek() === null;
       wished.value = part;
-      if (!part || !job) return;
-      await pause(before ? WISHES : 0, control.signal).catch(() => {});
-      if (!control.signal.aborted) await ask(`v1/jobs/${job.id}/look`, { method: "POST", query: part, signal: control.signal }).catch(() => {});
+      if (!part) return;
+      await pause(isFirst ? 0 : WISHES, control.signal).catch(() => {});
+      if (!control.signal.aborted) await ask(`v1/jobs/${showing.peek()}/look`, { method: "POST", query: part, signal: control.signal }).catch(() => {});
     });
     return () => control.abort();
   });
