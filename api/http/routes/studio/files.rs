@@ -25,6 +25,7 @@ const FILES: &[Part] = web![
     "app/api.js",
     "app/assist.js",
     "app/bar.js",
+    "app/base.js",
     "app/camera.js",
     "app/commands.js",
     "app/dialogs.js",
