@@ -50,6 +50,12 @@ pub(crate) struct HttpSettings {
     /// Seconds that running requests have to finish after SIGTERM or Ctrl-C.
     #[arg(long, env = "STRAHL_DRAIN_TIMEOUT", value_name = "SECONDS", default_value = "20", value_parser = seconds)]
     pub(crate) drain_timeout: Duration,
+    /// Do not serve the studio, the page at /studio.
+    #[arg(long, env = "STRAHL_NO_STUDIO", conflicts_with = "studio_files")]
+    pub(crate) no_studio: bool,
+    /// Folder to read the studio's files from at each request, for people who change it [default: those in the program].
+    #[arg(long, env = "STRAHL_STUDIO_FILES", value_name = "DIR")]
+    pub(crate) studio_files: Option<PathBuf>,
     /// What one connection may take.
     #[command(flatten)]
     pub(crate) limits: ConnectionLimits,
@@ -61,6 +67,26 @@ impl HttpSettings {
         let default = if self.keys.is_some() { Origins::Any } else { Origins::Loopback };
         self.cors_origin.clone().unwrap_or(default)
     }
+
+    /// Where the files of the studio are.
+    pub(crate) fn studio(&self) -> Studio {
+        match &self.studio_files {
+            _ if self.no_studio => Studio::Off,
+            Some(folder) => Studio::Folder(folder.clone()),
+            None => Studio::Embedded,
+        }
+    }
+}
+
+/// Where the files of the studio are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Studio {
+    /// In the program.
+    Embedded,
+    /// In a folder.
+    Folder(PathBuf),
+    /// The service has no studio.
+    Off,
 }
 
 /// What one connection may take.

@@ -80,6 +80,7 @@ pub(super) fn open(
         public_url: http.public_url.clone(),
         streams: ConcurrencyLimit::default(),
         tile_clients: ConcurrencyLimit::default(),
+        studio: http.studio(),
         limits: http.limits.clone(),
         metrics,
         drain: Drain::default(),

@@ -5,7 +5,7 @@ use super::auth::client::Client;
 use super::drain::Drain;
 use super::host::Host;
 use super::metrics::Metrics;
-use super::settings::{ConnectionLimits, Origins};
+use super::settings::{ConnectionLimits, Origins, Studio};
 use crate::service::concurrency_limit::ConcurrencyLimit;
 use crate::service::requests::Service;
 use axum::http::Extensions;
@@ -26,6 +26,8 @@ pub(crate) struct AppState {
     pub(crate) streams: ConcurrencyLimit<String>,
     /// Tiles that are being answered.
     pub(crate) tile_clients: ConcurrencyLimit<Client>,
+    /// Where the files of the studio are.
+    pub(crate) studio: Studio,
     /// What one connection may take.
     pub(crate) limits: ConnectionLimits,
     /// Figures for Prometheus.

@@ -18,6 +18,7 @@ mod problems;
 mod rays;
 mod render;
 mod scenes;
+mod studio;
 mod tiles;
 mod tradeoff;
 mod tree;
@@ -67,6 +68,7 @@ pub(crate) fn all() -> Vec<Route> {
         about::routes,
         docs::routes,
         embed::routes,
+        studio::routes,
         problems::routes,
     ];
     rooms.into_iter().flat_map(|routes| routes()).collect()

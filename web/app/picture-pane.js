@@ -1,0 +1,99 @@
+// The middle pane: the picture, and over it the tools to look at it.
+import { html, useEffect, useSignal } from "../vendor/preact.js";
+import { cameraOf, written } from "./camera.js";
+import { zoomWords } from "./framing.js";
+import { isMovable } from "./gestures.js";
+import { actualSize, fit, zoomBy } from "./looking.js";
+import { deep, draft, hover, moved, offer, openPanel, panels, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
+import { renderNow } from "./picture.js";
+import { duration } from "./report.js";
+import { lineOf, rangeOf } from "./problems.js";
+import { Button, Icon } from "./ui.js";
+import { Viewport } from "./viewport.js";
+
+function Tools() {
+  const isOrbit = tool.value === "orbit";
+  const zoom = zoomWords(view.value.scale * devicePixelRatio);
+  return html`<div class="tools" role="toolbar" aria-label="Look at the picture">
+    <${Button} label="Move the camera" icon="orbit" kind="quiet" keys="C" pressed=${isOrbit} disabled=${!isMovable()} press=${() => (tool.value = isOrbit ? "look" : "orbit")}><span class="tool-word">Camera</span><//>
+    <span class="tools-gap"></span>
+    <${Button} label="Zoom out" icon="minus" kind="quiet" keys="-" press=${() => zoomBy(1 / 1.5)} />
+    <${Button} label=${`Zoom is ${zoom}; press for 100 %`} kind="quiet" press=${actualSize}><span class="zoom">${zoom}</span><//>
+    <${Button} label="Zoom in" icon="plus" kind="quiet" keys="+" press=${() => zoomBy(1.5)} />
+    <${Button} label="Fit" icon="fit" kind="quiet" keys="0" press=${fit} />
+    <span class="tools-gap"></span>
+    <${Button} kind="quiet" keys="D" pressed=${deep.value} press=${() => (deep.value = !deep.value)} title="Closer than its own size the service traces more detail; else pixels become squares">Detail<//>
+  </div>`;
+}
+
+/** Where the pointer or the cursor is; numbers of the camera while it moves. */
+function Readout() {
+  const camera = moved.value ? cameraOf(moved.value) : draft.value === null ? null : cameraOf(parsed(draft.value));
+  if (camera) {
+    const { eye, look_at } = written(camera);
+    return html`<p class="readout moving mono">eye ${eye.join(", ")} · look_at ${look_at.join(", ")}</p>`;
+  }
+  const at = hover.value ?? pixel.value;
+  return at ? html`<p class="readout mono">${at.x}, ${at.y}</p>` : null;
+}
+
+/** Tells where the cursor is and what is there, after a rest. */
+function Told() {
+  const told = useSignal("");
+  const at = pixel.value;
+  useEffect(() => {
+    if (!at) return void (told.value = "");
+    const timer = setTimeout(() => (told.value = `Pixel ${at.x}, ${at.y}${colourAt(at)}`), 300);
+    return () => clearTimeout(timer);
+  }, [at?.x, at?.y]);
+  return html`<p class="hidden-visually" aria-live="polite">${told.value}</p>`;
+}
+
+/** The colour on screen, in codes. @param {import("./state.js").Pixel} at */
+function colourAt(at) {
+  const of = shown.peek();
+  const context = new OffscreenCanvas(1, 1).getContext("2d");
+  if (!of || !context) return "";
+  const { width, height } = size.peek();
+  context.drawImage(of.bitmap, -Math.floor((at.x * of.width) / width), -Math.floor((at.y * of.height) / height));
+  const [red, green, blue] = context.getImageData(0, 0, 1, 1).data;
+  return `: red ${red}, green ${green}, blue ${blue}`;
+}
+
+/** @param {string} json */
+function parsed(json) {
+  try {
+    return JSON.parse(json);
+  } catch {
+    return null;
+  }
+}
+
+/** What is wrong, over the last good picture. */
+function Trouble() {
+  const [first] = problems.value;
+  if (status.value.word === "failed") return html`<p class="trouble" role="alert"><${Icon} name="warning" />${status.value.detail}</p>`;
+  if (!first || status.value.word !== "invalid") return null;
+  const line = lineOf(text.value, rangeOf(text.value, syntax.value, first).from);
+  return html`<p class="trouble"><${Icon} name="warning" /><button type="button" class="trouble-link" onClick=${() => reveal(first.pointer)}>Line ${line}</button> ${first.detail}</p>`;
+}
+
+/** A picture that takes long is offered, not started. */
+function Offer() {
+  if (offer.value === null) return null;
+  return html`<div class="offer" role="region" aria-label="A longer render">The whole picture should take ${duration(offer.value)}.
+    <${Button} kind="main" keys="Control+Enter" press=${renderNow}>Render it<//><${Button} press=${() => openPanel("jobs")}>As a job<//></div>`;
+}
+
+export function PicturePane() {
+  return html`<section class="picture" aria-label="Picture" data-pane-focus>
+    <${Viewport} />
+    ${panels.value.map(({ id, Overlay }) => Overlay && html`<${Overlay} key=${id} />`)}
+    ${!shown.value && status.value.word !== "failed" && html`<p class="first">The first picture is on its way.</p>`}
+    <${Trouble} />
+    <${Offer} />
+    <${Readout} />
+    <${Told} />
+    <${Tools} />
+  </section>`;
+}
