@@ -1,4 +1,5 @@
 // The panels in the order of their tabs.
+import * as pixel from "./pixel.js";
 import * as plan from "./plan.js";
 
 /**
@@ -9,4 +10,4 @@ import * as plan from "./plan.js";
  * @property {() => void} [start] called once at the start, for effects that go on while the panel is closed
  */
 /** @type {Panel[]} */
-export const panels = [plan];
+export const panels = [plan, pixel];

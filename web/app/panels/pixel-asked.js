@@ -1,0 +1,161 @@
+// Asks for the tree of the pixel that is chosen, one answer for each text, settings and pixel; and what of it is looked at.
+import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
+import { Problem, Unreachable, ask, patiently, pause } from "../api.js";
+import { openPanel, origin, panel, panelsOpen, pixel, settings, text, version } from "../state.js";
+import { addUp, grow, rowsOf } from "./pixel-rays.js";
+
+/** @typedef {import("./pixel-rays.js").Grown} Grown */
+/** @typedef {ReturnType<typeof addUp>} Sum */
+/** @typedef {{ grown: Grown, sum: Sum, version: number, text: string, settings: string, ms: number }} Answer */
+
+/** The last tree. It stays while another one is on its way, or none comes. */
+export const answer = signal(/** @type {Answer | null} */ (null));
+/** What goes on: nothing, a request, or why there is no new answer. */
+export const asking = signal(/** @type {{ state: "idle" | "loading" | "failed" | "invalid" | "offline" | "large", detail: string }} */ ({ state: "idle", detail: "" }));
+/** Whether what is shown is about another text, other settings or another pixel than those of now. */
+export const isStale = computed(() => {
+  const [at, of] = [pixel.value, answer.value];
+  if (!of || !at) return false;
+  const [x, y] = of.grown.tree.pixel;
+  return of.version !== version.value || of.settings !== JSON.stringify(settings.value) || x !== at.x || y !== at.y;
+});
+/** The sample whose rays are listed. */
+export const sample = signal(0);
+/** Rays whose branches are folded. */
+export const closed = signal(/** @type {ReadonlySet<number>} */ (new Set()));
+/** The row of the outline that is chosen, and the one under the pointer: names of rows. */
+export const chosen = signal("0");
+export const pointed = signal("");
+/** Whether the rays are drawn over the picture. */
+export const isDrawn = signal(true);
+/** The rows of the outline. */
+export const rows = computed(() => {
+  const of = answer.value;
+  return of ? rowsOf(of.grown, of.grown.roots[sample.value] ?? 0, closed.value) : [];
+});
+
+/** Milliseconds of quiet after an edit. A pixel is asked for at once. */
+const QUIET = 150;
+/** Bytes of an answer that is taken without a question: about 40,000 rays. */
+const LARGE = 24 << 20;
+let allowed = "";
+
+/** Takes also an answer that is large. */
+export function askAnyway() {
+  allowed = nameOfQuestion();
+  again.value += 1;
+}
+const again = signal(0);
+const nameOfQuestion = () => JSON.stringify([version.peek(), settings.peek(), pixel.peek()]);
+
+/** Asks again, after a failure. */
+export const askAgain = () => void (again.value += 1);
+
+/** The ray of a row's name. @param {string} name */
+export const rayOf = (name) => answer.value?.grown.tree.rays[Number.parseInt(name, 10)] ?? null;
+
+/** Chooses a sample, and its camera ray. @param {number} number */
+export function chooseSample(number) {
+  const roots = answer.peek()?.grown.roots ?? [0];
+  const next = (number + roots.length) % roots.length;
+  batch(() => {
+    sample.value = next;
+    chosen.value = String(roots[next]);
+    pointed.value = "";
+  });
+}
+
+/** Reads an answer, as long as it is no larger than what may be read. @param {Response} from @param {number} most */
+async function read(from, most) {
+  const parts = [];
+  let bytes = 0;
+  const reader = /** @type {ReadableStream<Uint8Array<ArrayBuffer>>} */ (from.body).getReader();
+  for (let next = await reader.read(); !next.done; next = await reader.read()) {
+    bytes += next.value.length;
+    if (bytes > most) {
+      await reader.cancel();
+      return null;
+    }
+    parts.push(next.value);
+  }
+  return JSON.parse(await new Blob(parts).text());
+}
+
+/** @param {AbortSignal} signal @param {boolean} isEdit */
+async function load(signal, isEdit) {
+  const at = /** @type {{ x: number, y: number }} */ (pixel.peek());
+  const of = { version: version.peek(), text: text.peek(), settings: JSON.stringify(settings.peek()) };
+  const begun = performance.now();
+  try {
+    if (isEdit) await pause(QUIET, signal);
+    // A quick answer needs no word about waiting.
+    const slow = setTimeout(() => !signal.aborted && (asking.value = { state: "loading", detail: "" }), 120);
+    signal.addEventListener("abort", () => clearTimeout(slow));
+    const query = { ...settings.peek(), x: at.x, y: at.y };
+    const request = () => ask("v1/tree", { body: of.text, type: origin.peek().type, query, signal, accept: "application/json" });
+    const tree = await patiently(request, signal, (seconds) => (asking.value = { state: "loading", detail: `the service is busy; again in ${seconds} s` }))
+      .then((from) => read(from, allowed === nameOfQuestion() ? Infinity : LARGE))
+      .finally(() => clearTimeout(slow));
+    if (signal.aborted) return;
+    if (!tree) return void (asking.value = { state: "large", detail: "" });
+    show(tree, { ...of, ms: performance.now() - begun });
+  } catch (error) {
+    if (signal.aborted) return;
+    if (error instanceof Unreachable) asking.value = { state: "offline", detail: "" };
+    else if (error instanceof Problem && error.status === 422) asking.value = { state: "invalid", detail: error.errors[0]?.detail ?? error.message };
+    else asking.value = { state: "failed", detail: error instanceof Error ? error.message : String(error) };
+  }
+}
+
+/** @param {any} tree @param {Omit<Answer, "grown" | "sum">} about */
+function show(tree, about) {
+  const grown = grow(tree);
+  const before = answer.peek()?.grown.tree.pixel;
+  const isSame = before !== undefined && before[0] === tree.pixel[0] && before[1] === tree.pixel[1];
+  batch(() => {
+    answer.value = { grown, sum: addUp(grown), ...about };
+    asking.value = { state: "idle", detail: "" };
+    // The same pixel after an edit: what was looked at stays, if it is still there.
+    if (isSame && sample.peek() < grown.roots.length) {
+      const ray = grown.tree.rays[Number.parseInt(chosen.peek(), 10)];
+      if (!ray || grown.sample[ray.id] !== sample.peek()) chosen.value = String(grown.roots[sample.peek()]);
+      return;
+    }
+    sample.value = 0;
+    closed.value = new Set();
+    chosen.value = String(grown.roots[0] ?? 0);
+    pointed.value = "";
+  });
+}
+
+/** Watches the pixel, the text and the settings. Nothing is asked while nobody looks. */
+export function start() {
+  let [lastText, lastAgain] = [-1, 0];
+  let loading = new AbortController();
+  effect(() => {
+    const at = pixel.value;
+    const isWatched = panel.value === "pixel" && panelsOpen.value;
+    const number = version.value;
+    const turn = again.value;
+    void settings.value;
+    untracked(() => {
+      loading.abort();
+      if (!at) return batch(() => ((answer.value = null), (asking.value = { state: "idle", detail: "" })));
+      if (!isWatched || text.peek() === "") return;
+      if (answer.peek() && !isStale.peek() && turn === lastAgain) return void (asking.value = { state: "idle", detail: "" });
+      lastAgain = turn;
+      const isEdit = number !== lastText && answer.peek() !== null;
+      lastText = number;
+      loading = new AbortController();
+      load(loading.signal, isEdit);
+    });
+  });
+}
+
+/** Opens the panel with a pixel. @param {{ x: number, y: number }} at */
+export function inspect(at) {
+  batch(() => {
+    pixel.value = at;
+    openPanel("pixel");
+  });
+}

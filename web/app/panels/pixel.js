@@ -1,0 +1,116 @@
+// One pixel: its value, what it may lack, the rays that it is made of, and that they add up.
+import { html } from "../../vendor/preact.js";
+import { pixel, scene, size } from "../state.js";
+import { Button, Empty, Icon } from "../ui.js";
+import { answer, askAgain, askAnyway, asking, chooseSample, inspect, isDrawn, isStale, sample, start as startAsking } from "./pixel-asked.js";
+import { Icicle } from "./pixel-icicle.js";
+import { start as startLinks } from "./pixel-links.js";
+import { Outline } from "./pixel-outline.js";
+import { OutsideView } from "./pixel-outside.js";
+import { start as startOverlay } from "./pixel-overlay.js";
+import { ChosenRay } from "./pixel-ray.js";
+import { codeOf, colorOf, largest, oddOne, short } from "./pixel-rays.js";
+import { Sum } from "./pixel-sum.js";
+
+export const id = "pixel";
+export const title = "Pixel";
+
+export function start() {
+  startAsking();
+  startOverlay();
+  startLinks();
+}
+
+/** Why what is shown is not about the pixel and the text of now, or that it is on its way. */
+function State() {
+  const { state, detail } = asking.value;
+  const old = answer.value ? " Below are the rays of before." : "";
+  const at = pixel.value;
+  const said = {
+    idle: null,
+    loading: detail || "Tracing the pixel …",
+    invalid: `The text is no sound scene now: ${detail}.${old}`,
+    offline: `The service does not answer.${old}`,
+    failed: `The service said: ${detail}.${old}`,
+    large: `Pixel ${at?.x}, ${at?.y} has very many rays, more than 24 MB of them.`,
+  }[state];
+  if (!said) return null;
+  return html`<p class=${`panel-state ${state}`} role="status">${state !== "loading" && html`<${Icon} name="warning" />`}<span>${said}</span>
+    ${(state === "failed" || state === "offline") && html`<${Button} press=${askAgain}>Try again<//>`}${state === "large" && html`<${Button} press=${askAnyway}>Load them all<//>`}</p>`;
+}
+
+/** Whether codes of the picture follow from the value alone. */
+const isPlain = () => !scene.value?.film || (!scene.value.film.exposure && (scene.value.film.tone ?? "none") === "none");
+
+/** @param {{ tree: import("./pixel-rays.js").Tree }} props */
+function Value({ tree }) {
+  const codes = tree.value.map((value) => Math.round(codeOf(value)));
+  const row = (/** @type {string} */ name, /** @type {(string | number)[]} */ values) => html`<tr><th scope="row">${name}</th>${values.map((value, c) => html`<td key=${c} class="number mono">${value}</td>`)}</tr>`;
+  return html`<div class="pixel-value">
+    <span class="swatch" style=${{ background: colorOf(tree.value) }} role="img" aria-label="Colour of the pixel"></span>
+    <table><caption class="hidden-visually">Value of the pixel</caption><thead class="hidden-visually"><tr><td></td><th scope="col">red</th><th scope="col">green</th><th scope="col">blue</th></tr></thead>
+      <tbody>${isPlain() ? row("codes", codes) : null}${row("linear", tree.value.map((value) => short(value, 5)))}</tbody></table>
+    ${isPlain() && html`<code class="hex">#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}</code>`}
+  </div>`;
+}
+
+/** What the pixel may lack, and what that means. @param {{ tree: import("./pixel-rays.js").Tree }} props */
+function Lacking({ tree }) {
+  const ended = tree.rays.reduce((sum, { not_followed: of = [] }) => sum + of.length, 0);
+  if (largest(tree.lacking) === 0) return html`<p class="lacking-line whole"><${Icon} name="check" /><span><strong>Lacks nothing.</strong> ${ended === 0 ? "Every ray was followed to its end." : "What was not followed could not show."}</span></p>`;
+  const codes = Math.max(...tree.lacking.map((lack, c) => codeOf(tree.value[c] + lack) - codeOf(tree.value[c])));
+  return html`<p class="lacking-line"><span class="hatch" aria-hidden="true"></span><span><strong>Lacks at most ${isPlain() ? `${short(codes, 2)} codes` : short(largest(tree.lacking), 2)}.</strong>
+    ${ended === 0 ? "Lights that could not matter were not asked for." : `${ended} ${ended === 1 ? "ray was" : "rays were"} not followed; with all of them each channel would be at most`} <span class="mono">${tree.lacking.map((lack) => short(lack, 2)).join(", ")}</span> ${ended === 0 ? "is the most they could add." : "brighter."}</span></p>`;
+}
+
+/** @param {{ count: number }} props */
+function Samples({ count }) {
+  const of = /** @type {import("./pixel-asked.js").Answer} */ (answer.value);
+  const odd = oddOne(of.sum.samples);
+  return html`<div class="samples" role="group" aria-label="Samples">
+    <${Button} label="Previous sample" kind="quiet" press=${() => chooseSample(sample.value - 1)}>‹<//>
+    <span class="samples-at" aria-live="polite">Sample ${sample.value + 1} of ${count}</span>
+    <${Button} label="Next sample" kind="quiet" press=${() => chooseSample(sample.value + 1)}>›<//>
+    <span class="samples-strip" aria-hidden="true">${of.sum.samples.slice(0, 64).map((light, at) => html`<i key=${at} class=${at === sample.value ? "now" : ""} style=${{ background: colorOf(light) }} onClick=${() => chooseSample(at)}></i>`)}</span>
+    <${Button} press=${() => chooseSample(odd)} pressed=${odd === sample.value} title="The sample farthest from the mean">The odd one<//>
+  </div>`;
+}
+
+/** Which pixel, as numbers that can be changed. */
+function Where() {
+  const at = /** @type {{ x: number, y: number }} */ (pixel.value);
+  const { width, height } = size.value;
+  const set = (/** @type {"x" | "y"} */ axis, /** @type {number} */ most) => (/** @type {Event} */ event) => {
+    const value = Math.round(Number(/** @type {HTMLInputElement} */ (event.currentTarget).value));
+    if (Number.isFinite(value)) inspect({ ...at, [axis]: Math.min(most - 1, Math.max(0, value)) });
+  };
+  return html`<div class="pixel-where"><h2>Pixel</h2>
+    <label>x <input type="number" min="0" max=${width - 1} value=${at.x} onChange=${set("x", width)} /></label>
+    <label>y <input type="number" min="0" max=${height - 1} value=${at.y} onChange=${set("y", height)} /></label>
+    <span class="grow"></span>
+    <${Button} kind="quiet" pressed=${isDrawn.value} press=${() => (isDrawn.value = !isDrawn.value)} title="Draw the rays over the picture">Rays in the picture<//>
+    <${Button} label="Let go of the pixel" icon="close" kind="quiet" press=${() => (pixel.value = null)} /></div>`;
+}
+
+export function Panel() {
+  if (!pixel.value) {
+    return html`<${Empty} title="From pixel to proof"><p>Click a pixel in the picture. Here are then all rays that it is made of, whose light adds up to it to the last bit.</p>
+      <p><${Button} press=${() => inspect({ x: size.value.width >> 1, y: size.value.height >> 1 })}>Take the middle<//></p><//>`;
+  }
+  const of = answer.value;
+  if (!of) return html`<${Where} /><${State} />${asking.value.state === "idle" || asking.value.state === "loading" ? html`<div class="skeleton" aria-hidden="true"><i></i><i></i><i></i></div>` : null}`;
+  const { tree, roots } = of.grown;
+  const { length: count } = tree.rays;
+  return html`<${Where} /><${State} />
+    <div class=${isStale.value && asking.value.state !== "idle" ? "pixel-body stale" : "pixel-body"}>
+      <${Value} tree=${tree} /><${Lacking} tree=${tree} />
+      ${tree.truncated && html`<p class="panel-state"><${Icon} name="warning" /><span>There are more rays than the service records (${count.toLocaleString("en")} are here): the list is cut, and does not add up.</span></p>`}
+      ${roots.length > 1 && html`<${Samples} count=${roots.length} />`}
+      <h3 class="rays-head">${roots.length > 1 ? "Its rays" : "Rays"}<span class="quiet">${count === 1 ? "one ray" : `${count.toLocaleString("en")} rays${roots.length > 1 ? " in all samples" : ""}`} · ${tree.precision} precision</span></h3>
+      <${Icicle} />
+      <${Outline} />
+      <${ChosenRay} />
+      <${Sum} />
+      <${OutsideView} />
+    </div>`;
+}
