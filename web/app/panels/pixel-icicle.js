@@ -58,8 +58,7 @@ export function Icicle() {
       })}
       ${used < WIDTH - LEAST && html`<rect class="lacking" x=${used} y="0" width=${WIDTH - used} height=${ROW - 1.5}><title>what may lack, at most</title></rect>`}
     </svg>
-    <div class="icicle-letters" aria-hidden="true" style=${{ height: `${height}px` }}>${parts.filter(({ width }) => width > 45).map(({ id, level, from, width }) => html`<span key=${id}
-      class=${`on-${tree.rays[id].kind}`} style=${{ left: `${from / 10}%`, width: `${width / 10}%`, top: `${level * ROW}px` }}>${KINDS[tree.rays[id].kind].letter}${width > 260 ? ` ${short(100 * share(id), 2)} %` : ""}</span>`)}</div>
+    <div class="icicle-letters" aria-hidden="true" style=${{ height: `${height}px` }}>${parts.filter(({ width }) => width > 45).map(({ id, level, from, width }) => html`<span key=${id} style=${{ left: `${from / 10}%`, width: `${width / 10}%`, top: `${level * ROW}px` }}>${KINDS[tree.rays[id].kind].letter}${width > 260 ? ` ${short(100 * share(id), 2)} %` : ""}</span>`)}</div>
     <figcaption class="quiet">Width: share of the ${tree.samples > 1 ? "sample" : "pixel"}.${largest(tree.lacking) > 0 ? " Hatched: what may lack." : ""}</figcaption>
   </figure>`;
 }

@@ -28,7 +28,9 @@ function firstOrbit() {
   const of = answer.peek();
   const camera = cameraOf(scene.peek(), SIZE);
   if (!of || !camera) return null;
-  const known = segmentsOf(of.grown, sample.peek(), scene.peek()).filter(({ leaves, ray }) => !leaves && ray.kind !== "shadow");
+  const all = segmentsOf(of.grown, sample.peek(), scene.peek()).filter(({ leaves, ray }) => !leaves && ray.kind !== "shadow");
+  // What matters is in the middle; faint rays may go far.
+  const known = all.filter(({ weight }) => weight >= 0.2 * (all.at(-1)?.weight ?? 0));
   const points = known.length > 0 ? known.flatMap(({ from, to }) => [from, to]) : [camera.eye];
   const [low, high] = [Math.min, Math.max].map((best) => /** @type {Vec} */ ([0, 1, 2].map((c) => best(...points.map((point) => point[c])))));
   const target = plus(low, minus(high, low), 0.5);
@@ -36,7 +38,7 @@ function firstOrbit() {
   const up = unit(value.up ?? [0, 1, 0]);
   const view = minus(value.look_at, value.eye);
   const front = unit(minus(view, plus([0, 0, 0], up, times(view, up))));
-  return { target, up, front, side: cross(front, up), distance: Math.max(1e-6, length(minus(high, low)) * 1.15, 1e-3 * length(view)), yaw: 65, pitch: 24 };
+  return { target, up, front, side: cross(front, up), distance: Math.max(1e-6, length(minus(high, low)) * 1.25, 1e-3 * length(view)), yaw: 65, pitch: 24 };
 }
 
 /** @param {Orbit} of */

@@ -50,8 +50,8 @@ export function stroke(context, line, { color, width, dash, faint }) {
   context.beginPath();
   line.forEach(([x, y], at) => (at === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
   context.setLineDash([]);
-  context.strokeStyle = "rgb(0 0 0 / 65%)";
-  context.lineWidth = width + 2;
+  context.strokeStyle = "rgb(0 0 0 / 50%)";
+  context.lineWidth = width + 1.6;
   context.stroke();
   context.setLineDash(dash === "" ? [] : dash.split(" ").map((part) => Number(part) * Math.max(1, width / 2)));
   context.strokeStyle = color;
@@ -84,16 +84,19 @@ function draw(context, view) {
   // While one is pointed at, the others step back.
   const faint = pointed.peek() !== "";
   context.save();
+  context.beginPath();
+  context.rect(view.left, view.top, size.peek().width * view.scale, size.peek().height * view.scale);
+  context.clip();
   for (const { segment, paths } of [...of.lines.filter(({ segment }) => segment.id !== marked), ...of.lines.filter(({ segment }) => segment.id === marked)]) {
     const isMarked = segment.id === marked;
-    const width = (1.2 + 1.8 * Math.sqrt(Math.min(1, segment.weight))) * (isMarked ? 1.5 : 1);
+    const width = (1 + 1.4 * Math.sqrt(Math.min(1, segment.weight))) * (isMarked ? 1.5 : 1);
     const how = { color: PAINT[segment.ray.kind], width, dash: KINDS[segment.ray.kind].dash, faint: (faint && !isMarked) || (isBlocked(segment.ray) && !isMarked) };
     for (const path of paths) stroke(context, path.map(place), how);
     const end = paths.at(-1)?.at(-1);
     if (end && segment.ray.hit) dot(context, place(end), how.color, isMarked ? 4 : 2.5, how.faint);
   }
-  ring(context, place([of.at[0] + 0.5, of.at[1] + 0.5]), Math.max(6, view.scale * 0.75));
   context.restore();
+  ring(context, place([of.at[0] + 0.5, of.at[1] + 0.5]), Math.max(6, view.scale * 0.75));
 }
 
 /** @param {CanvasRenderingContext2D} context @param {[number, number]} at @param {string} color @param {number} radius @param {boolean} faint */

@@ -10,7 +10,7 @@ import { KINDS, codesOf, colorOf, isBlocked, isTotal, largest, lastOf, mediaOf, 
 
 const triple = (/** @type {Triple} */ of) => of.map((value) => short(value, 4)).join("  ");
 
-const [WIDTH, HEIGHT, REACH] = [260, 168, 66];
+const [WIDTH, HEIGHT, REACH] = [330, 168, 68];
 
 /** A place at an angle from the normal. @param {number} degrees @param {1 | -1} side @param {1 | -1} down @param {number} [reach] */
 function at(degrees, side, down, reach = REACH) {
@@ -82,7 +82,7 @@ export function ChosenRay() {
     <h3><${Badge} kind=${ray.kind} />${KINDS[ray.kind].letter}${ray.id}, ${KINDS[ray.kind].name}${isTotal(tree, ray) ? " (total reflection)" : ""}</h3>
     <p>${isBlocked(ray) ? "Blocked on its way to " : "To "}${target.pointer === null ? html`<span>the background</span>` : html`<${Pointer} pointer=${target.pointer}><bdi>${target.name}</bdi><//>`}
       ${ray.hit && ray.hit.material !== "default" && html` of <${Pointer} pointer=${ray.hit.material}><bdi>${lastOf(ray.hit.material).replace(/^materials /, "")}</bdi><//>`}
-      ${ray.hit && html`<span class="quiet">${ray.hit.entering ? "from outside" : "from inside"}</span>`}</p>
+      ${ray.hit && html`<span class="quiet"> ${ray.hit.entering ? "from outside" : "from inside"}</span>`}</p>
     ${ray.snell && html`<${Incidence} snell=${ray.snell} media=${media.length > 1 ? media : [media[0], ray.snell.tir ? "outside" : ""]} />`}
     <dl class="facts">
       ${fact("weight", html`<span class="mono">${triple(/** @type {Triple} */ (ray.weight.map((w) => w * scale)))}</span>`)}

@@ -202,7 +202,7 @@ export const isTotal = (tree, { kind, parent }) => kind === "reflected" && paren
  * @param {Grown} grown @param {Ray} ray @param {(pointer: string) => string} named @returns {string[]}
  */
 export function mediaOf({ tree, children }, ray, named) {
-  const inside = (/** @type {Ray} */ of) => (of.media.length > 0 ? named(of.media[0].object) : "air");
+  const inside = (/** @type {Ray} */ of) => (of.media.length > 0 && of.media[0].ior !== 1 ? named(of.media[0].object) : "air");
   const next = children[ray.id].map((id) => tree.rays[id]).find(({ kind }) => kind === "transmitted");
   return next ? [inside(ray), inside(next)] : [inside(ray)];
 }

@@ -48,19 +48,18 @@ function Value({ tree }) {
   const row = (/** @type {string} */ name, /** @type {(string | number)[]} */ values) => html`<tr><th scope="row">${name}</th>${values.map((value, c) => html`<td key=${c} class="number mono">${value}</td>`)}</tr>`;
   return html`<div class="pixel-value">
     <span class="swatch" style=${{ background: colorOf(tree.value) }} role="img" aria-label="Colour of the pixel"></span>
-    <table><caption class="hidden-visually">Value of the pixel</caption><thead class="hidden-visually"><tr><td></td><th scope="col">red</th><th scope="col">green</th><th scope="col">blue</th></tr></thead>
-      <tbody>${isPlain() ? row("codes", codes) : null}${row("linear", tree.value.map((value) => short(value, 5)))}</tbody></table>
-    ${isPlain() && html`<code class="hex">#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}</code>`}
+    <table><caption class="hidden-visually">Value of the pixel</caption><thead class="hidden-visually"><tr><td></td><th scope="col">red</th><th scope="col">green</th><th scope="col">blue</th><th scope="col">for CSS</th></tr></thead>
+      <tbody>${isPlain() ? row("codes", [...codes, `#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}`]) : null}${row("linear", tree.value.map((value) => short(value, 5)))}</tbody></table>
   </div>`;
 }
 
 /** What the pixel may lack, and what that means. @param {{ tree: import("./pixel-rays.js").Tree }} props */
 function Lacking({ tree }) {
   const ended = tree.rays.reduce((sum, { not_followed: of = [] }) => sum + of.length, 0);
-  if (largest(tree.lacking) === 0) return html`<p class="lacking-line whole"><${Icon} name="check" /><span><strong>Lacks nothing.</strong> ${ended === 0 ? "Every ray was followed to its end." : "What was not followed could not show."}</span></p>`;
+  if (largest(tree.lacking) === 0) return html`<p class="lacking-line whole"><${Icon} name="check" /><span><strong>Lacks nothing.</strong>${" "}${ended === 0 ? "Every ray was followed to its end." : "What was not followed could not show."}</span></p>`;
   const codes = Math.max(...tree.lacking.map((lack, c) => codeOf(tree.value[c] + lack) - codeOf(tree.value[c])));
-  return html`<p class="lacking-line"><span class="hatch" aria-hidden="true"></span><span><strong>Lacks at most ${isPlain() ? `${short(codes, 2)} codes` : short(largest(tree.lacking), 2)}.</strong>
-    ${ended === 0 ? "Lights that could not matter were not asked for." : `${ended} ${ended === 1 ? "ray was" : "rays were"} not followed; with all of them each channel would be at most`} <span class="mono">${tree.lacking.map((lack) => short(lack, 2)).join(", ")}</span> ${ended === 0 ? "is the most they could add." : "brighter."}</span></p>`;
+  return html`<p class="lacking-line"><span class="hatch" aria-hidden="true"></span><span><strong>Lacks at most ${isPlain() ? `${short(codes, 2)} codes` : short(largest(tree.lacking), 2)}.</strong>${" "}
+    ${ended === 0 ? "Lights that could not matter were not asked for." : `${ended} ${ended === 1 ? "ray was" : "rays were"} not followed; with all of them each channel would be at most`}${" "}<span class="mono">${tree.lacking.map((lack) => short(lack, 2)).join(", ")}</span>${" "}${ended === 0 ? "is the most they could add." : "brighter."}</span></p>`;
 }
 
 /** @param {{ count: number }} props */
@@ -88,7 +87,6 @@ function Where() {
     <label>x <input type="number" min="0" max=${width - 1} value=${at.x} onChange=${set("x", width)} /></label>
     <label>y <input type="number" min="0" max=${height - 1} value=${at.y} onChange=${set("y", height)} /></label>
     <span class="grow"></span>
-    <${Button} kind="quiet" pressed=${isDrawn.value} press=${() => (isDrawn.value = !isDrawn.value)} title="Draw the rays over the picture">Rays in the picture<//>
     <${Button} label="Let go of the pixel" icon="close" kind="quiet" press=${() => (pixel.value = null)} /></div>`;
 }
 
@@ -106,7 +104,8 @@ export function Panel() {
       <${Value} tree=${tree} /><${Lacking} tree=${tree} />
       ${tree.truncated && html`<p class="panel-state"><${Icon} name="warning" /><span>There are more rays than the service records (${count.toLocaleString("en")} are here): the list is cut, and does not add up.</span></p>`}
       ${roots.length > 1 && html`<${Samples} count=${roots.length} />`}
-      <h3 class="rays-head">${roots.length > 1 ? "Its rays" : "Rays"}<span class="quiet">${count === 1 ? "one ray" : `${count.toLocaleString("en")} rays${roots.length > 1 ? " in all samples" : ""}`} · ${tree.precision} precision</span></h3>
+      <div class="rays-head"><h3>${count === 1 ? "One ray" : `${count.toLocaleString("en")} rays`}</h3><span class="quiet grow">${roots.length > 1 ? "in all samples, " : ""}${tree.precision} precision</span>
+        <${Button} icon="cursor" pressed=${isDrawn.value} press=${() => (isDrawn.value = !isDrawn.value)} title="Draw the rays over the picture">In the picture<//></div>
       <${Icicle} />
       <${Outline} />
       <${ChosenRay} />

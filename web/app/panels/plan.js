@@ -69,8 +69,6 @@ export function start() {
 /** @param {{ row: Row, max: number }} props */
 function Bar({ row, max }) {
   const share = (/** @type {number} */ ms) => Math.min(100, (100 * ms) / (max || 1));
-  if (row.effect.state === "removed") return html`<span class="plan-none">cannot show</span>`;
-  if (!hasRays(row)) return html`<span class="plan-none">no rays of its own</span>`;
   const { ms, took, low, high } = row;
   return html`<span class="plan-bar" aria-hidden="true">
     ${ms !== null && html`<i class="est" style=${{ width: `${share(ms)}%` }}></i>`}
@@ -80,13 +78,13 @@ function Bar({ row, max }) {
 }
 
 /** @param {{ row: Row }} props */
-function Details({ row: { name, effect: of, outside } }) {
+function Details({ row: { name, effect: of } }) {
   const { because, values = {}, act, est } = of;
   const asked = otherAsked.value?.label === `without ${name.replaceAll("_", " ")}`;
   const b = asked ? other.value : null;
   return html`<div class="plan-details">
     ${because.length > 0 && html`<p class="plan-because">${because.map((pointer) => html`<${Pointer} key=${pointer} pointer=${pointer}><bdi>${pointer.slice(1).replaceAll("/", " › ").replaceAll("~1", "/").replaceAll("~0", "~")}</bdi>${pointer in values && html`<span class="quiet">${JSON.stringify(values[pointer])}</span>`}<//>`)}</p>`}
-    ${est && hasRays({ ms: est.ms, took: act?.share_ms ?? null }) && html`<p class="quiet">${count(est.rays)} rays estimated (${count(est.rays_ci[0])} to ${count(est.rays_ci[1])})${act ? `, ${count(act.rays)} counted${outside ? `: ${outside}` : ""}` : ""}.</p>`}
+    ${est && hasRays({ ms: est.ms, took: act?.share_ms ?? null }) && html`<p class="quiet">${est.ms !== null && `${duration(est.ms)} and `}${count(est.rays)} rays estimated (${count(est.rays_ci[0])} to ${count(est.rays_ci[1])})${act ? `, ${count(act.rays)} counted` : ""}.${name === "antialiasing" ? " They count among the others, too." : ""}</p>`}
     ${act && act.saves_ms !== null && html`<p>${act.saves_ms >= 0 ? html`Without it the picture would save <strong>${duration(act.saves_ms)}</strong>, by a pilot.` : html`Without it the picture would take <strong>${duration(-act.saves_ms)}</strong> longer, by a pilot.`}</p>`}
     <p class="plan-actions">
       ${of.state === "on" && canLeaveOut(name) && scene.value && html`<${Button} icon="compare" pressed=${asked} press=${() => (asked ? (otherAsked.value = null) : compareWithout(name))}>Without it<//>`}
@@ -110,14 +108,14 @@ function EffectRow({ row, max }) {
     unfolded.value = next;
   };
   const isPart = of.state === "on" && hasRays(row);
-  return html`<tr ref=${element} class=${`plan-row ${of.state}${isLinked ? " linked" : ""}${isOpen ? " open" : ""}`}>
-    <th scope="row"><button type="button" class="fold" aria-expanded=${String(isOpen)} onClick=${toggle}>${words}</button>
-      ${of.state === "removed" && html`<span class="tag removed">removed</span>`}
-      ${outside !== "" && html`<span class="tag outside"><${Icon} name="warning" />${outside}</span>`}
-      <span class="plan-reason">${of.reason}</span></th>
-    <td class="plan-bar-cell"><${Bar} row=${row} max=${max} /></td>
-    <td class="number">${isPart ? html`<span class=${took === null ? "" : "plan-was"}>${ms === null ? "–" : duration(ms)}</span>${took !== null && html`<strong>${duration(took)}</strong>`}` : ""}</td>
-  </tr>${isOpen && html`<tr class=${`plan-more${isLinked ? " linked" : ""}`}><td colspan="3"><${Details} row=${row} /></td></tr>`}`;
+  return html`<tr ref=${element} class=${`plan-row ${of.state}${isLinked ? " linked" : ""}`}>
+    <th scope="row"><button type="button" class="fold" aria-expanded=${String(isOpen)} onClick=${toggle}>${words}</button></th>
+    ${isPart
+      ? html`<td class="plan-bar-cell"><${Bar} row=${row} max=${max} /></td><td class="number">${took !== null ? html`<strong>${duration(took)}</strong>` : ms === null ? "–" : duration(ms)}</td>`
+      : html`<td colspan="2" class="plan-none">${of.state === "removed" ? "removed: cannot show" : "no rays of its own"}</td>`}
+  </tr><tr class=${`plan-more${isLinked ? " linked" : ""}`}><td colspan="3"><span class="plan-reason">${of.reason}</span>
+    ${outside !== "" && html`<span class="tag outside"><${Icon} name="warning" />${outside} rays</span>`}
+    ${isOpen && html`<${Details} row=${row} />`}</td></tr>`;
 }
 
 /** @param {{ of: any, by: any }} props */
@@ -170,7 +168,7 @@ export function Panel() {
   const max = Math.max(...rows.map(({ ms, took }) => Math.max(ms ?? 0, took ?? 0)));
   const off = of.effects.filter((/** @type {any} */ { state }) => state === "off");
   const isStale = problems.value.length > 0;
-  return html`<div class=${isStale ? "stale" : ""}>
+  return html`<div class=${isStale ? "plan-body stale" : "plan-body"}>
     <p class="lead">${sentenceOf(of, rows, by)}</p>
     ${isStale && html`<p class="panel-state invalid" role="status"><${Icon} name="warning" /><span>This is the plan of the last sound text.</span></p>`}
     <${Warnings} of=${of} />
