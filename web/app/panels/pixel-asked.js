@@ -1,7 +1,7 @@
 // Asks for the tree of the pixel that is chosen, one answer for each text, settings and pixel; and what of it is looked at.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { Problem, Unreachable, ask, patiently, pause } from "../api.js";
-import { openPanel, origin, panel, panelsOpen, pixel, settings, text, version } from "../state.js";
+import { openPanel, origin, panel, panelsOpen, pixel, settings, size, text, version } from "../state.js";
 import { addUp, grow, rowsOf } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Grown} Grown */
@@ -11,7 +11,7 @@ import { addUp, grow, rowsOf } from "./pixel-rays.js";
 /** The last tree. It stays while another one is on its way, or none comes. */
 export const answer = signal(/** @type {Answer | null} */ (null));
 /** What goes on: nothing, a request, or why there is no new answer. */
-export const asking = signal(/** @type {{ state: "idle" | "loading" | "failed" | "invalid" | "offline" | "large", detail: string }} */ ({ state: "idle", detail: "" }));
+export const asking = signal(/** @type {{ state: "idle" | "loading" | "failed" | "invalid" | "offline" | "large" | "outside", detail: string }} */ ({ state: "idle", detail: "" }));
 /** Whether what is shown is about another text, other settings or another pixel than those of now. */
 export const isStale = computed(() => {
   const [at, of] = [pixel.value, answer.value];
@@ -137,7 +137,7 @@ export function start() {
     const isWatched = panel.value === "pixel" && panelsOpen.value;
     const number = version.value;
     const turn = again.value;
-    void settings.value;
+    void settings.value, size.value;
     untracked(() => {
       loading.abort();
       if (!at) return batch(() => ((answer.value = null), (asking.value = { state: "idle", detail: "" })));
@@ -146,6 +146,8 @@ export function start() {
       lastAgain = turn;
       const isEdit = number !== lastText && answer.peek() !== null;
       lastText = number;
+      const { width, height } = size.peek();
+      if (at.x >= width || at.y >= height) return void (asking.value = { state: "outside", detail: `${width} x ${height}` });
       loading = new AbortController();
       load(loading.signal, isEdit);
     });

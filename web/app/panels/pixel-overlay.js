@@ -50,7 +50,7 @@ export function stroke(context, line, { color, width, dash, faint }) {
   context.beginPath();
   line.forEach(([x, y], at) => (at === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
   context.setLineDash([]);
-  context.strokeStyle = "rgb(0 0 0 / 50%)";
+  context.strokeStyle = "rgb(0 0 0 / 42%)";
   context.lineWidth = width + 1.6;
   context.stroke();
   context.setLineDash(dash === "" ? [] : dash.split(" ").map((part) => Number(part) * Math.max(1, width / 2)));

@@ -32,11 +32,12 @@ function State() {
     invalid: `The text is no sound scene now: ${detail}.${old}`,
     offline: `The service does not answer.${old}`,
     failed: `The service said: ${detail}.${old}`,
+    outside: `The picture has ${detail} pixels now: this one is outside.${old}`,
     large: `Pixel ${at?.x}, ${at?.y} has very many rays, more than 24 MB of them.`,
   }[state];
   if (!said) return null;
   return html`<p class=${`panel-state ${state}`} role="status">${state !== "loading" && html`<${Icon} name="warning" />`}<span>${said}</span>
-    ${(state === "failed" || state === "offline") && html`<${Button} press=${askAgain}>Try again<//>`}${state === "large" && html`<${Button} press=${askAnyway}>Load them all<//>`}</p>`;
+    ${(state === "failed" || state === "offline") && html`<${Button} press=${askAgain}>Try again<//>`}${state === "outside" && at && html`<${Button} press=${() => inspect({ x: Math.min(at.x, size.value.width - 1), y: Math.min(at.y, size.value.height - 1) })}>Take the nearest<//>`}${state === "large" && html`<${Button} press=${askAnyway}>Load them all<//>`}</p>`;
 }
 
 /** Whether codes of the picture follow from the value alone. */

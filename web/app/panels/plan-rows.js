@@ -82,7 +82,7 @@ export function totalsOf(plan, measured) {
   if (!est) return [];
   const rays = measured ? ["camera", "shadow", "reflected", "transmitted", "gathered"].reduce((sum, kind) => sum + (measured.actual.rays[kind] ?? 0), 0) : null;
   const row = (/** @type {string} */ name, /** @type {number} */ value, /** @type {[number, number]} */ [low, high], /** @type {number | null} */ actual, /** @type {(value: number) => string} */ words) => ({
-    name, estimate: `${est.at_least ? "at least " : ""}${words(value)}`, interval: `${words(low)} to ${words(high)}`,
+    name, estimate: `${est.at_least ? "at least " : ""}${words(value)}`, interval: low < 0.01 * value ? `up to ${words(high)}` : `${words(low)} to ${words(high)}`,
     actual: actual === null ? "" : words(actual), isOutside: actual !== null && (actual < low || actual > high), value, low, high, took: actual,
   });
   return [row("time", est.ms, est.ms_ci, measured ? (measured.actual.phases_ms.trace ?? measured.actual.wall_ms) : null, duration), row("rays", est.rays, est.rays_ci, rays, count)];

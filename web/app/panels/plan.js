@@ -1,7 +1,8 @@
 // The plan: which effects the scene calls for, why, and what they take; measured beside estimated. EXPLAIN for pictures.
 import { effect, html, signal, untracked, useEffect, useRef } from "../../vendor/preact.js";
 import { askJson } from "../api.js";
-import { duration, count } from "../report.js";
+import { keysOf } from "../pointers.js";
+import { count, duration } from "../report.js";
 import { editAt, openPanel, other, otherAsked, plan, problems, say, scene, settings, shown, status, text } from "../state.js";
 import { Button, Empty, Icon, Pointer } from "../ui.js";
 import { failure, isCurrent, measure, measured, measuring, start as startMeasuring, stop } from "./plan-measured.js";
@@ -77,13 +78,18 @@ function Bar({ row, max }) {
   </span>`;
 }
 
+/** A pointer for people: "glass › ior". @param {string} pointer */
+const pathOf = (pointer) => keysOf(pointer).filter((key, at) => at > 0 || key !== "materials").join(" › ");
+/** A short value; a grey is one number. @param {any} value */
+const valueOf = (value) => (Array.isArray(value) ? [...new Set(value)].join(", ") : String(value));
+
 /** @param {{ row: Row }} props */
 function Details({ row: { name, effect: of } }) {
   const { because, values = {}, act, est } = of;
   const asked = otherAsked.value?.label === `without ${name.replaceAll("_", " ")}`;
   const b = asked ? other.value : null;
   return html`<div class="plan-details">
-    ${because.length > 0 && html`<p class="plan-because">${because.map((pointer) => html`<${Pointer} key=${pointer} pointer=${pointer}><bdi>${pointer.slice(1).replaceAll("/", " › ").replaceAll("~1", "/").replaceAll("~0", "~")}</bdi>${pointer in values && html`<span class="quiet">${JSON.stringify(values[pointer])}</span>`}<//>`)}</p>`}
+    ${because.length > 0 && html`<p class="plan-because">${because.map((pointer) => html`<${Pointer} key=${pointer} pointer=${pointer}><bdi>${pathOf(pointer)}</bdi>${pointer in values && html`<span class="quiet">${valueOf(values[pointer])}</span>`}<//>`)}</p>`}
     ${est && hasRays({ ms: est.ms, took: act?.share_ms ?? null }) && html`<p class="quiet">${est.ms !== null && `${duration(est.ms)} and `}${count(est.rays)} rays estimated (${count(est.rays_ci[0])} to ${count(est.rays_ci[1])})${act ? `, ${count(act.rays)} counted` : ""}.${name === "antialiasing" ? " They count among the others, too." : ""}</p>`}
     ${act && act.saves_ms !== null && html`<p>${act.saves_ms >= 0 ? html`Without it the picture would save <strong>${duration(act.saves_ms)}</strong>, by a pilot.` : html`Without it the picture would take <strong>${duration(-act.saves_ms)}</strong> longer, by a pilot.`}</p>`}
     <p class="plan-actions">
@@ -136,7 +142,7 @@ function Foot({ of, by }) {
   return html`<dl class="plan-foot">
     <div><dt>Depth</dt><dd>${depth.why.charAt(0).toUpperCase() + depth.why.slice(1)}.${depth.requested !== null && html` The scene asks for ${depth.requested}.`}
       ${depth.reached !== null && html` The longest chain had ${depth.reached} rays.`}
-      ${depth.because.length > 0 && html`<br />${depth.because.slice(0, 6).map((/** @type {string} */ pointer) => html`<${Pointer} key=${pointer} pointer=${pointer} />`)}`}
+      ${depth.because.length > 0 && html`<br />${depth.because.slice(0, 6).map((/** @type {string} */ pointer) => html`<${Pointer} key=${pointer} pointer=${pointer}><bdi>${pathOf(pointer)}</bdi><//>`)}`}
       ${enough !== null && enough !== depth.requested && scene.value && html`<br /><${Button} press=${() => editAt("/render/max_depth", enough)}>Set depth ${enough}<//>`}</dd></div>
     <div><dt>Kernel</dt><dd>${names(of.kernel.split("|"))} <span class="quiet">in ${of.precision} precision, <code>${of.kernel_hash}</code></span>
       ${of.superset_of_needed.length > 0 && html`<br /><span class="quiet">Not needed by this scene:</span> ${names(of.superset_of_needed)}`}</dd></div>
