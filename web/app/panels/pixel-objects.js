@@ -59,7 +59,7 @@ export function objectAt({ x, y }) {
 const isWithin = (of, pointer) => pointer === of || pointer.startsWith(`${of}/`);
 
 /**
- * The outline of an object as lines between the cells, in pixels: marching squares, with cut corners (Chaikin 1974).
+ * The outline of an object as lines between the cells, in pixels: marching squares, with their stairs smoothed.
  * @param {Objects} of @param {string} pointer @param {{ width: number, height: number }} size @returns {[number, number][][]}
  */
 export function outlineOf({ columns, rows, ids, pointers }, pointer, { width, height }) {
@@ -92,20 +92,20 @@ export function outlineOf({ columns, rows, ids, pointers }, pointer, { width, he
     }
   }
   const [sx, sy] = [width / columns, height / rows];
-  return loops.map((loop) => rounded(middles(loop)).map(([x, y]) => /** @type {[number, number]} */ ([x * sx, y * sy])));
+  return loops.map((loop) => smooth(loop).map(([x, y]) => /** @type {[number, number]} */ ([x * sx, y * sy])));
 }
 
-/** The middles of a loop's edges: stairs become slopes. @param {[number, number][]} loop @returns {[number, number][]} */
-const middles = (loop) => loop.map(([x, y], at) => {
-  const [nx, ny] = loop[(at + 1) % loop.length];
-  return [(x + nx) / 2, (y + ny) / 2];
-});
-
-/** @param {[number, number][]} loop @returns {[number, number][]} */
-const rounded = (loop) => loop.flatMap(([x, y], at) => {
-  const [nx, ny] = loop[(at + 1) % loop.length];
-  return /** @type {[number, number][]} */ ([[0.75 * x + 0.25 * nx, 0.75 * y + 0.25 * ny], [0.25 * x + 0.75 * nx, 0.25 * y + 0.75 * ny]]);
-});
+/** Smooths the stairs of a loop: each step takes the middles of its edges. @param {[number, number][]} loop */
+function smooth(loop) {
+  let line = loop;
+  for (let step = 0; step < 5; step += 1) {
+    line = line.map(([x, y], at) => {
+      const [nx, ny] = line[(at + 1) % line.length];
+      return [(x + nx) / 2, (y + ny) / 2];
+    });
+  }
+  return line;
+}
 
 /** Asks for the grid when the pointer is over the picture or the caret in an object. */
 export function start() {
