@@ -1,23 +1,73 @@
 // The start of the page: its layout and what it begins with.
-import { html, render } from "../vendor/preact.js";
+import { effect, html, render, useEffect, useSignal } from "../vendor/preact.js";
+import { Bar } from "./bar.js";
+import * as commands from "./commands.js";
+import { Dialogs } from "./dialogs.js";
+import { EditPane } from "./edit-pane.js";
 import { panels } from "./panels/registry.js";
-import { openPanel, panel, panelsOpen } from "./state.js";
-import { Tabs } from "./ui.js";
+import { PicturePane } from "./picture-pane.js";
+import * as picking from "./picking.js";
+import * as picture from "./picture.js";
+import { takeDrops } from "./scenes.js";
+import * as session from "./session.js";
+import { dialog, notice, openPanel, origin, pane, panel, panelsOpen, scene } from "./state.js";
+import { Strip } from "./strip.js";
+import { Button, Icon, Split, Tabs } from "./ui.js";
+
+/** Milliseconds that a sentence stays at the foot. */
+const NOTICED = 6000;
+
+function Notice() {
+  const of = notice.value;
+  useEffect(() => {
+    if (!of) return;
+    const timer = setTimeout(() => (notice.value = null), NOTICED);
+    return () => clearTimeout(timer);
+  }, [of]);
+  return html`<div class="notices" role="status">${of && html`<p class="notice">${of.text}
+    ${of.action && html`<${Button} kind="quiet" press=${() => ((notice.value = null), of.action?.run())}>${of.action.label}<//>`}</p>`}</div>`;
+}
+
+/** Tabs at the foot of a phone. */
+function PhoneBar() {
+  const tabs = /** @type {const} */ ([["edit", "Edit", "edit"], ["plan", "Plan", "panel"], ["pixel", "Pixel", "cursor"], ["accuracy", "Accuracy", "compare"]]);
+  const shown = tabs.filter(([id]) => id === "edit" || panels.some((of) => of.id === id));
+  return html`<nav class="phone-bar" aria-label="Panes">
+    ${shown.map(([id, title, icon]) => html`<button type="button" key=${id} class="phone-tab" aria-current=${pane.value === id ? "page" : undefined}
+      onClick=${() => (id === "edit" ? (pane.value = id) : openPanel(id))}><${Icon} name=${icon} />${title}</button>`)}
+    <button type="button" class="phone-tab" onClick=${() => (dialog.value = "commands")}><${Icon} name="more" />More</button>
+  </nav>`;
+}
 
 function App() {
   const open = panels.find(({ id }) => id === panel.value) ?? panels[0];
-  return html`<div class=${panelsOpen.value ? "shell" : "shell no-panels"}>
-    <header class="bar"></header>
-    <section class="edit" aria-label="Scene"></section>
-    <div class="split split-a"></div>
-    <section class="picture" aria-label="Picture"></section>
-    <div class="split split-b"></div>
-    <section class="panels" aria-label="Panels">
+  const widths = useSignal({ edit: 0, panels: 0 });
+  const { edit, panels: right } = widths.value;
+  const style = { "--edit-width": edit > 0 ? `${edit}px` : null, "--panels-width": right > 0 ? `${right}px` : null };
+  return html`<div class=${`shell on-${pane.value === "edit" ? "edit" : "panels"}${panelsOpen.value ? "" : " no-panels"}`} style=${style}>
+    <${Bar} />
+    <${EditPane} />
+    <${Split} label="Width of the text" place="split-a" of=".edit" change=${(/** @type {number} */ width) => (widths.value = { ...widths.peek(), edit: width })} />
+    <main class="main"><${PicturePane} /></main>
+    <${Split} label="Width of the panels" place="split-b" of=".panels" fromRight change=${(/** @type {number} */ width) => (widths.value = { ...widths.peek(), panels: width })} />
+    <section class="panels" aria-label="Panels" data-pane-focus>
       <${Tabs} label="Panels" tabs=${panels} chosen=${open.id} choose=${openPanel}><${open.Panel} /><//>
     </section>
-    <footer class="strip"></footer>
+    <${Strip} />
+    <${PhoneBar} />
+    <${Dialogs} />
+    <${Notice} />
   </div>`;
 }
 
-render(html`<${App} />`, /** @type {HTMLElement} */ (document.getElementById("app")));
+const app = /** @type {HTMLElement} */ (document.getElementById("app"));
+picture.start();
+session.start();
+render(html`<${App} />`, app);
 for (const { start } of panels) start?.();
+picking.start();
+commands.listen();
+takeDrops();
+effect(() => {
+  document.title = `${scene.value?.name ?? (origin.value.name || "a scene")} · strahl`;
+});

@@ -139,9 +139,9 @@ export const keysOf = (pointer) => plain(pointer).split("/").slice(1).map((key) 
 /** @param {string} key */
 export const escaped = (key) => key.replaceAll("~", "~0").replaceAll("/", "~1");
 
-/** The object of the scene (`/objects/3`, or one within a group or definition) that a pointer is in, or null. @param {string} pointer */
+/** The innermost object (`/objects/3`, or one of a group or a definition) that a pointer is in, or null. @param {string} pointer */
 export function objectOf(pointer) {
-  const found = /^(.*\/(?:objects|children)\/\d+)(?:\/|$)/.exec(plain(pointer));
+  const found = /^(.*\/(?:objects|definitions\/[^/]+)\/\d+)(?:\/|$)/.exec(plain(pointer));
   return found ? found[1] : null;
 }
 

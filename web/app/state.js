@@ -1,6 +1,6 @@
 // All state of the page, as signals. The text of the scene is the only truth: whatever changes the scene changes the text.
 // README.md says what each signal means. Modules and panels share state only through this file.
-import { batch, computed, signal } from "../vendor/preact.js";
+import { batch, computed, effect, signal } from "../vendor/preact.js";
 import { editOf, scan } from "./pointers.js";
 
 /** @typedef {import("./pointers.js").Syntax} Syntax */
@@ -39,8 +39,12 @@ import { editOf, scan } from "./pointers.js";
 export const text = signal("");
 /** Number of the text: each change raises it. */
 export const version = signal(0);
-/** What the text came from, for links and the title: `{ name, file }`. */
+/** The text while something is dragged, before it is let go and becomes an edit. */
+export const draft = signal(/** @type {string | null} */ (null));
+/** What the text came from. */
 export const origin = signal({ name: "", type: "application/json" });
+/** What is rendered. */
+export const rendered = computed(() => draft.value ?? text.value);
 /** Where each pointer is in the text. Texts that are not JSON (NFF) or above 1 MB have no nodes. */
 export const syntax = computed(() =>
   origin.value.type === "application/json" && text.value.length <= 1 << 20
@@ -58,8 +62,15 @@ export const scene = computed(() => {
 });
 /** Settings that override the scene for the picture. */
 export const settings = signal(/** @type {Settings} */ ({}));
-/** Size of the picture: that of the scene, or the last known one. */
+/** Size of the picture: that of the settings, else of the scene, else the last known one. */
 export const size = signal({ width: 960, height: 540 });
+effect(() => {
+  const known = scene.value?.image ?? (scene.value ? {} : size.peek());
+  const width = Number(settings.value.width ?? known.width ?? 960);
+  const height = Number(settings.value.height ?? known.height ?? 540);
+  const isSound = (/** @type {number} */ side) => Number.isInteger(side) && side >= 1 && side <= 16384;
+  if (isSound(width) && isSound(height) && (width !== size.peek().width || height !== size.peek().height)) size.value = { width, height };
+});
 
 // The picture.
 export const shown = signal(/** @type {Shown | null} */ (null));
@@ -73,6 +84,11 @@ export const predicted = computed(() => {
 export const status = signal(/** @type {{ word: Status, detail: string }} */ ({ word: "starting", detail: "" }));
 export const problems = signal(/** @type {SceneProblem[]} */ ([]));
 export const live = signal(true);
+/** A render that takes longer than two seconds, offered as a job: its predicted milliseconds, or null. */
+export const offer = signal(/** @type {number | null} */ (null));
+
+/** Bitmaps made and closed: the difference is what the page holds. */
+export const bitmaps = { made: 0, closed: 0 };
 
 // What one looks at.
 export const view = signal(/** @type {View} */ ({ scale: 1, left: 0, top: 0, width: 1, height: 1 }));
@@ -93,6 +109,8 @@ export const panel = signal("plan");
 export const panelsOpen = signal(true);
 /** What the pane on a phone shows: "edit" or a panel. */
 export const pane = signal("edit");
+/** Whether looking closer traces more detail; else pixels become squares. */
+export const deep = signal(true);
 /** What a drag in the picture does. */
 export const tool = signal(/** @type {"look" | "orbit"} */ ("look"));
 
@@ -105,6 +123,8 @@ export const otherAsked = signal(null);
 export const key = signal("");
 export const connection = signal(/** @type {{ online: boolean, upgraded: boolean }} */ ({ online: true, upgraded: false }));
 export const limits = signal(/** @type {any} */ (null));
+/** Steps of undo and redo, which the editor keeps; null until it is there. */
+export const steps = signal(/** @type {{ undo: (() => void) | null, redo: (() => void) | null }} */ ({ undo: null, redo: null }));
 /** The open dialog: "examples", "share", "help", "commands", "key", or "". */
 export const dialog = signal("");
 /** A sentence for the live region, and at the foot for a while. `undo` is offered beside it. */

@@ -133,3 +133,32 @@ export function Pointer({ pointer, children }) {
 
 /** What a panel says while there is nothing. @param {{ title: string, children?: Children }} props */
 export const Empty = ({ title, children }) => html`<div class="empty"><p class="empty-title">${title}</p>${children}</div>`;
+
+/**
+ * A separator between panes: dragged, or moved by arrow keys. @param {{ label: string, place: string, of: string, fromRight?: boolean, change: (width: number) => void }} props
+ */
+export function Split({ label, place, of, fromRight, change }) {
+  const width = () => document.querySelector(of)?.getBoundingClientRect().width ?? 0;
+  const now = useRef(/** @type {HTMLElement | null} */ (null));
+  const set = (/** @type {number} */ to) => {
+    const next = Math.round(Math.max(256, Math.min(innerWidth - 560, to)));
+    now.current?.setAttribute("aria-valuenow", String(next));
+    change(next);
+  };
+  const drag = (/** @type {PointerEvent} */ event) => {
+    const target = /** @type {HTMLElement} */ (event.currentTarget);
+    target.setPointerCapture(event.pointerId);
+    const start = width();
+    const move = (/** @type {PointerEvent} */ moved) => set(start + (moved.clientX - event.clientX) * (fromRight ? -1 : 1));
+    target.addEventListener("pointermove", move);
+    target.addEventListener("lostpointercapture", () => target.removeEventListener("pointermove", move), { once: true });
+  };
+  const step = (/** @type {KeyboardEvent} */ event) => {
+    const by = { ArrowLeft: -24, ArrowRight: 24 }[event.key];
+    if (by === undefined) return;
+    event.preventDefault();
+    set(width() + by * (fromRight ? -1 : 1));
+  };
+  return html`<div ref=${now} class=${`split ${place}`} role="separator" tabindex="0" aria-orientation="vertical" aria-label=${label} aria-valuemin="256" aria-valuemax=${innerWidth}
+    aria-valuenow="400" onPointerDown=${drag} onKeyDown=${step}></div>`;
+}

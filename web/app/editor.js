@@ -1,0 +1,169 @@
+// The editor: CodeMirror 6 in a shadow root, where its styles need no exception from the policy of the page (style-mod puts
+// them into adoptedStyleSheets there). Its text and the signal `text` follow each other.
+import {
+  Annotation, Compartment, Decoration, EditorSelection, EditorState, EditorView, HighlightStyle, Prec, StateEffect, StateField, ViewPlugin,
+  autocompletion, bracketMatching, closeBrackets, closeBracketsKeymap, codeFolding, completionKeymap, defaultKeymap, drawSelection, foldGutter,
+  foldKeymap, highlightActiveLine, highlightSelectionMatches, highlightSpecialChars, history, historyKeymap, indentOnInput, isolateHistory, json, keymap,
+  lineNumbers, lintKeymap, redo, redoDepth, search, searchKeymap, setDiagnostics, syntaxHighlighting, tags, undo, undoDepth,
+} from "../vendor/editor.js";
+import { effect, untracked } from "../vendor/preact.js";
+import { complete, meanings } from "./assist.js";
+import { look, swatches } from "./editor-look.js";
+import { nodeAt, nodeOf, objectOf } from "./pointers.js";
+import { fixOf, rangeOf } from "./problems.js";
+import { scrubbing } from "./scrub.js";
+import { caret, lit, origin, problems, revealed, setText, steps, syntax, text } from "./state.js";
+
+/** Characters above which a text is not coloured, and above which it is only shown. */
+const COLOURED = 1 << 20;
+const SHOWN = 4 << 20;
+const HEAD_LINES = 200;
+
+/** Marks changes that come from the signal. */
+const outside = Annotation.define();
+const setLit = /** @type {import("@codemirror/state").StateEffectType<import("@codemirror/view").DecorationSet>} */ (StateEffect.define());
+const litLines = StateField.define({
+  create: () => Decoration.none,
+  update: (lines, transaction) => transaction.effects.reduce((found, of) => (of.is(setLit) ? of.value : found), lines.map(transaction.changes)),
+  provide: (field) => EditorView.decorations.from(field),
+});
+const litLine = Decoration.line({ class: "cm-lit" });
+
+const language = new Compartment();
+const writable = new Compartment();
+
+/** What tells the rest of the page. It comes before all other plugins, so that they see the new syntax. */
+const telling = Prec.highest(
+  ViewPlugin.define((view) => ({
+    update(update) {
+      if (update.docChanged && !update.transactions.some((of) => of.annotation(outside))) setText(update.state.doc.toString());
+      if (update.docChanged || update.selectionSet) {
+        caret.value = nodeAt(syntax.peek(), update.state.selection.main.head)?.pointer ?? "";
+        const can = (/** @type {number} */ depth, /** @type {typeof undo} */ step) => (depth > 0 ? () => void step(view) : null);
+        if (update.docChanged) steps.value = { undo: can(undoDepth(update.state), undo), redo: can(redoDepth(update.state), redo) };
+      }
+    },
+  })),
+);
+
+const colours = HighlightStyle.define([
+  { tag: tags.propertyName, class: "tok-key" },
+  { tag: tags.string, class: "tok-string" },
+  { tag: tags.number, class: "tok-number" },
+  { tag: [tags.bool, tags.null], class: "tok-word" },
+]);
+
+const extensions = [
+  telling,
+  lineNumbers(),
+  highlightSpecialChars(),
+  history(),
+  codeFolding(),
+  foldGutter(),
+  drawSelection(),
+  indentOnInput(),
+  bracketMatching(),
+  closeBrackets(),
+  autocompletion({ override: [complete], activateOnTyping: true, icons: false }),
+  highlightActiveLine(),
+  highlightSelectionMatches(),
+  search({ top: true }),
+  syntaxHighlighting(colours),
+  meanings,
+  scrubbing,
+  litLines,
+  EditorView.lineWrapping,
+  EditorView.contentAttributes.of({ "aria-label": "Scene as JSON", tabindex: "0", spellcheck: "false", autocorrect: "off", autocapitalize: "off" }),
+  // Tab leaves the editor, so it is no trap (WCAG 2.1.2). Ctrl-Enter renders, which the page does.
+  keymap.of([
+    { key: "Mod-Enter", run: () => true },
+    ...closeBracketsKeymap, ...completionKeymap, ...searchKeymap, ...historyKeymap, ...foldKeymap, ...lintKeymap,
+    ...defaultKeymap.filter(({ key }) => key !== "Mod-Enter" && key !== "Alt-ArrowUp" && key !== "Alt-ArrowDown"),
+    { key: "Escape", run: (view) => (view.contentDOM.blur(), true) },
+  ]),
+  look,
+];
+
+/** The least change from one text to the other. @param {string} from @param {string} to */
+function difference(from, to) {
+  let start = 0;
+  const shorter = Math.min(from.length, to.length);
+  while (start < shorter && from[start] === to[start]) start += 1;
+  let end = 0;
+  while (end < shorter - start && from[from.length - 1 - end] === to[to.length - 1 - end]) end += 1;
+  return { from: start, to: from.length - end, insert: to.slice(start, to.length - end) };
+}
+
+/** @param {string} whole */
+const head = (whole) => `${whole.split("\n", HEAD_LINES).join("\n").slice(0, COLOURED)}\n…`;
+
+/** Puts an editor into an element. @param {HTMLElement} host @returns {EditorView} */
+export function start(host) {
+  const root = host.attachShadow({ mode: "open" });
+  root.adoptedStyleSheets.push(swatches);
+  const isLong = (/** @type {string} */ of) => of.length > SHOWN;
+  const doc = isLong(text.peek()) ? head(text.peek()) : text.peek();
+  const view = new EditorView({ root, parent: root, state: EditorState.create({ doc, extensions: [extensions, language.of([]), writable.of([])] }) });
+  // Signals may change while the editor updates itself.
+  const soon = (/** @type {() => void} */ run) => queueMicrotask(run);
+
+  effect(() => {
+    const next = text.value;
+    const isJson = origin.value.type === "application/json" && next.length <= COLOURED;
+    untracked(() => soon(() => {
+      const current = text.peek();
+      const shown = isLong(current) ? head(current) : current;
+      const now = view.state.doc.toString();
+      const effects = [
+        language.reconfigure(isJson ? json() : []),
+        writable.reconfigure(isLong(current) ? [EditorState.readOnly.of(true), EditorView.editable.of(false)] : []),
+      ];
+      if (now !== shown) view.dispatch({ changes: difference(now, shown), annotations: [outside.of(true), isolateHistory.of("full")], effects });
+      else if ((language.get(view.state) instanceof Array) === isJson) view.dispatch({ effects });
+    }));
+  });
+  effect(() => {
+    const all = problems.value;
+    soon(() => view.dispatch(setDiagnostics(view.state, all.map((problem) => diagnostic(view, problem)))));
+  });
+  effect(() => {
+    const pointers = lit.value;
+    soon(() => view.dispatch({ effects: setLit.of(linesOf(view, pointers)) }));
+  });
+  effect(() => {
+    const of = revealed.value;
+    if (of) soon(() => show(view, of.pointer));
+  });
+  return view;
+}
+
+/** @param {EditorView} view @param {import("./state.js").SceneProblem} problem @returns {import("@codemirror/lint").Diagnostic} */
+function diagnostic(view, problem) {
+  const { length } = view.state.doc;
+  const { from, to } = rangeOf(text.peek(), syntax.peek(), problem);
+  const fix = fixOf(syntax.peek(), problem);
+  const actions = fix ? [{ name: `Write "${fix.word}"`, apply: () => view.dispatch({ changes: { from: fix.from, to: fix.to, insert: fix.insert }, annotations: isolateHistory.of("full") }) }] : [];
+  return { from: Math.min(from, length), to: Math.min(Math.max(to, from), length), severity: "error", message: problem.detail, actions };
+}
+
+/** @param {EditorView} view @param {string[]} pointers */
+function linesOf(view, pointers) {
+  const starts = new Set();
+  for (const pointer of pointers) {
+    const node = nodeOf(syntax.peek(), pointer);
+    if (!node || node.pointer === "" || node.to > view.state.doc.length) continue;
+    const last = view.state.doc.lineAt(node.to).number;
+    for (let line = view.state.doc.lineAt(node.from).number; line <= last && starts.size < 500; line += 1) starts.add(view.state.doc.line(line).from);
+  }
+  return Decoration.set([...starts].sort((a, b) => a - b).map((from) => litLine.range(from)));
+}
+
+/** @param {EditorView} view @param {string} pointer */
+function show(view, pointer) {
+  const node = nodeOf(syntax.peek(), pointer);
+  if (!node || node.to > view.state.doc.length) return;
+  const isObject = objectOf(node.pointer) === node.pointer;
+  const anchor = isObject || node.to - node.from > 200 ? node.from : node.to;
+  view.dispatch({ selection: EditorSelection.single(anchor, node.from), effects: EditorView.scrollIntoView(node.from, { y: "center" }) });
+  view.focus();
+}

@@ -1,0 +1,58 @@
+// How the picture lies in the viewport: fitting, zooming about a point, panning. No effects.
+
+/** @typedef {import("./state.js").View} View */
+/** @typedef {{ width: number, height: number }} Size */
+
+/** A pixel of the scene may become this wide on the screen. */
+export const LARGEST = 65_536;
+/** CSS pixels around a fitted picture. */
+const MARGIN = 16;
+/** CSS pixels of the picture that stay in sight. */
+const HELD = 48;
+
+/** The whole picture in the middle. @param {Size} room @param {Size} size @returns {View} */
+export function fitted(room, size) {
+  const margin = Math.min(MARGIN, room.width / 20);
+  const scale = Math.max(1e-3, Math.min((room.width - 2 * margin) / size.width, (room.height - 2 * margin) / size.height));
+  return placed({ ...room, scale, left: (room.width - size.width * scale) / 2, top: (room.height - size.height * scale) / 2 }, size);
+}
+
+/** Zooms about a point that stays where it is. @param {View} view @param {Size} size @param {number} factor @param {number} x @param {number} y @returns {View} */
+export function zoomed(view, size, factor, x, y) {
+  const smallest = fitted(view, size).scale / 4;
+  const scale = Math.min(LARGEST, Math.max(smallest, view.scale * factor));
+  const by = scale / view.scale;
+  return placed({ ...view, scale, left: x - (x - view.left) * by, top: y - (y - view.top) * by }, size);
+}
+
+/** @param {View} view @param {Size} size @param {number} dx @param {number} dy @returns {View} */
+export const panned = (view, size, dx, dy) => placed({ ...view, left: view.left + dx, top: view.top + dy }, size);
+
+/** Keeps some of the picture in sight. @param {View} view @param {Size} size @returns {View} */
+export function placed(view, size) {
+  const hold = (/** @type {number} */ at, /** @type {number} */ length, /** @type {number} */ room) => Math.min(room - HELD, Math.max(HELD - length, at));
+  return { ...view, left: hold(view.left, size.width * view.scale, view.width), top: hold(view.top, size.height * view.scale, view.height) };
+}
+
+/** The pixel of the scene at a point of the viewport, or null outside. @param {View} view @param {Size} size @param {number} x @param {number} y */
+export function pixelAt(view, size, x, y) {
+  const at = { x: Math.floor((x - view.left) / view.scale), y: Math.floor((y - view.top) / view.scale) };
+  return at.x >= 0 && at.y >= 0 && at.x < size.width && at.y < size.height ? at : null;
+}
+
+/** The view that shows a pixel, moved no more than it takes. @param {View} view @param {Size} size @param {{ x: number, y: number }} pixel @returns {View} */
+export function showing(view, size, pixel) {
+  const shift = (/** @type {number} */ from, /** @type {number} */ room) => {
+    const margin = Math.min(24, room / 4);
+    return from < margin ? margin - from : from + view.scale > room - margin ? Math.min(0, room - margin - view.scale - from) : 0;
+  };
+  const dx = shift(view.left + pixel.x * view.scale, view.width);
+  const dy = shift(view.top + pixel.y * view.scale, view.height);
+  return dx === 0 && dy === 0 ? view : { ...view, left: view.left + dx, top: view.top + dy };
+}
+
+/** Zoom for people: 50 %, 100 %, × 4,096. @param {number} scale device pixels for one of the scene */
+export function zoomWords(scale) {
+  if (scale < 9.995) return `${Math.round(scale * 100)} %`;
+  return `× ${Math.round(scale).toLocaleString("en")}`;
+}

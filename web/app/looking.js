@@ -1,0 +1,41 @@
+// What one looks at: fitting, zooming, and the pixel cursor, for gestures, buttons and commands alike.
+import { batch, signal } from "../vendor/preact.js";
+import { fitted, pixelAt, placed, showing, zoomed } from "./framing.js";
+import { pixel, size, view } from "./state.js";
+
+/** Whether the picture stays fitted when the viewport changes its size. */
+export const isFitted = signal(true);
+/** Where the pointer is, in CSS pixels of the viewport: tiles near it come first. */
+export const pointer = { x: 0, y: 0 };
+
+export function fit() {
+  batch(() => ((isFitted.value = true), (view.value = fitted(view.peek(), size.peek()))));
+}
+
+/** One pixel of the scene to one of the screen, about the middle. */
+export function actualSize() {
+  const { width, height } = view.peek();
+  const scale = 1 / devicePixelRatio;
+  const of = size.peek();
+  batch(() => {
+    isFitted.value = false;
+    view.value = placed({ width, height, scale, left: (width - of.width * scale) / 2, top: (height - of.height * scale) / 2 }, of);
+  });
+}
+
+/** @param {number} factor @param {number} [x] @param {number} [y] */
+export function zoomBy(factor, x = view.peek().width / 2, y = view.peek().height / 2) {
+  batch(() => ((isFitted.value = false), (view.value = zoomed(view.peek(), size.peek(), factor, x, y))));
+}
+
+/** Moves the pixel cursor. @param {number} dx @param {number} dy */
+export function moveCursor(dx, dy) {
+  const { width, height } = size.peek();
+  const from = pixel.peek() ?? pixelAt(view.peek(), size.peek(), view.peek().width / 2, view.peek().height / 2) ?? { x: width >> 1, y: height >> 1 };
+  const to = { x: Math.max(0, Math.min(width - 1, from.x + dx)), y: Math.max(0, Math.min(height - 1, from.y + dy)) };
+  batch(() => {
+    pixel.value = to;
+    const next = showing(view.peek(), size.peek(), to);
+    if (next !== view.peek()) (isFitted.value = false), (view.value = next);
+  });
+}

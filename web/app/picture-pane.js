@@ -1,0 +1,64 @@
+// The middle pane: the picture, and over it the tools to look at it.
+import { html } from "../vendor/preact.js";
+import { cameraOf, written } from "./camera.js";
+import { zoomWords } from "./framing.js";
+import { isMovable } from "./gestures.js";
+import { actualSize, fit, zoomBy } from "./looking.js";
+import { deep, draft, hover, pixel, problems, reveal, shown, status, syntax, text, tool, view } from "./state.js";
+import { lineOf, rangeOf } from "./problems.js";
+import { Button, Icon } from "./ui.js";
+import { Viewport } from "./viewport.js";
+
+function Tools() {
+  const isOrbit = tool.value === "orbit";
+  const zoom = zoomWords(view.value.scale * devicePixelRatio);
+  return html`<div class="tools" role="toolbar" aria-label="Look at the picture">
+    <${Button} label="Move the camera" icon="orbit" kind="quiet" keys="C" pressed=${isOrbit} disabled=${!isMovable()} press=${() => (tool.value = isOrbit ? "look" : "orbit")}><span class="tool-word">Camera</span><//>
+    <span class="tools-gap"></span>
+    <${Button} label="Zoom out" icon="minus" kind="quiet" keys="-" press=${() => zoomBy(1 / 1.5)} />
+    <${Button} label=${`Zoom is ${zoom}; press for 100 %`} kind="quiet" press=${actualSize}><span class="zoom">${zoom}</span><//>
+    <${Button} label="Zoom in" icon="plus" kind="quiet" keys="+" press=${() => zoomBy(1.5)} />
+    <${Button} label="Fit" icon="fit" kind="quiet" keys="0" press=${fit} />
+    <span class="tools-gap"></span>
+    <${Button} kind="quiet" keys="D" pressed=${deep.value} press=${() => (deep.value = !deep.value)} title="Closer than its own size the service traces more detail; else pixels become squares">Detail<//>
+  </div>`;
+}
+
+/** Where the pointer or the cursor is; numbers of the camera while it moves. */
+function Readout() {
+  const camera = draft.value === null ? null : cameraOf(parsed(draft.value));
+  if (camera) {
+    const { eye, look_at } = written(camera);
+    return html`<p class="readout mono">eye ${eye.join(", ")} · look_at ${look_at.join(", ")}</p>`;
+  }
+  const at = hover.value ?? pixel.value;
+  return at ? html`<p class="readout mono">${at.x}, ${at.y}</p>` : null;
+}
+
+/** @param {string} json */
+function parsed(json) {
+  try {
+    return JSON.parse(json);
+  } catch {
+    return null;
+  }
+}
+
+/** What is wrong, over the last good picture. */
+function Trouble() {
+  const [first] = problems.value;
+  if (status.value.word === "failed") return html`<p class="trouble" role="alert"><${Icon} name="warning" />${status.value.detail}</p>`;
+  if (!first || status.value.word !== "invalid") return null;
+  const line = lineOf(text.value, rangeOf(text.value, syntax.value, first).from);
+  return html`<p class="trouble"><${Icon} name="warning" /><button type="button" class="trouble-link" onClick=${() => reveal(first.pointer)}>Line ${line}</button> ${first.detail}</p>`;
+}
+
+export function PicturePane() {
+  return html`<section class="picture" aria-label="Picture" data-pane-focus>
+    <${Viewport} />
+    ${!shown.value && status.value.word !== "failed" && html`<p class="first">The first picture is on its way.</p>`}
+    <${Trouble} />
+    <${Readout} />
+    <${Tools} />
+  </section>`;
+}

@@ -1,0 +1,144 @@
+// Numbers that one drags and colours that one picks, in the editor: Alt and drag, Alt and arrow keys, or the swatch.
+import { Decoration, EditorView, ViewPlugin, WidgetType, isolateHistory, keymap } from "../vendor/editor.js";
+import { schema } from "./assist.js";
+import { keysOf, nodeAt, valueAt } from "./pointers.js";
+import { isColour } from "./schema.js";
+import { scene, syntax } from "./state.js";
+import { fromHex, scrubbed, toHex } from "./values.js";
+
+/** @typedef {import("./pointers.js").Node} Node */
+
+/** CSS pixels for one step. */
+const PER_STEP = 4;
+
+/** @param {EditorView} view @param {number} at @returns {Node | null} */
+function numberAt(view, at) {
+  const node = nodeAt(syntax.peek(), at);
+  return node?.kind === "number" && node.to <= view.state.doc.length ? node : null;
+}
+
+/** @param {EditorView} view @param {{ from: number, to: number }} place @param {string} insert */
+function write(view, place, insert) {
+  view.dispatch({ changes: { from: place.from, to: place.to, insert }, userEvent: "scrub" });
+}
+
+const dragging = EditorView.domEventHandlers({
+  mousedown(event, view) {
+    if (!event.altKey || event.button !== 0) return false;
+    const at = view.posAtCoords({ x: event.clientX, y: event.clientY });
+    const node = at === null ? null : numberAt(view, at);
+    if (!node) return false;
+    event.preventDefault();
+    const start = view.state.sliceDoc(node.from, node.to);
+    let to = node.to;
+    view.dispatch({ selection: { anchor: node.from, head: node.to }, annotations: isolateHistory.of("full") });
+    const stop = new AbortController();
+    const move = (/** @type {MouseEvent} */ moved) => {
+      const steps = Math.round((moved.clientX - event.clientX) / PER_STEP);
+      const next = scrubbed(start, steps * (moved.shiftKey ? 10 : 1));
+      if (next === view.state.sliceDoc(node.from, to)) return;
+      view.dispatch({ changes: { from: node.from, to, insert: next }, selection: { anchor: node.from, head: node.from + next.length }, userEvent: "scrub" });
+      to = node.from + next.length;
+    };
+    const up = () => {
+      stop.abort();
+      view.dispatch({ annotations: isolateHistory.of("full") });
+    };
+    addEventListener("mousemove", move, { signal: stop.signal });
+    addEventListener("mouseup", up, { signal: stop.signal });
+    return true;
+  },
+});
+
+/** @param {number} steps @returns {(view: EditorView) => boolean} */
+const stepBy = (steps) => (view) => {
+  const node = numberAt(view, view.state.selection.main.head);
+  if (!node) return false;
+  write(view, node, scrubbed(view.state.sliceDoc(node.from, node.to), steps));
+  return true;
+};
+
+const keys = keymap.of([
+  { key: "Alt-ArrowUp", run: stepBy(1), shift: stepBy(10) },
+  { key: "Alt-ArrowDown", run: stepBy(-1), shift: stepBy(-10) },
+]);
+
+class Swatch extends WidgetType {
+  /** @param {string} hex @param {string} pointer @param {boolean} isText */
+  constructor(hex, pointer, isText) {
+    super();
+    this.hex = hex;
+    this.pointer = pointer;
+    this.isText = isText;
+  }
+  /** @param {Swatch} other */
+  eq(other) {
+    return other.hex === this.hex && other.pointer === this.pointer && other.isText === this.isText;
+  }
+  /** @param {EditorView} view */
+  toDOM(view) {
+    const input = document.createElement("input");
+    input.type = "color";
+    input.className = "swatch";
+    input.value = this.hex;
+    input.tabIndex = -1;
+    input.setAttribute("aria-label", `Colour of ${this.pointer.slice(1).replaceAll("/", " ")}`);
+    input.addEventListener("input", () => {
+      const node = syntax.peek().nodes.get(this.pointer);
+      if (node) write(view, node, this.isText ? JSON.stringify(input.value) : `[${fromHex(input.value).join(", ")}]`);
+    });
+    return input;
+  }
+  // A picker stays open while its colour changes: the element is kept.
+  /** @param {HTMLElement} dom */
+  updateDOM(dom) {
+    if (dom.getAttribute("aria-label") !== `Colour of ${this.pointer.slice(1).replaceAll("/", " ")}`) return false;
+    /** @type {HTMLInputElement} */ (dom).value = this.hex;
+    return true;
+  }
+  ignoreEvent() {
+    return true;
+  }
+}
+
+let root = /** @type {any} */ (null);
+
+/** Swatches of the colours that are in sight. @param {EditorView} view */
+function swatches(view) {
+  const places = syntax.peek();
+  const value = scene.peek();
+  if (!root || !value) return Decoration.none;
+  const found = [];
+  for (const { from, to } of view.visibleRanges) {
+    for (const node of places.nodes.values()) {
+      if (node.from < from || node.to > to || (node.kind !== "array" && node.kind !== "string")) continue;
+      if (node.kind === "array" ? node.size !== 3 : view.state.sliceDoc(node.from, node.from + 2) !== '"#') continue;
+      if (!isColour(root, keysOf(node.pointer))) continue;
+      const hex = toHex(valueAt(value, node.pointer));
+      if (hex) found.push(Decoration.widget({ widget: new Swatch(hex, node.pointer, node.kind === "string"), side: -1 }).range(node.from));
+    }
+  }
+  return Decoration.set(found, true);
+}
+
+const colours = ViewPlugin.fromClass(
+  class {
+    /** @param {EditorView} view */
+    constructor(view) {
+      this.decorations = swatches(view);
+      if (!root) {
+        schema().then((found) => {
+          root = found;
+          view.dispatch({});
+        }, () => {});
+      }
+    }
+    /** @param {import("@codemirror/view").ViewUpdate} update */
+    update(update) {
+      if (update.docChanged || update.viewportChanged || (root && this.decorations === Decoration.none)) this.decorations = swatches(update.view);
+    }
+  },
+  { decorations: (plugin) => plugin.decorations },
+);
+
+export const scrubbing = [dragging, keys, colours];

@@ -1,0 +1,86 @@
+// Sharing: a link to what is seen, the same request for the command line, and files.
+import { html, useEffect, useSignal } from "../vendor/preact.js";
+import { address, ask } from "./api.js";
+import { LONGEST_LINK, curlLine, fileName, fragment, packed, programLine } from "./link.js";
+import { example } from "./scenes.js";
+import { isFitted } from "./looking.js";
+import { deep, dialog, key, origin, panel, pixel, say, settings, shown, size, text, view } from "./state.js";
+import { Button, Dialog } from "./ui.js";
+
+/** The fragment of what is seen. @returns {Promise<string>} */
+export async function seen() {
+  const at = view.peek();
+  const frame = isFitted.peek() ? undefined : { x: (at.width / 2 - at.left) / at.scale / size.peek().width, y: (at.height / 2 - at.top) / at.scale / size.peek().height, scale: at.scale };
+  const common = { type: origin.peek().type, settings: settings.peek(), panel: panel.peek(), pixel: pixel.peek() ?? undefined, frame };
+  const known = example.peek();
+  if (known?.text === text.peek()) return fragment({ ...common, example: known.id });
+  return fragment({ ...common, packed: await packed(text.peek()) });
+}
+
+/** @param {string} words @param {string} what */
+async function copy(words, what) {
+  try {
+    await navigator.clipboard.writeText(words);
+    say(`${what} is copied.`);
+  } catch {
+    say("The browser does not let this page copy; select the text.");
+  }
+}
+
+/** @param {Blob} blob @param {string} name */
+export function save(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+/** The settings of the request that made the picture on screen. */
+const asked = () => shown.value?.settings ?? settings.value;
+
+/** @param {string} format @param {Record<string, string>} [more] */
+async function download(format, more = {}) {
+  try {
+    const answer = await ask("v1/render", { body: text.peek(), type: origin.peek().type, query: { ...settings.peek(), ...more, format } });
+    save(await answer.blob(), `picture.${format}`);
+  } catch (error) {
+    say(/** @type {Error} */ (error).message);
+  }
+}
+
+/** @param {{ label: string, text: string, what: string }} props */
+const Copied = ({ label, text: words, what }) => html`<div class="copied">
+  <label>${label}<textarea readonly rows="2" onFocus=${(/** @type {any} */ event) => event.currentTarget.select()}>${words}</textarea></label>
+  <${Button} icon="copy" press=${() => copy(words, what)}>Copy<//>
+</div>`;
+
+export function Share() {
+  const link = useSignal("");
+  useEffect(() => {
+    seen().then((words) => (link.value = `${address("studio")}#${words}`));
+  }, []);
+  const base = String(address("")).replace(/\/$/, "");
+  const { type } = origin.value;
+  const curl = curlLine(base, asked(), key.value !== "", type);
+  const digest = shown.value?.report.digest ?? "";
+  const tag = `<img src="${base}${shown.value?.report.location || "/v1/images/..."}" alt="" width="${size.value.width}" height="${size.value.height}">`;
+  return html`<${Dialog} title="Share" wide close=${() => (dialog.value = "")}>
+    <p class="quiet">The link holds the scene itself, after the #: it is sent to no server, and opens in any strahl.</p>
+    <${Copied} label="Link to what you see" text=${link.value} what="The link" />
+    ${link.value.length > LONGEST_LINK && html`<p class="warning">This link has ${link.value.length.toLocaleString("en")} characters; mail and chat programs may cut it. Send the scene as a file.</p>`}
+    <${Copied} label=${`The request of this picture, for curl, beside ${fileName(type)}`} text=${curl} what="The line" />
+    <${Copied} label="The same without a service" text=${programLine(asked(), type)} what="The line" />
+    ${shown.value?.report.location && key.value === "" && html`<${Copied} label="For a page of your own" text=${tag} what="The tag" />`}
+    <div class="row">
+      <${Button} press=${() => save(new Blob([text.peek()], { type }), fileName(type))}>Scene<//>
+      <${Button} press=${() => download("png")}>PNG<//>
+      <${Button} press=${() => download("png", { bits: "16" })}>PNG, 16 bits<//>
+      <${Button} press=${() => download("exr")}>EXR<//>
+      <${Button} press=${() => download("pfm")}>PFM<//>
+      <${Button} press=${() => download("webp")}>WebP<//>
+    </div>
+    ${digest !== "" && html`<p class="quiet">SHA-256 of the picture on screen: <code class="wrapped">${digest}</code>. The same request gives the same bytes on every machine${asked().accuracy?.startsWith("time:") ? ", except that this one has a time limit" : ""}.</p>`}
+    ${!deep.value && html`<p class="quiet">The link opens with detail.</p>`}
+  <//>`;
+}

@@ -1,0 +1,179 @@
+// Deep zoom: tiles of /xyz for what is in sight, nearest to the pointer first, three at a time. What is out of sight is aborted,
+// which stops the work in the service, too. Coarser tiles stand in for those that are not there yet.
+import { signal } from "../vendor/preact.js";
+import { Problem, Unreachable, ask, askJson, pause } from "./api.js";
+import { bitmaps, connection, origin, settings, size, text } from "./state.js";
+
+/** @typedef {import("./state.js").View} View */
+/** @typedef {{ level: number, column: number, row: number, name: string }} Place */
+/** @typedef {{ image: string, offset: number, template: string }} Source `offset`: level of /xyz at the scene's own size */
+
+const TILE = 512;
+const IN_FLIGHT = 3;
+const KEPT = 120;
+/** Levels beyond the scene's size that single precision tells apart; below that rays are traced in double. */
+const SINGLE = 8;
+const DEEPEST = 16;
+
+/** Rises whenever a tile has come. */
+export const arrived = signal(0);
+/** What is on its way, for tests and the strip. */
+export const counts = { flying: 0, most: 0, aborted: 0, retried: 0, loaded: 0 };
+
+let about = "";
+const sources = /** @type {Map<string, Promise<Source | null>>} */ (new Map());
+const loaded = /** @type {Map<string, ImageBitmap>} */ (new Map());
+const flying = /** @type {Map<string, AbortController>} */ (new Map());
+/** Tiles that the service refuses, so that they are not asked for again. */
+const refused = /** @type {Set<string>} */ (new Set());
+let wanted = /** @type {Place[]} */ ([]);
+
+/** The level that a view needs: 0 is the scene's own size. @param {number} scale device pixels for a pixel of the scene */
+export const levelOf = (scale) => Math.min(DEEPEST, Math.ceil(Math.log2(scale) - 0.01));
+
+/** Tiles of a level that a view shows, the nearest to a point first. @param {View} view @param {{ width: number, height: number }} of @param {number} level @param {{ x: number, y: number }} near */
+export function inSight(view, of, level, near) {
+  const side = (TILE / 2 ** level) * view.scale;
+  const last = (/** @type {number} */ length) => Math.ceil((length * 2 ** level) / TILE) - 1;
+  const range = (/** @type {number} */ from, /** @type {number} */ room, /** @type {number} */ end) => [Math.max(0, Math.floor(-from / side)), Math.min(end, Math.floor((room - from) / side))];
+  const [left, right] = range(view.left, view.width, last(of.width));
+  const [top, bottom] = range(view.top, view.height, last(of.height));
+  const places = [];
+  for (let row = top; row <= bottom; row += 1) {
+    for (let column = left; column <= right; column += 1) {
+      const distance = Math.hypot(view.left + (column + 0.5) * side - near.x, view.top + (row + 0.5) * side - near.y);
+      places.push({ level, column, row, name: `${level}/${column}/${row}`, distance });
+    }
+  }
+  return places.sort((a, b) => a.distance - b.distance);
+}
+
+/** Forgets everything if the scene is another one. */
+function settle() {
+  const now = `${JSON.stringify(settings.peek())}\n${text.peek()}`;
+  if (now === about) return;
+  about = now;
+  for (const [, controller] of flying) controller.abort();
+  for (const [, bitmap] of loaded) {
+    bitmap.close();
+    bitmaps.closed += 1;
+  }
+  sources.clear();
+  loaded.clear();
+  refused.clear();
+}
+
+/** The image whose tiles a level is of. @param {number} level @returns {Promise<Source | null>} */
+function source(level) {
+  const isFar = level > SINGLE;
+  const name = String(isFar);
+  let known = sources.get(name);
+  if (!known) {
+    const query = { ...settings.peek(), ...(isFar ? { precision: "double" } : {}) };
+    known = open(query, isFar ? DEEPEST : SINGLE);
+    sources.set(name, known);
+    known.catch(() => sources.delete(name));
+  }
+  return known;
+}
+
+/** @param {Record<string, string>} query @param {number} zoom @returns {Promise<Source | null>} */
+async function open(query, zoom) {
+  try {
+    const known = await askJson("v1/scenes", { method: "POST", body: text.peek(), type: origin.peek().type, query: { ...query, zoom } });
+    const tiles = await askJson(known.links.xyz);
+    return { image: known.image_id, offset: tiles.nativezoom - zoom, template: tiles.tiles[0] };
+  } catch (error) {
+    if (error instanceof Problem && query.precision !== "double" && error.status === 400) return open({ ...query, precision: "double" }, zoom);
+    if (error instanceof Unreachable) throw error;
+    return null;
+  }
+}
+
+/**
+ * Asks for the tiles of a view, and gives those to draw, the coarsest first.
+ * @param {View} view @param {number} ratio device pixels for a CSS pixel @param {{ x: number, y: number }} near
+ * @returns {{ bitmap: ImageBitmap, x: number, y: number, side: number }[]}
+ */
+export function tiles(view, ratio, near) {
+  settle();
+  const level = levelOf(view.scale * ratio);
+  const of = size.peek();
+  // At the size of the scene and below the picture itself is enough, also on screens with finer pixels.
+  if (level <= 0 || view.scale <= 1) {
+    wanted = [];
+    pump();
+    return [];
+  }
+  const places = inSight(view, of, level, near);
+  wanted = places.filter(({ name }) => !loaded.has(name) && !refused.has(name));
+  for (const [name, controller] of flying) if (!wanted.some((place) => place.name === name)) (counts.aborted += 1, controller.abort(), flying.delete(name));
+  pump();
+  const drawn = /** @type {Map<string, { level: number, x: number, y: number, side: number, bitmap: ImageBitmap }>} */ (new Map());
+  for (const { level: at, column, row } of places) {
+    for (let up = 0; up <= at; up += 1) {
+      const [coarse, left, top] = [at - up, column >> up, row >> up];
+      const name = `${coarse}/${left}/${top}`;
+      const bitmap = loaded.get(name);
+      if (!bitmap) continue;
+      // The last used is the last to be dropped.
+      loaded.delete(name);
+      loaded.set(name, bitmap);
+      const side = (TILE / 2 ** coarse) * view.scale;
+      drawn.set(name, { level: coarse, bitmap, x: view.left + left * side, y: view.top + top * side, side: side / TILE });
+      break;
+    }
+  }
+  return [...drawn.values()].sort((a, b) => a.level - b.level);
+}
+
+/** Starts what there is room for. */
+function pump() {
+  if (!connection.value.online) return;
+  for (const place of wanted) {
+    if (flying.size >= IN_FLIGHT) return;
+    if (!flying.has(place.name)) load(place);
+  }
+}
+
+/** @param {Place} place */
+async function load({ level, column, row, name }) {
+  const controller = new AbortController();
+  const { signal: aborted } = controller;
+  flying.set(name, controller);
+  counts.flying = flying.size;
+  counts.most = Math.max(counts.most, flying.size);
+  try {
+    const from = await source(level);
+    if (!from) throw new Error("no tiles");
+    const path = from.template.replace("{z}", String(level + from.offset)).replace("{x}", String(column)).replace("{y}", String(row));
+    aborted.throwIfAborted();
+    const answer = await ask(path, { signal: aborted, accept: "image/png" });
+    const bitmap = await createImageBitmap(await answer.blob());
+    bitmaps.made += 1;
+    if (aborted.aborted) return void (bitmap.close(), (bitmaps.closed += 1));
+    loaded.set(name, bitmap);
+    counts.loaded += 1;
+    drop();
+  } catch (error) {
+    if (aborted.aborted) return;
+    if (error instanceof Problem && error.retryAfter > 0) {
+      counts.retried += 1;
+      await pause(error.retryAfter * 1000, aborted).catch(() => {});
+    } else if (!(error instanceof Unreachable)) refused.add(name);
+  } finally {
+    if (flying.get(name) === controller) flying.delete(name);
+    counts.flying = flying.size;
+    arrived.value += 1;
+  }
+}
+
+/** Drops the tiles that were not used for the longest time. */
+function drop() {
+  for (const [name, bitmap] of loaded) {
+    if (loaded.size <= KEPT) return;
+    loaded.delete(name);
+    bitmap.close();
+    bitmaps.closed += 1;
+  }
+}
