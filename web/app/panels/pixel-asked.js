@@ -1,7 +1,7 @@
 // Asks for the tree of the pixel that is chosen, one answer for each text, settings and pixel; and what of it is looked at.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { Problem, Unreachable, ask, patiently, pause } from "../api.js";
-import { openPanel, origin, panel, panelsOpen, pixel, settings, size, text, version } from "../state.js";
+import { draft, openPanel, origin, panel, panelsOpen, pixel, settings, size, text, version } from "../state.js";
 import { addUp, grow, rowsOf } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Grown} Grown */
@@ -17,7 +17,7 @@ export const isStale = computed(() => {
   const [at, of] = [pixel.value, answer.value];
   if (!of || !at) return false;
   const [x, y] = of.grown.tree.pixel;
-  return of.version !== version.value || of.settings !== JSON.stringify(settings.value) || x !== at.x || y !== at.y;
+  return draft.value !== null || of.version !== version.value || of.settings !== JSON.stringify(settings.value) || x !== at.x || y !== at.y;
 });
 /** The sample whose rays are listed. */
 export const sample = signal(0);

@@ -1,16 +1,14 @@
-// Links between picture and text: what the pointer is over lights its line and its outline, the caret lights its object.
+// Links between picture and text: what lights up in the text is outlined in the picture, also the object of the caret.
 import { computed, effect, untracked } from "../../vendor/preact.js";
 import { objectOf } from "../pointers.js";
-import { caret, hover, lit, pixel, putLayer, removeLayer, revealed, size, view } from "../state.js";
+import { caret, draft, hover, lit, pixel, putLayer, removeLayer, revealed, size, view } from "../state.js";
 import { answer, isStale, pointed } from "./pixel-asked.js";
-import { objectAt, objects, outlineOf, start as startObjects } from "./pixel-objects.js";
+import { objects, outlineOf, start as startObjects } from "./pixel-objects.js";
 import { overlayHit } from "./pixel-overlay.js";
-import { targetOf } from "./pixel-rays.js";
 
-/** The object that is outlined: the one under the pointer, else that of a row of the outline, else that of the caret. */
+/** The object that is outlined: the one that lights up in the text, else that of the caret. Not while the camera moves. */
 const outlined = computed(() => {
-  const under = hover.value ? objectAt(hover.value) : null;
-  if (under !== null) return { pointer: under, strong: true };
+  if (draft.value !== null) return null;
   if (lit.value.length > 0) return { pointer: lit.value[0], strong: true };
   const own = objectOf(caret.value);
   return own === null ? null : { pointer: own, strong: false };
@@ -48,17 +46,14 @@ export function start() {
     const isSeen = lines.value.length > 0;
     untracked(() => (isSeen ? putLayer({ id: "object", order: 10, draw: (context, of) => draw(context, of) }) : removeLayer("object")));
   });
+  // Over one of the drawn rays its row lights up.
   let byHover = false;
   effect(() => {
     const at = hover.value;
-    const pointer = at ? objectAt(at) : null;
     untracked(() => {
       const ray = at ? overlayHit(at, 7 / view.peek().scale) : null;
       if (ray !== null || byHover) pointed.value = ray === null ? "" : String(ray);
-      const next = ray === null ? pointer : targetOf(/** @type {import("./pixel-rays.js").Ray} */ (answer.peek()?.grown.tree.rays[ray])).pointer;
-      if (next !== null) lit.value = [next];
-      else if (byHover) lit.value = [];
-      byHover = at !== null;
+      byHover = ray !== null;
     });
   });
   // A click jumps to the line of what the pixel shows first. Moving the pixel by keys does not.

@@ -6,7 +6,7 @@ import { caret, hover, scene, size, text } from "../state.js";
 import { objectOf } from "../pointers.js";
 import { cameraOf } from "./pixel-projection.js";
 
-/** @typedef {{ key: string, columns: number, rows: number, ids: Int32Array, pointers: string[] }} Objects `ids` are places in `pointers`, or -1 */
+/** @typedef {{ key: string, columns: number, rows: number, ids: Int32Array, hits: { object: string, body: string }[] }} Objects `ids` are places in `hits`, or -1 */
 
 export const objects = signal(/** @type {Objects | null} */ (null));
 
@@ -36,34 +36,28 @@ async function load(signal, key) {
   const ids = new Int32Array(rows * columns).fill(-1);
   /** @type {Map<string, number>} */
   const places = new Map();
+  /** @type {Objects["hits"]} */
+  const hits = [];
   rays.forEach(({ cell }, at) => {
     const { hit, object, body } = answers[at];
     if (!hit) return;
-    const pointer = body ?? object;
-    if (!places.has(pointer)) places.set(pointer, places.size);
-    ids[cell] = /** @type {number} */ (places.get(pointer));
+    // A body of a definition stands in the picture once for each copy.
+    const name = `${object} ${body ?? object}`;
+    if (!places.has(name)) places.set(name, hits.push({ object, body: body ?? object }) - 1);
+    ids[cell] = /** @type {number} */ (places.get(name));
   });
-  objects.value = { key, columns, rows, ids, pointers: [...places.keys()] };
+  objects.value = { key, columns, rows, ids, hits };
 }
 
-/** The object under a pixel, or null. @param {{ x: number, y: number }} at */
-export function objectAt({ x, y }) {
-  const of = objects.value;
-  if (!of) return null;
-  const { width, height } = size.value;
-  const [column, row] = [Math.floor((x * of.columns) / width), Math.floor((y * of.rows) / height)];
-  return of.pointers[of.ids[row * of.columns + column]] ?? null;
-}
-
-/** Whether a pointer is an object or what an object holds, as an instance or a group. @param {string} of @param {string} pointer */
-const isWithin = (of, pointer) => pointer === of || pointer.startsWith(`${of}/`);
+/** Whether something is an object, or is held by it, as by a group or a definition. @param {string} holder @param {string} pointer */
+const isWithin = (holder, pointer) => pointer === holder || pointer.startsWith(`${holder}/`);
 
 /**
  * The outline of an object as lines between the cells, in pixels: marching squares, with their stairs smoothed.
  * @param {Objects} of @param {string} pointer @param {{ width: number, height: number }} size @returns {[number, number][][]}
  */
-export function outlineOf({ columns, rows, ids, pointers }, pointer, { width, height }) {
-  const own = new Set(pointers.flatMap((at, id) => (isWithin(pointer, at) ? [id] : [])));
+export function outlineOf({ columns, rows, ids, hits }, pointer, { width, height }) {
+  const own = new Set(hits.flatMap(({ object, body }, id) => (isWithin(pointer, object) || isWithin(pointer, body) ? [id] : [])));
   if (own.size === 0) return [];
   const isIn = (/** @type {number} */ x, /** @type {number} */ y) => x >= 0 && y >= 0 && x < columns && y < rows && own.has(ids[y * columns + x]);
   /** Where each edge between two cells leads, by the corner it begins at. @type {Map<string, [number, number][]>} */

@@ -69,10 +69,10 @@ const drawing = computed(() => {
   if (!camera) return null;
   const lines = segmentsOf(of.grown, sample.value, scene.value).map((segment) => ({
     segment,
-    // The camera ray is seen as a point: what is drawn of it is the ring.
+    // The camera ray is seen as a point: that is the cursor.
     paths: segment.ray.kind === "camera" ? [] : pathOf(camera, segment.from, segment.to, size.value.width),
   }));
-  return { at: of.grown.tree.pixel, lines };
+  return { lines };
 });
 
 /** @param {CanvasRenderingContext2D} context @param {import("../state.js").View} view */
@@ -96,7 +96,6 @@ function draw(context, view) {
     if (end && segment.ray.hit) dot(context, place(end), how.color, isMarked ? 4 : 2.5, how.faint);
   }
   context.restore();
-  ring(context, place([of.at[0] + 0.5, of.at[1] + 0.5]), Math.max(6, view.scale * 0.75));
 }
 
 /** @param {CanvasRenderingContext2D} context @param {[number, number]} at @param {string} color @param {number} radius @param {boolean} faint */
@@ -110,17 +109,6 @@ export function dot(context, [x, y], color, radius, faint) {
   context.fill();
   context.stroke();
   context.globalAlpha = 1;
-}
-
-/** @param {CanvasRenderingContext2D} context @param {[number, number]} at @param {number} radius */
-function ring(context, [x, y], radius) {
-  for (const [color, width] of /** @type {[string, number][]} */ ([["rgb(0 0 0 / 75%)", 4], ["#ffffff", 2]])) {
-    context.beginPath();
-    context.arc(x, y, radius, 0, 2 * Math.PI);
-    context.strokeStyle = color;
-    context.lineWidth = width;
-    context.stroke();
-  }
 }
 
 /**

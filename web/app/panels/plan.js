@@ -40,20 +40,34 @@ async function compareWithout(name) {
   say(`B is the scene ${label}.`);
 }
 
-/** The row that the fragment of the address names: `#plan=gloss`, also beside other parts. */
+/** The words of an address that name a row: `#plan=gloss`, also beside other words. */
+const ROW_WORD = /(?:^#?|&)plan=(\w+)/;
+
 function readAddress() {
-  const name = new URLSearchParams(location.hash.slice(1)).get("plan") ?? "";
+  const name = ROW_WORD.exec(location.hash)?.[1] ?? "";
   linked.value = name;
   if (name === "") return;
   openPanel("plan");
   unfolded.value = new Set([...unfolded.peek(), name]);
 }
 
-/** @param {string} name */
-function hashOf(name) {
-  const parts = new URLSearchParams(location.hash.slice(1));
-  parts.set("plan", name);
-  return `#${parts}`;
+/** The address of what is seen now, with a row. @param {string} name */
+function addressOf(name) {
+  const words = location.hash.slice(1).split("&").filter((word) => word !== "" && !word.startsWith("plan="));
+  return `#${[...words, `plan=${name}`].join("&")}`;
+}
+
+/** Copies the link: to follow it would load the page's own scene again. @param {MouseEvent} event @param {string} name */
+async function copyLink(event, name) {
+  if (event.ctrlKey || event.metaKey || event.shiftKey || event.button !== 0) return;
+  event.preventDefault();
+  linked.value = name;
+  try {
+    await navigator.clipboard.writeText(new URL(addressOf(name), location.href).href);
+    say("The link to this row is copied.");
+  } catch {
+    say("The browser did not let the link be copied; the menu of the link does.");
+  }
 }
 
 export function start() {
@@ -94,7 +108,7 @@ function Details({ row: { name, effect: of } }) {
     ${act && act.saves_ms !== null && html`<p>${act.saves_ms >= 0 ? html`Without it the picture would save <strong>${duration(act.saves_ms)}</strong>, by a pilot.` : html`Without it the picture would take <strong>${duration(-act.saves_ms)}</strong> longer, by a pilot.`}</p>`}
     <p class="plan-actions">
       ${of.state === "on" && canLeaveOut(name) && scene.value && html`<${Button} icon="compare" pressed=${asked} press=${() => (asked ? (otherAsked.value = null) : compareWithout(name))}>Without it<//>`}
-      <a class="plan-link" href=${hashOf(name)}>Link to this row</a></p>
+      <a class="plan-link" href=${addressOf(name)} onClick=${(/** @type {MouseEvent} */ event) => copyLink(event, name)}>Copy link to this row</a></p>
     ${asked && html`<p class="plan-b" role="status">${b && shown.value ? `B took ${duration(b.report.ms)} and ${count(b.report.totalRays)} rays; the scene itself ${duration(shown.value.report.ms)} and ${count(shown.value.report.totalRays)}.` : "B is on its way."}</p>`}
   </div>`;
 }
