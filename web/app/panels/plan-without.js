@@ -1,21 +1,23 @@
 // A scene without one of its effects: the keys that ask for it get the value that asks for nothing. Pure.
 // Where the service can leave an effect out itself, it does so more exactly; this is for the others.
+import { fromHex } from "../values.js";
 
 /** What is done to a copy of the scene; false if there was nothing to do. @typedef {(scene: any) => boolean} Change */
 
 /** A pattern's mean colour, as far as two colours tell it. @param {any} pattern */
 function plainOf(pattern) {
   const [of] = /** @type {any[]} */ (Object.values(pattern));
-  const triple = (/** @type {any} */ color) => (Array.isArray(color) ? color : [color ?? 0.5, color ?? 0.5, color ?? 0.5]);
+  const triple = (/** @type {any} */ color) => (Array.isArray(color) ? color : typeof color === "string" ? fromHex(color) : [color ?? 0.5, color ?? 0.5, color ?? 0.5]);
   const [a, b] = [triple(of?.a), triple(of?.b)];
   return a.map((/** @type {number} */ value, /** @type {number} */ c) => (value + b[c]) / 2);
 }
 
-/** @param {string} name @param {any} value `undefined` takes the key away @returns {Change} */
-const material = (name, value) => (scene) => {
+/** @param {string} name @param {any} value `undefined` takes the key away @param {any} [only] where it has this value @returns {Change} */
+const material = (name, value, only) => (scene) => {
   let changed = false;
   for (const of of Object.values(scene.materials ?? {})) {
-    if (of === null || typeof of !== "object" || !(name in of) && value === undefined) continue;
+    if (of === null || typeof of !== "object" || (!(name in of) && value === undefined)) continue;
+    if (only !== undefined && of[name] !== only) continue;
     changed = true;
     if (value === undefined) delete of[name];
     else of[name] = value;
@@ -78,7 +80,8 @@ const CHANGES = {
   shadows: [setting("render", "shadows", "none")],
   transmissive_shadows: [setting("render", "shadows", "opaque")],
   colored_shadows: [setting("render", "shadows", "opaque")],
-  reflection: [material("reflection", undefined)],
+  // Metals mirror by their Fresnel terms alone.
+  reflection: [material("reflection", undefined), material("fresnel", undefined, "conductor")],
   transmission: [material("transmission", undefined)],
   absorption: [material("absorption", undefined)],
   emission: [material("emission", undefined)],
