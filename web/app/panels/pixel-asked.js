@@ -2,7 +2,7 @@
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { Problem, Unreachable, ask, patiently, pause } from "../api.js";
 import { draft, openPanel, origin, panel, panelsOpen, pixel, settings, size, text, version } from "../state.js";
-import { addUp, grow, rowsOf } from "./pixel-rays.js";
+import { addUp, grow, nameOf, rowsOf } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Grown} Grown */
 /** @typedef {ReturnType<typeof addUp>} Sum */
@@ -33,6 +33,8 @@ export const rows = computed(() => {
   const of = answer.value;
   return of ? rowsOf(of.grown, of.grown.roots[sample.value] ?? 0, closed.value) : [];
 });
+/** Where each row is, by its name. */
+export const places = computed(() => new Map(rows.value.map((row, at) => [nameOf(row), at])));
 
 /** Milliseconds of quiet after an edit. A pixel is asked for at once. */
 const QUIET = 150;

@@ -1,5 +1,5 @@
 // The rays of a sample as an icicle: each is as wide as the share of the pixel that comes through it; what may lack is hatched.
-import { html } from "../../vendor/preact.js";
+import { computed, html } from "../../vendor/preact.js";
 import { answer, chosen, pointed, sample } from "./pixel-asked.js";
 import { KINDS, largest, short, targetOf } from "./pixel-rays.js";
 
@@ -34,12 +34,18 @@ export function partsOf({ children, total }, root, lacking) {
   return parts;
 }
 
+const drawn = computed(() => {
+  const of = answer.value?.grown;
+  if (!of) return [];
+  const { lacking, samples } = of.tree;
+  return partsOf(of, of.roots[sample.value] ?? 0, (lacking[0] + lacking[1] + lacking[2]) / samples);
+});
+
 export function Icicle() {
   const of = /** @type {import("./pixel-asked.js").Answer} */ (answer.value);
   const { tree, roots, total } = of.grown;
   const root = roots[sample.value] ?? 0;
-  const lacking = tree.lacking.reduce((sum, channel) => sum + channel, 0) / tree.samples;
-  const parts = partsOf(of.grown, root, lacking);
+  const parts = drawn.value;
   if (parts.length === 0) return null;
   const levels = Math.max(...parts.map(({ level }) => level)) + 1;
   const height = levels * ROW;

@@ -2,7 +2,7 @@
 import { html, useEffect, useRef, useState } from "../../vendor/preact.js";
 import { nodeOf } from "../pointers.js";
 import { lit, reveal, syntax, text } from "../state.js";
-import { answer, chosen, closed, pointed, rows, sample } from "./pixel-asked.js";
+import { answer, chosen, closed, places, pointed, rows, sample } from "./pixel-asked.js";
 import { KINDS, codesOf, colorOf, isBlocked, isTotal, largest, lastOf, mediaOf, nameOf, short, targetOf, whyOf } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Row} Row */
@@ -69,7 +69,7 @@ function Content({ row: { ray, stub, level }, scale, most }) {
 /** Moves in the outline as in any tree (WAI-ARIA: tree view). @param {KeyboardEvent} event */
 function onKey(event) {
   const list = rows.peek();
-  const at = list.findIndex((row) => nameOf(row) === chosen.peek());
+  const at = places.peek().get(chosen.peek()) ?? -1;
   const row = list[Math.max(0, at)];
   if (!row || event.altKey || event.ctrlKey || event.metaKey) return;
   const go = (/** @type {number} */ to) => (chosen.value = nameOf(list[Math.min(list.length - 1, Math.max(0, to))]));
@@ -122,7 +122,7 @@ export function Outline() {
   const seen = (box.current?.clientHeight ?? 400) / height;
   const from = list.length <= ALL ? 0 : Math.max(0, Math.floor(top / height) - 8);
   const to = list.length <= ALL ? list.length : Math.min(list.length, Math.ceil(top / height + seen) + 8);
-  const at = list.findIndex((row) => nameOf(row) === chosen.value);
+  const at = places.value.get(chosen.value) ?? -1;
   useEffect(() => {
     const element = box.current;
     if (!element || at < 0) return;

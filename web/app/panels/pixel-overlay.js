@@ -10,7 +10,7 @@ import { KINDS, isBlocked, largest } from "./pixel-rays.js";
 /** @typedef {{ id: number, ray: Ray, from: Vec, to: Vec, leaves: boolean, weight: number, total: boolean }} Segment */
 
 /** Segments that are drawn: the heaviest. More could not be told apart. */
-const MOST = 600;
+const MOST = 300;
 
 /** Rays as segments of the scene, the heaviest last. @param {import("./pixel-rays.js").Grown} grown @param {number} which @param {any} of the scene @returns {Segment[]} */
 export function segmentsOf({ tree, sample: sampleOf }, which, of) {

@@ -1,9 +1,9 @@
 // The chosen ray in numbers, and Snell's law where it meets a surface that transmits, drawn in its plane of incidence.
 import { html } from "../../vendor/preact.js";
 import { Pointer } from "../ui.js";
-import { answer, chosen, rows } from "./pixel-asked.js";
+import { answer, chosen, places, rows } from "./pixel-asked.js";
 import { Badge, mediumName } from "./pixel-outline.js";
-import { KINDS, codesOf, colorOf, isBlocked, isTotal, largest, lastOf, mediaOf, nameOf, short, targetOf, whyOf } from "./pixel-rays.js";
+import { KINDS, codesOf, colorOf, isBlocked, isTotal, largest, lastOf, mediaOf, short, targetOf, whyOf } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Snell} Snell */
 /** @typedef {import("./pixel-rays.js").Triple} Triple */
@@ -64,7 +64,7 @@ const critical = (/** @type {Snell} */ { n1, n2 }) => ((Math.asin(Math.min(1, n2
 export function ChosenRay() {
   const of = /** @type {import("./pixel-asked.js").Answer} */ (answer.value);
   const { tree, total, children } = of.grown;
-  const row = rows.value.find((row) => nameOf(row) === chosen.value);
+  const row = rows.value[places.value.get(chosen.value) ?? -1];
   if (!row) return null;
   const { ray, stub } = row;
   const scale = tree.samples;

@@ -30,7 +30,6 @@
  * @property {Int32Array} sample the sample of each ray
  * @property {number[][]} children of each ray, in their order
  * @property {Float64Array} total what each ray and all that come from it add to the pixel: three channels for each
- * @property {Float64Array} lost the most that its branch could have changed, in codes
  */
 /** @typedef {{ ray: Ray, stub: null, level: number, place: number, siblings: number, open: boolean | null } | { ray: Ray, stub: Stub, level: number, place: number, siblings: number, open: null }} Row */
 
@@ -40,7 +39,6 @@ export function grow(tree) {
   const children = Array.from({ length: count }, () => /** @type {number[]} */ ([]));
   const sample = new Int32Array(count);
   const total = new Float64Array(3 * count);
-  const lost = new Float64Array(count);
   /** @type {number[]} */
   const roots = [];
   for (const { id, parent } of tree.rays) {
@@ -54,14 +52,12 @@ export function grow(tree) {
   }
   // Each ray comes after its parent.
   for (let id = count - 1; id >= 0; id -= 1) {
-    const { parent, contribution, not_followed: ended = [] } = tree.rays[id];
-    for (const { codes } of ended) lost[id] += codes;
+    const { parent, contribution } = tree.rays[id];
     for (let c = 0; c < 3; c += 1) total[3 * id + c] += contribution[c];
     if (parent === null) continue;
-    lost[parent] += lost[id];
     for (let c = 0; c < 3; c += 1) total[3 * parent + c] += total[3 * id + c];
   }
-  return { tree, roots, sample, children, total, lost };
+  return { tree, roots, sample, children, total };
 }
 
 /** Samples that the renderer adds before it goes on: a batch of the kernel. */
@@ -77,22 +73,18 @@ const FIRST = 8;
  */
 export function addUp({ tree, roots, sample }) {
   const count = tree.samples;
+  const round = tree.precision === "single" ? Math.fround : (/** @type {number} */ value) => value;
   const sums = roots.map(() => [0, 0, 0]);
   const errors = roots.map(() => [0, 0, 0]);
   for (const { id, contribution } of tree.rays) {
     const [sum, error] = [sums[sample[id]], errors[sample[id]]];
     for (let c = 0; c < 3; c += 1) {
+      // The rounding error of each addition is exact (Knuth's TwoSum), and is added up beside the sum.
       const part = contribution[c] * count;
-      const exact = sum[c] + part;
-      if (tree.precision === "single") {
-        const rounded = Math.fround(exact);
-        error[c] = Math.fround(error[c] + (exact - rounded));
-        sum[c] = rounded;
-      } else {
-        const [larger, smaller] = sum[c] > part ? [sum[c], part] : [part, sum[c]];
-        error[c] += smaller - (exact - larger);
-        sum[c] = exact;
-      }
+      const before = sum[c];
+      sum[c] = round(before + part);
+      const added = round(sum[c] - before);
+      error[c] = round(error[c] + round(round(before - round(sum[c] - added)) + round(part - added)));
     }
   }
   const samples = sums.map((sum, of) => /** @type {Triple} */ (sum.map((value, c) => value + errors[of][c])));

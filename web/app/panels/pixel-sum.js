@@ -1,11 +1,17 @@
 // The foot of the panel: what each ray adds, in the order in which the renderer adds it, and whether that is the pixel.
-import { html, useState } from "../../vendor/preact.js";
+import { computed, html, useState } from "../../vendor/preact.js";
 import { Button, Icon } from "../ui.js";
 import { answer, chosen, pointed, sample } from "./pixel-asked.js";
 import { KINDS, colorOf, largest, short } from "./pixel-rays.js";
 
 /** Lines that are shown at first, and at most. */
 const [FEW, MOST] = [6, 500];
+
+/** The rays of the sample that add something. */
+const adding = computed(() => {
+  const of = answer.value?.grown;
+  return of ? of.tree.rays.filter(({ id, contribution }) => of.sample[id] === sample.value && largest(contribution) !== 0) : [];
+});
 
 /** As many digits as tell the number from its neighbours. @param {number} value */
 const digits = (value) => (value === 0 ? "0" : short(value, 6));
@@ -27,9 +33,9 @@ function verdictOf({ grown: { tree }, sum }) {
 export function Sum() {
   const [isLong, setLong] = useState(false);
   const of = /** @type {import("./pixel-asked.js").Answer} */ (answer.value);
-  const { tree, sample: sampleOf } = of.grown;
+  const { tree } = of.grown;
   const count = tree.samples;
-  const all = tree.rays.filter(({ id, contribution }) => sampleOf[id] === sample.value && largest(contribution) !== 0);
+  const all = adding.value;
   const listed = isLong ? all.slice(0, MOST) : all.slice(0, all.length <= FEW + 2 ? FEW + 2 : FEW);
   const rest = all.length - listed.length;
   const own = of.sum.samples[sample.value] ?? [0, 0, 0];
