@@ -2,7 +2,7 @@
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { Problem, Unreachable, ask, patiently, pause } from "../api.js";
 import { draft, openPanel, origin, panel, panelsOpen, pixel, settings, size, text, version } from "../state.js";
-import { addUp, grow, nameOf, rowsOf } from "./pixel-rays.js";
+import { KINDS, addUp, grow, nameOf, rowsOf } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Grown} Grown */
 /** @typedef {ReturnType<typeof addUp>} Sum */
@@ -80,7 +80,18 @@ async function read(from, most) {
     }
     parts.push(next.value);
   }
-  return JSON.parse(await new Blob(parts).text());
+  try {
+    return JSON.parse(await new Blob(parts).text());
+  } catch {
+    return undefined;
+  }
+}
+
+/** Whether an answer has what this page reads: it may come from another version, or from a proxy. @param {any} of */
+function isTree(of) {
+  const isTriple = (/** @type {any} */ triple) => Array.isArray(triple) && triple.length === 3;
+  const isRay = (/** @type {any} */ ray, /** @type {number} */ id) => ray?.id === id && (ray.parent === null || (ray.parent >= 0 && ray.parent < id)) && ray.kind in KINDS && [ray.weight, ray.contribution, ray.origin, ray.direction].every(isTriple) && Array.isArray(ray.media);
+  return Array.isArray(of?.pixel) && [of.value, of.raised, of.lacking].every(isTriple) && Array.isArray(of.rays) && of.rays.every(isRay);
 }
 
 /** @param {AbortSignal} signal @param {boolean} isEdit */
@@ -99,7 +110,8 @@ async function load(signal, isEdit) {
       .then((from) => read(from, allowed === nameOfQuestion() ? Infinity : LARGE))
       .finally(() => clearTimeout(slow));
     if (signal.aborted) return;
-    if (!tree) return void (asking.value = { state: "large", detail: "" });
+    if (tree === null) return void (asking.value = { state: "large", detail: "" });
+    if (!isTree(tree)) throw new Error("the answer is no tree of rays");
     show(tree, { ...of, ms: performance.now() - begun });
   } catch (error) {
     if (signal.aborted) return;

@@ -16,7 +16,7 @@ const LEAST = 2;
 export function partsOf({ children, total }, root, lacking) {
   const weight = (/** @type {number} */ id) => total[3 * id] + total[3 * id + 1] + total[3 * id + 2];
   const all = weight(root) + lacking;
-  if (!(all > 0)) return [];
+  if (!(all > 0 && all < 1e300)) return [];
   /** @type {Part[]} */
   const parts = [];
   const open = [{ id: root, level: 0, from: 0 }];

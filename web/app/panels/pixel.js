@@ -31,7 +31,7 @@ function State() {
     loading: detail || "Tracing the pixel …",
     invalid: `The text is no sound scene now: ${detail}.${old}`,
     offline: `The service does not answer.${old}`,
-    failed: `The service said: ${detail}.${old}`,
+    failed: `No rays: ${detail}.${old}`,
     outside: `The picture has ${detail} pixels now: this one is outside.${old}`,
     large: `Pixel ${at?.x}, ${at?.y} has very many rays, more than 24 MB of them.`,
   }[state];
@@ -50,8 +50,8 @@ function Value({ tree }) {
   return html`<div class="pixel-value">
     <span class="swatch" style=${{ background: colorOf(tree.value) }} role="img" aria-label="Colour of the pixel"></span>
     <table><caption class="hidden-visually">Value of the pixel</caption><thead class="hidden-visually"><tr><td></td><th scope="col">red</th><th scope="col">green</th><th scope="col">blue</th></tr></thead>
-      <tbody>${isPlain() ? row("codes", codes) : null}${row("linear", tree.value.map((value) => short(value, 5)))}</tbody></table>
-    ${isPlain() && html`<code class="hex" title="The colour in CSS">#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}</code>`}
+      <tbody>${isPlain() ? row("codes", codes) : null}${row("linear", tree.value.map((value) => short(value, 5)))}
+      ${isPlain() && html`<tr><th scope="row">CSS</th><td colspan="3" class="number mono">#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}</td></tr>`}</tbody></table>
   </div>`;
 }
 
@@ -73,7 +73,7 @@ function Samples({ count }) {
     <span class="samples-at" aria-live="polite">Sample ${sample.value + 1} of ${count}</span>
     <${Button} label="Next sample" kind="quiet" press=${() => chooseSample(sample.value + 1)}>›<//>
     <span class="samples-strip" aria-hidden="true">${of.sum.samples.slice(0, 64).map((light, at) => html`<i key=${at} class=${at === sample.value ? "now" : ""} style=${{ background: colorOf(light) }} onClick=${() => chooseSample(at)}></i>`)}</span>
-    <${Button} press=${() => chooseSample(odd)} pressed=${odd === sample.value} title="The sample farthest from the mean">The odd one<//>
+    <${Button} press=${() => chooseSample(odd)} pressed=${odd === sample.value} title="The sample farthest from the mean">Odd one<//>
   </div>`;
 }
 
