@@ -194,6 +194,8 @@ fn the_root_says_where_to_begin() {
     assert_eq!((plain.status, plain.header("content-type")), (200, "text/plain; charset=utf-8"));
     let curl = "curl http://localhost/v1/render --data-binary @scene.json -o picture.png";
     assert!(plain.text().contains(curl), "{}", plain.text());
+    // With the studio browsers are led there.
+    let service = Service::start(&["--no-studio"]);
     let page = service.send("GET", "/", &[("Accept", "text/html,application/xhtml+xml,*/*;q=0.8")], b"");
     assert_eq!(page.header("content-type"), "text/html; charset=utf-8");
     let page = page.text();

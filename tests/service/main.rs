@@ -6,4 +6,5 @@ mod common;
 mod documents;
 mod first_hour;
 mod http;
+mod studio;
 mod tradeoff;

@@ -11,15 +11,20 @@ import { scene, syntax } from "./state.js";
 /** @typedef {import("@codemirror/state").EditorState} EditorState */
 
 let asked = /** @type {Promise<any> | null} */ (null);
+/** The schema, once it is here. */
+export let known = /** @type {any} */ (null);
 /** The last scene that was JSON: names stay known while one types. */
 let lastScene = /** @type {any} */ (null);
 
 /** The schema, asked for once. @returns {Promise<any>} */
 export function schema() {
-  asked ??= askJson("schema/scene.json", { accept: "application/schema+json" }).catch((error) => {
-    asked = null;
-    throw error;
-  });
+  asked ??= askJson("schema/scene.json", { accept: "application/schema+json" }).then(
+    (found) => (known = found),
+    (error) => {
+      asked = null;
+      throw error;
+    },
+  );
   return asked;
 }
 

@@ -10,7 +10,7 @@ import { Button, Dialog } from "./ui.js";
 const close = () => (dialog.value = "");
 
 /** Thumbnails are rendered, two at a time. */
-const THUMB = { width: "240", height: "135", accuracy: "time:120", antialias: "true" };
+const THUMB = { width: "240", height: "135", accuracy: "fixed", samples: "4" };
 const thumbs = /** @type {Map<string, Promise<ImageBitmap | null>>} */ (new Map());
 let turn = /** @type {Promise<any>[]} */ ([Promise.resolve(), Promise.resolve()]);
 

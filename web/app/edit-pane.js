@@ -12,7 +12,7 @@ function Problems() {
   const all = problems.value;
   if (all.length === 0) return null;
   return html`<div class="problems" role="region" aria-label="Problems">
-    <p class="problems-head"><strong>${all.length === 1 ? "One problem" : `${all.length} problems`}</strong><${Button} kind="quiet" keys="F8" press=${nextProblem}>Next<//></p>
+    <p class="problems-head"><strong>${all.length === 1 ? "One problem" : `${all.length} problems`}</strong>${all.length > 1 && html`<${Button} kind="quiet" keys="F8" press=${nextProblem}>Next<//>`}</p>
     <ol>${all.map((problem, index) => {
       const fix = fixOf(syntax.value, problem);
       const line = lineOf(text.value, rangeOf(text.value, syntax.value, problem).from);

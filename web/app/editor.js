@@ -7,7 +7,7 @@ import {
   lineNumbers, lintKeymap, redo, redoDepth, search, searchKeymap, setDiagnostics, syntaxHighlighting, tags, undo, undoDepth,
 } from "../vendor/editor.js";
 import { effect, untracked } from "../vendor/preact.js";
-import { complete, meanings } from "./assist.js";
+import { complete, meanings, schema } from "./assist.js";
 import { look, swatches } from "./editor-look.js";
 import { nodeAt, nodeOf, objectOf } from "./pointers.js";
 import { fixOf, rangeOf } from "./problems.js";
@@ -97,8 +97,10 @@ function difference(from, to) {
 /** @param {string} whole */
 const head = (whole) => `${whole.split("\n", HEAD_LINES).join("\n").slice(0, COLOURED)}\n…`;
 
-/** Puts an editor into an element. @param {HTMLElement} host @returns {EditorView} */
-export function start(host) {
+/** Puts an editor into an element. @param {HTMLElement} host @returns {Promise<EditorView>} */
+export async function start(host) {
+  // First the schema: swatches that come later would move the lines.
+  await schema().catch(() => null);
   const root = host.attachShadow({ mode: "open" });
   root.adoptedStyleSheets.push(swatches);
   const isLong = (/** @type {string} */ of) => of.length > SHOWN;

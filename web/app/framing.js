@@ -7,14 +7,18 @@
 export const LARGEST = 65_536;
 /** CSS pixels around a fitted picture. */
 const MARGIN = 16;
+/** CSS pixels below a fitted picture, for the tools. */
+const FOOT = 64;
 /** CSS pixels of the picture that stay in sight. */
 const HELD = 48;
 
 /** The whole picture in the middle. @param {Size} room @param {Size} size @returns {View} */
 export function fitted(room, size) {
   const margin = Math.min(MARGIN, room.width / 20);
-  const scale = Math.max(1e-3, Math.min((room.width - 2 * margin) / size.width, (room.height - 2 * margin) / size.height));
-  return placed({ ...room, scale, left: (room.width - size.width * scale) / 2, top: (room.height - size.height * scale) / 2 }, size);
+  const high = Math.max(room.height - FOOT - margin, room.height / 2);
+  const scale = Math.max(1e-3, Math.min((room.width - 2 * margin) / size.width, high / size.height));
+  const top = Math.min((room.height - size.height * scale) / 2, margin + (high - size.height * scale));
+  return placed({ ...room, scale, left: (room.width - size.width * scale) / 2, top }, size);
 }
 
 /** Zooms about a point that stays where it is. @param {View} view @param {Size} size @param {number} factor @param {number} x @param {number} y @returns {View} */

@@ -1,7 +1,7 @@
 // What is rendered when: a state machine without effects. `next` takes an event and gives actions; `picture.js` carries them out.
 //
-// Rung 0 answers at once: small, one sample a pixel, with a ceiling of 25 ms until the scene is known to be fast. It is never
-// aborted, since it is over before the next key, and aborting it would mean no picture while somebody types. Rung 1 is the full
+// Rung 0 answers at once: as large as 20 ms allow, one sample a pixel. The first one of a page is very small; what it takes tells
+// the size of the next. For scenes of which not even a small picture is that quick it has a ceiling instead. It is never aborted, since it is over before the next key, and aborting it would mean no picture while somebody types. Rung 1 is the full
 // size with one sample, after 60 ms of quiet. Rung 2 is what the scene asks for. Newer texts abort both at once.
 
 /** @typedef {0 | 1 | 2} Rung */
@@ -28,11 +28,14 @@
  * `ceiling`: milliseconds for `accuracy=time:`, or 0; `ask`: for the plan
  */
 
-/** Widths of rung 0. */
-const WIDTHS = [960, 480, 240];
+/** Widths of rung 0. `accuracy=time:25` would take its 25 ms also for scenes that need 5, so it is the last resort. */
+const WIDTHS = [960, 640, 480, 320, 240, 160];
+const WIDTH_WITH_CEILING = 240;
 /** Milliseconds that rung 0 may take: less than a frame and a half. */
 const QUICK = 20;
 const CEILING = 25;
+/** Milliseconds for a pixel that are assumed at first: those of a picture 160 wide in 20 ms. */
+const FIRST = 20 / (160 * 90);
 /** Milliseconds of quiet before rung 1. */
 const QUIET = 60;
 /** Predicted milliseconds above which rung 2 is offered, not sent. */
@@ -58,7 +61,7 @@ export class Ladder {
   slow = /** @type {{ rung: Rung, version: number } | null} */ (null);
   shown = { version: 0, rung: -1 };
   size = { width: 960, height: 540 };
-  /** What rung 0 takes, or null. */
+  /** What pictures with one sample a pixel and without a ceiling take, or null. */
   rate = /** @type {{ base: number, perPixel: number } | null} */ (null);
   actions = /** @type {Action[]} */ ([]);
 
@@ -128,12 +131,12 @@ export class Ladder {
       this.actions.push({ type: isNewer ? "show" : "drop", rung, version });
       if (isNewer) this.shown = { version, rung };
       if (version === this.version) this.done = Math.max(this.done, rung);
-      if (rung === 0 && base !== undefined && perPixel !== undefined) this.#learn(base, perPixel);
+      if (base !== undefined && perPixel !== undefined) this.#learn(base, perPixel);
     } else if (outcome === "invalid" && version === this.version) this.refused = true;
     else if (outcome === "failed" && version === this.version) this.refused = true;
   }
 
-  /** One slow answer counts at once, fast ones little by little. @param {number} base @param {number} perPixel */
+  /** One slow answer counts at once, fast ones little by little. Rung 1 tells what a picture with a ceiling cannot. @param {number} base @param {number} perPixel */
   #learn(base, perPixel) {
     const mix = (/** @type {number} */ old, /** @type {number} */ seen) => Math.max(seen, 0.7 * old + 0.3 * seen);
     this.rate = this.rate ? { base: mix(this.rate.base, base), perPixel: mix(this.rate.perPixel, perPixel) } : { base, perPixel };
@@ -185,9 +188,9 @@ export class Ladder {
   /** The largest picture that is quick. */
   #quickly() {
     const { width, height } = this.size;
-    const sizes = WIDTHS.map((wide) => Math.min(wide, width)).map((wide) => ({ width: wide, height: Math.max(1, Math.round((wide * height) / width)) }));
-    const rate = this.rate;
-    const found = rate && sizes.find((of) => rate.base + rate.perPixel * of.width * of.height <= QUICK);
-    return found ? { ...found, ceiling: 0 } : { ...sizes[2], ceiling: CEILING };
+    const sized = (/** @type {number} */ wide) => ({ width: Math.min(wide, width), height: Math.max(1, Math.round((Math.min(wide, width) * height) / width)) });
+    const rate = this.rate ?? { base: 0, perPixel: FIRST };
+    const found = WIDTHS.map(sized).find((of) => rate.base + rate.perPixel * of.width * of.height <= QUICK);
+    return found ? { ...found, ceiling: 0 } : { ...sized(WIDTH_WITH_CEILING), ceiling: CEILING };
   }
 }

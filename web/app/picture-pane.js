@@ -29,7 +29,7 @@ function Readout() {
   const camera = draft.value === null ? null : cameraOf(parsed(draft.value));
   if (camera) {
     const { eye, look_at } = written(camera);
-    return html`<p class="readout mono">eye ${eye.join(", ")} · look_at ${look_at.join(", ")}</p>`;
+    return html`<p class="readout moving mono">eye ${eye.join(", ")} · look_at ${look_at.join(", ")}</p>`;
   }
   const at = hover.value ?? pixel.value;
   return at ? html`<p class="readout mono">${at.x}, ${at.y}</p>` : null;

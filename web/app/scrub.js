@@ -1,6 +1,6 @@
 // Numbers that one drags and colours that one picks, in the editor: Alt and drag, Alt and arrow keys, or the swatch.
 import { Decoration, EditorView, ViewPlugin, WidgetType, isolateHistory, keymap } from "../vendor/editor.js";
-import { schema } from "./assist.js";
+import { known } from "./assist.js";
 import { keysOf, nodeAt, valueAt } from "./pointers.js";
 import { isColour } from "./schema.js";
 import { scene, syntax } from "./state.js";
@@ -101,19 +101,17 @@ class Swatch extends WidgetType {
   }
 }
 
-let root = /** @type {any} */ (null);
-
 /** Swatches of the colours that are in sight. @param {EditorView} view */
 function swatches(view) {
   const places = syntax.peek();
   const value = scene.peek();
-  if (!root || !value) return Decoration.none;
+  if (!known || !value) return Decoration.none;
   const found = [];
   for (const { from, to } of view.visibleRanges) {
     for (const node of places.nodes.values()) {
       if (node.from < from || node.to > to || (node.kind !== "array" && node.kind !== "string")) continue;
       if (node.kind === "array" ? node.size !== 3 : view.state.sliceDoc(node.from, node.from + 2) !== '"#') continue;
-      if (!isColour(root, keysOf(node.pointer))) continue;
+      if (!isColour(known, keysOf(node.pointer))) continue;
       const hex = toHex(valueAt(value, node.pointer));
       if (hex) found.push(Decoration.widget({ widget: new Swatch(hex, node.pointer, node.kind === "string"), side: -1 }).range(node.from));
     }
@@ -126,16 +124,10 @@ const colours = ViewPlugin.fromClass(
     /** @param {EditorView} view */
     constructor(view) {
       this.decorations = swatches(view);
-      if (!root) {
-        schema().then((found) => {
-          root = found;
-          view.dispatch({});
-        }, () => {});
-      }
     }
     /** @param {import("@codemirror/view").ViewUpdate} update */
     update(update) {
-      if (update.docChanged || update.viewportChanged || (root && this.decorations === Decoration.none)) this.decorations = swatches(update.view);
+      if (update.docChanged || update.viewportChanged) this.decorations = swatches(update.view);
     }
   },
   { decorations: (plugin) => plugin.decorations },

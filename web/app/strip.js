@@ -47,9 +47,9 @@ function Costs({ of }) {
   const kinds = report.rays.map(({ name, rays }) => `${name} ${rays.toLocaleString("en")}`).join(", ");
   return html`
     <span class="strip-item" title=${RUNGS[rung]}>${width} × ${height}</span>
-    <button type="button" class="strip-item" onClick=${() => openPanel("plan")} title="What was predicted, with its interval, and what it took">
-      ${before && html`<span class="quiet">predicted ${duration(before.ms)} (${duration(before.low)} to ${duration(before.high)}) →</span>`}
+    <button type="button" class="strip-item took" onClick=${() => openPanel("plan")} title="What it took, and what was predicted, with its interval">
       <strong>${report.hit ? "cached" : duration(report.ms)}</strong>
+      ${before && html`<span class="quiet">predicted ${duration(before.ms)} (${duration(before.low)} to ${duration(before.high)})</span>`}
     </button>
     ${!report.hit && html`<${Phases} of=${of} />`}
     <button type="button" class="strip-item" title=${kinds} onClick=${() => openPanel("plan")}>${count(report.totalRays)} rays</button>

@@ -35,6 +35,7 @@ function draw(canvas) {
     context.restore();
   }
   if (at.scale >= GRID && !deep.peek()) drawGrid(context, at, of);
+  if (isRefused()) drawFrame(context, at, of);
   const cursor = pixel.peek();
   if (cursor) drawCursor(context, at, cursor);
 }
@@ -79,6 +80,18 @@ function drawGrid(context, at, of) {
   context.stroke();
 }
 
+/** Whether the picture is not that of the text. */
+const isRefused = () => ["invalid", "failed", "offline"].includes(status.value.word);
+
+/** @param {CanvasRenderingContext2D} context @param {import("./state.js").View} at @param {{ width: number, height: number }} of */
+function drawFrame(context, at, of) {
+  context.strokeStyle = getComputedStyle(document.documentElement).getPropertyValue("--error-mark");
+  context.lineWidth = 2;
+  context.setLineDash([6, 5]);
+  context.strokeRect(at.left - 4, at.top - 4, of.width * at.scale + 8, of.height * at.scale + 8);
+  context.setLineDash([]);
+}
+
 /** The cursor: a box around its pixel, black and white so that it shows on anything. @param {CanvasRenderingContext2D} context @param {import("./state.js").View} at @param {import("./state.js").Pixel} cursor */
 function drawCursor(context, at, cursor) {
   const side = Math.max(at.scale, 7);
@@ -120,7 +133,7 @@ export function Viewport() {
     resized.observe(element);
     const stops = [
       effect(() => {
-        void [shown.value, view.value, layers.value, pixel.value, arrived.value, deep.value];
+        void [shown.value, view.value, layers.value, pixel.value, arrived.value, deep.value, isRefused()];
         redraw();
       }),
       effect(() => {
@@ -135,8 +148,7 @@ export function Viewport() {
       for (const stop of stops) stop();
     };
   }, []);
-  const isRefused = status.value.word === "invalid" || status.value.word === "failed";
-  return html`<canvas ref=${canvas} class=${`canvas${isRefused ? " stale" : ""}`} tabindex="0" role="application" aria-roledescription="picture"
+  return html`<canvas ref=${canvas} class="canvas" tabindex="0" role="application" aria-roledescription="picture"
     aria-label=${sentence()} aria-describedby="picture-keys" data-hover=${hover.value ? `${hover.value.x},${hover.value.y}` : undefined}></canvas>
     <p id="picture-keys" class="hidden-visually">Arrow keys move the pixel cursor, Enter inspects its pixel, plus and minus zoom, 0 fits, C switches to moving the camera.</p>`;
 }

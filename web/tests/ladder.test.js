@@ -81,13 +81,31 @@ test("no older picture replaces a newer one, in whatever order they come", () =>
 test("the size of the quick answer follows what the scene takes", () => {
   const it = ladder();
   const [first] = it.next({ type: "edit", now: 0 });
-  assert.deepEqual([first.width, first.height, first.ceiling], [240, 135, 25]);
+  assert.deepEqual([first.width, first.height, first.ceiling], [160, 90, 0]);
   it.next(picture(0, 1, 10, { base: 1, perPixel: 1e-4 }));
   const [second] = it.next({ type: "edit", now: 20 });
   assert.deepEqual([second.width, second.height, second.ceiling], [480, 270, 0]);
   it.next(picture(0, 2, 30, { base: 1, perPixel: 1e-3 }));
   const [third] = it.next({ type: "edit", now: 40 });
-  assert.deepEqual([third.width, third.ceiling], [240, 25], "a slow answer counts at once");
+  assert.deepEqual([third.width, third.ceiling], [160, 0], "a slow answer counts at once");
+});
+
+test("a scene of which not even a small picture is quick has a ceiling", () => {
+  const it = ladder();
+  it.next({ type: "edit", now: 0 });
+  it.next(picture(0, 1, 300, { base: 150, perPixel: 1e-4 }));
+  const [next] = it.next({ type: "edit", now: 400 });
+  assert.deepEqual([next.width, next.ceiling], [240, 25]);
+});
+
+test("after a ceiling rung 1 tells how fast the scene is", () => {
+  const it = ladder();
+  it.next({ type: "edit", now: 0 });
+  it.next(picture(0, 1, 30));
+  it.next({ type: "tick", now: 60 });
+  it.next(picture(1, 1, 100, { base: 1, perPixel: 1e-5 }));
+  const [next] = it.next({ type: "edit", now: 200 });
+  assert.deepEqual([next.width, next.ceiling], [960, 0]);
 });
 
 test("a long render is offered, not started, until it is asked for", () => {

@@ -8,11 +8,11 @@ use axum::http::request::Parts;
 pub(super) fn routes() -> Vec<Route> {
     let forms = [Content::text("text/plain"), Content::text("text/html")];
     let about = "What this service is, and where to begin.";
-    vec![
-        Route::get("/", home, ["home", "service", about])
-            .answer(200, "The page", &forms)
-            .answer(303, "The studio, for browsers", &[]),
-    ]
+    vec![Route::get("/", home, ["home", "service", about]).answer(200, "The page", &forms).answer(
+        303,
+        "The studio, for browsers",
+        &[],
+    )]
 }
 
 /// Media types of the page, and whether each is for browsers.

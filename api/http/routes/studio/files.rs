@@ -173,10 +173,11 @@ fn served(bytes: &'static [u8], kept: &'static OnceLock<Vec<u8>>, packed: bool) 
 /// A page with the hash of its files, and with all modules: else the browser would find them one after the other.
 pub(super) fn page(template: &str, hash: &str) -> String {
     let is_module = |path: &&str| path.starts_with("app/") && path.ends_with(".js");
-    let modules: String = FILES.iter().map(|(path, _)| *path).filter(is_module).fold(String::new(), |mut text, path| {
-        let _ = writeln!(text, "<link rel=\"modulepreload\" href=\"studio/{hash}/{path}\">");
-        text
-    });
+    let modules: String =
+        FILES.iter().map(|(path, _)| *path).filter(is_module).fold(String::new(), |mut text, path| {
+            let _ = writeln!(text, "<link rel=\"modulepreload\" href=\"studio/{hash}/{path}\">");
+            text
+        });
     template.replace("<!-- modules -->\n", &modules).replace("{hash}", hash)
 }
 

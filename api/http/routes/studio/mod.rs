@@ -11,9 +11,13 @@ use files::{EXAMPLES, SITE, Served};
 
 pub(super) fn routes() -> Vec<Route> {
     vec![
-        Route::get("/studio", page, ["studio", "service", "The studio: edit a scene and see its picture and its cost."])
-            .answer(200, "The page", &[Content::text("text/html")])
-            .answer(304, "The page has not changed", &[]),
+        Route::get(
+            "/studio",
+            page,
+            ["studio", "service", "The studio: edit a scene and see its picture and its cost."],
+        )
+        .answer(200, "The page", &[Content::text("text/html")])
+        .answer(304, "The page has not changed", &[]),
         Route::get("/studio/{hash}/{*file}", file, ["studioFile", "service", "A file of the studio."])
             .path("hash", "The hash of all files, as the page names it")
             .path("file", "Its path")
@@ -152,8 +156,9 @@ async fn examples() -> Json<Examples> {
 
 async fn example(Path((group, name)): Path<(String, String)>) -> Result<impl IntoResponse, Problem> {
     let id = format!("{group}/{name}");
-    let of = EXAMPLES.iter().find(|of| of.id == id).ok_or_else(|| {
-        Problem::new(Kind::NotFound, format!("there is no example {id}; /v1/examples lists them"))
-    })?;
+    let of = EXAMPLES
+        .iter()
+        .find(|of| of.id == id)
+        .ok_or_else(|| Problem::new(Kind::NotFound, format!("there is no example {id}; /v1/examples lists them")))?;
     Ok(([(header::CONTENT_TYPE, "application/json")], of.text))
 }
