@@ -84,10 +84,10 @@ export function ChosenRay() {
       ${ray.hit && ray.hit.material !== "default" && html` of <${Pointer} pointer=${ray.hit.material}><bdi>${lastOf(ray.hit.material).replace(/^materials /, "")}</bdi><//>`}
       ${ray.hit && html`<span class="quiet"> ${ray.hit.entering ? "from outside" : "from inside"}</span>`}</p>
     ${ray.snell && html`<${Incidence} snell=${ray.snell} media=${media.length > 1 ? media : [media[0], ray.snell.tir ? "outside" : ""]} />`}
-    <dl class="facts">
+    <dl class="ray-facts">
       ${fact("weight", html`<span class="mono">${triple(/** @type {Triple} */ (ray.weight.map((w) => w * scale)))}</span>`)}
-      ${fact("adds itself", html`<i class="swatch small" style=${{ background: colorOf(own) }}></i><span class="mono">${triple(own)}</span>`)}
-      ${children[ray.id].length > 0 && fact("with its branch", html`<i class="swatch small" style=${{ background: colorOf(light) }}></i><span class="mono">${triple(light)}</span>`)}
+      ${fact("adds itself", html`<i class="pixel-swatch small" style=${{ background: colorOf(own) }}></i><span class="mono">${triple(own)}</span>`)}
+      ${children[ray.id].length > 0 && fact("with its branch", html`<i class="pixel-swatch small" style=${{ background: colorOf(light) }}></i><span class="mono">${triple(light)}</span>`)}
       ${passes && largest(passes) > 0 && fact("lets through", html`<span class="mono">${triple(passes)}</span>`)}
       ${ray.hit && fact("distance", html`<span class="mono">${short(ray.hit.t, 6)}</span>`)}
       ${fact("from", html`<span class="mono">${triple(ray.origin)}</span>`)}

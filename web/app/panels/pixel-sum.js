@@ -47,7 +47,7 @@ export function Sum() {
       <thead><tr><th scope="col">ray</th><th scope="col" class="number">red</th><th scope="col" class="number">green</th><th scope="col" class="number">blue</th></tr></thead>
       <tbody>
         ${listed.map((ray) => html`<tr key=${ray.id} class=${String(ray.id) === chosen.value ? "chosen" : ""} onPointerEnter=${() => (pointed.value = String(ray.id))} onPointerLeave=${() => (pointed.value = "")}>
-          <th scope="row"><button type="button" class="sum-ray" onClick=${() => (chosen.value = String(ray.id))}><i class="swatch small" style=${{ background: colorOf(ray.contribution, count) }}></i>${KINDS[ray.kind].letter}${ray.id}</button></th>
+          <th scope="row"><button type="button" class="sum-ray" onClick=${() => (chosen.value = String(ray.id))}><i class="pixel-swatch small" style=${{ background: colorOf(ray.contribution, count) }}></i>${KINDS[ray.kind].letter}${ray.id}</button></th>
           ${cells(ray.contribution.map((value) => value * count))}</tr>`)}
         ${rest > 0 && html`<tr class="rest"><td colspan="4"><${Button} kind="quiet" press=${() => setLong(true)}>${rest} more${isLong ? " are not listed" : ""}<//></td></tr>`}
       </tbody>
