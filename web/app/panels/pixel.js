@@ -21,6 +21,9 @@ export function start() {
   startLinks();
 }
 
+/** Words as a sentence. @param {string} words */
+const ended = (words) => (/[.?!]$/.test(words) ? words : `${words}.`);
+
 /** Why what is shown is not about the pixel and the text of now, or that it is on its way. */
 function State() {
   const { state, detail } = asking.value;
@@ -29,9 +32,9 @@ function State() {
   const said = {
     idle: null,
     loading: detail || "Tracing the pixel …",
-    invalid: `The text is no sound scene now: ${detail}.${old}`,
+    invalid: `The text is no sound scene now: ${ended(detail)}${old}`,
     offline: `The service does not answer.${old}`,
-    failed: `No rays: ${detail}.${old}`,
+    failed: `No rays: ${ended(detail)}${old}`,
     outside: `The picture has ${detail} pixels now: this one is outside.${old}`,
     large: `Pixel ${at?.x}, ${at?.y} has very many rays, more than 24 MB of them.`,
   }[state];

@@ -179,7 +179,7 @@ function Measure() {
 export function Panel() {
   const of = plan.value;
   if (!of) {
-    if (problems.value.length > 0) return html`<${Empty} title="No plan"><p>The scene has to be sound first: ${problems.value[0].detail}.</p><//>`;
+    if (problems.value.length > 0) return html`<${Empty} title="No plan"><p>The scene has to be sound first: ${problems.value[0].detail}</p><//>`;
     if (status.value.word === "offline") return html`<${Empty} title="No plan"><p>The service does not answer.</p><//>`;
     return html`<div class="skeleton" role="status" aria-label="The plan comes with the first picture"><i></i><i></i><i></i><i></i></div>`;
   }
