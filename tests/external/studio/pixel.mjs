@@ -73,7 +73,7 @@ await page.click(".rays-head button");
 
 // The outline by keys alone.
 await page.focus(".ray-tree");
-const chosen = () => page.evaluate(() => [pixels.chosen.value, pixels.rows.value.length, document.getElementById(document.activeElement.getAttribute("aria-activedescendant"))?.getAttribute("aria-label")]);
+const chosen = () => page.evaluate(() => [pixels.chosen.value, pixels.rows.value.length, document.getElementById(document.activeElement.getAttribute("aria-activedescendant"))?.textContent.replace(/\s+/g, " ").trim()]);
 const trail = [];
 for (const key of ["ArrowDown", "ArrowDown", "ArrowLeft", "ArrowLeft", "ArrowLeft", "ArrowLeft", "ArrowRight", "ArrowRight", "End", "Home", "s", "r"]) {
   await page.keyboard.press(key);

@@ -33,20 +33,16 @@ export function mediumName(pointer) {
   return hit && hit.material !== "default" ? (hit.material.split("/").at(-1) ?? "").replaceAll("~1", "/").replaceAll("~0", "~") : lastOf(pointer);
 }
 
-/** What a row says to those who do not see it. @param {Row} row @param {number} scale */
-function spoken({ ray, stub }, scale) {
-  if (stub) return `${KINDS[stub.kind].name}, not followed: ${whyOf(stub)}. It could change the pixel by ${codesOf(stub.codes)}.`;
-  const line = lineOf(targetOf(ray).pointer);
-  return `${KINDS[ray.kind].name}, to ${targetOf(ray).name}${line > 0 ? ` on line ${line}` : ""}, weight ${short(largest(ray.weight) * scale)}`;
-}
+/** Words that only screen readers need: others see a letter, a bar, or a place. @param {{ words: string }} props */
+const Hidden = ({ words }) => html`<span class="hidden-visually">${words}${" "}</span>`;
 
 /** @param {{ row: Row, scale: number, most: number }} props */
 function Content({ row: { ray, stub, level }, scale, most }) {
   const tree = /** @type {import("./pixel-asked.js").Answer} */ (answer.value).grown;
   const deep = level > INDENTED ? html`<span class="ray-deep">${level}</span>` : null;
   if (stub) {
-    return html`${deep}<${Badge} kind=${stub.kind} ended /><span class="ray-main"><span class="ray-top"><span class="ray-name">not followed</span>
-      <span class="ray-weight">${short(largest(stub.weight) * scale)}</span></span>
+    return html`${deep}<${Badge} kind=${stub.kind} ended /><span class="ray-main"><span class="ray-top"><${Hidden} words=${`${KINDS[stub.kind].name},`} /><span class="ray-name">not followed</span>
+      <${Hidden} words=", weight" /><span class="ray-weight">${short(largest(stub.weight) * scale)}</span></span>
       <span class="ray-below">${whyOf(stub)} · ${codesOf(stub.codes)}</span></span>`;
   }
   const target = targetOf(ray);
@@ -56,9 +52,9 @@ function Content({ row: { ray, stub, level }, scale, most }) {
   const flags = [isTotal(tree.tree, ray) && "total reflection", isBlocked(ray) && "blocked"].filter(Boolean).join(", ");
   const own = largest(ray.contribution) > 0;
   return html`${deep}<${Badge} kind=${ray.kind} /><span class="ray-main">
-    <span class="ray-top"><bdi class="ray-name" title=${target.name}>${target.name}</bdi>
-      ${line > 0 && html`<span class="ray-line" title="To this line (Enter)" onClick=${() => reveal(/** @type {string} */ (target.pointer))}>${line}</span>`}
-      <span class="ray-bar"><span style=${{ width: `${Math.min(100, 100 * weight)}%` }}></span></span><span class="ray-weight">${short(weight)}</span></span>
+    <span class="ray-top"><${Hidden} words=${`${KINDS[ray.kind].name}, to`} /><bdi class="ray-name" title=${target.name}>${target.name}</bdi>
+      ${line > 0 && html`<${Hidden} words=", line" /><span class="ray-line" title="To this line (Enter)" onClick=${() => reveal(/** @type {string} */ (target.pointer))}>${line}</span>`}
+      <${Hidden} words=", weight" /><span class="ray-bar"><span style=${{ width: `${Math.min(100, 100 * weight)}%` }}></span></span><span class="ray-weight">${short(weight)}</span></span>
     <span class="ray-below">${ray.hit && html`<span>t ${short(ray.hit.t)}</span>`}
       ${(media.length > 1 || media[0] !== "air") && html`<span class="ray-media">${media.map((name, at) => html`${at > 0 && html`<i>›</i>`}<bdi class="chip">${name}</bdi>`)}</span>`}
       ${flags !== "" && html`<span class="ray-flag">${flags}</span>`}
@@ -142,7 +138,7 @@ export function Outline() {
     <div role="presentation" style=${{ height: `${from * ROW}rem` }}></div>
     ${visible.map((row) => html`<div key=${nameOf(row)} role="treeitem" id=${`ray-${nameOf(row)}`} class=${`ray-row${row.stub ? " stub" : ""}${nameOf(row) === pointed.value ? " pointed" : ""}`}
       aria-level=${row.level} aria-posinset=${row.place} aria-setsize=${row.siblings} aria-expanded=${row.open === null ? undefined : String(row.open)}
-      aria-selected=${String(nameOf(row) === chosen.value)} aria-label=${spoken(row, scale)}
+      aria-selected=${String(nameOf(row) === chosen.value)}
       onClick=${() => (chosen.value = nameOf(row))} onDblClick=${() => jump(row)} onPointerEnter=${() => over(row)}>
       <span class="ray-indent" style=${{ width: `${0.625 * (Math.min(row.level, INDENTED) - 1)}rem` }}></span>
       <span class=${`ray-fold${row.open === null ? " none" : row.open ? " open" : ""}`} onClick=${(/** @type {Event} */ event) => row.open !== null && (event.stopPropagation(), toggle(row.ray.id))}></span>
