@@ -1,13 +1,13 @@
 // The bar at the top: the scene's name, where to begin, undo, live or not, sharing, keys, theme, help.
 import { html, useSignal } from "../vendor/preact.js";
-import { dialog, editAt, key, live, origin, panelsOpen, scene, steps } from "./state.js";
+import { dialog, editAt, key, live, panelsOpen, scene, steps, title } from "./state.js";
 import { theme, turnTheme } from "./theme.js";
 import { Button } from "./ui.js";
 
 /** The name of the scene; changing it changes the text. */
 function Name() {
   const typed = useSignal(/** @type {string | null} */ (null));
-  const name = scene.value?.name ?? origin.value.name;
+  const name = title.value;
   const take = () => {
     if (typed.value !== null && typed.value !== name) editAt("/name", typed.value);
     typed.value = null;

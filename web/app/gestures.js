@@ -66,7 +66,6 @@ export function gestures(canvas) {
   listen("pointerdown", (event) => {
     if (event.button > 1) return;
     canvas.setPointerCapture(event.pointerId);
-    canvas.focus({ preventScroll: true });
     if (fingers.size === 0) travelled = 0;
     fingers.set(event.pointerId, place(event));
   });

@@ -36,6 +36,8 @@ const QUICK = 20;
 const CEILING = 25;
 /** Milliseconds for a pixel that are assumed at first: those of a picture 160 wide in 20 ms. */
 const FIRST = 20 / (160 * 90);
+/** An answer with a ceiling tells nothing, so what is known grows doubtful: a machine that was busy is tried again. */
+const FORGET = 0.85;
 /** Milliseconds of quiet before rung 1. */
 const QUIET = 60;
 /** Predicted milliseconds above which rung 2 is offered, not sent. */
@@ -132,13 +134,14 @@ export class Ladder {
       if (isNewer) this.shown = { version, rung };
       if (version === this.version) this.done = Math.max(this.done, rung);
       if (base !== undefined && perPixel !== undefined) this.#learn(base, perPixel);
+      else if (rung === 0 && this.rate) this.rate = { base: this.rate.base * FORGET, perPixel: this.rate.perPixel * FORGET };
     } else if (outcome === "invalid" && version === this.version) this.refused = true;
     else if (outcome === "failed" && version === this.version) this.refused = true;
   }
 
   /** One slow answer counts at once, fast ones little by little. Rung 1 tells what a picture with a ceiling cannot. @param {number} base @param {number} perPixel */
   #learn(base, perPixel) {
-    const mix = (/** @type {number} */ old, /** @type {number} */ seen) => Math.max(seen, 0.7 * old + 0.3 * seen);
+    const mix = (/** @type {number} */ old, /** @type {number} */ seen) => Math.max(seen, (old + seen) / 2);
     this.rate = this.rate ? { base: mix(this.rate.base, base), perPixel: mix(this.rate.perPixel, perPixel) } : { base, perPixel };
   }
 

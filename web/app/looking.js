@@ -1,5 +1,5 @@
 // What one looks at: fitting, zooming, and the pixel cursor, for gestures, buttons and commands alike.
-import { batch, signal } from "../vendor/preact.js";
+import { batch, effect, signal } from "../vendor/preact.js";
 import { fitted, pixelAt, placed, showing, zoomed } from "./framing.js";
 import { pixel, size, view } from "./state.js";
 
@@ -10,6 +10,22 @@ export const pointer = { x: 0, y: 0 };
 
 export function fit() {
   batch(() => ((isFitted.value = true), (view.value = fitted(view.peek(), size.peek()))));
+}
+
+/** Puts a place of the picture, in shares of its size, into the middle; as soon as there is a viewport. @param {{ x: number, y: number, scale: number }} frame */
+export function lookAt({ x, y, scale }) {
+  const stop = effect(() => {
+    const { width, height } = view.value;
+    if (width <= 1) return;
+    queueMicrotask(() => {
+      stop();
+      const of = size.peek();
+      batch(() => {
+        isFitted.value = false;
+        view.value = placed({ width, height, scale, left: width / 2 - x * of.width * scale, top: height / 2 - y * of.height * scale }, of);
+      });
+    });
+  });
 }
 
 /** One pixel of the scene to one of the screen, about the middle. */

@@ -10,7 +10,7 @@ import * as picking from "./picking.js";
 import * as picture from "./picture.js";
 import { takeDrops } from "./scenes.js";
 import * as session from "./session.js";
-import { dialog, notice, openPanel, origin, pane, panel, panelsOpen, scene } from "./state.js";
+import { dialog, notice, openPanel, pane, panel, panelsOpen, title } from "./state.js";
 import { Strip } from "./strip.js";
 import { Button, Icon, Split, Tabs } from "./ui.js";
 
@@ -69,5 +69,5 @@ picking.start();
 commands.listen();
 takeDrops();
 effect(() => {
-  document.title = `${scene.value?.name ?? (origin.value.name || "a scene")} · strahl`;
+  document.title = `${title.value || "a scene"} · strahl`;
 });

@@ -4,7 +4,9 @@ import { cameraOf, written } from "./camera.js";
 import { zoomWords } from "./framing.js";
 import { isMovable } from "./gestures.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
-import { deep, draft, hover, pixel, problems, reveal, shown, status, syntax, text, tool, view } from "./state.js";
+import { deep, draft, hover, offer, openPanel, pixel, problems, reveal, shown, status, syntax, text, tool, view } from "./state.js";
+import { renderNow } from "./picture.js";
+import { duration } from "./report.js";
 import { lineOf, rangeOf } from "./problems.js";
 import { Button, Icon } from "./ui.js";
 import { Viewport } from "./viewport.js";
@@ -53,11 +55,19 @@ function Trouble() {
   return html`<p class="trouble"><${Icon} name="warning" /><button type="button" class="trouble-link" onClick=${() => reveal(first.pointer)}>Line ${line}</button> ${first.detail}</p>`;
 }
 
+/** A picture that takes long is offered, not started. */
+function Offer() {
+  if (offer.value === null) return null;
+  return html`<div class="offer" role="region" aria-label="A longer render">The whole picture should take ${duration(offer.value)}.
+    <${Button} kind="main" keys="Control+Enter" press=${renderNow}>Render it<//><${Button} press=${() => openPanel("jobs")}>As a job<//></div>`;
+}
+
 export function PicturePane() {
   return html`<section class="picture" aria-label="Picture" data-pane-focus>
     <${Viewport} />
     ${!shown.value && status.value.word !== "failed" && html`<p class="first">The first picture is on its way.</p>`}
     <${Trouble} />
+    <${Offer} />
     <${Readout} />
     <${Tools} />
   </section>`;

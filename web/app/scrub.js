@@ -1,9 +1,10 @@
 // Numbers that one drags and colours that one picks, in the editor: Alt and drag, Alt and arrow keys, or the swatch.
-import { Decoration, EditorView, ViewPlugin, WidgetType, isolateHistory, keymap } from "../vendor/editor.js";
+import { Decoration, EditorView, Transaction, ViewPlugin, WidgetType, isolateHistory, keymap } from "../vendor/editor.js";
+import { batch } from "../vendor/preact.js";
 import { known } from "./assist.js";
-import { keysOf, nodeAt, valueAt } from "./pointers.js";
+import { keysOf, nodeAt } from "./pointers.js";
 import { isColour } from "./schema.js";
-import { scene, syntax } from "./state.js";
+import { syntax } from "./state.js";
 import { fromHex, scrubbed, toHex } from "./values.js";
 
 /** @typedef {import("./pointers.js").Node} Node */
@@ -19,7 +20,7 @@ function numberAt(view, at) {
 
 /** @param {EditorView} view @param {{ from: number, to: number }} place @param {string} insert */
 function write(view, place, insert) {
-  view.dispatch({ changes: { from: place.from, to: place.to, insert }, userEvent: "scrub" });
+  view.dispatch({ changes: { from: place.from, to: place.to, insert } });
 }
 
 const dragging = EditorView.domEventHandlers({
@@ -31,18 +32,23 @@ const dragging = EditorView.domEventHandlers({
     event.preventDefault();
     const start = view.state.sliceDoc(node.from, node.to);
     let to = node.to;
-    view.dispatch({ selection: { anchor: node.from, head: node.to }, annotations: isolateHistory.of("full") });
+    view.dispatch({ selection: { anchor: node.from, head: node.to } });
     const stop = new AbortController();
     const move = (/** @type {MouseEvent} */ moved) => {
       const steps = Math.round((moved.clientX - event.clientX) / PER_STEP);
       const next = scrubbed(start, steps * (moved.shiftKey ? 10 : 1));
       if (next === view.state.sliceDoc(node.from, to)) return;
-      view.dispatch({ changes: { from: node.from, to, insert: next }, selection: { anchor: node.from, head: node.from + next.length }, userEvent: "scrub" });
+      put(next, Transaction.addToHistory.of(false));
+    };
+    const put = (/** @type {string} */ next, /** @type {import("@codemirror/state").Annotation<any>} */ as) => {
+      view.dispatch({ changes: { from: node.from, to, insert: next }, selection: { anchor: node.from, head: node.from + next.length }, annotations: as });
       to = node.from + next.length;
     };
+    // The whole way is one step of undo, however long it took.
     const up = () => {
       stop.abort();
-      view.dispatch({ annotations: isolateHistory.of("full") });
+      const last = view.state.sliceDoc(node.from, to);
+      batch(() => (put(start, Transaction.addToHistory.of(false)), put(last, isolateHistory.of("full"))));
     };
     addEventListener("mousemove", move, { signal: stop.signal });
     addEventListener("mouseup", up, { signal: stop.signal });
@@ -101,18 +107,26 @@ class Swatch extends WidgetType {
   }
 }
 
+/** @param {string} json */
+function valueOf(json) {
+  try {
+    return JSON.parse(json);
+  } catch {
+    return null;
+  }
+}
+
 /** Swatches of the colours that are in sight. @param {EditorView} view */
 function swatches(view) {
   const places = syntax.peek();
-  const value = scene.peek();
-  if (!known || !value) return Decoration.none;
+  if (!known) return Decoration.none;
   const found = [];
   for (const { from, to } of view.visibleRanges) {
     for (const node of places.nodes.values()) {
       if (node.from < from || node.to > to || (node.kind !== "array" && node.kind !== "string")) continue;
       if (node.kind === "array" ? node.size !== 3 : view.state.sliceDoc(node.from, node.from + 2) !== '"#') continue;
       if (!isColour(known, keysOf(node.pointer))) continue;
-      const hex = toHex(valueAt(value, node.pointer));
+      const hex = toHex(valueOf(view.state.sliceDoc(node.from, node.to)));
       if (hex) found.push(Decoration.widget({ widget: new Swatch(hex, node.pointer, node.kind === "string"), side: -1 }).range(node.from));
     }
   }
@@ -127,7 +141,9 @@ const colours = ViewPlugin.fromClass(
     }
     /** @param {import("@codemirror/view").ViewUpdate} update */
     update(update) {
-      if (update.docChanged || update.viewportChanged) this.decorations = swatches(update.view);
+      // Halfway through a word what comes behind it is not known: its swatches stay, so that no line moves.
+      if (update.docChanged && syntax.peek().error) this.decorations = this.decorations.map(update.changes);
+      else if (update.docChanged || update.viewportChanged) this.decorations = swatches(update.view);
     }
   },
   { decorations: (plugin) => plugin.decorations },

@@ -2,11 +2,11 @@
 import { batch, effect, untracked } from "../vendor/preact.js";
 import { ask, askJson } from "./api.js";
 import { parsed, unpacked } from "./link.js";
-import { isFitted } from "./looking.js";
+import { lookAt } from "./looking.js";
 import { panels } from "./panels/registry.js";
 import { open, openExample } from "./scenes.js";
 import { seen } from "./share.js";
-import { key, limits, panel, pixel, say, settings, size, status, text, view } from "./state.js";
+import { key, limits, panel, pixel, say, settings, status, text, view } from "./state.js";
 
 const FIRST = "whitted/whitted";
 /** Milliseconds of rest before the address follows. */
@@ -31,12 +31,7 @@ async function restore(words) {
     settings.value = of.settings ?? {};
     if (of.pixel) pixel.value = of.pixel;
     if (of.panel && panels.some(({ id }) => id === of.panel)) panel.value = of.panel;
-    if (of.frame) {
-      const { width, height } = view.peek();
-      const { x, y, scale } = of.frame;
-      isFitted.value = false;
-      view.value = { width, height, scale, left: width / 2 - x * size.peek().width * scale, top: height / 2 - y * size.peek().height * scale };
-    }
+    if (of.frame) lookAt(of.frame);
   });
 }
 
@@ -49,6 +44,7 @@ export async function start() {
   }
   own = location.hash;
   await restore(location.hash);
+  if (location.hash === "") say("Change the text, hold Alt and drag a number, or click a pixel.");
   askJson("v1/limits").then((found) => (limits.value = found), () => {});
   addEventListener("hashchange", () => location.hash !== own && restore((own = location.hash)));
   let timer = 0;

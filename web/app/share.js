@@ -60,7 +60,7 @@ export function Share() {
   useEffect(() => {
     seen().then((words) => (link.value = `${address("studio")}#${words}`));
   }, []);
-  const base = String(address("")).replace(/\/$/, "");
+  const base = String(new URL(".", document.baseURI)).replace(/\/$/, "");
   const { type } = origin.value;
   const curl = curlLine(base, asked(), key.value !== "", type);
   const digest = shown.value?.report.digest ?? "";

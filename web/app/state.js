@@ -60,6 +60,11 @@ export const scene = computed(() => {
     return null;
   }
 });
+/** The name of the scene; while the text is not JSON, the last one. */
+export const title = signal("");
+effect(() => {
+  if (scene.value || title.peek() === "") title.value = typeof scene.value?.name === "string" ? scene.value.name : origin.value.name;
+});
 /** Settings that override the scene for the picture. */
 export const settings = signal(/** @type {Settings} */ ({}));
 /** Size of the picture: that of the settings, else of the scene, else the last known one. */

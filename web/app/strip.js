@@ -1,7 +1,7 @@
 // The cost strip: what goes on, what the picture took and how exact it is. Each word opens what explains it.
 import { html } from "../vendor/preact.js";
 import { count, duration } from "./report.js";
-import { connection, dialog, offer, openPanel, plan, predicted, problems, reveal, shown, status } from "./state.js";
+import { connection, dialog, openPanel, plan, predicted, problems, reveal, shown, status } from "./state.js";
 import { renderNow } from "./picture.js";
 import { Button } from "./ui.js";
 
@@ -43,7 +43,8 @@ function Phases({ of: { report } }) {
 function Costs({ of }) {
   const { report, rung, width, height } = of;
   const before = rung === 2 && plan.value ? predicted.value : null;
-  const proved = report.estimated !== null ? `± ${report.estimated} codes` : report.proved === null ? "nothing proved" : `proved ≤ ${report.proved} ${report.proved === 1 ? "code" : "codes"}`;
+  const proved = report.proved === null ? "nothing proved" : `proved ≤ ${report.proved} ${report.proved === 1 ? "code" : "codes"}`;
+  const more = [report.identical === null ? "" : `${Math.floor(report.identical * 1000) / 10} % identical`, report.estimated === null ? "" : `± ${report.estimated} by sampling`];
   const kinds = report.rays.map(({ name, rays }) => `${name} ${rays.toLocaleString("en")}`).join(", ");
   return html`
     <span class="strip-item" title=${RUNGS[rung]}>${width} × ${height}</span>
@@ -54,7 +55,7 @@ function Costs({ of }) {
     ${!report.hit && html`<${Phases} of=${of} />`}
     <button type="button" class="strip-item" title=${kinds} onClick=${() => openPanel("plan")}>${count(report.totalRays)} rays</button>
     <button type="button" class="strip-item" title=${report.why || "How far a pixel can be from recursion without end; a code is one step of 255"} onClick=${() => openPanel("accuracy")}>
-      ${proved}${report.identical !== null && html`<span class="quiet"> · ${Math.floor(report.identical * 1000) / 10} % identical</span>`}
+      ${proved}<span class="quiet">${more.filter((words) => words !== "").join(" · ")}</span>
     </button>
     <button type="button" class="strip-item mono digest" title=${`SHA-256 of the picture: ${report.digest}`} onClick=${() => (dialog.value = "share")}>${report.digest.slice(0, 8)}</button>`;
 }
@@ -63,8 +64,6 @@ export function Strip() {
   const of = shown.value;
   return html`<footer class="strip" aria-label="Cost">
     <${State} />
-    ${offer.value !== null && html`<span class="strip-item offer">The whole picture should take ${duration(offer.value)}.
-      <${Button} press=${renderNow}>Render it<//> <${Button} kind="quiet" press=${() => openPanel("jobs")}>As a job<//></span>`}
     ${of && html`<${Costs} of=${of} />`}
     ${connection.value.upgraded && html`<span class="strip-item">The service has a new version. <${Button} press=${() => location.reload()}>Reload<//></span>`}
   </footer>`;

@@ -17,7 +17,9 @@ const DEEPEST = 16;
 
 /** Rises whenever a tile has come. */
 export const arrived = signal(0);
-/** What is on its way, for tests and the strip. */
+/** Whether a tile is here. @param {string} name */
+export const has = (name) => loaded.has(name);
+/** What has happened, for tests. */
 export const counts = { flying: 0, most: 0, aborted: 0, retried: 0, loaded: 0 };
 
 let about = "";

@@ -3,7 +3,7 @@ import { effect, html, untracked, useEffect, useRef } from "../vendor/preact.js"
 import { fitted, placed } from "./framing.js";
 import { gestures } from "./gestures.js";
 import { isFitted, pointer } from "./looking.js";
-import { deep, hover, layers, pixel, report, scene, shown, size, status, view } from "./state.js";
+import { deep, hover, layers, pixel, report, scene, shown, size, status, title, view } from "./state.js";
 import { arrived, tiles } from "./tiles.js";
 
 /** CSS pixels of a pixel from which on lines separate them. */
@@ -42,7 +42,8 @@ function draw(canvas) {
 
 /** @param {CanvasRenderingContext2D} context @param {import("./state.js").Shown} picture @param {import("./state.js").View} at @param {{ width: number, height: number }} of @param {number} ratio */
 function drawPicture(context, picture, at, of, ratio) {
-  context.imageSmoothingEnabled = picture.width < of.width || at.scale * ratio < 2;
+  // Where detail is on its way the picture stands in for it, and is smooth; else its pixels are squares.
+  context.imageSmoothingEnabled = deep.peek() || picture.width < of.width || at.scale * ratio < 2;
   context.imageSmoothingQuality = at.scale < 1 ? "high" : "low";
   cropped(context, picture.bitmap, at.left, at.top, of.width * at.scale, of.height * at.scale, at);
 }
@@ -107,7 +108,7 @@ function drawCursor(context, at, cursor) {
 /** What the picture shows, in a sentence for those who do not see it. */
 export function sentence() {
   const { width, height } = size.value;
-  const name = scene.value?.name ?? "a scene";
+  const name = title.value || "a scene";
   const objects = scene.value?.objects?.length ?? 0;
   const plan = report.value?.plan ?? [];
   const effects = plan.length > 0 ? `; simulated are ${plan.slice(0, 8).map((of) => of.replaceAll("_", " ")).join(", ")}` : "";

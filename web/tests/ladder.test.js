@@ -94,8 +94,14 @@ test("a scene of which not even a small picture is quick has a ceiling", () => {
   const it = ladder();
   it.next({ type: "edit", now: 0 });
   it.next(picture(0, 1, 300, { base: 150, perPixel: 1e-4 }));
-  const [next] = it.next({ type: "edit", now: 400 });
+  const next = it.next({ type: "edit", now: 400 }).find(({ type }) => type === "send");
   assert.deepEqual([next.width, next.ceiling], [240, 25]);
+  let now = 400;
+  for (let edit = 2; edit < 20; edit += 1) {
+    it.next(picture(0, edit, (now += 30)));
+    it.next({ type: "edit", now: (now += 10) });
+  }
+  assert.ok(it.rate.base < 20, "it is tried again");
 });
 
 test("after a ceiling rung 1 tells how fast the scene is", () => {

@@ -1,0 +1,327 @@
+// What a user does, from the first run to a link in another browser. Each flow is a line.
+import { base, caretAt, clean, end, figure, launch, open, pause, ready, settled, state } from "./page.mjs";
+
+const browser = await launch();
+const only = process.argv.slice(5);
+const text = (page, selector) => page.$eval(selector, (of) => of.innerText.replace(/\s+/g, " ").trim());
+const press = (page, name) => page.locator(`::-p-aria([name="${name}"])`).click();
+const digest = (page) => page.evaluate(() => studio.report.value.digest);
+const render = (page, query = "") =>
+  page.evaluate(async (more) => {
+    const answer = await fetch(`v1/render${more}`, { method: "POST", body: studio.text.value, headers: { "content-type": "application/json", accept: "image/png" } });
+    return studio.reportOf(answer.headers).digest;
+  }, query);
+
+const flows = {
+  async "the first run shows a scene that is live"(page) {
+    const root = await page.evaluate(async () => (await fetch("/", { headers: { accept: "text/html" } })).url);
+    const strip = await text(page, ".strip");
+    return [root.endsWith("/studio") && /^live/.test(strip) && (await digest(page)) === (await render(page)), strip.slice(0, 60)];
+  },
+  async "typing changes the picture"(page) {
+    const before = await digest(page);
+    await caretAt(page, "/objects/0/sphere/radius");
+    await page.keyboard.type(".25");
+    await settled(page);
+    const scene = await state(page, "scene");
+    return [scene.objects[0].sphere.radius === 1.25 && (await digest(page)) !== before && (await digest(page)) === (await render(page)), scene.objects[0].sphere.radius];
+  },
+  async "undo is at once, and redo"(page) {
+    const before = await digest(page);
+    await page.evaluate(() => studio.editAt("/objects/0/sphere/radius", 0.5));
+    await settled(page);
+    await pause(100);
+    const at = Date.now();
+    await press(page, "Undo");
+    await page.waitForFunction((of) => studio.report.value.digest === of, { polling: 5 }, before);
+    const ms = Date.now() - at;
+    await press(page, "Redo");
+    await settled(page);
+    return [ms < 1000 && (await digest(page)) !== before, `${ms} ms`];
+  },
+  async "a problem is told in the service's words, with its line, and mended by a button"(page) {
+    const before = await digest(page);
+    await page.evaluate(() => studio.editAt("/objects/1/sphere/material", "glas"));
+    await page.waitForSelector(".problems");
+    const words = await text(page, ".problems");
+    const still = (await digest(page)) === before;
+    await press(page, 'Write "glass"');
+    await settled(page);
+    return [still && words.includes('no material "glas"; did you mean "glass"?') && (await digest(page)) === before, words];
+  },
+  async "a mistake of syntax is underlined, the picture stays"(page) {
+    await caretAt(page, "/objects/0/sphere/radius");
+    await page.keyboard.type(",,");
+    await page.waitForSelector(".trouble");
+    const marked = await page.evaluate(() => document.querySelector(".editor-host").shadowRoot.querySelectorAll(".cm-lintRange-error").length);
+    return [marked > 0 && (await state(page, "shown")) !== null, await text(page, ".trouble")];
+  },
+  async "many problems are walked by F8"(page) {
+    await page.evaluate(() => (studio.editAt("/objects/0/sphere/radius", -1), studio.editAt("/objects/1/sphere/material", "x")));
+    await page.waitForSelector(".problems");
+    const places = [];
+    for (let step = 0; step < 2; step += 1) {
+      await page.keyboard.press("F8");
+      await pause(150);
+      places.push(await state(page, "caret"));
+    }
+    return [places.join() === "/objects/0/sphere/radius,/objects/1/sphere/material", places.join(" ")];
+  },
+  async "completion offers the keys of the place"(page) {
+    await caretAt(page, "/objects/0/sphere/material");
+    await page.keyboard.type(', "');
+    const list = await page.waitForFunction(() => {
+      const found = [...document.querySelector(".editor-host").shadowRoot.querySelectorAll(".cm-tooltip-autocomplete li")].map((of) => of.textContent);
+      return found.length > 0 && found;
+    });
+    const keys = await list.jsonValue();
+    return [keys.join() === "hollow", keys.join(" ")];
+  },
+  async "completion knows the materials of the scene"(page) {
+    await page.evaluate(() => studio.editAt("/objects/0/sphere/material", ""));
+    await caretAt(page, "/objects/0/sphere/material");
+    await page.keyboard.press("ArrowLeft");
+    await page.keyboard.type("m");
+    const list = await page.waitForFunction(() => {
+      const found = [...document.querySelector(".editor-host").shadowRoot.querySelectorAll(".cm-tooltip-autocomplete li")].map((of) => of.textContent);
+      return found.some((of) => of.startsWith("metal")) && found;
+    });
+    await pause(150);
+    await page.keyboard.press("Enter");
+    await settled(page);
+    const { material } = (await state(page, "scene")).objects[0].sphere;
+    return [material === "metal", `${(await list.jsonValue()).join(" ")} -> ${material}`];
+  },
+  async "hover tells what a key means"(page) {
+    await page.waitForFunction(() => document.querySelector(".editor-host").shadowRoot?.querySelector(".cm-content"));
+    const [x, y] = await page.evaluate(() => {
+      const walker = document.createTreeWalker(document.querySelector(".editor-host").shadowRoot, NodeFilter.SHOW_TEXT);
+      for (let line; (line = walker.nextNode()); ) {
+        if (!line.data.includes("vfov_deg")) continue;
+        const range = document.createRange();
+        range.selectNode(line);
+        const box = range.getBoundingClientRect();
+        return [box.x + 20, box.y + box.height / 2];
+      }
+    });
+    await page.mouse.move(x, y);
+    const words = await page.waitForFunction(() => document.querySelector(".editor-host").shadowRoot.querySelector(".meaning")?.textContent);
+    return [(await words.jsonValue()).includes("vertical angle"), await words.jsonValue()];
+  },
+  async "a number is dragged"(page) {
+    await page.waitForFunction(() => document.querySelector(".editor-host").shadowRoot?.querySelector(".tok-number"));
+    const box = await page.evaluate(() => {
+      const number = [...document.querySelector(".editor-host").shadowRoot.querySelectorAll(".tok-number")].find((of) => of.textContent === "60");
+      const { x, y, width, height } = number.getBoundingClientRect();
+      return { x: x + width / 2, y: y + height / 2 };
+    });
+    await page.keyboard.down("Alt");
+    await page.mouse.move(box.x, box.y);
+    await page.mouse.down();
+    await page.mouse.move(box.x - 80, box.y, { steps: 10 });
+    await page.mouse.up();
+    await page.keyboard.up("Alt");
+    await settled(page);
+    const angle = (await state(page, "scene")).camera.pinhole.vfov_deg;
+    await press(page, "Undo");
+    const back = (await state(page, "scene")).camera.pinhole.vfov_deg;
+    return [angle === 40 && back === 60, `60 -> ${angle}, one undo -> ${back}`];
+  },
+  async "a colour is picked"(page) {
+    await page.waitForFunction(() => document.querySelector(".editor-host").shadowRoot?.querySelector(".swatch"));
+    await page.evaluate(() => {
+      const swatch = document.querySelector(".editor-host").shadowRoot.querySelector(".swatch");
+      swatch.value = "#ff8000";
+      swatch.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    await settled(page);
+    const { background } = await state(page, "scene");
+    return [String(background) === "1,0.216,0", String(background)];
+  },
+  async "the camera orbits by drag, as one step of undo"(page) {
+    await page.evaluate(() => (studio.tool.value = "orbit"));
+    const box = await (await page.$("canvas.canvas")).boundingBox();
+    await page.mouse.move(box.x + 200, box.y + 300);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 320, box.y + 330, { steps: 20 });
+    const during = await text(page, ".readout");
+    await page.mouse.up();
+    await settled(page);
+    const same = (await digest(page)) === (await render(page));
+    await press(page, "Undo");
+    await pause(100);
+    const { eye } = (await state(page, "scene")).camera.pinhole;
+    return [during.startsWith("eye") && same && String(eye) === "8,2,-4", during];
+  },
+  async "hovering lights the lines of the object"(page) {
+    const box = await (await page.$("canvas.canvas")).boundingBox();
+    const at = await state(page, "view");
+    await page.mouse.move(box.x + at.left + 480 * at.scale, box.y + at.top + 500 * at.scale);
+    await page.waitForFunction(() => studio.lit.value.length > 0);
+    const lit = await state(page, "lit");
+    const lines = await page.evaluate(() => document.querySelector(".editor-host").shadowRoot.querySelectorAll(".cm-lit").length);
+    return [lit[0] === "/objects/3" && lines >= 1, `${lit}, ${lines} lines`];
+  },
+  async "a click puts the pixel cursor"(page) {
+    const box = await (await page.$("canvas.canvas")).boundingBox();
+    const at = await state(page, "view");
+    await page.mouse.click(box.x + at.left + 480.5 * at.scale, box.y + at.top + 270.5 * at.scale);
+    const pixel = await state(page, "pixel");
+    return [Math.abs(pixel.x - 480) <= 1 && Math.abs(pixel.y - 270) <= 1, JSON.stringify(pixel)];
+  },
+  async "the wheel zooms about the pointer, 0 fits"(page) {
+    const box = await (await page.$("canvas.canvas")).boundingBox();
+    await page.mouse.move(box.x + 100, box.y + 300);
+    const before = await state(page, "hover");
+    for (let step = 0; step < 3; step += 1) await page.mouse.wheel({ deltaY: -240 });
+    await page.mouse.move(box.x + 100.2, box.y + 300);
+    const after = await state(page, "hover");
+    const zoom = await text(page, ".zoom");
+    await page.keyboard.press("0");
+    return [before === null ? after === null : Math.abs(before.x - after.x) <= 2, zoom];
+  },
+  async "examples open, and one can go back"(page) {
+    const before = await state(page, "text");
+    await page.keyboard.press("o");
+    await page.waitForSelector(".example");
+    const count = (await page.$$(".example")).length;
+    await page.evaluate(() => [...document.querySelectorAll(".example")].find((of) => of.textContent.includes("Lute")).click());
+    await page.waitForFunction((old) => studio.text.value !== old, {}, before);
+    await settled(page);
+    await press(page, "Back");
+    await settled(page);
+    return [count >= 6 && (await state(page, "text")) === before, `${count} examples`];
+  },
+  async "a file is dropped: JSON, NFF and gzip"(page) {
+    const drop = (name, body, packed) => page.evaluate(async (of, content, zip) => {
+      let blob = new Blob([content]);
+      if (zip) blob = await new Response(blob.stream().pipeThrough(new CompressionStream("gzip"))).blob();
+      const data = new DataTransfer();
+      data.items.add(new File([blob], of));
+      dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+    }, name, body, packed);
+    const nff = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 64 64\nl 3 3 3\nf 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
+    const seen = [];
+    for (const [name, packed] of [["ball.nff", false], ["ball.nff.gz", true]]) {
+      await drop(name, nff, packed);
+      await page.waitForFunction(() => studio.origin.value.type === "text/x-nff");
+      await settled(page);
+      seen.push((await state(page, "shown")).width);
+      await drop("scene.json", '{ "version": 1, "image": { "width": 32, "height": 32 }, "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0, 0] } }, "objects": [ { "sphere": { "center": [0, 0, 0], "radius": 1 } } ] }', false);
+      await page.waitForFunction(() => studio.size.value.width === 32);
+      await settled(page);
+    }
+    return [seen.join() === "64,64", seen.join()];
+  },
+  async "paused, edits wait for Ctrl-Enter"(page) {
+    await page.keyboard.press("p");
+    const before = await digest(page);
+    await page.evaluate(() => studio.editAt("/objects/0/sphere/radius", 0.7));
+    await pause(500);
+    const waited = (await digest(page)) === before && (await text(page, ".state")).startsWith("as you left it");
+    await page.keyboard.down("Control");
+    await page.keyboard.press("Enter");
+    await page.keyboard.up("Control");
+    await page.waitForFunction(() => studio.shown.value.rung === 2 && studio.shown.value.text === studio.text.value);
+    return [waited && (await digest(page)) !== before, "waited"];
+  },
+  async "a link restores scene, settings, pixel and zoom in another browser"(page) {
+    await page.evaluate(() => {
+      studio.editAt("/objects/0/sphere/radius", 1.125);
+      studio.settings.value = { accuracy: "proved:0" };
+      studio.pixel.value = { x: 400, y: 310 };
+      studio.zoomBy(3);
+    });
+    await settled(page);
+    const before = { digest: await digest(page), view: await state(page, "view") };
+    await page.keyboard.press("s");
+    await page.waitForFunction(() => document.querySelector(".copied textarea")?.value.length > 40);
+    const link = await page.$eval(".copied textarea", (of) => of.value);
+    const other = await open(browser, { fragment: new URL(link).hash });
+    await settled(other);
+    const after = { digest: await digest(other), view: await state(other, "view"), pixel: await state(other, "pixel"), settings: await state(other, "settings") };
+    await clean(other, "link");
+    const same = after.digest === before.digest && Math.abs(after.view.scale - before.view.scale) < 1e-3 && Math.abs(after.view.left - before.view.left) < 1 && after.pixel.x === 400 && after.settings.accuracy === "proved:0";
+    return [same, `${link.length} characters`];
+  },
+  async "the curl line gives the bytes on screen"(page) {
+    await page.keyboard.press("s");
+    await page.waitForSelector(".copied");
+    const line = await page.$$eval(".copied textarea", (all) => all[1].value);
+    const url = /'([^']+)'/.exec(line)[1];
+    const scene = await state(page, "text");
+    const answer = await fetch(url, { method: "POST", body: scene });
+    const bytes = new Uint8Array(await crypto.subtle.digest("SHA-256", await answer.arrayBuffer()));
+    const hex = [...bytes].map((of) => of.toString(16).padStart(2, "0")).join("");
+    return [hex === (await digest(page)), line.slice(0, 80)];
+  },
+  async "the address follows, and a reload restores"(page) {
+    await page.evaluate(() => studio.editAt("/objects/0/sphere/radius", 0.875));
+    await settled(page);
+    await pause(700);
+    const before = await digest(page);
+    await page.reload();
+    await ready(page);
+    await settled(page);
+    return [(await digest(page)) === before, page.url().slice(0, 60)];
+  },
+  async "the palette finds and runs a command"(page) {
+    await page.keyboard.down("Control");
+    await page.keyboard.press("k");
+    await page.keyboard.up("Control");
+    await page.waitForSelector(".command");
+    await page.keyboard.type("theme");
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => document.documentElement.dataset.theme === "dark");
+    return [true, "dark"];
+  },
+  async "hostile names stay text"(page) {
+    const names = ["<img src=x onerror=alert(1)>", "<script>alert(1)</script>", "javascript:alert(1)", "\"><svg onload=alert(1)>", "{{constructor.constructor('alert(1)')()}}", "${alert(1)}", "\u202etxt.exe", "'-alert(1)-'"];
+    let dialogs = 0;
+    page.on("dialog", (of) => ((dialogs += 1), of.dismiss()));
+    for (const name of names) {
+      await page.evaluate((of) => {
+        studio.editAt("/name", of);
+        studio.editAt("/objects/0/sphere/name", of);
+        studio.editAt("/objects/1/sphere/material", of);
+      }, name);
+      await pause(250);
+      await page.evaluate(() => studio.editAt("/objects/1/sphere/material", "glass"));
+    }
+    await settled(page);
+    const elements = await page.evaluate(() => document.querySelectorAll("img, svg[onload], script:not([src])").length);
+    return [dialogs === 0 && elements === 0, `${names.length} names`];
+  },
+  async "a phone: panes, taps, no sideways scrolling"() {
+    const page = await open(browser, { width: 390, height: 844, touch: true });
+    await settled(page);
+    const box = await (await page.$("canvas.canvas")).boundingBox();
+    await page.touchscreen.tap(box.x + 195, box.y + 120);
+    const pixel = await state(page, "pixel");
+    await page.evaluate(() => [...document.querySelectorAll(".phone-tab")].find((of) => of.textContent === "Plan").click());
+    await pause(200);
+    const shown = await page.evaluate(() => [document.querySelector(".panels").checkVisibility(), document.querySelector(".edit").checkVisibility(), document.documentElement.scrollWidth, document.documentElement.scrollHeight]);
+    await clean(page, "phone");
+    return [pixel !== null && shown[0] && !shown[1] && shown[2] <= 390 && shown[3] <= 844, `${JSON.stringify(pixel)} ${shown.join(" ")}`];
+  },
+  async "text at 200 % loses nothing"(page) {
+    await page.evaluate(() => (document.documentElement.style.fontSize = "200%"));
+    await pause(300);
+    const lost = await page.evaluate(() => [...document.querySelectorAll("button, [role=tab], input")].filter((of) => of.checkVisibility() && !of.closest(".strip, .tab-list, .hidden-visually") && of.scrollWidth > of.clientWidth + 2 && of.clientWidth > 0 && of.tagName !== "INPUT").map((of) => of.textContent.trim()));
+    return [lost.length === 0, lost.join(", ") || "nothing"];
+  },
+};
+
+for (const [name, flow] of Object.entries(flows)) {
+  if (only.length > 0 && !only.some((word) => name.includes(word))) continue;
+  const page = await open(browser);
+  try {
+    await settled(page);
+    const [holds, told] = await flow(page);
+    figure(name, told, holds);
+  } catch (error) {
+    figure(name, error.message.split("\n")[0], false);
+  }
+  await clean(page, name);
+}
+await end(browser);
