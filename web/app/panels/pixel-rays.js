@@ -205,6 +205,12 @@ export function codeOf(linear) {
   return 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
 }
 
+/** Codes that the pixel is off at most: what it lacks counts from what was traced, not from what was raised. @param {Pick<Tree, "value" | "raised" | "lacking">} tree */
+export function codesOff({ value, raised, lacking }) {
+  const code = (/** @type {number} */ linear) => Math.round(codeOf(Math.fround(linear)));
+  return largest(value.map((linear, c) => Math.max(code(linear - raised[c] + lacking[c]) - code(linear), code(linear) - code(linear - raised[c]))));
+}
+
 /** The colour of a linear value for CSS. @param {ArrayLike<number>} linear @param {number} [gain] */
 export const colorOf = (linear, gain = 1) => `rgb(${[0, 1, 2].map((c) => Math.round(codeOf(linear[c] * gain))).join(" ")})`;
 

@@ -9,7 +9,7 @@ import { Outline } from "./pixel-outline.js";
 import { OutsideView } from "./pixel-outside.js";
 import { start as startOverlay } from "./pixel-overlay.js";
 import { ChosenRay } from "./pixel-ray.js";
-import { codeOf, colorOf, largest, oddOne, short } from "./pixel-rays.js";
+import { codeOf, codesOff, colorOf, largest, oddOne, short } from "./pixel-rays.js";
 import { Sum } from "./pixel-sum.js";
 
 export const id = "pixel";
@@ -58,13 +58,15 @@ function Value({ tree }) {
   </div>`;
 }
 
-/** What the pixel may lack, and what that means. @param {{ tree: import("./pixel-rays.js").Tree }} props */
+/** How far the pixel may be off, and why. @param {{ tree: import("./pixel-rays.js").Tree }} props */
 function Lacking({ tree }) {
   const ended = tree.rays.reduce((sum, { not_followed: of = [] }) => sum + of.length, 0);
-  if (largest(tree.lacking) === 0) return html`<p class="lacking-line whole"><${Icon} name="check" /><span><strong>Lacks nothing.</strong>${" "}${ended === 0 ? "Every ray was followed to its end." : "What was not followed could not show."}</span></p>`;
-  const codes = Math.max(...tree.lacking.map((lack, c) => codeOf(tree.value[c] + lack) - codeOf(tree.value[c])));
-  return html`<p class="lacking-line"><span class="hatch" aria-hidden="true"></span><span><strong>Lacks at most ${isPlain() ? `${short(codes, 2)} codes` : short(largest(tree.lacking), 2)}.</strong>${" "}
-    ${ended === 0 ? "Lights that could not matter were not asked for." : `${ended} ${ended === 1 ? "ray was" : "rays were"} not followed; with all of them each channel would be at most`}${" "}<span class="mono">${tree.lacking.map((lack) => short(lack, 2)).join(", ")}</span>${" "}${ended === 0 ? "is the most they could add." : "brighter."}</span></p>`;
+  const left = ended === 0 ? "Lights that could not matter were not asked for" : `${ended.toLocaleString("en")} ${ended === 1 ? "ray was" : "rays were"} not followed`;
+  if (largest(tree.lacking) === 0) return html`<p class="lacking-line whole"><${Icon} name="check" /><span><strong>Lacks nothing.</strong>${" "}${ended === 0 ? "Every ray was followed to its end." : `${left}, which could not show.`}</span></p>`;
+  const codes = codesOff(tree);
+  const most = html`<span class="mono">${tree.lacking.map((lack) => short(lack, 2)).join(", ")}</span>`;
+  return html`<p class="lacking-line"><span class="hatch" aria-hidden="true"></span><span>
+    ${isPlain() && html`<strong>${codes === 0 ? "Exact to the code." : `At most ${codes} ${codes === 1 ? "code" : "codes"} off.`}</strong>${" "}`}${left}: that could add at most ${most}${largest(tree.raised) > 0 ? ", of which a part is added already, so that the pixel lies in the middle." : "."}</span></p>`;
 }
 
 /** @param {{ count: number }} props */
