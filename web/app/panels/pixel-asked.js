@@ -1,7 +1,7 @@
 // Asks for the tree of the pixel that is chosen, one answer for each text, settings and pixel; and what of it is looked at.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { Problem, Unreachable, ask, patiently, pause } from "../api.js";
-import { draft, openPanel, origin, panel, panelsOpen, pixel, settings, size, text, version } from "../state.js";
+import { connection, draft, openPanel, origin, panel, panelsOpen, pixel, settings, size, text, version } from "../state.js";
 import { KINDS, addUp, grow, nameOf, rowsOf } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Grown} Grown */
@@ -145,6 +145,11 @@ function show(tree, about) {
 /** Watches the pixel, the text and the settings. Nothing is asked while nobody looks. */
 export function start() {
   let [lastText, lastAgain] = [-1, 0];
+  // A service that is back is asked for what it could not answer.
+  effect(() => {
+    const { online } = connection.value;
+    untracked(() => online && asking.peek().state === "offline" && askAgain());
+  });
   let loading = new AbortController();
   effect(() => {
     const at = pixel.value;
