@@ -17,15 +17,6 @@ pub struct Rays<L: Lanes> {
     pub active: L::Mask,
 }
 
-/// How much of an intersection is computed. A shape may leave the surface out where it costs more than the distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
-    /// `t` and `hit` only.
-    Distance,
-    /// Everything.
-    Surface,
-}
-
 /// The hit of a ray on one shape. Traversal needs no more than this, and the surface can be computed from it.
 #[derive(Debug, Clone, Copy)]
 pub struct Hit<L: Lanes> {

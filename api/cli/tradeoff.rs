@@ -46,7 +46,8 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     session.cancel_on_ctrl_c()?;
     let loaded = session.load()?;
     let seconds = args.seconds.as_secs_f64();
-    let work = || measure(loaded, session.file.files(), session.started, seconds, &session.workers, &session.control);
+    let work =
+        || measure(loaded, session.file.files(), session.started, seconds, &session.workers, &session.control, &|_| ());
     let Outcome { tradeoff, thumbnails } =
         progress::while_telling(&session.control, "measuring", work).map_err(|stopped| match stopped {
             Stopped::Cancelled => Failure::Interrupted,

@@ -2,7 +2,7 @@
 
 use std::any::Any;
 use strahl::render::Cancelled;
-use strahl::scene::Problems;
+use strahl::scene::{NotLoaded, Problems};
 
 /// Why a request is not answered.
 #[derive(Debug, Clone)]
@@ -51,6 +51,15 @@ pub(crate) enum Error {
 impl From<Problems> for Error {
     fn from(problems: Problems) -> Self {
         Self::Scene(problems)
+    }
+}
+
+impl From<NotLoaded<Self>> for Error {
+    fn from(error: NotLoaded<Self>) -> Self {
+        match error {
+            NotLoaded::Problems(problems) => Self::Scene(problems),
+            NotLoaded::Refused(error) => error,
+        }
     }
 }
 

@@ -105,6 +105,45 @@ PEERS = {
     "W4: glass balls": (GLASS_BALLS, 16),
 }
 
+MATT = {"red": {"diffuse": [0.7, 0.3, 0.2], "specular": 0.3, "reflection": 0.2}}
+PLACES = [(x - 2.5, 0.5 + y, z - 2.5) for x in range(6) for y in range(3) for z in range(6)]
+
+
+def pipes(place):
+    """A ball, and pipes from it along each axis: open, closed, and a cone."""
+    x, y, z = place
+    return [
+        {"sphere": {"center": place, "radius": 0.16, "material": "red"}},
+        {"cylinder": {"base": place, "top": [x + 1, y, z], "radius": 0.07, "capped": False, "material": "red"}},
+        {"cylinder": {"base": place, "top": [x, y + 1, z], "radius": 0.07, "material": "red"}},
+        {"cone": {"base": place, "base_radius": 0.09, "top": [x, y, z + 1], "top_radius": 0.03, "material": "red"}},
+    ]
+
+
+def ring(place):
+    axis = [place[0], 1, place[2]]
+    return {"torus": {"center": place, "axis": axis, "major_radius": 0.35, "minor_radius": 0.1, "material": "red"}}
+
+
+def copy(place):
+    return {"instance": {"of": "ball", "transform": {"translate": place, "scale": 0.4}}}
+
+
+# What else a leaf may hold, and what is looked up where a ray ends.
+PARTS = {
+    "frusta": (scene([part for place in PLACES for part in pipes(place)], MATT), 64),
+    "tori": (scene([ring(place) for place in PLACES], MATT), 64),
+    "copies of a ball": (
+        {
+            **scene([copy(place) for place in PLACES], MATT),
+            "definitions": {"ball": [{"sphere": {"center": [0, 0, 0], "radius": 1, "material": "red"}}]},
+        },
+        96,
+    ),
+    "textures": (repository("effects/textures"), 64),
+    "bumps": (repository("effects/bump"), 64),
+}
+
 
 def output(*command):
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -141,6 +180,9 @@ def cases():
         for antialias, how in [(False, ""), (True, ", antialiased")]:
             render = {**description.get("render", {}), "antialias": antialias}
             yield name + how, {**description, "render": render}, width
+    for name, (description, width) in PARTS.items():
+        render = {**description.get("render", {}), "antialias": False}
+        yield name, {**description, "render": render}, width
 
 
 def count_all(program):

@@ -1,6 +1,7 @@
 //! From scene text to a compiled scene, and hierarchies alone.
 
 use crate::time;
+use std::sync::Arc;
 use strahl::accel::{BvhKind, Geometry, Item, Mesh, Shape};
 use strahl::math::sin_cos;
 use strahl::scene::compile::compile;
@@ -30,12 +31,12 @@ fn sheet(n: u32) -> Item<f32> {
         [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]
     };
     Item {
-        shape: Shape::Mesh(Mesh {
+        shape: Shape::Mesh(Arc::new(Mesh {
             vertices: (0..(n + 1) * (n + 1)).map(vertex).collect(),
             faces: (0..n * n).flat_map(square).collect(),
             normals: Vec::new(),
             uvs: Vec::new(),
-        }),
+        })),
         material: 0,
         sides: Sides::Both,
         hollow: false,

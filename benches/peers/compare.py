@@ -25,9 +25,11 @@ sys.path.append(str(HERE.parent))
 from machine import commit, machine  # noqa: E402
 
 BARE = ["W1", "W2", "W2d6", "W3", "W4"]
+# Only POV-Ray and strahl have pictures on meshes.
+TEXTURED = ["W6"]
 # The same, each renderer antialiasing by its own rule: POV-Ray where neighbours differ by 0.03, with 16 samples.
 ANTIALIASED = "+aa"
-SCENES = BARE + [name + ANTIALIASED for name in ("W1", "W2", "W3", "W4")]
+SCENES = BARE + TEXTURED + [name + ANTIALIASED for name in ("W1", "W2", "W3", "W4", "W6")]
 STRAHL = "strahl"
 
 
@@ -47,6 +49,8 @@ def runners(scene, threads):
         STRAHL: ["run_strahl.sh", scene, threads],
     }
     # The limit knows no hierarchy.
+    if scene in TEXTURED:
+        return {name: all_of_them[name] for name in ("POV-Ray", STRAHL)}
     return {name: command for name, command in all_of_them.items() if name != "limit" or scene == "W1"}
 
 

@@ -4,15 +4,18 @@
     scenes.py FOLDER [SCENE ...]
 
 W1 is Whitted's pair of balls over a checkerboard, 1920 x 1080; W2 a sphere flake of 7,381 spheres, W2d6 one of 597,871;
-W3 a mesh of a million triangles; W4 a thousand glass balls; W5 three balls under a square lamp, W7 the same through a lens.
+W3 a mesh of a million triangles; W4 a thousand glass balls; W5 three balls under a square lamp, W7 the same through a lens;
+W6 a mesh of 160,000 triangles with a picture on it, and bumps: a normal map, and for POV-Ray, which has none, their heights.
 Right-handed; vfov is the full vertical angle. Needs numpy.
 """
 
+import base64
 import json
 import math
 import os
 import struct
 import sys
+import zlib
 
 import numpy as np
 
@@ -24,7 +27,7 @@ def mat(color, kd=0.0, ks=0.0, shine=1.0, kr=0.0, kt=0.0, ior=1.0, color2=None, 
 def scene(**k):
     s = dict(
         bg=[0.078, 0.361, 0.753], spheres=np.zeros((0, 4)), sph_mat=np.zeros(0, int), meshes=[], depth=5, adc=1 / 255.0,
-        area=None, lens=None
+        area=None, lens=None, uvs=None, pictures=None
     )
     s.update(k)
     return s
@@ -218,13 +221,62 @@ def W5(name="W5", **more):
     ), **more})
 
 
+def png(pixels):
+    """A picture of 8-bit codes, red, green and blue, the upper row first."""
+    height, width, _ = pixels.shape
+    part = lambda kind, data: struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = b"".join(b"\0" + row.tobytes() for row in pixels.astype(np.uint8))
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + part(b"IHDR", header) + part(b"IDAT", zlib.compress(rows)) + part(b"IEND", b"")
+
+
+def W6(n=256, nu=400, nv=200, bump=0.012):
+    """A vase. Its picture and its bumps repeat four times around it."""
+    u, v = np.meshgrid(np.arange(nu + 1) / nu, np.arange(nv + 1) / nv)
+    radius = 0.9 + 0.35 * np.sin(2.3 * np.pi * v + 0.6)
+    turn = 2 * np.pi * u
+    V = np.stack([radius * np.sin(turn), 2.6 * v, radius * np.cos(turn)], -1).reshape(-1, 3)
+    slope = 0.35 * 2.3 * np.pi * np.cos(2.3 * np.pi * v + 0.6) / 2.6
+    N = np.stack([np.sin(turn), -slope, np.cos(turn)], -1).reshape(-1, 3)
+    N /= np.linalg.norm(N, axis=1)[:, None]
+    a = (np.arange(nv)[:, None] * (nu + 1) + np.arange(nu)).reshape(-1)
+    b, c, d = a + 1, a + nu + 2, a + nu + 1
+    F = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    UV = np.stack([4 * u, 2 * v], -1).reshape(-1, 2)
+    x, y = np.meshgrid(np.arange(n) / n, np.arange(n) / n)
+    height = 0.5 + 0.5 * np.sin(16 * np.pi * x) * np.sin(16 * np.pi * y)
+    stripes = (np.sin(8 * np.pi * (x + y)) > 0)[..., None]
+    color = np.where(stripes, [205, 120, 60], [90, 60, 110]) * (0.8 + 0.2 * height[..., None])
+    # Heights are in units of the picture's width; the normal's y goes up, rows go down.
+    dx = (np.roll(height, -1, 1) - np.roll(height, 1, 1)) * bump * n / 2
+    dy = (np.roll(height, 1, 0) - np.roll(height, -1, 0)) * bump * n / 2
+    normal = np.stack([-dx, -dy, np.ones_like(dx)], -1)
+    normal /= np.linalg.norm(normal, axis=-1)[..., None]
+    grey = np.repeat(np.round(255 * height)[..., None], 3, 2)
+    m = [mat([0.9, 0.9, 0.85], kd=0.8), mat([1, 1, 1], kd=1.0, ks=0.3, shine=40, amb=1 / 16)]
+    floor = quad((-10, 0, 14), (10, 0, 14), (10, 0, -26), (-10, 0, -26))
+    return scene(
+        name="W6",
+        res=(1024, 1024),
+        eye=[0, 2.4, 6],
+        at=[0, 1.25, 0],
+        up=[0, 1, 0],
+        vfov=32.0,
+        lights=[([4, 6, 5], [1.0, 1.0, 1.0])],
+        mats=m,
+        meshes=[(*floor, 0), (V, N, F, 1)],
+        uvs={1: UV},
+        pictures={1: dict(color=png(color), normal=png(np.round(127.5 + 127.5 * normal)), height=png(grey), bump=bump)},
+    )
+
+
 def W7():
     return W5("W7", area=None, lens=(0.25, 6.5))
 
 
 # Those whose samples choose: only for equal_error.py.
 CHOOSING = dict(W5=W5, W7=W7)
-SCENES = dict(W1=W1, W2=W2, W2d6=lambda: W2(6, "W2d6"), W3=W3, W4=W4)
+SCENES = dict(W1=W1, W2=W2, W2d6=lambda: W2(6, "W2d6"), W3=W3, W4=W4, W6=W6)
 
 
 def basis(s):
@@ -267,9 +319,17 @@ def pov(s, f):
         )
         # POV multiplies diffuse/ambient by pigment opacity (1-transmit); undo it so kd means kd in every engine
         k = 1 / (1 - m["kt"])
+        bumps = ""
+        if s["pictures"] and i in s["pictures"]:
+            pictures = s["pictures"][i]
+            for what in ("color", "height"):
+                with open(os.path.join(os.path.dirname(f.name), f"{s['name']}_{what}.png"), "wb") as file:
+                    file.write(pictures[what])
+            pig = 'image_map{png "%s_color.png" gamma srgb interpolate 2}' % s["name"]
+            bumps = 'normal{bump_map{png "%s_height.png" interpolate 2 bump_size %g}}' % (s["name"], 130 * pictures["bump"])
         f.write(
-            "#declare M%d=texture{pigment{%s}finish{ambient %g diffuse %g phong %g phong_size %g reflection{%g}}}\n"
-            % (i, pig, m["amb"] * k, m["kd"] * k, m["ks"], m["shine"], m["kr"])
+            "#declare M%d=texture{%spigment{%s}%sfinish{ambient %g diffuse %g phong %g phong_size %g reflection{%g}}}\n"
+            % (i, "uv_mapping " if bumps else "", pig, bumps, m["amb"] * k, m["kd"] * k, m["ks"], m["shine"], m["kr"])
         )
     for (x, y, z, R), k in zip(s["spheres"], s["sph_mat"]):
         i = s["mats"][k]
@@ -277,7 +337,7 @@ def pov(s, f):
             "sphere{<%.9g,%.9g,%.9g>,%.9g texture{M%d}%s}\n"
             % (x, y, z, R, k, " interior{ior %g}" % i["ior"] if i["kt"] else "")
         )
-    for V, N, F, k in s["meshes"]:
+    for mesh, (V, N, F, k) in enumerate(s["meshes"]):
         if len(F) <= 2:
             for t in F:
                 f.write("triangle{%s,%s,%s texture{M%d}}\n" % (*(v3(V[j]) for j in t), k))
@@ -287,6 +347,9 @@ def pov(s, f):
         if N is not None:
             f.write("}normal_vectors{%d,\n" % len(N))
             f.write(",\n".join(map(v3, N)))
+        if s["uvs"] and mesh in s["uvs"]:
+            f.write("}uv_vectors{%d,\n" % len(V))
+            f.write(",\n".join("<%.9g,%.9g>" % tuple(uv) for uv in s["uvs"][mesh]))
         f.write("}face_indices{%d,\n" % len(F))
         f.write(",\n".join("<%d,%d,%d>" % tuple(t) for t in F))
         f.write("}texture{M%d}}\n" % k)
@@ -346,7 +409,10 @@ def strahl(s, f):
     """Scene JSON version 1. POV-Ray attenuates shadows by transparent bodies, so the scene asks for that too."""
     A = 1 / 16.0  # scene ambient; a material's own ambient makes it amb * color
 
-    def material(m):
+    def image(data):
+        return dict(image=dict(source="data:image/png;base64," + base64.b64encode(data).decode()))
+
+    def material(i, m):
         d = dict(diffuse=[m["kd"] * c for c in m["color"]], specular=m["ks"], shininess=m["shine"])
         if m["color2"]:
             assert abs(m["amb"] - A * m["kd"]) < 1e-12  # default ambient = diffuse
@@ -357,6 +423,9 @@ def strahl(s, f):
             )
         else:
             d["ambient"] = [m["amb"] / A * c for c in m["color"]]
+        if s["pictures"] and i in s["pictures"]:
+            d.update(diffuse=image(s["pictures"][i]["color"]), normal_map=image(s["pictures"][i]["normal"]))
+            del d["ambient"]  # by default that of the picture
         if m["kr"]:
             d["reflection"] = m["kr"]
         if m["kt"]:
@@ -376,10 +445,12 @@ def strahl(s, f):
         dict(sphere=dict(center=list(map(float, q[:3])), radius=float(q[3]), material="m%d" % k))
         for q, k in zip(s["spheres"], s["sph_mat"])
     ]
-    for V, N, F, k in s["meshes"]:
+    for mesh, (V, N, F, k) in enumerate(s["meshes"]):
         m = dict(vertices=V.tolist(), faces=F.tolist(), material="m%d" % k)
         if N is not None:
             m["normals"] = N.tolist()
+        if s["uvs"] and mesh in s["uvs"]:
+            m["uvs"] = s["uvs"][mesh].tolist()
         objs.append(dict(mesh=m))
     json.dump(
         dict(
@@ -390,7 +461,7 @@ def strahl(s, f):
             background=s["bg"],
             ambient=[A] * 3,
             lights=[dict(point=dict(position=list(p), color=list(c), **area)) for p, c in s["lights"]],
-            materials={"m%d" % i: material(m) for i, m in enumerate(s["mats"])},
+            materials={"m%d" % i: material(i, m) for i, m in enumerate(s["mats"])},
             objects=objs,
             render=render,
         ),

@@ -66,11 +66,11 @@ impl<R: Real> Bvh<R> {
     pub(super) fn build(
         primitives: &mut [BuildPrimitive<R>],
         kind: BvhKind,
-        is_leaf: &(impl Fn(&[BuildPrimitive<R>]) -> bool + Sync),
+        wholeness: &(impl Fn(&[BuildPrimitive<R>]) -> Wholeness + Sync),
     ) -> Self {
         let mut nodes = Vec::new();
         if !primitives.is_empty() {
-            let tree = tree(primitives, 0, NodeBounds::of(primitives), Rule { kind, is_leaf }, 0);
+            let tree = tree(primitives, 0, NodeBounds::of(primitives), Rule { kind, wholeness }, 0);
             nodes.reserve_exact(tree.len());
             nodes.push(Node { slab: Box4::empty().slab(), first: 0, count: 0 });
             tree.lay_out(0, &mut nodes);
@@ -83,7 +83,18 @@ impl<R: Real> Bvh<R> {
 #[derive(Debug, Clone, Copy)]
 struct Rule<F> {
     kind: BvhKind,
-    is_leaf: F,
+    wholeness: F,
+}
+
+/// What some primitives together may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wholeness {
+    /// A leaf, always.
+    Whole,
+    /// A leaf, if they are few and the heuristic says so.
+    Any,
+    /// No leaf.
+    Apart,
 }
 
 /// Fewer primitives are built by one thread.
@@ -139,7 +150,7 @@ fn tree<R: Real>(
     primitives: &mut [BuildPrimitive<R>],
     start: usize,
     bounds: NodeBounds<R>,
-    rule: Rule<&(impl Fn(&[BuildPrimitive<R>]) -> bool + Sync)>,
+    rule: Rule<&(impl Fn(&[BuildPrimitive<R>]) -> Wholeness + Sync)>,
     depth: usize,
 ) -> Tree<R> {
     if primitives.len() > PARALLEL
@@ -167,7 +178,7 @@ fn nodes<R: Real>(
     primitives: &mut [BuildPrimitive<R>],
     start: usize,
     bounds: NodeBounds<R>,
-    rule: Rule<&impl Fn(&[BuildPrimitive<R>]) -> bool>,
+    rule: Rule<&impl Fn(&[BuildPrimitive<R>]) -> Wholeness>,
     depth: usize,
 ) -> Vec<Node<R>> {
     let leaf = |bounds: &NodeBounds<R>, range: &Range<usize>| Node {
@@ -207,16 +218,19 @@ struct Split<R> {
 fn split<R: Real>(
     primitives: &mut [BuildPrimitive<R>],
     bounds: &NodeBounds<R>,
-    Rule { kind, is_leaf }: Rule<&impl Fn(&[BuildPrimitive<R>]) -> bool>,
+    Rule { kind, wholeness }: Rule<&impl Fn(&[BuildPrimitive<R>]) -> Wholeness>,
     depth: usize,
 ) -> Option<Split<R>> {
     // Once cancelled, what is left is one leaf.
     if control::step(1 + (primitives.len() / 64) as u32) {
         return None;
     }
-    let may_be_leaf = primitives.len() <= LEAF_SIZE;
-    if primitives.len() <= 1 || kind == BvhKind::Flat || (may_be_leaf && kind == BvhKind::Median) || is_leaf(primitives)
-    {
+    if primitives.len() <= 1 || kind == BvhKind::Flat {
+        return None;
+    }
+    let wholeness = wholeness(primitives);
+    let may_be_leaf = primitives.len() <= LEAF_SIZE && wholeness != Wholeness::Apart;
+    if (may_be_leaf && kind == BvhKind::Median) || wholeness == Wholeness::Whole {
         return None;
     }
     if kind == BvhKind::Sah && depth < SAH_DEPTH {

@@ -9,12 +9,13 @@ use super::build::{Bvh, BvhKind};
 use super::build_primitive::BuildPrimitive;
 use super::extent::Extent;
 use super::item::{Item, Mesh, Primitive, Shape};
-use super::wide_bvh::{Kind, WideBvh, WideNode, kind as leaf_kind};
+use super::wide_bvh::{WideBvh, WideNode, wholeness};
 use crate::control;
 use crate::lanes::Real;
 use crate::shape::{Frustum, Torus};
 use rayon::prelude::*;
 use std::mem::size_of;
+use std::sync::Arc;
 
 /// Bytes that a small allocation takes beside its own: the allocator's, and what is lost to rounding.
 pub(crate) const ALLOCATION: usize = 24;
@@ -25,11 +26,13 @@ pub struct Geometry<R> {
     /// The items, in the scene's order.
     pub items: Vec<Item<R>>,
     /// Indices of items without bounds (planes, and instances that contain some).
-    pub(super) unbounded: Vec<u32>,
+    pub(super) unbounded: Arc<[u32]>,
     /// Item and face of each bounded primitive, in the order of the hierarchy's leaves.
-    pub(super) primitives: Vec<Primitive>,
+    pub(super) primitives: Arc<[Primitive]>,
     /// The hierarchy over them, if there are any.
-    pub(super) wide: Option<WideBvh<R>>,
+    pub(super) wide: Option<Arc<WideBvh<R>>>,
+    /// Whether it is one bounded body that is one primitive.
+    lone: bool,
     /// Around everything bounded.
     pub extent: Extent,
     /// Number of primitives when expanded.
@@ -70,11 +73,9 @@ impl<R: Real> Geometry<R> {
         }
 
         let source = |primitive: &BuildPrimitive<R>| sources[primitive.index() as usize];
-        let is_leaf = |range: &[BuildPrimitive<R>]| {
-            range.len() <= R::LANES && leaf_kind(&items, range.iter().map(source)) != Kind::Mixed
-        };
-        let bvh = Bvh::build(&mut build, kind, &is_leaf);
-        let primitives: Vec<Primitive> = build.par_iter().map(source).collect();
+        let wholeness = |range: &[BuildPrimitive<R>]| wholeness(&items, range.iter().map(source));
+        let bvh = Bvh::build(&mut build, kind, &wholeness);
+        let mut primitives: Vec<Primitive> = build.par_iter().map(source).collect();
         drop((build, sources));
         let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
@@ -82,10 +83,37 @@ impl<R: Real> Geometry<R> {
             _ if primitives.is_empty() => None,
             // A cancelled hierarchy is not used.
             _ if control::is_stopping() => None,
-            BvhKind::Flat => Some(WideBvh::flat(bvh.nodes[0].slab, primitives.len())),
-            BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &primitives)),
+            BvhKind::Flat => Some(WideBvh::flat(bvh.nodes[0].slab, primitives.len()).into()),
+            BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &mut primitives).into()),
         };
-        Self { unbounded, wide, primitives, extent, expanded, items }
+        let lone = kind != BvhKind::Flat
+            && unbounded.is_empty()
+            && matches!(&primitives[..], [only] if !matches!(items[only.item as usize].shape, Shape::Mesh(_) | Shape::Instance(_)));
+        let (unbounded, primitives) = (unbounded.into(), primitives.into());
+        Self { unbounded, wide, primitives, lone, extent, expanded, items }
+    }
+
+    /// Its only body, if that is one primitive with bounds: then its hierarchy is a box around it, and rays that have come as
+    /// far need not be prepared for that.
+    #[inline(always)]
+    pub(super) fn lone_body(&self) -> Option<&Item<R>> {
+        self.lone.then(|| &self.items[self.primitives[0].item as usize])
+    }
+
+    /// The same bodies with other materials, in the hierarchy that there is. The items come back if they need another one.
+    pub fn with_items(&self, items: Vec<Item<R>>) -> Result<Self, Vec<Item<R>>> {
+        // Leaves know from which side their primitives can be hit.
+        let fits = items.len() == self.items.len() && items.iter().zip(&self.items).all(|(a, b)| a.sides == b.sides);
+        if !fits {
+            return Err(items);
+        }
+        let (unbounded, primitives) = (Arc::clone(&self.unbounded), Arc::clone(&self.primitives));
+        Ok(Self { items, unbounded, primitives, wide: self.wide.clone(), ..*self })
+    }
+
+    /// Whether it shares the hierarchy of another one.
+    pub fn has_hierarchy_of(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.primitives, &other.primitives)
     }
 
     /// Whether something in it has no bounds.
@@ -95,13 +123,35 @@ impl<R: Real> Geometry<R> {
 
     /// Bytes of its items with what they own, and of its hierarchy; almost exact.
     pub fn bytes(&self) -> usize {
-        let of_items: usize = self.items.iter().map(|item| size_of::<Item<R>>() + boxed(&item.shape)).sum();
+        let of_items: usize = self.items.iter().map(|item| boxed(&item.shape)).sum();
+        self.bytes_of_items() + of_items + self.bytes_of_hierarchy()
+    }
+
+    /// Bytes of what it does not share with another one that has the same bodies.
+    pub fn bytes_beside(&self, other: &Self) -> usize {
+        let is_shared = |item: &Item<R>, known: &Item<R>| match (&item.shape, &known.shape) {
+            (Shape::Mesh(a), Shape::Mesh(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        };
+        let own = self.items.iter().zip(&other.items).filter(|(item, known)| !is_shared(item, known));
+        let hierarchy = if self.has_hierarchy_of(other) { 0 } else { self.bytes_of_hierarchy() };
+        self.bytes_of_items() + own.map(|(item, _)| boxed(&item.shape)).sum::<usize>() + hierarchy
+    }
+
+    fn bytes_of_items(&self) -> usize {
+        size_of::<Self>() + ALLOCATION + size_of_val(&self.items[..])
+    }
+
+    fn bytes_of_hierarchy(&self) -> usize {
         let wide = self.wide.as_ref().map_or(0, |wide| {
             let columns: usize = wide.columns.iter().map(|column| 2 * ALLOCATION + size_of_val(&column[..])).sum();
-            wide.nodes.len() * size_of::<WideNode<R>>() + size_of_val(&wide.leaves[..]) + columns
+            wide.nodes.len() * size_of::<WideNode<R>>()
+                + size_of_val(&wide.leaves[..])
+                + size_of_val(&wide.frusta[..])
+                + columns
         });
         let lists = size_of_val(&self.unbounded[..]) + self.primitives.len() * size_of::<Primitive>();
-        size_of::<Self>() + of_items + lists + wide + 4 * ALLOCATION
+        lists + wide + 4 * ALLOCATION
     }
 
     /// The item that owns an expanded index of this geometry.
@@ -140,10 +190,12 @@ fn extent_of<R: Real>(items: &[Item<R>], extents: &[Option<Extent>], bounds: Bou
 /// Bytes that a shape owns beside itself.
 fn boxed<R>(shape: &Shape<R>) -> usize {
     match shape {
-        Shape::Mesh(Mesh { vertices, faces, normals, uvs }) => {
+        Shape::Mesh(mesh) => {
+            let Mesh { vertices, faces, normals, uvs } = &**mesh;
             let lists =
                 [size_of_val(&vertices[..]), size_of_val(&faces[..]), size_of_val(&normals[..]), size_of_val(&uvs[..])];
-            lists.iter().filter(|bytes| **bytes > 0).map(|bytes| ALLOCATION + bytes).sum()
+            let own = ALLOCATION + size_of::<Mesh<R>>();
+            own + lists.iter().filter(|bytes| **bytes > 0).map(|bytes| ALLOCATION + bytes).sum::<usize>()
         }
         Shape::Frustum(_) => ALLOCATION + size_of::<Frustum<R>>(),
         Shape::Torus(_) => ALLOCATION + size_of::<Torus<R>>(),
@@ -157,6 +209,7 @@ fn boxed<R>(shape: &Shape<R>) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::build::Wholeness;
     use super::super::wide_bvh::Leaf;
     use super::*;
     use crate::math::sin_cos;
@@ -179,12 +232,12 @@ mod tests {
         };
         let normals = vec![[0.0, 0.0, 1.0]; vertices.len()];
         Item {
-            shape: Shape::Mesh(Mesh {
+            shape: Shape::Mesh(Arc::new(Mesh {
                 vertices,
                 faces: (0..n * n).flat_map(square).collect::<Vec<_>>(),
                 normals,
                 uvs: Vec::new(),
-            }),
+            })),
             material: 0,
             sides: Sides::Both,
             hollow: false,
@@ -205,7 +258,8 @@ mod tests {
         let wide = geometry.wide.as_ref().expect("so many triangles have one");
         let mesh_bytes = bytes(&mesh.vertices) + mesh.faces.len() * size_of::<[u32; 3]>() + bytes(&mesh.normals);
         let columns: usize = wide.columns.iter().map(bytes).sum();
-        let parts = [mesh_bytes, bytes(&geometry.primitives), bytes(&wide.nodes), bytes(&wide.leaves), columns];
+        let parts =
+            [mesh_bytes, size_of_val(&geometry.primitives[..]), bytes(&wide.nodes), bytes(&wide.leaves), columns];
         let each = parts.map(|bytes| bytes as f64 / mesh.faces.len() as f64);
         assert!(each.iter().sum::<f64>() <= 100.0, "bytes for each triangle: {each:?}");
     }
@@ -237,9 +291,9 @@ mod tests {
             let all: Vec<(Bounds, Primitive)> = items.iter().zip(0..).flat_map(of).collect();
             let mut build: Vec<_> =
                 all.iter().zip(0..).map(|((b, _), index)| BuildPrimitive::new(&b.narrowed(), index)).collect();
-            let bvh = Bvh::build(&mut build, BvhKind::Sah, &|_: &[_]| false);
-            let primitives: Vec<_> = build.iter().map(|primitive| all[primitive.index() as usize].1).collect();
-            let twin = WideBvh::new(&bvh, &items, &primitives);
+            let bvh = Bvh::build(&mut build, BvhKind::Sah, &|_: &[_]| Wholeness::Any);
+            let mut primitives: Vec<_> = build.iter().map(|primitive| all[primitive.index() as usize].1).collect();
+            let twin = WideBvh::new(&bvh, &items, &mut primitives);
 
             let nodes = |wide: &WideBvh<f32>| -> Vec<_> {
                 wide.nodes.iter().map(|node| (node.min, node.max, node.children, node.count)).collect()

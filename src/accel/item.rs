@@ -8,6 +8,7 @@ use crate::math::{exponent, scale_by_power};
 use crate::ray::Rays;
 use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 
 /// An item of a geometry: a body, a surface or a placed geometry.
 #[derive(Debug, Clone)]
@@ -58,7 +59,7 @@ pub enum Shape<R> {
     Cuboid(Cuboid<R>),
     Frustum(Box<Frustum<R>>),
     Torus(Box<Torus<R>>),
-    Mesh(Mesh<R>),
+    Mesh(Arc<Mesh<R>>),
     Instance(Box<Instance<R>>),
 }
 

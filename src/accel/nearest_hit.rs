@@ -1,14 +1,14 @@
 //! The nearest hit of each ray of a packet.
 
 use super::geometry::Geometry;
-use super::intersect::intersect_item;
+use super::intersect::hit_item;
 use super::item::{Item, Shape};
 use super::traversal::{Coherence, MANY, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::control;
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, lanes_of};
-use crate::ray::{Hit, Rays, Wanted};
-use crate::shape::{hit_sphere, hit_triangle};
+use crate::ray::{Hit, Rays};
+use crate::shape::{Sides, hit_frusta, hit_sphere, hit_triangle};
 use std::ops::Range;
 
 /// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
@@ -74,23 +74,15 @@ impl<'a, L: Lanes> Nearest<'a, L> {
         hits: &Hit<L>,
         expanded: impl Fn(usize) -> u64,
     ) {
-        let (mut best, mut found) = (rays.t_max.lane(lane), None);
-        for place in lanes_of(hits.lanes.bits()) {
-            let t = hits.t.lane(place);
-            if t > best {
-                continue;
-            }
-            let id = expanded(place);
-            let held =
-                found.map(|(_, id)| id).or_else(|| (self.found & (1 << lane) != 0).then(|| self.expanded.lane(lane)));
-            let nearer = t < best || held.is_some_and(|held| id < held);
-            if nearer && !self.skipped.is_some_and(|skipped| skipped.has(lane, id)) {
-                (best, found) = (t, Some((place, id)));
-            }
-        }
+        let t_max = rays.t_max.lane(lane);
+        let held = (self.found & (1 << lane) != 0).then(|| self.expanded.lane(lane));
+        let found = match self.skipped {
+            None => nearest_of(s, hits, t_max, held, expanded),
+            Some(skipped) => nearest_unskipped(hits, t_max, held, expanded, |id| skipped.has(lane, id)),
+        };
         if let Some((place, id)) = found {
             let mask = L::mask(s, 1 << lane);
-            rays.t_max = L::select(mask, L::splat(s, best), rays.t_max);
+            rays.t_max = L::select(mask, L::splat(s, hits.t.lane(place)), rays.t_max);
             self.found |= 1 << lane;
             self.expanded = L::Ids::select(mask, L::Ids::splat(s, id), self.expanded);
             for (held, weight) in self.weights.iter_mut().zip(hits.weights) {
@@ -98,6 +90,55 @@ impl<'a, L: Lanes> Nearest<'a, L> {
             }
         }
     }
+}
+
+/// The place and the expanded index of the nearest of one ray's hits, if that is nearer than `t_max`, or as near and earlier
+/// in the scene than what the ray `held`. Expanded indices are far away in memory: only that of the nearest is looked up.
+#[inline(always)]
+fn nearest_of<L: Lanes>(
+    s: L::Simd,
+    hits: &Hit<L>,
+    t_max: L::Real,
+    held: Option<u64>,
+    expanded: impl Fn(usize) -> u64,
+) -> Option<(usize, u64)> {
+    let best = L::select(hits.lanes, hits.t, L::lit(s, f64::INFINITY)).smallest();
+    if best > t_max {
+        return None;
+    }
+    let nearest = (hits.lanes & hits.t.eq(L::splat(s, best))).bits();
+    let mut found: Option<(usize, u64)> = None;
+    for place in lanes_of(nearest) {
+        let id = expanded(place);
+        if found.is_none_or(|(_, earlier)| id < earlier) {
+            found = Some((place, id));
+        }
+    }
+    found.filter(|(_, id)| best < t_max || held.is_some_and(|held| *id < held))
+}
+
+/// The same, one hit after the other, without those on bodies that the ray skips.
+#[inline(always)]
+fn nearest_unskipped<L: Lanes>(
+    hits: &Hit<L>,
+    t_max: L::Real,
+    held: Option<u64>,
+    expanded: impl Fn(usize) -> u64,
+    skips: impl Fn(u64) -> bool,
+) -> Option<(usize, u64)> {
+    let (mut best, mut found) = (t_max, None);
+    for place in lanes_of(hits.lanes.bits()) {
+        let t = hits.t.lane(place);
+        if t > best {
+            continue;
+        }
+        let id = expanded(place);
+        let held = found.map(|(_, id)| id).or(held);
+        if (t < best || held.is_some_and(|held| id < held)) && !skips(id) {
+            (best, found) = (t, Some((place, id)));
+        }
+    }
+    found
 }
 
 /// Bodies that each lane skips, as ranges of expanded indices.
@@ -159,7 +200,7 @@ impl<L: Lanes> Search<'_, '_, L> {
         if here.unbounded.len() > MANY && control::step(here.unbounded.len() as u32) {
             return;
         }
-        for &index in &here.unbounded {
+        for &index in &here.unbounded[..] {
             self.visit(s, &here.items[index as usize], 0, base, rays);
         }
         let Some(wide) = &here.wide else { return };
@@ -181,7 +222,15 @@ impl<L: Lanes> Search<'_, '_, L> {
                         break;
                     }
                     rays.active = L::mask(s, lanes);
-                    self.intersect_leaf(s, here, wide, &wide.leaves[leaf], base, rays, &mut prepared);
+                    let mut next = leaf;
+                    loop {
+                        let leaf = &wide.leaves[next];
+                        self.intersect_leaf(s, here, wide, leaf, base, rays, &mut prepared);
+                        if !leaf.more {
+                            break;
+                        }
+                        next += 1;
+                    }
                 }
             }
         }
@@ -208,6 +257,10 @@ impl<L: Lanes> Search<'_, '_, L> {
             }
             return;
         }
+        if let Kind::Frusta { sides, capped } = leaf.kind {
+            self.intersect_frusta(s, here, wide, leaf, (sides, capped), base, rays);
+            return;
+        }
         let start = leaf.start as usize;
         let expanded = |place: usize| {
             let primitive = here.primitives[start + place];
@@ -225,7 +278,7 @@ impl<L: Lanes> Search<'_, '_, L> {
                     Kind::Triangles(sides) => {
                         hit_triangle(s, wide.triangle(s, start + place), &closed, prepared.shear(s, rays), sides)
                     }
-                    Kind::Mixed => return,
+                    Kind::Frusta { .. } | Kind::Mixed => return,
                 };
                 if found.lanes.any() {
                     self.nearest.offer(s, rays, &found, expanded(place));
@@ -243,10 +296,61 @@ impl<L: Lanes> Search<'_, '_, L> {
                 Kind::Triangles(sides) => {
                     hit_triangle(s, wide.triangles(s, start), &ray, &prepared.shear(s, rays).alone(s, lane), sides)
                 }
-                Kind::Mixed => return,
+                Kind::Frusta { .. } | Kind::Mixed => return,
             };
             if found.lanes.any() {
                 self.nearest.offer_alone(s, rays, lane, &found, expanded);
+            }
+        }
+    }
+
+    /// The same for frusta. Not inlined: scenes without them would take up to 2.7 % more instructions.
+    fn intersect_frusta(
+        &mut self,
+        s: L::Simd,
+        here: &Geometry<L::Real>,
+        wide: &WideBvh<L::Real>,
+        leaf: &Leaf,
+        (sides, capped): (Sides, bool),
+        base: u64,
+        rays: &mut Rays<L>,
+    ) {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || self.intersect_frusta_in(s, here, wide, leaf, (sides, capped), base, rays),
+        );
+    }
+
+    #[inline(always)]
+    fn intersect_frusta_in(
+        &mut self,
+        s: L::Simd,
+        here: &Geometry<L::Real>,
+        wide: &WideBvh<L::Real>,
+        leaf: &Leaf,
+        (sides, capped): (Sides, bool),
+        base: u64,
+        rays: &mut Rays<L>,
+    ) {
+        let start = leaf.start as usize;
+        let expanded = |place: usize| base + here.items[here.primitives[start + place].item as usize].offset;
+        let lanes = rays.active.bits();
+        if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
+            for place in 0..leaf.count as usize {
+                let hit = hit_frusta(s, &wide.frustum(s, leaf, place), capped, &closed(s, rays), sides);
+                if hit.lanes.any() {
+                    self.nearest.offer(s, rays, &hit, expanded(place));
+                }
+            }
+            return;
+        }
+        let frusta = wide.frusta(s, leaf);
+        for lane in lanes_of(lanes) {
+            let ray = closed(s, rays).alone(s, lane, first(leaf.count));
+            let hits = hit_frusta(s, &frusta, capped, &ray, sides);
+            if hits.lanes.any() {
+                self.nearest.offer_alone(s, rays, lane, &hits, expanded);
             }
         }
     }
@@ -269,13 +373,22 @@ impl<L: Lanes> Search<'_, '_, L> {
             }
             let mut inner = instance.rays_in(s, rays, self.time);
             if inner.any() {
-                self.closest(s, instance.geometry as usize, first, &mut inner);
+                match self.geometries[instance.geometry as usize].lone_body() {
+                    Some(body) => self.meet(s, body, 0, first + body.offset, &mut inner),
+                    None => self.closest(s, instance.geometry as usize, first, &mut inner),
+                }
                 rays.t_max = inner.t_max / L::splat(s, instance.unit);
             }
             return;
         }
-        let intersection = intersect_item(s, item, face, &closed(s, rays), Wanted::Distance);
-        self.nearest.offer(s, rays, &intersection.hit, first + u64::from(face));
+        self.meet(s, item, face, first + u64::from(face), rays);
+    }
+
+    /// Tests one primitive.
+    #[inline(always)]
+    fn meet(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, expanded: u64, rays: &mut Rays<L>) {
+        let hit = hit_item(s, item, face, &closed(s, rays));
+        self.nearest.offer(s, rays, &hit, expanded);
     }
 }
 

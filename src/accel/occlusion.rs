@@ -1,14 +1,14 @@
 //! Shadow rays: how much light passes between two points.
 
 use super::geometry::Geometry;
-use super::intersect::intersect_item;
+use super::intersect::hit_item;
 use super::item::{Item, Shape};
 use super::traversal::{Coherence, MANY, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::control;
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
-use crate::ray::{Rays, Wanted};
-use crate::shape::{hit_triangle, sphere_crossings};
+use crate::ray::Rays;
+use crate::shape::{frusta_crossings, hit_frusta, hit_triangle, sphere_crossings};
 use smallvec::SmallVec;
 use std::cmp::Ordering;
 
@@ -87,7 +87,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
         if here.unbounded.len() > MANY && control::step(here.unbounded.len() as u32) {
             return;
         }
-        for &index in &here.unbounded {
+        for &index in &here.unbounded[..] {
             self.visit(s, &here.items[index as usize], 0, rays);
         }
         let Some(wide) = &here.wide else { return };
@@ -109,7 +109,15 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                     }
                     let waiting = rays.active & !L::mask(s, lanes);
                     rays.active = L::mask(s, lanes);
-                    self.intersect_leaf(s, here, wide, &wide.leaves[leaf], rays, &mut prepared);
+                    let mut next = leaf;
+                    loop {
+                        let leaf = &wide.leaves[next];
+                        self.intersect_leaf(s, here, wide, leaf, rays, &mut prepared);
+                        if !leaf.more {
+                            break;
+                        }
+                        next += 1;
+                    }
                     rays.active = rays.active | waiting;
                     if !rays.any() {
                         self.stack.truncate(floor);
@@ -150,6 +158,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                         hit_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).lanes,
                         L::mask(s, 0),
                     ],
+                    Kind::Frusta { .. } => self.crossed_frusta(s, wide, leaf, Some(place - start), rays),
                     Kind::Mixed => return,
                 };
                 let met = crossed[0] | crossed[1];
@@ -182,6 +191,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                         L::mask(s, 0),
                     ]
                 }
+                Kind::Frusta { .. } => self.crossed_frusta(s, wide, leaf, None, &ray),
                 Kind::Mixed => return,
             };
             let met = (crossed[0] | crossed[1]).bits();
@@ -199,6 +209,33 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                 }
             }
         }
+    }
+
+    /// The lanes that cross frusta of a leaf: one of them and many rays, or all of them and one ray. Not inlined, so that scenes
+    /// without them pay nothing.
+    fn crossed_frusta(
+        &self,
+        s: L::Simd,
+        wide: &WideBvh<L::Real>,
+        leaf: &Leaf,
+        place: Option<usize>,
+        rays: &Rays<L>,
+    ) -> [L::Mask; 2] {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || {
+                let Kind::Frusta { sides, capped } = leaf.kind else { return [L::mask(s, 0); 2] };
+                let frusta = match place {
+                    Some(place) => wide.frustum(s, leaf, place),
+                    None => wide.frusta(s, leaf),
+                };
+                match self.blockers {
+                    Blockers::Opaque => [hit_frusta(s, &frusta, capped, rays, sides).lanes, L::mask(s, 0)],
+                    Blockers::Transmissive => frusta_crossings(s, &frusta, capped, rays, sides),
+                }
+            },
+        )
     }
 
     /// Tests one primitive of any kind, or descends into an instance. Not inlined: few scenes hold many of these.
@@ -219,19 +256,28 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             let mut inner = instance.rays_in(s, rays, self.time);
             if inner.any() {
                 let past = rays.active & !inner.active;
-                self.attenuate(s, instance.geometry as usize, &mut inner);
+                match self.geometries[instance.geometry as usize].lone_body() {
+                    Some(item) => self.pass(s, item, 0, &mut inner),
+                    None => self.attenuate(s, instance.geometry as usize, &mut inner),
+                }
                 rays.active = inner.active | past;
             }
             return;
         }
+        self.pass(s, item, face, rays);
+    }
+
+    /// Tests one primitive.
+    #[inline(always)]
+    fn pass(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
         if self.blockers == Blockers::Opaque || !item.lets_light_through() {
-            rays.active = rays.active & !intersect_item(s, item, face, rays, Wanted::Distance).hit.lanes;
+            rays.active = rays.active & !hit_item(s, item, face, rays).lanes;
             return;
         }
         // Each search starts behind the last crossing.
         let mut search = *rays;
         for _ in 0..most_crossings(&item.shape) {
-            let hit = intersect_item(s, item, face, &search, Wanted::Distance).hit;
+            let hit = hit_item(s, item, face, &search);
             if !hit.lanes.any() {
                 break;
             }

@@ -5,7 +5,7 @@ use super::item::{Mesh, Shape};
 use super::owner::Owner;
 use super::surface::Surface;
 use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
-use crate::ray::{Hit, Intersection, Rays, Wanted};
+use crate::ray::{Hit, Intersection, Rays};
 use crate::shape::{Shear, Sides, hit_sphere, hit_triangle, sphere_surface, triangle_surface};
 
 /// The surfaces that the `lanes` of `rays` (as they were cast) hit on the primitives `expanded` of one body, computed from
@@ -53,7 +53,7 @@ pub fn resolve<L: Lanes>(
             Surface::flat(s, &sphere_surface(s, center, radius, &inner, &hit), outward, inner.dir)
         }
         _ => {
-            let intersection = intersect_item(s, owner.item, 0, &inner, Wanted::Surface);
+            let intersection = intersect_item(s, owner.item, 0, &inner);
             Surface::flat(s, &intersection, outward, inner.dir)
         }
     };

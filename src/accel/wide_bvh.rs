@@ -5,10 +5,10 @@
 //! 2008).
 
 use super::bounds::Slab;
-use super::build::{Bvh, Node};
+use super::build::{Bvh, Node, Wholeness};
 use super::item::{Item, Primitive, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
-use crate::shape::{Sides, Sphere};
+use crate::shape::{FRUSTUM_NUMBERS, Frusta, Sides, Sphere};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -20,6 +20,9 @@ pub(super) struct WideBvh<R> {
     pub(super) root: Child,
     /// Coordinates of the spheres (centre, radius) and triangles (three corners), in the order of the leaves.
     pub(super) columns: Vec<Vec<R>>,
+    /// Numbers of the frusta of each leaf that holds some, side by side: in columns of their own they would be in as many
+    /// places of memory.
+    pub(super) frusta: Vec<[[R; MAX_LANES]; FRUSTUM_NUMBERS]>,
 }
 
 /// The boxes of a node's children, axis by axis.
@@ -56,7 +59,11 @@ impl Child {
 pub(super) struct Leaf {
     pub(super) start: u32,
     pub(super) count: u32,
+    /// Of frusta, the index of their numbers.
+    pub(super) row: u32,
     pub(super) kind: Kind,
+    /// Whether the next leaf has the same box: what is of several kinds is one leaf for each.
+    pub(super) more: bool,
 }
 
 impl Leaf {
@@ -66,10 +73,14 @@ impl Leaf {
 }
 
 /// What a leaf holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
     Spheres(Sides),
     Triangles(Sides),
+    Frusta {
+        sides: Sides,
+        capped: bool,
+    },
     /// Anything, tested one by one.
     Mixed,
 }
@@ -77,8 +88,9 @@ pub(super) enum Kind {
 impl<R: Real> WideBvh<R> {
     /// Everything in one leaf, tested one by one. Slow; tests compare the others with it.
     pub(super) fn flat(slab: Slab<R>, count: usize) -> Self {
-        let leaf = Leaf { start: 0, count: count as u32, kind: Kind::Mixed };
-        let mut wide = Self { nodes: Vec::new(), leaves: vec![leaf], root: Child::leaf(0), columns: Vec::new() };
+        let leaf = Leaf { start: 0, count: count as u32, row: 0, kind: Kind::Mixed, more: false };
+        let (nodes, columns, frusta) = (Vec::new(), Vec::new(), Vec::new());
+        let mut wide = Self { nodes, leaves: vec![leaf], root: Child::leaf(0), columns, frusta };
         wide.wrap(slab);
         wide
     }
@@ -122,6 +134,26 @@ impl<R: Real> WideBvh<R> {
         [self.points(s, 0, place), self.points(s, 3, place), self.points(s, 6, place)]
     }
 
+    /// One frustum of a leaf, in all lanes.
+    #[inline(always)]
+    pub(super) fn frustum<L: Lanes<Real = R>>(&self, s: L::Simd, leaf: &Leaf, place: usize) -> Frusta<L> {
+        let mut numbers = [L::lit(s, 0.0); FRUSTUM_NUMBERS];
+        for (number, column) in numbers.iter_mut().zip(&self.frusta[leaf.row as usize]) {
+            *number = L::splat(s, column[place]);
+        }
+        Frusta::of(numbers)
+    }
+
+    /// The frusta of a leaf, one in each lane.
+    #[inline(always)]
+    pub(super) fn frusta<L: Lanes<Real = R>>(&self, s: L::Simd, leaf: &Leaf) -> Frusta<L> {
+        let mut numbers = [L::lit(s, 0.0); FRUSTUM_NUMBERS];
+        for (number, column) in numbers.iter_mut().zip(&self.frusta[leaf.row as usize]) {
+            *number = L::load(s, column);
+        }
+        Frusta::of(numbers)
+    }
+
     /// Three columns at a place, in all lanes.
     #[inline(always)]
     fn point<L: Lanes<Real = R>>(&self, s: L::Simd, column: usize, place: usize) -> V3<L> {
@@ -142,11 +174,13 @@ impl<R: Real> WideBvh<R> {
         }
     }
 
-    /// From a binary hierarchy that is not empty.
-    pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Self {
+    /// From a binary hierarchy that is not empty. Sorts the primitives of each leaf by their kinds.
+    pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &mut [Primitive]) -> Self {
+        let below = below(bvh, items, primitives);
+        sort_leaves(items, &below, primitives);
         let columns = columns(items, primitives);
-        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns };
-        let collapse = Collapse { bvh, below: &below(bvh, items, primitives) };
+        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns, frusta: Vec::new() };
+        let collapse = Collapse { bvh, below: &below, items, primitives };
         wide.root = wide.child(&collapse, 0);
         let mut next = 0;
         // Until a node is filled, its `count` is the index of its binary node.
@@ -172,17 +206,58 @@ impl<R: Real> WideBvh<R> {
         wide.wrap(bvh.nodes[0].slab);
         wide.nodes.shrink_to_fit();
         wide.leaves.shrink_to_fit();
+        wide.frusta.shrink_to_fit();
         wide
     }
 
     /// The leaf, or the node to be filled, that a binary node becomes.
     fn child(&mut self, collapse: &Collapse<'_, R>, binary: usize) -> Child {
         if let Some(leaf) = collapse.leaf(binary) {
-            self.leaves.push(leaf);
-            return Child::leaf(self.leaves.len() - 1);
+            let first = self.leaves.len();
+            self.push_leaves(leaf.places(), collapse.items, collapse.primitives);
+            return Child::leaf(first);
         }
         self.nodes.push(WideNode::waiting(binary as u32));
         Child::node(self.nodes.len() - 1)
+    }
+
+    /// Adds one leaf for each kind in a leaf of the binary hierarchy.
+    fn push_leaves(&mut self, places: Range<usize>, items: &[Item<R>], primitives: &[Primitive]) {
+        let of = |primitive: &Primitive| kind_of(&items[primitive.item as usize]);
+        let mut start = places.start as u32;
+        for same in primitives[places].chunk_by(|a, b| of(a) == of(b)) {
+            // A cancelled hierarchy may have more in a leaf than lanes.
+            for part in same.chunks(R::LANES) {
+                let (kind, count) = (of(&part[0]), part.len() as u32);
+                let row = if let Kind::Frusta { .. } = kind { self.push_frusta(items, part) } else { 0 };
+                self.leaves.push(Leaf { start, count, row, kind, more: true });
+                start += count;
+            }
+        }
+        if let Some(last) = self.leaves.last_mut() {
+            last.more = false;
+        }
+    }
+
+    /// Adds a row of frusta.
+    fn push_frusta(&mut self, items: &[Item<R>], primitives: &[Primitive]) -> u32 {
+        let mut row = [[R::default(); MAX_LANES]; FRUSTUM_NUMBERS];
+        for (lane, primitive) in primitives.iter().enumerate() {
+            if let Shape::Frustum(frustum) = &items[primitive.item as usize].shape {
+                for (column, number) in row.iter_mut().zip(frustum.numbers()) {
+                    column[lane] = number;
+                }
+            }
+        }
+        self.frusta.push(row);
+        self.frusta.len() as u32 - 1
+    }
+}
+
+/// Sorts the primitives of each leaf by their kinds.
+fn sort_leaves<R: Real>(items: &[Item<R>], below: &[Below], primitives: &mut [Primitive]) {
+    for below in below.iter().filter(|below| below.leaves == 1 && below.kinds.0.count_ones() > 1) {
+        primitives[below.places()].sort_by_key(|primitive| kind_of(&items[primitive.item as usize]));
     }
 }
 
@@ -194,39 +269,83 @@ impl<R: Real> WideNode<R> {
     }
 }
 
-/// What a leaf of some primitives holds; `Mixed` also if there are none, or more than are tested at once.
-pub(super) fn kind<R: Real>(items: &[Item<R>], primitives: impl ExactSizeIterator<Item = Primitive>) -> Kind {
-    if primitives.len() > R::LANES {
-        return Kind::Mixed;
+/// What some primitives may be together. Few of at most two kinds are tested as quickly as one. Each placed geometry has a box of
+/// its own: to enter it costs more than a node.
+pub(super) fn wholeness<R: Real>(items: &[Item<R>], primitives: impl ExactSizeIterator<Item = Primitive>) -> Wholeness {
+    let count = primitives.len();
+    if count > R::LANES {
+        return Wholeness::Any;
     }
-    let mut kinds = primitives.map(|primitive| kind_of(&items[primitive.item as usize]));
-    let first = kinds.next().unwrap_or(Kind::Mixed);
-    if kinds.all(|kind| kind == first) { first } else { Kind::Mixed }
+    let (mut kinds, mut instances) = (Kinds::default(), false);
+    for primitive in primitives {
+        let item = &items[primitive.item as usize];
+        kinds = kinds.with(Kinds::of(kind_of(item)));
+        instances |= matches!(item.shape, Shape::Instance(_));
+    }
+    match () {
+        () if kinds.are_whole() => Wholeness::Whole,
+        () if instances && count > 1 => Wholeness::Apart,
+        () => Wholeness::Any,
+    }
 }
 
 fn kind_of<R>(item: &Item<R>) -> Kind {
     match &item.shape {
         Shape::Sphere(_) => Kind::Spheres(item.sides),
         Shape::Mesh(_) => Kind::Triangles(item.sides),
+        Shape::Frustum(frustum) => Kind::Frusta { sides: item.sides, capped: frustum.capped },
         _ => Kind::Mixed,
+    }
+}
+
+/// A set of kinds, one bit for each.
+#[derive(Debug, Clone, Copy, Default)]
+struct Kinds(u32);
+
+impl Kinds {
+    const MIXED: u32 = 1;
+
+    fn of(kind: Kind) -> Self {
+        let bit = |first: u32, sides: Sides| 1 << (first + sides as u32);
+        Self(match kind {
+            Kind::Mixed => Self::MIXED,
+            Kind::Spheres(sides) => bit(1, sides),
+            Kind::Triangles(sides) => bit(4, sides),
+            Kind::Frusta { sides, capped: false } => bit(7, sides),
+            Kind::Frusta { sides, capped: true } => bit(10, sides),
+        })
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Whether a leaf of these is tested as a whole.
+    fn are_whole(self) -> bool {
+        self.0 & Self::MIXED == 0 && self.0.count_ones() <= 2
     }
 }
 
 /// What is below a binary node.
 #[derive(Debug, Clone, Copy)]
 struct Below {
-    /// All primitives there. If there is only one leaf, this is it.
-    leaf: Leaf,
+    /// All primitives there, as their start and count.
+    start: u32,
+    count: u32,
+    kinds: Kinds,
     /// Number of leaves.
     leaves: u32,
 }
 
 impl Below {
     fn inner(a: Self, b: Self, lanes: usize) -> Self {
-        let kind = if a.leaf.kind == b.leaf.kind { a.leaf.kind } else { Kind::Mixed };
-        let leaf = Leaf { start: a.leaf.start, count: a.leaf.count + b.leaf.count, kind };
-        let fits = kind != Kind::Mixed && leaf.count as usize <= lanes;
-        Self { leaf, leaves: if fits { 1 } else { a.leaves + b.leaves } }
+        let (count, kinds) = (a.count + b.count, a.kinds.with(b.kinds));
+        let fits = kinds.are_whole() && count as usize <= lanes;
+        Self { start: a.start, count, kinds, leaves: if fits { 1 } else { a.leaves + b.leaves } }
+    }
+
+    fn places(&self) -> Range<usize> {
+        self.start as usize..(self.start + self.count) as usize
     }
 }
 
@@ -234,10 +353,11 @@ impl Below {
 fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> Vec<Below> {
     let alone = |node: &Node<R>| {
         let places = node.places();
-        let kind = kind(items, primitives[places.clone()].iter().copied());
-        Below { leaf: Leaf { start: places.start as u32, count: places.len() as u32, kind }, leaves: 1 }
+        let kind = |primitive: &Primitive| Kinds::of(kind_of(&items[primitive.item as usize]));
+        let kinds = primitives[places.clone()].iter().map(kind).fold(Kinds::default(), Kinds::with);
+        Below { start: places.start as u32, count: places.len() as u32, kinds, leaves: 1 }
     };
-    let inner = Below { leaf: Leaf { start: 0, count: 0, kind: Kind::Mixed }, leaves: 0 };
+    let inner = Below { start: 0, count: 0, kinds: Kinds::default(), leaves: 0 };
     let each = bvh.nodes.par_iter().map(|node| if node.axis().is_none() { alone(node) } else { inner });
     let mut below: Vec<Below> = each.collect();
     for (index, node) in bvh.nodes.iter().enumerate().rev() {
@@ -252,13 +372,15 @@ fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> 
 struct Collapse<'a, R> {
     bvh: &'a Bvh<R>,
     below: &'a [Below],
+    items: &'a [Item<R>],
+    primitives: &'a [Primitive],
 }
 
 impl<R: Real> Collapse<'_, R> {
-    /// The leaf that a binary node becomes.
-    fn leaf(&self, binary: usize) -> Option<Leaf> {
+    /// What is in the leaf that a binary node becomes.
+    fn leaf(&self, binary: usize) -> Option<&Below> {
         let below = &self.below[binary];
-        (below.leaves == 1).then_some(below.leaf)
+        (below.leaves == 1).then_some(below)
     }
 
     /// The descendants of a binary node that become the children of one wide node: the largest is replaced by its children

@@ -21,6 +21,7 @@ pub use encode::{Codes, encode};
 pub use exr::encode_with as encode_exr_with;
 pub use format::{DEFAULT_QUALITY, FileFormat, Misplaced, PictureFormat};
 pub use layers::{ID_CHANNELS, Layer};
+pub use pfm::encode_gray;
 pub use png::NOTE;
 pub use tone::ToneMapping;
 

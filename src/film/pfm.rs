@@ -4,6 +4,16 @@
 
 use super::Film;
 
+/// One number for each of some pixels, as grey (`Pf`).
+pub fn encode_gray(width: u32, height: u32, values: &[f32]) -> Vec<u8> {
+    let mut file = format!("Pf\n{width} {height}\n-1.0\n").into_bytes();
+    file.reserve(values.len() * 4);
+    for row in values.chunks_exact(width as usize).rev() {
+        file.extend(row.iter().flat_map(|value| value.to_le_bytes()));
+    }
+    file
+}
+
 /// Little-endian, which the negative scale says.
 pub(super) fn encode(film: &Film) -> Vec<u8> {
     let (width, height) = (film.region.width, film.region.height);
@@ -18,6 +28,14 @@ pub(super) fn encode(film: &Film) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::super::{FileFormat, Region, encode, encode::test_film};
+    use super::encode_gray;
+
+    #[test]
+    fn grey_rows_go_upwards() {
+        let file = encode_gray(2, 2, &[1.0, 2.0, 3.0, 4.0]);
+        let expected: Vec<u8> = [3.0_f32, 4.0, 1.0, 2.0].iter().flat_map(|value| value.to_le_bytes()).collect();
+        assert_eq!(file.strip_prefix(b"Pf\n2 2\n-1.0\n"), Some(&expected[..]));
+    }
 
     #[test]
     fn rows_go_upwards() {

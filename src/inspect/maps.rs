@@ -1,7 +1,7 @@
 //! Maps of a picture in false colours: proved errors, rays, time and depth of each pixel.
 
 use super::map_scale::{Scale, viridis};
-use crate::film::{Film, Region};
+use crate::film::{Film, Region, encode_gray};
 use crate::metrics::Image8;
 use crate::render::Picture;
 use schemars::JsonSchema;
@@ -70,6 +70,11 @@ impl Map {
         }
         let values = region.iter().map(|[x, y]| self.values[self.region.index([x / step, y / step])]).collect();
         Self { region, values, ..self }
+    }
+
+    /// The numbers as a grey PFM.
+    pub fn pfm(&self) -> Vec<u8> {
+        encode_gray(self.region.width, self.region.height, &self.values)
     }
 
     /// The numbers, in all three channels of a film.

@@ -16,7 +16,8 @@ pub fn flip(reference: &Image8, test: &Image8) -> Spread {
     Spread::of(flip_map(reference, test))
 }
 
-fn flip_map(reference: &Image8, test: &Image8) -> Vec<f64> {
+/// The same for each pixel, row by row.
+pub fn flip_map(reference: &Image8, test: &Image8) -> Vec<f64> {
     let (a, b) = (Seen::new(reference), Seen::new(test));
     let most = pow(hyab(hunt([0.0, 1.0, 0.0]), hunt([0.0, 0.0, 1.0])), 0.7);
     let pixel = |i: usize| {

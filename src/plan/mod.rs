@@ -66,7 +66,7 @@ pub struct Kernel {
 }
 
 /// What a plan says of a description. The rest of it follows from the scene, so this is all that has to be kept.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Outline {
     max_depth: Option<u32>,
     /// Values of the pointers of effects.

@@ -28,6 +28,8 @@ pub(super) struct Wanted {
     pub(super) samples: bool,
     /// Their colours, too.
     pub(super) albedo: bool,
+    /// Whose surface the ray through the middle meets.
+    pub(super) sources: bool,
 }
 
 /// What the rays of some pixels meet, in the order of the pixels.
@@ -44,6 +46,8 @@ pub(super) struct Middle {
     pub(super) distance: f32,
     pub(super) position: [f32; 3],
     pub(super) normal: [f32; 3],
+    /// The [source](crate::scene::compile::Sources) of its item, where it is asked for.
+    pub(super) source: Option<u32>,
 }
 
 /// What the samples of a pixel meet.
@@ -56,7 +60,7 @@ pub(super) struct Sampled {
     pub(super) materials: Ranks,
 }
 
-const NOTHING: Middle = Middle { distance: f32::INFINITY, position: [0.0; 3], normal: [0.0; 3] };
+const NOTHING: Middle = Middle { distance: f32::INFINITY, position: [0.0; 3], normal: [0.0; 3], source: None };
 
 /// Traces the pixels at `at`, a packet at a time.
 pub(super) fn first_hits<L: Lanes>(
@@ -75,7 +79,7 @@ pub(super) fn first_hits<L: Lanes>(
             let mut pass = Pass::<L>::new(s, scene, job);
             for packet in at.chunks(L::COUNT) {
                 if wanted.middle {
-                    pass.middles(packet, &mut out.middles);
+                    pass.middles(packet, wanted.sources, &mut out.middles);
                 }
                 if wanted.samples {
                     pass.samples(packet, wanted.albedo, &mut out.sampled);
@@ -84,6 +88,16 @@ pub(super) fn first_hits<L: Lanes>(
             out.rays = pass.tracer.counts;
         },
     );
+}
+
+/// What a primitive is of.
+#[derive(Debug, Clone, Copy)]
+struct Names {
+    /// Index in `objects`.
+    object: u32,
+    /// The item of the scene itself.
+    source: u32,
+    material: u32,
 }
 
 /// The state of tracing packets.
@@ -95,7 +109,7 @@ struct Pass<'a, L: Lanes> {
     rays: RayPacket<L>,
     hits: Hits<L>,
     /// The last primitive met, with its names.
-    last: Option<(u64, [u32; 2])>,
+    last: Option<(u64, Names)>,
 }
 
 impl<'a, L: Lanes> Pass<'a, L> {
@@ -106,7 +120,7 @@ impl<'a, L: Lanes> Pass<'a, L> {
     }
 
     #[inline(always)]
-    fn middles(&mut self, packet: &[[u32; 2]], out: &mut Vec<Middle>) {
+    fn middles(&mut self, packet: &[[u32; 2]], sources: bool, out: &mut Vec<Middle>) {
         let active = ((1u64 << packet.len()) - 1) as u32;
         self.tracer.begin_batch(&SampleBatch::of_pixels(packet, 0, Samples::of_picture(1)), 0);
         let (x, y) = (self.tracer.middles(0), self.tracer.middles(1));
@@ -114,12 +128,13 @@ impl<'a, L: Lanes> Pass<'a, L> {
         if self.tracer.first_hits(&self.rays, &mut self.hits) {
             self.tracer.first_coefficients(&self.rays, &mut self.hits);
         }
-        let hits = &self.hits;
         for lane in 0..packet.len() {
-            let is_hit = hits.found & (1 << lane) != 0;
+            let is_hit = self.hits.found & (1 << lane) != 0;
+            let source = (is_hit && sources).then(|| self.names(self.hits.expanded.lane(lane)).source);
+            let hits = &self.hits;
             let distance = hits.t.lane(lane).to_f64() as f32;
-            let hit = || Middle { distance, position: narrow(hits.surface.point, lane), normal: narrow(hits.ns, lane) };
-            out.push(if is_hit { hit() } else { NOTHING });
+            let (position, normal) = (narrow(hits.surface.point, lane), narrow(hits.ns, lane));
+            out.push(if is_hit { Middle { distance, position, normal, source } } else { NOTHING });
         }
     }
 
@@ -144,7 +159,7 @@ impl<'a, L: Lanes> Pass<'a, L> {
                 albedo = V3::select(found, albedo + coefficients.diffuse * share, albedo);
             }
             for lane in lanes_of(self.hits.found) {
-                let [object, material] = self.names(self.hits.expanded.lane(lane));
+                let Names { object, material, .. } = self.names(self.hits.expanded.lane(lane));
                 counts[lane][0].add(object);
                 counts[lane][1].add(material);
             }
@@ -155,8 +170,8 @@ impl<'a, L: Lanes> Pass<'a, L> {
         }
     }
 
-    /// The object and the material of a primitive. Most rays meet the same one as the ray before.
-    fn names(&mut self, expanded: u64) -> [u32; 2] {
+    /// What a primitive is of. Most rays meet the same one as the ray before.
+    fn names(&mut self, expanded: u64) -> Names {
         if let Some((last, names)) = self.last
             && last == expanded
         {
@@ -164,7 +179,8 @@ impl<'a, L: Lanes> Pass<'a, L> {
         }
         let owner = self.world.owner(expanded);
         let outermost = owner.instances.first().map_or(owner.item.source, |placed| placed.source);
-        let names = [self.scene.sources.top(outermost), owner.item.material];
+        let object = self.scene.sources.top(outermost);
+        let names = Names { object, source: outermost, material: owner.item.material };
         self.last = Some((expanded, names));
         names
     }

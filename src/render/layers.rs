@@ -120,7 +120,7 @@ impl Layers {
             [LayerKind::Albedo, LayerKind::Object, LayerKind::Material],
         ]
         .map(|kinds| kinds.into_iter().any(|kind| self.has(kind)));
-        Wanted { middle, samples, albedo: self.has(LayerKind::Albedo) }
+        Wanted { middle, samples, albedo: self.has(LayerKind::Albedo), sources: false }
     }
 
     /// Those that are asked for.
@@ -194,25 +194,12 @@ pub fn render_layers(
     control: &Control,
     layers: Layers,
 ) -> Result<(Vec<(LayerKind, Layer)>, RayCounts), Cancelled> {
-    let mut hits = FirstHits::default();
     let wanted = layers.wanted();
-    if wanted.middle || wanted.samples {
-        let level = Level::new();
-        hits = match &scene.world {
-            Precise::Single(world) => {
-                let job = Renderer::new(scene, world, control, RenderOptions::default()).through(window).job;
-                of_region(&job, region, |at, out| {
-                    dispatch!(level, first_hits::<f32x16, f32>(scene, &job, at, wanted, out));
-                })?
-            }
-            Precise::Double(world) => {
-                let job = Renderer::new(scene, world, control, RenderOptions::default()).through(window).job;
-                of_region(&job, region, |at, out| {
-                    dispatch!(level, first_hits::<f64x8, f64>(scene, &job, at, wanted, out));
-                })?
-            }
-        };
-    }
+    let hits = if wanted.middle || wanted.samples {
+        hits(scene, window, region, control, wanted)?
+    } else {
+        FirstHits::default()
+    };
     let mut rays = hits.rays;
     let mut made = Vec::new();
     for kind in layers.kinds() {
@@ -238,6 +225,45 @@ pub fn render_layers(
         made.push((kind, layer));
     }
     Ok((made, rays))
+}
+
+/// Whose surface is seen through the middle of each pixel of a region, row by row: the number of its
+/// [source](crate::scene::compile::Sources), none where nothing is. Bodies that are placed together have that of what places
+/// them.
+pub fn render_sources(
+    scene: &Scene,
+    window: &Window,
+    region: Region,
+    control: &Control,
+) -> Result<Vec<Option<u32>>, Cancelled> {
+    let wanted = Wanted { middle: true, samples: false, albedo: false, sources: true };
+    let hits = hits(scene, window, region, control, wanted)?;
+    Ok(hits.middles.iter().map(|hit| hit.source).collect())
+}
+
+/// What is asked for of the rays of a region.
+fn hits(
+    scene: &Scene,
+    window: &Window,
+    region: Region,
+    control: &Control,
+    wanted: Wanted,
+) -> Result<FirstHits, Cancelled> {
+    let level = Level::new();
+    match &scene.world {
+        Precise::Single(world) => {
+            let job = Renderer::new(scene, world, control, RenderOptions::default()).through(window).job;
+            of_region(&job, region, |at, out| {
+                dispatch!(level, first_hits::<f32x16, f32>(scene, &job, at, wanted, out));
+            })
+        }
+        Precise::Double(world) => {
+            let job = Renderer::new(scene, world, control, RenderOptions::default()).through(window).job;
+            of_region(&job, region, |at, out| {
+                dispatch!(level, first_hits::<f64x8, f64>(scene, &job, at, wanted, out));
+            })
+        }
+    }
 }
 
 /// What the rays of a region meet, row by row.

@@ -39,7 +39,7 @@ pub use confidence::{Histogram, Sampling};
 pub(crate) use contrast::{CONTRAST, contrast_in, contrast_within};
 pub(crate) use doubling::border_share;
 pub use doubling::sampling_bytes;
-pub use layers::{LayerKind, Layers, render_layers};
+pub use layers::{LayerKind, Layers, render_layers, render_sources};
 pub use options::RenderOptions;
 pub use picture::{Picture, PixelCost, Refined};
 pub(crate) use probe::{PacketCost, Probe};

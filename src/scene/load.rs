@@ -1,7 +1,7 @@
 //! From the bytes of a file to a compiled scene, with every problem located in the text.
 
 use super::check::{check, settings_are_sound, warnings};
-use super::compile::{CompileOptions, build_from, checked};
+use super::compile::{CompileOptions, Original, build_from, checked};
 use super::description::{Accuracy, Camera, Description, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
@@ -121,8 +121,8 @@ pub fn load_if<E>(
             drop(text);
             overrides.apply(&mut description);
             let steps = Steps::read(start);
-            let (pictures, warnings) = steps.checked(&description, files, accept)?;
-            let scene = steps.build(&description, overrides.nff, pictures, warnings)?;
+            let (pictures, warnings) = steps.checked(&description, files, accept, None)?;
+            let scene = steps.build(&description, overrides.nff, pictures, warnings, None)?;
             Ok(steps.loaded(description, scene, overrides.nff))
         }
     }
@@ -142,12 +142,13 @@ fn load_json<E>(
             let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
             let steps = Steps::read(start);
-            let checked = steps.checked(&description, files, accept).map_err(|error| overrides.located(json, error));
+            let checked = steps.checked(&description, files, accept, None);
+            let checked = checked.map_err(|error| overrides.located(json, error));
             let (pictures, mut warnings) = checked?;
             overrides.locate(json, &mut warnings);
             // Only definitions can still become too large, when they are expanded.
             let text = (!description.definitions.is_empty()).then_some(text);
-            let built = steps.build(&description, NffOptions::default(), pictures, warnings);
+            let built = steps.build(&description, NffOptions::default(), pictures, warnings, None);
             let scene = built.map_err(|problems| {
                 let json = text.as_ref().map_or(&[][..], |text| read::strip_mark(text.as_ref()));
                 overrides.located(json, NotLoaded::Problems(problems))
@@ -170,23 +171,25 @@ fn load_json<E>(
 }
 
 /// The steps from a description to a scene, and when they began.
-struct Steps {
+pub(super) struct Steps {
     parse_ms: f64,
     start: Instant,
 }
 
 impl Steps {
     /// A description was read, which began at `start`.
-    fn read(start: Instant) -> Self {
+    pub(super) fn read(start: Instant) -> Self {
         Self { parse_ms: milliseconds(start), start: Instant::now() }
     }
 
-    /// Checks a description, and reads the pictures that it names. Returns them, and warnings.
-    fn checked<'a, E>(
+    /// Checks a description, and reads the pictures that it names. Returns them, and warnings. What has the bodies of
+    /// `original` is checked around them.
+    pub(super) fn checked<'a, E>(
         &self,
         description: &'a Description,
         files: &dyn Files,
         accept: impl FnOnce(&Description) -> Result<(), E>,
+        original: Option<Original<'_>>,
     ) -> Result<(Pictures<'a>, Vec<Problem>), NotLoaded<E>> {
         unless_cancelled()?;
         if let Err(refused) = accept(description) {
@@ -194,28 +197,33 @@ impl Steps {
             check(description)?;
             return Err(NotLoaded::Refused(refused));
         }
-        Ok((checked(description, files)?, warnings(description)))
+        let same_bodies = original.filter(|original| original.has_bodies_of(description));
+        let pictures = checked(description, files, same_bodies.is_some())?;
+        Ok((pictures, warnings(description, same_bodies.map(|original| &original.scene.warnings[..]))))
     }
 
-    fn build(
+    /// Builds the scene of a checked description, in the geometry of `original` if it has its objects.
+    pub(super) fn build(
         &self,
         description: &Description,
         nff: NffOptions,
         pictures: Pictures<'_>,
         warnings: Vec<Problem>,
+        original: Option<Original<'_>>,
     ) -> Result<Scene, Problems> {
+        let original = original.filter(|original| original.has_objects_of(description));
         let options = CompileOptions { spd_counts: nff.spd_counts, ..CompileOptions::default() };
-        build_from(description, options, &pictures, warnings)
+        build_from(description, options, &pictures, warnings, original)
     }
 
-    fn loaded(&self, description: Description, scene: Scene, nff: NffOptions) -> Loaded {
+    pub(super) fn loaded(&self, description: Description, scene: Scene, nff: NffOptions) -> Loaded {
         let plan_ms = (milliseconds(self.start) - scene.bvh_ms).max(0.0);
         Loaded { description, scene, nff, parse_ms: self.parse_ms, plan_ms }
     }
 }
 
 /// Adds the problems of content to those of shape.
-fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overrides) -> Problems {
+pub(super) fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overrides) -> Problems {
     let Problems(mut problems) = shape;
     if problems.len() >= PROBLEMS_FOUND {
         return Problems(problems);
@@ -234,6 +242,22 @@ fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overrides: &Overr
 }
 
 impl Overrides {
+    /// These, and those of `other` where these say nothing.
+    pub fn over(self, other: &Self) -> Self {
+        Self {
+            width: self.width.or(other.width),
+            height: self.height.or(other.height),
+            max_depth: self.max_depth.or(other.max_depth),
+            min_weight: self.min_weight.or(other.min_weight),
+            accuracy: self.accuracy.or(other.accuracy),
+            samples: self.samples.or(other.samples),
+            antialias: self.antialias.or(other.antialias),
+            precision: self.precision.or(other.precision),
+            seen_from: self.seen_from.or(other.seen_from),
+            nff: other.nff,
+        }
+    }
+
     /// Replaces the settings of a description.
     pub fn apply(&self, description: &mut Description) {
         let Description { image, render, camera, .. } = description;

@@ -5,6 +5,7 @@ pub mod compile;
 pub mod description;
 pub mod ear_clipping;
 pub mod effects;
+pub mod light_cells;
 pub mod limits;
 pub mod load;
 pub mod locate;
@@ -18,6 +19,7 @@ pub mod schema;
 pub mod size;
 pub(crate) mod transform;
 pub mod usage;
+pub mod variation;
 pub mod world;
 
 pub use compile::Scene;

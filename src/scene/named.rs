@@ -5,6 +5,7 @@ use super::problem::quoted;
 use indexmap::IndexMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
+use std::sync::Arc;
 use std::{fmt, marker::PhantomData};
 
 /// Values by name, in the order of the JSON.
@@ -34,6 +35,11 @@ pub(super) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>>(from: 
     }
 
     from.deserialize_map(Entries(PhantomData))
+}
+
+/// The same for what scenes share.
+pub(super) fn shared<'de, T: Deserialize<'de>, D: Deserializer<'de>>(from: D) -> Result<Arc<Named<T>>, D::Error> {
+    deserialize(from).map(Arc::new)
 }
 
 pub(super) fn schema<T: JsonSchema>(generator: &mut SchemaGenerator) -> Schema {

@@ -123,6 +123,11 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     wanted
 }
 
+/// Bytes of the names and contents of pictures in a description.
+pub(super) fn source_bytes(description: &Description) -> u64 {
+    wanted(description).iter().map(|(source, ..)| source.len() as u64).sum()
+}
+
 /// Bytes for each pixel while a picture is decoded: as the decoder gives it, as numbers, and in all its sizes.
 const DECODING: u64 = 40;
 

@@ -4,7 +4,9 @@
 //! The numbers are bytes of resident memory at its peak, measured for 200,000 objects of each kind, rounded upwards.
 
 use super::Format;
+use super::compile::Original;
 use super::description::{Description, Object, Precision};
+use super::pictures::source_bytes;
 
 /// Bytes that reading a text takes beside the text.
 pub fn reading_bytes(text: &[u8], format: Format) -> u64 {
@@ -70,15 +72,23 @@ fn of_nff(text: &[u8]) -> u64 {
 
 /// Bytes that building a scene takes beside its description, without its pictures.
 pub fn building_bytes(description: &Description) -> u64 {
-    let sizes = match description.render.precision {
-        Precision::Single => Sizes { object: 430, boxed: 200, geometry: 2_800, face: 95, vertex: 40 },
-        Precision::Double => Sizes { object: 580, boxed: 300, geometry: 3_800, face: 180, vertex: 60 },
-    };
-    let named = |name: &str, bytes: u64| bytes + 2 * name.len() as u64;
-    let materials: u64 = description.materials.keys().map(|name| named(name, 400)).sum();
-    let definitions =
-        description.definitions.iter().map(|(name, objects)| named(name, sizes.geometry) + sizes.of(objects));
-    sizes.geometry + sizes.of(&description.objects) + materials + definitions.sum::<u64>()
+    Sizes::new(description.render.precision).of_scene(description)
+}
+
+impl Original<'_> {
+    /// The same for a variation, whose meshes may be there already.
+    pub fn building_bytes(&self, description: &Description) -> u64 {
+        let sizes = Sizes::new(description.render.precision);
+        let is_known =
+            self.has_objects_of(description) && self.description.render.precision == description.render.precision;
+        if is_known { Sizes { face: 0, vertex: 0, ..sizes }.of_scene(description) } else { sizes.of_scene(description) }
+    }
+}
+
+/// Bytes that a description takes.
+pub fn description_bytes(description: &Description) -> u64 {
+    let sizes = Sizes { object: 200, boxed: 200, geometry: 200, face: 12, vertex: 24 };
+    sizes.of_scene(description) + source_bytes(description)
 }
 
 /// Bytes of each.
@@ -92,6 +102,21 @@ struct Sizes {
 }
 
 impl Sizes {
+    fn new(precision: Precision) -> Self {
+        match precision {
+            Precision::Single => Self { object: 430, boxed: 200, geometry: 2_800, face: 95, vertex: 40 },
+            Precision::Double => Self { object: 580, boxed: 300, geometry: 3_800, face: 180, vertex: 60 },
+        }
+    }
+
+    fn of_scene(&self, description: &Description) -> u64 {
+        let named = |name: &str, bytes: u64| bytes + 2 * name.len() as u64;
+        let materials: u64 = description.materials.keys().map(|name| named(name, 400)).sum();
+        let definitions =
+            description.definitions.iter().map(|(name, objects)| named(name, self.geometry) + self.of(objects));
+        self.geometry + self.of(&description.objects) + materials + definitions.sum::<u64>()
+    }
+
     fn of(&self, objects: &[Object]) -> u64 {
         objects.iter().map(|object| self.of_one(object)).sum()
     }

@@ -7,6 +7,7 @@ use crate::film::Display;
 use crate::lanes::Real;
 use crate::scene::description::{Accuracy, Proved, RenderSettings};
 use crate::scene::effects::{Effect, SceneEffects};
+use crate::scene::light_cells::LightCells;
 use crate::scene::usage::{Usage, Used};
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;
@@ -60,6 +61,8 @@ pub struct World<R> {
     pub angular: bool,
     /// The effects that are on.
     pub effects: SceneEffects,
+    /// What is known of its lights with an area, if shadow rays are asked for and nothing else changes their light.
+    pub light_cells: Option<Arc<LightCells>>,
 }
 
 /// What ends chains of rays before `max_depth`.

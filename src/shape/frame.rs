@@ -34,33 +34,67 @@ impl<R: Real> Frame<R> {
         [math::hypot(u.dot(p), v.dot(p)), w.dot(p)]
     }
 
+    /// The frame in all lanes.
+    #[inline(always)]
+    pub fn splat<L: Lanes<Real = R>>(&self, s: L::Simd) -> Frames<L> {
+        Frames {
+            origin: V3::splat(s, self.origin),
+            u: V3::splat(s, self.u),
+            v: V3::splat(s, self.v),
+            w: V3::splat(s, self.w),
+        }
+    }
+
+    /// Its twelve numbers.
+    pub(super) fn numbers(&self) -> [R; 12] {
+        let [[a, b, c], [d, e, f], [g, h, i], [j, k, l]] = [self.origin, self.u, self.v, self.w];
+        [a, b, c, d, e, f, g, h, i, j, k, l]
+    }
+}
+
+/// A frame in each lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Frames<L> {
+    origin: V3<L>,
+    u: V3<L>,
+    v: V3<L>,
+    w: V3<L>,
+}
+
+impl<L: Lanes> Frames<L> {
+    /// From twelve bundles in the order of [`Frame::numbers`].
+    #[inline(always)]
+    pub(super) fn of([a, b, c, d, e, f, g, h, i, j, k, l]: [L; 12]) -> Self {
+        let (origin, u) = (V3 { x: a, y: b, z: c }, V3 { x: d, y: e, z: f });
+        Self { origin, u, v: V3 { x: g, y: h, z: i }, w: V3 { x: j, y: k, z: l } }
+    }
+
     /// A point in the frame's coordinates.
     #[inline(always)]
-    pub fn point_in<L: Lanes<Real = R>>(&self, s: L::Simd, p: V3<L>) -> V3<L> {
-        self.vector_in(s, p - V3::splat(s, self.origin))
+    pub fn point_in(&self, p: V3<L>) -> V3<L> {
+        self.vector_in(p - self.origin)
     }
 
     /// A direction in the frame's coordinates.
     #[inline(always)]
-    pub fn vector_in<L: Lanes<Real = R>>(&self, s: L::Simd, d: V3<L>) -> V3<L> {
-        V3 { x: d.dot(V3::splat(s, self.u)), y: d.dot(V3::splat(s, self.v)), z: d.dot(V3::splat(s, self.w)) }
+    pub fn vector_in(&self, d: V3<L>) -> V3<L> {
+        V3 { x: d.dot(self.u), y: d.dot(self.v), z: d.dot(self.w) }
     }
 
     /// A direction of the frame in the coordinates outside.
     #[inline(always)]
-    pub fn vector_out<L: Lanes<Real = R>>(&self, s: L::Simd, d: V3<L>) -> V3<L> {
-        V3::splat(s, self.u) * d.x + V3::splat(s, self.v) * d.y + V3::splat(s, self.w) * d.z
+    pub fn vector_out(&self, d: V3<L>) -> V3<L> {
+        self.u * d.x + self.v * d.y + self.w * d.z
     }
 
     /// A point of the frame in outer coordinates, and its error bound: the roundings of rotating it there and back, and of
     /// adding the origin.
     #[inline(always)]
-    pub fn point_out<L: Lanes<Real = R>>(&self, s: L::Simd, p: V3<L>) -> (V3<L>, V3<L>) {
-        let origin = V3::<L>::splat(s, self.origin);
-        let point = origin + self.vector_out(s, p);
+    pub fn point_out(&self, s: L::Simd, p: V3<L>) -> (V3<L>, V3<L>) {
+        let point = self.origin + self.vector_out(p);
         let reach = p.abs();
-        let turn = (reach.x + reach.y + reach.z) * L::lit(s, gamma::<R>(16.0));
-        let sum = (point.abs() + origin.abs()) * L::lit(s, gamma::<R>(4.0));
+        let turn = (reach.x + reach.y + reach.z) * L::lit(s, gamma::<L::Real>(16.0));
+        let sum = (point.abs() + self.origin.abs()) * L::lit(s, gamma::<L::Real>(4.0));
         (point, sum + V3 { x: turn, y: turn, z: turn })
     }
 }

@@ -20,7 +20,7 @@ mod triangle;
 pub use cuboid::Cuboid;
 pub use disc::Disc;
 pub use frame::Frame;
-pub use frustum::Frustum;
+pub use frustum::{FRUSTUM_NUMBERS, Frusta, Frustum, frusta_crossings, hit_frusta};
 pub use plane::Plane;
 pub use sides::Sides;
 pub use sphere::{Sphere, hit_sphere, sphere_crossings, sphere_surface};

@@ -3,7 +3,7 @@
 use crate::lanes::Lanes;
 
 /// The sides from which a surface can be met.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sides {
     /// Both: the usual case.
     Both,

@@ -25,8 +25,8 @@ impl<R: Real> Torus<R> {
     /// Nearest intersection in range.
     #[inline(always)]
     pub fn intersect<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, sides: Sides) -> Intersection<L> {
-        let o = self.frame.point_in(s, rays.origin);
-        let d = self.frame.vector_in(s, rays.dir);
+        let frame = self.frame.splat(s);
+        let (o, d) = (frame.point_in(rays.origin), frame.vector_in(rays.dir));
         let (origins, dirs) = (Columns::of(o), Columns::of(d));
         let (starts, ends) = (Column::of(rays.t_min), Column::of(rays.t_max));
         let (mut hit, mut roots) = (0, Column::of(L::lit(s, f64::INFINITY)));
@@ -46,10 +46,10 @@ impl<R: Real> Torus<R> {
         let ring = V3 { x: p.x / rho * major, y: p.y / rho * major, z: L::lit(s, 0.0) };
         let tube = p - ring;
         let normal = tube * (minor / tube.length());
-        let (point, mut error) = self.frame.point_out(s, ring + normal);
+        let (point, mut error) = frame.point_out(s, ring + normal);
         let own = (major + minor) * L::lit(s, gamma::<R>(8.0));
         error = error + V3 { x: own, y: own, z: own };
-        Intersection::at(t, rays.active & L::mask(s, hit), point, error, self.frame.vector_out(s, normal))
+        Intersection::at(t, rays.active & L::mask(s, hit), point, error, frame.vector_out(normal))
     }
 
     /// The nearest roots in range, as numbers of this format, in the lanes that have one.

@@ -27,6 +27,9 @@ pub const SHADOW_SHARE: f64 = 0.25;
 /// They move there gradually (as in Cycles, D11065), since nothing in between can cast a shadow.
 const GRAZING: f64 = 0.1;
 
+/// Cosine between light and facet from which on a flat or convex body hides nothing from its outside, whatever is rounded.
+const CLEARLY: f64 = 1.0 / 64.0;
+
 /// Adds the local illumination of what the rays hit to `sum`, and with it `own`, the light of details on the way and at the
 /// surface.
 #[inline(always)]
@@ -111,12 +114,27 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
         }
         let origin = if smooth & cast.bits() == 0 { from_facet } else { from_curve(s, hits, facet_cosine, smooth) };
         let mut passed = V3::splat(s, [L::Real::from_f64(1.0); 3]);
-        if let Some(blockers) = world.rules.shadows {
+        let mut cast = cast;
+        if V::DETAILS
+            && light.area.is_some()
+            && let Some(cells) = &world.light_cells
+        {
+            let [open, blocked] = cells.known(s, index, hits.surface.point, cast.bits());
+            // From outside, where the light does not graze the surface.
+            let outside = (hits.entering ^ hits.hollow) | !hits.closed;
+            let open = open & outside & !smooth & facet_cosine.gt(L::lit(s, CLEARLY)).bits();
+            passed = V3::select(L::mask(s, blocked), V3 { x: zero, y: zero, z: zero }, passed);
+            cast = cast & !L::mask(s, open | blocked);
+        }
+        if let Some(blockers) = world.rules.shadows
+            && cast.any()
+        {
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
             tracer.count_lanes(cast.bits(), 0);
             let shadow = shadow_rays(s, &place, origin, cast);
             let time = hits.time.as_ref();
-            passed = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time);
+            let left = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time);
+            passed = V3::select(cast, left, passed);
             if V::DETAILS && world.effects.has(Effect::ColoredShadows) {
                 let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
                 let shadow = Rays { active: open, ..shadow };

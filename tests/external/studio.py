@@ -2,7 +2,7 @@
 """The studio in headless Chromium: flows, figures of speed, deep zoom, accessibility, a killed service. Each line is a figure.
 
     cargo build --release && python3 tests/external/studio.py             # everything
-    python3 tests/external/studio.py flows speed deep access restart     # some of it
+    python3 tests/external/studio.py flows speed deep access keys restart   # some of it
 
 It needs node, npm and Chromium (Debian: nodejs, npm, chromium; or CHROMIUM=path), and installs puppeteer-core and axe-core
 (npm) into target/external. STUDIO_FILES=web serves the files of a folder instead of those in the program.
@@ -19,7 +19,7 @@ import time
 import service
 
 PACKAGES = ["puppeteer-core@25.16.0", "axe-core@4.14.1"]
-SUITES = ["flows", "pixel", "plan", "speed", "deep", "access", "restart"]
+SUITES = ["flows", "pixel", "plan", "speed", "deep", "access", "keys", "restart"]
 
 
 def node(modules, browser, suite, address, *more):
@@ -52,6 +52,15 @@ def restart(modules, browser, flags):
                 second.stop()
 
 
+def keys(modules, browser, flags):
+    """A service that wants a key."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = f"{folder}/keys.toml"
+        key = service.key(file, "studio")["Authorization"].removeprefix("Bearer ")
+        with service.running("--keys", file, *flags) as address:
+            return node(modules, browser, "keys", address, key)
+
+
 def main():
     suites = sys.argv[1:] or SUITES
     if unknown := set(suites) - set(SUITES):
@@ -66,8 +75,8 @@ def main():
     for suite in suites:
         print(f"== {suite}", flush=True)
         started = time.monotonic()
-        if suite == "restart":
-            code = restart(modules, browser, flags)
+        if suite in ("restart", "keys"):
+            code = {"restart": restart, "keys": keys}[suite](modules, browser, flags)
         else:
             with service.running("--admin-listen", "127.0.0.1:0", *flags) as address:
                 code = node(modules, browser, suite, address)

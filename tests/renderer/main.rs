@@ -10,6 +10,7 @@ mod ground_truth;
 mod hard_cases;
 
 mod accel {
+    mod leaves;
     mod watertight;
 }
 mod camera {
@@ -48,6 +49,7 @@ mod scene {
     mod mutations;
     mod nff_files;
     mod spd;
+    mod variations;
 }
 mod shading {
     mod terminator;
@@ -58,6 +60,7 @@ mod shape {
 }
 mod trace {
     mod certificate;
+    mod light_cells;
     mod nested_media;
     mod secondary_rays;
 }

@@ -330,12 +330,13 @@ fn plans_have_estimates_and_with_analyze_what_was_traced() {
     assert!(table.contains(&depth) && table.contains("actual rays"), "{table}");
 }
 
-/// The numbers of a little-endian PFM with three equal channels.
+/// The numbers of a little-endian grey PFM.
 fn numbers(pfm: &[u8]) -> Vec<f32> {
     let lines = pfm.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(2).unwrap();
     let (floats, rest) = pfm[lines.0 + 1..].as_chunks::<4>();
     assert!(rest.is_empty());
-    floats.iter().map(|bytes| f32::from_le_bytes(*bytes)).step_by(3).collect()
+    assert!(pfm.starts_with(b"Pf\n"));
+    floats.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
 }
 
 #[test]

@@ -153,7 +153,7 @@ fn all_modules_are_preloaded_and_all_imports_lead_somewhere() {
     let names: BTreeSet<_> = files().into_iter().collect();
     for module in names.iter().filter(|name| name.starts_with("app/")) {
         assert!(
-            page.contains(&format!("<link rel=\"modulepreload\" href=\"studio/{}/{module}\">", hash(&page))),
+            page.contains(&format!("<link rel=\"modulepreload\" href=\"studio/{}/{module}\"", hash(&page))),
             "{module}"
         );
         let text = source(module);

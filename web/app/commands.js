@@ -1,9 +1,8 @@
 // Everything that can be done, with its key: the palette lists them, the keyboard runs them.
 import { signal } from "../vendor/preact.js";
-import { panels } from "./panels/registry.js";
 import { renderNow } from "./picture.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
-import { caret, deep, dialog, live, openPanel, panelsOpen, pane, pixel, problems, reveal, steps, tool } from "./state.js";
+import { caret, deep, dialog, live, openPanel, panels, panelsOpen, pane, pixel, problems, reveal, steps, tool } from "./state.js";
 import { turnTheme } from "./theme.js";
 
 /** @typedef {{ title: string, keys?: string, run: () => void, inText?: boolean }} Command `keys`: as "Ctrl-K"; `inText`: also while one types */
@@ -35,7 +34,7 @@ export const more = signal(/** @type {Command[]} */ ([]));
 export const commands = () => [
   { title: "Render as the scene says", keys: "Ctrl-Enter", run: renderNow, inText: true },
   { title: live.peek() ? "Pause: edits wait" : "Live: edits render by themselves", keys: "P", run: () => (live.value = !live.peek()) },
-  ...panels.map(({ id, title }, index) => ({ title: `Panel: ${title}`, keys: String(index + 1), run: () => openPanel(id) })),
+  ...panels.peek().map(({ id, title }, index) => ({ title: `Panel: ${title}`, keys: String(index + 1), run: () => openPanel(id) })),
   { title: "Edit the text", keys: "E", run: () => ((pane.value = "edit"), reveal(caret.peek())) },
   { title: "Examples", keys: "O", run: () => (dialog.value = "examples") },
   { title: "Share: link, command line, files", keys: "S", run: () => (dialog.value = "share") },

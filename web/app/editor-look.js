@@ -51,9 +51,10 @@ export const look = EditorView.theme({
   ".cm-panel.cm-search [name=close]": { minWidth: "1.5rem", minHeight: "1.5rem", color: "var(--ink)" },
 });
 
-/** Rules that only some browsers know: each drops those of the others, which the theme above would not. */
-export const swatches = new CSSStyleSheet();
-swatches.replaceSync(`
+/** Rules that only some browsers know: each drops those of the others, which the theme above would not. A phone has no room for line numbers. */
+export const more = new CSSStyleSheet();
+more.replaceSync(`
+  @media (max-width: 719px) { .cm-gutters { display: none !important } .cm-line { padding-left: 0.75rem !important } }
   .swatch::-webkit-color-swatch-wrapper { padding: 0 }
   .swatch::-webkit-color-swatch { border: none }
   .swatch::-moz-color-swatch { border: none }

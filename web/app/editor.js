@@ -8,7 +8,7 @@ import {
 } from "../vendor/editor.js";
 import { effect, untracked } from "../vendor/preact.js";
 import { complete, meanings, schema } from "./assist.js";
-import { look, swatches } from "./editor-look.js";
+import { look, more } from "./editor-look.js";
 import { nodeAt, nodeOf, objectOf } from "./pointers.js";
 import { fixOf, rangeOf } from "./problems.js";
 import { scrubbing } from "./scrub.js";
@@ -102,7 +102,7 @@ export async function start(host) {
   // First the schema: swatches that come later would move the lines.
   await schema().catch(() => null);
   const root = host.attachShadow({ mode: "open" });
-  root.adoptedStyleSheets.push(swatches);
+  root.adoptedStyleSheets.push(more);
   const isLong = (/** @type {string} */ of) => of.length > SHOWN;
   const doc = isLong(text.peek()) ? head(text.peek()) : text.peek();
   const view = new EditorView({ root, parent: root, state: EditorState.create({ doc, extensions: [extensions, language.of([]), writable.of([])] }) });

@@ -35,12 +35,13 @@ export async function unpacked(word) {
   return new TextDecoder().decode(await new Blob(parts).arrayBuffer());
 }
 
-/** @typedef {{ text?: string, packed?: string, scene?: string, example?: string, type?: string, settings?: Record<string, string>, panel?: string, pixel?: { x: number, y: number }, frame?: { x: number, y: number, scale: number } }} Seen */
+/** @typedef {{ kept?: boolean, packed?: string, scene?: string, example?: string, type?: string, settings?: Record<string, string>, panel?: string, pixel?: { x: number, y: number }, frame?: { x: number, y: number, scale: number } }} Seen */
 
 /** The words of a fragment. @param {Seen} seen */
-export function fragment({ packed: z, scene, example, type, settings = {}, panel, pixel, frame }) {
+export function fragment({ kept, packed: z, scene, example, type, settings = {}, panel, pixel, frame }) {
   const words = [];
   if (z) words.push(`z=${z}`);
+  if (kept) words.push("k=1");
   if (scene) words.push(`s=${scene}`);
   if (example) words.push(`e=${example}`);
   if (type && type !== "application/json") words.push(`t=${encodeURIComponent(type)}`);
@@ -65,6 +66,7 @@ export function parsed(text) {
     const numbers = value.split(",").map(Number);
     const isSound = numbers.every((of) => Number.isFinite(of));
     if (name === "z" && /^[\w-]+$/.test(value)) seen.packed = value;
+    else if (name === "k") seen.kept = value === "1";
     else if (name === "s" && /^[\w-]{1,80}$/.test(value)) seen.scene = value;
     else if (name === "e" && /^[\w-]+\/[\w-]+$/.test(value)) seen.example = value;
     else if (name === "t" && /^[\w.+-]+\/[\w.+-]+$/.test(value)) seen.type = value;

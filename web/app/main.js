@@ -4,18 +4,20 @@ import { Bar } from "./bar.js";
 import * as commands from "./commands.js";
 import { Dialogs } from "./dialogs.js";
 import { EditPane } from "./edit-pane.js";
-import { panels } from "./panels/registry.js";
 import { PicturePane } from "./picture-pane.js";
 import * as picking from "./picking.js";
 import * as picture from "./picture.js";
-import { takeDrops } from "./scenes.js";
+import { isDropping, takeDrops } from "./scenes.js";
 import * as session from "./session.js";
-import { dialog, notice, openPanel, pane, panel, panelsOpen, title } from "./state.js";
+import { dialog, notice, openPanel, pane, panel, panels, panelsOpen, shown, title } from "./state.js";
 import { Strip } from "./strip.js";
 import { Button, Icon, Split, Tabs } from "./ui.js";
 
 /** Milliseconds that a sentence stays at the foot. */
 const NOTICED = 6000;
+
+/** Milliseconds that the panels wait for the first picture. */
+const PATIENCE = 1000;
 
 function Notice() {
   const of = notice.value;
@@ -31,7 +33,7 @@ function Notice() {
 /** Tabs at the foot of a phone. */
 function PhoneBar() {
   const tabs = /** @type {const} */ ([["edit", "Edit", "edit"], ["plan", "Plan", "panel"], ["pixel", "Pixel", "cursor"], ["accuracy", "Accuracy", "compare"]]);
-  const shown = tabs.filter(([id]) => id === "edit" || panels.some((of) => of.id === id));
+  const shown = tabs.filter(([id]) => id === "edit" || panels.value.some((of) => of.id === id));
   return html`<nav class="phone-bar" aria-label="Panes">
     ${shown.map(([id, title, icon]) => html`<button type="button" key=${id} class="phone-tab" aria-current=${pane.value === id ? "page" : undefined}
       onClick=${() => (id === "edit" ? (pane.value = id) : openPanel(id))}><${Icon} name=${icon} />${title}</button>`)}
@@ -40,7 +42,7 @@ function PhoneBar() {
 }
 
 function App() {
-  const open = panels.find(({ id }) => id === panel.value) ?? panels[0];
+  const open = panels.value.find(({ id }) => id === panel.value) ?? panels.value[0];
   const widths = useSignal({ edit: 0, panels: 0 });
   const { edit, panels: right } = widths.value;
   const style = { "--edit-width": edit > 0 ? `${edit}px` : null, "--panels-width": right > 0 ? `${right}px` : null };
@@ -51,12 +53,13 @@ function App() {
     <main class="main"><${PicturePane} /></main>
     <${Split} label="Width of the panels" place="split-b" of=".panels" fromRight change=${(/** @type {number} */ width) => (widths.value = { ...widths.peek(), panels: width })} />
     <section class="panels" aria-label="Panels" data-pane-focus>
-      <${Tabs} label="Panels" tabs=${panels} chosen=${open.id} choose=${openPanel}><${open.Panel} /><//>
+      ${open && html`<${Tabs} label="Panels" tabs=${panels.value} chosen=${open.id} choose=${openPanel}><${open.Panel} /><//>`}
     </section>
     <${Strip} />
     <${PhoneBar} />
     <${Dialogs} />
     <${Notice} />
+    ${isDropping.value && html`<p class="drop">Drop the scene: JSON or NFF, plain or gzip</p>`}
   </div>`;
 }
 
@@ -64,10 +67,23 @@ const app = /** @type {HTMLElement} */ (document.getElementById("app"));
 picture.start();
 session.start();
 render(html`<${App} />`, app);
-for (const { start } of panels) start?.();
 picking.start();
 commands.listen();
 takeDrops();
+
+let isLoading = false;
+/** The panels come after the first picture, or when it does not come. */
+async function loadPanels() {
+  if (isLoading) return;
+  isLoading = true;
+  const { panels: all } = await import("./panels/registry.js");
+  panels.value = all;
+  for (const { start } of all) start?.();
+}
+effect(() => {
+  if (shown.value) loadPanels();
+});
+setTimeout(loadPanels, PATIENCE);
 effect(() => {
   document.title = `${title.value || "a scene"} · strahl`;
 });

@@ -1,10 +1,10 @@
 // The middle pane: the picture, and over it the tools to look at it.
-import { html } from "../vendor/preact.js";
+import { html, useEffect, useSignal } from "../vendor/preact.js";
 import { cameraOf, written } from "./camera.js";
 import { zoomWords } from "./framing.js";
 import { isMovable } from "./gestures.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
-import { deep, draft, hover, offer, openPanel, pixel, problems, reveal, shown, status, syntax, text, tool, view } from "./state.js";
+import { deep, draft, hover, offer, openPanel, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
 import { renderNow } from "./picture.js";
 import { duration } from "./report.js";
 import { lineOf, rangeOf } from "./problems.js";
@@ -35,6 +35,29 @@ function Readout() {
   }
   const at = hover.value ?? pixel.value;
   return at ? html`<p class="readout mono">${at.x}, ${at.y}</p>` : null;
+}
+
+/** Tells where the cursor is and what is there, after a rest. */
+function Told() {
+  const told = useSignal("");
+  const at = pixel.value;
+  useEffect(() => {
+    if (!at) return void (told.value = "");
+    const timer = setTimeout(() => (told.value = `Pixel ${at.x}, ${at.y}${colourAt(at)}`), 300);
+    return () => clearTimeout(timer);
+  }, [at?.x, at?.y]);
+  return html`<p class="hidden-visually" aria-live="polite">${told.value}</p>`;
+}
+
+/** The colour on screen, in codes. @param {import("./state.js").Pixel} at */
+function colourAt(at) {
+  const of = shown.peek();
+  const context = new OffscreenCanvas(1, 1).getContext("2d");
+  if (!of || !context) return "";
+  const { width, height } = size.peek();
+  context.drawImage(of.bitmap, -Math.floor((at.x * of.width) / width), -Math.floor((at.y * of.height) / height));
+  const [red, green, blue] = context.getImageData(0, 0, 1, 1).data;
+  return `: red ${red}, green ${green}, blue ${blue}`;
 }
 
 /** @param {string} json */
@@ -69,6 +92,7 @@ export function PicturePane() {
     <${Trouble} />
     <${Offer} />
     <${Readout} />
+    <${Told} />
     <${Tools} />
   </section>`;
 }

@@ -2,7 +2,7 @@
 import { batch, effect, untracked } from "../vendor/preact.js";
 import { Problem, Unreachable, askJson, render } from "./api.js";
 import { Ladder } from "./ladder.js";
-import { bitmaps, connection, live, offer, origin, plan, problems, rendered, settings, shown, size, status, version } from "./state.js";
+import { bitmaps, connection, key, live, offer, origin, plan, problems, rendered, settings, shown, size, status, version } from "./state.js";
 
 /** @typedef {import("./ladder.js").Action} Action */
 /** @typedef {import("./state.js").Shown} Shown */
@@ -193,10 +193,12 @@ export function start() {
       tell({ type: "live", on, now: performance.now() });
     });
   });
-  let wasOnline = true;
+  // What failed for want of the service or of a key is asked for again.
+  let had = { online: true, key: key.peek() };
   effect(() => {
-    const { online } = connection.value;
-    if (online && !wasOnline) untracked(renderNow);
-    wasOnline = online;
+    const has = { online: connection.value.online, key: key.value };
+    const again = (has.online && !had.online) || (has.key !== had.key && has.key !== "" && status.peek().word === "failed");
+    had = has;
+    if (again) untracked(renderNow);
   });
 }

@@ -10,6 +10,9 @@ export const examples = signal(/** @type {Example[]} */ ([]));
 /** The example that the text is, as long as it is unchanged, so that links stay short. */
 export const example = signal(/** @type {{ id: string, text: string } | null} */ (null));
 
+/** How many scenes were opened. */
+export const opened = signal(0);
+
 export async function loadExamples() {
   if (examples.peek().length === 0) examples.value = (await askJson("v1/examples")).examples;
 }
@@ -20,6 +23,7 @@ export function open(next, name, type = "application/json") {
   batch(() => {
     settings.value = {};
     pixel.value = null;
+    opened.value += 1;
     setText(next, { name, type });
   });
   fit();
@@ -49,10 +53,19 @@ export async function openFile(file) {
   open(body, name, name.endsWith(".nff") ? "text/x-nff" : "application/json");
 }
 
+/** Whether a file hangs over the page. */
+export const isDropping = signal(false);
+
 /** Takes files that are dropped onto the page. */
 export function takeDrops() {
-  addEventListener("dragover", (event) => event.dataTransfer?.types.includes("Files") && event.preventDefault());
+  addEventListener("dragover", (event) => {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    isDropping.value = true;
+  });
+  addEventListener("dragleave", (event) => event.relatedTarget === null && (isDropping.value = false));
   addEventListener("drop", (event) => {
+    isDropping.value = false;
     const file = event.dataTransfer?.files[0];
     if (!file) return;
     event.preventDefault();

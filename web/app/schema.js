@@ -100,12 +100,12 @@ export function meaningAt(root, path) {
   const schemas = schemasAt(root, path);
   const of = schemas.find(({ description }) => description) ?? schemas[0];
   if (!of || path.length === 0) return null;
-  const low = of.minimum ?? of.exclusiveMinimum;
-  const high = of.maximum ?? of.exclusiveMaximum;
   const parts = [];
-  if (low !== undefined && high !== undefined) parts.push(`${low} to ${high}`);
-  else if (low !== undefined) parts.push(of.minimum === undefined ? `above ${low}` : `at least ${low}`);
-  else if (high !== undefined) parts.push(`at most ${high}`);
+  if (of.minimum !== undefined && of.maximum !== undefined) parts.push(`${of.minimum} to ${of.maximum}`);
+  else if (of.minimum !== undefined) parts.push(`at least ${of.minimum}`);
+  else if (of.maximum !== undefined) parts.push(`at most ${of.maximum}`);
+  if (of.exclusiveMinimum !== undefined) parts.push(`above ${of.exclusiveMinimum}`);
+  if (of.exclusiveMaximum !== undefined) parts.push(`below ${of.exclusiveMaximum}`);
   const values = schemas.flatMap((each) => each.enum ?? []);
   if (values.length > 0) parts.push(values.map((value) => JSON.stringify(value)).join(", "));
   const tags = schemas.flatMap((each) => (Object.keys(each.properties ?? {}).length === 1 ? Object.keys(each.properties) : []));

@@ -1,10 +1,9 @@
 // What the page begins with, and its address: all that is seen is in the fragment, so that a reload or a link restores it.
 import { batch, effect, untracked } from "../vendor/preact.js";
-import { ask, askJson } from "./api.js";
+import { ask, askJson, goOffline, lookForNews } from "./api.js";
 import { parsed, unpacked } from "./link.js";
 import { lookAt } from "./looking.js";
-import { panels } from "./panels/registry.js";
-import { open, openExample } from "./scenes.js";
+import { open, openExample, opened } from "./scenes.js";
 import { seen } from "./share.js";
 import { key, limits, panel, pixel, say, settings, status, text, view } from "./state.js";
 
@@ -14,13 +13,19 @@ const REST = 400;
 /** Characters of an address that every browser takes. */
 const LONGEST = 30_000;
 
+/** Where the text of this tab is, if it is too long for its address. */
+const KEPT = "strahl-text";
+
 let own = "";
+let stepped = 0;
 
 /** Shows what a fragment says. @param {string} words */
 async function restore(words) {
   const of = parsed(words);
   try {
-    if (of.packed) open(await unpacked(of.packed), "a scene from a link", of.type);
+    const kept = of.kept ? sessionStorage.getItem(KEPT) : null;
+    if (kept !== null) open(kept, "the scene of this tab", of.type);
+    else if (of.packed) open(await unpacked(of.packed), "a scene from a link", of.type);
     else if (of.scene) open(await (await ask(`v1/scenes/${of.scene}`)).text(), of.scene);
     else await openExample(of.example ?? FIRST);
   } catch (error) {
@@ -30,9 +35,17 @@ async function restore(words) {
   batch(() => {
     settings.value = of.settings ?? {};
     if (of.pixel) pixel.value = of.pixel;
-    if (of.panel && panels.some(({ id }) => id === of.panel)) panel.value = of.panel;
+    if (of.panel) panel.value = of.panel;
     if (of.frame) lookAt(of.frame);
   });
+}
+
+function keepText() {
+  try {
+    sessionStorage.setItem(KEPT, text.peek());
+  } catch {
+    // It is larger than what browsers keep: a reload begins anew.
+  }
 }
 
 /** Starts with what the address says, and lets it follow from then on. */
@@ -46,17 +59,26 @@ export async function start() {
   await restore(location.hash);
   if (location.hash === "") say("Change the text, hold Alt and drag a number, or click a pixel.");
   askJson("v1/limits").then((found) => (limits.value = found), () => {});
-  addEventListener("hashchange", () => location.hash !== own && restore((own = location.hash)));
+  stepped = opened.peek();
+  addEventListener("hashchange", () => location.hash !== own && restore((own = location.hash)).then(() => (stepped = opened.peek())));
+  document.addEventListener("visibilitychange", () => document.hidden || lookForNews().catch(goOffline));
   let timer = 0;
   effect(() => {
     void [text.value, settings.value, panel.value, pixel.value, view.value];
     untracked(() => {
       clearTimeout(timer);
       timer = window.setTimeout(async () => {
-        const words = await seen();
-        if (words.length > LONGEST) return;
-        own = `#${words}`;
-        history.replaceState(null, "", own);
+        const before = location.hash;
+        const next = `#${await seen(LONGEST)}`;
+        // Somebody has gone to another address meanwhile.
+        if (location.hash !== before) return;
+        if (next.includes("k=1")) keepText();
+        if (next === own) return;
+        own = next;
+        // Another scene is a step to go back from; a change is none.
+        if (opened.peek() !== stepped && location.hash !== "") history.pushState(null, "", own);
+        else history.replaceState(null, "", own);
+        stepped = opened.peek();
       }, REST);
     });
   });

@@ -7,14 +7,15 @@ import { isFitted } from "./looking.js";
 import { deep, dialog, key, origin, panel, pixel, say, settings, shown, size, text, view } from "./state.js";
 import { Button, Dialog } from "./ui.js";
 
-/** The fragment of what is seen. @returns {Promise<string>} */
-export async function seen() {
+/** The fragment of what is seen. With `most`, a scene that takes more characters is left out. @param {number} [most] @returns {Promise<string>} */
+export async function seen(most = Infinity) {
   const at = view.peek();
   const frame = isFitted.peek() ? undefined : { x: (at.width / 2 - at.left) / at.scale / size.peek().width, y: (at.height / 2 - at.top) / at.scale / size.peek().height, scale: at.scale };
   const common = { type: origin.peek().type, settings: settings.peek(), panel: panel.peek(), pixel: pixel.peek() ?? undefined, frame };
   const known = example.peek();
   if (known?.text === text.peek()) return fragment({ ...common, example: known.id });
-  return fragment({ ...common, packed: await packed(text.peek()) });
+  const word = await packed(text.peek());
+  return fragment(word.length <= most ? { ...common, packed: word } : { ...common, kept: true });
 }
 
 /** @param {string} words @param {string} what */

@@ -109,6 +109,8 @@ export const caret = signal("");
 export const lit = signal(/** @type {string[]} */ ([]));
 /** The pointer that the editor should show, with a number so that the same one can be asked for twice. */
 export const revealed = signal(/** @type {{ pointer: string, count: number } | null} */ (null));
+/** What the tabs at the right show; they come after the first picture. */
+export const panels = signal(/** @type {import("./panels/registry.js").Panel[]} */ ([]));
 /** The name of the open panel. */
 export const panel = signal("plan");
 export const panelsOpen = signal(true);

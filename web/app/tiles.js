@@ -1,11 +1,14 @@
 // Deep zoom: tiles of /xyz for what is in sight, nearest to the pointer first, three at a time. What is out of sight is aborted,
-// which stops the work in the service, too. Coarser tiles stand in for those that are not there yet.
+// which stops the work in the service, too. Each tile comes twice, with one ray a pixel and then as the scene says; coarser ones
+// stand in for those that are not there yet.
 import { signal } from "../vendor/preact.js";
 import { Problem, Unreachable, ask, askJson, pause } from "./api.js";
 import { bitmaps, connection, origin, settings, size, text } from "./state.js";
 
 /** @typedef {import("./state.js").View} View */
 /** @typedef {{ level: number, column: number, row: number, name: string }} Place */
+/** @typedef {"quick" | "full"} Tier */
+/** @typedef {Place & { tier: Tier, key: string }} Wanted `key`: name with tier */
 /** @typedef {{ image: string, offset: number, template: string }} Source `offset`: level of /xyz at the scene's own size */
 
 const TILE = 512;
@@ -18,7 +21,7 @@ const DEEPEST = 16;
 /** Rises whenever a tile has come. */
 export const arrived = signal(0);
 /** Whether a tile is here. @param {string} name */
-export const has = (name) => loaded.has(name);
+export const has = (name) => loaded.has(`full/${name}`);
 /** What has happened, for tests. */
 export const counts = { flying: 0, most: 0, aborted: 0, retried: 0, loaded: 0 };
 
@@ -28,7 +31,8 @@ const loaded = /** @type {Map<string, ImageBitmap>} */ (new Map());
 const flying = /** @type {Map<string, AbortController>} */ (new Map());
 /** Tiles that the service refuses, so that they are not asked for again. */
 const refused = /** @type {Set<string>} */ (new Set());
-let wanted = /** @type {Place[]} */ ([]);
+let wanted = /** @type {Wanted[]} */ ([]);
+const PLAIN = { accuracy: "fixed", antialias: "false", samples: "1" };
 
 /** The level that a view needs: 0 is the scene's own size. @param {number} scale device pixels for a pixel of the scene */
 export const levelOf = (scale) => Math.min(DEEPEST, Math.ceil(Math.log2(scale) - 0.01));
@@ -56,22 +60,18 @@ function settle() {
   if (now === about) return;
   about = now;
   for (const [, controller] of flying) controller.abort();
-  for (const [, bitmap] of loaded) {
-    bitmap.close();
-    bitmaps.closed += 1;
-  }
+  for (const key of [...loaded.keys()]) letGo(key);
   sources.clear();
-  loaded.clear();
   refused.clear();
 }
 
-/** The image whose tiles a level is of. @param {number} level @returns {Promise<Source | null>} */
-function source(level) {
+/** The image whose tiles a level is of. @param {number} level @param {Tier} tier @returns {Promise<Source | null>} */
+function source(level, tier) {
   const isFar = level > SINGLE;
-  const name = String(isFar);
+  const name = `${tier} ${isFar}`;
   let known = sources.get(name);
   if (!known) {
-    const query = { ...settings.peek(), ...(isFar ? { precision: "double" } : {}) };
+    const query = { ...settings.peek(), ...(tier === "quick" ? PLAIN : {}), ...(isFar ? { precision: "double" } : {}) };
     known = open(query, isFar ? DEEPEST : SINGLE);
     sources.set(name, known);
     known.catch(() => sources.delete(name));
@@ -108,19 +108,21 @@ export function tiles(view, ratio, near) {
     return [];
   }
   const places = inSight(view, of, level, near);
-  wanted = places.filter(({ name }) => !loaded.has(name) && !refused.has(name));
-  for (const [name, controller] of flying) if (!wanted.some((place) => place.name === name)) (counts.aborted += 1, controller.abort(), flying.delete(name));
+  const missing = (/** @type {Tier} */ tier) => places.map((place) => ({ ...place, tier, key: `${tier}/${place.name}` })).filter(({ key, name }) => !loaded.has(key) && !refused.has(key) && !has(name));
+  wanted = [...missing("quick"), ...missing("full")];
+  for (const [key, controller] of flying) if (!wanted.some((of) => of.key === key)) (counts.aborted += 1, controller.abort(), flying.delete(key));
   pump();
   const drawn = /** @type {Map<string, { level: number, x: number, y: number, side: number, bitmap: ImageBitmap }>} */ (new Map());
   for (const { level: at, column, row } of places) {
     for (let up = 0; up <= at; up += 1) {
       const [coarse, left, top] = [at - up, column >> up, row >> up];
       const name = `${coarse}/${left}/${top}`;
-      const bitmap = loaded.get(name);
+      const key = has(name) ? `full/${name}` : `quick/${name}`;
+      const bitmap = loaded.get(key);
       if (!bitmap) continue;
       // The last used is the last to be dropped.
-      loaded.delete(name);
-      loaded.set(name, bitmap);
+      loaded.delete(key);
+      loaded.set(key, bitmap);
       const side = (TILE / 2 ** coarse) * view.scale;
       drawn.set(name, { level: coarse, bitmap, x: view.left + left * side, y: view.top + top * side, side: side / TILE });
       break;
@@ -132,21 +134,21 @@ export function tiles(view, ratio, near) {
 /** Starts what there is room for. */
 function pump() {
   if (!connection.value.online) return;
-  for (const place of wanted) {
+  for (const of of wanted) {
     if (flying.size >= IN_FLIGHT) return;
-    if (!flying.has(place.name)) load(place);
+    if (!flying.has(of.key)) load(of);
   }
 }
 
-/** @param {Place} place */
-async function load({ level, column, row, name }) {
+/** @param {Wanted} of */
+async function load({ level, column, row, tier, key, name }) {
   const controller = new AbortController();
   const { signal: aborted } = controller;
-  flying.set(name, controller);
+  flying.set(key, controller);
   counts.flying = flying.size;
   counts.most = Math.max(counts.most, flying.size);
   try {
-    const from = await source(level);
+    const from = await source(level, tier);
     if (!from) throw new Error("no tiles");
     const path = from.template.replace("{z}", String(level + from.offset)).replace("{x}", String(column)).replace("{y}", String(row));
     aborted.throwIfAborted();
@@ -154,7 +156,8 @@ async function load({ level, column, row, name }) {
     const bitmap = await createImageBitmap(await answer.blob());
     bitmaps.made += 1;
     if (aborted.aborted) return void (bitmap.close(), (bitmaps.closed += 1));
-    loaded.set(name, bitmap);
+    loaded.set(key, bitmap);
+    if (tier === "full") letGo(`quick/${name}`);
     counts.loaded += 1;
     drop();
   } catch (error) {
@@ -162,9 +165,9 @@ async function load({ level, column, row, name }) {
     if (error instanceof Problem && error.retryAfter > 0) {
       counts.retried += 1;
       await pause(error.retryAfter * 1000, aborted).catch(() => {});
-    } else if (!(error instanceof Unreachable)) refused.add(name);
+    } else if (!(error instanceof Unreachable)) refused.add(key);
   } finally {
-    if (flying.get(name) === controller) flying.delete(name);
+    if (flying.get(key) === controller) flying.delete(key);
     counts.flying = flying.size;
     arrived.value += 1;
   }
@@ -172,10 +175,17 @@ async function load({ level, column, row, name }) {
 
 /** Drops the tiles that were not used for the longest time. */
 function drop() {
-  for (const [name, bitmap] of loaded) {
+  for (const key of loaded.keys()) {
     if (loaded.size <= KEPT) return;
-    loaded.delete(name);
-    bitmap.close();
-    bitmaps.closed += 1;
+    letGo(key);
   }
+}
+
+/** @param {string} key */
+function letGo(key) {
+  const bitmap = loaded.get(key);
+  if (!bitmap) return;
+  loaded.delete(key);
+  bitmap.close();
+  bitmaps.closed += 1;
 }

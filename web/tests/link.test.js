@@ -14,7 +14,7 @@ test("a link cannot unpack without end", async () => {
 });
 
 test("all that is seen is in the fragment", () => {
-  const seen = { packed: "abc-_", settings: { accuracy: "proved:0", width: "320" }, panel: "pixel", pixel: { x: 3, y: 4 }, frame: { x: 0.25, y: 0.5, scale: 2 } };
+  const seen = { kept: true, packed: "abc-_", settings: { accuracy: "proved:0", width: "320" }, panel: "pixel", pixel: { x: 3, y: 4 }, frame: { x: 0.25, y: 0.5, scale: 2 } };
   assert.deepEqual(parsed(`#${fragment(seen)}`), seen);
   assert.deepEqual(parsed("#z=<script>&x=a,b&v=1,2&p=<&q.a=%E0%A4%A&s=../../etc&e=../x&nonsense"), { settings: {} });
 });

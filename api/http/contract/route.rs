@@ -4,6 +4,7 @@ use super::links;
 use super::schemas::{Schemas, bytes};
 use crate::http::auth::tenant::Scope;
 use crate::http::extract::query::{Parameter, Query};
+use crate::http::extract::variation::{self, Variation};
 use crate::http::state::App;
 use axum::handler::Handler;
 use axum::routing::{MethodFilter, MethodRouter, on};
@@ -102,8 +103,13 @@ impl Body {
     pub(crate) fn scene() -> Self {
         let scene = Content::of("application/json", |_| json!({ "$ref": "#/components/schemas/Scene" }));
         Self {
-            about: "The scene; NFF plain or gzip",
-            contents: vec![scene, Content::text("text/x-nff"), Content::file("application/gzip")],
+            about: "The scene; NFF plain or gzip; or a variation of a known scene",
+            contents: vec![
+                scene,
+                Content { media_type: variation::MEDIA_TYPE, schema: Schemas::body::<Variation<'_>> },
+                Content::text("text/x-nff"),
+                Content::file("application/gzip"),
+            ],
             example: Some(example_scene()),
         }
     }

@@ -31,6 +31,18 @@ pub(crate) fn best<T: Copy>(headers: &HeaderMap, available: &[(&'static str, T)]
         })
 }
 
+/// Whether the client names a media type, and likes it better than another one.
+pub(crate) fn prefers(headers: &HeaderMap, media_type: &str, other: &str) -> bool {
+    let accept: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
+    let accept = accept.join(",");
+    let ranges: Vec<(&str, f32)> = accept.split(',').filter_map(range).collect();
+    let named = ranges.iter().filter(|(range, _)| range.eq_ignore_ascii_case(media_type));
+    let family = other.split('/').next().unwrap_or_default();
+    let is_other = |range: &str| range.split('/').next().is_some_and(|it| it.eq_ignore_ascii_case(family));
+    let others = ranges.iter().filter(|(range, _)| is_other(range)).map(|(_, quality)| *quality);
+    named.map(|(_, quality)| *quality).fold(0.0, f32::max) > others.fold(0.0, f32::max)
+}
+
 /// Parses `type/subtype;q=0.5`. A malformed quality value counts as 0.
 fn range(text: &str) -> Option<(&str, f32)> {
     let mut parts = text.split(';').map(str::trim);
@@ -58,6 +70,28 @@ mod tests {
 
     fn of(accept: &'static str) -> Option<PictureFormat> {
         by_accept(&HeaderMap::from_iter([(header::ACCEPT, HeaderValue::from_static(accept))])).ok()
+    }
+
+    #[test]
+    fn a_named_type_is_preferred_if_it_is_liked_better() {
+        let of = |accept| {
+            let headers = HeaderMap::from_iter([(header::ACCEPT, HeaderValue::from_static(accept))]);
+            prefers(&headers, "multipart/mixed", "image/*")
+        };
+        for accept in ["multipart/mixed", "Multipart/Mixed, image/png;q=0.5", "image/webp;q=0.9, */*, multipart/mixed"]
+        {
+            assert!(of(accept), "{accept}");
+        }
+        for accept in [
+            "",
+            "*/*",
+            "multipart/*",
+            "multipart/mixed;q=0",
+            "image/png, multipart/mixed;q=0.9",
+            "image/*, multipart/mixed",
+        ] {
+            assert!(!of(accept), "{accept}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Request bodies: which format, how large, how slow. They may come compressed (`Content-Encoding: gzip`); limits are on what comes out.
 
+use super::variation;
 use crate::http::problem::{Kind, Problem};
 use crate::http::state::AppState;
 use crate::service::memory_budget::MeteredBytes;
@@ -25,7 +26,7 @@ pub(crate) fn declared_format(headers: &HeaderMap) -> Result<Option<Format>, Pro
     let kind = text(headers, header::CONTENT_TYPE);
     let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
     let format = match kind.as_str() {
-        "application/json" => Some(Format::Json),
+        "application/json" | variation::MEDIA_TYPE => Some(Format::Json),
         "text/x-nff" | "application/gzip" | "application/x-gzip" => Some(Format::Nff),
         "" | "application/x-www-form-urlencoded" => None,
         // What it is may be said by name.
@@ -57,6 +58,12 @@ pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<For
         }
         None => Err(unsupported("there is no Content-Type, and the body is not a JSON object".into())),
     }
+}
+
+/// Whether the Content-Type says that the body is a variation of a scene.
+pub(crate) fn declares_variation(headers: &HeaderMap) -> bool {
+    let kind = text(headers, header::CONTENT_TYPE).split(';').next().unwrap_or_default().trim();
+    kind.eq_ignore_ascii_case(variation::MEDIA_TYPE)
 }
 
 /// Refuses a Content-Type other than JSON.

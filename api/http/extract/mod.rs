@@ -7,4 +7,6 @@ pub(crate) mod named_job;
 pub(crate) mod path;
 pub(crate) mod prefer;
 pub(crate) mod query;
+pub(crate) mod scene_part;
 pub(crate) mod scene_request;
+pub(crate) mod variation;

@@ -165,18 +165,18 @@ impl Query {
         self.take(name, about, Values::Whole(0, MAX_WHOLE, None), |text| text.parse().ok().filter(|n| *n <= MAX_WHOLE))
     }
 
-    /// A parameter that is given once or several times, up to `most`.
+    /// A parameter that is given any number of times up to `most`.
     pub(crate) fn several(&mut self, name: &'static str, about: &'static str, most: usize) -> Vec<String> {
         if self.described.is_some() {
-            self.note(name, about, true, Values::Texts);
+            self.note(name, about, false, Values::Texts);
             return Vec::new();
         }
         let mut values = Vec::new();
         while let Some(value) = self.text(name, about) {
             values.push(value);
         }
-        if !(1..=most).contains(&values.len()) {
-            let detail = format!("expected 1 to {most} of them, got {}", values.len());
+        if values.len() > most {
+            let detail = format!("expected at most {most} of them, got {}", values.len());
             self.wrong(name, "out-of-range", detail);
         }
         values
@@ -375,6 +375,28 @@ impl Query {
             y: self.pixels("y", "Upper edge, from 0.", 0),
             width: self.pixels("w", "Width in pixels.", 1),
             height: self.pixels("h", "Height in pixels.", 1),
+        }
+    }
+
+    /// The same, if it is given; without it all of the picture is meant.
+    pub(crate) fn part(&mut self) -> Option<Region> {
+        let mut number = |name, about, least| {
+            let values = Values::Whole(least, MAX_PIXELS, None);
+            self.take(name, about, values, |text| text.parse::<u32>().ok().filter(|n| u64::from(*n) >= least))
+        };
+        let given = [
+            number("x", "Left edge of a part, from 0.", 0),
+            number("y", "Its upper edge, from 0.", 0),
+            number("w", "Its width in pixels.", 1),
+            number("h", "Its height in pixels.", 1),
+        ];
+        match given {
+            [Some(x), Some(y), Some(width), Some(height)] => Some(Region { x, y, width, height }),
+            [None, None, None, None] => None,
+            _ => {
+                self.wrong("x", "missing-key", "\"x\", \"y\", \"w\" and \"h\" go together".into());
+                None
+            }
         }
     }
 

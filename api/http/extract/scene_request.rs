@@ -2,10 +2,12 @@
 
 use super::body;
 use super::query::Query;
+use super::variation::{self, is_variation};
 use crate::http::auth::tenant::Tenant;
 use crate::http::problem::Problem;
 use crate::http::state::AppState;
 use crate::service::memory_budget::MeteredBytes;
+use crate::service::scenes::cache::Form;
 use axum::extract::Request;
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, Method};
@@ -15,8 +17,8 @@ use strahl::scene::{Format, Overrides};
 /// A request, read completely and checked except for the scene.
 #[derive(Debug)]
 pub(crate) struct SceneRequest<P> {
-    /// The format of the scene.
-    pub(crate) format: Format,
+    /// What the body is.
+    pub(crate) form: Form,
     /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
     /// Parameters of this kind of request only.
@@ -27,7 +29,7 @@ pub(crate) struct SceneRequest<P> {
     pub(crate) method: Method,
     /// Its headers.
     pub(crate) headers: HeaderMap,
-    /// The scene.
+    /// The scene, or what is different in a variation of one.
     pub(crate) body: MeteredBytes,
 }
 
@@ -44,7 +46,14 @@ pub(crate) async fn read<P>(
             let format = body::check_content(declared, body.as_ref())?;
             let tenant = Tenant::of(&parts.extensions);
             let Parts { method, headers, .. } = parts;
-            Ok(SceneRequest { format, overrides, extra, tenant, method, headers, body })
+            let is_json = format == Format::Json;
+            let (form, body) = if body::declares_variation(&headers) || is_json && is_variation(body.as_ref()) {
+                let (form, patch) = variation::read(app, &tenant, body.as_ref())?;
+                (form, app.service.memory.metered(patch.to_vec())?)
+            } else {
+                (Form::Whole(format), body)
+            };
+            Ok(SceneRequest { form, overrides, extra, tenant, method, headers, body })
         }
         Err(problem) => {
             body::discard(app, &parts.headers, body).await;

@@ -1,8 +1,11 @@
 //! Answers that several routes give: pictures, known images, jobs.
 
+pub(crate) mod events;
 pub(crate) mod image;
 pub(crate) mod job;
+mod multipart;
 pub(crate) mod picture;
+pub(crate) mod streamed;
 
 use super::problem::{Kind, Problem};
 use crate::service::memory_budget::{MemoryBudget, MeteredBytes};

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use strahl::film::{DEFAULT_QUALITY, FileFormat};
 
 /// A file that other answers may have, too.
-struct Shared(Arc<PictureFile>);
+pub(super) struct Shared(pub(super) Arc<PictureFile>);
 
 impl AsRef<[u8]> for Shared {
     fn as_ref(&self) -> &[u8] {

@@ -3,6 +3,8 @@
 use crate::http::prelude::*;
 use crate::http::settings::ConnectionLimits;
 use crate::service::limits::{AnswerLimits, CacheLimits, JobLimits, MAX_RAYS};
+use crate::service::requests::compare::SEEN_PIXELS;
+use crate::service::scenes::cache::PATCH_BYTES;
 use crate::service::scenes::ids::MAX_ZOOM;
 use axum::http::Extensions;
 use serde_json::{Number, Value, json};
@@ -74,6 +76,10 @@ struct RequestLimits<'a> {
     memory_bytes: u64,
     /// Rays of one `POST /v1/rays`.
     max_rays: usize,
+    /// Bytes of the patch of a variation.
+    patch_bytes: u64,
+    /// Pixels of pictures that `POST /v1/compare` compares by FLIP and CIEDE2000.
+    flip_pixels: u64,
     /// Seconds of one `POST /v1/tradeoff`.
     max_tradeoff_seconds: f64,
     /// Largest zoom: a scene may be opened as 2^zoom times its size.
@@ -122,6 +128,8 @@ async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
         disk_cache_bytes: settings.caches.on_disk(),
         memory_bytes: settings.memory_bytes,
         max_rays: MAX_RAYS,
+        patch_bytes: PATCH_BYTES,
+        flip_pixels: SEEN_PIXELS,
         max_tradeoff_seconds: settings.answers.tradeoff_seconds(),
         max_zoom: MAX_ZOOM,
     };

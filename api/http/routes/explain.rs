@@ -1,38 +1,102 @@
-//! `POST /v1/explain`: which effects a scene calls for, why, and what they should take.
+//! `POST /v1/explain`: which effects a scene calls for, why, and what they should take, with one setting or several.
 
+use crate::http::contract::scene_reference;
+use crate::http::extract::scene_part::{inside, offset};
+use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
 use crate::http::respond::{Answer, to_json};
-use crate::http::scene_job::{Question, ask};
+use crate::http::scene_job::{Question, ask, ask_image};
+use crate::http::state::AppState;
 use crate::service::error::Error;
 use crate::service::pictures::render::{self, RenderSpec};
 use crate::service::pictures::report::{Analyzed, measured};
-use crate::service::scenes::cache::Found;
-use crate::service::scenes::prepared::planned;
+use crate::service::requests::pictures::image_of;
+use crate::service::scenes::cache::{Form, Found, SentScene};
+use crate::service::scenes::prepared::{Loading, PreparedScene, planned};
+use crate::service::scheduler::admission::Work;
+use serde_json::value::RawValue;
+use serde_json::{Map, Value};
 use strahl::film::{FileFormat, Region};
 use strahl::plan::Plan;
-use strahl::scene::Description;
+use strahl::plan::depth::Depth;
+use strahl::plan::estimate::Estimate;
+use strahl::scene::{Description, Format};
+
+/// Most settings of one request.
+const MOST: usize = 32;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "Which effects the scene calls for, why, and what they should take.\n\n\
                  `analyze` renders the picture, within the limits of any, and adds what they took, and what \
-                 leaving each out saves.";
-    vec![Route::post("/v1/explain", explain, ["explain", "render", about]).about_scene().query(analyze).answer(
-        200,
-        "The plan",
-        &[Content::json::<Explained<'_>>()],
-    )]
+                 leaving each out saves. A body `{\"scene\": {...}, \"settings\": [{...}, ...]}` has the answer `several`: the plan of \
+                 the scene as it is, and the estimates of up to 32 settings over it.";
+    let about_image = "The plan of a known image, in the pixels of its zoom.";
+    vec![
+        Route::post("/v1/explain", explain, ["explain", "render", about]).about_scene().query(analyze).answer(
+            200,
+            "The plan",
+            &[Content::json::<Explained<'_>>()],
+        ),
+        Route::get("/v1/images/{image}/explain", of_image, ["imagePlan", "pictures", about_image])
+            .needs(Scope::Read)
+            .path("image", "An image id.")
+            .query(analyze)
+            .answer(200, "The plan", &[Content::json::<Explained<'_>>()]),
+    ]
 }
 
-/// The plan of a scene, with `actual` if the picture was rendered.
+/// The plan of a scene, with `actual` if the picture was rendered, or the estimates of several settings.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
 enum Explained<'a> {
     Analyzed(Analyzed<'a>),
     Planned(&'a Plan),
+    Several(Several<'a>),
+}
+
+/// A scene and several settings.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Settings<'a> {
+    /// The scene.
+    #[serde(borrow)]
+    #[schemars(schema_with = "scene_reference")]
+    scene: &'a RawValue,
+    /// Settings that replace the scene's, by the names of the query parameters.
+    settings: Vec<Map<String, Value>>,
+}
+
+/// The estimates of several settings.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Several<'a> {
+    /// The plan of the scene as it is.
+    plan: &'a Plan,
+    /// One for each of the settings, in their order.
+    estimates: Vec<Estimated>,
+}
+
+/// What a picture with some settings should take.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Estimated {
+    /// The settings.
+    settings: Map<String, Value>,
+    /// Rays and milliseconds.
+    estimate: Option<Estimate>,
+    /// Depth of the recursion.
+    depth: Depth,
+    /// The id of the picture, if it has one.
+    image_id: Option<String>,
 }
 
 async fn explain(State(app): State<App>, request: Request) -> Result<Response, Problem> {
     ask(app, request, |query, _| Ok(analyze(query)), answer).await
+}
+
+async fn of_image(State(app): State<App>, Path(image): Path<String>, request: Request) -> Result<Response, Problem> {
+    let answer = |app: &AppState, work: &Work, ready: &Arc<PreparedScene>, analyze| {
+        plan(app, work, ready, Loading::default(), analyze)
+    };
+    ask_image(app, image, request, analyze, answer).await
 }
 
 fn analyze(query: &mut Query) -> bool {
@@ -40,22 +104,83 @@ fn analyze(query: &mut Query) -> bool {
     query.flag("analyze", about).unwrap_or(false)
 }
 
-fn answer(Question { app, work, sent }: Question<'_>, analyze: bool) -> Result<Answer, Problem> {
+fn answer(question: Question<'_>, analyze: bool) -> Result<Answer, Problem> {
+    let Question { app, work, sent, .. } = question;
+    if *sent.form == Form::JSON && has_settings(sent.text) {
+        return several(question, analyze);
+    }
     let limits = &app.service.settings.answers;
     let accept = |scene: &Description| if analyze { limits.check_unbuilt(scene, None) } else { Ok(()) };
     let Found { ready, loading, .. } = app.service.scenes.find_if(&work.workers, sent, accept)?;
+    plan(app, work, &ready, loading, analyze)
+}
+
+/// The plan of a scene.
+fn plan(
+    app: &AppState,
+    work: &Work,
+    ready: &PreparedScene,
+    loading: Loading,
+    analyze: bool,
+) -> Result<Answer, Problem> {
     let region = Region::whole(ready.scene.width, ready.scene.height);
     if analyze {
-        limits.check(region, ready.scene.samples)?;
+        app.service.settings.answers.check(region, ready.scene.samples)?;
     }
-    let (plan, pilot) = planned(&ready, region, &work.workers, &work.control).map_err(Error::from)?;
+    let (plan, pilot) = planned(ready, region, &work.workers, &work.control).map_err(Error::from)?;
     if !analyze {
         return to_json(&app.service.memory, &Explained::Planned(&plan));
     }
-    let _share = app.service.room_for_picture(&ready, region.pixels(), render::PIXEL_BYTES)?;
+    let _share = app.service.room_for_picture(ready, region.pixels(), render::PIXEL_BYTES)?;
     let shot = RenderSpec::of(&ready.scene, region, FileFormat::Png8);
-    let made = render::make(work.started, &ready, loading, &shot, &work.workers, &work.control);
+    let made = render::make(work.started, ready, loading, &shot, &work.workers, &work.control, None);
     let cost = made.map_err(Error::from)?.report.cost;
-    let plan = measured((plan, pilot), &cost, &ready, region, &work.workers, &work.control).map_err(Error::from)?;
+    let plan = measured((plan, pilot), &cost, ready, region, &work.workers, &work.control).map_err(Error::from)?;
     to_json(&app.service.memory, &Explained::Analyzed(Analyzed { plan: &plan, actual: &cost }))
+}
+
+/// Whether JSON begins with a key that this question has and no scene.
+fn has_settings(json: &[u8]) -> bool {
+    let inside = json.trim_ascii_start().strip_prefix(b"{").map(<[u8]>::trim_ascii_start);
+    inside.is_some_and(|key| key.starts_with(b"\"scene\"") || key.starts_with(b"\"settings\""))
+}
+
+fn several(Question { app, work, sent, tenant }: Question<'_>, analyze: bool) -> Result<Answer, Problem> {
+    let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
+    if analyze {
+        return Err(invalid("analyze is of one setting: render the pictures instead".into()));
+    }
+    let Settings { scene, settings } = serde_json::from_slice(sent.text).map_err(|error| {
+        let kind = if error.is_data() { Kind::InvalidRequest } else { Kind::InvalidJson };
+        Problem::new(kind, format!("the body is {{\"scene\": {{...}}, \"settings\": [{{...}}, ...]}}: {error}"))
+    })?;
+    if settings.len() > MOST {
+        return Err(invalid(format!("{} settings are too many; one request has at most {MOST}", settings.len())));
+    }
+    let over = |own: &Map<String, Value>| {
+        let mut query = Query::given(own.clone());
+        let overrides = query.settings(Format::Json).over(&sent.overrides);
+        query.finish().map(|()| overrides)
+    };
+    let overrides = settings.iter().map(over).collect::<Result<Vec<_>, Problem>>()?;
+    let (form, text) = form_of(app, tenant, scene.get().as_bytes())?;
+    let (body, sent) = (sent.text, SentScene::new(text, &form, &sent.overrides));
+    let all = [&[sent.overrides], &overrides[..]].concat();
+    let scenes = app.service.scenes.find_several(&work.workers, &sent, &all).map_err(|error| match error {
+        Error::Scene(problems) => Error::Scene(inside(body, "/scene", offset(body, scene), problems)),
+        error => error,
+    })?;
+    let mut plans = Vec::new();
+    for ready in &scenes {
+        let region = Region::whole(ready.scene.width, ready.scene.height);
+        plans.push(planned(ready, region, &work.workers, &work.control).map_err(Error::from)?.0);
+    }
+    let each = settings.into_iter().zip(scenes.iter().zip(&plans).skip(1)).map(|(settings, (ready, plan))| Estimated {
+        settings,
+        estimate: plan.estimate,
+        depth: plan.depth.clone(),
+        image_id: image_of(ready).map(|image| image.to_string()),
+    });
+    let estimates = each.collect();
+    to_json(&app.service.memory, &Explained::Several(Several { plan: &plans[0], estimates }))
 }

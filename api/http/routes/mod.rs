@@ -3,6 +3,7 @@
 
 mod about;
 mod capabilities;
+mod compare;
 mod docs;
 mod explain;
 mod health;
@@ -10,6 +11,7 @@ mod home;
 mod images;
 mod jobs;
 mod map;
+mod me;
 mod metrics;
 mod problems;
 mod rays;
@@ -45,7 +47,7 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 18] = [
+    let rooms: [fn() -> Vec<Route>; 20] = [
         home::routes,
         render::routes,
         rays::routes,
@@ -53,12 +55,14 @@ pub(crate) fn all() -> Vec<Route> {
         map::routes,
         explain::routes,
         tradeoff::routes,
+        compare::routes,
         validate::routes,
         scenes::routes,
         images::routes,
         jobs::routes,
         tiles::routes,
         capabilities::routes,
+        me::routes,
         health::routes,
         about::routes,
         docs::routes,

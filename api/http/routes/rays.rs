@@ -2,6 +2,8 @@
 
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body::declares_json;
+use crate::http::extract::scene_part::{inside, offset};
+use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
 use crate::http::problem::ErrorEntry;
 use crate::http::respond::{Answer, body};
@@ -17,7 +19,7 @@ use serde_json::value::RawValue;
 use std::fmt;
 use strahl::inspect::query::{RayAnswer, RayQuery, answer as follow};
 use strahl::render::Cancelled;
-use strahl::scene::{Format, Problems, Scene, problem};
+use strahl::scene::{Format, Scene};
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "Finds what each of some rays hits first in a scene.";
@@ -64,16 +66,17 @@ async fn rays(State(app): State<App>, request: Request) -> Result<Response, Prob
     ask(app, request, |_, headers| declares_json(headers).map(drop), answer).await
 }
 
-fn answer(Question { app, work, sent }: Question<'_>, (): ()) -> Result<Answer, Problem> {
+fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<Answer, Problem> {
     let Questions { scene: text, rays } = serde_json::from_slice(sent.text).map_err(|error| shape(&error))?;
     if rays.count > MAX_RAYS {
         let detail = format!("{} rays are too many; one request has at most {MAX_RAYS} (max_rays)", rays.count);
         return Err(Problem::limit(Kind::TooLarge, "max_rays", MAX_RAYS as u64, detail));
     }
     let rays = read_all(&rays.texts)?;
-    let scene = SentScene::new(text.get().as_bytes(), Format::Json, &sent.overrides);
+    let (form, scene) = form_of(app, tenant, text.get().as_bytes())?;
+    let scene = SentScene::new(scene, &form, &sent.overrides);
     let found = app.service.scenes.find(&work.workers, &scene).map_err(|error| match error {
-        Error::Scene(problems) => Error::Scene(inside(sent.text, text, problems)),
+        Error::Scene(problems) => Error::Scene(inside(sent.text, "/scene", offset(sent.text, text), problems)),
         error => error,
     })?;
     let mut answer = app.service.memory.empty();
@@ -166,38 +169,9 @@ fn follow_all(work: &Work, scene: &Scene, rays: &[RayQuery]) -> Result<Vec<Vec<u
     rays.par_iter().map(|ray| if is_cancelled() { Err(Cancelled) } else { Ok(answer(ray)) }).collect()
 }
 
-/// The problems of a scene that is part of a body, with places in that body.
-fn inside(body: &[u8], scene: &RawValue, problems: Problems) -> Problems {
-    let before = scene.get().as_ptr() as usize - body.as_ptr() as usize;
-    let before = &body[..before];
-    let lines = before.iter().filter(|byte| **byte == b'\n').count() as u32;
-    let columns = before.iter().rev().take_while(|byte| **byte != b'\n').count() as u32;
-    let place = |problem: problem::Problem| problem::Problem {
-        pointer: format!("/scene{}", problem.pointer),
-        column: problem.column.map(|column| if problem.line == Some(1) { column + columns } else { column }),
-        line: problem.line.map(|line| line + lines),
-        ..problem
-    };
-    Problems(problems.0.into_iter().map(place).collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn problems_of_a_scene_inside_a_body_are_found_in_the_body() {
-        let body = "{\"rays\": [],\n \"scene\": {\n  \"version\": 2}}".as_bytes();
-        let questions: Questions<'_> = serde_json::from_slice(body).unwrap();
-        let at = |line, column| {
-            let problem = problem::Problem::new("/version", problem::Code::OutOfRange, "must be 1");
-            let problems = Problems::one(problem::Problem { line: Some(line), column: Some(column), ..problem });
-            let Problems(found) = inside(body, questions.scene, problems);
-            (found[0].pointer.clone(), found[0].line, found[0].column)
-        };
-        assert_eq!(at(1, 1), ("/scene/version".into(), Some(2), Some(11)));
-        assert_eq!(at(2, 14), ("/scene/version".into(), Some(3), Some(14)));
-    }
 
     #[test]
     fn rays_beyond_the_limit_are_counted_but_not_kept() {

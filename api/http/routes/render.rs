@@ -1,6 +1,7 @@
 //! `POST` and `QUERY /v1/render`, `POST /v1/render/tile`: renders a scene.
 
 use crate::http::auth::client::Client;
+use crate::http::extract::accept;
 use crate::http::extract::conditions;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::scene_request::{self, SceneRequest};
@@ -8,19 +9,25 @@ use crate::http::prelude::*;
 use crate::http::respond::image::tile_permit;
 use crate::http::respond::job::{Claimed, accepted, claim, picture_of, until_final};
 use crate::http::respond::picture::{self, Freshness, ResponseContext};
+use crate::http::respond::streamed::{WAITING, streamed};
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::requests::pictures::{Source, Upload, image_of};
+use crate::service::scenes::cache::Form;
 use crate::service::scheduler::task::{Class, PRIORITY};
 use axum::http::{HeaderName, Method};
 use std::time::Duration;
 use strahl::film::{FileFormat, Region};
+use tokio::sync::mpsc;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "Renders a region of the picture, with the same pixels as that part of the whole.";
+    let about_whole = "Renders a scene.\n\nIf `Accept` prefers `multipart/mixed`, the picture streams: coarse ones first, each a part \
+                       of JSON (`pass`, `scale`, `x`, `y`, `w`, `h`, `eta_ms`) and a PNG, then the picture (`final`), and its \
+                       report as the last part, or a `problem`.";
     vec![
-        Route::post("/v1/render", whole, ["render", "render", "Renders a scene."])
+        Route::post("/v1/render", whole, ["render", "render", about_whole])
             .about_scene()
             .or_else(other_methods)
             .query(Query::output)
@@ -40,7 +47,37 @@ async fn whole(State(app): State<App>, request: Request) -> Result<Response, Pro
     if prefer != Prefer::default() {
         return as_job(app, request, prefer).await;
     }
+    if accept::prefers(request.headers(), "multipart/mixed", "image/*") {
+        return in_parts(app, request).await;
+    }
     answer(app, request, |_| None).await
+}
+
+/// The picture as a stream of pictures, from coarse to fine.
+async fn in_parts(app: App, request: Request) -> Result<Response, Problem> {
+    let extra = |query: &mut Query, _: &HeaderMap| {
+        let (output, layers) = (query.output(), query.layers());
+        query.refuse_layers(layers, "ask for them without multipart/mixed");
+        query.picture_format(output, &HeaderMap::new())
+    };
+    let SceneRequest { form, overrides, extra: format, tenant, body, .. } =
+        scene_request::read(&app, request, extra).await?;
+    let spec = PictureSpec::plain(None, format);
+    let upload = Upload::new(body, form, overrides).await?;
+    let (sender, passes) = mpsc::channel(WAITING);
+    let (service, task) = (Arc::clone(&app.service), tenant.task(Class::Renders));
+    let picture = async move {
+        let known = service.scenes.cached(&upload.sent().key);
+        if let Some(image) = known.as_deref().and_then(image_of)
+            && let Some(file) = service.stored_picture(&image, &spec).await
+        {
+            return Ok(file);
+        }
+        // A client that has not read the last ones misses this one.
+        let show = move |pass| drop(sender.try_send(pass));
+        service.stream_picture(task, Source::Sent(upload), spec, show).await
+    };
+    streamed(passes, Box::pin(picture), format).await
 }
 
 async fn tile(State(app): State<App>, request: Request) -> Result<Response, Problem> {
@@ -67,7 +104,9 @@ fn allowed() -> HeaderMap {
         (header::ALLOW, HeaderValue::from_static("OPTIONS, POST, QUERY")),
         (
             HeaderName::from_static("accept-query"),
-            HeaderValue::from_static("application/json, text/x-nff, application/gzip"),
+            HeaderValue::from_static(
+                "application/json, application/vnd.strahl.variation+json, text/x-nff, application/gzip",
+            ),
         ),
     ])
 }
@@ -87,7 +126,7 @@ async fn answer(
     };
     let client = Client::of(request.extensions());
     let SceneRequest {
-        format,
+        form,
         overrides,
         extra: (region, file_format, layers, negotiated),
         tenant,
@@ -98,7 +137,7 @@ async fn answer(
     let spec = PictureSpec { layers, ..PictureSpec::plain(region, file_format) };
     let task = tenant.task(if region.is_some() { Class::Tiles } else { Class::Renders });
     let _permit = region.map(|_| tile_permit(&app, client)).transpose()?;
-    let upload = Upload::new(body, format, overrides).await?;
+    let upload = Upload::new(body, form, overrides).await?;
     let context =
         ResponseContext { method: &method, headers: &headers, tenant: &tenant, freshness: Freshness::Once, negotiated };
 
@@ -137,16 +176,17 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
         );
         query.picture_format(output, headers)
     };
-    let SceneRequest { format, overrides, extra: output, tenant, method, body, .. } =
+    let SceneRequest { form, overrides, extra: output, tenant, method, body, .. } =
         scene_request::read(&app, request, extra).await?;
     // The query is part of the request that an idempotency key stands for.
-    let whole = [query.as_bytes(), b"\n", body.as_ref()].concat();
+    let base = if let Form::Variation(base) = &form { base.as_bytes() } else { b"" };
+    let whole = [query.as_bytes(), b"\n", base, body.as_ref()].concat();
     let job = match claim(&app, &tenant, &headers, &whole)? {
         Claimed::Before(job) => return Ok(accepted(&app, &job, true, prefer).await),
         Claimed::Now(claim) => {
             let scene = body.as_ref().to_vec();
             drop((body, whole));
-            let wanted = WantedJob { scene, format, overrides, output, priority: PRIORITY, labels: Vec::new() };
+            let wanted = WantedJob { scene, form, overrides, output, priority: PRIORITY, labels: Vec::new() };
             app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?
         }
     };

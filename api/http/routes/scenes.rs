@@ -2,17 +2,18 @@
 
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::prelude::*;
+use crate::http::respond::body;
 use crate::http::respond::image::tiles_of;
 use crate::service::requests::scenes::Remembered;
 use crate::service::scenes::cache::SentScene;
-use crate::service::scenes::store::Released;
+use crate::service::scenes::store::{Released, Source};
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
 use axum::Extension;
 use axum::body::Bytes;
 use serde_json::json;
 use strahl::plan::estimate::Estimate;
-use strahl::scene::{self};
+use strahl::scene::{self, Format};
 
 pub(super) fn routes() -> Vec<Route> {
     let known = [Content::json::<KnownScene<'_>>()];
@@ -20,6 +21,8 @@ pub(super) fn routes() -> Vec<Route> {
     let about_add = "Stores a scene, opened as 2^zoom times its size, and returns the paths of its pictures and tiles.";
     let about_get = "The canonical text of a known scene: all defaults filled in, keys in alphabetical order.\n\nOnly the \
                      tenants that have sent it, in a request or a job, may read it, and who has a capability of theirs.";
+    let about_source = "The text of a known scene as you have posted it last, in its own order and layout.\n\nOf a text of more than \
+                        1 MiB, of a variation, and of a job's scene it is the canonical one.";
     let about_remove = "Forgets a scene. It and its pictures are deleted once every tenant that posted it has deleted \
                         it.\n\nWith the scope admin they are deleted at once.";
     vec![
@@ -32,6 +35,10 @@ pub(super) fn routes() -> Vec<Route> {
             .needs(Scope::Read)
             .path("scene_id", "As `POST /v1/scenes` says it.")
             .answer(200, "The scene", &[scene]),
+        Route::get("/v1/scenes/{scene_id}/source", source, ["sceneSource", "pictures", about_source])
+            .needs(Scope::Read)
+            .path("scene_id", "As `POST /v1/scenes` says it.")
+            .answer(200, "The scene", &[scene, Content::text("text/x-nff"), Content::file("application/gzip")]),
         Route::delete("/v1/scenes/{scene_id}", remove, ["removeScene", "pictures", about_remove])
             .needs(Scope::Render)
             .path("scene_id", "As `POST /v1/scenes` says it.")
@@ -77,11 +84,11 @@ struct SceneLinks {
 }
 
 async fn add(State(app): State<App>, request: Request) -> Result<Response, Problem> {
-    let SceneRequest { format, overrides, extra: zoom, tenant, body, .. } =
+    let SceneRequest { form, overrides, extra: zoom, tenant, body, .. } =
         scene_request::read(&app, request, |query, _| Ok(query.zoom())).await?;
     let work = {
         let (service, tenant) = (Arc::clone(&app.service), tenant.name.clone());
-        move |work: &Work| service.remember(work, &tenant, &SentScene::new(body.as_ref(), format, &overrides), zoom)
+        move |work: &Work| service.remember(work, &tenant, &SentScene::new(body.as_ref(), &form, &overrides), zoom)
     };
     let remembered = app.service.run(tenant.task(Class::Renders), work).await?.value;
     let Remembered { ready, image, size: [width, height], estimate, is_new } = remembered;
@@ -112,6 +119,24 @@ async fn get(
     let text = app.service.scene_text(tenant.task(Class::Renders), id, owner(&tenant)).await?;
     let headers = [(header::CONTENT_TYPE, "application/json"), (header::ETAG, &etag)];
     Ok((headers, Bytes::from_owner(text)).into_response())
+}
+
+async fn source(
+    State(app): State<App>,
+    Extension(tenant): Extension<Arc<Tenant>>,
+    Path(id): Path<String>,
+) -> Result<Response, Problem> {
+    let claim = app.service.scene_claim(id.clone(), tenant.name.clone()).await;
+    let Some(Source { format, text }) = claim.as_deref().and_then(Source::read) else {
+        return get(State(app), Extension(tenant), Path(id)).await;
+    };
+    let media_type = match format {
+        Format::Json => "application/json",
+        Format::Nff if text.starts_with(&[0x1f, 0x8b]) => "application/gzip",
+        Format::Nff => "text/x-nff",
+    };
+    let headers = [(header::CONTENT_TYPE, media_type), (header::CACHE_CONTROL, "no-cache")];
+    Ok((headers, body(app.service.memory.metered(text.to_vec())?)).into_response())
 }
 
 async fn remove(

@@ -2,9 +2,10 @@
 
 use crate::http::prelude::*;
 use crate::http::respond::{Answer, body};
-use crate::http::scene_job::{Question, ask};
+use crate::http::scene_job::{Question, ask, ask_image};
 use crate::http::state::AppState;
 use crate::service::error::Error;
+use crate::service::memory_budget::Share;
 use crate::service::pictures::overlay::{self, OverlaySpec};
 use crate::service::pictures::render;
 use crate::service::pictures::spec::outside;
@@ -30,11 +31,34 @@ const SVG: &str = "image/svg+xml";
 pub(super) fn routes() -> Vec<Route> {
     let contents = [Content::json::<Tree>(), Content::text(GRAPHVIZ), Content::text(SVG)];
     let about = "Every ray of one pixel.\n\n`overlay` draws them into the picture, from the scene's camera or from another one.";
-    vec![Route::post("/v1/tree", tree, ["tree", "render", about]).query(parameters).about_scene().answer(
-        200,
-        "The tree of rays",
-        &contents,
-    )]
+    let about_image = "Every ray of one pixel of a known image, in the pixels of its zoom.";
+    vec![
+        Route::post("/v1/tree", tree, ["tree", "render", about]).query(parameters).about_scene().answer(
+            200,
+            "The tree of rays",
+            &contents,
+        ),
+        Route::get("/v1/images/{image}/tree", of_image, ["imageTree", "pictures", about_image])
+            .needs(Scope::Read)
+            .path("image", "An image id.")
+            .query(parameters_of_image)
+            .answer(200, "The tree of rays", &contents),
+    ]
+}
+
+async fn of_image(State(app): State<App>, Path(image): Path<String>, request: Request) -> Result<Response, Problem> {
+    let answer = |app: &AppState, work: &Work, ready: &Arc<PreparedScene>, (pixel, format, all): ([u32; 2], _, _)| {
+        written(app, traced(app, work, ready, pixel)?, format, all)
+    };
+    ask_image(app, image, request, parameters_of_image, answer).await
+}
+
+fn parameters_of_image(query: &mut Query) -> ([u32; 2], TreeFormat, bool) {
+    let (pixel, format, OverlaySpec { seen_from, all_samples, .. }) = parameters(query);
+    if format == TreeFormat::Overlay || seen_from.is_some() {
+        query.wrong("format", "unsupported", "overlays are of scenes: POST /v1/tree".into());
+    }
+    (pixel, format, all_samples)
 }
 
 async fn tree(State(app): State<App>, request: Request) -> Result<Response, Problem> {
@@ -59,10 +83,20 @@ fn parameters(query: &mut Query) -> ([u32; 2], TreeFormat, OverlaySpec) {
 }
 
 fn answer(
-    Question { app, work, sent }: Question<'_>,
-    ([x, y], format, spec): ([u32; 2], TreeFormat, OverlaySpec),
+    Question { app, work, sent, .. }: Question<'_>,
+    (pixel, format, spec): ([u32; 2], TreeFormat, OverlaySpec),
 ) -> Result<Answer, Problem> {
     let ready = app.service.scenes.find(&work.workers, sent)?.ready;
+    let (tree, share) = traced(app, work, &ready, pixel)?;
+    if format == TreeFormat::Overlay {
+        let drawing = overlay(app, work, sent, &ready, tree, spec)?;
+        return Ok((SVG, body(app.service.memory.metered(drawing.into_bytes())?)));
+    }
+    written(app, (tree, share), format, spec.all_samples)
+}
+
+/// The tree of a pixel, and its memory.
+fn traced(app: &AppState, work: &Work, ready: &PreparedScene, [x, y]: [u32; 2]) -> Result<(Tree, Share), Problem> {
     let scene = &ready.scene;
     if x >= scene.width || y >= scene.height {
         return Err(outside(&format!("the pixel x={x}, y={y}"), scene.width, scene.height).into());
@@ -70,18 +104,23 @@ fn answer(
     let mut share = app.service.memory.share(ready.bytes());
     share.grow(TREE_BYTES as u64)?;
     let traced = work.workers.work(|| trace_pixel_while(scene, x, y, &work.control));
-    let tree = traced.and_then(|tree| tree).map_err(Error::from)?;
+    Ok((traced.and_then(|tree| tree).map_err(Error::from)?, share))
+}
+
+/// A tree as a text.
+fn written(
+    app: &AppState,
+    (tree, mut share): (Tree, Share),
+    format: TreeFormat,
+    all_samples: bool,
+) -> Result<Answer, Problem> {
     let media_type = match format {
         TreeFormat::Json => "application/json",
         TreeFormat::Dot => GRAPHVIZ,
         TreeFormat::Svg | TreeFormat::Overlay => SVG,
     };
-    if format == TreeFormat::Overlay {
-        let drawing = overlay(app, work, sent, &ready, tree, spec)?;
-        return Ok((media_type, body(app.service.memory.metered(drawing.into_bytes())?)));
-    }
     share.shrink(tree.bytes() as u64);
-    let mut parts = tree.parts(format, spec.all_samples);
+    let mut parts = tree.parts(format, all_samples);
     let (mut begin, mut ended) = (String::new(), false);
     while !ended && begin.len() < AT_ONCE {
         let part = parts.next();
@@ -112,7 +151,7 @@ fn overlay(
     let other = match spec.seen_from {
         Some(_) => {
             let overrides = Overrides { seen_from: spec.seen_from, ..sent.overrides };
-            let other = SentScene::new(sent.text, sent.format, &overrides);
+            let other = SentScene::new(sent.text, sent.form, &overrides);
             let accept = |scene: &Description| limits.check_unbuilt(scene, None);
             Some(app.service.scenes.find_if(&work.workers, &other, accept)?.ready)
         }

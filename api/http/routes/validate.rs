@@ -27,7 +27,7 @@ async fn validate(State(app): State<App>, request: Request) -> Result<Response, 
     ask(app, request, |_, _| Ok(()), answer).await
 }
 
-fn answer(Question { app, work, sent }: Question<'_>, (): ()) -> Result<Answer, Problem> {
+fn answer(Question { app, work, sent, .. }: Question<'_>, (): ()) -> Result<Answer, Problem> {
     let ready = app.service.scenes.find(&work.workers, sent)?.ready;
     to_json(&app.service.memory, &Valid { valid: true, warnings: &ready.scene.warnings })
 }

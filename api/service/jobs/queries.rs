@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use strahl::film::FileFormat;
+use tokio::sync::watch;
 
 /// Bytes for each pixel of a picture that is decoded and made smaller: 16 bits for each channel, twice.
 const DECODED_BYTES: u64 = 16;
@@ -53,6 +54,11 @@ impl Jobs {
         let registry = locked(&self.registry);
         let older = registry.jobs.range::<str, _>((Bound::Unbounded, before.map_or(Bound::Unbounded, Bound::Excluded)));
         older.rev().map(|(_, job)| job).filter(|job| wanted(&job.record())).take(limit).map(Arc::clone).collect()
+    }
+
+    /// A channel that changes when jobs come and go.
+    pub(crate) fn changes(&self) -> watch::Receiver<u64> {
+        locked(&self.registry).changes.subscribe()
     }
 
     /// Position of a waiting job among those of its tenant, from 1, and estimated milliseconds until it is done.

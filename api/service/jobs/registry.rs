@@ -9,6 +9,7 @@ use crate::service::pictures::render::PIXEL_BYTES;
 use crate::service::scheduler::task::aged;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
+use tokio::sync::watch;
 
 /// Open jobs of one tenant: one renders while another encodes its picture.
 const OPEN: usize = 2;
@@ -33,6 +34,8 @@ pub(super) struct Registry {
     pub(super) closing: bool,
     /// Time of jobs divided by their estimates: a moving average.
     pub(super) slowness: Option<f64>,
+    /// Changes when jobs come and go.
+    pub(super) changes: watch::Sender<u64>,
 }
 
 impl Registry {
@@ -52,6 +55,7 @@ impl Registry {
             self.queued.push(Arc::clone(job));
         }
         self.jobs.insert(record.id.clone(), Arc::clone(job));
+        self.changes.send_modify(|changes| *changes += 1);
     }
 
     /// Nobody finds a job any more.
@@ -62,6 +66,7 @@ impl Registry {
             self.keys.remove(&(record.tenant.clone(), same.key.clone()));
         }
         drop(record);
+        self.changes.send_modify(|changes| *changes += 1);
         Some(job)
     }
 

@@ -13,7 +13,7 @@ use super::tile_order::TileOrder;
 use crate::service::clock::milliseconds;
 use crate::service::error::{Error, panic_text};
 use crate::service::pictures::render::trace;
-use crate::service::scenes::cache::SentScene;
+use crate::service::scenes::cache::{Form, SentScene};
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;
 use crate::service::scheduler::task::{Class, Task};
@@ -88,7 +88,8 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let text = text.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
     let text = text.ok_or_else(scene_is_gone)?;
     let building = Instant::now();
-    let sent = SentScene::new(text.as_ref(), spec.format, &spec.settings);
+    let form = Form::Whole(spec.format);
+    let sent = SentScene::new(text.as_ref(), &form, &spec.settings);
     let found = when_there_is_room(job, || jobs.cache.find(&workers, &sent));
     drop(text);
     let ready = found.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?.ready;

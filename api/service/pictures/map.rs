@@ -47,7 +47,7 @@ pub(crate) fn draw(
                 let drawn = map.draw();
                 png_of(drawn.width as u32, drawn.height() as u32, drawn.pixels.as_flattened())
             }
-            MapFormat::Pfm => encode(&map.film(), FileFormat::Pfm),
+            MapFormat::Pfm => map.pfm(),
             MapFormat::Exr => encode(&map.film(), FileFormat::Exr),
         })
     })?

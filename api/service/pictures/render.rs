@@ -71,7 +71,8 @@ impl RenderSpec {
     }
 }
 
-/// Renders a picture and encodes it. `started` is when work on the scene's bytes began, `loading` is what that took.
+/// Renders a picture and encodes it. `started` is when work on the scene's bytes began, `loading` is what that took. A picture
+/// that a time or a number of rays ends is shown to `watcher` meanwhile.
 pub(crate) fn make(
     started: Instant,
     ready: &PreparedScene,
@@ -79,6 +80,7 @@ pub(crate) fn make(
     shot: &RenderSpec,
     workers: &Workers,
     control: &Control,
+    watcher: Option<Watcher<'_>>,
 ) -> Result<Rendered, Cancelled> {
     let scene = &ready.scene;
     let &RenderSpec { window, region, adjustment, format, layers, note, predict, asked } = shot;
@@ -94,7 +96,7 @@ pub(crate) fn make(
     };
     let began = asked.unwrap_or(started);
     let (mut picture, (codes, error, coding_ms)) =
-        trace(ready, &window, region, format, began, workers, control, None, finish)?;
+        trace(ready, &window, region, format, began, workers, control, watcher, finish)?;
     let replay = Replay::of(&picture, ready);
     let mut made = Vec::new();
     if !layers.is_empty() {

@@ -7,7 +7,7 @@ use crate::service::jobs::record::{JobSpec, Record};
 use crate::service::jobs::{Claim, Job};
 use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::spec::PictureSpec;
-use crate::service::scenes::cache::SentScene;
+use crate::service::scenes::cache::{Form, SentScene};
 use crate::service::scenes::ids::ImageId;
 use crate::service::scenes::prepared::planned;
 use crate::service::scheduler::admission::Work;
@@ -22,8 +22,8 @@ use strahl::scene::{Description, Format, Overrides};
 pub(crate) struct WantedJob {
     /// The scene's text.
     pub(crate) scene: Vec<u8>,
-    /// Its format.
-    pub(crate) format: Format,
+    /// What the text is.
+    pub(crate) form: Form,
     /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
     /// Format of the picture.
@@ -47,13 +47,13 @@ impl Service {
         let (tenant, weight) = (task.tenant.to_string(), task.weight);
         let service = Arc::clone(self);
         let check = move |work: &Work| {
-            let WantedJob { scene, format, overrides, output, priority, labels } = wanted;
+            let WantedJob { scene, form, overrides, output, priority, labels } = wanted;
             let limits = &service.jobs.limits;
             let accept = |scene: &Description| {
                 let ImageSize { width, height } = scene.image;
                 limits.check([width, height], scene.render.samples.unwrap_or(1))
             };
-            let sent = SentScene::new(&scene, format, &overrides);
+            let sent = SentScene::new(&scene, &form, &overrides);
             let ready = service.scenes.find_if(&work.workers, &sent, accept)?.ready;
             let size = [ready.scene.width, ready.scene.height];
             limits.check(size, ready.scene.samples)?;
@@ -68,6 +68,11 @@ impl Service {
             let edge = if is_progressive { 0 } else { service.jobs.tile_edge(region.pixels(), estimate_ms) };
             let scene_bytes = ready.scene.bytes() as u64;
             let [width, height] = size;
+            // A job does not depend on other scenes.
+            let (format, scene) = match form {
+                Form::Whole(format) => (format, scene),
+                Form::Variation(_) => (Format::Json, service.canonical_text(work, &sent)?),
+            };
             let spec = JobSpec { scene: String::new(), format, settings: overrides, output };
             let job =
                 Record { tenant, weight, priority, labels, scene_id, image_id, width, height, ..Record::new(spec) };
@@ -126,7 +131,7 @@ impl Service {
         let (jobs, scene) = (Arc::clone(&self.jobs), of_job.scene.clone());
         let text = tokio::task::spawn_blocking(move || jobs.scene(&scene)).await;
         let Some(text) = text.map_err(|_| Error::Internal("the request failed"))?? else { return Ok(None) };
-        let upload = Upload::new(text, of_job.format, of_job.settings).await?;
+        let upload = Upload::new(text, Form::Whole(of_job.format), of_job.settings).await?;
         Ok(Some(self.make_picture(task, Source::Sent(upload), spec).await?.file))
     }
 

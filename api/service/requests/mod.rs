@@ -1,5 +1,6 @@
 //! The service itself: scenes, pictures and jobs for requests, from the caches or made on the pool.
 
+pub(crate) mod compare;
 pub(crate) mod folders;
 pub(crate) mod jobs;
 pub(crate) mod pictures;

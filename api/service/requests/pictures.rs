@@ -5,10 +5,11 @@ use crate::service::error::Error;
 use crate::service::memory_budget::Share;
 use crate::service::pictures::cache::{MadePicture, Took};
 use crate::service::pictures::file::{PictureFile, PictureMeta};
+use crate::service::pictures::passes::{Pass, Show, passes, show_thinned};
 use crate::service::pictures::render::{self, RenderSpec, Rendered};
 use crate::service::pictures::report::Report;
 use crate::service::pictures::spec::{Grid, PictureSpec};
-use crate::service::scenes::cache::{Found, Key, SentScene};
+use crate::service::scenes::cache::{Form, Found, Key, SentScene};
 use crate::service::scenes::ids::ImageId;
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::admission::{Done, Work};
@@ -16,10 +17,11 @@ use crate::service::scheduler::task::Task;
 use data_encoding::HEXLOWER;
 use std::fmt::Debug;
 use std::sync::Arc;
-use strahl::film::Region;
-use strahl::render::sampling_bytes;
+use strahl::film::{Film, Region};
+use strahl::render::{Watcher, sampling_bytes};
+use strahl::scene::description::Accuracy;
 use strahl::scene::effects::{Entry, REFINED_SAMPLES, SceneEffects, State};
-use strahl::scene::{Description, Format, Overrides, Scene};
+use strahl::scene::{Description, Overrides, Scene};
 
 /// Texts of at least this many bytes are hashed on a thread of their own, since hashing would delay other requests.
 const HASHED_AT_ONCE: usize = 64 << 10;
@@ -33,7 +35,7 @@ impl<T: AsRef<[u8]> + Debug + Send + Sync + 'static> Text for T {}
 #[derive(Debug, Clone)]
 pub(crate) struct Upload {
     text: Arc<dyn Text>,
-    format: Format,
+    form: Form,
     overrides: Overrides,
     key: Key,
     hash_ms: f64,
@@ -41,11 +43,11 @@ pub(crate) struct Upload {
 
 impl Upload {
     /// Hashes the scene.
-    pub(crate) async fn new(text: impl Text, format: Format, overrides: Overrides) -> Result<Self, Error> {
+    pub(crate) async fn new(text: impl Text, form: Form, overrides: Overrides) -> Result<Self, Error> {
         let is_long = text.as_ref().len() >= HASHED_AT_ONCE;
         let hash = move || {
-            let SentScene { key, hash_ms, .. } = SentScene::new(text.as_ref(), format, &overrides);
-            Self { text: Arc::new(text), format, overrides, key, hash_ms }
+            let SentScene { key, hash_ms, .. } = SentScene::new(text.as_ref(), &form, &overrides);
+            Self { text: Arc::new(text), form, overrides, key, hash_ms }
         };
         if !is_long {
             return Ok(hash());
@@ -56,8 +58,8 @@ impl Upload {
 
     /// The scene as the scene cache takes it.
     pub(crate) fn sent(&self) -> SentScene<'_> {
-        let &Self { ref text, format, overrides, key, hash_ms } = self;
-        SentScene { text: (**text).as_ref(), format, overrides, key, hash_ms }
+        let &Self { ref text, ref form, overrides, key, hash_ms } = self;
+        SentScene { text: (**text).as_ref(), form, overrides, key, hash_ms }
     }
 }
 
@@ -142,7 +144,7 @@ impl Service {
             let service = Arc::clone(self);
             async move {
                 let renderer = Arc::clone(&service);
-                let work = move |work: &Work| renderer.render(work, &source, &spec);
+                let work = move |work: &Work| renderer.render(work, &source, &spec, None);
                 let Done { value: (file, report, cached), queue_ms } = service.run(task, work).await?;
                 Ok(MadePicture { file, took: Took::new(report.as_ref(), queue_ms, cached) })
             }
@@ -168,12 +170,27 @@ impl Service {
         Ok(share)
     }
 
-    /// A picture, its report unless it existed already, and whether its scene was in the cache.
+    /// Renders a whole picture, and shows coarse ones before it.
+    pub(crate) async fn stream_picture(
+        self: &Arc<Self>,
+        task: Task,
+        source: Source,
+        spec: PictureSpec,
+        show: impl Fn(Pass) + Send + Sync + 'static,
+    ) -> Result<Arc<PictureFile>, Error> {
+        let service = Arc::clone(self);
+        let work = move |work: &Work| service.render(work, &source, &spec, Some(&show));
+        Ok(self.run(task, work).await?.value.0)
+    }
+
+    /// A picture, its report unless it existed already, and whether its scene was in the cache. Coarse pictures before it are
+    /// shown to those who look on.
     fn render(
         &self,
         work: &Work,
         source: &Source,
         spec: &PictureSpec,
+        show: Option<Show<'_>>,
     ) -> Result<(Arc<PictureFile>, Option<Report>, bool), Error> {
         let (Found { ready, loading, cached }, zoom) =
             source.find(self, work, Some(spec).filter(|spec| spec.grid == Grid::Level(0)))?;
@@ -187,14 +204,21 @@ impl Service {
         self.settings.answers.check(shot.region, ready.scene.samples)?;
         // Nobody sets it twice.
         let _ = work.dear.set(what_is_dear(&ready.scene, shot.region));
-        let each = render::PIXEL_BYTES + shot.layers.pixel_bytes();
+        // The passes have a third of its pixels together.
+        let each = (render::PIXEL_BYTES + shot.layers.pixel_bytes()) * if show.is_some() { 2 } else { 1 };
         let mut share = self.room_for_picture(&ready, shot.region.pixels(), each)?;
         if shot.layers.share().is_some() {
             // A copy of the scene, in which the object shines.
             share.grow(share.bytes() + ready.bytes())?;
         }
+        let ends_by_itself = matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_));
+        if let Some(show) = show.filter(|_| !ends_by_itself) {
+            passes(&ready, &shot, &self.memory, &work.workers, &work.control, show)?;
+        }
+        let mut watch = show.map(|show| move |film: Film, distance| show_thinned(&film, distance, &self.memory, show));
+        let watcher = watch.as_mut().map(|watch| watch as Watcher<'_>);
         let Rendered { file, report, .. } =
-            render::make(work.started, &ready, loading, &shot, &work.workers, &work.control)?;
+            render::make(work.started, &ready, loading, &shot, &work.workers, &work.control, watcher)?;
         let name = image.as_ref().map(|image| spec.name(image));
         let meta = PictureMeta::new(image.map(|image| image.to_string()), &report, &ready.scene, spec.is_whole());
         let file = Arc::new(PictureFile::new(file, meta).with(share));

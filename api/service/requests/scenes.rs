@@ -3,16 +3,15 @@
 use super::Service;
 use crate::service::error::Error;
 use crate::service::pictures::spec::size_of;
-use crate::service::scenes::cache::{Found, SentScene};
+use crate::service::scenes::cache::{Built, Form, Found, SentScene};
 use crate::service::scenes::ids::{ImageId, canonical, is_scene_id};
 use crate::service::scenes::prepared::{PreparedScene, planned};
-use crate::service::scenes::store::Released;
+use crate::service::scenes::store::{Released, Source};
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Task;
 use std::sync::Arc;
 use strahl::film::Region;
 use strahl::plan::estimate::Estimate;
-use strahl::scene::Loaded;
 
 /// A posted scene.
 #[derive(Debug)]
@@ -57,9 +56,9 @@ impl Service {
         let ready = match self.scenes.cached(&sent.key).filter(|ready| store.has(&ready.scene_id)) {
             Some(ready) => ready,
             None => {
-                let read = |mut loaded: Loaded, share| {
+                let read = |Built { mut loaded, original }, share| {
                     let text = canonical(&mut loaded.description);
-                    (PreparedScene::from(loaded).with(share), text)
+                    (PreparedScene::new(loaded, original.as_ref()).with(share), text)
                 };
                 let (ready, text) = self.scenes.build(&work.workers, sent, |_| Ok(()), read)?;
                 if !ready.reproducible {
@@ -84,7 +83,11 @@ impl Service {
         })?;
         let whole = Region::whole(ready.scene.width, ready.scene.height);
         let (plan, _) = planned(&ready, whole, &work.workers, &work.control)?;
-        let is_new = store.claim(&ready.scene_id, tenant).map_err(unwritten)?;
+        let source = match sent.form {
+            Form::Whole(format) => Some(Source { format: *format, text: sent.text }),
+            Form::Variation(_) => None,
+        };
+        let is_new = store.claim(&ready.scene_id, tenant, source).map_err(unwritten)?;
         let image = ImageId { scene: ready.scene_id.clone(), zoom };
         let estimate = plan.estimate.ok_or(Error::Internal("the scene has no estimate"))?;
         Ok(Remembered { ready, image, size, estimate, is_new })
@@ -95,7 +98,8 @@ impl Service {
         if let Some(spec) = self.jobs.spec_of(id, None).filter(|_| !self.scenes.store.has(id))
             && let Some(text) = self.jobs.scene(&spec.scene)?
         {
-            return self.scenes.find(&work.workers, &SentScene::new(text.as_ref(), spec.format, &spec.settings));
+            let form = Form::Whole(spec.format);
+            return self.scenes.find(&work.workers, &SentScene::new(text.as_ref(), &form, &spec.settings));
         }
         self.scenes.find_known(&work.workers, id)
     }
@@ -124,10 +128,30 @@ impl Service {
             let unknown = || Error::UnknownScene(id.clone());
             let spec = service.jobs.spec_of(&id, owner.as_deref()).ok_or_else(unknown)?;
             let text = service.jobs.scene(&spec.scene)?.ok_or_else(unknown)?;
-            let sent = SentScene::new(text.as_ref(), spec.format, &spec.settings);
-            service.scenes.build(&work.workers, &sent, |_| Ok(()), |mut loaded, _| canonical(&mut loaded.description))
+            let form = Form::Whole(spec.format);
+            service.canonical_text(work, &SentScene::new(text.as_ref(), &form, &spec.settings))
         };
         Ok(self.run(task, of_a_job).await?.value.into())
+    }
+
+    /// What a tenant's claim to a scene holds, which may be the text that it has sent.
+    pub(crate) async fn scene_claim(self: &Arc<Self>, id: String, tenant: String) -> Option<Arc<[u8]>> {
+        let service = Arc::clone(self);
+        let read = move || is_scene_id(&id).then(|| service.scenes.store.claimed(&id, &tenant)).flatten();
+        tokio::task::spawn_blocking(read).await.ok().flatten()
+    }
+
+    /// The canonical text of a scene that was sent.
+    pub(super) fn canonical_text(&self, work: &Work, sent: &SentScene<'_>) -> Result<Vec<u8>, Error> {
+        let read = |Built { mut loaded, .. }, _| canonical(&mut loaded.description);
+        self.scenes.build(&work.workers, sent, |_| Ok(()), read)
+    }
+
+    /// How a variation of a scene is sent, for an owner who may read the scene.
+    pub(crate) fn variation_of(&self, id: &str, owner: Option<&str>) -> Result<Form, Error> {
+        let store = &self.scenes.store;
+        let is_known = is_scene_id(id) && owner.map_or_else(|| store.has(id), |owner| store.is_claimed(id, owner));
+        if is_known { Ok(Form::Variation(id.to_owned())) } else { Err(Error::UnknownScene(id.to_owned())) }
     }
 
     /// Releases a tenant's claim on a scene, or all claims. Without claims the scene and its pictures are deleted.

@@ -19,7 +19,8 @@ use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::Instant;
 use strahl::scene::size::{building_bytes, reading_bytes};
-use strahl::scene::{Description, Files, Format, Loaded, NoFiles, NotLoaded, Overrides, load_if};
+use strahl::scene::variation::vary_if;
+use strahl::scene::{Description, Files, Format, Loaded, NoFiles, Overrides, load_if};
 
 /// Most scene ids that are kept.
 const IDS: u64 = 10_000;
@@ -45,13 +46,27 @@ pub(crate) struct SceneCache {
 /// A hash of a scene as it was sent, its format and settings.
 pub(crate) type Key = [u8; 32];
 
+/// What a text is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Form {
+    /// A scene in a file format.
+    Whole(Format),
+    /// A merge patch on the scene of an id, which the tenant may read.
+    Variation(String),
+}
+
+impl Form {
+    /// Scene JSON.
+    pub(crate) const JSON: Self = Self::Whole(Format::Json);
+}
+
 /// A scene as it was sent.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SentScene<'a> {
     /// Its text.
     pub(crate) text: &'a [u8],
-    /// The format of the text.
-    pub(crate) format: Format,
+    /// What the text is.
+    pub(crate) form: &'a Form,
     /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
     /// Hash of all of this.
@@ -62,12 +77,12 @@ pub(crate) struct SentScene<'a> {
 
 impl<'a> SentScene<'a> {
     /// Hashes the text, which takes a while if it is long.
-    pub(crate) fn new(text: &'a [u8], format: Format, overrides: &Overrides) -> Self {
+    pub(crate) fn new(text: &'a [u8], form: &'a Form, overrides: &Overrides) -> Self {
         let start = Instant::now();
         // The debug format of overrides cannot miss a field.
-        let settings = format!("{format:?} {overrides:?}\n");
+        let settings = format!("{form:?} {overrides:?}\n");
         let key = Sha256::new().chain_update(settings).chain_update(text).finalize().into();
-        Self { text, format, overrides: *overrides, key, hash_ms: milliseconds(start) }
+        Self { text, form, overrides: *overrides, key, hash_ms: milliseconds(start) }
     }
 }
 
@@ -80,6 +95,32 @@ pub(crate) struct Found {
     pub(crate) loading: Loading,
     /// Whether it was in the cache, and the tenant may know.
     pub(crate) cached: bool,
+}
+
+/// A scene that was built, and the one that it is a variation of.
+#[derive(Debug)]
+pub(crate) struct Built {
+    /// The scene.
+    pub(crate) loaded: Loaded,
+    /// The other.
+    pub(crate) original: Option<Arc<PreparedScene>>,
+}
+
+/// The scene without its description.
+fn prepared(Built { loaded, original }: Built, share: Share) -> PreparedScene {
+    PreparedScene::new(loaded, original.as_ref()).with(share)
+}
+
+/// Bytes of the longest patch: as a tree of values it takes 16 times as much.
+pub(crate) const PATCH_BYTES: u64 = 4 << 20;
+
+/// Bytes that reading a patch takes.
+fn patching_bytes(patch: &[u8]) -> Result<u64, Error> {
+    if patch.len() as u64 > PATCH_BYTES {
+        let detail = format!("a patch has at most {PATCH_BYTES} bytes (patch_bytes): send the whole scene");
+        return Err(Error::Limit { name: "patch_bytes", max: PATCH_BYTES, detail });
+    }
+    Ok(16 * patch.len() as u64)
 }
 
 impl SceneCache {
@@ -131,7 +172,7 @@ impl SceneCache {
             return Ok(self.found(workers.tenant(), ready, sent.hash_ms));
         }
         self.hits.miss();
-        let ready = self.build(workers, sent, accept, |loaded, share| PreparedScene::from(loaded).with(share))?;
+        let ready = self.build(workers, sent, accept, prepared)?;
         self.note(workers.tenant(), &ready);
         let loading = Loading { parse: sent.hash_ms + ready.loading.parse, ..ready.loading };
         Ok(Found { ready: self.keep(sent.key, ready), loading, cached: false })
@@ -142,11 +183,56 @@ impl SceneCache {
         if let Some(ready) = self.cached_known(id) {
             return Ok(self.found(workers.tenant(), ready, 0.0));
         }
+        let (text, _share) = self.stored(id)?;
+        // Stored texts were valid scenes. They are invalid now only if the renderer's limits have changed.
+        self.find(workers, &SentScene::new(&text, &Form::JSON, &Overrides::default()))
+    }
+
+    /// A scene with several settings in turn, which shares its geometry.
+    pub(crate) fn find_several(
+        &self,
+        workers: &Workers,
+        sent: &SentScene<'_>,
+        settings: &[Overrides],
+    ) -> Result<Vec<Arc<PreparedScene>>, Error> {
+        let mut base = None;
+        let mut one = |overrides: &Overrides| {
+            let own = SentScene::new(sent.text, sent.form, overrides);
+            if let (None, Form::Whole(_)) = (self.cached(&own.key), sent.form) {
+                if base.is_none() {
+                    let read = |Built { loaded, .. }, share| PreparedScene::to_vary(loaded).with(share);
+                    base = Some(Arc::new(self.build(workers, sent, |_| Ok(()), read)?));
+                }
+            }
+            match base.clone().filter(|_| self.cached(&own.key).is_none()) {
+                Some(base) => {
+                    let ready = self.vary(workers, base, (b"{}", overrides), |_| Ok(()), prepared)?;
+                    Ok(self.keep(own.key, ready))
+                }
+                None => Ok(self.find(workers, &own)?.ready),
+            }
+        };
+        settings.iter().map(&mut one).collect()
+    }
+
+    /// The scene of an id with its description, of which variations are made.
+    fn original(&self, workers: &Workers, id: &str) -> Result<Arc<PreparedScene>, Error> {
+        if let Some(ready) = self.cached_known(id).filter(|ready| ready.original().is_some()) {
+            return Ok(ready);
+        }
+        let (text, _share) = self.stored(id)?;
+        let sent = SentScene::new(&text, &Form::JSON, &Overrides::default());
+        let read = |Built { loaded, .. }, share| PreparedScene::to_vary(loaded).with(share);
+        let ready = self.build(workers, &sent, |_| Ok(()), read)?;
+        Ok(self.keep(sent.key, ready))
+    }
+
+    /// The text of a stored scene, and the memory that it takes.
+    fn stored(&self, id: &str) -> Result<(Arc<[u8]>, Share), Error> {
         let text = self.store.get(id).ok_or_else(|| Error::UnknownScene(id.to_owned()))?;
         let mut share = self.memory.share(0);
         share.grow(text.len() as u64)?;
-        // Stored texts were valid scenes. They are invalid now only if the renderer's limits have changed.
-        self.find(workers, &SentScene::new(&text, Format::Json, &Overrides::default()))
+        Ok((text, share))
     }
 
     /// Reads a scene, checks and compiles it unless `accept` refuses it, and makes the result with `read`.
@@ -155,9 +241,15 @@ impl SceneCache {
         workers: &Workers,
         sent: &SentScene<'_>,
         accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
-        read: impl FnOnce(Loaded, Share) -> T + Send,
+        read: impl FnOnce(Built, Share) -> T + Send,
     ) -> Result<T, Error> {
-        let &SentScene { text, format, ref overrides, .. } = sent;
+        let &SentScene { text, form, ref overrides, .. } = sent;
+        let format = match form {
+            Form::Whole(format) => *format,
+            Form::Variation(id) => {
+                return self.vary(workers, self.original(workers, id)?, (text, overrides), accept, read);
+            }
+        };
         let room = Room::new(self.files(), self.memory.share(text.len() as u64));
         let build = || {
             let unpacked = room.unpacked(text, format)?;
@@ -169,14 +261,37 @@ impl SceneCache {
             };
             let loaded = load_if(text, format, overrides, &room, accept);
             room.refusal()?;
-            loaded.map_err(|error| match error {
-                NotLoaded::Problems(problems) => Error::Scene(problems),
-                NotLoaded::Refused(error) => error,
-            })
+            loaded.map_err(Error::from)
         };
         let loaded = workers.work(build)??;
         let share = room.into_share();
-        workers.work(|| read(loaded, share)).map_err(Error::from)
+        workers.work(|| read(Built { loaded, original: None }, share)).map_err(Error::from)
+    }
+
+    /// The same for what a patch and settings make of another scene.
+    fn vary<T: Send>(
+        &self,
+        workers: &Workers,
+        original: Arc<PreparedScene>,
+        (patch, overrides): (&[u8], &Overrides),
+        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
+        read: impl FnOnce(Built, Share) -> T + Send,
+    ) -> Result<T, Error> {
+        let room = Room::new(self.files(), self.memory.share(patch.len() as u64));
+        let vary = || {
+            let known = original.original().ok_or(Error::Internal("the scene has no description"))?;
+            room.take(patching_bytes(patch)?)?;
+            let accept = |description: &Description| {
+                accept(description)?;
+                room.take(known.building_bytes(description))
+            };
+            let loaded = vary_if(known, patch, overrides, &room, accept);
+            room.refusal()?;
+            loaded.map_err(Error::from)
+        };
+        let loaded = workers.work(vary)??;
+        let share = room.into_share();
+        workers.work(|| read(Built { loaded, original: Some(original) }, share)).map_err(Error::from)
     }
 
     /// The built scene of a key, if it is in the cache.
@@ -223,11 +338,14 @@ mod tests {
     #[test]
     fn everything_that_changes_a_scene_changes_its_key() {
         let plain = Overrides::default();
-        let of = |bytes: &[u8], format, overrides: &Overrides| SentScene::new(bytes, format, overrides).key;
+        let of =
+            |bytes: &[u8], format, overrides: &Overrides| SentScene::new(bytes, &Form::Whole(format), overrides).key;
+        let varied = |id: &str| SentScene::new(b"{}", &Form::Variation(id.into()), &plain).key;
         let first = of(b"{}", Format::Json, &plain);
         assert_eq!(first, of(b"{}", Format::Json, &plain));
         assert_ne!(first, of(b"{ }", Format::Json, &plain));
         assert_ne!(first, of(b"{}", Format::Nff, &plain));
+        assert!(first != varied("s_a") && varied("s_a") != varied("s_b"));
         assert_ne!(first, of(b"{}", Format::Json, &Overrides { min_weight: Some(0.5), ..plain }));
         assert_ne!(
             first,

@@ -3,7 +3,8 @@
 //!
 //! - The **canonical text** of a scene is its description as JSON: defaults filled in, keys in the order of the alphabet,
 //!   without white space and `$schema`. It does not depend on how the scene was written, nor on its format.
-//! - Its **scene id** is a hash of that text, in which the bytes of numbers stand for their digits.
+//! - Its **scene id** is a hash of that text, in which the bytes of numbers stand for their digits, and hashes for objects and
+//!   definitions, so that a variation of a large scene is not hashed as a whole.
 //! - An **image id** names the scene, the renderer and the zoom. It changes with everything that may change a pixel, and
 //!   with nothing else: pictures depend on neither threads nor machines. It can be parsed, so the service keeps no table.
 
@@ -25,7 +26,9 @@ use strahl::scene::description::{Accuracy, Material, Object, RenderSettings};
 pub(crate) const MAX_ZOOM: u32 = 16;
 
 /// Begins what is hashed; another one whenever that is written in another way.
-const ID_VERSION: &str = "scene 2\n";
+const ID_VERSION: &str = "scene 3\n";
+/// The same where objects and definitions were hashed with all else.
+const ID_VERSION_AS_A_WHOLE: &str = "scene 2\n";
 /// Letters of a scene id: 160 bits of a hash.
 const SCENE_LETTERS: usize = 32;
 /// Letters of a hash that name a version of the renderer.
@@ -36,19 +39,44 @@ pub(crate) fn is_reproducible(settings: &RenderSettings) -> bool {
     !matches!(settings.accuracy(), Accuracy::Time(_))
 }
 
-/// Id of a scene: `s_` and 32 letters of `a-z2-7`. Clears `$schema` of the description and fills in render settings.
-pub(crate) fn scene_id(description: &mut Description) -> String {
-    let mut hash = BufWriter::with_capacity(1 << 16, Hash(Sha256::new_with_prefix(ID_VERSION)));
-    // Writing to a hash cannot fail, and all values of a description can be written as JSON. A cancelled id is not used.
-    let _ = write_canonical(description, &mut Serializer::with_formatter(&mut hash, BinaryNumbers));
-    let _ = hash.flush();
-    named(&hash.get_ref().0.clone().finalize())
+/// The hash of the objects and definitions of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct BodiesDigest([u8; 32]);
+
+impl BodiesDigest {
+    /// Hashes them.
+    pub(crate) fn of(description: &Description) -> Self {
+        Self(hashed("", |to| definitions_and_objects(description).serialize(to)))
+    }
 }
 
-/// Whether an id names the scene of a canonical text. Older versions hashed the text as it is, and their ids stay valid.
+/// Id of a scene: `s_` and 32 letters of `a-z2-7`. Clears `$schema` of the description and fills in render settings.
+pub(crate) fn scene_id(description: &mut Description, bodies: BodiesDigest) -> String {
+    let around = hashed(ID_VERSION, |to| write_around_bodies(description, to));
+    named(&Sha256::new_with_prefix(around).chain_update(bodies.0).finalize())
+}
+
+/// Whether an id names the scene of a canonical text. Older versions hashed the text as it is, or the scene as a whole, and
+/// their ids stay valid.
 pub(crate) fn is_id_of_text(id: &str, text: &[u8]) -> bool {
-    let description = || serde_json::from_slice::<Description>(text);
-    id == named(&Sha256::digest(text)) || description().is_ok_and(|mut scene| id == scene_id(&mut scene))
+    let is_id_of = |mut scene: Description| {
+        let bodies = BodiesDigest::of(&scene);
+        id == scene_id(&mut scene, bodies)
+            || id == named(&hashed(ID_VERSION_AS_A_WHOLE, |to| write_canonical(&mut scene, to)))
+    };
+    id == named(&Sha256::digest(text)) || serde_json::from_slice(text).is_ok_and(is_id_of)
+}
+
+/// The hash of what is written, begun with a prefix.
+fn hashed<T>(
+    prefix: &str,
+    write: impl FnOnce(&mut Serializer<&mut BufWriter<Hash>, BinaryNumbers>) -> serde_json::Result<T>,
+) -> [u8; 32] {
+    let mut hash = BufWriter::with_capacity(1 << 16, Hash(Sha256::new_with_prefix(prefix)));
+    // Writing to a hash cannot fail, and all values of a description can be written as JSON. A cancelled hash is not used.
+    let _ = write(&mut Serializer::with_formatter(&mut hash, BinaryNumbers));
+    let _ = hash.flush();
+    hash.get_ref().0.clone().finalize().into()
 }
 
 fn named(hash: &[u8]) -> String {
@@ -165,17 +193,37 @@ impl Formatter for BinaryNumbers {
 }
 
 fn write_canonical<S: serde::Serializer>(description: &mut Description, to: S) -> Result<S::Ok, S::Error> {
+    let settings = settings(description);
+    let mut parts = around_bodies(description, &settings);
+    parts.append(&mut definitions_and_objects(description));
+    parts.serialize(to)
+}
+
+fn write_around_bodies<S: serde::Serializer>(description: &mut Description, to: S) -> Result<S::Ok, S::Error> {
+    let settings = settings(description);
+    around_bodies(description, &settings).serialize(to)
+}
+
+/// The settings of a description, which is made canonical.
+fn settings(description: &mut Description) -> Value {
     description.schema = None;
     description.render = description.render.resolved();
-    let settings = description.settings();
+    description.settings()
+}
+
+/// All parts but objects and definitions.
+fn around_bodies<'a>(description: &'a Description, settings: &'a Value) -> BTreeMap<&'a str, Part<'a>> {
     let settings = settings.as_object().into_iter().flatten();
     let mut parts: BTreeMap<&str, Part<'_>> =
         settings.map(|(key, value)| (key.as_str(), Part::Settings(value))).collect();
     let materials = description.materials.iter().map(|(name, material)| (name, Sorted(material)));
     parts.insert("materials", Part::Materials(materials.collect()));
-    parts.insert("definitions", Part::Definitions(description.definitions.iter().collect()));
-    parts.insert("objects", Part::Objects(&description.objects));
-    parts.serialize(to)
+    parts
+}
+
+fn definitions_and_objects(description: &Description) -> BTreeMap<&str, Part<'_>> {
+    let definitions = Part::Definitions(description.definitions.iter().collect());
+    BTreeMap::from([("definitions", definitions), ("objects", Part::Objects(&description.objects))])
 }
 
 /// A hash as a writer.
@@ -213,8 +261,13 @@ mod tests {
         load(json.as_bytes(), Format::Json, &Overrides::default()).unwrap_or_else(|e| panic!("{e}")).description
     }
 
+    fn id(description: &mut Description) -> String {
+        let bodies = BodiesDigest::of(description);
+        scene_id(description, bodies)
+    }
+
     fn id_of(json: &str) -> String {
-        scene_id(&mut description(json))
+        id(&mut description(json))
     }
 
     #[test]
@@ -287,10 +340,12 @@ mod tests {
         let text = canonical(&mut first);
         let mut second = description(std::str::from_utf8(&text).unwrap());
         assert_eq!(canonical(&mut second), text);
-        assert_eq!(scene_id(&mut second), scene_id(&mut first));
-        assert!(is_id_of_text(&scene_id(&mut first), &text));
+        assert_eq!(id(&mut second), id(&mut first));
+        assert!(is_id_of_text(&id(&mut first), &text));
+        let as_a_whole = named(&hashed(ID_VERSION_AS_A_WHOLE, |to| write_canonical(&mut first, to)));
+        assert!(is_id_of_text(&as_a_whole, &text), "an older version's");
         assert!(is_id_of_text(&named(&Sha256::digest(&text)), &text), "an older version's");
-        assert!(!is_id_of_text(&scene_id(&mut first), SCENE.replace("[2, 0, 0]", "[2, 0, 1]").as_bytes()));
+        assert!(!is_id_of_text(&id(&mut first), SCENE.replace("[2, 0, 0]", "[2, 0, 1]").as_bytes()));
         assert_eq!(first.objects.len(), 2, "the description is whole again");
     }
 

@@ -1,17 +1,21 @@
 //! A scene that is ready to be rendered, with its plan and id.
 
-use super::ids::{is_reproducible, scene_id};
+use super::ids::{BodiesDigest, is_reproducible, scene_id};
 use crate::service::memory_budget::Share;
 use crate::service::scheduler::pool::Workers;
+use std::sync::Arc;
+use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::plan::pilot::{Effort, Pilot};
 use strahl::plan::{Outline, Plan};
 use strahl::render::{Cancelled, Control};
+use strahl::scene::compile::Original;
 use strahl::scene::description::RenderSettings;
 use strahl::scene::nff::NffOptions;
-use strahl::scene::{Loaded, Scene};
+use strahl::scene::size::description_bytes;
+use strahl::scene::{Description, Loaded, Scene};
 
-/// A compiled scene. Its description is dropped, since it takes as much memory again.
+/// A compiled scene. Its description is dropped, since it takes as much memory again, unless variations are made of it.
 #[derive(Debug)]
 pub(crate) struct PreparedScene {
     /// The scene.
@@ -28,6 +32,12 @@ pub(crate) struct PreparedScene {
     pub(crate) nff: NffOptions,
     /// How long loading took.
     pub(crate) loading: Loading,
+    /// The hash of its objects and definitions.
+    bodies: BodiesDigest,
+    /// What it was built from, and the bytes of that, if variations are made of it.
+    description: Option<(Description, u64)>,
+    /// The scene that it is a variation of, whose geometry it may share.
+    original: Option<Arc<Self>>,
     /// Its part of the memory, if that is limited.
     share: Option<Share>,
 }
@@ -48,6 +58,53 @@ pub(crate) struct Loading {
 const ENTRY_BYTES: u64 = 4 << 10;
 
 impl PreparedScene {
+    /// A loaded scene; `original` is the one that it is a variation of.
+    pub(crate) fn new(loaded: Loaded, original: Option<&Arc<Self>>) -> Self {
+        Self::with_description(loaded, original).0
+    }
+
+    /// The same, and its description.
+    fn with_description(loaded: Loaded, original: Option<&Arc<Self>>) -> (Self, Description) {
+        let Loaded { mut description, scene, nff, parse_ms, plan_ms } = loaded;
+        let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
+        // The plan takes the description apart.
+        let known = original.filter(|known| known.original().is_some_and(|known| known.has_objects_of(&description)));
+        let bodies = known.map_or_else(|| BodiesDigest::of(&description), |known| known.bodies);
+        let scene_id = scene_id(&mut description, bodies);
+        let outline = Outline::new(&mut description, &scene);
+        let reproducible = is_reproducible(&description.render) && !scene.from_files && !nff.spd_counts;
+        // Effects decide the number of samples if the scene does not give one, or pixels do.
+        let samples = (!scene.adaptive).then_some(scene.samples);
+        let render = RenderSettings { samples, ..description.render.resolved() };
+        let original = original.cloned();
+        let ready = Self {
+            outline,
+            render,
+            scene,
+            scene_id,
+            reproducible,
+            nff,
+            loading,
+            bodies,
+            description: None,
+            original,
+            share: None,
+        };
+        (ready, description)
+    }
+
+    /// A scene that variations are made of.
+    pub(crate) fn to_vary(loaded: Loaded) -> Self {
+        let (ready, description) = Self::with_description(loaded, None);
+        let bytes = description_bytes(&description);
+        Self { description: Some((description, bytes)), ..ready }
+    }
+
+    /// The scene as variations are made of it, if they are.
+    pub(crate) fn original(&self) -> Option<Original<'_>> {
+        self.description.as_ref().map(|(description, _)| Original { description, scene: &self.scene })
+    }
+
     /// The same with its part of the memory, of which it needs the least part now.
     pub(crate) fn with(mut self, mut share: Share) -> Self {
         share.shrink(self.bytes());
@@ -55,24 +112,40 @@ impl PreparedScene {
         self
     }
 
+    /// The scene opened as 2^zoom times its size, for questions about the pixels of that picture. It is as large as its own,
+    /// which it shares.
+    pub(crate) fn opened(self: &Arc<Self>, zoom: u32) -> Option<Arc<Self>> {
+        if zoom == 0 {
+            return Some(Arc::clone(self));
+        }
+        let window = Window::level(self.scene.width, self.scene.height, -(zoom as i32))?;
+        Some(Arc::new(Self {
+            scene: self.scene.through(&window),
+            outline: self.outline.clone(),
+            render: self.render,
+            scene_id: self.scene_id.clone(),
+            description: None,
+            original: Some(Arc::clone(self)),
+            share: None,
+            ..**self
+        }))
+    }
+
     /// Bytes of memory it takes, kept in a cache.
     pub(crate) fn bytes(&self) -> u64 {
         let own = size_of::<Self>() - size_of::<Scene>();
-        (self.scene.bytes() + self.outline.bytes() + own) as u64 + ENTRY_BYTES
+        let scene = match &self.original {
+            Some(original) => self.scene.bytes_beside(&original.scene),
+            None => self.scene.bytes(),
+        };
+        let description = self.description.as_ref().map_or(0, |(_, bytes)| *bytes);
+        (scene + self.outline.bytes() + own) as u64 + description + ENTRY_BYTES
     }
 }
 
 impl From<Loaded> for PreparedScene {
-    fn from(Loaded { mut description, scene, nff, parse_ms, plan_ms }: Loaded) -> Self {
-        let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
-        // The plan takes the description apart.
-        let scene_id = scene_id(&mut description);
-        let outline = Outline::new(&mut description, &scene);
-        let reproducible = is_reproducible(&description.render) && !scene.from_files && !nff.spd_counts;
-        // Effects decide the number of samples if the scene does not give one, or pixels do.
-        let samples = (!scene.adaptive).then_some(scene.samples);
-        let render = RenderSettings { samples, ..description.render.resolved() };
-        Self { outline, render, scene, scene_id, reproducible, nff, loading, share: None }
+    fn from(loaded: Loaded) -> Self {
+        Self::new(loaded, None)
     }
 }
 

@@ -1,13 +1,14 @@
 //! The canonical texts of posted scenes by scene id, on disk or in memory.
 //!
-//! A scene belongs to the tenants that have posted it: each has a claim, an entry `SCENE.TENANT` beside the text. The scene is
-//! deleted with the last claim, or when there is no room for it.
+//! A scene belongs to the tenants that have posted it: each has a claim, an entry `SCENE.TENANT` beside the text, which holds
+//! the text as the tenant has written it. The scene is deleted with the last claim, or when there is no room for it.
 
 use super::ids::{is_id_of_text, is_scene_id};
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::lru_cache::LruCache;
 use std::io;
 use std::sync::Arc;
+use strahl::scene::Format;
 
 /// Texts and claims in a folder. A scene that was accepted outlives a power cut.
 pub(crate) const KIND: BlobKind = BlobKind {
@@ -22,13 +23,45 @@ pub(crate) const KIND: BlobKind = BlobKind {
 /// Whether a file of this name has these contents: the text of a scene, or a claim to one.
 pub(crate) fn is_text_of(name: &str, contents: &[u8]) -> bool {
     match name.split_once('.') {
-        Some((_, tenant)) => contents == tenant.as_bytes(),
+        Some((_, tenant)) => contents == tenant.as_bytes() || Source::read(contents).is_some(),
         None => is_id_of_text(name, contents),
     }
 }
 
 /// Bytes that a text in memory takes beside its own.
 const ENTRY_BYTES: u64 = 512;
+
+/// Bytes of the longest text that is kept as it was sent.
+const SOURCE_BYTES: usize = 1 << 20;
+
+/// A scene as its author has written it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Source<'a> {
+    /// The format.
+    pub(crate) format: Format,
+    /// The text.
+    pub(crate) text: &'a [u8],
+}
+
+impl<'a> Source<'a> {
+    /// The one that a claim holds.
+    pub(crate) fn read(claim: &'a [u8]) -> Option<Self> {
+        let of = |format: Format| Some(Self { format, text: claim.strip_prefix(Self::head(format))? });
+        of(Format::Json).or_else(|| of(Format::Nff))
+    }
+
+    fn written(self) -> Vec<u8> {
+        [Self::head(self.format), self.text].concat()
+    }
+
+    /// Names of tenants contain no line breaks.
+    fn head(format: Format) -> &'static [u8] {
+        match format {
+            Format::Json => b"json\n",
+            Format::Nff => b"nff\n",
+        }
+    }
+}
 
 /// The texts. The least recently used are deleted first.
 #[derive(Debug)]
@@ -76,14 +109,20 @@ impl SceneStore {
         }
     }
 
-    /// Adds a tenant's claim. False if there was one.
-    pub(crate) fn claim(&self, id: &str, tenant: &str) -> io::Result<bool> {
+    /// Adds a tenant's claim, with the text that it has sent if that is not too long. False if there was one.
+    pub(crate) fn claim(&self, id: &str, tenant: &str, source: Option<Source<'_>>) -> io::Result<bool> {
         let name = claim_name(id, tenant);
         let is_new = !self.has(&name);
-        if is_new {
-            self.put(&name, tenant.as_bytes().to_vec())?;
+        let source = source.filter(|source| source.text.len() <= SOURCE_BYTES);
+        if is_new || source.is_some() {
+            self.put(&name, source.map_or_else(|| tenant.as_bytes().to_vec(), Source::written))?;
         }
         Ok(is_new)
+    }
+
+    /// What a tenant's claim holds: its own text, or one that is not known.
+    pub(crate) fn claimed(&self, id: &str, tenant: &str) -> Option<Arc<[u8]>> {
+        self.get(&claim_name(id, tenant))
     }
 
     /// Whether a tenant has said so.
@@ -155,8 +194,12 @@ mod tests {
             SceneStore::Folder(BlobStore::open(folder.path(), 1_000, KIND).unwrap()),
         ] {
             texts.put(&id, b"{}".to_vec()).unwrap();
-            assert_eq!([texts.claim(&id, "one"), texts.claim(&id, "one")].map(Result::unwrap), [true, false]);
-            assert!(texts.claim(&id, "two").unwrap());
+            let source = Source { format: Format::Nff, text: b"v" };
+            let claims = [None, Some(source), None].map(|source| texts.claim(&id, "one", source).unwrap());
+            assert_eq!(claims, [true, false, false]);
+            assert_eq!(texts.claimed(&id, "one").as_deref().and_then(Source::read), Some(source));
+            assert!(texts.claim(&id, "two", None).unwrap());
+            assert_eq!(texts.claimed(&id, "two").as_deref().and_then(Source::read), None);
             assert_eq!(texts.release(&id, Some("three")), Released::Unknown);
             assert_eq!(texts.release(&id, Some("one")), Released::Shared);
             assert_eq!(texts.release(&id, Some("one")), Released::Unknown);
@@ -164,9 +207,9 @@ mod tests {
             assert_eq!(texts.release(&id, Some("two")), Released::Gone);
             assert!(!texts.has(&id));
             texts.put(&id, b"{}".to_vec()).unwrap();
-            texts.claim(&id, "one").unwrap();
+            texts.claim(&id, "one", None).unwrap();
             assert_eq!(texts.release(&id, None), Released::Gone);
-            assert!(!texts.has(&id) && texts.claim(&id, "one").unwrap(), "claims go with the scene");
+            assert!(!texts.has(&id) && texts.claim(&id, "one", None).unwrap(), "claims go with the scene");
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Pictures of one size: the references first, then all settings once. A trade-off begins with very small pictures, and goes on
 //! to larger ones as far as there is time for all of them, so what was measured last is complete.
 
+use super::progress::{Found, Off, Progress, Size};
 use super::references::{Positions, Reach, References};
 use super::stage::Stage;
 use super::{END, Part};
@@ -8,7 +9,7 @@ use crate::service::clock::milliseconds;
 use std::time::Instant;
 use strahl::film::Film;
 use strahl::math::{log2, pow};
-use strahl::metrics::Image8;
+use strahl::metrics::{CodeErrors, Image8, code_errors};
 use strahl::render::{Cancelled, Picture};
 use strahl::trace::counts::RayCounts;
 use strahl::tradeoff::sweep::Settings;
@@ -111,6 +112,7 @@ impl Level {
             let end = FIRST_ENDS[0] + (FIRST_ENDS[1] - FIRST_ENDS[0]) * i as f64 / reaches.len() as f64;
             level.references = References::trace(stage, positions, *reach, f64::INFINITY, end)?;
             if level.references.is_some() {
+                (stage.watch)(Progress::Reference(level.shown(stage)));
                 break;
             }
         }
@@ -147,6 +149,9 @@ impl Level {
             }
         };
         let mut level = Self::new(size, references);
+        if level.references.is_some() {
+            (stage.watch)(Progress::Reference(level.shown(stage)));
+        }
         level.time_comparison(stage);
         let rays = self.shots.iter().map(|shot| shot.as_ref().map(|shot| shot.rays.total()));
         level.before = Some((self.size, rays.collect()));
@@ -170,14 +175,30 @@ impl Level {
             self.shots.push(None);
             return Ok(());
         };
-        self.shots.push(Some(Shot {
-            codes: Image8::from(&picture.film),
-            rays: picture.rays,
-            proved_codes: stage.proved_codes(&picture, settings)?,
-            times: vec![picture.trace_ms],
-        }));
+        let codes = Image8::from(&picture.film);
+        let proved_codes = stage.proved_codes(&picture, settings)?;
+        let error = self.reference(settings.positions()).map(|reference| {
+            let CodeErrors { error, identical, .. } = code_errors(reference, &codes);
+            Off { max_codes: error.max, p999_codes: error.p999, identical }
+        });
+        (stage.watch)(Progress::Point(Box::new(Found {
+            size: self.shown(stage),
+            index: self.shots.len(),
+            settings,
+            time_ms: picture.trace_ms,
+            rays: picture.rays.total(),
+            proved_codes,
+            error,
+        })));
+        self.shots.push(Some(Shot { codes, rays: picture.rays, proved_codes, times: vec![picture.trace_ms] }));
         self.film = Some(picture.film);
         Ok(())
+    }
+
+    /// Its size, for those who look on.
+    fn shown(&self, stage: &Stage<'_>) -> Size {
+        let [width, height] = self.size;
+        Size { part: stage.part, width, height }
     }
 
     /// The size that there is time for.

@@ -4,12 +4,14 @@
 
 mod choices;
 mod level;
+pub(crate) mod progress;
 mod references;
 mod stage;
 
 use crate::service::clock::milliseconds;
 use crate::service::scheduler::pool::Workers;
 use level::Level;
+use progress::Watch;
 use references::{Positions, positions};
 use stage::Stage;
 use std::time::{Instant, SystemTime};
@@ -65,7 +67,7 @@ impl From<Cancelled> for Stopped {
     }
 }
 
-/// Measures what accuracy costs for a scene, in about `seconds` from `started`.
+/// Measures what accuracy costs for a scene, in about `seconds` from `started`, and tells `watch` what it finds.
 pub(crate) fn measure(
     loaded: Loaded,
     files: &dyn Files,
@@ -73,15 +75,16 @@ pub(crate) fn measure(
     seconds: f64,
     workers: &Workers,
     control: &Control,
+    watch: Watch<'_>,
 ) -> Result<Outcome, Stopped> {
     control.set_progress(0, (seconds * 1e3) as u64);
     let load_ms = milliseconds(started);
     let name = loaded.description.name.clone();
-    let (mut stage, asked) = Stage::set(loaded, files, started, CHOICES * seconds, workers, control)?;
+    let (mut stage, asked) = Stage::set(loaded, files, started, CHOICES * seconds, workers, control, watch)?;
     let asked_size = [stage.single.width, stage.single.height];
     let choices = choices::measure(&mut stage, asked, load_ms)?;
 
-    stage.go_on(seconds - stage.elapsed());
+    stage.go_on("points", seconds - stage.elapsed());
     let mut points = points(asked, stage.proved_depth());
     let settings: Vec<Settings> = points.iter().map(|point| point.settings).collect();
     let part = Part {

@@ -1,6 +1,7 @@
 //! Renders the scene of a trade-off with any settings, and keeps the time.
 
 use super::Stopped;
+use super::progress::Watch;
 use crate::service::clock::milliseconds;
 use crate::service::scheduler::pool::Workers;
 use std::time::{Duration, Instant};
@@ -28,6 +29,9 @@ pub(super) struct Stage<'a> {
     pub(super) seconds: f64,
     pub(super) workers: &'a Workers,
     control: &'a Control,
+    /// Which part this is, and who is told what it finds.
+    pub(super) part: &'static str,
+    pub(super) watch: Watch<'a>,
 }
 
 impl<'a> Stage<'a> {
@@ -39,6 +43,7 @@ impl<'a> Stage<'a> {
         seconds: f64,
         workers: &'a Workers,
         control: &'a Control,
+        watch: Watch<'a>,
     ) -> Result<(Self, Settings), Stopped> {
         let Loaded { mut description, scene, nff, .. } = loaded;
         let render = description.render;
@@ -67,7 +72,9 @@ impl<'a> Stage<'a> {
         description.render.accuracy = Some(Accuracy::Proved(Proved { max_codes: 1 }));
         let held = render.max_depth.map(|_| [&single, &double].map(|scene| scene.ceiling_with(&description)));
         let camera = description.camera;
-        let stage = Self { single, double, camera, held, began: started, started, seconds, workers, control };
+        let part = "choices";
+        let stage =
+            Self { single, double, camera, held, began: started, started, seconds, workers, control, part, watch };
         let is_fixed = matches!(render.accuracy(), Accuracy::Fixed(_));
         let asked = Settings {
             max_depth: if is_fixed { Some(render.fixed_depth()) } else { stage.proved_depth() },
@@ -95,8 +102,8 @@ impl<'a> Stage<'a> {
     }
 
     /// Begins the next part, which may take some seconds.
-    pub(super) fn go_on(&mut self, seconds: f64) {
-        (self.started, self.seconds) = (Instant::now(), seconds.max(0.0));
+    pub(super) fn go_on(&mut self, part: &'static str, seconds: f64) {
+        (self.part, self.started, self.seconds) = (part, Instant::now(), seconds.max(0.0));
     }
 
     /// Seconds since the start of this part.

@@ -23,6 +23,15 @@ use path::Path;
 
 /// Checks a description completely, without building a scene.
 pub fn check(description: &Description) -> Result<(), Problems> {
+    check_with(description, check_objects)
+}
+
+/// Checks all but objects, definitions, and the materials that they name.
+pub(in crate::scene) fn check_around_bodies(description: &Description) -> Result<(), Problems> {
+    check_with(description, |_, _| ())
+}
+
+fn check_with(description: &Description, check_objects: fn(&mut Findings, &Description)) -> Result<(), Problems> {
     let mut findings = Findings::default();
     let root = Path::ROOT;
     if description.version != 1 {

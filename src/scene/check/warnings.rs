@@ -12,8 +12,8 @@ use rayon::slice::ParallelSliceMut;
 /// Pointer of the warning that there is no light.
 const DARK: &str = "/lights";
 
-/// Warnings of a description, as far as can be said before it is built.
-pub(in crate::scene) fn warnings(description: &Description) -> Vec<Problem> {
+/// Warnings of a description, as far as can be said before it is built. `known` are those of a scene with the same bodies.
+pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Problem]>) -> Vec<Problem> {
     let mut warnings = Vec::new();
     for (name, material) in description.materials.iter() {
         let (r_s, r_t) = (material.reflection.0, material.transmission.0);
@@ -41,6 +41,14 @@ pub(in crate::scene) fn warnings(description: &Description) -> Vec<Problem> {
             let pointer = push_token(&push_token("/materials", name), "one_sided");
             warnings.push(Problem::new(pointer, Code::Degenerate, detail));
         }
+    }
+    // A full list may lack some.
+    if let Some(known) = known.filter(|known| (known.len() as u64) < limits::PROBLEMS.max) {
+        let is_of_bodies =
+            |warning: &&Problem| ["/objects", "/definitions"].iter().any(|list| warning.pointer.starts_with(list));
+        let without_place = |warning: &Problem| Problem { line: None, column: None, ..warning.clone() };
+        warnings.extend(known.iter().filter(is_of_bodies).map(without_place));
+        return warnings;
     }
     let mut open = Vec::new();
     find_open_meshes("/objects", &description.objects, &transmits, &mut open);

@@ -42,8 +42,8 @@ pub(super) fn shape<R: Real>(object: &Object, needs_uvs: bool) -> (Shape<R>, Loo
         Object::Sphere(o) => (Shape::Sphere(Sphere { center: point(o.center), radius: number(o.radius) }), o.look()),
         Object::Plane(o) => (Shape::Plane(plane(o.point, o.normal)), o.look()),
         Object::Disc(o) => (Shape::Disc(Disc { plane: plane(o.center, o.normal), radius: number(o.radius) }), o.look()),
-        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2]], None, None)), o.look()),
-        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2], [0, 2, 3]], None, None)), o.look()),
+        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2]], None, None).into()), o.look()),
+        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2], [0, 2, 3]], None, None).into()), o.look()),
         Object::Box(o) => (Shape::Cuboid(Cuboid { min: point(o.min), max: point(o.max) }), o.look()),
         Object::Cylinder(o) => {
             (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.radius, o.radius, o.capped)), o.look())
@@ -60,12 +60,14 @@ pub(super) fn shape<R: Real>(object: &Object, needs_uvs: bool) -> (Shape<R>, Loo
             (Shape::Torus(Box::new(torus)), o.look())
         }
         Object::Mesh(o) => (
-            Shape::Mesh(mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| needs_uvs))),
+            Shape::Mesh(
+                mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| needs_uvs)).into(),
+            ),
             o.look(),
         ),
         Object::Polygon(o) => {
             let faces = triangulate(&o.vertices).unwrap_or_default();
-            (Shape::Mesh(mesh(&o.vertices, &faces, None, None)), o.look())
+            (Shape::Mesh(mesh(&o.vertices, &faces, None, None).into()), o.look())
         }
         Object::Group(_) | Object::Instance(_) => unreachable!("groups and instances are no shapes"),
     }

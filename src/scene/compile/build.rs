@@ -5,11 +5,12 @@ use super::camera::camera_of;
 use super::ceiling::ceiling;
 use super::effects::{disperses, hides_nothing, settle};
 use super::hidden::{Hidden, hidden};
+use super::known::Known;
 use super::lights::light;
 use super::shared_eye::is_shared;
 use super::textures::textures;
 use super::{CompileOptions, Source, Sources, contact, extent, unseen};
-use crate::accel::{Ball, Blockers, Bounds, Extent, Geometry, Instance, Item, Motion, Shape};
+use crate::accel::{Ball, Blockers, Bounds, BvhKind, Extent, Geometry, Instance, Item, Motion, Obstacle, Shape};
 use crate::bound::ceiling::Ceiling;
 use crate::camera::{Basis, Camera};
 use crate::control;
@@ -17,7 +18,8 @@ use crate::film::Display;
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::scene::description::{self as d, Description, Look, Object, Shadows, Vec3};
-use crate::scene::effects::SceneEffects;
+use crate::scene::effects::{Effect, SceneEffects};
+use crate::scene::light_cells::{LightCells, MOST_OBSTACLES};
 use crate::scene::pictures::{Meaning, Pictures};
 use crate::scene::problem::push_token;
 use crate::scene::transform::affine;
@@ -39,15 +41,17 @@ pub(super) struct Built {
     pub(super) expanded: u128,
 }
 
-/// Builds the world of a checked description.
+/// Builds the world of a checked description. `known` is a world of the same objects.
 pub(super) fn build<R: Real>(
     description: &Description,
     options: CompileOptions,
     pictures: &Pictures<'_>,
+    known: Option<&World<R>>,
 ) -> (World<R>, Built) {
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
     let camera = camera_of(&description.camera, &basis, description.image.width, description.image.height);
-    let mut builder = Builder::<R>::new(description, options, pictures, camera);
+    let known = known.map(Known::new);
+    let mut builder = Builder::<R>::new(description, options, pictures, camera, known);
     let list = builder.list("/objects".to_owned());
     let root = builder.geometry(&description.objects, list);
     contact::mark_placed(&mut builder.geometries);
@@ -71,7 +75,10 @@ pub(super) fn build<R: Real>(
     }
     let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
     let mut world = World {
-        geometries: builder.geometries.into(),
+        geometries: match &builder.known {
+            Some(known) => known.share(builder.geometries),
+            None => builder.geometries.into(),
+        },
         root,
         size: R::from_f64(size),
         usage: builder.usage,
@@ -105,6 +112,7 @@ pub(super) fn build<R: Real>(
         reflects: false,
         angular: false,
         effects: SceneEffects::default(),
+        light_cells: None,
     };
     if render.max_depth != Some(1) && world.has_material(disperses) {
         world.spectrum = Some(Box::new(Spectrum::visible()));
@@ -118,6 +126,10 @@ pub(super) fn build<R: Real>(
         world.rules.shadows = None;
     }
     settle(&mut world);
+    if world.rules.shadows.is_some() && !options.spd_counts && !world.effects.has(Effect::ColoredShadows) {
+        let cells = builder.obstacles.and_then(|obstacles| LightCells::new(obstacles, &world.lights));
+        world.light_cells = cells.map(Arc::new);
+    }
     (world, Built { sources: builder.sources, pointers: builder.pointers, expanded })
 }
 
@@ -144,6 +156,7 @@ fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Opt
 struct Builder<'a, R> {
     description: &'a Description,
     options: CompileOptions,
+    known: Option<Known<'a, R>>,
     geometries: Vec<Geometry<R>>,
     /// Primitives of each geometry when expanded; may be beyond what 64 bits hold until that is checked.
     expanded: Vec<u128>,
@@ -158,16 +171,25 @@ struct Builder<'a, R> {
     /// Whether all camera rays start in the same media.
     shared_eye: bool,
     hidden: Hidden,
+    /// What may be between surfaces and lights, if there are lights with an area.
+    obstacles: Option<Vec<Obstacle>>,
     sources: Sources,
 }
 
 impl<'a, R: Real> Builder<'a, R> {
-    fn new(description: &'a Description, options: CompileOptions, pictures: &Pictures<'_>, camera: Camera<R>) -> Self {
+    fn new(
+        description: &'a Description,
+        options: CompileOptions,
+        pictures: &Pictures<'_>,
+        camera: Camera<R>,
+        known: Option<Known<'a, R>>,
+    ) -> Self {
         let fallback = d::Material::default();
         let all = || description.materials.iter().map(|(_, m)| m).chain([&fallback]);
         Self {
             description,
             options,
+            known,
             geometries: Vec::new(),
             expanded: Vec::new(),
             definitions: vec![None; description.definitions.len()],
@@ -178,6 +200,7 @@ impl<'a, R: Real> Builder<'a, R> {
             camera,
             shared_eye: true,
             hidden: Hidden::default(),
+            obstacles: None,
             sources: Sources {
                 materials: description.materials.keys().map(|name| push_token("/materials", name)).collect(),
                 ..Sources::default()
@@ -204,13 +227,27 @@ impl<'a, R: Real> Builder<'a, R> {
                 instance.ball = extent.as_ref().map(Ball::new);
             }
         }
-        contact::mark_siblings(&mut items, &extents);
+        match &self.known {
+            Some(known) => known.mark(&mut items),
+            None => contact::mark_siblings(&mut items, &extents),
+        }
         // The last geometry that is built is the scene itself.
         self.shared_eye = is_shared(self.description, &self.camera, self.usage.moves, &items, &extents);
         if !self.options.spd_counts {
             self.hidden = hidden(self.description, &self.materials, &items, &extents);
         }
-        let geometry = Geometry::new(items, &extents, self.options.bvh);
+        // The slow twin has no cells either.
+        let has_areas = self.options.bvh != BvhKind::Flat && self.description.lights.iter().any(d::Light::has_area);
+        if has_areas && items.len() <= MOST_OBSTACLES {
+            let opaque = |item: &Item<R>| !self.materials[item.material as usize].transmits();
+            let obstacle = |(item, extent)| Obstacle::new(item, extent, opaque(item));
+            self.obstacles = items.iter().zip(&extents).map(obstacle).collect();
+        }
+        let built = match &self.known {
+            Some(known) => known.geometry(self.geometries.len(), items),
+            None => Err(items),
+        };
+        let geometry = built.unwrap_or_else(|items| Geometry::new(items, &extents, self.options.bvh));
         self.geometries.push(geometry);
         self.expanded.push(expanded);
         self.geometries.len() - 1
@@ -252,11 +289,12 @@ impl<'a, R: Real> Builder<'a, R> {
                     );
                 }
                 _ => {
-                    let needs_uvs = matches!(object, Object::Mesh(mesh) if self.needs_uvs(mesh));
-                    let (shape, look) = shape(object, needs_uvs);
+                    let known = self.known.as_ref().and_then(|known| known.item(source));
+                    let (shape, look) = self.shape(object, known);
                     self.sources.entries.push(entry(look.name));
                     let count = if let Shape::Mesh(mesh) = &shape { mesh.faces.len() as u128 } else { 1 };
-                    let item = self.item(object, shape, look, source);
+                    let volume = known.map(|item| item.volume);
+                    let item = self.item(object, shape, look, volume, source);
                     into.push(item, extent::of_object::<R>(object), count);
                 }
             }
@@ -286,6 +324,17 @@ impl<'a, R: Real> Builder<'a, R> {
                 *any = true;
                 note(list, pointer);
             }
+        }
+    }
+
+    /// The shape of a body, the known one if that will do.
+    fn shape(&self, object: &'a Object, known: Option<&Item<R>>) -> (Shape<R>, Look<'a>) {
+        let needs_uvs = matches!(object, Object::Mesh(mesh) if self.needs_uvs(mesh));
+        match (known.map(|item| &item.shape), object.look()) {
+            (Some(Shape::Mesh(mesh)), Some(look)) if mesh.uvs.is_empty() != needs_uvs => {
+                (Shape::Mesh(Arc::clone(mesh)), look)
+            }
+            _ => shape(object, needs_uvs),
         }
     }
 
@@ -333,7 +382,14 @@ impl<'a, R: Real> Builder<'a, R> {
         }
     }
 
-    fn item(&mut self, object: &Object, shape: Shape<R>, look: Look<'_>, source: u32) -> Item<R> {
+    fn item(
+        &mut self,
+        object: &Object,
+        shape: Shape<R>,
+        look: Look<'_>,
+        known_volume: Option<f64>,
+        source: u32,
+    ) -> Item<R> {
         let default = self.materials.len() - 1;
         let material = look.material.and_then(|name| self.description.materials.get_index_of(name)).unwrap_or(default);
         let sides = match (self.one_sided[material], look.hollow) {
@@ -357,7 +413,7 @@ impl<'a, R: Real> Builder<'a, R> {
             hollow: look.hollow,
             closed,
             may_touch: false,
-            volume: if closed { volume(object) } else { 0.0 },
+            volume: known_volume.unwrap_or_else(|| if closed { volume(object) } else { 0.0 }),
             transmission: self.materials[material].transmission,
             source,
             offset: 0,

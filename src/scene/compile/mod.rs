@@ -8,6 +8,7 @@ mod contact;
 mod effects;
 mod extent;
 mod hidden;
+mod known;
 mod lights;
 mod shared_eye;
 mod textures;
@@ -15,20 +16,22 @@ mod unseen;
 mod vary;
 
 pub use camera::camera_of;
+pub use known::Original;
 
-use super::check::{check, keep_true, warnings};
+use super::check::{check, check_around_bodies, keep_true, warnings};
 use super::description::{Accuracy, Description, Precision, Statistical};
 use super::effects::{Effect, Entry};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::{Problems, unless_cancelled};
 use super::world::{Pruning, World};
 use super::{Problem, limits};
-use crate::accel::{ALLOCATION, BvhKind, overlap};
+use crate::accel::{ALLOCATION, BvhKind, Geometry, overlap};
 use crate::bound::ceiling::Ceiling;
 use crate::control::milliseconds;
 use crate::film::Display;
 use crate::lanes::Real;
 use crate::shading::texture::pattern::Textures;
+use std::iter;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -159,13 +162,43 @@ impl Scene {
     /// Bytes of memory it takes; almost exact.
     pub fn bytes(&self) -> usize {
         fn of_world<R: Real>(world: &World<R>) -> usize {
-            let geometries: usize = world.geometries.iter().map(crate::accel::Geometry::bytes).sum();
+            world.geometries.iter().map(Geometry::bytes).sum()
+        }
+        let geometries = match &self.world {
+            Precise::Single(world) => of_world(world),
+            Precise::Double(world) => of_world(world),
+        };
+        geometries + self.bytes_around()
+    }
+
+    /// Bytes of what it does not share with the scene that it is a variation of.
+    pub fn bytes_beside(&self, original: &Self) -> usize {
+        fn of_world<R: Real>(world: &World<R>, known: &World<R>) -> usize {
+            if Arc::ptr_eq(&world.geometries, &known.geometries) {
+                return 0;
+            }
+            let known = known.geometries.iter().map(Some).chain(iter::repeat(None));
+            let own = |(geometry, known): (&Geometry<R>, Option<&Geometry<R>>)| {
+                known.map_or_else(|| geometry.bytes(), |known| geometry.bytes_beside(known))
+            };
+            world.geometries.iter().zip(known).map(own).sum()
+        }
+        match (&self.world, &original.world) {
+            (Precise::Single(world), Precise::Single(known)) => self.bytes_around() + of_world(world, known),
+            (Precise::Double(world), Precise::Double(known)) => self.bytes_around() + of_world(world, known),
+            _ => self.bytes(),
+        }
+    }
+
+    /// Bytes of all but its geometries.
+    fn bytes_around(&self) -> usize {
+        fn of_world<R: Real>(world: &World<R>) -> usize {
             let textures = world.materials.iter().filter(|material| material.textures.is_some()).count();
-            geometries
-                + size_of_val(&world.materials[..])
+            size_of_val(&world.materials[..])
                 + size_of_val(&world.usage.materials[..])
                 + textures * (ALLOCATION + size_of::<Textures>())
                 + size_of_val(&world.lights[..])
+                + world.light_cells.as_ref().map_or(0, |cells| cells.bytes())
         }
         let world = match &self.world {
             Precise::Single(world) => of_world(world),
@@ -200,13 +233,15 @@ fn told<R: Real>(
     world: &World<R>,
     built: &build::Built,
     mut warnings: Vec<Problem>,
+    original: Option<Original<'_>>,
 ) -> Told {
     let samples = world.effects.samples(description.render.samples);
     let is_statistical = matches!(description.render.accuracy(), Accuracy::Statistical(_));
     let adaptive = adapts(description.render.samples, is_statistical, world);
     let source = |item| built.sources.pointer(item);
     let facts = effects::Facts { description, world, pointers: &built.pointers, source: &source, samples, adaptive };
-    let overlap = overlap(&world.geometries, world.root);
+    let known = original.filter(|original| original.description.render.precision == description.render.precision);
+    let overlap = known.map_or_else(|| overlap(&world.geometries, world.root), |known| known.scene.overlap);
     keep_true(&mut warnings, world);
     Told { overlap, samples, adaptive, effects: effects::table(&facts), warnings }
 }
@@ -272,13 +307,17 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
 
 /// [`compile_with`], with the files that a scene may name.
 pub fn compile_from(description: &Description, options: CompileOptions, files: &dyn Files) -> Result<Scene, Problems> {
-    let pictures = checked(description, files)?;
-    build_from(description, options, &pictures, warnings(description))
+    let pictures = checked(description, files, false)?;
+    build_from(description, options, &pictures, warnings(description, None), None)
 }
 
-/// Checks a description completely, and reads the pictures that it names.
-pub(super) fn checked<'a>(description: &'a Description, files: &dyn Files) -> Result<Pictures<'a>, Problems> {
-    let checked = check(description);
+/// Checks a description completely, but for objects that are known to be sound, and reads the pictures that it names.
+pub(super) fn checked<'a>(
+    description: &'a Description,
+    files: &dyn Files,
+    has_sound_bodies: bool,
+) -> Result<Pictures<'a>, Problems> {
+    let checked = if has_sound_bodies { check_around_bodies(description) } else { check(description) };
     unless_cancelled()?;
     match (checked, Pictures::read(description, files)) {
         (Ok(()), Ok(pictures)) => Ok(pictures),
@@ -291,21 +330,26 @@ pub(super) fn checked<'a>(description: &'a Description, files: &dyn Files) -> Re
     }
 }
 
-/// Builds the scene of a checked description. Of its warnings those stay that hold for what was built.
+/// Builds the scene of a checked description. Of its warnings those stay that hold for what was built. `original` is a scene
+/// of the same objects.
 pub(super) fn build_from(
     description: &Description,
     options: CompileOptions,
     pictures: &Pictures<'_>,
     warnings: Vec<Problem>,
+    original: Option<Original<'_>>,
 ) -> Result<Scene, Problems> {
     let start = Instant::now();
-    let (world, built) = match description.render.precision {
+    let precision = description.render.precision;
+    let (world, built) = match precision {
         Precision::Single => {
-            let (world, built) = build::build(description, options, pictures);
+            let known = original.and_then(|original| original.single(precision));
+            let (world, built) = build::build(description, options, pictures, known);
             (Precise::Single(world), built)
         }
         Precision::Double => {
-            let (world, built) = build::build(description, options, pictures);
+            let known = original.and_then(|original| original.double(precision));
+            let (world, built) = build::build(description, options, pictures, known);
             (Precise::Double(world), built)
         }
     };
@@ -320,8 +364,8 @@ pub(super) fn build_from(
         return Err(Problems::one(Problem::new("/objects", super::problem::Code::Limit, detail)));
     }
     let told = match &world {
-        Precise::Single(world) => told(description, world, &built, warnings),
-        Precise::Double(world) => told(description, world, &built, warnings),
+        Precise::Single(world) => told(description, world, &built, warnings, original),
+        Precise::Double(world) => told(description, world, &built, warnings, original),
     };
     Ok(Scene {
         width: description.image.width,

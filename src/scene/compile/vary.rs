@@ -6,7 +6,7 @@ use super::effects::{black, remove, settle};
 use super::{Precise, Scene, adapts};
 use crate::accel::Shape;
 use crate::bound::ceiling::Ceiling;
-use crate::camera::Basis;
+use crate::camera::{Basis, Window};
 use crate::film::Display;
 use crate::lanes::Real;
 use crate::scene::description;
@@ -114,6 +114,19 @@ impl Scene {
             Precise::Double(world) => Precise::Double(glowing(world, is_it)),
         };
         Some(Self { samples, adaptive: false, antialias: false, statistical: None, ..self.share(world) })
+    }
+
+    /// The scene whose picture is what a window shows of this one's. Its geometry is shared.
+    #[must_use]
+    pub fn through(&self, window: &Window) -> Self {
+        fn of<R: Real>(world: &World<R>, window: &Window) -> World<R> {
+            World { camera: world.camera.through(window), ..world.clone() }
+        }
+        let world = match &self.world {
+            Precise::Single(world) => Precise::Single(of(world, window)),
+            Precise::Double(world) => Precise::Double(of(world, window)),
+        };
+        Self { width: window.width, height: window.height, ..self.share(world) }
     }
 
     /// The same scene around another world.

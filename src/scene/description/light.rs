@@ -17,6 +17,15 @@ pub enum Light {
 }
 
 impl Light {
+    /// Whether it is more than a point.
+    pub fn has_area(&self) -> bool {
+        match self {
+            Self::Point(light) => light.area.is_some(),
+            Self::Directional(light) => light.area.is_some(),
+            Self::Spot(light) => light.area.is_some(),
+        }
+    }
+
     /// Whether it is more than black.
     pub fn shines(&self) -> bool {
         let (color, intensity) = match self {

@@ -44,6 +44,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::mem::take;
+use std::sync::Arc;
 
 /// A point, direction or extent: three finite numbers.
 pub type Vec3 = [f64; 3];
@@ -87,12 +88,12 @@ pub struct Description {
     #[schemars(schema_with = "named::schema::<Material>")]
     pub materials: Named<Material>,
     /// Groups of objects that instances may place, by name of at most 256 bytes. Definitions may use other definitions, but no cycles.
-    #[serde(default, deserialize_with = "named::deserialize")]
+    #[serde(default, deserialize_with = "named::shared")]
     #[schemars(schema_with = "named::schema::<Vec<Object>>")]
-    pub definitions: Named<Vec<Object>>,
+    pub definitions: Arc<Named<Vec<Object>>>,
     /// The objects of the scene, at least one.
     #[schemars(length(min = 1))]
-    pub objects: Vec<Object>,
+    pub objects: Arc<Vec<Object>>,
     /// How to render.
     #[serde(default)]
     pub render: RenderSettings,
@@ -116,8 +117,8 @@ impl Description {
             fog: None,
             lights: default_lights(),
             materials: Named::default(),
-            definitions: Named::default(),
-            objects,
+            definitions: Arc::default(),
+            objects: objects.into(),
             render: RenderSettings::default(),
             film: Film::default(),
         }

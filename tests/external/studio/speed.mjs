@@ -89,6 +89,8 @@ async function orbit(example, least) {
   });
   await page.mouse.up();
   await settled(page);
+  await page.evaluate(() => studio.offer.value !== null && studio.renderNow());
+  await page.waitForFunction(() => studio.shown.value.rung === 2 && studio.shown.value.text === studio.text.value, { timeout: 60_000 });
   const digest = await page.evaluate(() => studio.report.value.digest);
   const text = await state(page, "text");
   const again = await page.evaluate(async (scene) => {

@@ -14,7 +14,7 @@ fn read(name: &str) -> Result<Description, Problems> {
 fn count(name: &str) -> [usize; 7] {
     let description = read(name).unwrap_or_else(|problems| panic!("{name}: {problems}"));
     let mut counts = [description.lights.len(), description.materials.len(), 0, 0, 0, 0, 0];
-    for object in &description.objects {
+    for object in description.objects.iter() {
         match object {
             Object::Sphere(_) => counts[2] += 1,
             Object::Cylinder(_) | Object::Cone(_) => counts[3] += 1,

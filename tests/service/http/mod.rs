@@ -2,6 +2,7 @@
 
 mod access;
 mod answer_sizes;
+mod compare;
 mod contract;
 mod fairness;
 mod flood;
@@ -17,10 +18,14 @@ mod neighbours;
 mod operations;
 mod owners;
 mod pictures;
+mod questions;
 mod refusals;
 mod renders;
 mod scene_cache;
 mod schemas;
+mod streams;
+mod tenants;
 mod tiles;
 mod tradeoff;
 mod trees;
+mod variations;

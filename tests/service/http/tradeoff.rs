@@ -63,3 +63,31 @@ fn a_client_that_goes_away_stops_its_tradeoff() {
     let took = service.wait_for(0, 0);
     assert!(took < Duration::from_millis(500), "{took:?}");
 }
+
+/// Points appear as they are measured, not after all of the time.
+#[test]
+fn what_is_found_comes_as_it_is_found() {
+    let service = Service::start(&[]);
+    let headers = [("Content-Type", "application/json"), ("Accept", "text/event-stream")];
+    let answer = service.send("POST", "/v1/tradeoff?seconds=2", &headers, BALL.as_bytes());
+    assert_eq!((answer.status, answer.header("content-type")), (200, "text/event-stream"), "{}", answer.text());
+    let text = answer.text();
+    let names: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("event: ")).collect();
+    let first =
+        |name: &str| names.iter().position(|known| *known == name).unwrap_or_else(|| panic!("{name}: {names:?}"));
+    assert!(first("reference") < first("point") && first("point") < first("front"), "{names:?}");
+    assert_eq!((names.last(), first("done")), (Some(&"done"), names.len() - 1));
+    let data: Vec<serde_json::Value> =
+        text.lines().filter_map(|line| serde_json::from_str(line.strip_prefix("data: ")?).ok()).collect();
+    let point = &data[first("point")];
+    assert!(point["part"] == "choices" && point["time_ms"].is_f64() && point["settings"].is_object(), "{point}");
+    assert!(data.last().unwrap()["points"].as_array().unwrap().len() >= 24);
+
+    service.send("POST", "/v1/tradeoff", &headers, br#"{"version": 1}"#).problem(422, "invalid-scene");
+    let mut stream = service.connect();
+    let request = crate::common::service::request("POST", "/v1/tradeoff?seconds=20", &headers, SLOW.as_bytes());
+    std::io::Write::write_all(&mut stream, &request).unwrap();
+    service.wait_for(1, 0);
+    drop(stream);
+    assert!(service.wait_for(0, 0) < Duration::from_secs(2));
+}

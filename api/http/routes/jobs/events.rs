@@ -1,18 +1,19 @@
 //! `GET /v1/jobs/{id}/events`, `/v1/events?job=...`: events of jobs (Server-Sent Events).
 
 use super::ID;
-use crate::http::extract::named_job::{NamedJob, find};
+use crate::http::extract::named_job::{NamedJob, find, may_see};
 use crate::http::prelude::*;
 use crate::http::problem::ProblemSummary;
+use crate::http::respond::events::streamed_event;
 use crate::service::concurrency_limit::Permit;
-use crate::service::jobs::record::State as JobState;
+use crate::service::jobs::record::{Record, State as JobState};
 use crate::service::jobs::{Event, Job, Watcher};
 use axum::Extension;
 use axum::http::HeaderName;
 use axum::response::sse::{self, KeepAlive, Sse};
 use futures_util::stream;
-use serde_json::{Value, json};
-use std::collections::VecDeque;
+use serde_json::json;
+use std::collections::{HashSet, VecDeque};
 use std::convert::Infallible;
 use std::future::poll_fn;
 use std::task::Poll;
@@ -25,6 +26,8 @@ const HEARTBEAT: Duration = Duration::from_secs(15);
 const RETRY: Duration = Duration::from_secs(2);
 /// Most jobs of one stream.
 const MOST: usize = 32;
+/// Most jobs of one that is about all of a tenant's.
+const MOST_OPEN: usize = 10_000;
 
 pub(super) fn routes() -> Vec<Route> {
     let stream = [Content::of("text/event-stream", |_| streamed_event())];
@@ -33,8 +36,10 @@ pub(super) fn routes() -> Vec<Route> {
                            order.";
     let about_one = "What happens to a job, as it happens, until it has ended.";
     let about_several = "What happens to several jobs, in one stream, until all have ended: browsers open six connections to a \
-                         host.";
-    let events = "Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown";
+                         host.\n\nWithout `job` it is what happens to all of yours, as long as the stream is open: first a snapshot of \
+                         each that has not ended, then all events, and `created` and `removed` as jobs come and go. Ask for the \
+                         list (`GET /v1/jobs`) whenever such a stream begins; it cannot be continued.";
+    let events = "Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown, created, removed";
     vec![
         Route::get("/v1/jobs/{id}/events", of_job, ["jobEvents", "jobs", about_one])
             .needs(Scope::Read)
@@ -46,36 +51,30 @@ pub(super) fn routes() -> Vec<Route> {
         Route::get("/v1/events", of_jobs, ["events", "jobs", about_several])
             .needs(Scope::Read)
             .header("Last-Event-ID", last_of_several)
-            .query(jobs_and_since)
+            .query(wanted)
             .answer(200, "Events as in the stream of each job; `job` says whose they are", &stream)
             .answer(204, "The last event of each has been seen; nothing more will come", &[]),
     ]
-}
-
-/// One of the Server-Sent Events of a stream (WHATWG HTML, 9.2). `axum` writes them.
-fn streamed_event() -> Value {
-    let text = |about: &str| json!({ "type": ["string", "null"], "description": about });
-    json!({
-        "type": "object",
-        "description": "One of the Server-Sent Events of a stream (WHATWG HTML, 9.2).",
-        "properties": {
-            "id": text("What `Last-Event-ID` and `since` name."),
-            "event": text("Its name."),
-            "data": text("A JSON object."),
-            "retry": {
-                "type": ["integer", "null"], "format": "int64",
-                "description": "Milliseconds to wait before connecting again.",
-            },
-        },
-    })
 }
 
 fn since(query: &mut Query) -> Option<String> {
     query.text("since", "Likewise, for clients that cannot send headers.")
 }
 
-fn jobs_and_since(query: &mut Query) -> (Vec<String>, Option<String>) {
-    (query.several("job", "The jobs' ids, at most 32: `job=...&job=...`.", MOST), since(query))
+/// What a stream is of.
+struct Wanted {
+    ids: Vec<String>,
+    label: Option<String>,
+    since: Option<String>,
+}
+
+fn wanted(query: &mut Query) -> Wanted {
+    let ids = query.several("job", "The jobs' ids, at most 32: `job=...&job=...`. Without it: all of yours.", MOST);
+    let label = query.text("label", "Of all of yours only those with this label.");
+    if label.is_some() && !ids.is_empty() {
+        query.wrong("label", "out-of-range", "it goes without job".into());
+    }
+    Wanted { ids, label, since: since(query) }
 }
 
 async fn of_job(
@@ -92,7 +91,10 @@ async fn of_jobs(
     Extension(tenant): Extension<Arc<Tenant>>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let (ids, since) = Query::read(request.uri(), jobs_and_since)?;
+    let Wanted { ids, label, since } = Query::read(request.uri(), wanted)?;
+    if ids.is_empty() {
+        return stream_of_all(&app, tenant, label);
+    }
     let jobs = ids.iter().map(|id| find(&app, &tenant, id)).collect::<Result<_, _>>()?;
     stream_of(&app, &tenant, request.headers(), since, jobs)
 }
@@ -112,16 +114,31 @@ fn stream_of(
     if jobs.iter().zip(&seen).all(|(job, seen)| seen.is_some() && job.record().last_event == *seen) {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
+    let jobs = jobs.into_iter().zip(seen).map(|(job, seen)| Watched::new(job, seen, true)).collect();
+    answer(app, tenant, jobs, None)
+}
+
+/// The stream of events of all jobs of a tenant.
+fn stream_of_all(app: &App, tenant: Arc<Tenant>, label: Option<String>) -> Result<Response, Problem> {
+    let changes = app.service.jobs.changes();
+    let newest = app.service.jobs.list(None, 1, |_| true).first().map(|job| job.record().id.clone());
+    let known = HashSet::new();
+    let mut all = All { app: Arc::clone(app), tenant: Arc::clone(&tenant), label, changes, looked: 0, newest, known };
+    let mut watching = Vec::new();
+    for job in all.open() {
+        all.known.insert(job.record().id.clone());
+        watching.push(Watched::new(job, None, false));
+    }
+    answer(app, &tenant, watching, Some(all))
+}
+
+fn answer(app: &App, tenant: &Tenant, jobs: Vec<Watched>, all: Option<All>) -> Result<Response, Problem> {
     let permit = app.streams.enter(tenant.name.clone(), tenant.quotas.streams).ok_or_else(|| {
         let detail = format!("you have {} event streams open (streams of your tenant)", tenant.quotas.streams);
         Problem::new(Kind::RateLimited, detail).retry_after(5)
     })?;
-    let watching = Watching {
-        draining: app.drain.watch(),
-        _permit: permit,
-        jobs: jobs.into_iter().zip(seen).map(|(job, seen)| Watched::new(job, seen)).collect(),
-        ended: false,
-    };
+    let watching =
+        Watching { draining: app.drain.watch(), _permit: permit, jobs, all, news: VecDeque::new(), ended: false };
     let retry = stream::once(async { Ok::<_, Infallible>(sse::Event::default().retry(RETRY)) });
     let events = stream::StreamExt::chain(retry, stream::unfold(watching, Watching::step));
     let headers = [(header::CACHE_CONTROL, "no-store"), (HeaderName::from_static("x-accel-buffering"), "no")];
@@ -136,6 +153,10 @@ fn numbers(id: &str) -> Vec<Option<u64>> {
 /// A stream of events.
 struct Watching {
     jobs: Vec<Watched>,
+    /// All jobs of a tenant, if it is about all.
+    all: Option<All>,
+    /// Jobs that came and went.
+    news: VecDeque<sse::Event>,
     draining: watch::Receiver<bool>,
     /// Whether the service is about to end.
     ended: bool,
@@ -146,17 +167,24 @@ impl Watching {
     /// The next event.
     async fn step(mut self) -> Option<(Result<sse::Event, Infallible>, Self)> {
         loop {
+            if let Some(news) = self.news.pop_front() {
+                return Some((Ok(news), self));
+            }
             let next = self.jobs.iter_mut().find_map(|job| job.next.pop_front().map(|event| job.sent(event)));
             if let Some(event) = next {
+                if self.all.is_some() {
+                    return Some((Ok(event), self));
+                }
                 let seen: Vec<String> =
                     self.jobs.iter().map(|job| job.seen.map_or_else(String::new, |seq| seq.to_string())).collect();
                 return Some((Ok(event.id(seen.join(","))), self));
             }
-            if self.ended || self.jobs.iter().all(|job| job.ended) {
+            if self.ended || (self.all.is_none() && self.jobs.iter().all(|job| job.ended)) {
                 return None;
             }
+            self.look();
             self.jobs.iter_mut().filter(|job| !job.ended).for_each(Watched::gather);
-            if self.jobs.iter().any(|job| !job.next.is_empty()) {
+            if !self.news.is_empty() || self.jobs.iter().any(|job| !job.next.is_empty()) {
                 continue;
             }
             if self.ring().await? {
@@ -168,11 +196,41 @@ impl Watching {
         }
     }
 
+    /// Notes which jobs have come and gone.
+    fn look(&mut self) {
+        let Some(all) = &mut self.all else { return };
+        self.jobs.retain(|job| !job.ended);
+        let changes = *all.changes.borrow_and_update();
+        if changes == all.looked {
+            return;
+        }
+        all.looked = changes;
+        let jobs = &all.app.service.jobs;
+        let gone: Vec<String> = all.known.iter().filter(|id| jobs.find(id).is_none()).cloned().collect();
+        for id in gone {
+            all.known.remove(&id);
+            self.jobs.retain(|job| job.job.record().id != id);
+            self.news.push_back(sse::Event::default().event("removed").data(json!({ "job": id }).to_string()));
+        }
+        for job in all.open() {
+            let record = job.record().clone();
+            if all.known.insert(record.id.clone()) {
+                let data = json!({
+                    "job": record.id, "state": record.state, "priority": record.priority, "labels": record.labels,
+                    "width": record.width, "height": record.height,
+                });
+                self.news.push_back(sse::Event::default().event("created").data(data.to_string()));
+                self.jobs.push(Watched::new(job, None, false));
+            }
+        }
+    }
+
     /// Waits for an event of any job. True if the service drains.
     async fn ring(&mut self) -> Option<bool> {
         // The channel of an ended job is always ready.
         let going_on = self.jobs.iter_mut().filter(|job| !job.ended);
         let mut bells: Vec<_> = going_on.map(|job| Box::pin(job.bell.changed())).collect();
+        bells.extend(self.all.iter_mut().map(|all| Box::pin(all.changes.changed())));
         let any = poll_fn(|context| {
             let rung = bells.iter_mut().any(|bell| bell.as_mut().poll(context).is_ready());
             if rung { Poll::Ready(()) } else { Poll::Pending }
@@ -181,6 +239,34 @@ impl Watching {
             () = any => Some(false),
             begun = self.draining.wait_for(|draining| *draining) => begun.ok().map(|_| true),
         }
+    }
+}
+
+/// All jobs of a tenant, or of all tenants for an operator.
+struct All {
+    app: App,
+    tenant: Arc<Tenant>,
+    label: Option<String>,
+    changes: watch::Receiver<u64>,
+    /// The last change that was looked at.
+    looked: u64,
+    /// The newest job when the stream began. Ids grow.
+    newest: Option<String>,
+    /// Jobs that were told of, until they are removed.
+    known: HashSet<String>,
+}
+
+impl All {
+    /// The jobs that have not ended, and all that are newer than the stream, the oldest first.
+    fn open(&self) -> Vec<Arc<Job>> {
+        let wanted = |record: &Record| {
+            let has_label = self.label.as_ref().is_none_or(|label| record.labels.contains(label));
+            let is_new = self.newest.as_ref().is_none_or(|newest| record.id > *newest);
+            may_see(&self.tenant, record) && has_label && (is_new || !record.state.is_final())
+        };
+        let mut jobs = self.app.service.jobs.list(None, MOST_OPEN, wanted);
+        jobs.reverse();
+        jobs
     }
 }
 
@@ -194,13 +280,14 @@ struct Watched {
     gathered: Option<u64>,
     next: VecDeque<Event>,
     ended: bool,
-    _watcher: Watcher,
+    /// Whether previews are wanted, which are rendered for those who look on.
+    _watcher: Option<Watcher>,
 }
 
 impl Watched {
-    fn new(job: Arc<Job>, seen: Option<u64>) -> Self {
+    fn new(job: Arc<Job>, seen: Option<u64>, looks: bool) -> Self {
         let ended = seen.is_some() && job.record().last_event == seen;
-        let (bell, _watcher) = (job.events.bell(), job.watch());
+        let (bell, _watcher) = (job.events.bell(), looks.then(|| job.watch()));
         Self { job, bell, seen, gathered: seen, next: VecDeque::new(), ended, _watcher }
     }
 

@@ -3,8 +3,10 @@
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body;
 use crate::http::extract::prefer::Prefer;
+use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
 use crate::http::respond::job::{Claimed, JobView, accepted, claim, until_final};
+use crate::http::state::AppState;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scheduler::task::{Class, PRIORITY};
 use schemars::{Schema, SchemaGenerator, json_schema};
@@ -92,7 +94,7 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
         Claimed::Before(job) => return Ok(accepted(&app, &job, true, Prefer::default()).await),
         Claimed::Now(claim) => claim,
     };
-    let wanted = wanted(text.as_ref())?;
+    let wanted = wanted(&app, &tenant, text.as_ref())?;
     drop(text);
     let job = app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?;
     let prefer = Prefer { respond_async: false, ..Prefer::of(&parts.headers) };
@@ -102,7 +104,7 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
     Ok(accepted(&app, &job, false, prefer).await)
 }
 
-fn wanted(text: &[u8]) -> Result<WantedJob, Problem> {
+fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Problem> {
     let request: JobRequest<'_> = serde_json::from_slice(text).map_err(|error| {
         let kind = if error.is_data() { Kind::InvalidRequest } else { Kind::InvalidJson };
         Problem::new(kind, format!("the body is {{\"scene\": {{...}}, \"settings\": {{...}}, ...}}: {error}"))
@@ -123,5 +125,6 @@ fn wanted(text: &[u8]) -> Result<WantedJob, Problem> {
     let output = query.output();
     let output = query.picture_format(output, &HeaderMap::new())?;
     query.finish()?;
-    Ok(WantedJob { scene: scene.get().into(), format: Format::Json, overrides, output, priority, labels })
+    let (form, scene) = form_of(app, tenant, scene.get().as_bytes())?;
+    Ok(WantedJob { scene: scene.into(), form, overrides, output, priority, labels })
 }

@@ -170,12 +170,14 @@ fn served(bytes: &'static [u8], kept: &'static OnceLock<Vec<u8>>, packed: bool) 
     Served { bytes: kept.get_or_init(pack), is_packed: true }
 }
 
-/// A page with the hash of its files, and with all modules: else the browser would find them one after the other.
+/// A page with the hash of its files, and with all modules: else the browser would find them one after the other. Panels come
+/// after the first picture.
 pub(super) fn page(template: &str, hash: &str) -> String {
     let is_module = |path: &&str| path.starts_with("app/") && path.ends_with(".js");
     let modules: String =
         FILES.iter().map(|(path, _)| *path).filter(is_module).fold(String::new(), |mut text, path| {
-            let _ = writeln!(text, "<link rel=\"modulepreload\" href=\"studio/{hash}/{path}\">");
+            let later = if path.starts_with("app/panels/") { " fetchpriority=\"low\"" } else { "" };
+        let _ = writeln!(text, "<link rel=\"modulepreload\" href=\"studio/{hash}/{path}\"{later}>");
             text
         });
     template.replace("<!-- modules -->\n", &modules).replace("{hash}", hash)

@@ -1,0 +1,248 @@
+//! `POST /v1/compare`: how far two pictures are from each other.
+
+use crate::http::contract::{example_scene, scene_reference};
+use crate::http::extract::body;
+use crate::http::extract::scene_part::{inside, offset};
+use crate::http::extract::variation::form_of;
+use crate::http::prelude::*;
+use crate::http::respond::body as bytes_of;
+use crate::http::respond::image::image_id;
+use crate::http::state::AppState;
+use crate::service::error::Error;
+use crate::service::memory_budget::MeteredBytes;
+use crate::service::pictures::file::PictureFile;
+use crate::service::pictures::spec::PictureSpec;
+use crate::service::requests::compare::{Compared, Drawn};
+use crate::service::requests::pictures::{Source, Upload, image_of};
+use crate::service::scenes::cache::Form as SceneForm;
+use crate::service::scenes::ids::ImageId;
+use crate::service::scheduler::task::Class;
+use schemars::{Schema, SchemaGenerator, json_schema};
+use serde_json::value::RawValue;
+use serde_json::{Map, Value, json};
+use strahl::film::FileFormat;
+use strahl::metrics::{CodeErrors, Spread};
+use strahl::scene::{Format, Overrides};
+
+/// Largest gain of a drawn difference.
+const MOST_GAIN: u32 = 255;
+/// Usual gain.
+const GAIN: u32 = 16;
+
+pub(super) fn routes() -> Vec<Route> {
+    let about = "How far two pictures are from each other.\n\nEach is an image id, or a scene with settings. The answer has \
+                 errors in 8-bit codes and as people see them, or it is a picture of the difference: with `format=png` \
+                 the codes times `gain`, with `pfm` the light of b less that of a, with `flip` FLIP as a one-channel PFM.";
+    let ball = json!({ "scene": example_scene(), "settings": { "antialias": false } });
+    let example = json!({ "a": ball, "b": { "scene": example_scene() } });
+    vec![
+        Route::post("/v1/compare", compare, ["compare", "render", about])
+            .needs(Scope::Render)
+            .query(drawn)
+            .body(Body::json::<Pair<'_>>("The pictures").example(example))
+            .answer(
+                200,
+                "The errors, or a picture of the difference",
+                &[
+                    Content::json::<Difference>(),
+                    Content::file("image/png"),
+                    Content::file("image/x-portable-floatmap"),
+                ],
+            ),
+    ]
+}
+
+/// Two pictures.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Pair<'a> {
+    /// The one that is compared with, as a reference is.
+    #[serde(borrow)]
+    a: Side<'a>,
+    /// The other.
+    #[serde(borrow)]
+    b: Side<'a>,
+}
+
+/// An image id, or a scene with settings.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Side<'a> {
+    /// An image id.
+    image: Option<String>,
+    /// A scene.
+    #[serde(borrow)]
+    #[schemars(schema_with = "scene_reference")]
+    scene: Option<&'a RawValue>,
+    /// Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
+    #[serde(default)]
+    #[schemars(schema_with = "overrides")]
+    settings: Map<String, Value>,
+}
+
+fn overrides(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "$ref": "#/components/schemas/Overrides" })
+}
+
+/// How far two pictures are from each other.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "PictureDifference")]
+struct Difference {
+    /// Pixels across.
+    width: u32,
+    /// Pixels down.
+    height: u32,
+    /// Whether all codes are the same.
+    same: bool,
+    /// In 8-bit codes of the worst channel.
+    codes: CodeErrors,
+    /// Square root of the mean square over all channels, in codes.
+    rms_codes: f64,
+    /// FLIP, 0 to 1, with `a` as the reference. Null for pictures of more than 4,194,304 pixels.
+    flip: Option<Spread>,
+    /// CIEDE2000; 1 is just visible. Null likewise.
+    ciede2000: Option<Spread>,
+    /// The id of `a`, if it has one.
+    a: Option<String>,
+    /// The id of `b`.
+    b: Option<String>,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+enum Form {
+    Json,
+    Png,
+    Pfm,
+    Flip,
+}
+
+fn drawn(query: &mut Query) -> Option<Drawn> {
+    let form = query.word("format", "Numbers, or a picture of the difference. Default `json`.");
+    let gain = query.count("gain", "For `png`: what the codes are multiplied by. Default 16.", MOST_GAIN);
+    match form {
+        None | Some(Form::Json) => None,
+        Some(Form::Png) => Some(Drawn::Codes(gain.unwrap_or(GAIN))),
+        Some(Form::Pfm) => Some(Drawn::Light),
+        Some(Form::Flip) => Some(Drawn::Flip),
+    }
+}
+
+async fn compare(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+    let (parts, body) = request.into_parts();
+    let tenant = Tenant::of(&parts.extensions);
+    let checked = app.drain.accepts_work().and_then(|()| {
+        let drawn = Query::read(&parts.uri, drawn)?;
+        body::declares_json(&parts.headers).map(|declared| (drawn, declared))
+    });
+    let (drawn, declared) = match checked {
+        Ok(checked) => checked,
+        Err(problem) => {
+            body::discard(&app, &parts.headers, body).await;
+            return Err(problem);
+        }
+    };
+    let text = body::read(&app, &parts.headers, body).await?;
+    body::check_content(declared, text.as_ref())?;
+    let format = drawn.map_or(FileFormat::Png8, Drawn::source);
+    let [a, b] = files(&app, &tenant, text, format).await?;
+    let task = tenant.task(Class::Renders);
+    let ids = [&a, &b].map(|file| file.meta.image.clone());
+    if let Some(drawn) = drawn {
+        let bytes = app.service.draw_difference(task, [a, b], drawn).await?;
+        let media_type = if matches!(drawn, Drawn::Codes(_)) { "image/png" } else { "image/x-portable-floatmap" };
+        let bytes = bytes_of(app.service.memory.metered(bytes)?);
+        return Ok(([(header::CONTENT_TYPE, media_type)], bytes).into_response());
+    }
+    let Compared { size: [width, height], codes, seen } = app.service.compare(task, [a, b]).await?;
+    let rms_codes = codes.psnr.map_or(0.0, |psnr| 255.0 / strahl::math::pow(10.0, psnr / 20.0));
+    let (flip, ciede2000) = seen.map_or((None, None), |[flip, ciede2000]| (Some(flip), Some(ciede2000)));
+    let [a, b] = ids;
+    let same = codes.error.max == 0.0;
+    Ok(Json(Difference { width, height, same, codes, rms_codes, flip, ciede2000, a, b }).into_response())
+}
+
+/// The pictures in a format.
+async fn files(
+    app: &App,
+    tenant: &Tenant,
+    text: MeteredBytes,
+    format: FileFormat,
+) -> Result<[Arc<PictureFile>; 2], Problem> {
+    let [a, b] = {
+        let Pair { a, b } = serde_json::from_slice(text.as_ref()).map_err(|error| {
+            let kind = if error.is_data() { Kind::InvalidRequest } else { Kind::InvalidJson };
+            let side = "{\"image\": \"<id>\"} or {\"scene\": {...}, \"settings\": {...}}";
+            Problem::new(kind, format!("the body is {{\"a\": ..., \"b\": ...}}, each {side}: {error}"))
+        })?;
+        [("a", a), ("b", b)].map(|(name, side)| wanted(app, tenant, text.as_ref(), name, side))
+    };
+    let (a, b) = (a?, b?);
+    Ok([a.file(app, tenant, &text, format).await?, b.file(app, tenant, &text, format).await?])
+}
+
+/// A picture that is wanted.
+struct Wanted {
+    source: WantedSource,
+    overrides: Overrides,
+    /// The pointer of its scene in the body, and where it begins.
+    place: (String, usize),
+}
+
+enum WantedSource {
+    Image(ImageId),
+    Scene(SceneForm, Vec<u8>),
+}
+
+fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: Side<'_>) -> Result<Wanted, Problem> {
+    let mut query = Query::given(side.settings.clone());
+    let overrides = query.settings(Format::Json);
+    query.finish()?;
+    let (source, place) = match (side.image, side.scene) {
+        (Some(image), None) if side.settings.is_empty() => (WantedSource::Image(image_id(&image)?), 0),
+        (None, Some(scene)) => {
+            let text = scene.get().as_bytes();
+            let (form, text) = form_of(app, tenant, text)?;
+            (WantedSource::Scene(form, text.to_vec()), offset(body, scene))
+        }
+        _ => {
+            let detail = format!("{name} is an image, or a scene with settings");
+            return Err(Problem::new(Kind::InvalidRequest, detail));
+        }
+    };
+    Ok(Wanted { source, overrides, place: (format!("/{name}/scene"), place) })
+}
+
+impl Wanted {
+    /// The picture, from a cache or rendered.
+    async fn file(
+        self,
+        app: &App,
+        tenant: &Tenant,
+        body: &MeteredBytes,
+        format: FileFormat,
+    ) -> Result<Arc<PictureFile>, Problem> {
+        let (service, spec) = (&app.service, PictureSpec::plain(None, format));
+        let (source, known) = match self.source {
+            WantedSource::Image(image) => (Source::Known(image.clone()), Some(image)),
+            WantedSource::Scene(form, text) => {
+                let upload = Upload::new(service.memory.metered(text)?, form, self.overrides).await?;
+                let ready = service.scenes.cached(&upload.sent().key);
+                (Source::Sent(upload), ready.as_deref().and_then(image_of))
+            }
+        };
+        if let Some(image) = known
+            && let Some(file) = service.stored_picture(&image, &spec).await
+        {
+            return Ok(file);
+        }
+        let made = service.make_picture(tenant.task(Class::Renders), source, spec).await;
+        let (at, start) = self.place;
+        let made = made.map_err(|error| match error {
+            Error::Scene(problems) => Error::Scene(inside(body.as_ref(), &at, start, problems)),
+            error => error,
+        });
+        Ok(made?.file)
+    }
+}

@@ -1,0 +1,99 @@
+//! Coarse pictures before a picture is finished, for a client that looks on.
+//!
+//! Nobody waits for the client: a pass that it has no room for is left out.
+
+use super::render::RenderSpec;
+use crate::service::memory_budget::{MemoryBudget, MeteredBytes};
+use crate::service::scenes::prepared::PreparedScene;
+use crate::service::scheduler::pool::Workers;
+use strahl::camera::Window;
+use strahl::film::{FileFormat, Film, Region, encode};
+use strahl::plan::pilot::Effort;
+use strahl::render::{Cancelled, Control, render_window};
+use strahl::scene::effects::Effect;
+
+/// Levels of the passes: their pixels are 2^level times as wide and high as the picture's.
+const LEVELS: [u32; 3] = [3, 2, 1];
+/// Pixels of the smallest pass.
+const FEWEST: u64 = 1_024;
+
+/// A coarse picture of a region.
+#[derive(Debug)]
+pub(crate) struct Pass {
+    /// Each of its pixels stands for so many across and down.
+    pub(crate) scale: u32,
+    /// The region.
+    pub(crate) region: Region,
+    /// Milliseconds that the picture should take from now on; none if it ends by a clock or a count.
+    pub(crate) eta_ms: Option<f64>,
+    /// The picture.
+    pub(crate) png: MeteredBytes,
+}
+
+/// Whom passes are shown.
+pub(crate) type Show<'a> = &'a (dyn Fn(Pass) + Sync);
+
+/// Shows the passes of a whole picture that comes next: without antialiasing, since nobody looks at the edges of large pixels.
+pub(crate) fn passes(
+    ready: &PreparedScene,
+    shot: &RenderSpec,
+    budget: &MemoryBudget,
+    workers: &Workers,
+    control: &Control,
+    show: Show<'_>,
+) -> Result<(), Cancelled> {
+    let plain = ready.scene.without(Effect::Antialiasing);
+    let scene = plain.as_ref().unwrap_or(&ready.scene);
+    let &RenderSpec { window: Window { width, height, .. }, region, .. } = shot;
+    let mut plan = ready.outline.plan(&ready.scene);
+    workers.work(|| plan.estimate(&ready.scene, region, control, Effort::BESIDE))??;
+    let eta_ms = plan.estimate.map(|estimate| estimate.ms);
+    // Where a pixel has one sample, half the width costs a quarter of the picture.
+    let is_cheap = plain.is_none() && ready.scene.samples == 1;
+    for level in LEVELS.into_iter().filter(|level| *level > u32::from(is_cheap)) {
+        let Some(coarse) = Window::level(width, height, level as i32) else { continue };
+        if u64::from(coarse.width) * u64::from(coarse.height) < FEWEST {
+            continue;
+        }
+        let whole = Region::whole(coarse.width, coarse.height);
+        let pass = workers.work(|| {
+            let film = render_window(scene, &coarse, whole, control)?.film;
+            Ok(pass_of(&film, 1 << level, region, eta_ms, budget))
+        })??;
+        pass.into_iter().for_each(show);
+    }
+    Ok(())
+}
+
+/// Shows what is known so far of a picture that ends by itself: of its pixels those at a distance, between which the others
+/// are interpolated.
+pub(crate) fn show_thinned(film: &Film, distance: u32, budget: &MemoryBudget, show: Show<'_>) {
+    if distance > 1 {
+        pass_of(&thinned(film, distance), distance, film.region, None, budget).into_iter().for_each(show);
+    }
+}
+
+/// A pass as a file. Without memory for it there is none.
+fn pass_of(film: &Film, scale: u32, region: Region, eta_ms: Option<f64>, budget: &MemoryBudget) -> Option<Pass> {
+    let png = budget.metered(encode(film, FileFormat::Png8)).ok()?;
+    Some(Pass { scale, region, eta_ms, png })
+}
+
+fn thinned(film: &Film, distance: u32) -> Film {
+    let Region { width, height, .. } = film.region;
+    let [across, down] = [width, height].map(|length| length.div_ceil(distance));
+    let places = || {
+        let row = move |y: u32| {
+            (0..across).map(move |x| ((y * distance) as usize * width as usize) + (x * distance) as usize)
+        };
+        (0..down).flat_map(row)
+    };
+    Film {
+        region: Region::whole(across, down),
+        full_width: across,
+        full_height: down,
+        pixels: places().map(|place| film.pixels[place]).collect(),
+        alpha: if film.alpha.is_empty() { Vec::new() } else { places().map(|place| film.alpha[place]).collect() },
+        display: film.display,
+    }
+}

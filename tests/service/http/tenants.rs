@@ -1,0 +1,115 @@
+//! What a tenant learns of itself: its limits, the queue, its texts, and all its jobs in one stream.
+
+use super::access::{KeyFile, keyed};
+use super::job_events::Events;
+use super::jobs::{body, submit};
+use crate::common::service::Service;
+use crate::common::{BALL, SLOW};
+
+#[test]
+fn a_key_says_whose_it_is_and_what_is_left() {
+    let file = KeyFile::new("me", "");
+    let key = file.key("acme", "render,read");
+    let service = file.serve(&[]);
+    let me = keyed(&service, &key, "GET", "/v1/me", "").json();
+    assert_eq!((&me["tenant"], &me["needs_keys"]), (&"acme".into(), &true.into()));
+    assert_eq!(me["scopes"], serde_json::json!(["render", "read"]));
+    assert!(me["most_jobs"].is_u64() && me["units"].is_null(), "{me}");
+    for path in ["/v1/me", "/v1/queue"] {
+        service.get(path).problem(401, "unauthorized");
+    }
+    let open = Service::start(&[]).get("/v1/me").json();
+    assert_eq!((&open["tenant"], &open["needs_keys"]), (&"anonymous".into(), &false.into()));
+}
+
+#[test]
+fn the_queue_says_who_waits() {
+    let service = Service::start(&["--threads", "2"]);
+    let idle = service.get("/v1/queue").json();
+    assert_eq!(
+        (&idle["threads"], &idle["renders"]["running"], &idle["seconds_ahead"]),
+        (&2.into(), &0.into(), &0.into())
+    );
+    let client = service.begin("/v1/render", SLOW);
+    service.wait_for(1, 0);
+    let busy = service.get("/v1/queue").json();
+    assert_eq!((&busy["renders"]["running"], &busy["tiles"]["waiting"]), (&1.into(), &0.into()));
+    assert!(busy["seconds_ahead"].as_u64().unwrap() >= 1);
+    drop(client);
+}
+
+#[test]
+fn an_author_gets_the_own_text_back() {
+    let file = KeyFile::new("sources", "");
+    let (one, two) = (file.key("one", "render,read"), file.key("two", "render,read"));
+    let service = file.serve(&[]);
+    let spaced = BALL.replace(", ", " ,\t");
+    let place = keyed(&service, &one, "POST", "/v1/scenes", BALL).header("location").to_owned();
+    assert_eq!(keyed(&service, &two, "POST", "/v1/scenes", &spaced).header("location"), place);
+    let source = |key: &str| keyed(&service, key, "GET", &format!("{place}/source"), "");
+    assert_eq!((source(&one).text().as_str(), source(&two).text().as_str()), (BALL, spaced.as_str()));
+    assert_eq!(source(&one).header("content-type"), "application/json");
+    // The last text that was posted counts.
+    keyed(&service, &one, "POST", "/v1/scenes", &spaced);
+    assert_eq!(source(&one).text(), spaced);
+    assert_ne!(keyed(&service, &one, "GET", &place, "").text(), spaced, "the canonical text is another one");
+    let three = file.key("three", "read");
+    service.wait_for_log("the keys were read again");
+    source(&three).problem(404, "not-found");
+    assert_eq!(keyed(&service, &one, "DELETE", &place, "").status, 204);
+    source(&one).problem(404, "not-found");
+    // A link for somebody without a key.
+    let id = place.rsplit('/').next().unwrap();
+    let wanted = format!(r#"{{"scene_id": "{id}"}}"#);
+    let minted = keyed(&service, &two, "POST", "/v1/capabilities", &wanted).json();
+    let link = format!("{}{place}/source", minted["prefix"].as_str().unwrap());
+    assert_eq!(service.get(&link).text(), spaced);
+}
+
+#[test]
+fn one_stream_tells_of_all_jobs_that_come_and_go() {
+    let service = Service::start(&[]);
+    let first = submit(&service, SLOW, "");
+    let mut events = Events::at(&service, "/v1/events", &[]);
+    let (name, _, data) = events.next_of_several().unwrap();
+    assert_eq!((name.as_str(), &data["job"]), ("snapshot", &first.as_str().into()));
+    let second = submit(&service, BALL, r#""labels": ["mine"]"#);
+    let mut of_second = Vec::new();
+    let removed = loop {
+        let (name, _, data) = events.next_of_several().unwrap();
+        if data["job"] == second.as_str() {
+            of_second.push(name.clone());
+            if name == "succeeded" {
+                let path = format!("/v1/jobs/{second}");
+                assert_eq!(service.send("DELETE", &path, &[], b"").status, 204);
+            }
+        }
+        if name == "removed" {
+            break data;
+        }
+    };
+    assert_eq!(removed["job"], second.as_str());
+    assert_eq!((of_second[0].as_str(), of_second[1].as_str()), ("created", "snapshot"), "{of_second:?}");
+    assert!(of_second.contains(&"succeeded".to_owned()), "{of_second:?}");
+    assert_eq!(service.send("POST", &format!("/v1/jobs/{first}/cancel"), &[], b"").status, 202);
+    while events.next_of_several().unwrap().0 != "canceled" {}
+
+    // Only those with a label; one that ends at once is told of, too.
+    let mut labelled = Events::at(&service, "/v1/events?label=mine", &[]);
+    submit(&service, BALL, "");
+    let third = submit(&service, BALL, r#""labels": ["mine"]"#);
+    let (name, _, data) = labelled.next_of_several().unwrap();
+    assert_eq!((name.as_str(), &data["job"]), ("created", &third.as_str().into()));
+}
+
+#[test]
+fn a_stream_of_all_is_of_the_own_jobs() {
+    let file = KeyFile::new("all_events", "");
+    let (one, two) = (file.key("one", "jobs,read"), file.key("two", "jobs,read"));
+    let service = file.serve(&[]);
+    let mut events = Events::at(&service, "/v1/events", &[("Authorization", &one)]);
+    keyed(&service, &two, "POST", "/v1/jobs", &body(BALL, ""));
+    let mine = keyed(&service, &one, "POST", "/v1/jobs", &body(BALL, "")).json()["id"].clone();
+    let (name, _, data) = events.next_of_several().unwrap();
+    assert_eq!((name.as_str(), &data["job"]), ("created", &mine));
+}
