@@ -134,13 +134,15 @@ test("hidden parts are runs", () => {
   assert.equal(runsOf(undefined).length, 1);
 });
 
-test("outlines go around the cells of an object, and of what holds it", () => {
-  const of = { key: "", columns: 4, rows: 3, ids: Int32Array.from([-1, 0, 0, -1, -1, 0, 0, 1, -1, -1, -1, -1]), hits: [{ object: "/objects/0", body: "/definitions/d/1" }, { object: "/objects/1", body: "/objects/1" }] };
-  const size = { width: 400, height: 300 };
-  const [loop, ...others] = outlineOf(of, "/objects/0", size);
+test("outlines go around the cells of an object, of what holds it, and of its copies", () => {
+  const ids = Int32Array.from([-1, 0, 0, -1, -1, 0, 0, 1, -1, -1, -1, -1]);
+  const of = { columns: 4, rows: 3, step: 100, ids, pointers: ["/objects/0/group/objects/2", "/objects/1"], copies: [null, "/definitions/d"] };
+  const [loop, ...others] = outlineOf(of, "/objects/0");
   assert.equal(others.length, 0);
   const xs = loop.map(([x]) => x);
   assert.ok(Math.min(...xs) > 90 && Math.max(...xs) < 310);
-  assert.deepEqual(outlineOf(of, "/definitions/d", size), [loop]);
-  assert.deepEqual(outlineOf(of, "/objects/10", size), []);
+  assert.deepEqual(outlineOf(of, "/objects/0/group/objects/2/sphere"), [loop]);
+  assert.deepEqual(outlineOf(of, "/objects/0/group/objects/1"), []);
+  assert.equal(outlineOf(of, "/definitions/d/0").length, 1);
+  assert.deepEqual(outlineOf(of, "/objects/10"), []);
 });

@@ -1,24 +1,26 @@
 // Asks for the tree of the pixel that is chosen, one answer for each text, settings and pixel; and what of it is looked at.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
-import { Problem, Unreachable, ask, patiently, pause } from "../api.js";
-import { connection, draft, openPanel, origin, panel, panelsOpen, pixel, settings, size, text, version } from "../state.js";
+import { Problem, Unreachable, ask, askJson, patiently, pause } from "../api.js";
+import { pointer } from "../looking.js";
+import { connection, deep, draft, hover, openPanel, origin, panel, panelsOpen, pixel, settings, size, text, version, view } from "../state.js";
+import { levelOf } from "../tiles.js";
 import { KINDS, addUp, grow, nameOf, rowsOf } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Grown} Grown */
 /** @typedef {ReturnType<typeof addUp>} Sum */
-/** @typedef {{ grown: Grown, sum: Sum, version: number, text: string, settings: string, ms: number }} Answer */
+/** @typedef {{ zoom: number, x: number, y: number }} Spot a pixel of the picture at 2^zoom times its size */
+/** @typedef {{ grown: Grown, sum: Sum, version: number, text: string, question: string, spot: Spot | null }} Answer `question`: what it answers */
 
 /** The last tree. It stays while another one is on its way, or none comes. */
 export const answer = signal(/** @type {Answer | null} */ (null));
 /** What goes on: nothing, a request, or why there is no new answer. */
 export const asking = signal(/** @type {{ state: "idle" | "loading" | "failed" | "invalid" | "offline" | "large" | "outside", detail: string }} */ ({ state: "idle", detail: "" }));
+/** Where in the pixel one has looked closer, if one has; else the whole pixel is meant. */
+export const spot = signal(/** @type {Spot | null} */ (null));
+const again = signal(0);
+const question = computed(() => JSON.stringify([version.value, settings.value, size.value, pixel.value, spot.value]));
 /** Whether what is shown is about another text, other settings or another pixel than those of now. */
-export const isStale = computed(() => {
-  const [at, of] = [pixel.value, answer.value];
-  if (!of || !at) return false;
-  const [x, y] = of.grown.tree.pixel;
-  return draft.value !== null || of.version !== version.value || of.settings !== JSON.stringify(settings.value) || x !== at.x || y !== at.y;
-});
+export const isStale = computed(() => answer.value !== null && (draft.value !== null || answer.value.question !== question.value));
 /** The sample whose rays are listed. */
 export const sample = signal(0);
 /** Rays whose branches are folded. */
@@ -44,11 +46,9 @@ let allowed = "";
 
 /** Takes also an answer that is large. */
 export function askAnyway() {
-  allowed = nameOfQuestion();
+  allowed = question.peek();
   again.value += 1;
 }
-const again = signal(0);
-const nameOfQuestion = () => JSON.stringify([version.peek(), settings.peek(), pixel.peek()]);
 
 /** Asks again, after a failure. */
 export const askAgain = () => void (again.value += 1);
@@ -94,25 +94,49 @@ function isTree(of) {
   return Array.isArray(of?.pixel) && [of.value, of.raised, of.lacking].every(isTriple) && Array.isArray(of.rays) && of.rays.every(isRay);
 }
 
+/** The request of a pixel of the scene's own size. @param {AbortSignal} signal */
+function whole(signal) {
+  const { x, y } = /** @type {{ x: number, y: number }} */ (pixel.peek());
+  const options = { body: text.peek(), type: origin.peek().type, query: { ...settings.peek(), x, y }, signal, accept: "application/json" };
+  return () => ask("v1/tree", options);
+}
+
+/** Zoom beyond which single precision cannot tell rays apart, as tiles have it. */
+const SINGLE = 8;
+
+/** The request of a pixel of the picture that one looks into: the service has to know that picture. @param {Spot} at @param {AbortSignal} signal */
+async function inside({ zoom, x, y }, signal) {
+  const query = { ...settings.peek(), ...(zoom > SINGLE ? { precision: "double" } : {}), zoom };
+  const { image_id: image } = await askJson("v1/scenes", { method: "POST", body: text.peek(), type: origin.peek().type, query, signal });
+  return () => ask(`v1/images/${image}/tree`, { query: { x, y }, signal, accept: "application/json" });
+}
+
+/** The spot under the pointer, if one looks closer than at pixels and has pressed into the one that is chosen. @returns {Spot | null} */
+function spotUnderPointer() {
+  const [at, of] = [pixel.peek(), view.peek()];
+  const zoom = levelOf(of.scale * devicePixelRatio);
+  if (!at || !deep.peek() || zoom < 1 || of.scale <= 1 || hover.peek() === null) return null;
+  const [x, y] = [(pointer.x - of.left) / of.scale, (pointer.y - of.top) / of.scale];
+  if (Math.floor(x) !== at.x || Math.floor(y) !== at.y) return null;
+  return { zoom, x: Math.floor(x * 2 ** zoom), y: Math.floor(y * 2 ** zoom) };
+}
+
 /** @param {AbortSignal} signal @param {boolean} isEdit */
 async function load(signal, isEdit) {
-  const at = /** @type {{ x: number, y: number }} */ (pixel.peek());
-  const of = { version: version.peek(), text: text.peek(), settings: JSON.stringify(settings.peek()) };
-  const begun = performance.now();
+  const of = { version: version.peek(), text: text.peek(), question: question.peek(), spot: spot.peek() };
   try {
     if (isEdit) await pause(QUIET, signal);
     // A quick answer needs no word about waiting.
     const slow = setTimeout(() => !signal.aborted && (asking.value = { state: "loading", detail: "" }), 120);
     signal.addEventListener("abort", () => clearTimeout(slow));
-    const query = { ...settings.peek(), x: at.x, y: at.y };
-    const request = () => ask("v1/tree", { body: of.text, type: origin.peek().type, query, signal, accept: "application/json" });
+    const request = of.spot ? await inside(of.spot, signal) : whole(signal);
     const tree = await patiently(request, signal, (seconds) => (asking.value = { state: "loading", detail: `the service is busy; again in ${seconds} s` }))
-      .then((from) => read(from, allowed === nameOfQuestion() ? Infinity : LARGE))
+      .then((from) => read(from, allowed === of.question ? Infinity : LARGE))
       .finally(() => clearTimeout(slow));
     if (signal.aborted) return;
     if (tree === null) return void (asking.value = { state: "large", detail: "" });
     if (!isTree(tree)) throw new Error("the answer is no tree of rays");
-    show(tree, { ...of, ms: performance.now() - begun });
+    show(tree, of);
   } catch (error) {
     if (signal.aborted) return;
     if (error instanceof Unreachable) asking.value = { state: "offline", detail: "" };
@@ -121,7 +145,7 @@ async function load(signal, isEdit) {
   }
 }
 
-/** @param {any} tree @param {Omit<Answer, "grown" | "sum">} about */
+/** @param {import("./pixel-rays.js").Tree} tree @param {Omit<Answer, "grown" | "sum">} about */
 function show(tree, about) {
   const grown = grow(tree);
   const before = answer.peek()?.grown.tree.pixel;
@@ -145,6 +169,10 @@ function show(tree, about) {
 /** Watches the pixel, the text and the settings. Nothing is asked while nobody looks. */
 export function start() {
   let [lastText, lastAgain] = [-1, 0];
+  effect(() => {
+    void pixel.value;
+    untracked(() => (spot.value = spotUnderPointer()));
+  });
   // A service that is back is asked for what it could not answer.
   effect(() => {
     const { online } = connection.value;
@@ -156,7 +184,7 @@ export function start() {
     const isWatched = panel.value === "pixel" && panelsOpen.value;
     const number = version.value;
     const turn = again.value;
-    void settings.value, size.value;
+    void question.value;
     untracked(() => {
       loading.abort();
       if (!at) return batch(() => ((answer.value = null), (asking.value = { state: "idle", detail: "" })));

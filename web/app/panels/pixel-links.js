@@ -1,9 +1,11 @@
-// Links between picture and text: what lights up in the text is outlined in the picture, also the object of the caret.
+// Links between picture and text: what lights up in the text is outlined in the picture, also the object of the caret, which glows
+// where it shows in mirrors and through glass.
 import { computed, effect, untracked } from "../../vendor/preact.js";
 import { objectOf } from "../pointers.js";
-import { caret, draft, hover, lit, pixel, putLayer, removeLayer, revealed, size, view } from "../state.js";
+import { caret, draft, hover, lit, pixel, putLayer, removeLayer, revealed, view } from "../state.js";
 import { answer, isStale, pointed } from "./pixel-asked.js";
 import { objects, outlineOf, start as startObjects } from "./pixel-objects.js";
+import { glow, start as startGlow, topOf } from "./pixel-glow.js";
 import { overlayHit } from "./pixel-overlay.js";
 
 /** The object that is outlined: the one that lights up in the text, else that of the caret. Not while the camera moves. */
@@ -14,12 +16,24 @@ const outlined = computed(() => {
   return own === null ? null : { pointer: own, strong: false };
 });
 
-const lines = computed(() => (outlined.value && objects.value ? outlineOf(objects.value, outlined.value.pointer, size.value) : []));
+/** How much of each pixel comes from the object of the caret, also in mirrors and through glass. */
+const glowing = computed(() => {
+  const [of, light] = [outlined.value, glow.value];
+  return of && !of.strong && light?.pointer === topOf(of.pointer) ? light : null;
+});
+
+const lines = computed(() => (outlined.value && objects.value ? outlineOf(objects.value, outlined.value.pointer) : []));
 
 /** @param {CanvasRenderingContext2D} context @param {import("../state.js").View} of */
 function draw(context, of) {
   const isStrong = outlined.peek()?.strong === true;
   context.save();
+  const light = glowing.peek();
+  if (light) {
+    const side = light.step * of.scale;
+    context.imageSmoothingEnabled = true;
+    context.drawImage(light.canvas, of.left, of.top, light.canvas.width * side, light.canvas.height * side);
+  }
   context.beginPath();
   for (const line of lines.peek()) {
     line.forEach(([x, y], at) => {
@@ -42,8 +56,10 @@ function draw(context, of) {
 
 export function start() {
   startObjects();
+  startGlow();
   effect(() => {
-    const isSeen = lines.value.length > 0;
+    const isSeen = lines.value.length > 0 || glowing.value !== null;
+    void lines.value, glowing.value;
     untracked(() => (isSeen ? putLayer({ id: "object", order: 10, draw: (context, of) => draw(context, of) }) : removeLayer("object")));
   });
   // Over one of the drawn rays its row lights up.

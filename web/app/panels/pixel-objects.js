@@ -1,63 +1,71 @@
-// Which object each part of the picture shows, as a coarse grid of the objects that camera rays hit. Asked for once for each
-// arrangement of camera and objects, and only when somebody points at something.
+// Which object each part of the picture shows, by /v1/map?of=object. Asked for once for each arrangement of camera and objects, and
+// only when somebody points at something.
 import { effect, signal, untracked } from "../../vendor/preact.js";
 import { askJson, pause } from "../api.js";
-import { caret, hover, scene, size, text } from "../state.js";
-import { objectOf } from "../pointers.js";
-import { cameraOf } from "./pixel-projection.js";
+import { escaped, objectOf, valueAt } from "../pointers.js";
+import { caret, hover, scene, settings, size, text } from "../state.js";
 
-/** @typedef {{ key: string, columns: number, rows: number, ids: Int32Array, hits: { object: string, body: string }[] }} Objects `ids` are places in `hits`, or -1 */
-
+/**
+ * @typedef {object} Objects
+ * @property {string} key of the arrangement
+ * @property {number} columns
+ * @property {number} rows
+ * @property {number} step pixels of the picture in a cell, across and down
+ * @property {Int32Array} ids places in `pointers`, or -1
+ * @property {string[]} pointers of the objects that are seen
+ * @property {(string | null)[]} copies pointer of the definition that an object is a copy of
+ */
 export const objects = signal(/** @type {Objects | null} */ (null));
 
-/** Cells across, and the most there are. */
-const [ACROSS, CELLS] = [96, 5000];
+/** Cells at most: enough for an outline, and few enough to be drawn while one points. */
+const CELLS = 150_000;
 /** Longer texts are not sent just for a glow. */
-const LONGEST = 256 << 10;
+export const LONGEST = 256 << 10;
 /** Milliseconds of quiet after an edit. */
 const QUIET = 400;
 
 /** What decides which object is seen where. @param {any} of */
 const keyOf = (of) => JSON.stringify([of.camera, of.objects, of.definitions, size.value]);
 
+/** The coarsest step that keeps a map below so many cells, at most 64. @param {number} cells */
+export function stepFor(cells) {
+  const { width, height } = size.peek();
+  return Math.min(64, Math.max(1, Math.ceil(Math.sqrt((width * height) / cells))));
+}
+
+/** Parameters of a map: of all settings only the size decides what is seen. */
+export function mapQuery() {
+  const { width, height } = settings.peek();
+  return { ...(width ? { width } : {}), ...(height ? { height } : {}) };
+}
+
 /** @param {AbortSignal} signal @param {string} key */
 async function load(signal, key) {
   await pause(QUIET, signal);
-  const { width, height } = size.peek();
-  const camera = cameraOf(scene.peek(), { width, height });
-  if (!camera) return;
-  const columns = Math.max(1, Math.min(ACROSS, width, Math.floor(Math.sqrt((CELLS * width) / height))));
-  const rows = Math.max(1, Math.min(height, Math.floor(CELLS / columns), Math.round((columns * height) / width)));
-  const cells = Array.from({ length: rows * columns }, (_, cell) => camera.ray([(((cell % columns) + 0.5) * width) / columns, ((Math.floor(cell / columns) + 0.5) * height) / rows]));
-  const rays = cells.flatMap((ray, cell) => (ray ? [{ ray, cell }] : []));
-  const digits = (/** @type {number[]} */ of) => `[${of.map((value) => Number(value.toPrecision(8))).join()}]`;
-  const asked = rays.map(({ ray }) => `{"origin":${digits(ray.origin)},"direction":${digits(ray.direction)}}`).join();
-  const { answers } = await askJson("v1/rays", { body: `{"scene":${text.peek()},"rays":[${asked}]}`, type: "application/json", signal, priority: "low" });
-  const ids = new Int32Array(rows * columns).fill(-1);
-  /** @type {Map<string, number>} */
-  const places = new Map();
-  /** @type {Objects["hits"]} */
-  const hits = [];
-  rays.forEach(({ cell }, at) => {
-    const { hit, object, body } = answers[at];
-    if (!hit) return;
-    // A body of a definition stands in the picture once for each copy.
-    const name = `${object} ${body ?? object}`;
-    if (!places.has(name)) places.set(name, hits.push({ object, body: body ?? object }) - 1);
-    ids[cell] = /** @type {number} */ (places.get(name));
+  const query = { ...mapQuery(), of: "object", step: stepFor(CELLS) };
+  const { columns, rows, step, objects: seen, runs } = await askJson("v1/map", { body: text.peek(), type: "application/json", query, signal, priority: "low" });
+  const ids = new Int32Array(columns * rows);
+  let at = 0;
+  for (const [number, count] of runs) ids.fill(number - 1, at, (at += count));
+  const pointers = seen.map((/** @type {any} */ { pointer }) => pointer);
+  const copies = pointers.map((/** @type {string} */ pointer) => {
+    const name = valueAt(scene.peek(), pointer)?.instance?.of;
+    return typeof name === "string" ? `/definitions/${escaped(name)}` : null;
   });
-  objects.value = { key, columns, rows, ids, hits };
+  objects.value = { key, columns, rows, step, ids, pointers, copies };
 }
 
-/** Whether something is an object, or is held by it, as by a group or a definition. @param {string} holder @param {string} pointer */
+/** Whether something is an object, or is held by it, as by a group. @param {string} holder @param {string} pointer */
 const isWithin = (holder, pointer) => pointer === holder || pointer.startsWith(`${holder}/`);
 
 /**
  * The outline of an object as lines between the cells, in pixels: marching squares, with their stairs smoothed.
- * @param {Objects} of @param {string} pointer @param {{ width: number, height: number }} size @returns {[number, number][][]}
+ * @param {Omit<Objects, "key">} of @param {string} pointer @returns {[number, number][][]}
  */
-export function outlineOf({ columns, rows, ids, hits }, pointer, { width, height }) {
-  const own = new Set(hits.flatMap(({ object, body }, id) => (isWithin(pointer, object) || isWithin(pointer, body) ? [id] : [])));
+export function outlineOf({ columns, rows, step, ids, pointers, copies }, pointer) {
+  // A part of a definition is seen in each copy, of which the map knows no parts.
+  const isOwn = (/** @type {string} */ at, /** @type {string | null} */ copy) => isWithin(pointer, at) || isWithin(at, pointer) || (copy !== null && (isWithin(pointer, copy) || isWithin(copy, pointer)));
+  const own = new Set(pointers.flatMap((at, id) => (isOwn(at, copies[id]) ? [id] : [])));
   if (own.size === 0) return [];
   const isIn = (/** @type {number} */ x, /** @type {number} */ y) => x >= 0 && y >= 0 && x < columns && y < rows && own.has(ids[y * columns + x]);
   /** Where each edge between two cells leads, by the corner it begins at. @type {Map<string, [number, number][]>} */
@@ -85,8 +93,7 @@ export function outlineOf({ columns, rows, ids, hits }, pointer, { width, height
       loops.push(loop);
     }
   }
-  const [sx, sy] = [width / columns, height / rows];
-  return loops.map((loop) => smooth(loop).map(([x, y]) => /** @type {[number, number]} */ ([x * sx, y * sy])));
+  return loops.map((loop) => smooth(loop).map(([x, y]) => /** @type {[number, number]} */ ([x * step, y * step])));
 }
 
 /** Smooths the stairs of a loop: each step takes the middles of its edges. @param {[number, number][]} loop */

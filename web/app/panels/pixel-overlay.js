@@ -72,7 +72,8 @@ const drawing = computed(() => {
     // The camera ray is seen as a point: that is the cursor.
     paths: segment.ray.kind === "camera" ? [] : pathOf(camera, segment.from, segment.to, size.value.width),
   }));
-  return { lines };
+  const at = of.spot;
+  return { lines, spot: at && [(at.x + 0.5) / 2 ** at.zoom, (at.y + 0.5) / 2 ** at.zoom] };
 });
 
 /** @param {CanvasRenderingContext2D} context @param {import("../state.js").View} view */
@@ -95,6 +96,8 @@ function draw(context, view) {
     const end = paths.at(-1)?.at(-1);
     if (end && segment.ray.hit) dot(context, place(end), how.color, isMarked ? 4 : 2.5, how.faint);
   }
+  // The cursor is around the whole pixel; the spot in it is marked here.
+  if (of.spot) dot(context, place(/** @type {[number, number]} */ (of.spot)), "#ffffff", 4, false);
   context.restore();
 }
 

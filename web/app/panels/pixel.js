@@ -2,7 +2,7 @@
 import { html } from "../../vendor/preact.js";
 import { pixel, scene, size } from "../state.js";
 import { Button, Empty, Icon } from "../ui.js";
-import { answer, askAgain, askAnyway, asking, chooseSample, inspect, isDrawn, isStale, sample, start as startAsking } from "./pixel-asked.js";
+import { answer, askAgain, askAnyway, asking, chooseSample, inspect, isDrawn, isStale, sample, spot, start as startAsking } from "./pixel-asked.js";
 import { Icicle } from "./pixel-icicle.js";
 import { start as startLinks } from "./pixel-links.js";
 import { Outline } from "./pixel-outline.js";
@@ -93,6 +93,7 @@ function Where() {
   return html`<div class="pixel-where"><h2>Pixel</h2>
     <label>x <input type="number" min="0" max=${width - 1} value=${at.x} onChange=${set("x", width)} /></label>
     <label>y <input type="number" min="0" max=${height - 1} value=${at.y} onChange=${set("y", height)} /></label>
+    ${spot.value && html`<span class="tag">× ${(2 ** spot.value.zoom).toLocaleString("en")}</span><${Button} kind="quiet" press=${() => (spot.value = null)} title=${`Pixel ${spot.value.x}, ${spot.value.y} of the picture at that size`}>Whole pixel<//>`}
     <span class="grow"></span>
     <${Button} label="Let go of the pixel" icon="close" kind="quiet" press=${() => (pixel.value = null)} /></div>`;
 }
