@@ -1,7 +1,7 @@
 // The rays of a sample as an outline: each below the one that sent it, with what was not followed as dashed stubs.
 import { html, useEffect, useRef, useState } from "../../vendor/preact.js";
-import { nodeOf } from "../pointers.js";
-import { lit, reveal, syntax, text } from "../state.js";
+import { nodeOf, valueAt } from "../pointers.js";
+import { lit, reveal, scene, syntax, text } from "../state.js";
 import { answer, chosen, closed, places, pointed, rows, sample } from "./pixel-asked.js";
 import { KINDS, codesOf, colorOf, isBlocked, isTotal, largest, lastOf, mediaOf, nameOf, short, targetOf, whyOf } from "./pixel-rays.js";
 
@@ -27,6 +27,14 @@ export function lineOf(pointer) {
   return node ? text.value.slice(0, node.key?.from ?? node.from).split("\n").length : 0;
 }
 
+/** What a ray ends at, with the kind of the body where it has no name: "plane 0". @param {import("./pixel-rays.js").Ray} ray */
+export function targetWith(ray) {
+  const target = targetOf(ray);
+  if (target.pointer === null || ray.hit?.name) return target;
+  const kinds = Object.keys(valueAt(scene.value, target.pointer) ?? {});
+  return kinds.length === 1 ? { ...target, name: target.name.replace(/^object(?= \d+$)|^\S*light(?= \d+$)/, kinds[0] + (ray.hit ? "" : " light")) } : target;
+}
+
 /** The name of the medium of a body: that of its material, as far as the tree says it. @param {string} pointer */
 export function mediumName(pointer) {
   const hit = answer.value?.grown.tree.rays.find(({ hit }) => (hit?.body ?? hit?.object) === pointer)?.hit;
@@ -45,7 +53,7 @@ function Content({ row: { ray, stub, level }, scale, most }) {
       <${Hidden} words=", weight" /><span class="ray-weight">${short(largest(stub.weight) * scale)}</span></span>
       <span class="ray-below">${whyOf(stub)} · ${codesOf(stub.codes)}</span></span>`;
   }
-  const target = targetOf(ray);
+  const target = targetWith(ray);
   const line = lineOf(target.pointer);
   const media = mediaOf(tree, ray, mediumName);
   const weight = largest(ray.weight) * scale;

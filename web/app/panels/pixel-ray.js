@@ -2,8 +2,8 @@
 import { html } from "../../vendor/preact.js";
 import { Pointer } from "../ui.js";
 import { answer, chosen, places, rows } from "./pixel-asked.js";
-import { Badge, mediumName } from "./pixel-outline.js";
-import { KINDS, codesOf, colorOf, isBlocked, isTotal, largest, lastOf, mediaOf, short, targetOf, whyOf } from "./pixel-rays.js";
+import { Badge, mediumName, targetWith } from "./pixel-outline.js";
+import { KINDS, codesOf, colorOf, isBlocked, isTotal, largest, lastOf, mediaOf, short, whyOf } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Snell} Snell */
 /** @typedef {import("./pixel-rays.js").Triple} Triple */
@@ -72,7 +72,7 @@ export function ChosenRay() {
     return html`<section class="ray-card" aria-label="The chosen ray"><h3><${Badge} kind=${stub.kind} ended />A ray that was not followed</h3>
       <p>It would have been ${KINDS[stub.kind].name} with weight <span class="mono">${triple(/** @type {Triple} */ (stub.weight.map((w) => w * scale)))}</span>, but ${whyOf(stub)}. With it the pixel could change ${stub.codes >= 255 ? "without a known bound" : `by ${codesOf(stub.codes)}`}.</p></section>`;
   }
-  const target = targetOf(ray);
+  const target = targetWith(ray);
   const media = mediaOf(of.grown, ray, mediumName);
   const passes = ray.transmittance;
   const fact = (/** @type {string} */ name, /** @type {any} */ value) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`;

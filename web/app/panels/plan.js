@@ -37,7 +37,7 @@ async function compareWithout(name) {
     if (!rest) return say(`${titleOf(name)} cannot be left out alone.`);
     otherAsked.value = { label, ...rest };
   }
-  say(`B is the scene ${label}.`);
+  say(`B is the scene ${label}.`, { label: "Compare", run: () => openPanel("compare") });
 }
 
 /** The words of an address that name a row: `#plan=gloss`, also beside other words. */
