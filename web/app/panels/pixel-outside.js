@@ -1,7 +1,7 @@
 // The outside view: the same scene from a second camera that can be walked around, with the pixel's rays in it.
 import { effect, html, signal, untracked, useEffect, useRef } from "../../vendor/preact.js";
-import { askJson, pause, render } from "../api.js";
-import { scene, settings } from "../state.js";
+import { Problem, askJson, pause, render } from "../api.js";
+import { bitmaps, scene, settings, text } from "../state.js";
 import { Button } from "../ui.js";
 import { answer, chosen, pointed, sample } from "./pixel-asked.js";
 import { PAINT, dot, segmentsOf, stroke } from "./pixel-overlay.js";
@@ -49,30 +49,58 @@ function viewOf({ target, up, front, side, distance, yaw, pitch }) {
   return { pinhole: { eye, look_at: target, up, vfov_deg: FIELD } };
 }
 
-/** The scene as the second camera sees it. @param {Orbit} of */
-const sceneFrom = (of) => ({ ...scene.peek(), camera: viewOf(of) });
+/** The text that the service has, and the scene's id there: so a turn sends the second camera alone, however large the scene. */
+let base = { text: "", id: "" };
+
+/** @param {AbortSignal} signal */
+async function baseOf(signal) {
+  const now = text.peek();
+  if (base.text !== now) {
+    const { scene_id: id } = await askJson("v1/scenes", { body: now, type: "application/json", signal });
+    base = { text: now, id };
+  }
+  return base.id;
+}
+
+/** The scene as the second camera sees it, as a variation. @param {Orbit} of @param {AbortSignal} signal */
+async function sceneFrom(of, signal) {
+  const kinds = Object.keys(scene.peek().camera).map((kind) => [kind, null]);
+  return JSON.stringify({ base: await baseOf(signal), patch: { camera: { ...Object.fromEntries(kinds), pinhole: { ...viewOf(of).pinhole, aperture: 0 } } } });
+}
 
 /** @param {Orbit} of @param {AbortSignal} signal */
 async function load(of, signal) {
-  const text = JSON.stringify(sceneFrom(of));
   const plain = { ...settings.peek(), width: String(SIZE.width), height: String(SIZE.height) };
-  const show = async (/** @type {Record<string, string>} */ more) => {
-    const { bitmap } = await render({ text, settings: { ...plain, ...more }, signal });
-    picture.peek()?.bitmap.close();
+  const show = async (/** @type {string} */ varied, /** @type {Record<string, string>} */ more) => {
+    const { bitmap } = await render({ text: varied, settings: { ...plain, ...more }, signal });
+    bitmaps.made += 1;
+    const before = picture.peek();
     picture.value = { bitmap, seen: of };
+    letGo(before);
     trouble.value = "";
   };
   try {
-    await show({ accuracy: "time:40", antialias: "false", samples: "1" });
+    const varied = await sceneFrom(of, signal);
+    await show(varied, { accuracy: "time:40", antialias: "false", samples: "1" });
     await pause(250, signal);
-    await Promise.all([show({ accuracy: "time:500" }), loadHidden(of, text, signal)]);
+    await Promise.all([show(varied, { accuracy: "time:500" }), loadHidden(of, varied, signal)]);
   } catch (error) {
-    if (!signal.aborted) trouble.value = error instanceof Error ? error.message : String(error);
+    if (signal.aborted) return;
+    // The service may have forgotten the scene.
+    if (error instanceof Problem && error.status === 404) base = { text: "", id: "" };
+    trouble.value = error instanceof Error ? error.message : String(error);
   }
 }
 
-/** Asks which points of the segments something hides. @param {Orbit} of @param {string} text @param {AbortSignal} signal */
-async function loadHidden(of, text, signal) {
+/** @param {typeof picture.value} of */
+function letGo(of) {
+  if (!of) return;
+  of.bitmap.close();
+  bitmaps.closed += 1;
+}
+
+/** Asks which points of the segments something hides. @param {Orbit} of @param {string} varied @param {AbortSignal} signal */
+async function loadHidden(of, varied, signal) {
   const tree = answer.peek();
   if (!tree) return;
   const segments = segmentsOf(tree.grown, sample.peek(), scene.peek()).slice(-Math.floor(MOST / POINTS));
@@ -82,7 +110,7 @@ async function loadHidden(of, text, signal) {
     // It counts in the direction's own length: 1 is the point itself.
     return { origin: eye, direction: minus(point, eye), t_max: 0.999 };
   }));
-  const { answers } = await askJson("v1/rays", { body: `{"scene":${text},"rays":${JSON.stringify(rays)}}`, type: "application/json", signal });
+  const { answers } = await askJson("v1/rays", { body: `{"scene":${varied},"rays":${JSON.stringify(rays)}}`, type: "application/json", signal });
   const parts = new Map(segments.map(({ id }, at) => [id, answers.slice(at * POINTS, (at + 1) * POINTS).map((/** @type {any} */ one) => one.hit)]));
   hidden.value = { orbit: of, parts };
 }
@@ -193,7 +221,7 @@ function Canvas() {
     if (canvas.current) resized.observe(canvas.current);
     return () => {
       stopAsking(), stopDrawing(), resized.disconnect(), loading.abort();
-      picture.peek()?.bitmap.close();
+      letGo(picture.peek());
       picture.value = hidden.value = null;
     };
   }, []);
