@@ -12,7 +12,7 @@ async function start(options) {
   const page = await open(browser, options);
   await page.evaluate(async () => {
     const folder = document.querySelector("script[type=module]").src.replace(/main\.js$/, "");
-    window.pixels = { ...(await import(`${folder}panels/pixel-asked.js`)), ...(await import(`${folder}panels/pixel-objects.js`)) };
+    window.pixels = { ...(await import(`${folder}panels/pixel-asked.js`)), ...(await import(`${folder}panels/pixel-objects.js`)), ...(await import(`${folder}panels/pixel-glow.js`)) };
     studio.openPanel("pixel");
   });
   return page;
@@ -99,6 +99,14 @@ await page.mouse.move(10, 10);
 await caretAt(page, "/objects/0/sphere/radius");
 await pause(200);
 figure("the caret lights its object", await state(page, "caret"), (await state(page, "layers")).some(({ id }) => id === "object"));
+// The floor in the mirror ball: a part of its pixels, none of the sky's.
+await caretAt(page, "/objects/3/quad/material");
+await page.waitForFunction(() => pixels.glow.value?.pointer === "/objects/3", { timeout: 20_000 });
+const shares = await page.evaluate(() => {
+  const { canvas, step } = pixels.glow.value;
+  return [[270, 350], [480, 20], [200, 500]].map(([x, y]) => canvas.getContext("2d").getImageData(Math.floor(x / step), Math.floor(y / step), 1, 1).data[3]);
+});
+figure("it glows in mirrors, too", `in the mirror ball ${shares[0]}, in the sky ${shares[1]}, on the floor ${shares[2]} of 190`, shares[0] > 20 && shares[0] < shares[2] && shares[1] === 0);
 
 // Samples: at an edge there are several, and the odd one is found.
 await choose(page, 400, 300);
@@ -136,6 +144,21 @@ await pause(2000);
 const asked = { renders: requests.filter((of) => of.startsWith("render")).length, rays: requests.filter((of) => of.startsWith("rays")).length };
 figure("the outside view", `6 turns: ${asked.renders} renders, ${asked.rays} questions what is hidden`, (await drawn()) !== before && asked.renders <= 8 && asked.rays >= 1 && asked.rays <= 2);
 await page.click(".outside .fold");
+
+// Deep zoom: the rays of a place far inside a pixel.
+await page.evaluate(() => studio.zoomBy(4096, ...[studio.view.value.left + 400.4 * studio.view.value.scale, studio.view.value.top + 300.6 * studio.view.value.scale]));
+await pause(300);
+const inside = await page.evaluate(() => [studio.view.value.left + 400.4003 * studio.view.value.scale, studio.view.value.top + 300.6002 * studio.view.value.scale]);
+await page.mouse.move(canvas.x + inside[0], canvas.y + inside[1]);
+await page.mouse.down();
+await page.mouse.up();
+await answered(page);
+const deep = await page.evaluate(() => ({ ...pixels.answer.value.spot, pixel: pixels.answer.value.grown.tree.pixel.join(), verdict: pixels.answer.value.sum.verdict, precision: pixels.answer.value.grown.tree.precision }));
+figure("inside of a pixel", JSON.stringify(deep), deep.zoom >= 11 && deep.pixel === `${deep.x},${deep.y}` && Math.abs(deep.x / 2 ** deep.zoom - 400.4003) < 1e-3 && deep.verdict === "exact" && deep.precision === "double");
+await page.evaluate(() => studio.fit());
+await page.evaluate(() => [...document.querySelectorAll(".pixel-where button")].find((of) => of.textContent === "Whole pixel").click());
+await answered(page);
+figure("the whole pixel again", (await page.evaluate(() => pixels.answer.value.grown.tree.pixel)).join(", "), (await page.evaluate(() => pixels.answer.value.grown.tree.pixel.join())) === "400,300");
 
 // Twenty edits while answers are late: one tree at the end, of the last text.
 await page.setRequestInterception(true);

@@ -68,7 +68,7 @@ export function sentenceOf(plan, rows, measured) {
   const ofTrace = measured ? (measured.actual.phases_ms.trace ?? total) : total;
   if (heaviest && own > 0 && ofTrace > 0) {
     const share = Math.min(99, Math.round((100 * own) / ofTrace));
-    parts.push(`${heaviest.title} takes ${share < 1 ? "less than 1" : share} % of ${duration(total)}.`);
+    parts.push(`${heaviest.title} takes ${share < 1 ? "less than 1" : share}\u00a0% of ${duration(total).replace(" ", "\u00a0")}.`);
   } else if (total) parts.push(`The picture ${measured ? "took" : "should take"} ${duration(total)}.`);
   const { requested, proved_sufficient: enough, reached } = measured?.depth ?? plan.depth;
   if (enough !== null) parts.push(`Depth ${enough} is enough, proved.`);

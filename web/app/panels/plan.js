@@ -160,7 +160,7 @@ function Foot({ of, by }) {
       ${enough !== null && enough !== depth.requested && scene.value && html`<br /><${Button} press=${() => editAt("/render/max_depth", enough)}>Set depth ${enough}<//>`}</dd></div>
     <div><dt>Kernel</dt><dd>${names(of.kernel.split("|"))} <span class="quiet">in ${of.precision} precision, <code>${of.kernel_hash}</code></span>
       ${of.superset_of_needed.length > 0 && html`<br /><span class="quiet">Not needed by this scene:</span> ${names(of.superset_of_needed)}`}</dd></div>
-    ${of.overlap > 0 && html`<div><dt>Overlap</dt><dd class="quiet">At most ${Math.round(of.overlap)} bodies lie around one point.</dd></div>`}
+    ${of.overlap > 0 && html`<div><dt>Overlap</dt><dd class="quiet">Up to ${Math.round(of.overlap)} primitives lie around one point.</dd></div>`}
     <div><dt>Never simulated</dt><dd>${names(of.not_simulated)}</dd></div>
   </dl>`;
 }
