@@ -13,8 +13,8 @@ export const glow = signal(/** @type {Glow | null} */ (null));
 const [BLOCKS, REST] = [24_000, 600];
 /** One sample of each, as deep as pictures are by default. */
 const PLAIN = { accuracy: "fixed", antialias: "false", samples: "1" };
-/** The glow's colour: sky blue of Okabe and Ito. */
-const [RED, GREEN, BLUE] = [86, 180, 233];
+/** The glow's colour, sky blue of Okabe and Ito, and its alpha where all comes from the object. Small shares show by their root. */
+const [RED, GREEN, BLUE, MOST] = [86, 180, 233, 130];
 
 /** The object of the scene itself that a pointer is in, or null: parts of definitions have none. @param {string} pointer */
 export const topOf = (pointer) => /^\/objects\/\d+/.exec(pointer)?.[0] ?? null;
@@ -30,7 +30,7 @@ async function load(pointer, signal) {
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [width, height];
   const data = new ImageData(width, height);
-  values.forEach((share, at) => data.data.set([RED, GREEN, BLUE, Math.round(190 * Math.min(1, share))], 4 * at));
+  values.forEach((share, at) => data.data.set([RED, GREEN, BLUE, Math.round(MOST * Math.sqrt(Math.min(1, share)))], 4 * at));
   canvas.getContext("2d")?.putImageData(data, 0, 0);
   if (!signal.aborted) glow.value = { pointer, step, canvas };
 }
