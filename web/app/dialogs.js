@@ -106,10 +106,11 @@ function Key() {
     event.preventDefault();
     key.value = typed.value.trim();
     try {
+      const { tenant, scopes } = await askJson("v1/me");
       limits.value = await askJson("v1/limits");
       if (keeps.value) sessionStorage.setItem("strahl-key", key.value);
       close();
-      say(key.value === "" ? "No key is sent any more." : "The key is taken.");
+      say(`This is a key of ${tenant}, for ${scopes.join(", ")}.`);
     } catch (error) {
       wrong.value = error instanceof Problem ? error.message : "The service does not answer.";
       dialog.value = "key";

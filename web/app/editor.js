@@ -1,7 +1,7 @@
 // The editor: CodeMirror 6 in a shadow root, where its styles need no exception from the policy of the page (style-mod puts
 // them into adoptedStyleSheets there). Its text and the signal `text` follow each other.
 import {
-  Annotation, Compartment, Decoration, EditorSelection, EditorState, EditorView, HighlightStyle, Prec, StateEffect, StateField, ViewPlugin,
+  Annotation, Compartment, Decoration, EditorSelection, EditorState, EditorView, HighlightStyle, Prec, StateEffect, StateField, Transaction, ViewPlugin,
   autocompletion, bracketMatching, closeBrackets, closeBracketsKeymap, codeFolding, completionKeymap, defaultKeymap, drawSelection, foldGutter,
   foldKeymap, highlightActiveLine, highlightSelectionMatches, highlightSpecialChars, history, historyKeymap, indentOnInput, isolateHistory, json, keymap,
   lineNumbers, lintKeymap, redo, redoDepth, search, searchKeymap, setDiagnostics, syntaxHighlighting, tags, undo, undoDepth,
@@ -17,7 +17,7 @@ import { caret, lit, origin, problems, revealed, setText, steps, syntax, text } 
 /** Characters above which a text is not coloured, and above which it is only shown. */
 const COLOURED = 1 << 20;
 const SHOWN = 4 << 20;
-const HEAD_LINES = 200;
+const HEAD = { lines: 200, characters: 20_000 };
 
 /** Marks changes that come from the signal. */
 const outside = Annotation.define();
@@ -95,7 +95,7 @@ function difference(from, to) {
 }
 
 /** @param {string} whole */
-const head = (whole) => `${whole.split("\n", HEAD_LINES).join("\n").slice(0, COLOURED)}\n…`;
+const head = (whole) => `${whole.slice(0, HEAD.characters).split("\n", HEAD.lines).join("\n")}\n…`;
 
 /** Puts an editor into an element. @param {HTMLElement} host @returns {Promise<EditorView>} */
 export async function start(host) {
@@ -104,8 +104,10 @@ export async function start(host) {
   const root = host.attachShadow({ mode: "open" });
   root.adoptedStyleSheets.push(more);
   const isLong = (/** @type {string} */ of) => of.length > SHOWN;
-  const doc = isLong(text.peek()) ? head(text.peek()) : text.peek();
-  const view = new EditorView({ root, parent: root, state: EditorState.create({ doc, extensions: [extensions, language.of([]), writable.of([])] }) });
+  const shownOf = (/** @type {string} */ of) => (isLong(of) ? head(of) : of);
+  const stateOf = (/** @type {string} */ of) => EditorState.create({ doc: shownOf(of), extensions: [extensions, language.of([]), writable.of([])] });
+  const view = new EditorView({ root, parent: root, state: stateOf(text.peek()) });
+  let wasLong = isLong(text.peek());
   // Signals may change while the editor updates itself.
   const soon = (/** @type {() => void} */ run) => queueMicrotask(run);
 
@@ -114,14 +116,21 @@ export async function start(host) {
     const isJson = origin.value.type === "application/json" && next.length <= COLOURED;
     untracked(() => soon(() => {
       const current = text.peek();
-      const shown = isLong(current) ? head(current) : current;
+      const shown = shownOf(current);
+      // Undo must not bring the head of a long text as if it were all of it.
+      const isFresh = wasLong !== isLong(current);
+      if (isFresh) {
+        wasLong = !wasLong;
+        view.setState(stateOf(current));
+        steps.value = { undo: null, redo: null };
+      }
       const now = view.state.doc.toString();
       const effects = [
         language.reconfigure(isJson ? json() : []),
         writable.reconfigure(isLong(current) ? [EditorState.readOnly.of(true), EditorView.editable.of(false)] : []),
       ];
-      if (now !== shown) view.dispatch({ changes: difference(now, shown), annotations: [outside.of(true), isolateHistory.of("full")], effects });
-      else if ((language.get(view.state) instanceof Array) === isJson) view.dispatch({ effects });
+      if (now !== shown) view.dispatch({ changes: difference(now, shown), annotations: [outside.of(true), isolateHistory.of("full"), Transaction.addToHistory.of(!isLong(current))], effects });
+      else if (isFresh || (language.get(view.state) instanceof Array) === isJson) view.dispatch({ effects });
     }));
   });
   effect(() => {

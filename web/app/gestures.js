@@ -1,10 +1,11 @@
 // Pointer, wheel and keys on the picture: pan and zoom, the pixel cursor, or the camera.
 import { batch } from "../vendor/preact.js";
+import { LARGE, remember } from "./base.js";
 import { cameraOf, dollied, orbited, trucked, written } from "./camera.js";
 import { panned, pixelAt } from "./framing.js";
 import { fit, isFitted, moveCursor, pointer, zoomBy } from "./looking.js";
-import { editOf, scan } from "./pointers.js";
-import { draft, hover, openPanel, pixel, rendered, scene, setText, size, syntax, text, tool, view } from "./state.js";
+import { editOf } from "./pointers.js";
+import { draft, hover, moved, openPanel, origin, pixel, rendered, scene, setText, size, syntax, text, tool, view } from "./state.js";
 
 /** @typedef {import("./camera.js").Camera} Camera */
 
@@ -17,31 +18,33 @@ const REST = 350;
 let moving = /** @type {Camera | null} */ (null);
 let resting = 0;
 
-/** Moves the camera in a draft of the text. @param {(camera: Camera) => Camera} change */
+/** Moves the camera in a draft of the text, or of a large one in a patch. @param {(camera: Camera) => Camera} change */
 export function moveCamera(change) {
   const from = moving ?? cameraOf(scene.peek());
   if (!from) return;
   moving = change(from);
-  const { eye, look_at } = written(moving);
-  let next = text.peek();
-  let places = syntax.peek();
-  for (const [key, value] of [["eye", eye], ["look_at", look_at]]) {
-    const change = editOf(next, places, `/camera/${moving.kind}/${key}`, value);
-    if (!change) return;
-    next = next.slice(0, change.from) + change.insert + next.slice(change.to);
-    places = key === "eye" ? scan(next) : places;
-  }
-  draft.value = next;
   clearTimeout(resting);
+  if (text.peek().length >= LARGE && origin.peek().type === "application/json") moved.value = { camera: { [moving.kind]: written(moving) } };
+  else draft.value = textWith(moving);
+}
+
+/** The text with a camera. @param {Camera} camera */
+function textWith(camera) {
+  const { eye, look_at } = written(camera);
+  // From the end to the beginning, so that the places stay.
+  const changes = Object.entries({ eye, look_at }).flatMap(([key, value]) => editOf(text.peek(), syntax.peek(), `/camera/${camera.kind}/${key}`, value) ?? []);
+  return changes.sort((a, b) => b.from - a.from).reduce((next, of) => next.slice(0, of.from) + of.insert + next.slice(of.to), text.peek());
 }
 
 /** Makes the draft an edit: one step of undo. */
 export function letGo() {
   clearTimeout(resting);
+  const camera = moving;
   moving = null;
-  const next = draft.peek();
-  if (next === null) return;
-  batch(() => (setText(next), (draft.value = null)));
+  if (!camera || (draft.peek() === null && moved.peek() === null)) return;
+  const next = textWith(camera);
+  if (moved.peek()) remember(text.peek(), moved.peek() ?? { camera: {} }, next);
+  batch(() => (setText(next), (draft.value = null), (moved.value = null)));
 }
 
 /** The same after a rest, for wheel and keys. */
@@ -99,7 +102,7 @@ export function gestures(canvas) {
   const up = (/** @type {PointerEvent} */ event) => {
     if (!fingers.delete(event.pointerId)) return;
     if (fingers.size > 0) return;
-    if (draft.peek() !== null) return letGo();
+    if (moving) return letGo();
     if (travelled >= STILL || event.type !== "pointerup") return;
     const at = place(event);
     const chosen = pixelAt(view.peek(), size.peek(), at.x, at.y);

@@ -95,5 +95,18 @@ export function programLine(settings, type) {
   return `strahl render ${fileName(type)}${flags.join("")} -o picture.png`;
 }
 
+/** Text within an attribute of HTML. @param {string} text */
+const attribute = (text) => text.replaceAll("&", "&amp;").replaceAll('"', "&quot;").replaceAll("<", "&lt;").replaceAll(">", "&gt;");
+
+/** What shows a picture in another page: an element that zooms, or a plain picture. @param {string} base @param {string} location @param {string} name @param {{ width: number, height: number }} size */
+export function tags(base, location, name, { width, height }) {
+  const image = /\/v1\/images\/([\w-]+)/.exec(location)?.[1] ?? "";
+  const about = `alt="${attribute(name)}" width="${width}" height="${height}"`;
+  return {
+    element: `<script type="module" src="${base}/embed.js"></script>\n<strahl-picture image="${image}" ${about} zoom controls></strahl-picture>`,
+    picture: `<img src="${base}${location}" ${about}>`,
+  };
+}
+
 /** @param {string} type */
 export const fileName = (type) => (type === "text/x-nff" ? "scene.nff" : "scene.json");

@@ -9,7 +9,7 @@ import * as picking from "./picking.js";
 import * as picture from "./picture.js";
 import { isDropping, takeDrops } from "./scenes.js";
 import * as session from "./session.js";
-import { dialog, notice, openPanel, pane, panel, panels, panelsOpen, shown, title } from "./state.js";
+import { dialog, notice, openPanel, pane, panel, panels, panelsOpen, shown, title, version } from "./state.js";
 import { Strip } from "./strip.js";
 import { Button, Icon, Split, Tabs } from "./ui.js";
 
@@ -26,7 +26,7 @@ function Notice() {
     const timer = setTimeout(() => (notice.value = null), NOTICED);
     return () => clearTimeout(timer);
   }, [of]);
-  return html`<div class="notices" role="status">${of && html`<p class="notice">${of.text}
+  return html`<div class="notices" role="status">${of && (of.action || of.version === version.value) && html`<p class="notice">${of.text}
     ${of.action && html`<${Button} kind="quiet" press=${() => ((notice.value = null), of.action?.run())}>${of.action.label}<//>`}</p>`}</div>`;
 }
 

@@ -4,7 +4,7 @@ import { cameraOf, written } from "./camera.js";
 import { zoomWords } from "./framing.js";
 import { isMovable } from "./gestures.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
-import { deep, draft, hover, offer, openPanel, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
+import { deep, draft, hover, moved, offer, openPanel, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
 import { renderNow } from "./picture.js";
 import { duration } from "./report.js";
 import { lineOf, rangeOf } from "./problems.js";
@@ -28,7 +28,7 @@ function Tools() {
 
 /** Where the pointer or the cursor is; numbers of the camera while it moves. */
 function Readout() {
-  const camera = draft.value === null ? null : cameraOf(parsed(draft.value));
+  const camera = moved.value ? cameraOf(moved.value) : draft.value === null ? null : cameraOf(parsed(draft.value));
   if (camera) {
     const { eye, look_at } = written(camera);
     return html`<p class="readout moving mono">eye ${eye.join(", ")} · look_at ${look_at.join(", ")}</p>`;

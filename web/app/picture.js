@@ -1,12 +1,13 @@
 // Carries out what the ladder says: sends, aborts, shows. Keeps the last pictures, so that undo is at once.
 import { batch, effect, untracked } from "../vendor/preact.js";
 import { Problem, Unreachable, askJson, render } from "./api.js";
+import { isForgotten, sentFor } from "./base.js";
 import { Ladder } from "./ladder.js";
-import { bitmaps, connection, key, live, offer, origin, plan, problems, rendered, settings, shown, size, status, version } from "./state.js";
+import { bitmaps, connection, key, live, moved, offer, origin, plan, problems, rendered, settings, shown, size, status, version } from "./state.js";
 
 /** @typedef {import("./ladder.js").Action} Action */
 /** @typedef {import("./state.js").Shown} Shown */
-/** @typedef {{ text: string, type: string, settings: import("./state.js").Settings, version: number }} Asked */
+/** @typedef {{ text: string, type: string, settings: import("./state.js").Settings, version: number, patch: import("./base.js").Patch | null }} Asked */
 
 /** Pictures that are kept. */
 const KEPT = 16;
@@ -23,7 +24,7 @@ let trouble = 0;
 /** Milliseconds after typing before a mistake is shown: halfway through a word the text is wrong, too. */
 const PATIENCE = { syntax: 400, other: 120 };
 
-const nameOf = (/** @type {Asked} */ of) => `${JSON.stringify(of.settings)}\n${of.text}`;
+const nameOf = (/** @type {Asked} */ of) => `${JSON.stringify([of.settings, of.patch])}\n${of.text}`;
 
 /** @param {Shown | null} picture */
 function letGo(picture) {
@@ -89,7 +90,8 @@ async function send({ rung, version: number, width, height, ceiling }) {
   if (rung > 0) status.value = { word: "tracing", detail: rung === 2 ? "as the scene says" : "full size" };
   const base = { rung, version: number };
   try {
-    const { bitmap, report } = await render({ text: of.text, type: of.type, settings: all, signal, priority: rung === 0 ? "high" : "auto" });
+    const { body, type } = await sentFor(of, signal);
+    const { bitmap, report } = await render({ text: body, type, settings: all, signal, priority: rung === 0 ? "high" : "auto" });
     bitmaps.made += 1;
     const picture = { bitmap, width: bitmap.width, height: bitmap.height, rung, version: of.version, text: of.text, settings: all, report };
     answers.set(`${number}/${rung}`, picture);
@@ -110,6 +112,7 @@ function fail(error, base, signal) {
   const now = performance.now();
   if (signal?.aborted) return tell({ type: "answer", ...base, outcome: "aborted", now });
   const isNewest = base.version === ladder.version;
+  if (isForgotten(error)) return tell({ type: "busy", ...base, now, seconds: 0 });
   if (error instanceof Problem && error.retryAfter > 0) {
     if (isNewest) status.value = { word: "waiting", detail: error.message };
     return tell({ type: "busy", ...base, now, seconds: error.retryAfter });
@@ -144,7 +147,7 @@ async function explain(number) {
   explaining = new AbortController();
   let ms = 0;
   try {
-    const answer = await askJson("v1/explain", { body: of.text, type: of.type, query: of.settings, signal: explaining.signal });
+    const answer = await askJson("v1/explain", { ...(await sentFor(of)), query: of.settings, signal: explaining.signal });
     if (number !== ladder.version) return;
     plan.value = answer;
     ms = answer.estimate.ms;
@@ -165,7 +168,7 @@ export function start() {
     untracked(() => tell({ type: "size", now: performance.now(), width, height }));
   });
   effect(() => {
-    const of = { text: rendered.value, type: origin.value.type, settings: settings.value };
+    const of = { text: rendered.value, type: origin.value.type, settings: settings.value, patch: moved.value };
     untracked(() => {
       if (of.text === "") return;
       const whole = { ...of, version: version.peek() };

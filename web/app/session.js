@@ -57,7 +57,7 @@ export async function start() {
   }
   own = location.hash;
   await restore(location.hash);
-  if (location.hash === "") say("Change the text, hold Alt and drag a number, or click a pixel.");
+  if (location.hash === "") say(matchMedia("(pointer: coarse)").matches ? "Change the text, tap a pixel, or pinch the picture." : "Change the text, hold Alt and drag a number, or click a pixel.");
   askJson("v1/limits").then((found) => (limits.value = found), () => {});
   stepped = opened.peek();
   addEventListener("hashchange", () => location.hash !== own && restore((own = location.hash)).then(() => (stepped = opened.peek())));

@@ -1,10 +1,10 @@
 // Sharing: a link to what is seen, the same request for the command line, and files.
 import { html, useEffect, useSignal } from "../vendor/preact.js";
 import { address, ask } from "./api.js";
-import { LONGEST_LINK, curlLine, fileName, fragment, packed, programLine } from "./link.js";
+import { LONGEST_LINK, LONGEST_TEXT, curlLine, fileName, fragment, packed, programLine, tags } from "./link.js";
 import { example } from "./scenes.js";
 import { isFitted } from "./looking.js";
-import { deep, dialog, key, origin, panel, pixel, say, settings, shown, size, text, view } from "./state.js";
+import { deep, dialog, key, origin, panel, pixel, say, settings, shown, size, text, title, view } from "./state.js";
 import { Button, Dialog } from "./ui.js";
 
 /** The fragment of what is seen. With `most`, a scene that takes more characters is left out. @param {number} [most] @returns {Promise<string>} */
@@ -14,6 +14,7 @@ export async function seen(most = Infinity) {
   const common = { type: origin.peek().type, settings: settings.peek(), panel: panel.peek(), pixel: pixel.peek() ?? undefined, frame };
   const known = example.peek();
   if (known?.text === text.peek()) return fragment({ ...common, example: known.id });
+  if (text.peek().length > LONGEST_TEXT) return fragment({ ...common, kept: true });
   const word = await packed(text.peek());
   return fragment(word.length <= most ? { ...common, packed: word } : { ...common, kept: true });
 }
@@ -52,7 +53,7 @@ async function download(format, more = {}) {
 
 /** @param {{ label: string, text: string, what: string }} props */
 const Copied = ({ label, text: words, what }) => html`<div class="copied">
-  <label>${label}<textarea readonly rows="2" onFocus=${(/** @type {any} */ event) => event.currentTarget.select()}>${words}</textarea></label>
+  <label>${label}<textarea readonly rows=${words.includes("\n") || words.length > 90 ? 2 : 1} onFocus=${(/** @type {any} */ event) => event.currentTarget.select()}>${words}</textarea></label>
   <${Button} icon="copy" press=${() => copy(words, what)}>Copy<//>
 </div>`;
 
@@ -65,14 +66,16 @@ export function Share() {
   const { type } = origin.value;
   const curl = curlLine(base, asked(), key.value !== "", type);
   const digest = shown.value?.report.digest ?? "";
-  const tag = `<img src="${base}${shown.value?.report.location || "/v1/images/..."}" alt="" width="${size.value.width}" height="${size.value.height}">`;
+  const location = shown.value?.report.location ?? "";
+  const { element, picture } = tags(base, location, title.value, size.value);
   return html`<${Dialog} title="Share" wide close=${() => (dialog.value = "")}>
     <p class="quiet">The link holds the scene itself, after the #: it is sent to no server, and opens in any strahl.</p>
     <${Copied} label="Link to what you see" text=${link.value} what="The link" />
     ${link.value.length > LONGEST_LINK && html`<p class="warning">This link has ${link.value.length.toLocaleString("en")} characters; mail and chat programs may cut it. Send the scene as a file.</p>`}
     <${Copied} label=${`The request of this picture, for curl, beside ${fileName(type)}`} text=${curl} what="The line" />
     <${Copied} label="The same without a service" text=${programLine(asked(), type)} what="The line" />
-    ${shown.value?.report.location && key.value === "" && html`<${Copied} label="For a page of your own" text=${tag} what="The tag" />`}
+    ${location !== "" && key.value === "" && html`<${Copied} label="For a page of your own, with zoom" text=${element} what="The element" />
+      <${Copied} label="For a page of your own, as a plain picture" text=${picture} what="The picture" />`}
     <div class="row">
       <${Button} press=${() => save(new Blob([text.peek()], { type }), fileName(type))}>Scene<//>
       <${Button} press=${() => download("png")}>PNG<//>

@@ -41,19 +41,24 @@ export const text = signal("");
 export const version = signal(0);
 /** The text while something is dragged, before it is let go and becomes an edit. */
 export const draft = signal(/** @type {string | null} */ (null));
+/** The same for a large scene: a merge patch on its text. */
+export const moved = signal(/** @type {import("./base.js").Patch | null} */ (null));
 /** What the text came from. */
 export const origin = signal({ name: "", type: "application/json" });
 /** What is rendered. */
 export const rendered = computed(() => draft.value ?? text.value);
-/** Where each pointer is in the text. Texts that are not JSON (NFF) or above 1 MB have no nodes. */
-export const syntax = computed(() =>
-  origin.value.type === "application/json" && text.value.length <= 1 << 20
-    ? scan(text.value)
-    : /** @type {Syntax} */ ({ nodes: new Map(), root: null, error: null }),
-);
-/** The scene as a value, or null while the text is not JSON. */
+/** Characters of a text that are read. */
+const READ = 1 << 20;
+const HEAD = 1 << 16;
+/** Where each pointer is in the text. NFF has no nodes, a text above 1 MB those of its first 64 KB. */
+export const syntax = computed(() => {
+  if (origin.value.type !== "application/json") return /** @type {Syntax} */ ({ nodes: new Map(), root: null, error: null });
+  return text.value.length <= READ ? scan(text.value) : { ...scan(text.value.slice(0, HEAD)), error: null };
+});
+/** The scene as a value, or null while the text is not JSON. Of a text above 1 MB it has what stands before its first list of objects. */
 export const scene = computed(() => {
   if (origin.value.type !== "application/json" || syntax.value.error) return null;
+  if (text.value.length > READ) return headOf(text.value, syntax.value);
   try {
     return /** @type {any} */ (JSON.parse(text.value));
   } catch {
@@ -134,8 +139,15 @@ export const limits = signal(/** @type {any} */ (null));
 export const steps = signal(/** @type {{ undo: (() => void) | null, redo: (() => void) | null }} */ ({ undo: null, redo: null }));
 /** The open dialog: "examples", "share", "help", "commands", "key", or "". */
 export const dialog = signal("");
-/** A sentence for the live region, and at the foot for a while. `undo` is offered beside it. */
-export const notice = signal(/** @type {{ text: string, action?: { label: string, run: () => void } } | null} */ (null));
+/** A sentence for the live region, and at the foot for a while: until the next edit if it offers nothing. */
+export const notice = signal(/** @type {{ text: string, version: number, action?: { label: string, run: () => void } } | null} */ (null));
+
+/** Values of the first keys of a long text. @param {string} long @param {Syntax} places */
+function headOf(long, places) {
+  const top = [...places.nodes.values()].filter(({ parent, key }) => parent !== null && parent === places.root && key !== null);
+  const whole = top.slice(0, Math.max(0, top.findIndex(({ pointer }) => pointer === "/objects" || pointer === "/definitions")));
+  return /** @type {any} */ (Object.fromEntries(whole.map(({ pointer, from, to }) => [pointer.slice(1), JSON.parse(long.slice(from, to))])));
+}
 
 /** Replaces the text. @param {string} next @param {{ name?: string, type?: string }} [about] */
 export function setText(next, about) {
@@ -182,5 +194,5 @@ export function removeLayer(id) {
 
 /** Says something to everybody, also to screen readers. @param {string} words @param {{ label: string, run: () => void }} [action] */
 export function say(words, action) {
-  notice.value = { text: words, action };
+  notice.value = { text: words, version: version.peek(), action };
 }

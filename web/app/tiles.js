@@ -110,7 +110,7 @@ export function tiles(view, ratio, near) {
   const places = inSight(view, of, level, near);
   const missing = (/** @type {Tier} */ tier) => places.map((place) => ({ ...place, tier, key: `${tier}/${place.name}` })).filter(({ key, name }) => !loaded.has(key) && !refused.has(key) && !has(name));
   wanted = [...missing("quick"), ...missing("full")];
-  for (const [key, controller] of flying) if (!wanted.some((of) => of.key === key)) (counts.aborted += 1, controller.abort(), flying.delete(key));
+  for (const [key, controller] of flying) if (!wanted.some((of) => of.key === key)) cancel(key, controller);
   pump();
   const drawn = /** @type {Map<string, { level: number, x: number, y: number, side: number, bitmap: ImageBitmap }>} */ (new Map());
   for (const { level: at, column, row } of places) {
@@ -131,9 +131,20 @@ export function tiles(view, ratio, near) {
   return [...drawn.values()].sort((a, b) => a.level - b.level);
 }
 
+/** @param {string} key @param {AbortController} controller */
+function cancel(key, controller) {
+  counts.aborted += 1;
+  flying.delete(key);
+  controller.abort();
+}
+
 /** Starts what there is room for. */
 function pump() {
   if (!connection.value.online) return;
+  // What one sees first does not wait for what refines it.
+  if (wanted.some(({ tier, key }) => tier === "quick" && !flying.has(key))) {
+    for (const [key, controller] of flying) if (key.startsWith("full/") && flying.size >= IN_FLIGHT) cancel(key, controller);
+  }
   for (const of of wanted) {
     if (flying.size >= IN_FLIGHT) return;
     if (!flying.has(of.key)) load(of);

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { curlLine, fragment, packed, parsed, programLine, unpacked } from "../app/link.js";
+import { curlLine, fragment, packed, parsed, programLine, tags, unpacked } from "../app/link.js";
 
 test("scenes go into links and come back", async () => {
   for (const text of ["", '{ "name": "größe 😀" }', "x".repeat(100_000)]) assert.equal(await unpacked(await packed(text)), text);
@@ -17,6 +17,12 @@ test("all that is seen is in the fragment", () => {
   const seen = { kept: true, packed: "abc-_", settings: { accuracy: "proved:0", width: "320" }, panel: "pixel", pixel: { x: 3, y: 4 }, frame: { x: 0.25, y: 0.5, scale: 2 } };
   assert.deepEqual(parsed(`#${fragment(seen)}`), seen);
   assert.deepEqual(parsed("#z=<script>&x=a,b&v=1,2&p=<&q.a=%E0%A4%A&s=../../etc&e=../x&nonsense"), { settings: {} });
+});
+
+test("tags for other pages hold names as text", () => {
+  const { element, picture } = tags("http://h", "/v1/images/i_abc_1_a.png", '"><script>&', { width: 8, height: 4 });
+  assert.equal(picture, '<img src="http://h/v1/images/i_abc_1_a.png" alt="&quot;&gt;&lt;script&gt;&amp;" width="8" height="4">');
+  assert.ok(element.includes('src="http://h/embed.js"') && element.includes('image="i_abc_1_a"'));
 });
 
 test("command lines", () => {
