@@ -1,6 +1,7 @@
 // The outside view: the same scene from a second camera that can be walked around, with the pixel's rays in it.
 import { effect, html, signal, untracked, useEffect, useRef } from "../../vendor/preact.js";
 import { Problem, askJson, pause, render } from "../api.js";
+import { LARGE } from "../base.js";
 import { bitmaps, scene, settings, text } from "../state.js";
 import { Button } from "../ui.js";
 import { answer, chosen, pointed, sample } from "./pixel-asked.js";
@@ -49,23 +50,20 @@ function viewOf({ target, up, front, side, distance, yaw, pitch }) {
   return { pinhole: { eye, look_at: target, up, vfov_deg: FIELD } };
 }
 
-/** The text that the service has, and the scene's id there: so a turn sends the second camera alone, however large the scene. */
+/** A large text that the service has, and the scene's id there: so a turn sends the second camera alone. */
 let base = { text: "", id: "" };
 
-/** @param {AbortSignal} signal */
-async function baseOf(signal) {
+/** The scene as the second camera sees it; a large one as a variation. @param {Orbit} of @param {AbortSignal} signal */
+async function sceneFrom(of, signal) {
+  const camera = viewOf(of);
   const now = text.peek();
+  if (now.length < LARGE) return JSON.stringify({ ...scene.peek(), camera });
   if (base.text !== now) {
     const { scene_id: id } = await askJson("v1/scenes", { body: now, type: "application/json", signal });
     base = { text: now, id };
   }
-  return base.id;
-}
-
-/** The scene as the second camera sees it, as a variation. @param {Orbit} of @param {AbortSignal} signal */
-async function sceneFrom(of, signal) {
   const kinds = Object.keys(scene.peek().camera).map((kind) => [kind, null]);
-  return JSON.stringify({ base: await baseOf(signal), patch: { camera: { ...Object.fromEntries(kinds), pinhole: { ...viewOf(of).pinhole, aperture: 0 } } } });
+  return JSON.stringify({ base: base.id, patch: { camera: { ...Object.fromEntries(kinds), pinhole: { ...camera.pinhole, aperture: 0 } } } });
 }
 
 /** @param {Orbit} of @param {AbortSignal} signal */
