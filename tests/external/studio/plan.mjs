@@ -12,7 +12,7 @@ await settled(page);
 await page.evaluate(() => studio.openPanel("plan"));
 await planned(page);
 const requests = [];
-page.on("request", (request) => request.url().includes("/v1/explain") && requests.push(request.url()));
+page.on("request", (request) => request.url().includes("analyze=1") && requests.push(request.url()));
 figure("in a sentence", await words(page, ".plan-body .lead"), /^\d+ effects are on\./.test(await words(page, ".plan-body .lead")));
 
 /** Milliseconds of a cell. */

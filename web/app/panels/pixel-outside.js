@@ -39,7 +39,7 @@ function firstOrbit() {
   const up = unit(value.up ?? [0, 1, 0]);
   const view = minus(value.look_at, value.eye);
   const front = unit(minus(view, plus([0, 0, 0], up, times(view, up))));
-  return { target, up, front, side: cross(front, up), distance: Math.max(1e-6, length(minus(high, low)) * 1.25, 1e-3 * length(view)), yaw: 65, pitch: 24 };
+  return { target, up, front, side: cross(front, up), distance: Math.max(1e-6, length(minus(high, low)) * 1.5, 1e-3 * length(view)), yaw: 65, pitch: 24 };
 }
 
 /** @param {Orbit} of */
