@@ -1,7 +1,7 @@
 // Carries out what the ladder says: sends, aborts, shows. Keeps the last pictures, so that undo is at once.
 import { batch, effect, untracked } from "../vendor/preact.js";
 import { Problem, Unreachable, askJson, render } from "./api.js";
-import { isForgotten, sentFor } from "./base.js";
+import { LARGE, isForgotten, sentFor } from "./base.js";
 import { Ladder } from "./ladder.js";
 import { bitmaps, connection, key, live, moved, offer, origin, plan, problems, rendered, settings, shown, size, status, version } from "./state.js";
 
@@ -24,7 +24,8 @@ let trouble = 0;
 /** Milliseconds after typing before a mistake is shown: halfway through a word the text is wrong, too. */
 const PATIENCE = { syntax: 400, other: 120 };
 
-const nameOf = (/** @type {Asked} */ of) => `${JSON.stringify([of.settings, of.patch])}\n${of.text}`;
+/** What a picture is kept by. A large text would have to be hashed for each move of the camera: its number does. @param {Asked} of */
+const nameOf = (of) => `${JSON.stringify([of.settings, of.patch])}\n${of.text.length < LARGE ? of.text : of.version}`;
 
 /** @param {Shown | null} picture */
 function letGo(picture) {

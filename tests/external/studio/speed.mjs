@@ -118,7 +118,7 @@ async function orbitMesh() {
       }
     }
     const camera = '{ "pinhole": { "eye": [3.5, 4, 11], "look_at": [3.5, 0, 3.5] } }';
-    const mesh = `{ "mesh": { "vertices": [${vertices}], "triangles": [${faces}] } }`;
+    const mesh = `{ "mesh": { "vertices": [${vertices}], "faces": [${faces}] } }`;
     studio.open(`{ "version": 1, "image": { "width": 960, "height": 540 }, "camera": ${camera}, "objects": [${mesh}] }`, "a mesh");
     return faces.length;
   });

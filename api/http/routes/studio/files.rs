@@ -25,6 +25,7 @@ const FILES: &[Part] = web![
     "app/api.js",
     "app/assist.js",
     "app/bar.js",
+    "app/base.js",
     "app/camera.js",
     "app/commands.js",
     "app/dialogs.js",
@@ -179,7 +180,7 @@ pub(super) fn page(template: &str, hash: &str) -> String {
     let modules: String =
         FILES.iter().map(|(path, _)| *path).filter(is_module).fold(String::new(), |mut text, path| {
             let later = if path.starts_with("app/panels/") { " fetchpriority=\"low\"" } else { "" };
-        let _ = writeln!(text, "<link rel=\"modulepreload\" href=\"studio/{hash}/{path}\"{later}>");
+            let _ = writeln!(text, "<link rel=\"modulepreload\" href=\"studio/{hash}/{path}\"{later}>");
             text
         });
     template.replace("<!-- modules -->\n", &modules).replace("{hash}", hash)
