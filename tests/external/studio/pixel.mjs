@@ -67,6 +67,8 @@ await answered(page);
 await pause(100);
 const isDrawn = async () => (await state(page, "layers")).some(({ id }) => id === "pixel-rays");
 figure("a click", `${await words(page, ".rays-head h3")}, line of ${(await state(page, "revealed"))?.pointer}`, (await state(page, "revealed"))?.pointer === "/objects/1" && (await isDrawn()));
+const focus = await page.evaluate(() => document.activeElement.className);
+figure("the focus stays in the picture", focus, focus.startsWith("canvas"));
 await page.click(".rays-head button");
 figure("drawing off", String(await isDrawn()), !(await isDrawn()));
 await page.click(".rays-head button");

@@ -83,7 +83,10 @@ export function start() {
       const under = hover.peek();
       const [first] = of.grown.tree.rays;
       if (!under || under.x !== at.x || under.y !== at.y || !first?.hit) return;
+      // The editor takes the focus with what it shows; whoever has pressed into the picture goes on there.
+      const focused = /** @type {HTMLElement | null} */ (document.activeElement);
       revealed.value = { pointer: first.hit.body ?? first.hit.object, count: (revealed.peek()?.count ?? 0) + 1 };
+      setTimeout(() => focused?.focus({ preventScroll: true }));
     });
   });
 }
