@@ -3,6 +3,7 @@ import * as accuracy from "./accuracy.js";
 import * as compare from "./compare.js";
 import * as jobs from "./jobs.js";
 import * as maps from "./maps.js";
+import * as pixel from "./pixel.js";
 import * as plan from "./plan.js";
 
 /**
@@ -14,4 +15,4 @@ import * as plan from "./plan.js";
  * @property {() => import("../../vendor/preact.js").ComponentChild} [Overlay] over the viewport, in its coordinates
  */
 /** @type {Panel[]} */
-export const panels = [plan, accuracy, compare, maps, jobs];
+export const panels = [plan, pixel, accuracy, compare, maps, jobs];

@@ -38,6 +38,7 @@ const FILES: &[Part] = web![
     "app/link.js",
     "app/looking.js",
     "app/main.js",
+            let later = if path.starts_with("app/panels/") { " fetchpriority=\"low\"" } else { "" };
     "app/panels/accuracy-dial.js",
     "app/panels/accuracy-plot.js",
     "app/panels/accuracy-stamp.js",
@@ -59,6 +60,22 @@ const FILES: &[Part] = web![
     "app/panels/maps-load.js",
     "app/panels/maps-objects.js",
     "app/panels/maps.js",
+    "app/panels/pixel-asked.js",
+    "app/panels/pixel-glow.js",
+    "app/panels/pixel-icicle.js",
+    "app/panels/pixel-links.js",
+    "app/panels/pixel-objects.js",
+    "app/panels/pixel-outline.js",
+    "app/panels/pixel-outside.js",
+    "app/panels/pixel-overlay.js",
+    "app/panels/pixel-projection.js",
+    "app/panels/pixel-ray.js",
+    "app/panels/pixel-rays.js",
+    "app/panels/pixel-sum.js",
+    "app/panels/pixel.js",
+    "app/panels/plan-measured.js",
+    "app/panels/plan-rows.js",
+    "app/panels/plan-without.js",
     "app/panels/plan.js",
     "app/panels/registry.js",
     "app/panels/widgets.js",
@@ -188,7 +205,6 @@ pub(super) fn page(template: &str, hash: &str) -> String {
     let is_module = |path: &&str| path.starts_with("app/") && path.ends_with(".js");
     let modules: String =
         FILES.iter().map(|(path, _)| *path).filter(is_module).fold(String::new(), |mut text, path| {
-            let later = if path.starts_with("app/panels/") { " fetchpriority=\"low\"" } else { "" };
             let _ = writeln!(text, "<link rel=\"modulepreload\" href=\"studio/{hash}/{path}\"{later}>");
             text
         });
