@@ -48,7 +48,7 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 20] = [
+    let rooms: [fn() -> Vec<Route>; 21] = [
         home::routes,
         render::routes,
         rays::routes,

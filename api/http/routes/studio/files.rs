@@ -38,7 +38,6 @@ const FILES: &[Part] = web![
     "app/link.js",
     "app/looking.js",
     "app/main.js",
-            let later = if path.starts_with("app/panels/") { " fetchpriority=\"low\"" } else { "" };
     "app/panels/accuracy-dial.js",
     "app/panels/accuracy-plot.js",
     "app/panels/accuracy-stamp.js",
@@ -205,6 +204,7 @@ pub(super) fn page(template: &str, hash: &str) -> String {
     let is_module = |path: &&str| path.starts_with("app/") && path.ends_with(".js");
     let modules: String =
         FILES.iter().map(|(path, _)| *path).filter(is_module).fold(String::new(), |mut text, path| {
+            let later = if path.starts_with("app/panels/") { " fetchpriority=\"low\"" } else { "" };
             let _ = writeln!(text, "<link rel=\"modulepreload\" href=\"studio/{hash}/{path}\"{later}>");
             text
         });
