@@ -200,22 +200,22 @@ impl SceneCache {
         sent: &SentScene<'_>,
         settings: &[Overrides],
     ) -> Result<Vec<Arc<PreparedScene>>, Error> {
-        let mut base = None;
+        let mut base: Option<Arc<PreparedScene>> = None;
         let mut one = |overrides: &Overrides| {
             let own = SentScene::new(sent.text, sent.form, overrides);
-            if let (None, Form::Whole(_)) = (self.cached(&own.key), sent.form) {
-                if base.is_none() {
+            if matches!(sent.form, Form::Variation(_)) || self.cached(&own.key).is_some() {
+                return Ok(self.find(workers, &own)?.ready);
+            }
+            let original = match &base {
+                Some(base) => Arc::clone(base),
+                None => {
                     let read = |Built { loaded, .. }, share| PreparedScene::to_vary(loaded).with(share);
-                    base = Some(Arc::new(self.build(workers, sent, |_| Ok(()), read)?));
+                    let built = Arc::new(self.build(workers, sent, |_| Ok(()), read)?);
+                    Arc::clone(base.insert(built))
                 }
-            }
-            match base.clone().filter(|_| self.cached(&own.key).is_none()) {
-                Some(base) => {
-                    let ready = self.vary(workers, base, (b"{}", overrides), |_| Ok(()), prepared)?;
-                    Ok(self.keep(own.key, ready))
-                }
-                None => Ok(self.find(workers, &own)?.ready),
-            }
+            };
+            let ready = self.vary(workers, original, (b"{}", overrides), |_| Ok(()), prepared)?;
+            Ok(self.keep(own.key, ready))
         };
         settings.iter().map(&mut one).collect()
     }
