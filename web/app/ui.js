@@ -58,6 +58,9 @@ export function Button({ label, icon, children, press, kind = "plain", pressed, 
  */
 export function Tabs({ label, tabs, chosen, choose, children }) {
   const list = useRef(/** @type {HTMLElement | null} */ (null));
+  useEffect(() => {
+    list.current?.querySelector("[aria-selected=true]")?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }, [chosen]);
   const move = (/** @type {KeyboardEvent} */ event) => {
     const at = tabs.findIndex(({ id }) => id === chosen);
     const to = { ArrowRight: at + 1, ArrowLeft: at - 1 + tabs.length, Home: 0, End: tabs.length - 1 }[event.key];
