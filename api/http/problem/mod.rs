@@ -133,6 +133,13 @@ impl ProblemSummary {
     }
 }
 
+impl From<Error> for ProblemSummary {
+    fn from(error: Error) -> Self {
+        let Problem { kind, detail, .. } = error.into();
+        Self::new(kind, detail)
+    }
+}
+
 impl Problem {
     /// A problem with its detail.
     pub(crate) fn new(kind: Kind, detail: impl Into<String>) -> Self {

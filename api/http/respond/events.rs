@@ -4,7 +4,6 @@
 
 use crate::http::problem::{Problem, ProblemSummary};
 use crate::service::error::Error;
-use crate::service::jobs::record::Failure;
 use axum::http::{HeaderName, header};
 use axum::response::sse::{self, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -47,7 +46,7 @@ pub(crate) async fn events<F: Send + 'static, T: Send + 'static>(
         if finding.ready.is_empty()
             && let Err(error) = finding.next().await
         {
-            finding.ready.push_back(("failed", json!({ "problem": ProblemSummary::of(&Failure::from(&error)) })));
+            finding.ready.push_back(("failed", json!({ "problem": ProblemSummary::from(error) })));
         }
         let (name, data) = finding.ready.pop_front()?;
         Some((Ok::<_, Infallible>(sse::Event::default().event(name).data(data.to_string())), finding))

@@ -7,7 +7,6 @@ use super::multipart::{self, END_OF_PART};
 use super::picture::Shared;
 use crate::http::problem::{Problem, ProblemSummary};
 use crate::service::error::Error;
-use crate::service::jobs::record::Failure;
 use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::passes::Pass;
 use axum::body::{Body, Bytes};
@@ -53,7 +52,7 @@ pub(crate) async fn streamed(
             && parts.picture.is_some()
             && let Err(error) = parts.next().await
         {
-            let problem = ProblemSummary::of(&Failure::from(&error));
+            let problem = ProblemSummary::from(error);
             parts.add("application/json", json!({ "problem": problem }).to_string().into());
             parts.ready.push_back(multipart::end());
         }

@@ -46,7 +46,7 @@ pub(crate) struct Found {
     pub(crate) rays: u64,
     /// Codes that it is proved to be off at most.
     pub(crate) proved_codes: Option<u8>,
-    /// What it is off from the reference of the same samples, if there is one.
+    /// What it is off from the reference of the same samples, if there is one and the picture is not large.
     pub(crate) error: Option<Off>,
 }
 

@@ -87,10 +87,10 @@ fn a_map_of_distances_and_one_of_shares_hold_numbers() {
     }
 }
 
-/// Whether two estimates expect the same rays. Sums of shares may end a ray apart.
+/// Whether two estimates expect the same rays, within what pilots on a busy machine differ by.
 fn is_near(a: &Value, b: &Value) -> bool {
     let [a, b] = [a, b].map(|of| of["estimate"]["rays"].as_i64().unwrap());
-    (a - b).abs() <= 2
+    (a - b).abs() <= a / 20
 }
 
 #[test]
