@@ -117,6 +117,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
         let mut cast = cast;
         if V::DETAILS
             && light.area.is_some()
+            && world.rules.shadows.is_some()
             && let Some(cells) = &world.light_cells
         {
             let [open, blocked] = cells.known(s, index, hits.surface.point, cast.bits());
