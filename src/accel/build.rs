@@ -296,8 +296,12 @@ mod tests {
         boxes.iter().zip(0..).map(|(b, i)| BuildPrimitive::new(&b.narrowed(), i)).collect()
     }
 
-    fn split_all(_: &[BuildPrimitive<f32>]) -> bool {
-        false
+    fn split_all(_: &[BuildPrimitive<f32>]) -> Wholeness {
+        Wholeness::Any
+    }
+
+    fn few_are_whole(range: &[BuildPrimitive<f32>]) -> Wholeness {
+        if range.len() <= 16 { Wholeness::Whole } else { Wholeness::Any }
     }
 
     fn depth(bvh: &Bvh<f32>, node: usize) -> usize {
@@ -349,7 +353,7 @@ mod tests {
     fn what_is_a_leaf_stays_together() {
         let boxes: Vec<Bounds> = (0..1000).map(|i| cube(f64::from(i % 37) * 1.3)).collect();
         let (mut whole, mut split) = (primitives(&boxes), primitives(&boxes));
-        let whole = Bvh::build(&mut whole, BvhKind::Sah, &|range: &[_]| range.len() <= 16);
+        let whole = Bvh::build(&mut whole, BvhKind::Sah, &few_are_whole);
         let split = Bvh::build(&mut split, BvhKind::Sah, &split_all);
         let leaves = |bvh: &Bvh<f32>| bvh.nodes.iter().filter(|node| node.axis().is_none()).count();
         assert!(2 * leaves(&whole) <= leaves(&split), "{} {}", leaves(&whole), leaves(&split));

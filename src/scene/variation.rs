@@ -11,7 +11,7 @@ use super::pictures::Files;
 use super::problem::{Code, unless_cancelled};
 use super::read::{Unreadable, read_json};
 use super::{Description, Loaded, Overrides, Problem, Problems};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Instant;
@@ -44,52 +44,70 @@ fn described(original: &Description, patch: &[u8], overrides: &Overrides) -> Res
         return Err(Problems::one(Problem::new("", Code::WrongType, detail)));
     };
     let mut scene = around(original, &patch);
-    let fill = {
-        let named = |key: &str| match patch.get(key) {
-            Some(Value::Object(names)) => Some(names.keys().cloned().collect::<BTreeSet<String>>()),
-            Some(_) => None,
-            None => Some(BTreeSet::new()),
-        };
-        let (materials, definitions, has_objects) =
-            (named("materials"), named("definitions"), patch.contains_key("objects"));
-        move |description: &mut Description| {
-            let untouched = |names: &Option<BTreeSet<String>>, name: &str| {
-                names.as_ref().is_some_and(|names| !names.contains(name))
-            };
-            for (name, material) in description.materials.iter_mut().filter(|(name, _)| untouched(&materials, name)) {
-                material.clone_from(&original.materials[name]);
-            }
-            if definitions.as_ref().is_some_and(BTreeSet::is_empty) {
-                description.definitions = Arc::clone(&original.definitions);
-            } else {
-                let own = Arc::make_mut(&mut description.definitions).iter_mut();
-                for (name, objects) in own.filter(|(name, _)| untouched(&definitions, name)) {
-                    objects.clone_from(&original.definitions[name]);
-                }
-            }
-            if !has_objects {
-                description.objects = Arc::clone(&original.objects);
-            }
-        }
-    };
+    let left = Left::by(original, &patch);
     merge(&mut scene, Value::Object(patch));
     unless_cancelled()?;
     let text = serde_json::to_vec(&scene).unwrap_or_default();
     drop(scene);
     match read_json(&text) {
         Ok(mut description) => {
-            fill(&mut description);
+            left.fill(&mut description);
             Ok(description)
         }
         Err(Unreadable { problems, mended: None }) => Err(problems),
         Err(Unreadable { problems, mended: Some(mut mended) }) => {
-            fill(&mut mended.description);
+            left.fill(&mut mended.description);
             Err(with_rest(&text, problems, *mended, overrides))
         }
     }
 }
 
-/// The scene as JSON, with nothing in the place of objects, and of materials and definitions that a patch does not name.
+/// What a patch leaves of the large parts of a scene.
+struct Left<'a> {
+    original: &'a Description,
+    /// Names of materials that it changes; none if it replaces or removes all.
+    materials: Option<BTreeSet<String>>,
+    /// Likewise of definitions.
+    definitions: Option<BTreeSet<String>>,
+    objects: bool,
+}
+
+impl<'a> Left<'a> {
+    fn by(original: &'a Description, patch: &Map<String, Value>) -> Self {
+        let changed = |key: &str| match patch.get(key) {
+            Some(Value::Object(names)) => Some(names.keys().cloned().collect()),
+            Some(_) => None,
+            None => Some(BTreeSet::new()),
+        };
+        let (materials, definitions) = (changed("materials"), changed("definitions"));
+        Self { original, materials, definitions, objects: !patch.contains_key("objects") }
+    }
+
+    /// Puts it in the place of what stands for it.
+    fn fill(&self, description: &mut Description) {
+        let Self { original, materials, definitions, objects } = self;
+        let is_left = |changed: &Option<BTreeSet<String>>, name: &str| {
+            changed.as_ref().is_some_and(|changed| !changed.contains(name))
+        };
+        for (name, material) in description.materials.iter_mut().filter(|(name, _)| is_left(materials, name)) {
+            material.clone_from(&original.materials[name]);
+        }
+        if definitions.as_ref().is_some_and(BTreeSet::is_empty) {
+            description.definitions = Arc::clone(&original.definitions);
+        } else {
+            let own = Arc::make_mut(&mut description.definitions).iter_mut();
+            for (name, list) in own.filter(|(name, _)| is_left(definitions, name)) {
+                list.clone_from(&original.definitions[name]);
+            }
+        }
+        if *objects {
+            description.objects = Arc::clone(&original.objects);
+        }
+    }
+}
+
+/// The scene as JSON, with something small in the place of objects, and of materials and definitions that a patch does not
+/// name.
 fn around(original: &Description, patch: &Map<String, Value>) -> Value {
     let mut small = Description { objects: Arc::default(), definitions: Arc::default(), ..original.clone() };
     let mut scene = small.settings();
@@ -103,6 +121,8 @@ fn around(original: &Description, patch: &Map<String, Value>) -> Value {
     // Lists are replaced as a whole.
     let definitions = original.definitions.keys().map(|name| (name.clone(), Value::Array(Vec::new())));
     scene["definitions"] = Value::Object(definitions.collect());
+    // A scene has at least one.
+    scene["objects"] = json!([{ "sphere": { "center": [0, 0, 0], "radius": 1 } }]);
     scene
 }
 
@@ -142,7 +162,6 @@ fn without_places(Problems(mut problems): Problems) -> Problems {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     /// The examples of RFC 7396, appendix A.
     #[test]

@@ -354,11 +354,12 @@ mod tests {
         let (s, mut hits) = ((), 0);
         for (i, capped) in (0..40).flat_map(|i| [(i, false), (i, true)]) {
             let frusta = Frusta::<R>::splat(s, &frustum(i, capped));
+            let base = DVec3::from_array([0, 1, 2].map(|axis| noise(7 * i + axis)));
             for j in 0..2000 {
                 let at = |k: u32| noise(1000 * i + 11 * j + k);
                 let distance = [3.0, 100.0, 1e5][j as usize % 3];
                 let far = DVec3::new(at(0), at(1), at(2)) * distance;
-                let aim = DVec3::new(at(3), at(4), at(5)) * 2.0 - far;
+                let aim = base + DVec3::new(at(3), at(4), at(5)) - far;
                 let narrow = |v: DVec3| V3::splat(s, v.to_array().map(R::from_f64));
                 let rays = Rays {
                     origin: narrow(far),
@@ -378,7 +379,7 @@ mod tests {
                 hits += u32::from(slow.is_some());
             }
         }
-        assert!(hits > 10_000, "{hits}");
+        assert!(hits > 2_000, "{hits}");
     }
 
     #[test]

@@ -19,7 +19,7 @@ import time
 import service
 
 PACKAGES = ["puppeteer-core@25.16.0", "axe-core@4.14.1"]
-SUITES = ["flows", "speed", "deep", "access", "keys", "restart"]
+SUITES = ["flows", "pixel", "plan", "accuracy", "compare", "maps", "jobs", "speed", "deep", "access", "keys", "restart"]
 
 
 def node(modules, browser, suite, address, *more):

@@ -4,7 +4,7 @@ import { cameraOf, written } from "./camera.js";
 import { zoomWords } from "./framing.js";
 import { isMovable } from "./gestures.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
-import { deep, draft, hover, moved, offer, openPanel, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
+import { deep, draft, hover, moved, offer, openPanel, panels, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
 import { renderNow } from "./picture.js";
 import { duration } from "./report.js";
 import { lineOf, rangeOf } from "./problems.js";
@@ -88,6 +88,7 @@ function Offer() {
 export function PicturePane() {
   return html`<section class="picture" aria-label="Picture" data-pane-focus>
     <${Viewport} />
+    ${panels.value.map(({ id, Overlay }) => Overlay && html`<${Overlay} key=${id} />`)}
     ${!shown.value && status.value.word !== "failed" && html`<p class="first">The first picture is on its way.</p>`}
     <${Trouble} />
     <${Offer} />

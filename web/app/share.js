@@ -20,7 +20,7 @@ export async function seen(most = Infinity) {
 }
 
 /** @param {string} words @param {string} what */
-async function copy(words, what) {
+export async function copy(words, what) {
   try {
     await navigator.clipboard.writeText(words);
     say(`${what} is copied.`);

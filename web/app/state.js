@@ -131,6 +131,9 @@ export const other = signal(/** @type {(Shown & { label: string }) | null} */ (n
 /** @type {import("../vendor/preact.js").Signal<{ label: string, settings: Settings, text: string | null } | null>} */
 export const otherAsked = signal(null);
 
+/** A of the comparison if it is not `shown`, as the finest picture of the dial. Whoever sets it closes it. */
+export const reference = signal(/** @type {(Shown & { label: string }) | null} */ (null));
+
 // The service.
 export const key = signal("");
 export const connection = signal(/** @type {{ online: boolean, upgraded: boolean }} */ ({ online: true, upgraded: false }));

@@ -5,6 +5,7 @@ mod about;
 mod capabilities;
 mod compare;
 mod docs;
+mod embed;
 mod explain;
 mod health;
 mod home;
@@ -47,7 +48,7 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 20] = [
+    let rooms: [fn() -> Vec<Route>; 21] = [
         home::routes,
         render::routes,
         rays::routes,
@@ -66,6 +67,7 @@ pub(crate) fn all() -> Vec<Route> {
         health::routes,
         about::routes,
         docs::routes,
+        embed::routes,
         studio::routes,
         problems::routes,
     ];

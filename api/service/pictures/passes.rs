@@ -10,7 +10,6 @@ use strahl::camera::Window;
 use strahl::film::{FileFormat, Film, Region, encode};
 use strahl::plan::pilot::Effort;
 use strahl::render::{Cancelled, Control, render_window};
-use strahl::scene::effects::Effect;
 
 /// Levels of the passes: their pixels are 2^level times as wide and high as the picture's.
 const LEVELS: [u32; 3] = [3, 2, 1];
@@ -33,7 +32,8 @@ pub(crate) struct Pass {
 /// Whom passes are shown.
 pub(crate) type Show<'a> = &'a (dyn Fn(Pass) + Sync);
 
-/// Shows the passes of a whole picture that comes next: without antialiasing, since nobody looks at the edges of large pixels.
+/// Shows the passes of a whole picture that comes next: with one sample in a pixel, since nobody looks at the edges of large
+/// pixels.
 pub(crate) fn passes(
     ready: &PreparedScene,
     shot: &RenderSpec,
@@ -42,14 +42,14 @@ pub(crate) fn passes(
     control: &Control,
     show: Show<'_>,
 ) -> Result<(), Cancelled> {
-    let plain = ready.scene.without(Effect::Antialiasing);
-    let scene = plain.as_ref().unwrap_or(&ready.scene);
+    let mut scene = ready.scene.through(&Window::whole(ready.scene.width, ready.scene.height));
+    (scene.samples, scene.adaptive, scene.antialias, scene.statistical) = (1, false, false, None);
     let &RenderSpec { window: Window { width, height, .. }, region, .. } = shot;
     let mut plan = ready.outline.plan(&ready.scene);
     workers.work(|| plan.estimate(&ready.scene, region, control, Effort::BESIDE))??;
     let eta_ms = plan.estimate.map(|estimate| estimate.ms);
     // Where a pixel has one sample, half the width costs a quarter of the picture.
-    let is_cheap = plain.is_none() && ready.scene.samples == 1;
+    let is_cheap = !ready.scene.refines() && !ready.scene.adaptive && ready.scene.samples == 1;
     for level in LEVELS.into_iter().filter(|level| *level > u32::from(is_cheap)) {
         let Some(coarse) = Window::level(width, height, level as i32) else { continue };
         if u64::from(coarse.width) * u64::from(coarse.height) < FEWEST {
@@ -57,7 +57,7 @@ pub(crate) fn passes(
         }
         let whole = Region::whole(coarse.width, coarse.height);
         let pass = workers.work(|| {
-            let film = render_window(scene, &coarse, whole, control)?.film;
+            let film = render_window(&scene, &coarse, whole, control)?.film;
             Ok(pass_of(&film, 1 << level, region, eta_ms, budget))
         })??;
         pass.into_iter().for_each(show);

@@ -215,7 +215,16 @@ impl Service {
         if let Some(show) = show.filter(|_| !ends_by_itself) {
             passes(&ready, &shot, &self.memory, &work.workers, &work.control, show)?;
         }
-        let mut watch = show.map(|show| move |film: Film, distance| show_thinned(&film, distance, &self.memory, show));
+        let mut last = u32::MAX;
+        let mut watch = show.map(|show| {
+            move |film: Film, distance| {
+                // Further films of a distance have the same pixels there.
+                if distance < last {
+                    last = distance;
+                    show_thinned(&film, distance, &self.memory, show);
+                }
+            }
+        });
         let watcher = watch.as_mut().map(|watch| watch as Watcher<'_>);
         let Rendered { file, report, .. } =
             render::make(work.started, &ready, loading, &shot, &work.workers, &work.control, watcher)?;

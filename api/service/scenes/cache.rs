@@ -31,6 +31,9 @@ pub(crate) struct SceneCache {
     /// Folder of the textures that scenes may name, if there is one.
     textures: Option<TextureFolder>,
     built: Arc<LruCache<Key, Arc<PreparedScene>>>,
+    /// Variations of them. Each keeps what it is a variation of in memory and is counted with it, so they have bytes of their
+    /// own: looking at a large scene from all sides must not push out all others.
+    varied: Arc<LruCache<Key, Arc<PreparedScene>>>,
     /// What scenes take their memory from.
     pub(crate) memory: MemoryBudget,
     /// Key with which the scene of an id was last sent.
@@ -126,11 +129,13 @@ fn patching_bytes(patch: &[u8]) -> Result<u64, Error> {
 impl SceneCache {
     /// No scenes yet, and later as many as fit.
     pub(crate) fn new(budget: u64, memory: MemoryBudget, textures: Option<TextureFolder>, store: SceneStore) -> Self {
-        let built = Arc::new(LruCache::new(budget));
+        let [built, varied] = [(); 2].map(|()| Arc::new(LruCache::new(budget)));
         memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&built));
+        memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&varied));
         Self {
             textures,
             built,
+            varied,
             memory,
             ids: LruCache::new(IDS),
             store,
@@ -153,7 +158,7 @@ impl SceneCache {
 
     /// Bytes of the built scenes.
     pub(crate) fn bytes(&self) -> u64 {
-        self.built.bytes()
+        self.built.bytes() + self.varied.bytes()
     }
 
     /// The scene, from the cache or else read, checked and compiled on the pool.
@@ -195,22 +200,22 @@ impl SceneCache {
         sent: &SentScene<'_>,
         settings: &[Overrides],
     ) -> Result<Vec<Arc<PreparedScene>>, Error> {
-        let mut base = None;
+        let mut base: Option<Arc<PreparedScene>> = None;
         let mut one = |overrides: &Overrides| {
             let own = SentScene::new(sent.text, sent.form, overrides);
-            if let (None, Form::Whole(_)) = (self.cached(&own.key), sent.form) {
-                if base.is_none() {
+            if matches!(sent.form, Form::Variation(_)) || self.cached(&own.key).is_some() {
+                return Ok(self.find(workers, &own)?.ready);
+            }
+            let original = match &base {
+                Some(base) => Arc::clone(base),
+                None => {
                     let read = |Built { loaded, .. }, share| PreparedScene::to_vary(loaded).with(share);
-                    base = Some(Arc::new(self.build(workers, sent, |_| Ok(()), read)?));
+                    let built = Arc::new(self.build(workers, sent, |_| Ok(()), read)?);
+                    Arc::clone(base.insert(built))
                 }
-            }
-            match base.clone().filter(|_| self.cached(&own.key).is_none()) {
-                Some(base) => {
-                    let ready = self.vary(workers, base, (b"{}", overrides), |_| Ok(()), prepared)?;
-                    Ok(self.keep(own.key, ready))
-                }
-                None => Ok(self.find(workers, &own)?.ready),
-            }
+            };
+            let ready = self.vary(workers, original, (b"{}", overrides), |_| Ok(()), prepared)?;
+            Ok(self.keep(own.key, ready))
         };
         settings.iter().map(&mut one).collect()
     }
@@ -296,7 +301,7 @@ impl SceneCache {
 
     /// The built scene of a key, if it is in the cache.
     pub(crate) fn cached(&self, key: &Key) -> Option<Arc<PreparedScene>> {
-        self.built.get(key).inspect(|_| self.hits.hit())
+        self.built.get(key).or_else(|| self.varied.get(key)).inspect(|_| self.hits.hit())
     }
 
     /// The built scene of an id, if it is in the cache.
@@ -308,7 +313,10 @@ impl SceneCache {
     pub(crate) fn keep(&self, key: Key, ready: PreparedScene) -> Arc<PreparedScene> {
         let ready = Arc::new(ready);
         if !ready.scene.from_files {
-            self.built.put(key, Arc::clone(&ready), ready.bytes());
+            match ready.bytes_with_original() {
+                Some(bytes) => drop(self.varied.put(key, Arc::clone(&ready), bytes)),
+                None => drop(self.built.put(key, Arc::clone(&ready), ready.bytes())),
+            }
             if ready.reproducible {
                 self.ids.put(ready.scene_id.clone(), key, 1);
             }
@@ -320,6 +328,7 @@ impl SceneCache {
     pub(crate) fn forget(&self, id: &str) {
         if let Some(key) = self.ids.get(id) {
             self.built.remove(&key);
+            self.varied.remove(&key);
         }
         self.ids.remove(id);
     }

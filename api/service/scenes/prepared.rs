@@ -131,6 +131,11 @@ impl PreparedScene {
         }))
     }
 
+    /// Bytes that a variation keeps in memory, with those of the scene that it is a variation of; none for other scenes.
+    pub(crate) fn bytes_with_original(&self) -> Option<u64> {
+        self.original.as_ref().map(|original| self.bytes() + original.bytes())
+    }
+
     /// Bytes of memory it takes, kept in a cache.
     pub(crate) fn bytes(&self) -> u64 {
         let own = size_of::<Self>() - size_of::<Scene>();

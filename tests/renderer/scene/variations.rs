@@ -2,6 +2,7 @@
 //! not.
 
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::convert::Infallible;
 use std::sync::Arc;
 use strahl::film::Region;
@@ -9,7 +10,7 @@ use strahl::plan::Plan;
 use strahl::render::{Control, render};
 use strahl::scene::compile::{Original, Precise};
 use strahl::scene::variation::vary_if;
-use strahl::scene::{Format, Loaded, NoFiles, NotLoaded, Overrides, Problems, Scene, load};
+use strahl::scene::{Format, Loaded, NoFiles, NotLoaded, Overrides, Problem, Problems, Scene, load};
 
 /// Every kind of body, some of them placed twice, under several lights.
 fn scene() -> Value {
@@ -219,6 +220,12 @@ fn problems_are_those_of_the_result() {
         let found = problems.iter().find(|problem| problem.pointer == pointer);
         let found = found.unwrap_or_else(|| panic!("{patch}: {problems:?}"));
         assert!(found.detail.contains(part), "{patch}: {found:?}");
+        let whole =
+            if patch.is_object() { loaded(&merged(&scene(), &patch), &Overrides::default()).map(drop) } else { Ok(()) };
+        if let Err(Problems(whole)) = whole {
+            let said = |problem: &Problem| (problem.pointer.clone(), problem.detail.clone());
+            assert_eq!(problems.iter().map(said).collect::<BTreeSet<_>>(), whole.iter().map(said).collect(), "{patch}");
+        }
         assert!(problems.iter().all(|problem| problem.line.is_none() && problem.column.is_none()), "{problems:?}");
     }
     let deep = format!("{}0{}", "{\"fog\":".repeat(5_000), "}".repeat(5_000));

@@ -38,8 +38,9 @@ fn body(random: &mut Random, place: &Place, kind: usize) -> Value {
         4 => ("cylinder", json!({ "base": low, "top": place.at(x, y + 1.0, z), "radius": 0.3 * radius })),
         _ => ("torus", json!({ "center": low, "major_radius": radius, "minor_radius": 0.3 * radius })),
     };
-    body["material"] = json!(["matt", "mirror", "glass", "shiny"][random.below(4)]);
-    json!({ kind: body })
+    let material = ["matt", "mirror", "glass", "shiny"][random.below(4)];
+    body["material"] = json!(material);
+    json!({ (kind): body })
 }
 
 fn objects(random: &mut Random, place: &Place) -> Vec<Value> {
@@ -75,6 +76,7 @@ fn lights(random: &mut Random, place: &Place) -> Value {
 /// Bodies of all kinds, some of them in each other, in the light of areas.
 fn random_scene(random: &mut Random) -> Value {
     let place = Place { size: [0.01, 1.0, 1e3][random.below(3)], far: [0.0, 3.0, 200.0][random.below(3)] };
+    let shadows = ["transmissive", "opaque"][random.below(2)];
     json!({
         "version": 1, "image": { "width": 48, "height": 36 }, "ambient": 0.1, "background": [0.2, 0.3, 0.5],
         "camera": { "pinhole": { "eye": place.at(0.5, 1.8, 6.0), "look_at": place.at(0.0, 0.7, 0.0) } },
@@ -84,7 +86,7 @@ fn random_scene(random: &mut Random) -> Value {
             "glass": { "diffuse": 0.05, "transmission": 0.9, "ior": 1.5 },
             "shiny": { "diffuse": [0.6, 0.2, 0.1], "specular": 0.5, "shininess": 40 }
         },
-        "render": { "samples": 4, "max_depth": 4, "shadows": ["transmissive", "opaque"][random.below(2)] }
+        "render": { "samples": 4, "max_depth": 4, "shadows": shadows }
     })
 }
 

@@ -87,31 +87,36 @@ fn a_map_of_distances_and_one_of_shares_hold_numbers() {
     }
 }
 
+/// Whether two estimates expect the same rays. Sums of shares may end a ray apart.
+fn is_near(a: &Value, b: &Value) -> bool {
+    let [a, b] = [a, b].map(|of| of["estimate"]["rays"].as_i64().unwrap());
+    (a - b).abs() <= 2
+}
+
 #[test]
 fn several_settings_are_estimated_in_one_request() {
     let service = Service::start(&[]);
     let scene: Value = serde_json::from_str(BALL).unwrap();
-    let settings =
-        json!([{ "max_depth": 2 }, { "antialias": false }, { "accuracy": "time:50" }, { "precision": "double" }]);
+    let settings = json!([{ "max_depth": 2 }, { "antialias": false }, { "accuracy": "proved:2" }, { "precision": "double" }, { "accuracy": "time:50" }]);
     let answer = service.post_json("/v1/explain", &json!({ "scene": scene, "settings": settings }).to_string());
     assert_eq!(answer.status, 200, "{}", answer.text());
     let answer = answer.json();
     assert!(answer["plan"]["effects"].is_array());
     let estimates = answer["estimates"].as_array().unwrap();
-    assert_eq!(estimates.len(), 4);
-    for (own, estimate) in settings.as_array().unwrap().iter().zip(estimates) {
+    assert_eq!(estimates.len(), 5);
+    for (own, estimate) in settings.as_array().unwrap().iter().zip(estimates).take(4) {
         assert_eq!(&estimate["settings"], own);
         let (key, value) = own.as_object().unwrap().iter().next().unwrap();
         let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         let alone = service.post_json(&format!("/v1/explain?{key}={value}"), BALL).json();
-        assert_eq!(estimate["estimate"]["rays"], alone["estimate"]["rays"], "{key}");
+        assert!(is_near(estimate, &alone), "{key}: {estimate}");
         assert_eq!(estimate["depth"], alone["depth"], "{key}");
     }
-    assert!(estimates[2]["image_id"].is_null() && estimates[1]["image_id"].is_string(), "a time has no id");
+    assert!(estimates[4]["image_id"].is_null() && estimates[1]["image_id"].is_string(), "a time has no id");
     let base = service.post_json("/v1/scenes", BALL).json()["scene_id"].clone();
     let varied = json!({ "scene": { "base": base, "patch": {} }, "settings": [{ "max_depth": 2 }] });
     let varied = service.post_json("/v1/explain", &varied.to_string()).json();
-    assert_eq!(varied["estimates"][0]["estimate"]["rays"], estimates[0]["estimate"]["rays"]);
+    assert!(is_near(&varied["estimates"][0], &estimates[0]), "{varied}");
 
     let refused = |settings: Value, query: &str| {
         let body = json!({ "scene": scene, "settings": settings }).to_string();
@@ -151,6 +156,11 @@ fn an_image_is_asked_about_by_its_id_in_the_pixels_of_its_zoom() {
     let plan = service.get(&format!("/v1/images/{large}/explain")).json();
     assert!(plan["estimate"]["rays"].as_u64().unwrap() > 384 * 256, "{plan}");
 
+    let huge = image(12);
+    for path in ["explain", "map", "map?of=object"] {
+        service.get(&format!("/v1/images/{huge}/{path}")).problem(413, "cost-limit");
+    }
+    assert_eq!(service.get(&format!("/v1/images/{huge}/tree?x=100000&y=60000")).status, 200);
     service.get(&format!("/v1/images/{whole}/tree?x=48&y=0")).problem(400, "invalid-parameter");
     service.get(&format!("/v1/images/{whole}/tree?x=0&y=0&format=overlay")).problem(400, "invalid-parameter");
     service.get("/v1/images/i_a/tree?x=0&y=0").problem(404, "not-found");

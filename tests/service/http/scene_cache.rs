@@ -87,11 +87,11 @@ fn kept_scenes_stay_within_their_bytes() {
         )
     };
     let (one, other) = (balls(0.25), balls(0.5));
-    let service = Service::start(&["--scene-cache-bytes", "600000"]);
+    let service = Service::start(&["--scene-cache-bytes", "450000"]);
     let asked = [&one, &one, &other, &other, &one].map(|json| service.post_json("/v1/render", json));
     assert_eq!(asked.each_ref().map(scene), ["miss", "hit", "miss", "hit", "miss"]);
     assert_eq!((&asked[0].body, &asked[2].body), (&asked[4].body, &asked[3].body));
-    assert_eq!(service.get("/v1/limits").json()["request"]["scene_cache_bytes"], 600_000);
+    assert_eq!(service.get("/v1/limits").json()["request"]["scene_cache_bytes"], 450_000);
 
     let service = Service::start(&["--scene-cache-bytes", "0"]);
     let asked = [(); 2].map(|()| service.post_json("/v1/render", BALL));

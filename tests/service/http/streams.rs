@@ -107,13 +107,13 @@ fn variations_stream_too() {
 
 #[test]
 fn what_fails_before_the_first_part_is_refused_as_ever() {
-    let service = Service::start(&["--timeout", "1s"]);
+    let service = Service::start(&["--timeout", "5"]);
     let send = |path: &str, scene: &str| service.send("POST", path, &PARTS, scene.as_bytes());
     send("/v1/render", &BALL.replace("0.8", "-1")).problem(422, "invalid-scene");
     send("/v1/render?width=16000&height=4000", BALL).problem(413, "cost-limit");
     send("/v1/render?layers=depth", BALL).problem(400, "invalid-parameter");
     // One that fails later says so in its last part.
-    let late = parts(&send("/v1/render", SLOW));
+    let late = parts(&send("/v1/render", &SLOW.replace("\"max_depth\": 1000", "\"max_depth\": 100")));
     let last = json_of(&late[late.len() - 1]);
     assert_eq!(last["problem"]["type"], "/problems/render-deadline", "{last}");
 }

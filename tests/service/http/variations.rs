@@ -52,7 +52,7 @@ fn a_variation_takes_the_place_of_its_scene_everywhere() {
     let plan = |answer: Answer| {
         let plan = answer.json();
         let states: Vec<Value> = plan["effects"].as_array().unwrap().iter().map(|row| row["state"].clone()).collect();
-        (states, plan["depth"].clone(), plan["estimate"]["rays"].clone(), plan["warnings"].clone())
+        (states, plan["depth"].clone(), plan["overlap"].clone(), plan["warnings"].clone())
     };
     assert_eq!(plan(post(&service, "/v1/explain", &variation)), plan(service.post_json("/v1/explain", &scene)));
     let tradeoff = post(&service, "/v1/tradeoff?seconds=0.5&width=16&height=16", &variation);

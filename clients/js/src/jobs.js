@@ -1,0 +1,292 @@
+import { Backoff, PATIENCE, pause } from "./connection.js";
+import { pictureOf } from "./picture.js";
+import { ConnectionError, Problem } from "./problems.js";
+import { events } from "./sse.js";
+
+// Milliseconds without a byte after which a stream is dead; the service sends a comment each 15 seconds.
+const SILENCE = 45_000;
+const OVER = ["succeeded", "failed", "canceled"];
+
+/** @typedef {import("../types/contract.js").components["schemas"]} Schemas */
+
+/**
+ * What has happened to a job. `name`: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled.
+ * @typedef {{ name: string, id: string, data: Record<string, any> }} JobEvent
+ */
+
+/**
+ * How far a job is.
+ * @typedef {object} Progress
+ * @property {string} state
+ * @property {number} fraction From 0 to 1.
+ * @property {number} tilesDone
+ * @property {number} tilesTotal
+ * @property {number | null} etaMs Milliseconds until the end, estimated.
+ */
+
+/** The jobs of a service. */
+export class Jobs {
+  #connection;
+  /** @param {import("./connection.js").Connection} connection */
+  constructor(connection) {
+    this.#connection = connection;
+  }
+
+  /**
+   * Submits a job. The same `idempotencyKey` with the same request gives the same job; without one it has its own, so a
+   * request that was lost is sent again and is still one job.
+   * @param {import("./client.js").Scene} scene
+   * @param {import("./client.js").Settings & import("./client.js").Output & { priority?: number, labels?: string[],
+   *   idempotencyKey?: string, wait?: number }} [options] `wait`: seconds to wait for its end
+   * @param {import("./client.js").Given} [given]
+   */
+  async submit(scene, options = {}, { signal } = {}) {
+    const { priority, labels, idempotencyKey = crypto.randomUUID(), wait, format, bits, quality, ...settings } = options;
+    const output = { format, bits: bits === undefined ? undefined : String(bits), quality };
+    const about = JSON.stringify({ settings, output, priority, labels });
+    // The scene's text goes in as it is.
+    const body = `{"scene":${await textOf(scene)},${about.slice(1)}`;
+    const headers = { "content-type": "application/json", "idempotency-key": idempotencyKey, ...(wait && { prefer: `wait=${wait}` }) };
+    return new Job(this.#connection, await this.#connection.ask("/v1/jobs", { method: "POST", headers, body, patience: wait, signal }, viewOf));
+  }
+
+  /**
+   * The job of an id.
+   * @param {string} id
+   * @param {import("./client.js").Given} [given]
+   */
+  async get(id, { signal } = {}) {
+    return new Job(this.#connection, await this.#connection.ask(`/v1/jobs/${checked(id)}`, { signal }, viewOf));
+  }
+
+  /**
+   * All jobs of the tenant, the newest first.
+   * @param {{ state?: Schemas["JobState"], label?: string } & import("./client.js").Given} [filters]
+   */
+  async *list({ state, label, signal } = {}) {
+    /** @type {string | null | undefined} */
+    let cursor;
+    do {
+      const read = async (/** @type {Response} */ answer) => /** @type {Schemas["JobList"]} */ (await answer.json());
+      const page = await this.#connection.ask("/v1/jobs", { query: { state, label, cursor }, signal }, read);
+      for (const view of page.jobs) yield new Job(this.#connection, view);
+      cursor = page.next;
+    } while (cursor);
+  }
+
+  /**
+   * What happens to all jobs of the tenant, with `created` and `removed` as they come and go, without an end. First comes a
+   * snapshot of each job that has not ended, also when the stream begins again after it broke: it cannot be continued.
+   * @param {{ label?: string } & import("./client.js").Given} [filters]
+   */
+  events({ label, signal } = {}) {
+    return follow(this.#connection, "/v1/events", { label }, "", signal);
+  }
+}
+
+/**
+ * The events of a stream, which goes on after the last one if it breaks, until the service has no more (204).
+ * @param {import("./connection.js").Connection} connection
+ * @param {string} path
+ * @param {Record<string, unknown>} query
+ * @param {string} last id of the last event that was seen
+ * @param {AbortSignal} [signal]
+ * @returns {AsyncGenerator<JobEvent, void>}
+ */
+async function* follow(connection, path, query, last, signal) {
+  for (let backoff = new Backoff(connection.retries); ; ) {
+    /** @type {unknown} */
+    let error = new ConnectionError("the stream of events ends too soon");
+    /** @type {number | undefined} */
+    let seconds;
+    const stop = new AbortController(), silent = () => stop.abort(new ConnectionError("the stream of events is silent"));
+    let timer = setTimeout(silent, SILENCE);
+    const alive = () => {
+      clearTimeout(timer);
+      timer = setTimeout(silent, SILENCE);
+    };
+    try {
+      const headers = { accept: "text/event-stream", ...(last && { "last-event-id": last }) };
+      const either = signal ? AbortSignal.any([stop.signal, signal]) : stop.signal;
+      const answer = await connection.send(path, { query, headers }, either);
+      if (answer.status === 204 || !answer.body) return;
+      for await (const event of events(answer.body, alive)) {
+        backoff = new Backoff(connection.retries);
+        if (event.name === "shutdown") {
+          seconds = Math.min(Math.max(Number(event.data.retry_ms) / 1_000 || 5, 0.5), PATIENCE);
+          break;
+        }
+        last = event.id || last;
+        yield event;
+      }
+    } catch (broken) {
+      signal?.throwIfAborted();
+      error = broken;
+    } finally {
+      clearTimeout(timer);
+      stop.abort();
+    }
+    seconds ??= backoff.next(error);
+    if (seconds === undefined) throw connection.shown(error);
+    await pause(seconds, signal);
+  }
+}
+
+/** A job. `view` is what the service last said about it. */
+export class Job {
+  #connection;
+  /**
+   * @param {import("./connection.js").Connection} connection
+   * @param {Schemas["JobView"]} view
+   */
+  constructor(connection, view) {
+    this.#connection = connection;
+    this.view = view;
+  }
+  get id() {
+    return this.view.id;
+  }
+  get state() {
+    return this.view.state;
+  }
+  get #path() {
+    return `/v1/jobs/${checked(this.id)}`;
+  }
+
+  /**
+   * Asks for it again.
+   * @param {{ wait?: number } & import("./client.js").Given} [options] `wait`: seconds to wait for its end
+   */
+  async refresh({ wait, signal } = {}) {
+    /** @type {Record<string, string>} */
+    const headers = wait ? { prefer: `wait=${wait}` } : {};
+    this.view = await this.#connection.ask(this.#path, { headers, patience: wait, signal }, viewOf);
+    return this;
+  }
+
+  /**
+   * What happens to it, until it has ended. A stream that breaks goes on after the last event.
+   * @param {{ since?: string } & import("./client.js").Given} [options]
+   * @returns {AsyncGenerator<JobEvent, void>}
+   */
+  async *events({ since = "", signal } = {}) {
+    for await (const event of follow(this.#connection, `${this.#path}/events`, {}, since, signal)) {
+      yield event;
+      if (OVER.includes(event.name)) return;
+    }
+  }
+
+  /**
+   * How far it is, until it has ended.
+   * @param {import("./client.js").Given} [given]
+   * @returns {AsyncGenerator<Progress, void>}
+   */
+  async *progress({ signal } = {}) {
+    /** @type {Progress} */
+    let known = { state: "queued", fraction: 0, tilesDone: 0, tilesTotal: 0, etaMs: null };
+    for await (const { name, data } of this.events({ signal })) {
+      if (name === "preview") continue;
+      const state = name === "snapshot" ? data.state : OVER.includes(name) || name === "queued" ? name : "running";
+      const tilesTotal = data.tiles_total ?? known.tilesTotal;
+      // After a restart the service may know of fewer tiles than it had told.
+      const tilesDone = name === "succeeded" ? tilesTotal : Math.max(known.tilesDone, data.tiles_done ?? 0);
+      const fraction = name === "succeeded" ? 1 : tilesTotal && tilesDone / tilesTotal;
+      known = { state, fraction, tilesDone, tilesTotal, etaMs: data.eta_ms ?? known.etaMs };
+      yield known;
+    }
+  }
+
+  /**
+   * Waits for its end; its picture. Rejects with a `Problem` if there is none, with a `TimeoutError` after so many seconds.
+   * @param {{ timeout?: number, onProgress?: (progress: Progress) => void } & import("./client.js").Given} [options]
+   */
+  async wait({ timeout, onProgress, signal } = {}) {
+    const limits = [signal, timeout === undefined ? undefined : AbortSignal.timeout(timeout * 1_000)].filter((one) => one !== undefined);
+    const either = limits.length ? AbortSignal.any(limits) : undefined;
+    while (this.state === "queued" || this.state === "running") {
+      await this.refresh({ wait: onProgress ? 1 : 20, signal: either });
+      const { fraction, tiles_done: tilesDone, tiles_total: tilesTotal } = this.view.progress;
+      onProgress?.({ state: this.state, fraction, tilesDone, tilesTotal, etaMs: this.view.eta_ms });
+    }
+    return this.result({ signal });
+  }
+
+  /**
+   * Its picture, if it has succeeded.
+   * @param {import("./client.js").Given} [given]
+   */
+  async result({ signal } = {}) {
+    if (this.state === "failed" || this.state === "canceled") {
+      const canceled = { type: "/problems/job-failed", title: "The job has no picture", status: 409, detail: `job ${this.id} was canceled` };
+      const problem = this.view.problem ?? canceled;
+      throw new Problem(problem.status, problem);
+    }
+    return this.#connection.ask(`${this.#path}/image`, { signal }, pictureOf);
+  }
+
+  /**
+   * The picture so far, at most 1,024 pixels a side; waits for the first coarse one.
+   * @param {import("./client.js").Given} [given]
+   */
+  preview({ signal } = {}) {
+    return this.#connection.ask(`${this.#path}/preview`, { patience: 30, signal }, pictureOf);
+  }
+
+  /**
+   * A region as soon as it is finished; it is rendered next.
+   * @param {readonly [x: number, y: number, width: number, height: number]} region
+   * @param {import("./client.js").Given} [given]
+   */
+  tile([x, y, w, h], { signal } = {}) {
+    return this.#connection.ask(`${this.#path}/tile`, { query: { x, y, w, h }, patience: 30, signal }, pictureOf);
+  }
+
+  /** Stops it. One that has ended already rejects with a `Problem`, `conflict`. */
+  async cancel() {
+    this.view = await this.#connection.ask(`${this.#path}/cancel`, { method: "POST", once: true }, viewOf);
+    return this;
+  }
+
+  /**
+   * Changes its priority.
+   * @param {number} priority 0 to 100
+   */
+  async prioritize(priority) {
+    const headers = { "content-type": "application/merge-patch+json" };
+    this.view = await this.#connection.ask(this.#path, { method: "PATCH", headers, body: JSON.stringify({ priority }) }, viewOf);
+    return this;
+  }
+
+  /** Forgets it and its picture. */
+  async delete() {
+    await this.#connection.ask(this.#path, { method: "DELETE", once: true }, async () => {});
+  }
+}
+
+/**
+ * @param {Response} answer
+ * @returns {Promise<Schemas["JobView"]>}
+ */
+const viewOf = (answer) => answer.json();
+
+/**
+ * An id as a part of a path, whatever it is.
+ * @param {string} id
+ */
+export function checked(id) {
+  if (!/^[\w-]+$/.test(id)) throw new TypeError(`${JSON.stringify(id)} is no id: ids have letters, digits, - and _`);
+  return id;
+}
+
+/**
+ * The text of a scene in JSON.
+ * @param {import("./client.js").Scene} scene
+ */
+export async function textOf(scene) {
+  if (typeof scene === "string") return scene;
+  if (scene instanceof Blob) {
+    if (scene.type && !/json/.test(scene.type)) throw new TypeError("this request takes a scene in JSON; NFF can be rendered and explained");
+    return scene.text();
+  }
+  return scene instanceof Uint8Array ? new TextDecoder().decode(scene) : JSON.stringify(scene);
+}

@@ -1,0 +1,14 @@
+export { Client } from "./client.js";
+export { Picture } from "./picture.js";
+export type Scene = import("./client.js").Scene;
+export type Settings = import("./client.js").Settings;
+export type Output = import("./client.js").Output;
+export type Given = import("./client.js").Given;
+export type ImageLike = import("./client.js").ImageLike;
+export type Pass = import("./parts.js").Pass;
+export type Mistake = import("./problems.js").Mistake;
+export type PictureError = import("./picture.js").PictureError;
+export type JobEvent = import("./jobs.js").JobEvent;
+export type Progress = import("./jobs.js").Progress;
+export { Job, Jobs } from "./jobs.js";
+export { ConnectionError, DamagedError, Problem, StrahlError } from "./problems.js";

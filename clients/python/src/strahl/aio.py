@@ -1,0 +1,350 @@
+"""The asynchronous client. `generate.py` makes `client.py`, the blocking one, of this file."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
+from contextlib import asynccontextmanager
+from types import TracebackType
+from typing import Self, TypeVar, Unpack
+
+import anyio
+import httpx
+
+from . import calls, contract
+from .calls import Call, ImageLike, RenderOptions, SceneLike, Settings
+from .events import SILENCE, Event, Follower, Meter, Parser, Progress, progress_of
+from .parts import Finer, Parts, Pass
+from .picture import Picture, check_digest
+from .problems import Problem, StrahlError, Unreachable, failure_of
+from .retry import Backoff, shown
+
+T = TypeVar("T")
+
+
+class AsyncClient:
+    """A service. Without `url` and `key`, STRAHL_URL and STRAHL_KEY say which.
+
+    Requests to a service that is busy (429, 503) or away are sent again, up to `retries` times, when `Retry-After` says.
+    `timeout` is in seconds, for each request.
+    """
+
+    def __init__(self, url: str | None = None, *, key: str | None = None, timeout: float = 60.0, retries: int = 5,
+                 transport: httpx.AsyncBaseTransport | None = None) -> None:
+        self.retries = retries
+        self._timeout = timeout
+        self._http = httpx.AsyncClient(base_url=calls.base_of(url), headers=calls.key_of(key), timeout=timeout, transport=transport)
+        self.jobs = AsyncJobs(self)
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Closes all connections."""
+        await self._http.aclose()
+
+    async def render(self, scene: SceneLike, **options: Unpack[RenderOptions]) -> Picture:
+        """The picture of a scene."""
+        return await self._do(calls.render(scene, options))
+
+    async def tile(self, scene: SceneLike, region: Sequence[int], **options: Unpack[RenderOptions]) -> Picture:
+        """A region `(x, y, width, height)` of the picture: the same bytes as in the whole."""
+        return await self._do(calls.tile(scene, region, options))
+
+    async def stream(self, scene: SceneLike, **options: Unpack[RenderOptions]) -> AsyncIterator[Pass]:
+        """The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render."""
+        call, backoff, finer = calls.render(scene, options), Backoff(self.retries), Finer()
+        while True:
+            try:
+                headers = {**call.headers, "Accept": "multipart/mixed"}
+                async with self._stream("POST", call.path, headers, self._timeout, call.query, call.body) as response:
+                    parts = Parts()
+                    async for chunk in response.aiter_bytes():
+                        for told in parts.feed(chunk):
+                            if finer.take(told):
+                                yield told
+                if finer.over:
+                    return
+                error: Exception = finer.torn()
+            except (StrahlError, httpx.TransportError) as broken:
+                error = broken
+            if (seconds := backoff.next(error)) is None:
+                raise shown(error, self._http.base_url) from error
+            await anyio.sleep(seconds)
+
+    async def explain(self, scene: SceneLike, **settings: Unpack[Settings]) -> contract.Plan:
+        """The plan: effects, why, and what they should cost."""
+        return await self._do(calls.explain(scene, settings))
+
+    async def explain_each(self, scene: SceneLike, settings: Sequence[Settings]) -> contract.Several:
+        """The plan, and what the picture should cost with each of up to 32 settings."""
+        return await self._do(calls.explain_each(scene, settings))
+
+    async def analyze(self, scene: SceneLike, **settings: Unpack[Settings]) -> contract.Analyzed:
+        """The plan, and what the picture cost."""
+        return await self._do(calls.analyze(scene, settings))
+
+    async def compare(self, a: ImageLike, b: ImageLike) -> contract.PictureDifference:
+        """How far b is from a, in codes and as people see it. Each is an image id, a scene, or a scene with settings."""
+        return await self._do(calls.compare(a, b))
+
+    async def difference(self, a: ImageLike, b: ImageLike, *, format: str = "png", gain: int | None = None) -> Picture:
+        """A picture of how far b is from a: `png` (codes times `gain`), `pfm` (light of b less that of a), `flip`."""
+        return await self._do(calls.difference(a, b, format, gain))
+
+    async def tradeoff(self, scene: SceneLike, *, seconds: float | None = None, **settings: Unpack[Settings]) -> contract.Tradeoff:
+        """What accuracy costs, measured in so many seconds."""
+        return await self._do(calls.tradeoff(scene, seconds, settings))
+
+    async def validate(self, scene: SceneLike, **settings: Unpack[Settings]) -> list[contract.SceneProblem]:
+        """Warnings about a scene. One with mistakes raises `InvalidScene`, which has all of them."""
+        return await self._do(calls.validate(scene, settings))
+
+    async def map(self, scene: SceneLike, of: str, *, format: str = "pfm", step: int | None = None,
+            **settings: Unpack[Settings]) -> Picture:
+        """A map of the picture: `proved`, `rays`, `time`, `depth`, `samples` of each pixel."""
+        return await self._do(calls.map_of(scene, of, format, step, settings))
+
+    async def tree(self, scene: SceneLike, x: int, y: int, *, all_samples: bool = False,
+             **settings: Unpack[Settings]) -> contract.RayTree:
+        """The rays behind a pixel."""
+        return await self._do(calls.tree(scene, x, y, all_samples, settings))
+
+    async def rays(self, scene: SceneLike, queries: Iterable[contract.RayQuery],
+             **settings: Unpack[Settings]) -> list[contract.RayAnswer]:
+        """What rays hit."""
+        return await self._do(calls.rays(scene, queries, settings))
+
+    async def add_scene(self, scene: SceneLike, *, zoom: int | None = None, **settings: Unpack[Settings]) -> contract.KnownScene:
+        """Stores a scene. The answer has its ids, and the addresses of its picture and tiles."""
+        return await self._do(calls.add_scene(scene, zoom, settings))
+
+    async def image(self, image_id: str, *, format: calls.Format = "png", bits: int | None = None, quality: int | None = None) -> Picture:
+        """The picture of an image id."""
+        return await self._do(calls.image(image_id, format, {"bits": bits, "quality": quality}))
+
+    async def capability(self, *, job_id: str | None = None, image_id: str | None = None, scene_id: str | None = None,
+                   ttl: int | None = None) -> contract.Minted:
+        """A prefix of paths with which pages can read one job, picture or scene without a key."""
+        return await self._do(calls.capability(job_id, image_id, scene_id, ttl))
+
+    async def source(self, scene_id: str) -> str:
+        """The text of a stored scene as you have sent it."""
+        return await self._do(calls.source(scene_id))
+
+    async def me(self) -> contract.Me:
+        """Whose key it is, what it may do, and what is left of its limits."""
+        return await self._do(calls.get("/v1/me", contract.Me))
+
+    async def queue(self) -> contract.Queued:
+        """Who has the renderer and waits for it."""
+        return await self._do(calls.get("/v1/queue", contract.Queued))
+
+    async def limits(self) -> contract.AllLimits:
+        """What a request may ask for."""
+        return await self._do(calls.get("/v1/limits", contract.AllLimits))
+
+    async def version(self) -> contract.Version:
+        """The service's version."""
+        return await self._do(calls.get("/v1/version", contract.Version))
+
+    async def _do(self, call: Call[T]) -> T:
+        backoff = Backoff(self.retries)
+        while True:
+            try:
+                return call.read(await self._send(call))
+            except (StrahlError, httpx.TransportError) as error:
+                repeatable = call.repeatable or isinstance(error, (Problem, httpx.ConnectError))
+                # Who gives a time wants to wait no longer than that.
+                seconds = backoff.next(error) if repeatable and not isinstance(error, httpx.ReadTimeout) else None
+                if seconds is None:
+                    raise shown(error, self._http.base_url) from error
+            await anyio.sleep(seconds)
+
+    async def _send(self, call: Call[T]) -> httpx.Response:
+        response = await self._http.request(call.method, call.path, params=call.query or None, headers=call.headers, content=call.body,
+                                      timeout=self._timeout + call.patience)
+        if response.is_success:
+            return response
+        raise calls.refused(response)
+
+    @asynccontextmanager
+    async def _stream(self, method: str, path: str, headers: Mapping[str, str], read: float, query: Mapping[str, str] | None = None,
+                      body: bytes | None = None) -> AsyncIterator[httpx.Response]:
+        timeout = httpx.Timeout(self._timeout, read=read)
+        stream = self._http.stream(method, path, params=query, headers=headers, content=body, timeout=timeout)
+        async with stream as response:
+            if not response.is_success:
+                await response.aread()
+                raise calls.refused(response)
+            yield response
+
+
+class AsyncJobs:
+    """The jobs of a service: `client.jobs`."""
+
+    def __init__(self, client: AsyncClient) -> None:
+        self._client = client
+
+    async def submit(self, scene: SceneLike, *, priority: int | None = None, labels: Sequence[str] = (),
+               idempotency_key: str | None = None, wait: int | None = None, **options: Unpack[RenderOptions]) -> AsyncJob:
+        """Submits a job. The same `idempotency_key` with the same request gives the same job."""
+        view = await self._client._do(calls.submit(scene, options, priority, labels, idempotency_key, wait))
+        return AsyncJob(self._client, view)
+
+    async def get(self, job_id: str) -> AsyncJob:
+        """The job of an id."""
+        return AsyncJob(self._client, await self._client._do(calls.job(job_id)))
+
+    async def list(self, *, state: str | None = None, label: str | None = None) -> AsyncIterator[AsyncJob]:
+        """All jobs of the tenant, the newest first."""
+        cursor = None
+        while True:
+            page = await self._client._do(calls.jobs(state, label, None, cursor))
+            for view in page["jobs"]:
+                yield AsyncJob(self._client, view)
+            if (cursor := page["next"]) is None:
+                return
+
+    async def events(self, *, label: str | None = None) -> AsyncIterator[Event]:
+        """What happens to all jobs of the tenant, with `created` and `removed` as they come and go, without an end.
+
+        First comes a snapshot of each job that has not ended, also when the stream begins again after it broke: it cannot be
+        continued.
+        """
+        follower = Follower(retries=self._client.retries)
+        path = "/v1/events" if label is None else f"/v1/events?{httpx.QueryParams({'label': label})}"
+        while True:
+            error: Exception = Unreachable("the stream of events has ended")
+            try:
+                async with self._client._stream("GET", path, follower.headers(), SILENCE) as response:
+                    parser = Parser()
+                    async for part in response.aiter_bytes():
+                        for event in parser.feed(part):
+                            if (told := follower.take(event)) is not None:
+                                yield told
+            except (StrahlError, httpx.TransportError) as broken:
+                error = broken
+            await anyio.sleep(follower.next(error, self._client._http.base_url))
+
+
+class AsyncJob:
+    """A job. `view` is what the service last said about it."""
+
+    def __init__(self, client: AsyncClient, view: contract.JobView) -> None:
+        self._client = client
+        self.view = view
+
+    @property
+    def id(self) -> str:
+        return self.view["id"]
+
+    @property
+    def state(self) -> str:
+        return self.view["state"]
+
+    def __repr__(self) -> str:
+        return f"<AsyncJob {self.id} {self.state}>"
+
+    async def refresh(self, *, wait: int | None = None) -> Self:
+        """Asks for it again; `wait` seconds at most for its end."""
+        self.view = await self._client._do(calls.job(self.id, wait))
+        return self
+
+    async def events(self, since: str = "") -> AsyncIterator[Event]:
+        """What happens to it, until it has ended. A stream that breaks goes on after the last event."""
+        follower = Follower(since, self._client.retries)
+        while not follower.over:
+            try:
+                async with self._client._stream("GET", f"/v1/jobs/{self.id}/events", follower.headers(), SILENCE) as response:
+                    if response.status_code == 204:
+                        return
+                    parser = Parser()
+                    async for part in response.aiter_bytes():
+                        for event in parser.feed(part):
+                            if (told := follower.take(event)) is not None:
+                                yield told
+                error: Exception = Unreachable("the stream of events ends before the job")
+            except (StrahlError, httpx.TransportError) as broken:
+                error = broken
+            if follower.over:
+                return
+            await anyio.sleep(follower.next(error, self._client._http.base_url))
+
+    async def progress(self) -> AsyncIterator[Progress]:
+        """How far it is, until it has ended."""
+        meter = Meter()
+        async for event in self.events():
+            if (progress := meter.take(event)) is not None:
+                yield progress
+
+    async def wait(self, *, timeout: float | None = None, on_progress: Callable[[Progress], object] | None = None) -> Picture:
+        """Waits for its end; its picture. Raises `JobFailed`, and `TimeoutError` after so many seconds.
+
+        `on_progress` is told each second how far it is; `progress` tells it at once.
+        """
+        until = None if timeout is None else time.monotonic() + timeout
+        while self.state in {"queued", "running"}:
+            left = 20.0 if until is None else until - time.monotonic()
+            if left <= 0:
+                raise TimeoutError(f"job {self.id} is {self.state} after {timeout} seconds")
+            await self.refresh(wait=1 if on_progress else max(1, min(20, int(left))))
+            if on_progress:
+                on_progress(progress_of(self.view))
+        return await self.result()
+
+    async def result(self) -> Picture:
+        """Its picture, if it has succeeded."""
+        if self.state in {"failed", "canceled"}:
+            raise failure_of(self.view)
+        return await self._client._do(calls.job_picture(self.id, "image"))
+
+    async def download(self, path: str | os.PathLike[str]) -> None:
+        """Writes its picture to a file, without keeping it in memory. The file is there only if it is whole."""
+        part = f"{os.fspath(path)}.part"
+        backoff = Backoff(self._client.retries)
+        while True:
+            digest = hashlib.sha256()
+            try:
+                async with self._client._stream("GET", f"/v1/jobs/{self.id}/image", {}, self._client._timeout) as response:
+                    with open(part, "wb") as file:
+                        async for chunk in response.aiter_bytes():
+                            file.write(chunk)
+                            digest.update(chunk)
+                    check_digest(digest.digest(), response.headers)
+                return os.replace(part, path)
+            except (StrahlError, httpx.TransportError) as error:
+                if (seconds := backoff.next(error)) is None:
+                    if os.path.exists(part):
+                        os.remove(part)
+                    raise shown(error, self._client._http.base_url) from error
+            await anyio.sleep(seconds)
+
+    async def preview(self) -> Picture:
+        """The picture so far, at most 1,024 pixels a side; waits for the first coarse one."""
+        return await self._client._do(calls.job_picture(self.id, "preview"))
+
+    async def tile(self, region: Sequence[int]) -> Picture:
+        """A region `(x, y, width, height)` as soon as it is finished; it is rendered next."""
+        query = dict(zip("xywh", region, strict=True))
+        return await self._client._do(calls.job_picture(self.id, "tile", query))
+
+    async def cancel(self) -> Self:
+        """Stops it. One that has ended already raises `Conflict`."""
+        self.view = await self._client._do(calls.cancel(self.id))
+        return self
+
+    async def prioritize(self, priority: int) -> Self:
+        """Changes its priority, 0 to 100."""
+        self.view = await self._client._do(calls.prioritize(self.id, priority, None))
+        return self
+
+    async def delete(self) -> None:
+        """Forgets it and its picture."""
+        await self._client._do(calls.delete(self.id))
+

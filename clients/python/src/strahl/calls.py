@@ -1,0 +1,288 @@
+"""Requests without a network: what is sent, and how the answer is read. Both clients use them."""
+
+from __future__ import annotations
+
+import json
+import os
+import uuid
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Generic, Literal, TypeAlias, TypedDict, TypeVar, cast
+
+import httpx
+
+from . import contract
+from .picture import Picture, picture_of
+from .problems import Damaged, Problem, problem_of
+
+T = TypeVar("T")
+
+#: A scene: a `dict`, its JSON text, or a file of JSON or NFF, plain or gzip.
+SceneLike: TypeAlias = "Mapping[str, Any] | str | bytes | Path"
+Format: TypeAlias = Literal["png", "jpg", "webp", "exr", "pfm"]
+
+
+class Settings(TypedDict, total=False):
+    """Settings over the scene's."""
+
+    width: int
+    height: int
+    max_depth: int
+    min_weight: float
+    #: `fixed`, `proved:1`, `time:200`, `rays:1000000` or `statistical:2`.
+    accuracy: str
+    samples: int
+    antialias: bool
+    precision: Literal["single", "double"]
+
+
+#: One of two pictures: an image id, a scene, or a scene with settings.
+ImageLike: TypeAlias = "SceneLike | tuple[SceneLike, Settings]"
+
+
+class Output(TypedDict, total=False):
+    """How a picture is written."""
+
+    format: Format
+    bits: Literal[8, 16]
+    quality: int
+    #: Further layers of an EXR.
+    layers: str
+
+
+class RenderOptions(Settings, Output, total=False):
+    """Settings, and how the picture is written."""
+
+
+@dataclass(frozen=True)
+class Call(Generic[T]):
+    """A request and how its answer is read."""
+
+    method: str
+    path: str
+    read: Callable[[httpx.Response], T]
+    query: Mapping[str, str] = field(default_factory=dict)
+    headers: Mapping[str, str] = field(default_factory=dict)
+    body: bytes | None = None
+    #: Whether it may be sent again although it may have been received.
+    repeatable: bool = True
+    #: Seconds that the service may take for the answer beyond the usual.
+    patience: float = 0.0
+
+
+def refused(response: httpx.Response) -> Problem:
+    """The problem of an answer that has been read."""
+    try:
+        document: Any = response.json()
+    except ValueError:
+        document = response.text
+    # A date would need a clock that agrees; the service sends seconds.
+    after = response.headers.get("retry-after", "")
+    return problem_of(response.status_code, document, float(after) if after.isdecimal() else None)
+
+
+def _json(response: httpx.Response) -> Any:
+    try:
+        return response.json()
+    except ValueError as error:
+        raise Damaged(f"the answer of {response.url.path} is not JSON") from error
+
+
+def _read(_: type[T]) -> Callable[[httpx.Response], T]:
+    return lambda response: cast(T, _json(response))
+
+
+def _picture(response: httpx.Response) -> Picture:
+    return picture_of(response.content, response.headers)
+
+
+def _nothing(_: httpx.Response) -> None:
+    return None
+
+
+def scene_body(scene: SceneLike) -> tuple[bytes, str]:
+    """A scene's bytes and their media type."""
+    if isinstance(scene, Path):
+        endings = [ending.lower() for ending in scene.suffixes]
+        packed = bool(endings) and endings[-1] == ".gz"
+        nff = any(ending in {".nff", ".aff"} for ending in endings)
+        return scene.read_bytes(), "application/gzip" if packed else "text/x-nff" if nff else "application/json"
+    if isinstance(scene, Mapping):
+        # NaN is no JSON; the service would not say where it is.
+        return json.dumps(scene, allow_nan=False).encode(), "application/json"
+    return (scene.encode() if isinstance(scene, str) else bytes(scene)), "application/json"
+
+
+def query_of(options: Mapping[str, Any]) -> dict[str, str]:
+    """Parameters of a query: what is None is left out."""
+    words = {True: "true", False: "false"}
+    return {
+        name: words[value] if isinstance(value, bool) else str(value) for name, value in options.items() if value is not None
+    }
+
+
+def about_scene(path: str, scene: SceneLike, read: Callable[[httpx.Response], T], options: Mapping[str, Any],
+                accept: str = "application/json", patience: float = 0.0) -> Call[T]:
+    body, media_type = scene_body(scene)
+    headers = {"Content-Type": media_type, "Accept": accept}
+    return Call("POST", path, read, query_of(options), headers, body, patience=patience)
+
+
+def render(scene: SceneLike, options: Mapping[str, Any]) -> Call[Picture]:
+    return about_scene("/v1/render", scene, _picture, options, "*/*")
+
+
+def tile(scene: SceneLike, region: Sequence[int], options: Mapping[str, Any]) -> Call[Picture]:
+    x, y, width, height = region
+    return about_scene("/v1/render/tile", scene, _picture, {"x": x, "y": y, "w": width, "h": height, **options}, "*/*")
+
+
+def explain(scene: SceneLike, options: Mapping[str, Any]) -> Call[contract.Plan]:
+    return about_scene("/v1/explain", scene, _read(contract.Plan), options)
+
+
+def explain_each(scene: SceneLike, settings: Sequence[Settings]) -> Call[contract.Several]:
+    body = b'{"scene":%b,"settings":%b}' % (_json_scene(scene), json.dumps(list(settings), allow_nan=False).encode())
+    return Call("POST", "/v1/explain", _read(contract.Several), headers={"Content-Type": "application/json"}, body=body)
+
+
+def analyze(scene: SceneLike, options: Mapping[str, Any]) -> Call[contract.Analyzed]:
+    return about_scene("/v1/explain", scene, _read(contract.Analyzed), {"analyze": True, **options})
+
+
+def compare(a: ImageLike, b: ImageLike) -> Call[contract.PictureDifference]:
+    headers = {"Content-Type": "application/json"}
+    return Call("POST", "/v1/compare", _read(contract.PictureDifference), headers=headers, body=_pair(a, b), patience=30)
+
+
+def difference(a: ImageLike, b: ImageLike, format: str, gain: int | None) -> Call[Picture]:
+    headers = {"Content-Type": "application/json"}
+    return Call("POST", "/v1/compare", _picture, query_of({"format": format, "gain": gain}), headers, _pair(a, b), patience=30)
+
+
+def _pair(a: ImageLike, b: ImageLike) -> bytes:
+    return b'{"a":%b,"b":%b}' % (_side(a), _side(b))
+
+
+def _side(one: ImageLike) -> bytes:
+    """An image id, or a scene with settings or without."""
+    if isinstance(one, str) and one.startswith("i_"):
+        return json.dumps({"image": one}).encode()
+    scene, settings = one if isinstance(one, tuple) else (one, {})
+    return b'{"scene":%b,"settings":%b}' % (_json_scene(scene), json.dumps(settings, allow_nan=False).encode())
+
+
+def source(scene_id: str) -> Call[str]:
+    return Call("GET", f"/v1/scenes/{_id(scene_id)}/source", lambda response: response.text)
+
+
+def tradeoff(scene: SceneLike, seconds: float | None, options: Mapping[str, Any]) -> Call[contract.Tradeoff]:
+    query = {"seconds": seconds, "format": "json", **options}
+    return about_scene("/v1/tradeoff", scene, _read(contract.Tradeoff), query, patience=seconds or 10.0)
+
+
+def validate(scene: SceneLike, options: Mapping[str, Any]) -> Call[list[contract.SceneProblem]]:
+    read: Callable[[httpx.Response], list[contract.SceneProblem]] = lambda response: _json(response)["warnings"]
+    return about_scene("/v1/scenes/validate", scene, read, options)
+
+
+def map_of(scene: SceneLike, of: str, format: str, step: int | None, options: Mapping[str, Any]) -> Call[Picture]:
+    return about_scene("/v1/map", scene, _picture, {"of": of, "format": format, "step": step, **options}, "*/*")
+
+
+def tree(scene: SceneLike, x: int, y: int, all_samples: bool, options: Mapping[str, Any]) -> Call[contract.RayTree]:
+    query = {"x": x, "y": y, "all_samples": all_samples or None, **options}
+    return about_scene("/v1/tree", scene, _read(contract.RayTree), query)
+
+
+def rays(scene: SceneLike, queries: Iterable[contract.RayQuery], options: Mapping[str, Any]) -> Call[list[contract.RayAnswer]]:
+    body = b'{"scene":%b,"rays":%b}' % (_json_scene(scene), json.dumps(list(queries), allow_nan=False).encode())
+    read: Callable[[httpx.Response], list[contract.RayAnswer]] = lambda response: _json(response)["answers"]
+    return Call("POST", "/v1/rays", read, query_of(options), {"Content-Type": "application/json"}, body)
+
+
+def add_scene(scene: SceneLike, zoom: int | None, options: Mapping[str, Any]) -> Call[contract.KnownScene]:
+    return about_scene("/v1/scenes", scene, _read(contract.KnownScene), {"zoom": zoom, **options})
+
+
+def image(image_id: str, format: str, options: Mapping[str, Any]) -> Call[Picture]:
+    return Call("GET", f"/v1/images/{_id(image_id)}.{format}", _picture, query_of(options))
+
+
+def get(path: str, of: type[T]) -> Call[T]:
+    return Call("GET", path, _read(of))
+
+
+def capability(job_id: str | None, image_id: str | None, scene_id: str | None, ttl: int | None) -> Call[contract.Minted]:
+    wanted = {"job_id": job_id, "image_id": image_id, "scene_id": scene_id, "ttl": ttl}
+    body = json.dumps({name: value for name, value in wanted.items() if value is not None}).encode()
+    return Call("POST", "/v1/capabilities", _read(contract.Minted), headers={"Content-Type": "application/json"}, body=body)
+
+
+def submit(scene: SceneLike, options: Mapping[str, Any], priority: int | None, labels: Sequence[str],
+           idempotency_key: str | None, wait: int | None) -> Call[contract.JobView]:
+    output = {name: str(value) if name == "bits" else value for name, value in options.items()
+              if name in Output.__annotations__ and value is not None}
+    settings = {name: value for name, value in options.items() if name not in Output.__annotations__ and value is not None}
+    about = {"settings": settings, "output": output, "labels": list(labels), **({} if priority is None else {"priority": priority})}
+    # The scene's text goes in as it is, so that lines of mistakes are its own where it stands alone.
+    body = b'{"scene":%b,%b' % (_json_scene(scene), json.dumps(about, allow_nan=False).encode()[1:])
+    # With a key it can be sent again without becoming two jobs.
+    headers = {"Content-Type": "application/json", "Idempotency-Key": idempotency_key or str(uuid.uuid4())}
+    if wait:
+        headers["Prefer"] = f"wait={wait}"
+    return Call("POST", "/v1/jobs", _read(contract.JobView), headers=headers, body=body, patience=wait or 0)
+
+
+def job(job_id: str, wait: int | None = None) -> Call[contract.JobView]:
+    headers = {"Prefer": f"wait={wait}"} if wait else {}
+    return Call("GET", f"/v1/jobs/{_id(job_id)}", _read(contract.JobView), headers=headers, patience=wait or 0)
+
+
+def jobs(state: str | None, label: str | None, limit: int | None, cursor: str | None) -> Call[contract.JobList]:
+    query = query_of({"state": state, "label": label, "limit": limit, "cursor": cursor})
+    return Call("GET", "/v1/jobs", _read(contract.JobList), query)
+
+
+def cancel(job_id: str) -> Call[contract.JobView]:
+    return Call("POST", f"/v1/jobs/{_id(job_id)}/cancel", _read(contract.JobView), repeatable=False)
+
+
+def delete(job_id: str) -> Call[None]:
+    return Call("DELETE", f"/v1/jobs/{_id(job_id)}", _nothing, repeatable=False)
+
+
+def prioritize(job_id: str, priority: int, etag: str | None) -> Call[contract.JobView]:
+    headers = {"Content-Type": "application/merge-patch+json", **({"If-Match": etag} if etag else {})}
+    body = json.dumps({"priority": priority}).encode()
+    return Call("PATCH", f"/v1/jobs/{_id(job_id)}", _read(contract.JobView), headers=headers, body=body)
+
+
+def job_picture(job_id: str, part: str, query: Mapping[str, Any] | None = None) -> Call[Picture]:
+    return Call("GET", f"/v1/jobs/{_id(job_id)}/{part}", _picture, query_of(query or {}), patience=30)
+
+
+def _json_scene(scene: SceneLike) -> bytes:
+    body, media_type = scene_body(scene)
+    if media_type != "application/json":
+        raise ValueError("this request takes a scene in JSON; NFF can be rendered and explained")
+    return body
+
+
+def _id(text: str) -> str:
+    """An id as a part of a path, whatever it is."""
+    if not text or not all(c.isascii() and (c.isalnum() or c in "-_") for c in text):
+        raise ValueError(f"{text!r} is no id: ids have letters, digits, - and _")
+    return text
+
+
+def base_of(url: str | None) -> str:
+    """The service's address: the one that is given, or that of the environment, or the one of a desk."""
+    return (url or os.environ.get("STRAHL_URL") or "http://127.0.0.1:8080").rstrip("/")
+
+
+def key_of(key: str | None) -> dict[str, str]:
+    key = key or os.environ.get("STRAHL_KEY")
+    return {"Authorization": f"Bearer {key}"} if key else {}
+

@@ -1,0 +1,460 @@
+// Pages with <strahl-picture> in headless Chromium. Called by embed.py.
+//
+// Page, element and service have three addresses, as they would have in use. Between them is a proxy, which counts streams,
+// cuts them, and can be busy.
+import fs from "node:fs";
+import http from "node:http";
+import path from "node:path";
+import { spawn, spawnSync } from "node:child_process";
+import { createRequire } from "node:module";
+import assert from "node:assert/strict";
+
+const [modules, browserPath, strahl, folder, ...chosen] = process.argv.slice(2);
+const require = createRequire(path.join(modules, "x.js"));
+const puppeteer = require("puppeteer-core");
+const axe = fs.readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+const pause = (ms) => new Promise((over) => setTimeout(over, ms));
+async function until(what, holds, ms = 120_000) {
+  for (const started = Date.now(); !(await holds()); await pause(20)) assert(Date.now() - started < ms, `never: ${what}`);
+}
+
+// The services: one without keys, one with.
+class Program {
+  constructor(port, ...flags) { Object.assign(this, { port, flags: [...flags, "--listen", `127.0.0.1:${port}`] }); }
+  async start() {
+    this.process = spawn(strahl, ["serve", ...this.flags], { stdio: ["ignore", "ignore", "pipe"] });
+    await new Promise((listens, fails) => {
+      this.process.stderr.on("data", (data) => /listening on/.test(data) && listens());
+      this.process.on("exit", (code) => fails(new Error(`the service ended with ${code}`)));
+    });
+    return this;
+  }
+  stop(signal = "SIGTERM") {
+    const ended = new Promise((over) => this.process.on("exit", over));
+    this.process.kill(signal);
+    return ended;
+  }
+}
+const [openPort, closedPort] = [8471, 8472];
+const keys = path.join(folder, "keys.toml");
+const key = spawnSync(strahl, ["key", "new", "--tenant", "acme", "--scopes", "render,jobs,read", "--file", keys], { encoding: "utf8" }).stdout.trim();
+const open = await new Program(openPort).start();
+const closed = await new Program(closedPort, "--keys", keys, "--data", path.join(folder, "data")).start();
+
+// A service that tells of five thousand tiles at once, with addresses that lead elsewhere.
+const small = Buffer.from(await (await fetch(`http://127.0.0.1:${openPort}/v1/render?width=64&height=64`, { method: "POST", body: fs.readFileSync("scenes/whitted/whitted.json") })).arrayBuffer());
+function flood(rest, response, allow) {
+  const png = () => response.writeHead(200, { ...allow, "content-type": "image/png" }).end(small);
+  if (!rest.endsWith("/events")) {
+    if (rest !== "/v1/jobs/flood") return png();
+    return response.writeHead(200, { ...allow, "content-type": "application/json" }).end(JSON.stringify({ state: "succeeded", width: 1024, height: 1024, image_id: null }));
+  }
+  const event = (seq, name, data) => `id: ${seq}\nevent: ${name}\ndata: ${JSON.stringify({ job: "flood", seq, url: "https://elsewhere.example/", ...data })}\n\n`;
+  const tiles = Array.from({ length: 5_000 }, (_, i) => event(i + 2, "tile", { x: 0, y: 0, w: 16, h: 16, tiles_done: i + 1 }));
+  response.writeHead(200, { ...allow, "content-type": "text/event-stream" });
+  response.write(event(1, "snapshot", { state: "running", width: 1024, height: 1024, tiles_total: 5_000, tiles_done: 0 }) + tiles.join(""));
+  setTimeout(() => response.end(event(5_002, "succeeded", {})), 500);
+}
+
+// The proxy in front of them: /open/..., /closed/... and /flood/...
+const proxy = { streams: 0, most: 0, asked: [], cutAfter: 0, busy: 0 };
+const proxied = http.createServer((request, response) => {
+  const [, name, rest] = request.url.match(/^\/(open|closed|flood)(\/.*)$/) ?? [];
+  if (!name) return response.writeHead(404).end();
+  if (rest === "/embed.js" && process.env.EMBED_FROM_DISK) {
+    return response.writeHead(200, { "access-control-allow-origin": "*", "content-type": "text/javascript" }).end(fs.readFileSync("web/embed/strahl-picture.js"));
+  }
+  const isStream = rest.includes("/events");
+  proxy.asked.push({ method: request.method, url: rest, last: request.headers["last-event-id"], origin: request.headers.origin });
+  const allow = { "access-control-allow-origin": "*" };
+  if (proxy.busy > 0 && request.method !== "OPTIONS" && (proxy.busyOn ?? /./).test(rest)) {
+    proxy.busy--;
+    proxy.busyAt.push(Date.now());
+    return response.writeHead(503, { ...allow, "access-control-expose-headers": "Retry-After", "retry-after": "1", "content-type": "application/problem+json" })
+      .end(JSON.stringify({ type: "/problems/saturated", title: "busy", status: 503, detail: "busy" }));
+  }
+  if (isStream) { proxy.streams++; proxy.most = Math.max(proxy.most, proxy.streams); response.on("close", () => proxy.streams--); }
+  if (name === "flood") return flood(rest, response, allow);
+  const port = name === "open" ? openPort : closedPort;
+  const asked = http.request({ port, host: "127.0.0.1", method: request.method, path: rest, headers: { ...request.headers, host: `127.0.0.1:${port}` } }, (answer) => {
+    response.writeHead(answer.statusCode, answer.headers);
+    let sent = 0;
+    answer.on("data", (part) => {
+      response.write(part);
+      sent += part.length;
+      if (isStream && proxy.cutAfter && sent > proxy.cutAfter) { proxy.cut = (proxy.cut ?? 0) + 1; response.destroy(); asked.destroy(); }
+    });
+    answer.on("end", () => response.end());
+    answer.on("error", () => response.destroy());
+  });
+  asked.on("error", () => response.destroy());
+  response.on("close", () => asked.destroy());
+  request.pipe(asked);
+});
+const listen = (server, port) => new Promise((done) => server.listen(port, "127.0.0.1", done));
+await listen(proxied, 8473);
+const through = "http://127.0.0.1:8473";
+
+// Pages, with a policy that forbids all that an element of somebody else should not need.
+const example = path.join("examples", "embed");
+const scene = JSON.parse(fs.readFileSync("scenes/whitted/whitted.json", "utf8"));
+const policy = `default-src 'none'; script-src 'self' ${through}; connect-src 'self' ${through}; style-src 'self'; require-trusted-types-for 'script'; trusted-types 'none'`;
+const watch = `window.seen = []; window.violations = [];
+document.addEventListener("securitypolicyviolation", (event) => violations.push(event.violatedDirective + " " + event.blockedURI));
+for (const name of ["progress", "done", "error"]) document.addEventListener("strahl-" + name, ({ target, detail }) =>
+  seen.push({ name, id: target.id, at: performance.now(), detail: JSON.parse(JSON.stringify({ ...detail, message: detail.error?.message })) }));`;
+const types = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".json": "application/json" };
+let body = "";
+const host = http.createServer((request, response) => {
+  const { pathname } = new URL(request.url, "http://host");
+  response.setHeader("content-security-policy", policy);
+  response.setHeader("content-type", types[path.extname(pathname)] ?? "text/html");
+  if (pathname === "/page") {
+    return response.end(`<!doctype html><html lang="en"><title>page</title><script src="/watch.js"></script>
+<script type="module" src="${through}/open/embed.js"></script><main><h1>Page</h1>${body}</main></html>`);
+  }
+  if (pathname === "/watch.js") return response.end(watch);
+  if (pathname === "/scene.json") return response.end(JSON.stringify(scene));
+  const file = pathname.startsWith("/client/") ? path.join("clients/js/src", path.basename(pathname)) : path.join(example, path.normalize(pathname));
+  if (!fs.existsSync(file)) return response.writeHead(404).end();
+  const text = fs.readFileSync(file, "utf8").replaceAll("http://127.0.0.1:8080", `${through}/open`);
+  response.end(pathname === "/index.html" ? text.replace("<script", '<script src="/watch.js"></script><script') : text);
+});
+await listen(host, 8474);
+const origin = "http://127.0.0.1:8474";
+
+const flags = "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-component-update --disable-sync";
+const browser = await puppeteer.launch({ executablePath: browserPath, headless: true, userDataDir: path.join(folder, "profile"), args: flags.split(" ") });
+
+let page;
+const problems = [];
+async function show(html, address = "/page") {
+  body = html;
+  Object.assign(proxy, { most: 0, asked: [], cutAfter: 0, cut: 0, busy: 0, busyAt: [], busyOn: undefined });
+  page = await browser.newPage();
+  await page.setCacheEnabled(false);
+  await page.setViewport({ width: 1200, height: 800 });
+  page.on("pageerror", (error) => problems.push(String(error)));
+  await page.goto(origin + address);
+  return page;
+}
+async function leave() {
+  problems.push(...await page.evaluate(() => window.violations));
+  await page.close();
+}
+const seen = (name, id = "") => page.evaluate((name, id) => window.seen.filter((one) => one.name === name && one.id === id), name, id);
+const last = async (name, id = "") => (await seen(name, id)).at(-1)?.detail;
+const done = (id = "", ms) => until(`done ${id}`, async () => {
+  const error = await last("error", id);
+  assert(!error, `${id}: ${error?.message}`);
+  return last("done", id);
+}, ms);
+const failed = async (id = "") => { await until(`error ${id}`, () => last("error", id)); return last("error", id); };
+/** The canvas's pixels, or what differs from a picture of the same size: the mean of all bytes. */
+const differs = async (selector, url, headers = {}) => page.evaluate(async (selector, bytes) => {
+  const canvas = document.querySelector(selector).shadowRoot.querySelector("canvas");
+  const other = new OffscreenCanvas(canvas.width, canvas.height), context = other.getContext("2d");
+  context.drawImage(await createImageBitmap(new Blob([new Uint8Array(bytes)])), 0, 0, canvas.width, canvas.height);
+  await new Promise((next) => requestAnimationFrame(() => requestAnimationFrame(next)));
+  const [a, b] = [canvas.getContext("2d"), context].map((one) => one.getImageData(0, 0, canvas.width, canvas.height).data);
+  return a.reduce((sum, value, i) => sum + Math.abs(value - b[i]), 0) / a.length;
+}, selector, [...new Uint8Array(await (await fetch(url, { headers })).arrayBuffer())]);
+
+const authorization = { authorization: `Bearer ${key}` };
+async function ask(url, method = "GET", json, headers = {}) {
+  const answer = await fetch(url, { method, headers: { ...(json && { "content-type": "application/json" }), ...headers }, body: json && JSON.stringify(json) });
+  assert(answer.ok, `${url}: ${answer.status} ${await answer.clone().text()}`);
+  return answer.headers.get("content-type")?.includes("json") ? answer.json() : answer.arrayBuffer();
+}
+let count = 0;
+/** A job that takes so many samples; no two are the same. */
+async function submit(where, samples = 16, width = 512, headers = {}, output = {}) {
+  const own = structuredClone(scene);
+  own.name = `job ${++count} ${Date.now()}`;
+  own.background = [0.1 + count / 1_000, 0.2, 0.3 + Math.random() / 100];
+  return (await ask(`http://127.0.0.1:${where}/v1/jobs`, "POST", { scene: own, settings: { width, height: width * 3 / 4, samples, antialias: false }, output }, headers)).id;
+}
+const capability = async (what) => (await ask(`http://127.0.0.1:${closedPort}/v1/capabilities`, "POST", what, authorization)).prefix;
+const mine = (id, attributes) => `<strahl-picture id="${id}" src="${through}/${attributes}></strahl-picture>`;
+
+const flows = {
+  async "a job comes coarse to fine with a capability, and the stream is cut and goes on"() {
+    const id = await submit(closedPort, 24, 512, authorization);
+    await show(mine("p", `closed" job="${id}" capability="${await capability({ job_id: id })}" alt="A ball"`));
+    proxy.cutAfter = 1_500;
+    await until("a cut", () => proxy.cut >= 2);
+    proxy.cutAfter = 0;
+    await done("p");
+    const states = (await seen("progress", "p")).map(({ detail }) => detail.state);
+    for (const state of ["waiting", "preview", "tile", "succeeded"]) assert(states.includes(state), `no ${state}: ${[...new Set(states)]}`);
+    const fractions = (await seen("progress", "p")).map(({ detail }) => detail.fraction).filter((one) => one !== undefined);
+    assert(fractions.every((one, i) => !i || one >= fractions[i - 1]), "progress goes backwards");
+    const again = proxy.asked.filter(({ url }) => url.includes("/events")).slice(1);
+    assert(again.filter(({ method }) => method === "GET").every(({ last }) => /^\d+$/.test(last)), JSON.stringify(again));
+    const told = await last("done", "p");
+    assert.equal(told.width, 512);
+    assert(told.report.cost.rays.camera > 0 && told.error.proved !== undefined && told.job.state === "succeeded", JSON.stringify(told));
+    assert.equal(await differs("#p", `http://127.0.0.1:${closedPort}/v1/jobs/${id}/image`, authorization), 0);
+    assert(!proxy.asked.some(({ url }) => !url.startsWith("/c/") && url !== "/embed.js"), "it asks without its capability");
+    return `${proxy.cut} cuts, ${states.length} events`;
+  },
+  async "the service is killed in the middle and the picture comes"() {
+    const id = await submit(closedPort, 24, 512, authorization);
+    await show(mine("p", `closed" job="${id}" capability="${await capability({ job_id: id })}"`));
+    // The secret of a capability ends with the process unless the key file has one, so this page has the key.
+    await page.evaluate((key) => { const p = document.getElementById("p"); p.removeAttribute("capability"); p.key = key; }, key);
+    await until("some tiles", async () => (await seen("progress", "p")).some(({ detail }) => detail.state === "tile"));
+    await closed.stop("SIGKILL");
+    await until("offline", async () => (await last("progress", "p")).state === "offline");
+    const said = await page.evaluate(() => document.getElementById("p").shadowRoot.querySelector("[role=status]").textContent);
+    assert.match(said, /Trying again/);
+    await closed.start();
+    await done("p");
+    assert.equal(await differs("#p", `http://127.0.0.1:${closedPort}/v1/jobs/${id}/image`, authorization), 0);
+  },
+  async "jobs without capabilities share a stream, and a wrong one among them harms none"() {
+    const ids = [];
+    for (let i = 0; i < 5; i++) ids.push(await submit(openPort, 12, 256));
+    const wrong = "00000000-0000-7000-8000-000000000000";
+    await show([...ids, wrong].map((id, i) => mine(`p${i}`, `open" job="${id}" width="120"`)).join(""));
+    const { status, message } = await failed("p5");
+    assert.equal(status, 410, message);
+    for (let i = 0; i < 5; i++) await done(`p${i}`);
+    assert(proxy.most <= 2, `${proxy.most} streams at one time`);
+    return `${proxy.asked.filter(({ url }) => url.includes("/events")).length} streams asked for`;
+  },
+  async "seven jobs with capabilities have three streams, and all come"() {
+    const ids = [];
+    for (let i = 0; i < 7; i++) ids.push(await submit(closedPort, 12, 256, authorization));
+    const rights = await Promise.all(ids.map((id) => capability({ job_id: id })));
+    await show(ids.map((id, i) => mine(`p${i}`, `closed" job="${id}" capability="${rights[i]}" width="100"`)).join(""));
+    for (let i = 0; i < 7; i++) await done(`p${i}`);
+    assert(proxy.most <= 3, `${proxy.most} streams at one time`);
+    return `at most ${proxy.most} streams`;
+  },
+  async "a scene in the page, and deep zoom by wheel, keys, buttons and fingers"() {
+    await show("", "/index.html");
+    await done("scene");
+    const told = await last("done", "scene");
+    assert.equal(told.width, 640);
+    assert(told.rays.camera > 0 && told.error.proved === 1 && told.image.startsWith("i_"), JSON.stringify(told));
+    assert.match(await page.$eval("#told", (told) => told.textContent), /^[\d,]+ rays; at most 1 of 255 codes off$/);
+    const states = (await seen("progress", "scene")).map(({ detail }) => detail.state);
+    const renders = proxy.asked.filter(({ url, method }) => url.startsWith("/v1/render") && method === "POST").map(({ url }) => url);
+    assert(renders.length === 2 && renders[0].includes("time:") && states.at(-1) === "succeeded", renders.join());
+    assert.equal(await differs("#scene", `http://127.0.0.1:${openPort}/v1/images/${told.image}.png`), 0);
+    const view = () => page.$eval("#scene", (one) => one.view);
+    const box = await page.$eval("#scene", (one) => { const { left, top, width, height } = one.getBoundingClientRect(); return { left, top, width, height }; });
+    await page.mouse.move(box.left + box.width / 4, box.top + box.height / 2);
+    await page.mouse.wheel({ deltaY: -100 });
+    assert.equal((await view()).scale, 1, "the wheel scrolls the page as long as the picture has no focus");
+    await page.focus("#scene");
+    await page.keyboard.press("Tab");
+    await page.evaluate(() => document.getElementById("scene").shadowRoot.querySelector("canvas").focus());
+    for (let i = 0; i < 8; i++) await page.mouse.wheel({ deltaY: -100 });
+    const wheeled = await view();
+    assert(Math.abs(wheeled.scale - 16) < 0.01 && wheeled.x < 0.5, JSON.stringify(wheeled));
+    const tiles = () => proxy.asked.filter(({ url }) => /^\/xyz\/.*\/\d+\/\d+\/\d+\.png$/.test(url)).map(({ url }) => +url.split("/")[3]);
+    await until("deep tiles", () => tiles().some((zoom) => zoom >= 5));
+    await page.keyboard.press("ArrowRight");
+    assert((await view()).x > wheeled.x);
+    await page.keyboard.press("0");
+    assert.equal((await view()).scale, 1);
+    for (let i = 0; i < 3; i++) await page.keyboard.press("+");
+    await page.keyboard.press("-");
+    assert(Math.abs((await view()).scale - 2.25) < 0.01);
+    await page.evaluate(() => document.getElementById("scene").shadowRoot.querySelectorAll("button").forEach((button, i) => i !== 1 && button.click()));
+    assert.equal((await view()).scale, 1, "the third button shows the whole");
+    const touch = await page.createCDPSession(), finger = (x, id) => ({ x: box.left + x, y: box.top + 150, id });
+    await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [finger(250, 1), finger(350, 2)] });
+    for (let apart = 120; apart <= 400; apart += 20) {
+      await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: [finger(300 - apart / 2, 1), finger(300 + apart / 2, 2)] });
+    }
+    await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+    assert((await view()).scale > 3, JSON.stringify(await view()));
+    // As deep as it goes, where the pixels of the screen are those of the tiles.
+    for (let i = 0; i < 40; i++) await page.evaluate(() => document.getElementById("scene").zoomBy(2));
+    const deepest = await view();
+    assert(deepest.scale > 1_000, JSON.stringify(deepest));
+    const { maxzoom } = await ask(`http://127.0.0.1:${openPort}/xyz/${told.image}.json`);
+    await until("the deepest tiles", () => tiles().includes(maxzoom));
+    return `to ${Math.round(deepest.scale)} times, ${tiles().length} tiles to zoom ${Math.max(...tiles())}`;
+  },
+  async "what is seen deep in a picture is what the service renders there"() {
+    await show("", "/index.html");
+    await done("scene");
+    const { image } = await last("done", "scene");
+    // Half of a picture of 640 x 360: 4 times larger, 160 x 90 of its pixels fill the element.
+    await page.$eval("#scene", (one) => one.zoomTo(4, 0.5, 0.5));
+    await until("tiles", async () => (await page.$eval("#scene", (one) => one.shadowRoot.querySelector("canvas").width)) === 640
+      && proxy.asked.filter(({ url }) => /\/3\/\d+\/\d+\.png/.test(url)).length >= 3);
+    const region = `http://127.0.0.1:${openPort}/iiif/3/${image}/240,135,160,90/^640,360/0/default.png`;
+    await until("the same pixels", async () => (await differs("#scene", region)) < 0.05, 20_000);
+    return `mean difference ${(await differs("#scene", region)).toFixed(4)} codes`;
+  },
+  async "a scene by its address, with a size of its own"() {
+    await show(mine("p", `open" scene="/scene.json" width="320" height="240"`));
+    await done("p");
+    assert.equal((await last("done", "p")).width, 320);
+  },
+  async "a scene that takes long becomes a job, which ends with its element"() {
+    // More samples than one answer may have.
+    const long = { ...scene, render: { samples: 64, antialias: false } };
+    await show(mine("p", `open" width="1200" height="900"`).replace("></", `><script type="application/json">${JSON.stringify(long)}</script></`));
+    await until("tiles", async () => (await seen("progress", "p")).some(({ detail }) => detail.state === "tile" || detail.state === "preview" && detail.job));
+    let { job } = await last("progress", "p");
+    await page.evaluate(() => { window.kept = document.getElementById("p"); window.kept.remove(); });
+    await until("canceled", async () => (await ask(`http://127.0.0.1:${openPort}/v1/jobs/${job}`)).state === "canceled");
+    await until("no streams", () => proxy.streams === 0, 5_000);
+    // The same when the page is left.
+    const first = job;
+    await page.evaluate(() => document.body.append(window.kept));
+    await until("another job", async () => ![first, undefined].includes(job = (await last("progress", "p")).job));
+    await page.goto("about:blank");
+    await until("canceled, too", async () => (await ask(`http://127.0.0.1:${openPort}/v1/jobs/${job}`)).state === "canceled");
+    await show("");
+  },
+  async "an image by its id, with and without a key"() {
+    const { image_id } = await ask(`http://127.0.0.1:${closedPort}/v1/scenes`, "POST", scene, authorization);
+    const deep = await ask(`http://127.0.0.1:${closedPort}/v1/scenes?zoom=6`, "POST", scene, authorization);
+    await show(mine("p", `closed" image="${image_id}" capability="${await capability({ image_id })}" zoom`)
+      + mine("q", `closed" image="${deep.image_id}" capability="${await capability({ image_id: deep.image_id })}" width="300" zoom`)
+      + mine("r", `closed" image="${image_id}"`));
+    await done("p");
+    await done("q");
+    assert.equal((await failed("r")).status, 401);
+    assert.equal(await differs("#p", `http://127.0.0.1:${closedPort}/v1/images/${image_id}.png`, authorization), 0);
+    assert.equal((await last("done", "q")).width, deep.width);
+  },
+  async "a job in a format that no browser reads"() {
+    const id = await submit(openPort, 4, 256, {}, { format: "exr" });
+    await show(mine("p", `open" job="${id}"`));
+    await done("p");
+    assert((await differs("#p", `http://127.0.0.1:${openPort}/v1/jobs/${id}/preview`)) === 0);
+  },
+  async "a failed scene says why, as text"() {
+    const hostile = `<img src=x onerror="window.ran = 1">`;
+    const broken = { ...scene, objects: [{ sphere: { center: [0, 0, 0], radius: 1, material: hostile } }] };
+    await show(mine("p", `open"`).replace("></", `><script type="application/json">${JSON.stringify(broken)}</script></`));
+    const { status, problem } = await failed("p");
+    assert.equal(status, 422);
+    assert(problem.errors[0].pointer.startsWith("#/objects/0"), JSON.stringify(problem));
+    const [text, elements, ran] = await page.evaluate(() => {
+      const root = document.getElementById("p").shadowRoot;
+      return [root.querySelector("[role=status]").textContent, root.querySelectorAll("img").length, window.ran];
+    });
+    assert(text.length > 10 && !elements && !ran, text);
+  },
+  async "a service that is busy is asked again when it says"() {
+    await show(mine("p", `open" scene="/scene.json" width="200" height="150"`).replace("<strahl", "<strahl-later").replace("</strahl", "</strahl-later"));
+    Object.assign(proxy, { busy: 2, busyOn: /render/ });
+    await page.evaluate((through) => {
+      const made = document.createElement("strahl-picture");
+      for (const [name, value] of Object.entries({ id: "late", src: through + "/open", scene: "/scene.json", width: 200, height: 150 })) made.setAttribute(name, value);
+      document.body.append(made);
+    }, through);
+    await done("late");
+    assert.equal(proxy.busyAt.length, 2);
+    assert(proxy.busyAt[1] - proxy.busyAt[0] >= 950, "it does not wait as it is told");
+  },
+  async "elements that go stop everything, and those that come back start again"() {
+    const id = await submit(openPort, 16, 512);
+    await show(mine("p", `open" job="${id}"`));
+    await until("tiles", async () => (await seen("progress", "p")).some(({ detail }) => detail.state === "tile"));
+    await page.evaluate(() => { window.kept = document.getElementById("p"); window.kept.remove(); });
+    await until("no streams", () => proxy.streams === 0, 5_000);
+    const asked = proxy.asked.length;
+    await pause(1_000);
+    assert.equal(proxy.asked.length, asked, "it asks after it is gone");
+    await page.evaluate(() => document.body.append(window.kept));
+    await done("p");
+    await page.evaluate(() => { for (let i = 0; i < 200; i++) { window.kept.remove(); document.body.append(window.kept); } });
+    const before = (await seen("done", "p")).length;
+    await until("done once more", async () => (await seen("done", "p")).length > before);
+    await pause(500);
+    assert.equal((await seen("done", "p")).length, before + 1);
+  },
+  async "five thousand events are a few requests, and lead nowhere else"() {
+    await show(mine("p", `flood" job="flood"`));
+    await done("p");
+    const asked = proxy.asked.length;
+    assert(asked < 60, `${asked} requests`);
+    assert.equal((await seen("progress", "p")).filter(({ detail }) => detail.state === "tile").length, 5_000);
+    return `${asked} requests`;
+  },
+  async "a tab that nobody sees leaves its stream, and comes back to it"() {
+    const id = await submit(openPort, 12, 512);
+    await show(mine("p", `open" job="${id}"`));
+    const hide = (hidden) => page.evaluate((hidden) => {
+      Object.defineProperty(document, "hidden", { configurable: true, value: hidden });
+      document.dispatchEvent(new Event("visibilitychange"));
+    }, hidden);
+    await until("tiles", async () => (await seen("progress", "p")).some(({ detail }) => detail.state === "tile"));
+    await hide(true);
+    await until("no stream", () => proxy.streams === 0, 5_000);
+    await hide(false);
+    await until("a stream again", () => proxy.streams === 1, 5_000);
+    await done("p");
+    assert(proxy.asked.filter(({ url, method }) => method === "GET" && url.includes("/events")).at(-1).last, "it goes on where it was");
+  },
+  async "a capability cannot lead to another host, nor a job out of its path"() {
+    for (const [attributes, refused] of [
+      [`closed" job="../../livez"`, 401], [`closed" job="x" capability="//127.0.0.1:8474/"`, 401], [`closed" job="x" capability="https://elsewhere.example/c/x"`, 401],
+    ]) {
+      await show(mine("p", attributes));
+      const { status, message } = await failed("p");
+      assert.equal(status, refused, `${attributes}: ${message}`);
+      await leave();
+    }
+    await show("");
+  },
+  async "the client library works in a page, too"() {
+    await show("");
+    const said = await page.evaluate(async (url, scene) => {
+      const { Client, Problem } = await import("/client/index.js");
+      const client = new Client(url), picture = await client.render(scene, { format: "pfm", width: 64, height: 36 });
+      const job = await client.jobs.submit(scene, { width: 128, height: 72 }), states = [];
+      for await (const { state } of job.progress()) states.push(state);
+      const refused = await client.validate("{}").catch((error) => error instanceof Problem && error.mistakes.length > 0);
+      const bitmap = await createImageBitmap((await job.wait()).blob());
+      return { width: picture.floats().width, proved: picture.error.proved, last: states.at(-1), refused, across: bitmap.width };
+    }, `${through}/open`, scene);
+    assert.deepEqual(said, { width: 64, proved: 1, last: "succeeded", refused: true, across: 128 });
+  },
+  async "axe finds nothing, in light and dark, narrow and wide"() {
+    await show("", "/index.html");
+    await done("scene");
+    for (const [scheme, width] of [["light", 1280], ["dark", 390]]) {
+      await page.setViewport({ width, height: 800 });
+      await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }, { name: "prefers-reduced-motion", value: "reduce" }]);
+      const session = await page.createCDPSession();
+      await session.send("Runtime.evaluate", { expression: axe });
+      const { result } = await session.send("Runtime.evaluate", { expression: "axe.run().then((found) => JSON.stringify(found.violations.map((one) => one.id + ': ' + one.nodes[0].html)))", awaitPromise: true, returnByValue: true });
+      assert.equal(result.value, "[]");
+      await page.screenshot({ path: path.join(modules, "..", `${scheme}.png`) });
+    }
+  },
+};
+
+let failures = 0;
+for (const [name, flow] of Object.entries(flows)) {
+  if (chosen.length && !chosen.some((word) => name.includes(word))) continue;
+  const started = Date.now();
+  try {
+    const said = await flow();
+    await leave();
+    console.log(`ok: ${name}${said ? ` (${said})` : ""}, ${((Date.now() - started) / 1_000).toFixed(1)} s`);
+  } catch (error) {
+    failures++;
+    console.log(`FAILED: ${name}\n${error.stack}\n${JSON.stringify(await page?.evaluate(() => window.seen?.slice(-2)).catch(() => {}))?.slice(0, 1_000)}`);
+    await page?.close().catch(() => {});
+  }
+}
+console.log(`${problems.length} violations of the policy and errors of pages`);
+problems.slice(0, 10).forEach((problem) => console.log(`  ${problem}`));
+await browser.close();
+host.close();
+proxied.closeAllConnections();
+proxied.close();
+await Promise.all([open.stop(), closed.stop()]);
+process.exit(failures || problems.length ? 1 : 0);

@@ -1,0 +1,446 @@
+// <strahl-picture>: a picture of a strahl service, coarse to fine (docs/embed.md). It makes no HTML from text and follows no
+// address in an answer.
+
+// Browsers open six connections to a host.
+const STREAMS = 3, FETCHES = 3, JOBS = 32, TRIES = 6;
+// Milliseconds; streams have a comment each 15 s.
+const SILENCE = 40_000, POLL = 2_000, PATIENCE = 4_000;
+// Pixels a side of the whole; tiles kept, 1 MiB each; zoom without tiles; waiting tiles that a preview replaces.
+const SIDE = 2_048, TILES = 48, ZOOM = 16, WAITING = 12;
+const OVER = ["succeeded", "failed", "canceled", "expired"];
+
+const pause = (ms, signal) => new Promise((done, stop) => {
+  setTimeout(done, ms);
+  signal?.addEventListener("abort", () => stop(signal.reason));
+});
+const isBusy = ({ status }) => /429|50[23]/.test(status);
+const refused = ({ status, headers }, problem) => Object.assign(new Error(problem?.detail ?? `HTTP ${status}`),
+  { status, problem, seconds: headers.get("retry-after") });
+const wait = (failures, { seconds }) => seconds > 0 ? Math.min(seconds, 120) * 1_000
+  : Math.min(1_000 * 2 ** failures, 30_000) * (0.75 + Math.random() / 2);
+
+let free = FETCHES;
+const queue = [];
+
+class Service {
+  constructor(base, capabilities, key) { Object.assign(this, { base, capabilities, key }); }
+  /** The capability for an id: its name is in it. */
+  right(id) { return this.capabilities.find((one) => one.includes(`.${id}~`)) ?? ""; }
+  fetch(path, id, options, headers) {
+    const authorization = this.key && { authorization: `Bearer ${this.key}` };
+    return fetch(this.base + this.right(id) + path, { ...options, headers: { ...headers, ...authorization } });
+  }
+  async ask(path, id, signal, options, headers) {
+    for (let failures = 0; ; failures++) {
+      let problem;
+      if (free) free--; else await new Promise((done) => queue.push(done));
+      try {
+        const answer = await this.fetch(path, id, { ...options, signal }, headers);
+        const body = await (/json/.test(answer.headers.get("content-type")) ? answer.json() : answer.blob());
+        if (answer.ok) return { answer, body };
+        problem = refused(answer, body);
+      } catch (error) {
+        signal.throwIfAborted();
+        problem = error;
+      } finally {
+        const next = queue.shift();
+        if (next) next(); else free++;
+      }
+      if ((problem.status && !isBusy(problem)) || failures + 1 >= TRIES) throw problem;
+      await pause(wait(failures, problem), signal);
+    }
+  }
+}
+
+// The jobs of a service share a stream, those with capabilities have one each, hidden tabs none.
+const lines = new Set();
+let open = 0;
+document.addEventListener("visibilitychange", () => lines.forEach((line) => line.turn?.abort()));
+
+function follow(service, job, signal) {
+  const right = service.right(job.id), name = [service.base, service.key, right, right && job.id].join(" ");
+  let line = [...lines].find((one) => one.name === name && one.jobs.size < JOBS && [...one.jobs].every(({ id }) => id !== job.id));
+  if (line) line.jobs.add(job); else lines.add(line = { name, service, jobs: new Set([job]) }) && run(line);
+  line.turn?.abort();
+  signal.addEventListener("abort", () => line.jobs.delete(job) && line.turn?.abort());
+}
+const tell = (line, id, event, data) => line.jobs.forEach((job) => {
+  if (job.id !== id) return;
+  job.seen = data.seq ?? job.seen;
+  if (OVER.includes(event)) line.jobs.delete(job);
+  job.hear(event, data);
+});
+async function run(line) {
+  for (let failures = 0; await pause(10), line.jobs.size;) {
+    const { signal } = line.turn = new AbortController(), polls = document.hidden || open >= STREAMS;
+    let ms = 0;
+    if (!polls) open++;
+    try {
+      ms = await (polls ? poll(line, signal) : listen(line, signal, () => { failures = 0; }));
+    } catch (error) {
+      if (!signal.aborted) {
+        line.jobs.forEach((job) => job.hear("offline", {}));
+        ms = wait(failures++, error);
+      }
+    }
+    if (!polls) open--;
+    await pause(ms, signal).catch(() => {});
+  }
+  lines.delete(line);
+}
+async function listen(line, signal, alive) {
+  const jobs = [...line.jobs], seen = jobs.map((job) => job.seen).join(), first = jobs[0].id;
+  const path = jobs.length > 1 ? `v1/events?${jobs.map(({ id }) => `job=${id}`).join("&")}` : `v1/jobs/${first}/events`;
+  const answer = await line.service.fetch(path, first, { signal },
+    /\d/.test(seen) ? { "last-event-id": seen } : {});
+  if (isBusy(answer)) throw refused(answer);
+  // All have ended, or one is refused: which?
+  if (answer.status !== 200) return poll(line, signal);
+  const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader(), silent = () => line.turn.abort();
+  let timer = setTimeout(silent, SILENCE), text = "";
+  try {
+    for (let part; !(part = await reader.read()).done;) {
+      clearTimeout(timer);
+      timer = setTimeout(silent, SILENCE);
+      text += part.value;
+      for (let end; (end = text.indexOf("\n\n")) >= 0; text = text.slice(end + 2)) {
+        const field = (name) => text.slice(0, end).match(RegExp(`^${name}: ?(.*)`, "m"))?.[1];
+        const event = field("event");
+        if (!event) continue;
+        const data = JSON.parse(field("data"));
+        alive();
+        if (event === "shutdown") return data.retry_ms;
+        tell(line, data.job, event, data);
+      }
+    }
+  } finally { clearTimeout(timer); }
+  return line.jobs.size && POLL;
+}
+async function poll(line, signal) {
+  for (const { id } of [...line.jobs]) {
+    try {
+      const { body } = await line.service.ask(`v1/jobs/${id}`, id, signal);
+      tell(line, id, "snapshot", { ...body, ...body.progress });
+      if (OVER.includes(body.state)) tell(line, id, body.state, body);
+    } catch (error) {
+      if (!error.status) throw error;
+      tell(line, id, "failed", error);
+    }
+  }
+  return document.hidden ? 15_000 : POLL;
+}
+
+function reportOf({ headers }) {
+  const [error, rays] = ["error", "rays"].map((name) => Object.fromEntries(
+    [...(headers.get(`render-${name}`) ?? "").matchAll(/([\w-]+)=(?:"([^"]*)"|([^,\s]+))/g)]
+      .map(([, key, text, value]) => [key, text ?? (value === "?0" ? false : +value)])));
+  return { error, rays, image: headers.get("content-location")?.match(/i_\w+/)?.[0] };
+}
+
+const STYLE = `:host { display: inline-block; position: relative; max-width: 100% }
+:host([hidden]), [hidden], p:empty { display: none !important }
+canvas, progress, div, p { position: absolute; inset: 0; width: 100%; height: 100% }
+progress { top: auto; height: 4px }
+div, p { inset: 8px 8px auto auto; width: auto; height: auto; margin: 0 }
+p { inset: auto 8px 8px; color: CanvasText; background: Canvas }
+button { width: 28px; height: 28px; padding: 0 }`;
+const make = (name, part, text = "") => Object.assign(document.createElement(name), { part, textContent: text });
+
+class StrahlPicture extends HTMLElement {
+  static observedAttributes = ["src", "job", "capability", "scene", "image", "width", "height", "alt", "controls", "zoom"];
+  #key; #soon; #stop = new AbortController(); #shape = new CSSStyleSheet();
+  #canvas = make("canvas", "picture"); #bar = make("progress", "progress"); #status = make("p", "status"); #controls = make("div", "controls");
+  #size; #film; #xyz; #tiles = new Map(); #view; #frame; #fingers = new Map();
+  #resized = new ResizeObserver(() => this.#draw());
+
+  constructor() {
+    super();
+    const root = this.attachShadow({ mode: "open" }), style = new CSSStyleSheet();
+    style.replaceSync(STYLE);
+    root.adoptedStyleSheets = [style, this.#shape];
+    for (const [sign, ariaLabel, onclick] of [["+", "Zoom in", () => this.zoomBy(2)], ["−", "Zoom out", () => this.zoomBy(0.5)], ["□", "Whole picture", () => this.zoomTo()]]) {
+      this.#controls.append(Object.assign(make("button", "button", sign), { ariaLabel, onclick }));
+    }
+    this.#bar.ariaLabel = "Rendering";
+    this.#status.role = "status";
+    root.append(this.#canvas, this.#bar, this.#controls, this.#status);
+    this.#listen();
+  }
+  /** No attribute: others can read the page. */
+  set key(key) { this.#key = key; this.#restart(); }
+  connectedCallback() { this.#resized.observe(this); this.#restart(); }
+  disconnectedCallback() { this.#resized.disconnect(); this.#clear(); }
+  attributeChangedCallback(name) { if (/alt|controls|zoom/.test(name)) this.#dress(); else this.#restart(); }
+
+  #dress() {
+    const canvas = this.#canvas, alt = this.getAttribute("alt"), zooms = this.hasAttribute("zoom");
+    canvas.role = alt === "" ? "presentation" : "img";
+    canvas.ariaLabel = alt ?? "A rendered picture";
+    canvas.title = zooms ? "Plus and minus zoom, arrows move, 0 shows the whole picture." : "";
+    canvas.tabIndex = zooms ? 0 : -1;
+    this.#controls.hidden = !this.hasAttribute("controls");
+  }
+  #clear() {
+    this.#stop.abort();
+    this.#tiles.forEach((tile) => { tile.stop.abort(); tile.bitmap?.close(); });
+    this.#tiles.clear();
+    this.#size = this.#film = this.#xyz = undefined;
+  }
+  /** Once for all changes of a turn. */
+  #restart() {
+    this.#soon ??= queueMicrotask(async () => {
+      this.#soon = undefined;
+      if (!this.isConnected) return;
+      this.#clear();
+      const { signal } = this.#stop = new AbortController();
+      this.#dress();
+      this.zoomTo();
+      this.#tell({ state: "waiting", fraction: 0 });
+      try {
+        const src = this.getAttribute("src"), base = src === null ? new URL(".", import.meta.url) : new URL(src, document.baseURI);
+        // A path, never another host.
+        const capabilities = (this.getAttribute("capability")?.match(/\/c\/[^/?#\s\\]+/g) ?? []).map((one) => `${one.slice(1)}/`);
+        const service = new Service(base.href.replace(/\/*$/, "/"), capabilities, this.#key);
+        const [job, image] = ["job", "image"].map((name) => encodeURIComponent(this.getAttribute(name) ?? ""));
+        await (job ? this.#job(service, job, signal) : image ? this.#image(service, image, signal) : this.#scene(service, signal));
+      } catch (error) {
+        if (signal.aborted) return;
+        this.#bar.hidden = true;
+        this.#say(error.message);
+        this.#emit("error", { error, status: error.status, problem: error.problem });
+      }
+    }) ?? true;
+  }
+
+  async #job(service, id, signal) {
+    const path = `v1/jobs/${id}`;
+    let tiles = [], look, total, over, wake;
+    signal.addEventListener("abort", () => wake?.());
+    follow(service, { id, seen: "", hear: (event, data) => {
+      if (event === "snapshot") {
+        total = data.tiles_total;
+        this.#open(data.width, data.height);
+        look = data.tiles_done || data.revision;
+      }
+      if (event === "tile") tiles.push(data);
+      if (event === "preview") look = true;
+      if (tiles.length > WAITING) look = tiles = [];
+      if (OVER.includes(event)) over = { event, ...data };
+      const done = event === "succeeded" ? total : data.tiles_done;
+      this.#tell({ state: data.state ?? event, job: id, eta_ms: data.eta_ms, fraction: total && done !== undefined ? done / total : undefined });
+      wake?.();
+    } }, signal);
+    // One by one: a thousand events are not a thousand requests.
+    while (!over) {
+      const { x, y, w, h } = (look ? 0 : tiles.shift()) ?? {}, tile = w && [x, y, w, h];
+      if (!look && !tile) {
+        await new Promise((done) => { wake = done; });
+        signal.throwIfAborted();
+        continue;
+      }
+      look = false;
+      try {
+        const { body } = await service.ask(path + (tile ? `/tile?x=${x}&y=${y}&w=${w}&h=${h}` : "/preview?wait=0"), id, signal);
+        await this.#put(body, signal, tile);
+      } catch (error) {
+        // None yet, or no more.
+        if (!error.status) throw error;
+      }
+    }
+    if (/failed|canceled/.test(over.event)) throw Object.assign(new Error(over.problem?.detail ?? "the job was canceled"), over);
+    const { body: job } = await service.ask(path, id, signal);
+    let last = await service.ask(`${path}/image`, id, signal);
+    const report = reportOf(last.answer);
+    this.#open(job.width, job.height);
+    // No browser reads EXR and PFM.
+    if (!/png|jpeg|webp/.test(last.body.type)) last = await service.ask(`${path}/preview`, id, signal);
+    await this.#put(last.body, signal);
+    await this.#done(service, { ...report, image: job.image_id, job, report: job.report }, signal);
+  }
+  async #image(service, image, signal) {
+    const { body: { width, height, tileSize, nativezoom } } = await service.ask(`xyz/${image}.json`, image, signal);
+    this.#open(width, height);
+    const { body } = await service.ask(`xyz/${image}/0/0/0.png`, image, signal), less = 2 ** nativezoom;
+    await this.#put(body, signal, undefined, [width / less, height / less]);
+    const whole = Math.max(width, height) <= SIDE && await service.ask(`v1/images/${image}.png`, image, signal);
+    if (whole) await this.#put(whole.body, signal);
+    await this.#done(service, { ...(whole && reportOf(whole.answer)), image }, signal);
+  }
+  async #scene(service, signal) {
+    const address = this.getAttribute("scene");
+    const body = address ? await (await fetch(address, { signal })).blob() : this.querySelector("script[type='application/json']")?.textContent;
+    if (!body) throw new Error("no job, image or scene is named");
+    const size = ["width", "height"].map((name) => this.hasAttribute(name) ? `&${name}=${this.getAttribute(name)}` : "").join("");
+    const render = (accuracy, until, prefer) => service.ask(`v1/render?format=png${size}${accuracy}`, "", until,
+      { method: "POST", body }, { "content-type": "application/json", ...prefer });
+    // What is left is canceled, a job by its id: so it comes at once.
+    const unless = (error) => { if (signal.aborted || !/413|504|undefined/.test(error.status)) throw error; };
+    const first = await render("&accuracy=time:100", signal).catch(unless);
+    if (first) await this.#put(first.body, signal);
+    const { answer, body: file } = await render("", AbortSignal.any([signal, AbortSignal.timeout(PATIENCE)])).catch(unless)
+      ?? await render("", signal, { prefer: "respond-async" });
+    if (answer.status !== 202) {
+      await this.#put(file, signal);
+      return this.#done(service, reportOf(answer), signal);
+    }
+    let over;
+    const cancel = () => over ?? service.fetch(`v1/jobs/${file.id}/cancel`, "", { method: "POST", keepalive: true }).catch(() => {});
+    signal.addEventListener("abort", cancel);
+    addEventListener("pagehide", cancel, { signal });
+    await this.#job(service, file.id, signal);
+    over = true;
+  }
+  /** An image id with its capability lets zoom beyond the picture. */
+  async #done(service, detail, signal) {
+    const { image } = detail, may = image && (service.right(image) || !service.capabilities[0]);
+    const xyz = may && await service.ask(`xyz/${image}.json`, image, signal).catch(() => {});
+    signal.throwIfAborted();
+    this.#xyz = xyz && { ...xyz.body, service, image };
+    this.#draw();
+    this.#tell({ state: "succeeded", fraction: 1 });
+    this.#emit("done", { width: this.#size[0], height: this.#size[1], ...detail });
+  }
+  #tell(detail) {
+    this.#bar.hidden = detail.fraction === 1;
+    this.#bar.value = detail.fraction ?? this.#bar.value;
+    this.#say(detail.state === "offline" ? "No answer. Trying again." : "");
+    this.#emit("progress", detail);
+  }
+  #say(text) { this.#status.textContent = text; }
+  #emit(name, detail) { this.dispatchEvent(new CustomEvent(`strahl-${name}`, { detail, bubbles: true, composed: true })); }
+
+  #open(width, height) {
+    if (`${this.#size}` === `${[width, height]}`) return;
+    this.#size = [width, height];
+    const less = Math.min(1, SIDE / Math.max(width, height)), own = (name) => +this.getAttribute(name);
+    this.#film = new OffscreenCanvas(Math.ceil(width * less), Math.ceil(height * less));
+    this.#shape.replaceSync(`:host { width: ${own("width") || own("height") * width / height || width}px; aspect-ratio: ${width} / ${height} }`);
+  }
+  /** `crop`: the part of the file that is the picture. */
+  async #put(blob, signal, region, crop) {
+    const bitmap = await createImageBitmap(blob);
+    signal.throwIfAborted();
+    if (!this.#size) this.#open(bitmap.width, bitmap.height);
+    const film = this.#film, context = film.getContext("2d"), [width, height] = this.#size;
+    const [x, y, w, h] = (region ?? [0, 0, width, height]).map((at) => at * film.width / width);
+    context.clearRect(x, y, w, h);
+    context.drawImage(bitmap, 0, 0, ...(crop ?? [bitmap.width, bitmap.height]), x, y, w, h);
+    bitmap.close();
+    this.#draw();
+  }
+
+  #draw() { this.#frame ??= requestAnimationFrame(() => { this.#frame = undefined; this.#paint(); }); }
+  /** Left, top and pixels of the canvas for one of the picture. */
+  #place({ x, y, scale } = this.#view) {
+    const canvas = this.#canvas, [width, height] = this.#size;
+    const fit = Math.min(canvas.width / width, canvas.height / height) * scale;
+    return [canvas.width / 2 - x * width * fit, canvas.height / 2 - y * height * fit, fit];
+  }
+  #paint() {
+    const canvas = this.#canvas, context = canvas.getContext("2d");
+    canvas.width = this.clientWidth * devicePixelRatio;
+    canvas.height = this.clientHeight * devicePixelRatio;
+    if (!this.#size || !canvas.width || !canvas.height) return;
+    const [left, top, fit] = this.#place(), [width, height] = this.#size;
+    context.imageSmoothingQuality = "high";
+    context.drawImage(this.#film, left, top, width * fit, height * fit);
+    if (!this.#xyz) return;
+    // Tiles with pixels no larger than the canvas's, where the film has too few.
+    const { tileSize, nativezoom, maxzoom } = this.#xyz, zoom = Math.min(maxzoom, Math.max(0, nativezoom + Math.ceil(Math.log2(fit) - 0.01)));
+    const side = (z) => tileSize * 2 ** (nativezoom - z) * fit, wanted = new Set();
+    if (fit * width > this.#film.width * 1.01) {
+      const count = (at, end, size) => [Math.max(0, Math.floor(-at / side(zoom))), Math.ceil(Math.min(end - at, size * fit) / side(zoom))];
+      const [x0, x1] = count(left, canvas.width, width), [y0, y1] = count(top, canvas.height, height);
+      for (let x = x0; x < x1; x++) for (let y = y0; y < y1; y++) wanted.add(`${zoom}/${x}/${y}`);
+    }
+    for (const [name, tile] of this.#tiles) if (!wanted.has(name) && !tile.bitmap) tile.stop.abort();
+    for (const name of wanted) {
+      const tile = this.#tiles.get(name) ?? this.#fetch(name);
+      this.#tiles.delete(name);
+      this.#tiles.set(name, tile);
+    }
+    context.rect(left, top, width * fit, height * fit);
+    context.clip();
+    const known = [...this.#tiles].map(([name, { bitmap }]) => [...name.split("/"), bitmap]).filter((tile) => tile[3] && tile[0] <= zoom);
+    for (const [z, x, y, bitmap] of known.sort((a, b) => a[0] - b[0])) {
+      // Whole pixels leave no seams.
+      const at = (start, n) => Math.round(start + n * side(z)), x0 = at(left, x), y0 = at(top, y);
+      const box = [x0, y0, at(left, +x + 1) - x0, at(top, +y + 1) - y0];
+      context.clearRect(...box);
+      context.drawImage(bitmap, ...box);
+    }
+  }
+  #fetch(name) {
+    const { service, image } = this.#xyz, tile = { stop: new AbortController() };
+    service.ask(`xyz/${image}/${name}.png`, image, tile.stop.signal).then(({ body }) => createImageBitmap(body)).then((bitmap) => {
+      tile.bitmap = bitmap;
+      for (const [old, { bitmap }] of this.#tiles) if (this.#tiles.size > TILES && bitmap) { bitmap.close(); this.#tiles.delete(old); }
+      this.#draw();
+    // Coarser ones stay; a move asks again.
+    }).catch(() => { if (this.#tiles.get(name) === tile) this.#tiles.delete(name); });
+    return tile;
+  }
+
+  /** Around a point in CSS pixels, else the middle. */
+  zoomBy(factor, at) {
+    if (!this.#size) return;
+    const { width, height } = this.#canvas, [px, py] = at?.map((one) => one * devicePixelRatio) ?? [width / 2, height / 2];
+    const { scale } = this.#view, [left, top, fit] = this.#place(), [w, h] = this.#size.map((side) => side * fit);
+    const most = this.#xyz ? 4 * 2 ** (this.#xyz.maxzoom - this.#xyz.nativezoom) * scale / fit : ZOOM;
+    const next = Math.max(1, Math.min(scale * factor, most)), share = scale / next;
+    this.zoomTo(next, (px - left - (px - width / 2) * share) / w, (py - top - (py - height / 2) * share) / h);
+  }
+  /** `x`, `y`: the middle, from 0 to 1. */
+  zoomTo(scale = 1, x = 0.5, y = 0.5) {
+    const within = (value) => Math.min(Math.max(value, 0.5 / scale), 1 - 0.5 / scale);
+    this.#view = { scale, x: within(x), y: within(y) };
+    this.#canvas.style.touchAction = this.hasAttribute("zoom") ? (scale > 1 ? "none" : "pan-x pan-y") : "";
+    this.#draw();
+  }
+  get view() { return this.#view; }
+  #move(dx, dy) {
+    const { scale, x, y } = this.#view, fit = this.#place()[2] / devicePixelRatio;
+    this.zoomTo(scale, x - dx / fit / this.#size[0], y - dy / fit / this.#size[1]);
+  }
+  #listen() {
+    const canvas = this.#canvas, fingers = this.#fingers;
+    const on = (names, act) => names.split(" ").forEach((name) => canvas.addEventListener(name, (event) => {
+      if (this.hasAttribute("zoom") && this.#size) act(event);
+    }, { passive: false }));
+    const at = ({ offsetX, offsetY }) => [offsetX, offsetY];
+    on("wheel", (event) => {
+      // Else it scrolls the page. Ctrl: pinching on a touchpad.
+      if (!event.ctrlKey && (this.shadowRoot.activeElement !== canvas || (event.deltaY > 0 && this.#view.scale === 1))) return;
+      event.preventDefault();
+      this.zoomBy(2 ** (-Math.max(-100, Math.min(event.deltaY, 100)) / 200), at(event));
+    });
+    on("dblclick", (event) => this.zoomBy(2, at(event)));
+    on("keydown", (event) => {
+      const arrow = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key], { scale } = this.#view;
+      if (event.ctrlKey || event.metaKey || event.altKey || !(arrow ? scale > 1 : /^[-+=0]$/.test(event.key))) return;
+      event.preventDefault();
+      if (arrow) this.#move(...arrow.map((step) => step * canvas.clientHeight / 8));
+      else if (event.key === "0") this.zoomTo();
+      else this.zoomBy(event.key === "-" ? 1 / 1.5 : 1.5);
+    });
+    /** Middle and distance of the fingers. */
+    const grip = () => {
+      const [a, b = a] = fingers.values();
+      return [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, Math.hypot(a[0] - b[0], a[1] - b[1])];
+    };
+    on("pointerdown", (event) => {
+      if (fingers.size < 2) fingers.set(event.pointerId, at(event));
+      if (this.#view.scale > 1) canvas.setPointerCapture(event.pointerId);
+    });
+    on("pointermove", (event) => {
+      if (!fingers.has(event.pointerId)) return;
+      const [x, y, apart] = grip();
+      fingers.set(event.pointerId, at(event));
+      const [nextX, nextY, next] = grip();
+      if (apart && next) this.zoomBy(next / apart, [x, y]);
+      if (this.#view.scale > 1) this.#move(nextX - x, nextY - y);
+    });
+    on("pointerup pointercancel pointerleave", (event) => fingers.delete(event.pointerId));
+  }
+}
+customElements.define("strahl-picture", StrahlPicture);
