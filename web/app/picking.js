@@ -1,7 +1,7 @@
 // The object under the pointer lights up its lines in the editor.
 import { effect } from "../vendor/preact.js";
 import { askJson } from "./api.js";
-import { hover, lit, origin, rendered, settings, shown, status } from "./state.js";
+import { draft, hover, lit, moved, origin, rendered, settings, shown, status } from "./state.js";
 
 /** Milliseconds between two questions. */
 const PACE = 40;
@@ -36,11 +36,12 @@ function clear() {
 export function start() {
   effect(() => {
     const at = hover.value;
-    const isThere = shown.value !== null;
+    // While the camera moves nobody reads the text.
+    const isStill = draft.value === null && moved.value === null;
     clearTimeout(timer);
     asking.abort();
     asking = new AbortController();
-    if (at && isThere) timer = window.setTimeout(look, PACE);
+    if (at && isStill && shown.peek()) timer = window.setTimeout(look, PACE);
     else clear();
   });
 }

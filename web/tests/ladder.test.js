@@ -14,12 +14,12 @@ test("an edit is answered at once, then in full size after a rest, then as the s
   assert.deepEqual(sent(it.next({ type: "edit", now: 0 })), [[0, 1]]);
   const first = it.next(picture(0, 1, 10, fast));
   assert.deepEqual(types(first), ["show", "wake"]);
-  assert.equal(first[1].at, 60);
-  const second = it.next({ type: "tick", now: 60 });
+  assert.equal(first[1].at, 140);
+  const second = it.next({ type: "tick", now: 140 });
   assert.deepEqual(types(second), ["ask", "send"]);
   assert.deepEqual(sent(second), [[1, 1]]);
-  assert.deepEqual(sent(it.next({ type: "predicted", version: 1, now: 65, ms: 300 })), []);
-  assert.deepEqual(sent(it.next(picture(1, 1, 90))), [[2, 1]]);
+  assert.deepEqual(sent(it.next({ type: "predicted", version: 1, now: 145, ms: 300 })), []);
+  assert.deepEqual(sent(it.next(picture(1, 1, 190))), [[2, 1]]);
   assert.deepEqual(types(it.next(picture(2, 1, 400))), ["show"]);
   assert.equal(it.done, 2);
 });
@@ -37,8 +37,8 @@ test("slow rungs are aborted by newer texts", () => {
   const it = ladder();
   it.next({ type: "edit", now: 0 });
   it.next(picture(0, 1, 10, fast));
-  it.next({ type: "tick", now: 60 });
-  assert.deepEqual(it.next({ type: "edit", now: 70 }).map(({ type, rung }) => [type, rung]), [["abort", 1], ["send", 0]]);
+  it.next({ type: "tick", now: 140 });
+  assert.deepEqual(it.next({ type: "edit", now: 150 }).map(({ type, rung }) => [type, rung]), [["abort", 1], ["send", 0]]);
 });
 
 test("no older picture replaces a newer one, in whatever order they come", () => {
@@ -108,8 +108,8 @@ test("after a ceiling rung 1 tells how fast the scene is", () => {
   const it = ladder();
   it.next({ type: "edit", now: 0 });
   it.next(picture(0, 1, 30));
-  it.next({ type: "tick", now: 60 });
-  it.next(picture(1, 1, 100, { base: 1, perPixel: 1e-5 }));
+  it.next({ type: "tick", now: 140 });
+  it.next(picture(1, 1, 180, { base: 1, perPixel: 1e-5 }));
   const [next] = it.next({ type: "edit", now: 200 });
   assert.deepEqual([next.width, next.ceiling], [960, 0]);
 });
@@ -118,11 +118,11 @@ test("a long render is offered, not started, until it is asked for", () => {
   const it = ladder();
   it.next({ type: "edit", now: 0 });
   it.next(picture(0, 1, 10, fast));
-  it.next({ type: "tick", now: 60 });
-  it.next(picture(1, 1, 100));
-  const offer = it.next({ type: "predicted", version: 1, now: 101, ms: 9000 });
+  it.next({ type: "tick", now: 140 });
+  it.next(picture(1, 1, 200));
+  const offer = it.next({ type: "predicted", version: 1, now: 201, ms: 9000 });
   assert.deepEqual(types(offer), ["offer"]);
-  assert.deepEqual(it.next({ type: "tick", now: 200 }), [], "it is offered once");
+  assert.deepEqual(it.next({ type: "tick", now: 250 }), [], "it is offered once");
   assert.deepEqual(sent(it.next({ type: "force", now: 300 })), [[2, 1]]);
 });
 
