@@ -259,6 +259,40 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/studio": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The studio: edit a scene and see its picture and its cost. */
+        get: operations["studio"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/studio/{hash}/{file}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A file of the studio. */
+        get: operations["studioFile"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/capabilities": {
         parameters: {
             query?: never;
@@ -308,6 +342,40 @@ export interface paths {
          * @description Without `job` it is what happens to all of yours, as long as the stream is open: first a snapshot of each that has not ended, then all events, and `created` and `removed` as jobs come and go. Ask for the list (`GET /v1/jobs`) whenever such a stream begins; it cannot be continued.
          */
         get: operations["events"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/examples": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Scenes to begin with. */
+        get: operations["examples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/examples/{group}/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A scene to begin with. */
+        get: operations["example"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1494,6 +1562,10 @@ export interface components {
             /** @description In the mode `statistical`: whether the target was reached. */
             target?: components["schemas"]["SamplingTarget"] | null;
         };
+        /** @description Scenes to begin with. */
+        Examples: {
+            examples: components["schemas"]["Listed"][];
+        };
         /** @description The plan of a scene, with `actual` if the picture was rendered, or the estimates of several settings. */
         Explained: components["schemas"]["Analyzed"] | components["schemas"]["Plan"] | components["schemas"]["Several"];
         /** @description How a light fades with the distance d. */
@@ -2118,6 +2190,15 @@ export interface components {
              * @description Distance at which the light is gone, above 0.
              */
             reach: number;
+        };
+        Listed: {
+            /** @description What it shows, in a sentence. */
+            about: string;
+            /** @description Where its text is. */
+            href: string;
+            /** @description Its id, two words. */
+            id: string;
+            title: string;
         };
         /** @description Mapping of a picture to a surface. */
         Mapping: "uv" | {
@@ -4076,6 +4157,13 @@ export interface operations {
                     "text/plain": string;
                 };
             };
+            /** @description The studio, for browsers */
+            303: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];
         };
@@ -4424,6 +4512,65 @@ export interface operations {
             "5XX": components["responses"]["Problem"];
         };
     };
+    studio: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The page */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                };
+            };
+            /** @description The page has not changed */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    studioFile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The hash of all files, as the page names it */
+                hash: string;
+                /** @description Its path */
+                file: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The file */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/svg+xml": string;
+                    "text/css": string;
+                    "text/javascript": string;
+                    "text/plain": string;
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
     mintCapability: {
         parameters: {
             query?: never;
@@ -4527,6 +4674,62 @@ export interface operations {
             };
             /** @description The last event of each has been seen; nothing more will come */
             204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    examples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Their names */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Examples"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    example: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The first part of its id */
+                group: string;
+                /** @description The second */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The scene */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": Record<string, never>;
+                };
+            };
+            /** @description It has not changed */
+            304: {
                 headers: {
                     [name: string]: unknown;
                 };
