@@ -219,7 +219,7 @@ fn all_rules_of_the_style_sheet_end() {
     let mut depth = 0;
     for (line, text) in source("studio.css").lines().enumerate() {
         let text = text.split("/*").next().unwrap();
-        if !text.starts_with([' ', '}']) {
+        if !text.is_empty() && !text.starts_with([' ', '}']) {
             assert_eq!(depth, 0, "studio.css:{}: a rule before this line has not ended", line + 1);
         }
         depth += text.matches('{').count();
