@@ -214,6 +214,21 @@ fn nothing_in_the_sources_needs_an_exception_from_the_policy() {
 }
 
 #[test]
+fn all_rules_of_the_style_sheet_end() {
+    // A brace that a merge loses takes all rules after it into the one before.
+    let mut depth = 0;
+    for (line, text) in source("studio.css").lines().enumerate() {
+        let text = text.split("/*").next().unwrap();
+        if !text.is_empty() && !text.starts_with([' ', '}']) {
+            assert_eq!(depth, 0, "studio.css:{}: a rule before this line has not ended", line + 1);
+        }
+        depth += text.matches('{').count();
+        depth -= text.matches('}').count();
+    }
+    assert_eq!(depth, 0);
+}
+
+#[test]
 fn what_is_loaded_stays_small() {
     let service = Service::start(&[]);
     let page = service.get("/studio").text();
