@@ -19,8 +19,8 @@ from strahl.parts import Parts
 
 def test_a_stream_that_is_cut_goes_on_without_gaps(between):
     client = Client(between.url)
-    job = client.jobs.submit(busy_scene("cut"), width=320, height=240, samples=8)
-    between.cut_after, between.cuts = 1_500, 3
+    job = client.jobs.submit(busy_scene("cut"), width=640, height=480, samples=8)
+    between.cut_after, between.cuts = 1_200, 3
     events = list(job.events())
     assert between.cuts == 0, "nothing was cut"
     numbers = [event.data["seq"] for event in events]

@@ -485,6 +485,12 @@ class EstimatedError(TypedDict):
     target: NotRequired[SamplingTarget | None]
 
 
+class Examples(TypedDict):
+    """Scenes to begin with."""
+
+    examples: list[Listed]
+
+
 # The plan of a scene, with `actual` if the picture was rendered, or the estimates of several settings.
 Explained: TypeAlias = "Analyzed | Plan | Several"
 
@@ -936,6 +942,18 @@ class LinearFalloff(TypedDict):
 
     # Distance at which the light is gone, above 0.
     reach: float
+
+
+class Listed(TypedDict):
+    """Listed"""
+
+    # What it shows, in a sentence.
+    about: str
+    # Where its text is.
+    href: str
+    # Its id, two words.
+    id: str
+    title: str
 
 
 # Mapping of a picture to a surface.
