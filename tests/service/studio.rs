@@ -132,6 +132,8 @@ fn the_page_is_asked_for_again_and_has_the_policy_to_the_letter() {
     assert_eq!((page.header("referrer-policy"), page.header("x-content-type-options")), ("no-referrer", "nosniff"));
     let again = service.send("GET", "/studio", &[("If-None-Match", page.header("etag"))], b"");
     assert_eq!((again.status, again.body.len()), (304, 0));
+    // Browsers keep the page, but take the policy of this answer.
+    assert_eq!(again.header("content-security-policy"), page.header("content-security-policy"));
     assert_eq!(again.header("etag"), page.header("etag"));
     assert!(unpacked(&get_packed(&service, "/studio")) == page.body);
 }

@@ -70,13 +70,14 @@ async fn page(State(app): State<App>, method: Method, headers: HeaderMap) -> Res
         }
     };
     let type_of = [(header::CONTENT_TYPE, "text/html; charset=utf-8")];
-    let policy = [(header::CONTENT_SECURITY_POLICY, POLICY)];
-    Ok((about_page(&etag), type_of, policy, answer).into_response())
+    Ok((about_page(&etag), type_of, answer).into_response())
 }
 
-/// Headers of the page and of the answer that it has not changed.
-fn about_page(etag: &str) -> [(header::HeaderName, String); 3] {
+/// Headers of the page and of the answer that it has not changed. Browsers take the policy of the latter for the page that they
+/// have kept.
+fn about_page(etag: &str) -> [(header::HeaderName, String); 4] {
     [
+        (header::CONTENT_SECURITY_POLICY, POLICY.to_owned()),
         (header::ETAG, etag.to_owned()),
         (header::CACHE_CONTROL, "no-cache".to_owned()),
         (header::VARY, "Accept-Encoding".to_owned()),
