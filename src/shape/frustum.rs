@@ -35,7 +35,7 @@ impl<R: Real> Frustum<R> {
         if self.capped { frusta.solid_surface(s, &line, &met) } else { frusta.side_surface(s, &line, &met) }
     }
 
-    /// Its numbers, in the order of [`Frusta::load`].
+    /// Its numbers, in the order of [`Frusta::of`].
     pub fn numbers(&self) -> [R; FRUSTUM_NUMBERS] {
         let [a, b, c, d, e, f, g, h, i, j, k, l] = self.frame.numbers();
         [a, b, c, d, e, f, g, h, i, j, k, l, self.height, self.base_radius, self.top_radius, self.slope]
