@@ -1,7 +1,7 @@
 // "Same bytes": traces the picture again in other ways, and says whether each byte stays. Pieces are never the same twice, so that
 // the service cannot answer from what it has kept.
 import { html, useEffect, useState } from "../../vendor/preact.js";
-import { Problem, ask, patiently } from "../api.js";
+import { ask, patiently } from "../api.js";
 import { duration } from "../report.js";
 import { origin, shown } from "../state.js";
 import { Button, Icon } from "../ui.js";
@@ -70,7 +70,6 @@ const WAYS = [
   { id: "again", label: "Again", words: "traced once more, in two pieces", extra: {}, pieces: cut },
   { id: "tiles", label: "By tiles", words: "put together from tiles, three at a time", extra: {}, pieces: tiled },
   { id: "double", label: "Double", words: "in double precision", extra: { precision: "double" }, pieces: cut },
-  { id: "scaled", label: "× 2²⁰", words: "with all lengths times 1,048,576", extra: { scale_exp: "20" }, pieces: cut },
 ];
 
 /** @param {Shown} of @param {(typeof WAYS)[number]} way @param {AbortSignal} signal @returns {Promise<Result>} */
@@ -86,8 +85,7 @@ async function run(of, way, signal) {
     return { word: "differs", detail: `${pixels.toLocaleString("en")} of ${(of.width * of.height).toLocaleString("en")} pixels differ, by at most ${most} code${most === 1 ? "" : "s"} (${how})` };
   } catch (error) {
     if (signal.aborted) throw error;
-    const isAbsent = way.id === "scaled" && error instanceof Problem && error.status === 400;
-    return { word: "failed", detail: isAbsent ? "this version of the service cannot scale scenes" : /** @type {Error} */ (error).message };
+    return { word: "failed", detail: /** @type {Error} */ (error).message };
   }
 }
 

@@ -1,6 +1,6 @@
 // The map over the picture: asks for it, coarse first, and draws it. What it shows stays on while other panels are open.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
-import { Problem, ask, patiently, pause } from "../api.js";
+import { ask, patiently, pause } from "../api.js";
 import { loadObjects, painted } from "./maps-objects.js";
 import { oneChannel, readPfm } from "../pfm.js";
 import { coloured, histogram, scaleOf } from "../ramps.js";
@@ -34,8 +34,6 @@ const LARGE = 40_000;
 const LONG = 3000;
 const QUIET = 700;
 
-/** What the service can map. */
-export const kinds = signal(["proved", "rays", "time", "depth"]);
 export const kind = signal("");
 export const opacity = signal(0.85);
 export const isLogarithmic = signal(false);
@@ -121,17 +119,6 @@ async function run(of, force, signal) {
   }
 }
 
-/** What the service can map, in its own words: it lists them when it is asked for something else. */
-async function discover() {
-  try {
-    await ask("v1/map", { body: "{}", type: "application/json", query: { of: "everything" } });
-  } catch (error) {
-    if (!(error instanceof Problem)) throw error;
-    const list = /expected (.+?), got/.exec(error.message)?.[1];
-    if (list) kinds.value = list.split(/, | or /).filter((name) => Object.hasOwn(KINDS, name));
-  }
-}
-
 let bitmap = /** @type {ImageBitmap | null} */ (null);
 
 /** @param {ImageBitmap | null} next */
@@ -183,11 +170,5 @@ export function start() {
   effect(() => {
     const next = opacity.value;
     untracked(() => bitmap && putLayer({ id: "map", order: 5, opacity: next, draw }));
-  });
-  let isKnown = false;
-  effect(() => {
-    if (panel.value !== "maps" || isKnown || !connection.value.online) return;
-    isKnown = true;
-    untracked(() => discover().catch(() => (isKnown = false)));
   });
 }

@@ -4,7 +4,7 @@ import { along, at, gradient } from "../ramps.js";
 import { duration } from "../report.js";
 import { pixel, predicted, problems } from "../state.js";
 import { Button, Empty } from "../ui.js";
-import { KINDS, askAgain, bins, choose, found, isClipped, isLogarithmic, isStale, kind, kinds, onlyPositive, opacity, progress, rampName, read, scale, start as watch, sums } from "./maps-load.js";
+import { KINDS, askAgain, bins, choose, found, isClipped, isLogarithmic, isStale, kind, onlyPositive, opacity, progress, rampName, read, scale, start as watch, sums } from "./maps-load.js";
 import { ObjectLegend } from "./maps-objects.js";
 import { Choice, Fact, Failure, Switch } from "./widgets.js";
 
@@ -15,14 +15,14 @@ export const start = watch;
 export function Panel() {
   const of = KINDS[kind.value];
   return html`<div class="maps">
-    <${Choice} label="Map" name="map" chosen=${kind.value} choose=${choose} options=${[["", "None"], ...kinds.value.map((name) => [name, KINDS[name].title])]} />
+    <${Choice} label="Map" name="map" chosen=${kind.value} choose=${choose} options=${[["", "None"], ...Object.entries(KINDS).map(([name, { title }]) => [name, title])]} />
     ${of ? html`<p class="lead">${of.words}</p><${Progress} />${found.value?.objects ? html`<dl class="facts"><${UnderPointer} kind=${of} /></dl><${ObjectLegend} of=${{ ...found.value.floats, objects: found.value.objects }} />`
       : found.value && html`<${Legend} kind=${of} /><${Figures} kind=${of} />`}<${Looks} />` : html`<${Begin} />`}
   </div>`;
 }
 
 const Begin = () => html`<${Empty} title="No map">A map lies over the picture and has a number for each pixel. A coarse one comes at once, the whole one a little later.<//>
-  <ul class="plain-list map-kinds">${kinds.value.map((name) => html`<li key=${name}><button type="button" class="map-kind" onClick=${() => choose(name)}><strong>${KINDS[name].title}</strong><span class="quiet">${KINDS[name].words}</span></button></li>`)}</ul>`;
+  <ul class="plain-list map-kinds">${Object.entries(KINDS).map(([name, { title, words }]) => html`<li key=${name}><button type="button" class="map-kind" onClick=${() => choose(name)}><strong>${title}</strong><span class="quiet">${words}</span></button></li>`)}</ul>`;
 
 function Progress() {
   const { word, detail } = progress.value;
