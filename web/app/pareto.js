@@ -20,11 +20,26 @@ export const ERRORS = {
   flip: { title: "FLIP", unit: "" },
 };
 
-/** A point while it is measured, which has fewer errors; null until it has any. @param {any} of @returns {Point | null} */
+/** A point while it is measured, which has fewer errors. @param {any} of @returns {Point} */
 export function earlyPoint({ settings, time_ms: ms, rays, proved_codes: proved, error }) {
-  if (!error) return null;
   const errors = { p999: error.p999_codes, max: error.max_codes, rms: Number.NaN, flip: Number.NaN };
   return { name: nameOf(settings), settings, ms, rays: traced(rays), errors, identical: error.identical, proved: proved ?? null };
+}
+
+/**
+ * Of all that was told of points while they are measured, that on a picture of one size: times on others say nothing about it. It is
+ * the largest size that most of the points have come to.
+ * @template {{ index: number, width: number, height: number }} Of @param {Of[]} told @returns {Of[]}
+ */
+export function ofOneSize(told) {
+  const sizes = /** @type {Map<number, Map<number, Of>>} */ (new Map());
+  for (const of of told) {
+    const pixels = of.width * of.height;
+    sizes.set(pixels, (sizes.get(pixels) ?? new Map()).set(of.index, of));
+  }
+  const most = Math.max(0, ...[...sizes.values()].map(({ size }) => size));
+  const [found] = [...sizes].sort(([a], [b]) => b - a).filter(([, { size }]) => size >= 0.6 * most);
+  return found ? [...found[1].values()] : [];
 }
 
 /** Rays of all kinds. @param {Record<string, number> | number | undefined} rays */

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { bent, earlyPoint, front, layout, nameOf, pointOf, queryOf, ticks } from "../app/pareto.js";
+import { bent, earlyPoint, front, layout, nameOf, ofOneSize, pointOf, queryOf, ticks } from "../app/pareto.js";
 import { oneChannel, readPfm } from "../app/pfm.js";
 import { along, at, coloured, histogram, ramp, scaleOf } from "../app/ramps.js";
 
@@ -74,10 +74,17 @@ test("the front holds what no other beats, and nothing else", () => {
 });
 
 test("a point that is still measured has what the service knows of it", () => {
-  assert.equal(earlyPoint({ settings: { max_depth: 3 }, time_ms: 2, rays: 5, error: null }), null);
   const point = earlyPoint({ part: "choices", index: 0, settings: { max_depth: 3, min_weight: 0.001 }, time_ms: 2, rays: { camera: 4, dropped: 9 }, proved_codes: 7, error: { max_codes: 9, p999_codes: 8, identical: 0.5 } });
   assert.deepEqual([point.name, point.ms, point.rays, point.errors.p999, point.proved], ["depth 3", 2, 4, 8, 7]);
   assert.ok(Number.isNaN(point.errors.flip));
+});
+
+test("points that are still measured are compared on pictures of one size", () => {
+  const small = [1, 2, 3].map((index) => ({ index, width: 10, height: 10 }));
+  const large = (count) => small.slice(0, count).map(({ index }) => ({ index, width: 20, height: 20 }));
+  assert.deepEqual(ofOneSize([]), []);
+  assert.deepEqual(ofOneSize([...small, ...large(1)]), small);
+  assert.deepEqual(ofOneSize([...small, ...large(2)]), large(2));
 });
 
 test("settings of a trade-off become the parameters of a request", () => {

@@ -1,7 +1,7 @@
 // The trade-off of a scene: measured by the service, drawn as error against time. Each point is a button that makes it B.
 import { html, signal, useEffect, useRef, useState } from "../../vendor/preact.js";
 import { Problem, ask, patiently } from "../api.js";
-import { ERRORS, earlyPoint, layout, pointOf, queryOf } from "../pareto.js";
+import { ERRORS, earlyPoint, layout, ofOneSize, pointOf, queryOf } from "../pareto.js";
 import { count, duration } from "../report.js";
 import { eventsOf } from "../sse.js";
 import { otherAsked, origin, settings, text, version } from "../state.js";
@@ -45,14 +45,14 @@ export async function measureAll() {
     const request = { body: text.peek(), type: origin.peek().type, query: { ...settings.peek(), seconds: SECONDS }, accept: "text/event-stream, application/json;q=0.5", signal: ended };
     const answer = await patiently(() => ask("v1/tradeoff", request), ended);
     if (!answer.headers.get("content-type")?.startsWith("text/event-stream")) return void finish(await answer.json());
-    /** @type {{ choices: Point[], points: Point[] }} */
+    /** @type {{ choices: any[], points: any[] }} */
     const measured = { choices: [], points: [] };
     for await (const { event, data } of eventsOf(answer)) {
       if (event === "point") {
         // The same one comes again, measured on a larger picture.
         const part = data.part === "choices" ? "choices" : "points";
-        const point = earlyPoint(data);
-        if (point) (measured[part][data.index] = point), put({ [part]: measured[part].filter(Boolean) });
+        if (data.error) measured[part].push(data);
+        put({ [part]: ofOneSize(measured[part]).map(earlyPoint) });
       } else if (event === "done") return void finish(data.report ?? data);
       else if (event === "failed") throw new Problem(data.problem?.status ?? 500, data.problem ?? {}, 0);
     }
