@@ -3,6 +3,7 @@
 pub(crate) mod events;
 pub(crate) mod image;
 pub(crate) mod job;
+pub(crate) mod message;
 mod multipart;
 pub(crate) mod picture;
 pub(crate) mod streamed;

@@ -13,6 +13,7 @@ mod files;
 mod finish;
 mod job;
 mod orphans;
+pub(crate) mod outbox;
 mod queries;
 pub(crate) mod record;
 mod references;
@@ -46,7 +47,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use store::Store;
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 
 /// A job fails after more ends of the process than this without a new tile.
 const CRASHES: u32 = 2;
@@ -69,6 +70,8 @@ pub(crate) struct Jobs {
     /// The limits.
     pub(crate) limits: JobLimits,
     registry: Mutex<Registry>,
+    /// Rings when a job has something to deliver.
+    bell: Notify,
     /// Number of open jobs.
     open: watch::Sender<usize>,
     /// Milliseconds of work on jobs that failed or were canceled.
@@ -130,6 +133,7 @@ impl Jobs {
             has_other_records: contents.others,
             limits,
             registry: Mutex::new(registry),
+            bell: Notify::new(),
             open: watch::Sender::new(0),
             canceled: AtomicU64::new(0),
             time_kept: AtomicU64::new(0),
@@ -240,6 +244,7 @@ impl Jobs {
         if let (false, Some(begun)) = (state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
         }
+        self.look_for_parcels(job);
         self.observer.ended(&on_disk, state);
         tracing::info!(job = id, state = state.name(), "a job has ended");
         job.events.publish(state.name(), data);

@@ -1,5 +1,6 @@
 //! The record of a job, which is kept on disk.
 
+use super::outbox::Outbox;
 use crate::service::clock::unix_time;
 use crate::service::error::Error;
 use crate::service::pictures::spec::PictureSpec;
@@ -72,6 +73,9 @@ pub(crate) struct Record {
     pub(crate) last_event: Option<u64>,
     /// Grows with each change that its owner makes.
     pub(crate) version: u64,
+    /// What is delivered after its end.
+    #[serde(default)]
+    pub(crate) outbox: Outbox,
 }
 
 impl Record {
@@ -119,6 +123,7 @@ impl Record {
             tile_bytes: 0,
             last_event: None,
             version: 1,
+            outbox: Outbox::default(),
         }
     }
 }

@@ -7,7 +7,7 @@ use super::retention::disk_of;
 use crate::service::limits::JobLimits;
 use crate::service::pictures::render::PIXEL_BYTES;
 use crate::service::scheduler::task::aged;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use tokio::sync::watch;
 
@@ -26,6 +26,8 @@ pub(super) struct Registry {
     pub(super) open: Vec<Arc<Job>>,
     /// Job ids by tenant and idempotency key. None while a job is being accepted.
     pub(super) keys: HashMap<(String, String), Option<String>>,
+    /// Ids of jobs that have ended and have something to deliver.
+    pub(super) outgoing: BTreeSet<String>,
     /// Scenes that jobs need.
     pub(super) scenes: References,
     /// Pictures that jobs have.
@@ -51,6 +53,9 @@ impl Registry {
         if let Some(same) = &record.idempotency {
             self.keys.insert((record.tenant.clone(), same.key.clone()), Some(record.id.clone()));
         }
+        if record.next_parcel().is_some() {
+            self.outgoing.insert(record.id.clone());
+        }
         if !record.state.is_final() {
             self.queued.push(Arc::clone(job));
         }
@@ -61,6 +66,7 @@ impl Registry {
     /// Nobody finds a job any more.
     pub(super) fn remove(&mut self, id: &str) -> Option<Arc<Job>> {
         let job = self.jobs.remove(id)?;
+        self.outgoing.remove(id);
         let record = job.record();
         if let Some(same) = &record.idempotency {
             self.keys.remove(&(record.tenant.clone(), same.key.clone()));

@@ -152,6 +152,7 @@ impl Jobs {
             Error::Internal("the job's record cannot be written; the service's log says why")
         })?;
         if made.is_some() {
+            self.look_for_parcels(&job);
             self.make_room();
         }
         self.open_next();

@@ -21,6 +21,7 @@ use super::scheduler::task::{Class, Task};
 use super::storage::blob_store::BlobStore;
 use super::storage::folder::Folder;
 use super::storage::lru_cache::LruCache;
+use super::storage::objects::Objects;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
@@ -61,6 +62,8 @@ pub(crate) struct Service {
     pub(crate) pictures: PictureCache,
     /// Renders in the background.
     pub(crate) jobs: Arc<Jobs>,
+    /// Where pictures of jobs are put that ask for it.
+    pub(crate) store: Option<Objects>,
     /// What all of them take their memory from.
     pub(crate) memory: MemoryBudget,
     /// Its settings.
@@ -74,8 +77,9 @@ impl Service {
         folders: &mut Folders,
         pool: Arc<Pool>,
         observer: Arc<dyn JobObserver>,
+        store: Option<Objects>,
     ) -> Result<Arc<Self>, StartError> {
-        let Settings { answers, caches, jobs, memory_bytes, textures } = settings;
+        let Settings { answers, caches, jobs, memory_bytes, textures, .. } = settings;
         let memory = MemoryBudget::new(*memory_bytes);
         let textures = textures.as_deref().map(|path| {
             let wrong = |error| StartError::Settings(format!("--textures {}: {error}", path.display()));
@@ -98,6 +102,7 @@ impl Service {
             scenes,
             pictures,
             jobs,
+            store,
             memory,
             settings: settings.clone(),
         }))
