@@ -104,7 +104,8 @@ async fn within_patience(
             Ok(client) => return Ok(client),
             Err(error) => error,
         };
-        let may_come = matches!(error.kind(), ConnectErrorKind::Io | ConnectErrorKind::TimedOut | ConnectErrorKind::Dns);
+        let may_come =
+            matches!(error.kind(), ConnectErrorKind::Io | ConnectErrorKind::TimedOut | ConnectErrorKind::Dns);
         if !may_come || begun.elapsed() >= PATIENCE {
             return Err(refused(servers, &error));
         }

@@ -97,7 +97,8 @@ impl FarmSettings {
 
 /// A prefix of subjects.
 fn inbox(text: &str) -> Result<String, &'static str> {
-    let is_token = |token: &str| !token.is_empty() && token.bytes().all(|b| b.is_ascii_alphanumeric() || b"_-".contains(&b));
+    let is_token =
+        |token: &str| !token.is_empty() && token.bytes().all(|b| b.is_ascii_alphanumeric() || b"_-".contains(&b));
     match text.split('.').all(is_token) {
         true => Ok(text.to_owned()),
         false => Err("expected letters, digits, _ and -, with dots between, such as _INBOX.node7"),
