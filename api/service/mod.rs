@@ -13,6 +13,7 @@ pub(crate) mod requests;
 pub(crate) mod scenes;
 pub(crate) mod scheduler;
 pub(crate) mod storage;
+pub(crate) mod tls;
 pub(crate) mod tradeoff;
 pub(crate) mod values;
 
