@@ -13,6 +13,8 @@ use crate::service::deliveries::Courier;
 use crate::service::deliveries::receiver::Receivers;
 use crate::service::deliveries::signature::Secret;
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
+use crate::service::farm::settings::FarmSettings;
 use crate::service::jobs::Jobs;
 use crate::service::limits::Settings;
 use crate::service::requests::Service;
@@ -36,17 +38,23 @@ const BACKLOG: u32 = 4096;
 const LAST_WAIT: Duration = Duration::from_secs(1);
 
 /// Serves until SIGTERM or Ctrl-C.
-pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings) -> Result<(), StartError> {
+pub(crate) fn run(
+    threads: Option<u64>,
+    http: &HttpSettings,
+    settings: &Settings,
+    farm: &FarmSettings,
+) -> Result<(), StartError> {
     check_exposure(http)?;
-    // They are given up, and a temporary one is removed, at the end of this function.
-    let mut folders = Folders::open(settings)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(TALKERS)
         .enable_all()
         .build()
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
-    let store = settings.store.as_deref().map(|place| runtime.block_on(Objects::open(place))).transpose()?;
-    let app = open(threads, http, settings, &mut folders, store)?;
+    let store = farm.store.as_deref().map(|place| runtime.block_on(Objects::open(place))).transpose()?;
+    let farm = Farm::open(farm, runtime.handle())?.map(Arc::new);
+    // They are given up, and a temporary one is removed, at the end of this function.
+    let mut folders = Folders::open(settings)?;
+    let app = open(threads, http, settings, farm, store, &mut folders)?;
     let courier = courier(&app)?;
     let served = runtime.block_on(async {
         let (clients, admin) = (listen(http.listen)?, http.admin_listen.map(listen).transpose()?);
@@ -74,8 +82,9 @@ pub(super) fn open(
     threads: Option<u64>,
     http: &HttpSettings,
     settings: &Settings,
-    folders: &mut Folders,
+    farm: Option<Arc<Farm>>,
     store: Option<Objects>,
+    folders: &mut Folders,
 ) -> Result<App, StartError> {
     let secret = webhook_secret(settings)?;
     let access = Access::open(http.keys.as_deref(), secret).map_err(|error| {
@@ -86,7 +95,7 @@ pub(super) fn open(
     let pool = Pool::start(threads, Some(Arc::<Access>::clone(&access)))
         .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
     Ok(Arc::new(AppState {
-        service: Service::open(settings, folders, pool, Arc::<Metrics>::clone(&metrics), store)?,
+        service: Service::open(settings, folders, pool, farm, store, Arc::<Metrics>::clone(&metrics))?,
         access,
         origins: http.origins(),
         public_url: http.public_url.clone(),

@@ -42,9 +42,6 @@ pub(crate) struct Settings {
     /// Folder of pictures that scenes may name as textures. Without it scenes have to contain their textures.
     #[arg(long, env = "STRAHL_TEXTURES", value_name = "DIR", help_heading = "Folders")]
     pub(crate) textures: Option<PathBuf>,
-    /// Where pictures of jobs go that ask for it: a folder that several machines see, or s3://BUCKET/PREFIX.
-    #[arg(long, env = "STRAHL_STORE", value_name = "DIR|s3://BUCKET/PREFIX", help_heading = "Folders")]
-    pub(crate) store: Option<String>,
 }
 
 /// Limits of one answer.

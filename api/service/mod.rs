@@ -1,10 +1,11 @@
-//! What commands and HTTP share: scenes, pictures, jobs, and the scheduler of the rendering threads.
+//! What commands and HTTP share: scenes, pictures, jobs, the farm, and the scheduler of the rendering threads.
 
 pub(crate) mod addresses;
 pub(crate) mod clock;
 pub(crate) mod concurrency_limit;
 pub(crate) mod deliveries;
 pub(crate) mod error;
+pub(crate) mod farm;
 pub(crate) mod jobs;
 pub(crate) mod limits;
 pub(crate) mod memory;

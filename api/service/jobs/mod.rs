@@ -33,6 +33,7 @@ pub(crate) use submission::{Claim, KeyUse};
 
 use crate::service::clock::milliseconds;
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
 use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
@@ -62,6 +63,8 @@ pub(crate) trait JobObserver: Send + Sync {
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
     cache: Arc<SceneCache>,
+    /// Who renders tiles, if it is not this process.
+    farm: Option<Arc<Farm>>,
     observer: Arc<dyn JobObserver>,
     store: Store,
     files: Files,
@@ -93,6 +96,7 @@ impl Jobs {
         limits: JobLimits,
         pool: Arc<Pool>,
         cache: Arc<SceneCache>,
+        farm: Option<Arc<Farm>>,
         observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
         let path = &folder.path;
@@ -127,6 +131,7 @@ impl Jobs {
         let jobs = Arc::new(Self {
             pool,
             cache,
+            farm,
             observer,
             store,
             files,

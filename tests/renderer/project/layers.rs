@@ -25,8 +25,8 @@ const ROOMS: [(&str, &str); 3] = [
     ("", "service http cli"),
     (
         "service",
-        "values clock error tls addresses concurrency_limit memory memory_budget limits storage scheduler scenes pictures jobs \
-         deliveries tradeoff requests",
+        "values clock error tls addresses concurrency_limit memory memory_budget limits storage scheduler scenes pictures farm \
+         jobs deliveries tradeoff requests",
     ),
     (
         "http",
