@@ -55,7 +55,7 @@ pub(crate) fn run(
     // They are given up, and a temporary one is removed, at the end of this function.
     let mut folders = Folders::open(settings)?;
     let app = open(threads, http, settings, farm, store, &mut folders)?;
-    let courier = courier(&app)?;
+    let courier = courier(&app);
     let served = runtime.block_on(async {
         let (clients, admin) = (listen(http.listen)?, http.admin_listen.map(listen).transpose()?);
         // Before the address is announced, since a client that reads it may send a signal at once.
@@ -110,12 +110,11 @@ pub(super) fn open(
 }
 
 /// Delivers what jobs leave behind.
-fn courier(app: &App) -> Result<Arc<Courier>, StartError> {
+fn courier(app: &App) -> Arc<Courier> {
     let service = &app.service;
     let settings = service.settings.deliveries.clone();
-    let receivers = Receivers::open(&settings)?;
     let desk = Arc::new(MessageDesk(Arc::clone(app)));
-    Ok(Courier::new(Arc::clone(&service.jobs), service.store.clone(), receivers, desk, settings))
+    Courier::new(Arc::clone(&service.jobs), service.store.clone(), Receivers::new(&settings), desk, settings)
 }
 
 /// The secret that signs messages where there are no keys.

@@ -149,14 +149,14 @@ fn interpolated(film: &Film, [x, y]: [f32; 2]) -> ([f32; 3], Option<f32>) {
 }
 
 /// A black region of a picture of some width and height, for which no ray was traced.
-pub(super) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Picture {
+pub(crate) fn empty([full_width, full_height]: [u32; 2], region: Region) -> Picture {
     let pixels = vec![[0.0; 3]; region.pixels() as usize];
     let film = Film { region, full_width, full_height, pixels, ..Film::default() };
     Picture { film, ..Picture::default() }
 }
 
 /// Puts a tile where it belongs, and adds up what they took.
-fn join(whole: &mut Picture, piece: &Picture) {
+pub(crate) fn join(whole: &mut Picture, piece: &Picture) {
     paste(&mut whole.film, &piece.film);
     whole.bounded.append(piece.bounded.clone());
     whole.sampling += &piece.sampling;

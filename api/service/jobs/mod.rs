@@ -25,7 +25,7 @@ mod submission;
 mod tile_order;
 mod upgrade;
 
-pub(crate) use canvas::PREVIEW_SIDE;
+pub(crate) use canvas::{PREVIEW_SIDE, empty, join};
 pub(crate) use event_log::Event;
 pub(crate) use files::DATA;
 pub(crate) use job::{Job, Watcher};

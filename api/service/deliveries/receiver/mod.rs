@@ -4,7 +4,6 @@
 use super::signature::Secret;
 use crate::service::addresses::{Network, is_public};
 use crate::service::clock::unix_time;
-use crate::service::error::StartError;
 use crate::service::limits::DeliverySettings;
 use crate::service::tls;
 use futures_util::future::BoxFuture;
@@ -14,7 +13,7 @@ use std::error::Error;
 use std::fmt;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 /// Bytes of an answer that are read, so that the connection ends in order. Nothing is done with them.
@@ -28,9 +27,9 @@ const LONGEST_WAIT: Duration = Duration::from_secs(3_600);
 pub(crate) type Lookup = dyn Fn(String) -> BoxFuture<'static, io::Result<Vec<IpAddr>>> + Send + Sync;
 
 /// Sends messages.
-#[derive(Debug)]
 pub(crate) struct Receivers {
-    client: Client,
+    /// Made for the first message: it reads all certificates of the system, which may have none.
+    client: LazyLock<Result<Client, String>, Box<dyn FnOnce() -> Result<Client, String> + Send>>,
     rules: Rules,
 }
 
@@ -97,43 +96,31 @@ impl Rules {
 
 impl Receivers {
     /// As the settings say, with names that the system looks up.
-    pub(crate) fn open(settings: &DeliverySettings) -> Result<Self, StartError> {
+    pub(crate) fn new(settings: &DeliverySettings) -> Self {
         Self::with(settings, Arc::new(|name| Box::pin(look_up(name))))
     }
 
     /// The same with another lookup.
-    pub(super) fn with(settings: &DeliverySettings, lookup: Arc<Lookup>) -> Result<Self, StartError> {
-        tls::install_provider();
+    fn with(settings: &DeliverySettings, lookup: Arc<Lookup>) -> Self {
         let rules = Rules::of(settings);
-        let client = Client::builder()
-            .user_agent(concat!("strahl/", env!("CARGO_PKG_VERSION")))
-            // A proxy would connect to addresses that it looks up itself.
-            .no_proxy()
-            .redirect(redirect::Policy::none())
-            .referer(false)
-            .timeout(settings.webhook_timeout)
-            .http1_only()
-            // Each message's address is looked up and checked.
-            .pool_max_idle_per_host(0)
-            .dns_resolver(Arc::new(PublicNames { rules: rules.clone(), lookup }))
-            .build()
-            .map_err(|error| StartError::Machine(format!("messages cannot be sent to webhooks: {}", reason(&error))))?;
-        Ok(Self { client, rules })
+        let names = PublicNames { rules: rules.clone(), lookup };
+        let timeout = settings.webhook_timeout;
+        Self { client: LazyLock::new(Box::new(move || client(timeout, names))), rules }
     }
 
     /// Sends a message; it has arrived if the receiver answers with a status of 200 to 299.
     pub(crate) async fn send(&self, url: &str, message: &Message<'_>) -> Result<(), Refusal> {
         let url = self.rules.check(url).map_err(Refusal::Never)?;
         let seconds = unix_time().as_secs();
-        let request = self
-            .client
+        let later = |why: String| Refusal::Later(why, Duration::ZERO);
+        let client = self.client.as_ref().map_err(|why| later(why.clone()))?;
+        let request = client
             .post(url)
             .header("content-type", "application/json")
             .header("webhook-id", message.id)
             .header("webhook-timestamp", seconds.to_string())
             .header("webhook-signature", message.secret.sign(message.id, seconds, message.body))
             .body(message.body.to_owned());
-        let later = |why: String| Refusal::Later(why, Duration::ZERO);
         let mut answer = request.send().await.map_err(|error| later(reason(&error)))?;
         let status = answer.status();
         let wait = answer.headers().get("retry-after").and_then(|wait| wait.to_str().ok()?.parse().ok());
@@ -153,6 +140,29 @@ impl Receivers {
             status => Err(Refusal::Later(format!("the receiver answered {status}"), wait)),
         }
     }
+}
+
+impl fmt::Debug for Receivers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Receivers").field("rules", &self.rules).finish_non_exhaustive()
+    }
+}
+
+fn client(timeout: Duration, names: PublicNames) -> Result<Client, String> {
+    tls::install_provider();
+    let client = Client::builder()
+        .user_agent(concat!("strahl/", env!("CARGO_PKG_VERSION")))
+        // A proxy would connect to addresses that it looks up itself.
+        .no_proxy()
+        .redirect(redirect::Policy::none())
+        .referer(false)
+        .timeout(timeout)
+        .http1_only()
+        // The address of each message is looked up and checked.
+        .pool_max_idle_per_host(0)
+        .dns_resolver(names)
+        .build();
+    client.map_err(|error| format!("the service cannot send messages: {}", reason(&error)))
 }
 
 async fn look_up(name: String) -> io::Result<Vec<IpAddr>> {

@@ -69,7 +69,7 @@ const LOCAL: [&str; 3] = ["--webhook-http", "--webhook-allow", "127.0.0.0/8"];
 #[tokio::test]
 async fn a_message_arrives_signed() {
     let (port, seen) = receiver("HTTP/1.1 204 No Content\r\n\r\n").await;
-    let receivers = Receivers::open(&settings(&LOCAL)).unwrap();
+    let receivers = Receivers::new(&settings(&LOCAL));
     send(&receivers, &format!("http://127.0.0.1:{port}/hook?a=b")).await.unwrap();
     send(&receivers, &format!("http://localhost:{port}/hook")).await.unwrap();
     let seen = seen.lock().unwrap();
@@ -88,7 +88,7 @@ async fn a_message_arrives_signed() {
 #[tokio::test]
 async fn what_is_inside_is_not_reached_by_any_name() {
     let (port, seen) = receiver("HTTP/1.1 204 No Content\r\n\r\n").await;
-    let receivers = Receivers::open(&settings(&["--webhook-http"])).unwrap();
+    let receivers = Receivers::new(&settings(&["--webhook-http"]));
     for host in [
         "127.0.0.1", "localhost", "[::1]", "[::ffff:127.0.0.1]", "0.0.0.0", "[::]", "2130706433", "0x7f000001", "0177.0.0.1",
         "127.1", "169.254.169.254", "[fd00:ec2::254]", "[64:ff9b::7f00:1]",
@@ -130,7 +130,7 @@ async fn the_address_that_was_checked_is_the_one_that_is_connected_to() {
         Box::pin(async move { Ok(vec![address.parse().unwrap()]) })
     };
     let flags = ["--webhook-http", "--webhook-allow", "192.0.2.0/24", "--webhook-timeout", "0.3"];
-    let receivers = Receivers::with(&settings(&flags), Arc::new(rebinding)).unwrap();
+    let receivers = Receivers::with(&settings(&flags), Arc::new(rebinding));
     let url = format!("http://rebind.example:{port}/");
     let first = why(send(&receivers, &url).await);
     assert!(!first.contains("not public"), "the first address is tried: {first}");
@@ -147,7 +147,7 @@ async fn of_several_addresses_only_those_that_may_be_are_tried() {
         Box::pin(async { Ok(["127.0.0.2", "127.0.0.1"].map(|address| address.parse().unwrap()).to_vec()) })
     };
     let flags = ["--webhook-http", "--webhook-allow", "127.0.0.1"];
-    let receivers = Receivers::with(&settings(&flags), Arc::new(mixed)).unwrap();
+    let receivers = Receivers::with(&settings(&flags), Arc::new(mixed));
     send(&receivers, &format!("http://mixed.example:{port}/")).await.unwrap();
     assert_eq!(seen.lock().unwrap().len(), 1);
 }
@@ -157,7 +157,7 @@ async fn redirects_are_not_followed() {
     let (inner, reached) = receiver("HTTP/1.1 204 No Content\r\n\r\n").await;
     let location = format!("HTTP/1.1 307 Temporary Redirect\r\nLocation: http://127.0.0.1:{inner}/\r\nContent-Length: 0\r\n\r\n");
     let (port, _) = receiver(location).await;
-    let receivers = Receivers::open(&settings(&LOCAL)).unwrap();
+    let receivers = Receivers::new(&settings(&LOCAL));
     let refused = why(send(&receivers, &format!("http://127.0.0.1:{port}/")).await);
     assert!(refused.contains("redirects are not followed"), "{refused}");
     assert_eq!(reached.lock().unwrap().len(), 0);
@@ -165,7 +165,7 @@ async fn redirects_are_not_followed() {
 
 #[tokio::test]
 async fn answers_decide_whether_it_is_tried_again() {
-    let receivers = Receivers::open(&settings(&LOCAL)).unwrap();
+    let receivers = Receivers::new(&settings(&LOCAL));
     let of = async |answer: &str| {
         let (port, _) = receiver(format!("HTTP/1.1 {answer}\r\nContent-Length: 0\r\n\r\n")).await;
         send(&receivers, &format!("http://127.0.0.1:{port}/")).await
@@ -185,7 +185,7 @@ async fn answers_decide_whether_it_is_tried_again() {
 #[tokio::test]
 async fn slow_and_endless_answers_end() {
     let flags = [&LOCAL[..], &["--webhook-timeout", "0.5"]].concat();
-    let receivers = Receivers::open(&settings(&flags)).unwrap();
+    let receivers = Receivers::new(&settings(&flags));
     let (silent, _) = receiver("").await;
     let refused = why(send(&receivers, &format!("http://127.0.0.1:{silent}/")).await);
     assert!(refused.contains("in time"), "{refused}");
