@@ -1,7 +1,7 @@
-//! `strahl frame`: one frame of a sequence of scenes, for managers of farms that run one command for each frame.
+//! `strahl frame`: one frame of a sequence, or of numbered scenes, for managers of farms that run one command for each frame.
 
 use super::assemble::format_of;
-use super::failure::Failure;
+use super::failure::{BAD_DATA, Failure};
 use super::places::{Places, StoreArgs, numbered};
 use super::scene_args::{SceneArgs, SettingsArgs};
 use super::session::Session;
@@ -10,6 +10,8 @@ use super::{output, progress};
 use crate::service::pictures::render::{RenderSpec, make};
 use clap::Args;
 use strahl::film::Region;
+use strahl::scene::limits::SCENE_BYTES;
+use strahl::sequence::Sequence;
 use strahl::tradeoff::duration;
 
 /// Digits of a frame's number in names.
@@ -19,6 +21,7 @@ const DIGITS: usize = 4;
 #[derive(Debug, Args)]
 #[command(after_help = format!("\
 Examples:
+  strahl frame shot.json --sequence turn.json --frame 12 -o 'out/{{frame}}.png'   frame 12 of a sequence, to out/0012.png
   strahl frame 'shot.{{frame}}.json' --frame 12 -o 'out/shot.{{frame}}.png'         shot.0012.json to out/shot.0012.png
   strahl frame 'store:shot/{{frame}}.json' -o 'store:out/{{frame}}.exr' --store s3://farm/renders   in an Indexed Job
 
@@ -26,7 +29,11 @@ Examples:
 pub(super) struct FrameArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Number of the frame, which stands for {frame} in the names of the scene and of the picture, with four digits.
+    /// The sequence: JSON as in "frames" of a job, a file or store:NAME. Without it the frame is a scene of its own.
+    #[arg(long, value_name = "FILE.json")]
+    sequence: Option<String>,
+    /// Number of the frame, which stands for {frame} in the names of scene and picture, with four digits. The first one of a
+    /// sequence is 0.
     #[arg(long, env = "JOB_COMPLETION_INDEX", value_name = "NUMBER")]
     frame: u32,
     /// Picture file, or store:NAME: .png, .jpg, .webp, .exr or .pfm.
@@ -47,10 +54,15 @@ pub(super) fn run(args: &FrameArgs) -> Result<(), Failure> {
     let scene = SceneArgs { scene: named(&args.scene.scene), input: args.scene.input };
     let (to, stats) = (named(&args.output), args.stats.as_deref().map(named));
     let format = format_of(&to)?;
-    let places = Places::open(&args.store, [scene.scene.as_str(), &to].into_iter().chain(stats.as_deref()))?;
+    let all = [scene.scene.as_str(), &to].into_iter().chain(stats.as_deref()).chain(args.sequence.as_deref());
+    let places = Places::open(&args.store, all)?;
+    let sequence = args.sequence.as_deref().map(|name| read(&places, name, args.frame)).transpose()?;
     let mut session = Session::start_at(&scene, &args.settings, &places)?;
     session.cancel_on_ctrl_c()?;
-    let ready = session.prepare()?;
+    let ready = match &sequence {
+        Some(sequence) => session.prepare_frame(sequence.frame(args.frame))?,
+        None => session.prepare()?,
+    };
     let whole = Region::whole(ready.scene.width, ready.scene.height);
     let shot = RenderSpec { note: true, ..RenderSpec::of(&ready.scene, whole, format) };
     let make = || make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control, None);
@@ -62,4 +74,17 @@ pub(super) fn run(args: &FrameArgs) -> Result<(), Failure> {
     let rays = made.report.cost.rays.total();
     output::say(&format!("wrote {to}: {rays} rays, {}; {}", duration(made.report.cost.wall_ms), made.report.error.in_words()));
     Ok(())
+}
+
+/// A sequence that has a frame of this number.
+fn read(places: &Places, name: &str, number: u32) -> Result<Sequence, Failure> {
+    let bytes = places.read(name, SCENE_BYTES.max)?;
+    let sequence: Sequence = serde_json::from_slice(&bytes)
+        .map_err(|error| Failure::task(BAD_DATA, format!("{name} is no sequence: {error}")))?;
+    sequence.check().map_err(|problems| Failure::Scene { name: name.to_owned(), problems })?;
+    let count = sequence.count();
+    if number >= count {
+        return Err(Failure::Usage(format!("--frame {number} is none of the {count} frames from 0 to {}", count - 1)));
+    }
+    Ok(sequence)
 }

@@ -8,11 +8,14 @@ use super::scene_file::SceneFile;
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::{Pool, Workers};
 use crate::service::scheduler::task::{Class, Task};
+use std::convert::Infallible;
 use std::time::Instant;
 use strahl::film::Region;
 use strahl::render::Control;
+use strahl::scene::compile::Original;
 use strahl::scene::limits::SCENE_BYTES;
-use strahl::scene::{Loaded, Overrides, Scene};
+use strahl::scene::{Description, Loaded, NotLoaded, Overrides, Scene};
+use strahl::sequence::Frame;
 
 /// A running command.
 #[derive(Debug)]
@@ -76,6 +79,20 @@ impl Session {
     pub(super) fn load_seen_from(&self, view: [[f64; 3]; 2]) -> Result<Loaded, Failure> {
         let overrides = Overrides { seen_from: Some(view), ..self.overrides };
         self.workers.work(|| self.file.load(&overrides))?
+    }
+
+    /// The scene of a frame, with its plan.
+    pub(super) fn prepare_frame(&self, frame: Frame<'_>) -> Result<PreparedScene, Failure> {
+        let base = self.load()?;
+        let original = Original { description: &base.description, scene: &base.scene };
+        let accept = |_: &Description| Ok::<_, Infallible>(());
+        let load = || frame.load_if(original, &self.overrides, self.file.files(), accept);
+        let loaded = self.workers.work(load)?.map_err(|error| match error {
+            NotLoaded::Problems(problems) => Failure::Scene { name: self.file.name.clone(), problems },
+            NotLoaded::Refused(never) => match never {},
+        });
+        let loaded = loaded?;
+        Ok(self.workers.work(|| PreparedScene::new(loaded, None))?)
     }
 
     /// Checks and builds the scene, and plans its picture. The scene's text is gone afterwards.

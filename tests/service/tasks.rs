@@ -89,6 +89,25 @@ fn frames_have_numbers_in_their_names() {
 }
 
 #[test]
+fn a_frame_of_a_sequence_is_the_scene_seen_from_there() {
+    let folder = folder("sequence");
+    std::fs::write(folder.join("turn.json"), r#"{ "count": 4, "turntable": {} }"#).unwrap();
+    for frame in [0, 2] {
+        done(&folder, "frame ball.json --sequence turn.json -o out/{frame}.png", Some(frame));
+    }
+    done(&folder, "render ball.json -o whole.png", None);
+    let read = |file: &str| std::fs::read(folder.join(file)).unwrap();
+    assert!(read("whole.png") == read("out/0000.png"), "the first frame is where the camera is");
+    assert!(read("whole.png") != read("out/0002.png"));
+    assert!(fails(&folder, "frame ball.json --sequence turn.json --frame 4 -o a.png", 2).contains("0 to 3"));
+    std::fs::write(folder.join("bad.json"), r#"{ "count": 0 }"#).unwrap();
+    fails(&folder, "frame ball.json --sequence bad.json --frame 0 -o a.png", 65);
+    std::fs::write(folder.join("none.json"), "[]").unwrap();
+    fails(&folder, "frame ball.json --sequence none.json --frame 0 -o a.png", 65);
+    fails(&folder, "frame ball.json --sequence gone.json --frame 0 -o a.png", 66);
+}
+
+#[test]
 fn exit_codes_say_whether_another_try_makes_sense() {
     let folder = folder("codes");
     std::fs::write(folder.join("bad.json"), BALL.replace("\"red\" }", "\"blue\" }")).unwrap();
