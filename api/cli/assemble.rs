@@ -2,12 +2,12 @@
 //! writes.
 
 use super::failure::Failure;
+use super::output;
 use super::places::{Places, StoreArgs, numbered};
 use super::scene_args::{SceneArgs, SettingsArgs};
 use super::session::Session;
 use super::tile::EXIT_CODES;
 use super::tile_file::{Cut, TileFile};
-use super::output;
 use crate::service::clock::milliseconds;
 use crate::service::jobs::{empty, join};
 use crate::service::pictures::render::note;
@@ -57,7 +57,10 @@ pub(super) fn run(args: &AssembleArgs) -> Result<(), Failure> {
     let began = Instant::now();
     let format = format_of(&args.output)?;
     if !args.tiles.contains("{index}") {
-        return Err(Failure::Usage(format!("{} names one file: write {{index}} for the number of the part", args.tiles)));
+        return Err(Failure::Usage(format!(
+            "{} names one file: write {{index}} for the number of the part",
+            args.tiles
+        )));
     }
     let all = [args.scene.scene.as_str(), &args.tiles, &args.output];
     let places = Places::open(&args.store, all.into_iter().chain(args.stats.as_deref()))?;

@@ -72,7 +72,11 @@ pub(super) fn run(args: &FrameArgs) -> Result<(), Failure> {
     }
     places.write(&to, made.file)?;
     let rays = made.report.cost.rays.total();
-    output::say(&format!("wrote {to}: {rays} rays, {}; {}", duration(made.report.cost.wall_ms), made.report.error.in_words()));
+    output::say(&format!(
+        "wrote {to}: {rays} rays, {}; {}",
+        duration(made.report.cost.wall_ms),
+        made.report.error.in_words()
+    ));
     Ok(())
 }
 

@@ -38,7 +38,8 @@ impl Places {
         let place = args.store.as_deref();
         let place = place.ok_or_else(|| Failure::Usage(format!("names that begin with {STORE} need --store")))?;
         let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build();
-        let runtime = runtime.map_err(|error| Failure::task(TRY_AGAIN, format!("no thread can be started: {error}")))?;
+        let runtime =
+            runtime.map_err(|error| Failure::task(TRY_AGAIN, format!("no thread can be started: {error}")))?;
         let opened = runtime.block_on(Objects::open(place)).map_err(|error| match error {
             StartError::Settings(why) => Failure::Usage(why),
             StartError::Machine(why) => Failure::task(TRY_AGAIN, why),

@@ -41,7 +41,9 @@ impl Cut {
     /// The pixels of a part, row by row of parts.
     pub(super) fn region(self, part: u32, [width, height]: [u32; 2]) -> Result<Region, Failure> {
         if self.columns > width || self.rows > height {
-            return Err(Failure::Usage(format!("--of {self} are more parts than the picture of {width} x {height} has pixels")));
+            return Err(Failure::Usage(format!(
+                "--of {self} are more parts than the picture of {width} x {height} has pixels"
+            )));
         }
         let edge = |at: u32, parts: u32, length: u32| (u64::from(at) * u64::from(length) / u64::from(parts)) as u32;
         let span = |at: u32, parts: u32, length: u32| {

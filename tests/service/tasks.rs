@@ -17,7 +17,11 @@ fn folder(test: &str) -> PathBuf {
 
 fn strahl(folder: &Path, line: &str, index: Option<u32>) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_strahl"));
-    command.args(line.split_whitespace()).current_dir(folder).env_remove("STRAHL_STORE").env_remove("JOB_COMPLETION_INDEX");
+    command
+        .args(line.split_whitespace())
+        .current_dir(folder)
+        .env_remove("STRAHL_STORE")
+        .env_remove("JOB_COMPLETION_INDEX");
     index.map(|index| command.env("JOB_COMPLETION_INDEX", index.to_string()));
     command.output().unwrap()
 }
@@ -51,7 +55,9 @@ fn parts_make_the_bytes_of_the_whole_picture() {
             let line = format!("tile ball.json --of {of} -o tiles/{{index}}.tile --threads {threads} {settings}");
             done(&folder, &line, Some(index));
         }
-        let line = format!("assemble ball.json tiles/{{index}}.tile --of {of} -o made/ball.{ending} {settings} --stats made/cost.json");
+        let line = format!(
+            "assemble ball.json tiles/{{index}}.tile --of {of} -o made/ball.{ending} {settings} --stats made/cost.json"
+        );
         done(&folder, &line, None);
         let read = |file: &str| std::fs::read(folder.join(format!("{file}.{ending}"))).unwrap();
         assert!(read("whole") == read("made/ball"), "{settings} {of}");
@@ -71,7 +77,8 @@ fn parts_and_scenes_may_be_in_a_store() {
         let line = "tile store:scenes/ball.json --of 3 --first 1 -o store:tiles/{index}.tile --store store";
         done(&folder, line, Some(index));
     }
-    let line = "assemble store:scenes/ball.json store:tiles/{index}.tile --of 3 --first 1 -o store:ball.png --store store";
+    let line =
+        "assemble store:scenes/ball.json store:tiles/{index}.tile --of 3 --first 1 -o store:ball.png --store store";
     done(&folder, line, None);
     done(&folder, "render ball.json -o whole.png", None);
     assert!(std::fs::read(folder.join("whole.png")).unwrap() == std::fs::read(folder.join("store/ball.png")).unwrap());

@@ -264,7 +264,9 @@ pub(crate) fn wishes_of(
 ) -> Result<Wishes, Problem> {
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
     if key.is_some() && app.service.store.is_none() {
-        return Err(invalid("this service has no store (--store): fetch the picture from the job's links instead".into()));
+        return Err(invalid(
+            "this service has no store (--store): fetch the picture from the job's links instead".into(),
+        ));
     }
     if let Some(url) = &webhook {
         Rules::of(&app.service.settings.deliveries).check(url).map_err(invalid)?;

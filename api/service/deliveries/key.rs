@@ -39,7 +39,8 @@ impl KeyTemplate {
             match part {
                 Part::Text(text) => name += text,
                 Part::Word(word) => {
-                    let value = value(word).ok_or_else(|| format!("{{{word}}} stands for nothing in this job's store.key"))?;
+                    let value =
+                        value(word).ok_or_else(|| format!("{{{word}}} stands for nothing in this job's store.key"))?;
                     // All of them are ids and numbers.
                     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
                     let _ = write!(name, "{}", value.chars().filter(|c| is_plain(*c)).collect::<String>());
@@ -47,11 +48,6 @@ impl KeyTemplate {
             }
         }
         Ok(name)
-    }
-
-    /// Whether a word is in it.
-    pub(crate) fn has(&self, word: &str) -> bool {
-        self.0.iter().any(|part| matches!(part, Part::Word(known) if *known == word))
     }
 }
 
@@ -124,8 +120,28 @@ mod tests {
         assert_eq!(KeyTemplate::default(), "{job}.{ext}".parse().unwrap());
         assert!(fill("{frame}").unwrap_err().contains("{frame} stands for nothing"));
         for wrong in [
-            "", "/a", "a/", "a//b", "..", "../x", "a/../b", "a/./b", "{job}/..", ".hidden", "a/.b", "a b", "ü", "a\\b", "a%2f",
-            "{jobs}", "{job", "{", "{}", "a\u{0}", "{job}{job}{job}{job}{job}", &"a".repeat(201),
+            "",
+            "/a",
+            "a/",
+            "a//b",
+            "..",
+            "../x",
+            "a/../b",
+            "a/./b",
+            "{job}/..",
+            ".hidden",
+            "a/.b",
+            "a b",
+            "ü",
+            "a\\b",
+            "a%2f",
+            "{jobs}",
+            "{job",
+            "{",
+            "{}",
+            "a\u{0}",
+            "{job}{job}{job}{job}{job}",
+            &"a".repeat(201),
         ] {
             assert!(fill(wrong).is_err(), "{wrong}");
         }

@@ -42,7 +42,10 @@ impl FromStr for Secret {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let bytes = text.strip_prefix(PREFIX).and_then(|rest| BASE64.decode(rest.as_bytes()).ok());
         let is_long_enough = |bytes: &Vec<u8>| BYTES.contains(&bytes.len());
-        bytes.filter(is_long_enough).map(Self).ok_or("expected whsec_ and 24 to 64 bytes in base64, as `strahl key webhook` makes them")
+        bytes
+            .filter(is_long_enough)
+            .map(Self)
+            .ok_or("expected whsec_ and 24 to 64 bytes in base64, as `strahl key webhook` makes them")
     }
 }
 

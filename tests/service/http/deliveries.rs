@@ -97,7 +97,8 @@ fn receive(mut socket: TcpStream, answers: &Mutex<VecDeque<String>>, messages: &
         }
         let Some(end) = bytes.windows(4).position(|four| four == b"\r\n\r\n") else { continue };
         let head = String::from_utf8(bytes[..end].to_vec()).unwrap();
-        let length = head.lines().find_map(|line| line.strip_prefix("content-length: ")).unwrap().parse::<usize>().unwrap();
+        let length =
+            head.lines().find_map(|line| line.strip_prefix("content-length: ")).unwrap().parse::<usize>().unwrap();
         if bytes.len() >= end + 4 + length {
             break (head, length);
         }
@@ -147,7 +148,10 @@ fn a_job_says_how_it_ended_whatever_that_is() {
     assert_eq!(message.header("webhook-id"), format!("msg_{done}"));
     let json = message.json();
     let data = &json["data"];
-    assert_eq!((&json["type"], &data["id"], &data["state"]), (&"job.succeeded".into(), &done.as_str().into(), &"succeeded".into()));
+    assert_eq!(
+        (&json["type"], &data["id"], &data["state"]),
+        (&"job.succeeded".into(), &done.as_str().into(), &"succeeded".into())
+    );
     assert_eq!((&data["labels"][0], &json["timestamp"]), (&"shot 7".into(), &data["finished_at"]));
     assert!(data["stats"]["rays"].as_u64() > Some(0), "{data}");
     let webhook = message_ended(&service, &done);
@@ -179,7 +183,8 @@ fn a_message_is_tried_again_under_one_id_with_one_text_until_it_arrives() {
     let seen = receiver.seen();
     assert_eq!(seen.len(), 4);
     assert!(seen.iter().all(|message| message.is_signed_with(&secret)));
-    let what: BTreeSet<_> = seen.iter().map(|message| (message.header("webhook-id").to_owned(), message.body.clone())).collect();
+    let what: BTreeSet<_> =
+        seen.iter().map(|message| (message.header("webhook-id").to_owned(), message.body.clone())).collect();
     assert_eq!(what.len(), 1, "{what:?}");
 }
 
@@ -187,7 +192,8 @@ fn a_message_is_tried_again_under_one_id_with_one_text_until_it_arrives() {
 fn a_message_that_does_not_arrive_is_given_up_with_its_reason() {
     let folder = tempfile::tempdir().unwrap();
     let (file, _) = secret(&folder);
-    let flags = ["--webhook-secret-file", file.to_str().unwrap(), "--webhook-attempts", "3", "--webhook-timeout", "0.5"];
+    let flags =
+        ["--webhook-secret-file", file.to_str().unwrap(), "--webhook-attempts", "3", "--webhook-timeout", "0.5"];
     let service = Service::start(&[&LOCAL[..], &flags].concat());
     let receiver = Receiver::start(&["500 Oops"]);
     let refused = submit(&service, BALL, &hook(&receiver.url()));
@@ -197,12 +203,9 @@ fn a_message_that_does_not_arrive_is_given_up_with_its_reason() {
     let unanswered = submit(&service, BALL, &hook(&slow.url()));
     // A name is looked up when the message is sent. This one never has an address.
     let nowhere = submit(&service, BALL, &hook("http://nowhere.invalid/"));
-    for (id, attempts, why) in [
-        (refused, 3, "500"),
-        (ended, 1, "410 Gone"),
-        (unanswered, 3, "in time"),
-        (nowhere, 3, "no address"),
-    ] {
+    for (id, attempts, why) in
+        [(refused, 3, "500"), (ended, 1, "410 Gone"), (unanswered, 3, "in time"), (nowhere, 3, "no address")]
+    {
         let webhook = message_ended(&service, &id);
         assert_eq!((&webhook["state"], &webhook["attempts"]), (&"dead".into(), &attempts.into()), "{webhook}");
         assert!(text(&webhook["error"]).contains(why) && webhook["ended_at"].is_string(), "{webhook}");
@@ -214,7 +217,8 @@ fn a_message_that_does_not_arrive_is_given_up_with_its_reason() {
 fn receivers_inside_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (file, _) = secret(&folder);
-    let service = Service::start(&["--webhook-http", "--webhook-attempts", "1", "--webhook-secret-file", file.to_str().unwrap()]);
+    let service =
+        Service::start(&["--webhook-http", "--webhook-attempts", "1", "--webhook-secret-file", file.to_str().unwrap()]);
     let receiver = Receiver::start(&["204 No Content"]);
     let port = receiver.port;
     for host in ["127.0.0.1", "[::1]", "[::ffff:127.0.0.1]", "2130706433", "0x7f.1", "169.254.169.254", "10.0.0.1"] {
@@ -243,7 +247,8 @@ fn killed_before_and_in_mid_delivery_no_message_is_lost_or_changed() {
     let folder = tempfile::tempdir().unwrap();
     let (file, secret) = secret(&folder);
     let data = folder.path().join("data");
-    let flags = [&LOCAL[..], &["--webhook-secret-file", file.to_str().unwrap(), "--data", data.to_str().unwrap()]].concat();
+    let flags =
+        [&LOCAL[..], &["--webhook-secret-file", file.to_str().unwrap(), "--data", data.to_str().unwrap()]].concat();
     // Never answered while the first processes live.
     let receiver = Receiver::start(&["", "", "", "", "500 Oops", "204 No Content"]);
     let service = Service::start(&flags);
@@ -281,7 +286,8 @@ fn a_tenant_has_its_own_secret_and_receiver_and_one_slow_receiver_holds_nobody_e
     let folder = tempfile::tempdir().unwrap();
     let (_, secret) = secret(&folder);
     let (slow, quick) = (Receiver::start(&[""]), Receiver::start(&["204 No Content"]));
-    let entry = |name: &str, url: &str| format!("[tenants.{name}]\nwebhook = \"{url}\"\nwebhook_secret = \"{secret}\"\n");
+    let entry =
+        |name: &str, url: &str| format!("[tenants.{name}]\nwebhook = \"{url}\"\nwebhook_secret = \"{secret}\"\n");
     let file = KeyFile::new("webhooks", &(entry("slow", &slow.url()) + &entry("quick", &quick.url())));
     let (of_slow, of_quick) = (file.key("slow", "jobs,read,render"), file.key("quick", "jobs,read,render"));
     let service = file.serve(&[&LOCAL[..], &["--webhook-timeout", "60", "--webhook-parallel", "2"]].concat());
@@ -305,7 +311,10 @@ fn pictures_go_to_the_store_under_names_of_their_tenant() {
     let service = Service::start(&[&LOCAL[..], &flags].concat());
     assert_eq!(service.get("/v1/limits").json()["deliveries"]["store"], true);
     let receiver = Receiver::start(&["204 No Content"]);
-    let rest = format!(r#""store": {{ "key": "shots/{{date}}/ball_{{width}}x{{height}}.{{ext}}" }}, {}"#, hook(&receiver.url()));
+    let rest = format!(
+        r#""store": {{ "key": "shots/{{date}}/ball_{{width}}x{{height}}.{{ext}}" }}, {}"#,
+        hook(&receiver.url())
+    );
     let id = submit(&service, BALL, &rest);
     let message = receiver.wait_for(1)[0].json();
     let stored = &message["data"]["store"];

@@ -183,7 +183,10 @@ impl Resolve for PublicNames {
             let reachable: Vec<_> = found.into_iter().filter(|address| rules.may_reach(*address)).collect();
             if reachable.is_empty() {
                 // Which they are is none of the tenant's business.
-                return Err(Unreachable("the receiver's addresses are not public, and --webhook-allow does not name them").into());
+                return Err(Unreachable(
+                    "the receiver's addresses are not public, and --webhook-allow does not name them",
+                )
+                .into());
             }
             // Port 0 is the one of the URL.
             Ok(Box::new(reachable.into_iter().map(|address| SocketAddr::new(address, 0))) as Addrs)

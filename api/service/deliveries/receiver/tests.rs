@@ -28,7 +28,8 @@ fn secret() -> Secret {
 /// A receiver that answers every request in the same way; the requests that it has seen.
 async fn receiver(answer: impl Into<Vec<u8>>) -> (u16, Arc<Mutex<Vec<String>>>) {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
-    let (port, seen, answer) = (listener.local_addr().unwrap().port(), Arc::<Mutex<Vec<String>>>::default(), answer.into());
+    let (port, seen, answer) =
+        (listener.local_addr().unwrap().port(), Arc::<Mutex<Vec<String>>>::default(), answer.into());
     let requests = Arc::clone(&seen);
     tokio::spawn(async move {
         while let Ok((mut socket, _)) = listener.accept().await {
@@ -90,8 +91,19 @@ async fn what_is_inside_is_not_reached_by_any_name() {
     let (port, seen) = receiver("HTTP/1.1 204 No Content\r\n\r\n").await;
     let receivers = Receivers::new(&settings(&["--webhook-http"]));
     for host in [
-        "127.0.0.1", "localhost", "[::1]", "[::ffff:127.0.0.1]", "0.0.0.0", "[::]", "2130706433", "0x7f000001", "0177.0.0.1",
-        "127.1", "169.254.169.254", "[fd00:ec2::254]", "[64:ff9b::7f00:1]",
+        "127.0.0.1",
+        "localhost",
+        "[::1]",
+        "[::ffff:127.0.0.1]",
+        "0.0.0.0",
+        "[::]",
+        "2130706433",
+        "0x7f000001",
+        "0177.0.0.1",
+        "127.1",
+        "169.254.169.254",
+        "[fd00:ec2::254]",
+        "[64:ff9b::7f00:1]",
     ] {
         let refused = why(send(&receivers, &format!("http://{host}:{port}/")).await);
         assert!(refused.contains("not public"), "{host}: {refused}");
@@ -155,7 +167,8 @@ async fn of_several_addresses_only_those_that_may_be_are_tried() {
 #[tokio::test]
 async fn redirects_are_not_followed() {
     let (inner, reached) = receiver("HTTP/1.1 204 No Content\r\n\r\n").await;
-    let location = format!("HTTP/1.1 307 Temporary Redirect\r\nLocation: http://127.0.0.1:{inner}/\r\nContent-Length: 0\r\n\r\n");
+    let location =
+        format!("HTTP/1.1 307 Temporary Redirect\r\nLocation: http://127.0.0.1:{inner}/\r\nContent-Length: 0\r\n\r\n");
     let (port, _) = receiver(location).await;
     let receivers = Receivers::new(&settings(&LOCAL));
     let refused = why(send(&receivers, &format!("http://127.0.0.1:{port}/")).await);
