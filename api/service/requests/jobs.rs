@@ -78,13 +78,13 @@ impl Service {
         self: &Arc<Self>,
         task: Task,
         most: u32,
-        wanted: WantedJob,
+        mut wanted: WantedJob,
         claim: Option<Claim>,
     ) -> Result<Arc<Job>, Error> {
         let (tenant, weight) = (task.tenant.to_string(), task.weight);
-        let service = Arc::clone(self);
+        let (service, wishes) = (Arc::clone(self), std::mem::take(&mut wanted.wishes));
         let check = move |work: &Work| {
-            let WantedJob { scene, form, overrides, output, priority, labels, wishes } = wanted;
+            let WantedJob { scene, form, overrides, output, priority, labels, .. } = wanted;
             let limits = &service.jobs.limits;
             let accept = |scene: &Description| {
                 let ImageSize { width, height } = scene.image;
@@ -113,10 +113,10 @@ impl Service {
             let spec = JobSpec { scene: String::new(), format, settings: overrides, output };
             let job =
                 Record { tenant, weight, priority, labels, scene_id, image_id, width, height, ..Record::new(spec) };
-            let outbox = wishes.outbox(&job)?;
-            Ok::<_, Error>((Record { edge, estimate_ms, estimate_rays, scene_bytes, outbox, ..job }, scene))
+            Ok::<_, Error>((Record { edge, estimate_ms, estimate_rays, scene_bytes, ..job }, scene))
         };
-        let (record, scene) = self.run(task, check).await?.value;
+        let (mut record, scene) = self.run(task, check).await?.value;
+        record.outbox = wishes.outbox(&record)?;
         let file = match record.image_id.as_deref().and_then(ImageId::read) {
             Some(image) => self.stored_picture(&image, &PictureSpec::plain(None, record.spec.output)).await,
             None => None,
