@@ -5,6 +5,7 @@ pub(crate) mod folders;
 pub(crate) mod jobs;
 pub(crate) mod pictures;
 pub(crate) mod scenes;
+mod spread;
 
 use self::folders::Folders;
 use super::error::{Error, StartError};
@@ -62,6 +63,8 @@ pub(crate) struct Service {
     pub(crate) pictures: PictureCache,
     /// Renders in the background.
     pub(crate) jobs: Arc<Jobs>,
+    /// Who renders what takes long, if it is not this process.
+    pub(crate) farm: Option<Arc<Farm>>,
     /// What all of them take their memory from.
     pub(crate) memory: MemoryBudget,
     /// Its settings.
@@ -92,7 +95,7 @@ impl Service {
         };
         let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, memory.clone(), textures.transpose()?, known));
         let pictures = PictureCache::new(caches.picture_cache_bytes, &memory, on_disk);
-        let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), farm, observer)?;
+        let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), farm.clone(), observer)?;
         Ok(Arc::new(Self {
             queue: Queue::new(Arc::clone(&pool), answers.queue, answers.timeout),
             tiles: Queue::new(Arc::clone(&pool), answers.tile_queue, TILE_PATIENCE.min(answers.timeout)),
@@ -100,6 +103,7 @@ impl Service {
             scenes,
             pictures,
             jobs,
+            farm,
             memory,
             settings: settings.clone(),
         }))
