@@ -3,6 +3,7 @@
 //! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash), `pictures/` (with their cost reports, and small ones
 //! beside them; jobs share both) and `tiles/` (finished tiles of the jobs that are rendered).
 
+mod backend;
 mod canvas;
 mod checkpoint;
 #[cfg(test)]
@@ -32,6 +33,7 @@ pub(crate) use submission::{Claim, KeyUse};
 
 use crate::service::clock::milliseconds;
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
 use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
@@ -61,6 +63,8 @@ pub(crate) trait JobObserver: Send + Sync {
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
     cache: Arc<SceneCache>,
+    /// Who renders tiles, if it is not this process.
+    farm: Option<Arc<Farm>>,
     observer: Arc<dyn JobObserver>,
     store: Store,
     files: Files,
@@ -90,6 +94,7 @@ impl Jobs {
         limits: JobLimits,
         pool: Arc<Pool>,
         cache: Arc<SceneCache>,
+        farm: Option<Arc<Farm>>,
         observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
         let path = &folder.path;
@@ -124,6 +129,7 @@ impl Jobs {
         let jobs = Arc::new(Self {
             pool,
             cache,
+            farm,
             observer,
             store,
             files,
@@ -233,6 +239,9 @@ impl Jobs {
             tracing::error!(job = id, %error, "a record cannot be written");
         }
         self.files.remove_tiles(&id);
+        if let Some(farm) = &self.farm {
+            farm.forget_results(&id);
+        }
         job.record().state = state;
         if state != State::Succeeded {
             locked(&self.registry).release_scene(&on_disk, &self.files);
