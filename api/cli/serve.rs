@@ -4,6 +4,7 @@ use super::allocator;
 use super::failure::Failure;
 use super::values::word;
 use crate::http::settings::HttpSettings;
+use crate::service::farm::settings::FarmSettings;
 use crate::service::limits::Settings;
 use crate::service::values::threads;
 use clap::Args;
@@ -33,6 +34,8 @@ pub(super) struct ServeArgs {
     http: HttpSettings,
     #[command(flatten)]
     service: Settings,
+    #[command(flatten)]
+    farm: FarmSettings,
 }
 
 /// Names of log formats.
@@ -49,7 +52,7 @@ enum LogFormat {
 pub(super) fn run(args: &ServeArgs) -> Result<(), Failure> {
     allocator::settle();
     log(args.log_format);
-    Ok(crate::http::run(args.threads, &args.http, &args.service)?)
+    Ok(crate::http::run(args.threads, &args.http, &args.service, &args.farm)?)
 }
 
 /// Starts the log on standard error. `STRAHL_LOG` filters it; the default is `info`.

@@ -32,6 +32,7 @@ pub(crate) use submission::{Claim, KeyUse};
 
 use crate::service::clock::milliseconds;
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
 use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
@@ -61,6 +62,8 @@ pub(crate) trait JobObserver: Send + Sync {
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
     cache: Arc<SceneCache>,
+    /// Who renders tiles, if it is not this process.
+    farm: Option<Arc<Farm>>,
     observer: Arc<dyn JobObserver>,
     store: Store,
     files: Files,
@@ -90,6 +93,7 @@ impl Jobs {
         limits: JobLimits,
         pool: Arc<Pool>,
         cache: Arc<SceneCache>,
+        farm: Option<Arc<Farm>>,
         observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
         let path = &folder.path;
@@ -124,6 +128,7 @@ impl Jobs {
         let jobs = Arc::new(Self {
             pool,
             cache,
+            farm,
             observer,
             store,
             files,

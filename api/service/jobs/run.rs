@@ -4,7 +4,7 @@
 
 use super::Jobs;
 use super::canvas::{Canvas, empty, paste};
-use super::checkpoint::{Tile, Tiles};
+use super::checkpoint::Tiles;
 use super::finish::finish;
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, Record, State, now};
@@ -13,6 +13,7 @@ use super::tile_order::TileOrder;
 use crate::service::clock::milliseconds;
 use crate::service::error::{Error, panic_text};
 use crate::service::pictures::render::trace;
+use crate::service::pictures::tile_bytes::Tile;
 use crate::service::scenes::cache::{Form, SentScene};
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;

@@ -10,4 +10,5 @@ pub(crate) mod report;
 pub(crate) mod seen;
 pub(crate) mod single_flight;
 pub(crate) mod spec;
+pub(crate) mod tile_bytes;
 pub(crate) mod warnings;

@@ -8,6 +8,7 @@ pub(crate) mod scenes;
 
 use self::folders::Folders;
 use super::error::{Error, StartError};
+use super::farm::Farm;
 use super::jobs::{JobObserver, Jobs};
 use super::limits::{CacheLimits, Settings};
 use super::memory_budget::MemoryBudget;
@@ -73,6 +74,7 @@ impl Service {
         settings: &Settings,
         folders: &mut Folders,
         pool: Arc<Pool>,
+        farm: Option<Arc<Farm>>,
         observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
         let Settings { answers, caches, jobs, memory_bytes, textures } = settings;
@@ -90,7 +92,7 @@ impl Service {
         };
         let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, memory.clone(), textures.transpose()?, known));
         let pictures = PictureCache::new(caches.picture_cache_bytes, &memory, on_disk);
-        let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), observer)?;
+        let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), farm, observer)?;
         Ok(Arc::new(Self {
             queue: Queue::new(Arc::clone(&pool), answers.queue, answers.timeout),
             tiles: Queue::new(Arc::clone(&pool), answers.tile_queue, TILE_PATIENCE.min(answers.timeout)),

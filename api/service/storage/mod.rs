@@ -7,4 +7,5 @@ pub(crate) mod hit_counter;
 #[cfg(test)]
 pub(crate) mod journal;
 pub(crate) mod lru_cache;
+pub(crate) mod objects;
 pub(crate) mod seen_by;
