@@ -5,6 +5,7 @@ mod config;
 mod config_file;
 mod explain;
 mod failure;
+mod farm;
 mod gallery;
 mod healthcheck;
 mod import;
@@ -79,6 +80,9 @@ enum Command {
     /// Check or show the configuration of the service.
     #[command(subcommand)]
     Config(config::ConfigCommand),
+    /// What the operator of a farm needs.
+    #[command(subcommand)]
+    Farm(farm::FarmCommand),
     /// Serve renders over HTTP.
     Serve(Box<serve::ServeArgs>),
     /// Ask a running service whether it is alive; exit code 0 if it is.
@@ -110,6 +114,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Openapi => openapi::run(),
         Command::Config(command) => config::run(&command),
         Command::Key(command) => key::run(&command),
+        Command::Farm(command) => farm::run(&command),
         Command::Serve(args) => serve::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),
     }

@@ -1,5 +1,6 @@
 //! The farm: a broker and a store between fronts, which take requests, and nodes, which render.
 
+pub(crate) mod accounts;
 pub(crate) mod connection;
 pub(crate) mod names;
 pub(crate) mod settings;
