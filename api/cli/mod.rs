@@ -11,7 +11,9 @@ mod healthcheck;
 mod import;
 mod interrupt;
 mod key;
+mod log;
 mod map;
+mod node;
 mod openapi;
 mod output;
 mod progress;
@@ -85,6 +87,8 @@ enum Command {
     Farm(farm::FarmCommand),
     /// Serve renders over HTTP.
     Serve(Box<serve::ServeArgs>),
+    /// Render for the services of a farm.
+    Node(Box<node::NodeArgs>),
     /// Ask a running service whether it is alive; exit code 0 if it is.
     Healthcheck(healthcheck::HealthcheckArgs),
 }
@@ -116,6 +120,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Key(command) => key::run(&command),
         Command::Farm(command) => farm::run(&command),
         Command::Serve(args) => serve::run(&args),
+        Command::Node(args) => node::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),
     }
 }

@@ -3,6 +3,7 @@
 //! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash), `pictures/` (with their cost reports, and small ones
 //! beside them; jobs share both) and `tiles/` (finished tiles of the jobs that are rendered).
 
+mod backend;
 mod canvas;
 mod checkpoint;
 #[cfg(test)]
@@ -238,6 +239,9 @@ impl Jobs {
             tracing::error!(job = id, %error, "a record cannot be written");
         }
         self.files.remove_tiles(&id);
+        if let Some(farm) = &self.farm {
+            farm.forget_results(&id);
+        }
         job.record().state = state;
         if state != State::Succeeded {
             locked(&self.registry).release_scene(&on_disk, &self.files);

@@ -6,6 +6,7 @@ use super::job::{Job, locked};
 use super::record::{Idempotency, Record, State, Stats};
 use super::registry::{Registry, estimate, memory_of, remaining};
 use super::retention::disk_of;
+use super::run::REMOTE_EDGE;
 use crate::service::error::Error;
 use crate::service::pictures::file::PictureFile;
 use data_encoding::HEXLOWER;
@@ -172,7 +173,8 @@ impl Jobs {
 
     /// The edge of tiles for a picture of some pixels that takes some milliseconds.
     pub(crate) fn tile_edge(&self, pixels: u64, estimate_ms: f64) -> u32 {
-        edge(estimate_ms / pixels as f64, self.pool.threads)
+        let edge = edge(estimate_ms / pixels as f64, self.pool.threads);
+        if self.farm.is_some() { edge.min(REMOTE_EDGE) } else { edge }
     }
 }
 
