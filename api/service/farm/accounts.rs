@@ -53,11 +53,11 @@ impl Role {
 
     /// Subjects that it may listen to.
     fn hears(self, inbox: &str) -> Vec<String> {
-        let others = match self {
-            Self::Front => names::BY_FRONTS,
-            Self::Node => names::TO_NODES,
+        let others: &[&str] = match self {
+            Self::Front => &[names::BY_FRONTS, names::TOO_OFTEN],
+            Self::Node => &[names::TO_NODES],
         };
-        vec![format!("{inbox}.>"), others.to_owned()]
+        [format!("{inbox}.>")].into_iter().chain(others.iter().map(|&subject| subject.to_owned())).collect()
     }
 }
 

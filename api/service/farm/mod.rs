@@ -9,6 +9,7 @@ pub(crate) mod node;
 pub(crate) mod nodes;
 pub(crate) mod results;
 pub(crate) mod settings;
+pub(crate) mod summary;
 pub(crate) mod work;
 
 use self::backlog::{Backlog, Counts};

@@ -62,6 +62,8 @@ pub(crate) struct Service {
     pub(crate) pictures: PictureCache,
     /// Renders in the background.
     pub(crate) jobs: Arc<Jobs>,
+    /// The nodes that render for it, if there are any.
+    pub(crate) farm: Option<Arc<Farm>>,
     /// What all of them take their memory from.
     pub(crate) memory: MemoryBudget,
     /// Its settings.
@@ -92,7 +94,7 @@ impl Service {
         };
         let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, memory.clone(), textures.transpose()?, known));
         let pictures = PictureCache::new(caches.picture_cache_bytes, &memory, on_disk);
-        let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), farm, observer)?;
+        let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), farm.clone(), observer)?;
         Ok(Arc::new(Self {
             queue: Queue::new(Arc::clone(&pool), answers.queue, answers.timeout),
             tiles: Queue::new(Arc::clone(&pool), answers.tile_queue, TILE_PATIENCE.min(answers.timeout)),
@@ -100,6 +102,7 @@ impl Service {
             scenes,
             pictures,
             jobs,
+            farm,
             memory,
             settings: settings.clone(),
         }))
