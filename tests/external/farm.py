@@ -36,7 +36,7 @@ sys.dont_write_bytecode = True  # leaves nothing beside this file
 import service  # noqa: E402
 from broker import Broker, Listener, free_ports  # noqa: E402
 from hostile import ask  # noqa: E402
-from hostile_requests import JSON, box, different, hall, noise  # noqa: E402
+from hostile_requests import JSON, box, different, hall, noise, scene  # noqa: E402
 
 LEASE = 3  # seconds until work of a dead node goes to another
 LOST_FOR = 120  # seconds that jobs have to end after the last disturbance
@@ -48,7 +48,7 @@ SCENES = [
     noise().replace('"samples": 1024', '"samples": 16'),
 ]
 OUTPUTS = [{"format": "png"}, {"format": "exr"}]
-EMPTY = '{"image": {"width": 16384, "height": 16}, "camera": {"from": [0, 0, 5], "at": [0, 0, 0]}, "objects": []}'
+EMPTY = scene([], (16384, 16))  # 128 tiles
 
 
 class Node:
@@ -60,7 +60,7 @@ class Node:
 
     def start(self):
         with open(self.farm.folder / f"{self.name}.log", "a") as log:
-            self.process = subprocess.Popen([self.farm.program, "node", *self.farm.flags(), "--threads", "1"], stderr=log)
+            self.process = subprocess.Popen([self.farm.program, "node", "--farm", self.farm.servers(), "--store", self.farm.folder / "store", "--slots", "1", "--name", self.name], stderr=log)
 
     def stop(self, signal):
         self.process.send_signal(signal)
@@ -85,9 +85,10 @@ class Farm:
         self.nodes = [Node(self, f"node{at}") for at in range(nodes)]
 
     def flags(self):
-        servers = ",".join(f"nats://127.0.0.1:{each.port}" for each in self.brokers)
-        replicas = ["--farm-replicas", str(len(self.brokers))] if len(self.brokers) > 1 else []
-        return ["--farm", servers, "--store", self.folder / "store", "--farm-lease", str(LEASE), *replicas]
+        return ["--farm", self.servers(), "--store", self.folder / "store", "--farm-lease", str(LEASE), "--farm-replicas", str(len(self.brokers))]
+
+    def servers(self):
+        return ",".join(f"nats://127.0.0.1:{each.port}" for each in self.brokers)
 
     def front(self, at):
         flags = ["--listen", self.addresses[at], "--admin-listen", self.admins[at], "--keys", self.folder / "keys.toml"]
