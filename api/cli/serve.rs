@@ -31,11 +31,15 @@ pub(super) struct ServeArgs {
     service: Settings,
     #[command(flatten)]
     farm: FarmSettings,
+    /// Milliseconds of predicted time above which a picture that somebody waits for is cut into tiles for the nodes of the farm
+    /// [default: the service renders it itself].
+    #[arg(long, env = "STRAHL_SPREAD", value_name = "MS", requires = "farm", help_heading = "Farm")]
+    spread: Option<u64>,
 }
 
 /// Serves until SIGTERM or Ctrl-C.
 pub(super) fn run(args: &ServeArgs) -> Result<(), Failure> {
     allocator::settle();
     log(args.log_format);
-    Ok(crate::http::run(args.threads, &args.http, &args.service, &args.farm)?)
+    Ok(crate::http::run(args.threads, &args.http, &args.service, (&args.farm, args.spread))?)
 }

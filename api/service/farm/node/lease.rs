@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use strahl::render::Control;
 use tokio::task::JoinHandle;
 
-/// Leases after which a render that does not get on is given up. Progress shows after 1,024 pixels, which may take a while.
-const PATIENCE: u32 = 4;
+/// A render that has not got on for so long is given up. Progress shows after 1,024 pixels, which may take a while.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The lease of a piece, until this is dropped.
 #[derive(Debug)]
@@ -66,7 +66,7 @@ async fn keep(message: Arc<Message>, control: Control, state: Arc<State>, lease:
         if progress != got_on.0 || state.is_loading.load(Ordering::Relaxed) {
             got_on = (progress, Instant::now());
         }
-        if got_on.1.elapsed() > lease * PATIENCE {
+        if got_on.1.elapsed() > PATIENCE {
             state.is_stuck.store(true, Ordering::Relaxed);
         } else if began.elapsed() > limit {
             state.is_late.store(true, Ordering::Relaxed);
