@@ -2,6 +2,7 @@
 //! `.ci/run` fetches; `STRAHL_NATS_SERVER` names another.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+mod accounts;
 mod backends;
 #[path = "../service/common/mod.rs"]
 #[allow(dead_code, reason = "the tests of the service use all of it")]
