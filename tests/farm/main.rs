@@ -4,6 +4,7 @@
 
 mod accounts;
 mod backends;
+mod cluster;
 #[path = "../service/common/mod.rs"]
 #[allow(dead_code, reason = "the tests of the service use all of it")]
 mod common;
