@@ -314,7 +314,9 @@ impl<'a> Coordinator<'a> {
             return Ok(());
         }
         self.farm.counts.dead.fetch_add(1, Ordering::Relaxed);
-        Err(Stopped::Dead(dead.kind, dead.reason))
+        // Another node may have rendered its tiles.
+        let is_missing = |tile: &u32| self.flight.place(*tile).is_some();
+        if dead.tiles.iter().any(is_missing) { Err(Stopped::Dead(dead.kind, dead.reason)) } else { Ok(()) }
     }
 
     /// Takes back what nobody needs any more: pieces that wait, and those that nodes render.

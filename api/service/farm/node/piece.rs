@@ -209,9 +209,9 @@ fn stopped(node: &Node) -> Stopped {
     if *node.ending.borrow() { Stopped::Draining } else { Stopped::Unwanted }
 }
 
-/// Tells the broker. An answer that is lost only means that another node finds the results there.
+/// Tells the broker. It is not waited for: if the answer is lost, another node finds the results there.
 async fn answer(message: &Message, kind: AckKind) {
-    if let Err(error) = message.double_ack_with(kind).await {
-        tracing::debug!(%error, "the broker has not confirmed an answer");
+    if let Err(error) = message.ack_with(kind).await {
+        tracing::debug!(%error, "the broker is not told what has become of a piece");
     }
 }
