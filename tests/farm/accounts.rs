@@ -112,6 +112,7 @@ fn nodes_cannot_hand_out_work_or_hear_what_is_not_theirs() {
         "$JS.API.STREAM.MSG.GET.FARM_T",
         "$JS.API.STREAM.MSG.GET.KV_farm_jobs",
         "$JS.API.DIRECT.GET.KV_farm_jobs.a.b",
+        "$JS.API.DIRECT.GET.KV_farm_secrets.capabilities",
         "$KV.farm_jobs.a.b",
         "_INBOX.front.x",
     ];
