@@ -5,6 +5,7 @@ mod config;
 mod config_file;
 mod explain;
 mod failure;
+mod farm;
 mod gallery;
 mod healthcheck;
 mod import;
@@ -81,6 +82,9 @@ enum Command {
     /// Check or show the configuration of the service.
     #[command(subcommand)]
     Config(config::ConfigCommand),
+    /// What the operator of a farm needs.
+    #[command(subcommand)]
+    Farm(farm::FarmCommand),
     /// Serve renders over HTTP.
     Serve(Box<serve::ServeArgs>),
     /// Render for the services of a farm.
@@ -114,6 +118,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Openapi => openapi::run(),
         Command::Config(command) => config::run(&command),
         Command::Key(command) => key::run(&command),
+        Command::Farm(command) => farm::run(&command),
         Command::Serve(args) => serve::run(&args),
         Command::Node(args) => node::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),

@@ -1,5 +1,6 @@
 //! The farm: a broker and a store between fronts, which take requests, and nodes, which render.
 
+pub(crate) mod accounts;
 pub(crate) mod backlog;
 pub(crate) mod connection;
 pub(crate) mod coordinator;
@@ -8,6 +9,7 @@ pub(crate) mod node;
 pub(crate) mod nodes;
 pub(crate) mod results;
 pub(crate) mod settings;
+pub(crate) mod summary;
 pub(crate) mod work;
 
 use self::backlog::{Backlog, Counts};
