@@ -2,7 +2,8 @@
 
 use super::Jobs;
 use super::job::{Job, locked};
-use super::record::{Record, State};
+use super::record::Record;
+use super::finish::JobFiles;
 use super::registry::Registry;
 use super::upgrade;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
@@ -16,6 +17,8 @@ use uuid::Uuid;
 
 /// What the name of a small picture ends with, after that of the picture.
 const PREVIEW: &str = ".preview";
+/// What is between a job and the number of a frame in the name of the frame.
+const FRAME: &str = ".f";
 
 /// The files. All of them are durable before the record that needs them.
 #[derive(Debug)]
@@ -78,6 +81,31 @@ impl Files {
         self.pictures.put(&preview_name(record), b"", png)
     }
 
+    /// What is known about a frame.
+    pub(super) fn frame_meta(&self, id: &str, number: u32) -> Option<PictureMeta> {
+        PictureMeta::stored(&self.pictures.head(&frame_name(id, number))?)
+    }
+
+    /// The small picture of a frame, a PNG.
+    pub(super) fn small_frame(&self, id: &str, number: u32) -> Option<Vec<u8>> {
+        Some(self.pictures.get(&(frame_name(id, number) + PREVIEW))?.body)
+    }
+
+    /// Puts a frame on disk: first its small picture, since the frame is finished when it is there itself.
+    pub(super) fn put_frame(&self, id: &str, number: u32, JobFiles { made, preview }: &JobFiles) -> io::Result<()> {
+        let name = frame_name(id, number);
+        self.pictures.put(&(name.clone() + PREVIEW), b"", preview)?;
+        self.pictures.put(&name, &made.head(), &made.bytes)
+    }
+
+    /// What a job has written: it grows while the job gets on. A finished frame counts more than all tiles of the next one.
+    pub(super) fn written(&self, record: &Record) -> u64 {
+        let tiles = std::fs::metadata(self.tiles(&record.id)).map_or(0, |tiles| tiles.len());
+        let has = |number: &u32| self.pictures.has(&frame_name(&record.id, *number));
+        let frames = record.frames.map_or(0, |frames| (0..frames.count).filter(has).count());
+        tiles.min(u64::from(u32::MAX)) + ((frames as u64) << 32)
+    }
+
     /// Where the tiles of a job are.
     pub(super) fn tiles(&self, id: &str) -> PathBuf {
         self.tiles.join(id)
@@ -104,7 +132,7 @@ impl Jobs {
     pub(super) fn keep_picture(&self, record: &Record, made: &PictureFile, preview: &[u8]) -> io::Result<()> {
         locked(&self.registry).pictures.add(&record.picture_name());
         let kept = self.files.put_picture(record, made).and_then(|()| self.files.put_preview(record, preview));
-        kept.inspect_err(|_| locked(&self.registry).release_picture(record, &self.files))
+        kept.inspect_err(|_| locked(&self.registry).release_pictures(record, &self.files))
     }
 
     /// Puts the picture of a job on disk again, unless the job has expired meanwhile.
@@ -114,7 +142,7 @@ impl Jobs {
         if let Err(error) = self.files.put_picture(&record, made) {
             tracing::warn!(job = record.id, %error, "a picture that was rendered again cannot be kept");
         }
-        locked(&self.registry).release_picture(&record, &self.files);
+        locked(&self.registry).release_pictures(&record, &self.files);
     }
 }
 
@@ -128,20 +156,21 @@ impl Registry {
 
     /// A job needs no file any more.
     pub(super) fn release_files(&mut self, record: &Record, files: &Files) {
-        if record.state == State::Succeeded {
-            self.release_picture(record, files);
+        if record.has_pictures() {
+            self.release_pictures(record, files);
         }
         if record.state.needs_scene() {
             self.release_scene(record, files);
         }
     }
 
-    /// A job has its picture no more.
-    pub(super) fn release_picture(&mut self, record: &Record, files: &Files) {
-        let name = record.picture_name();
-        if self.pictures.remove(&name) {
-            files.pictures.remove(&name);
-            files.pictures.remove(&preview_name(record));
+    /// A job has its pictures no more.
+    pub(super) fn release_pictures(&mut self, record: &Record, files: &Files) {
+        for name in record.picture_names() {
+            if self.pictures.remove(&name) {
+                files.pictures.remove(&name);
+                files.pictures.remove(&(name + PREVIEW));
+            }
         }
     }
 }
@@ -149,6 +178,11 @@ impl Registry {
 /// Name of the picture that a file is, or that it is a small one of.
 pub(super) fn picture_of(name: &str) -> &str {
     name.strip_suffix(PREVIEW).unwrap_or(name)
+}
+
+/// Name of the file of a frame.
+pub(super) fn frame_name(job: &str, number: u32) -> String {
+    format!("{job}{FRAME}{number}")
 }
 
 fn preview_name(record: &Record) -> String {
@@ -179,5 +213,9 @@ fn is_job(name: &str) -> bool {
 }
 
 fn is_picture(name: &str) -> bool {
-    is_image_name(name) || is_job(picture_of(name))
+    let of = picture_of(name);
+    let is_number = |text: &str| text.parse().is_ok_and(|number: u32| number.to_string() == text);
+    is_image_name(name)
+        || is_job(of)
+        || of.split_once(FRAME).is_some_and(|(job, number)| is_job(job) && is_number(number))
 }

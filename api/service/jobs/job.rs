@@ -5,7 +5,7 @@ use super::event_log::Events;
 use super::record::{Failure, Record, State};
 use super::tile_order::{REMEMBERED, TileOrder, meet};
 use serde_json::json;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use strahl::film::{Film, Region};
@@ -31,8 +31,10 @@ pub(crate) struct Job {
     pub(super) early_looks: Mutex<Vec<Region>>,
     /// Tiles, and whether each is finished, until it has ended.
     tiles: Mutex<Arc<[(Region, AtomicBool)]>>,
-    /// Number of tiles.
-    total: usize,
+    /// Number of tiles, of all frames.
+    pub(super) total: usize,
+    /// The frame that is rendered, of a sequence.
+    frame: AtomicU32,
     pub(super) done: AtomicUsize,
     pub(super) rays: AtomicU64,
     /// Number of changes of the preview.
@@ -77,7 +79,8 @@ impl Job {
     pub(super) fn new(record: Record) -> Self {
         let picture = Region::whole(record.width, record.height);
         let edge = if record.edge == 0 { picture.width.max(picture.height).max(1) } else { record.edge };
-        let total = picture.width.div_ceil(edge) as usize * picture.height.div_ceil(edge) as usize;
+        let of_picture = picture.width.div_ceil(edge) as usize * picture.height.div_ceil(edge) as usize;
+        let total = of_picture * record.frames.map_or(1, |frames| frames.count as usize);
         let regions = (!record.state.is_final()).then(|| picture.tiles(edge));
         let tiles = regions.into_iter().flatten().map(|region| (region, AtomicBool::new(false))).collect();
         let age = Duration::from_millis(super::record::now().saturating_sub(record.created));
@@ -92,6 +95,7 @@ impl Job {
             early_looks: Mutex::default(),
             tiles: Mutex::new(tiles),
             total,
+            frame: AtomicU32::new(0),
             done: AtomicUsize::new(0),
             rays: AtomicU64::new(record.stats.rays),
             revision: AtomicU64::new(0),
@@ -112,6 +116,19 @@ impl Job {
     /// Its tiles, and whether each is finished.
     pub(super) fn tiles(&self) -> Arc<[(Region, AtomicBool)]> {
         Arc::clone(&locked(&self.tiles))
+    }
+
+    /// The frame that is rendered, if it is a sequence.
+    pub(super) fn frame(&self) -> Option<u32> {
+        let is_sequence = self.record().frames.is_some();
+        is_sequence.then(|| self.frame.load(Ordering::Relaxed))
+    }
+
+    /// From now on its tiles are those of another frame.
+    pub(super) fn begin_frame(&self, number: u32) {
+        self.frame.store(number, Ordering::Relaxed);
+        let mut tiles = locked(&self.tiles);
+        *tiles = tiles.iter().map(|(region, _)| (*region, AtomicBool::new(false))).collect();
     }
 
     /// Forgets what a job that has ended needs no more: its tiles and its events.

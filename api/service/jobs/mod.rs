@@ -11,6 +11,7 @@ mod disk_shares;
 mod event_log;
 mod files;
 mod finish;
+mod frames;
 mod job;
 mod orphans;
 mod queries;
@@ -40,7 +41,6 @@ use files::Files;
 use job::{Stopped, locked};
 use record::{Failure, Record, State, now};
 use registry::Registry;
-use std::fs;
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -106,7 +106,7 @@ impl Jobs {
         for mut record in contents.records {
             if !record.state.is_final() {
                 if record.state == State::Running {
-                    record.count_crash(fs::metadata(files.tiles(&record.id)).map_or(0, |tiles| tiles.len()));
+                    record.count_crash(files.written(&record));
                 }
                 record.state = State::Queued;
                 record.lives += 1;
@@ -235,7 +235,11 @@ impl Jobs {
         self.files.remove_tiles(&id);
         job.record().state = state;
         if state != State::Succeeded {
-            locked(&self.registry).release_scene(&on_disk, &self.files);
+            let mut registry = locked(&self.registry);
+            registry.release_scene(&on_disk, &self.files);
+            if on_disk.frames.is_some() {
+                registry.release_pictures(&on_disk, &self.files);
+            }
         }
         if let (false, Some(begun)) = (state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);

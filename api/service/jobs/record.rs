@@ -1,8 +1,10 @@
 //! The record of a job, which is kept on disk.
 
+use super::files::frame_name;
 use crate::service::clock::unix_time;
 use crate::service::error::Error;
 use crate::service::pictures::spec::PictureSpec;
+use crate::service::sequences::Frames;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use strahl::film::FileFormat;
@@ -56,6 +58,9 @@ pub(crate) struct Record {
     /// Milliseconds that services had run on the folder when it did. Versions before did not count them.
     #[serde(default)]
     pub(crate) ended: Option<u64>,
+    /// The frames of a sequence, whose text is beside that of the scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) frames: Option<Frames>,
     /// Its cost.
     pub(crate) stats: Stats,
     /// Why it failed.
@@ -89,6 +94,19 @@ impl Record {
         }
     }
 
+    /// Names of the files of its pictures: one, or one for each frame.
+    pub(super) fn picture_names(&self) -> Vec<String> {
+        match self.frames {
+            Some(frames) => (0..frames.count).map(|number| frame_name(&self.id, number)).collect(),
+            None => vec![self.picture_name()],
+        }
+    }
+
+    /// Whether they are its own. A sequence has its frames from the beginning: some are finished while others are rendered.
+    pub(super) fn has_pictures(&self) -> bool {
+        self.state == State::Succeeded || (self.frames.is_some() && !self.state.is_final())
+    }
+
     /// A waiting job that is accepted now.
     pub(crate) fn new(spec: JobSpec) -> Self {
         Self {
@@ -112,6 +130,7 @@ impl Record {
             started: None,
             finished: None,
             ended: None,
+            frames: None,
             stats: Stats::default(),
             failure: None,
             lives: 0,

@@ -1,7 +1,7 @@
 //! All jobs in memory, and which of the waiting ones is opened next.
 
 use super::job::Job;
-use super::record::{Record, State};
+use super::record::Record;
 use super::references::References;
 use super::retention::disk_of;
 use crate::service::limits::JobLimits;
@@ -45,8 +45,8 @@ impl Registry {
         if record.state.needs_scene() {
             self.scenes.add(&record.spec.scene);
         }
-        if record.state == State::Succeeded {
-            self.pictures.add(&record.picture_name());
+        if record.has_pictures() {
+            record.picture_names().iter().for_each(|name| self.pictures.add(name));
         }
         if let Some(same) = &record.idempotency {
             self.keys.insert((record.tenant.clone(), same.key.clone()), Some(record.id.clone()));
@@ -106,14 +106,16 @@ pub(super) fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
     (aged(record.priority, job.since), std::cmp::Reverse(record.id.clone()))
 }
 
-/// Memory of an open job in bytes: its scene, its pixels as floats and as codes, their bounds, and its file.
+/// Memory of an open job in bytes: its scene, its pixels as floats and as codes, their bounds, and its file. Of a sequence one
+/// frame is written while the next one is rendered.
 pub(super) fn memory_of(record: &Record) -> u64 {
     record.scene_bytes + pixel_bytes(record)
 }
 
 /// Bytes that its picture takes.
 pub(super) fn pixel_bytes(record: &Record) -> u64 {
-    u64::from(record.width) * u64::from(record.height) * PIXEL_BYTES
+    let frames = if record.frames.is_some() { 2 } else { 1 };
+    u64::from(record.width) * u64::from(record.height) * PIXEL_BYTES * frames
 }
 
 /// Estimated milliseconds of a job.

@@ -20,6 +20,9 @@ const EVENTS_KEPT: u64 = 60_000;
 /// Milliseconds between two notes of how long services have run, while nothing else is written.
 const TIME_KEPT: u64 = 60_000;
 
+/// Bytes of a pixel of a frame in the largest format.
+const FRAME_PIXEL: u64 = 16;
+
 impl Jobs {
     /// Called once a second: stops jobs that run too long, and deletes what is too old or too much.
     pub(crate) fn tick(&self) {
@@ -126,7 +129,7 @@ impl Jobs {
         };
         {
             let mut registry = locked(&self.registry);
-            registry.release_picture(&record, &self.files);
+            registry.release_pictures(&record, &self.files);
             registry.release_scene(&record, &self.files);
         }
         if let Err(error) = self.store.put(&record) {
@@ -159,8 +162,10 @@ impl Jobs {
     }
 }
 
-/// Most bytes that an open job writes to disk: its tiles with their bounds, its picture in the largest format with its cost
-/// report, and its preview.
+/// Most bytes that an open job has yet to write to disk: its tiles with their bounds, its picture in the largest format with its
+/// cost report, and its preview. A sequence has the tiles of one frame at a time, and pictures of all.
 pub(crate) fn disk_of(record: &Record) -> u64 {
-    (64 << 10) + u64::from(record.width) * u64::from(record.height) * 46
+    let pixels = u64::from(record.width) * u64::from(record.height);
+    let left = record.frames.map_or(0, |frames| u64::from(frames.count - frames.done).saturating_sub(1));
+    (64 << 10) + pixels * 46 + left * ((64 << 10) + pixels * FRAME_PIXEL)
 }

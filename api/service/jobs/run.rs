@@ -2,12 +2,12 @@
 //!
 //! Another thread writes finished tiles to disk and publishes events, so that the pool does not wait for that.
 
-use super::Jobs;
+use super::{Jobs, frames};
 use super::canvas::{Canvas, empty, paste};
 use super::checkpoint::{Tile, Tiles};
-use super::finish::finish;
+use super::finish::code;
 use super::job::{Job, Stopped, locked};
-use super::record::{Failure, Record, State, now};
+use super::record::{Failure, JobSpec, Record, State, now};
 use super::registry::pixel_bytes;
 use super::tile_order::TileOrder;
 use crate::service::clock::milliseconds;
@@ -42,6 +42,8 @@ const BETWEEN_REPORTS: Duration = Duration::from_millis(200);
 
 /// Works on a job until it is final or suspended.
 pub(super) fn run(jobs: &Jobs, job: &Job) {
+    let is_sequence = job.record().frames.is_some();
+    let work = if is_sequence { frames::work } else { work };
     let done = catch_unwind(AssertUnwindSafe(|| work(jobs, job)));
     let end = match done {
         Ok(Ok(())) => None,
@@ -67,8 +69,8 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
     }
 }
 
-fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
-    let began = Instant::now();
+/// Notes that a job runs. Its part of the pool, what it renders, and the edge of its tiles.
+pub(super) fn begin(jobs: &Jobs, job: &Job) -> Result<(Workers, JobSpec, u32), Stopped> {
     let (task, spec, edge) = {
         let mut record = job.record();
         record.state = State::Running;
@@ -83,7 +85,12 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
         (task, record.spec.clone(), record.edge)
     };
     jobs.save(job).map_err(|error| disk(&error))?;
-    let workers = Arc::clone(&jobs.pool).join(task, job.control.clone());
+    Ok((Arc::clone(&jobs.pool).join(task, job.control.clone()), spec, edge))
+}
+
+fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
+    let began = Instant::now();
+    let (workers, spec, edge) = begin(jobs, job)?;
     let text = when_there_is_room(job, || jobs.scene(&spec.scene));
     let text = text.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
     let text = text.ok_or_else(scene_is_gone)?;
@@ -104,10 +111,12 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let taken = when_there_is_room(job, || share.grow(bytes));
     taken.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
     let rendering = Instant::now();
+    job.rays.store(0, Ordering::Relaxed);
     if edge == 0 {
         whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| stopped(job))?;
     } else {
-        let file = recover(jobs, job).map_err(|error| disk(&error))?;
+        let owner = job.record().id.clone();
+        let file = recover(jobs, job, &owner).map_err(|error| disk(&error))?;
         *locked(&job.begun) = Some(rendering);
         if job.done.load(Ordering::Relaxed) == 0 {
             passes(job, &ready, &workers, edge).map_err(|Cancelled| stopped(job))?;
@@ -121,7 +130,10 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let canvas = locked(&job.canvas).take().ok_or_else(|| stopped(job))?;
     let image = job.record().image_id.clone();
     let entered = job.control.enter();
-    let finished = finish(&canvas, &ready, &spec, image, &workers, began).map_err(|Cancelled| stopped(job))?;
+    let preview = |canvas: &Canvas| canvas.preview.clone();
+    let coded = code(canvas, preview, &ready, &spec, &workers, began).map_err(|Cancelled| stopped(job))?;
+    let rays = coded.rays();
+    let finished = coded.files(&spec, image, &ready);
     drop(entered);
     if job.control.is_cancelled() {
         // The file may be cut short.
@@ -131,13 +143,13 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     jobs.keep_picture(&record, &finished.made, &finished.preview).map_err(|error| disk(&error))?;
     let mut record = job.record();
     record.stats.encode_ms = milliseconds(encoding);
-    record.stats.rays = canvas.picture.rays.total();
+    record.stats.rays = rays;
     record.stats.picture_bytes = finished.made.bytes.len() as u64;
     Ok(())
 }
 
 /// Does something that needs memory, again and again until there is some.
-fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
+pub(super) fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
     loop {
         match work() {
             Err(Error::Busy { .. }) if !job.control.is_cancelled() => thread::sleep(BETWEEN_TRIES),
@@ -147,7 +159,7 @@ fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) 
 }
 
 /// A picture that a clock or a number of rays ends, or one that no tiles are made of.
-fn whole(
+pub(super) fn whole(
     job: &Job,
     ready: &PreparedScene,
     output: FileFormat,
@@ -169,21 +181,21 @@ fn whole(
     let watcher = Some(&mut show as Watcher<'_>);
     let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control, watcher, |_| ())?;
     let rays = picture.rays.total();
-    job.rays.store(rays, Ordering::Relaxed);
+    job.rays.fetch_add(rays, Ordering::Relaxed);
     *locked(&job.canvas) = Some(Canvas::of(picture));
     job.tiles()[0].1.store(true, Ordering::Release);
-    job.done.store(1, Ordering::Relaxed);
+    job.done.fetch_add(1, Ordering::Relaxed);
     Ok(())
 }
 
-/// Opens the file of tiles and puts those that are there onto a new canvas.
-fn recover(jobs: &Jobs, job: &Job) -> io::Result<Tiles> {
+/// Opens the file of tiles and puts those of `owner` that are there onto a new canvas.
+pub(super) fn recover(jobs: &Jobs, job: &Job, owner: &str) -> io::Result<Tiles> {
     let Record { ref id, width, height, .. } = job.record().clone();
     let mut canvas = Canvas::new(width, height);
     let (mut recovered, mut rays) = (0, 0);
     let tiles = job.tiles();
     let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-    let file = Tiles::open(&jobs.files.tiles(id), id, [width, height], region, |Tile { number, picture }| {
+    let file = Tiles::open(&jobs.files.tiles(id), owner, [width, height], region, |Tile { number, picture }| {
         let (_, done) = &tiles[number as usize];
         if !done.swap(true, Ordering::Release) {
             canvas.finish(&picture);
@@ -191,10 +203,10 @@ fn recover(jobs: &Jobs, job: &Job) -> io::Result<Tiles> {
             rays += picture.rays.total();
         }
     })?;
-    job.done.store(recovered, Ordering::Relaxed);
-    job.rays.store(rays, Ordering::Relaxed);
+    job.done.fetch_add(recovered, Ordering::Relaxed);
+    job.rays.fetch_add(rays, Ordering::Relaxed);
     job.revision.fetch_add(u64::from(recovered > 0), Ordering::Relaxed);
-    job.record().stats.tiles_recovered = recovered as u64;
+    job.record().stats.tiles_recovered += recovered as u64;
     let regions = tiles.iter().map(|(region, _)| *region).collect();
     let is_done = |number: usize| tiles[number].1.load(Ordering::Relaxed);
     let mut order = TileOrder::new(regions, Region::whole(width, height), is_done);
@@ -239,7 +251,7 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Res
 }
 
 /// All tiles that are not finished.
-fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, file: Tiles) -> Result<(), Cancelled> {
+pub(super) fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, file: Tiles) -> Result<(), Cancelled> {
     let (finished, to_keep) = sync_channel(WAITING);
     thread::scope(|scope| {
         let writer = scope.spawn(move || persist_tiles(job, file, to_keep));
@@ -276,13 +288,17 @@ fn persist_tiles(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result
         let done = job.done.fetch_add(1, Ordering::Relaxed) + 1;
         let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
         let Region { x, y, width, height } = tile.picture.film.region;
-        job.events.publish("tile", json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done }));
-        if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == tiles.len() {
+        let mut data = json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done });
+        if let Some(frame) = job.frame() {
+            data["frame"] = frame.into();
+        }
+        job.events.publish("tile", data);
+        if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == job.total {
             let progress = job.progress();
             job.events.publish(
                 "progress",
                 json!({
-                    "fraction": done as f64 / tiles.len() as f64, "tiles_done": done, "rays": progress.rays,
+                    "fraction": done as f64 / job.total as f64, "tiles_done": done, "rays": progress.rays,
                     "eta_ms": progress.eta_ms.map(f64::round), "revision": revision,
                 }),
             );
@@ -293,11 +309,11 @@ fn persist_tiles(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result
 }
 
 /// Why it was stopped.
-fn stopped(job: &Job) -> Stopped {
+pub(super) fn stopped(job: &Job) -> Stopped {
     stopped_or(job, Stopped::Failed(internal("the render ended early")))
 }
 
-fn stopped_or(job: &Job, otherwise: Stopped) -> Stopped {
+pub(super) fn stopped_or(job: &Job, otherwise: Stopped) -> Stopped {
     locked(&job.stopped).clone().unwrap_or(otherwise)
 }
 
@@ -306,12 +322,12 @@ fn internal(detail: &str) -> Failure {
 }
 
 /// The text of the scene, which only the client can send again.
-fn scene_is_gone() -> Stopped {
+pub(super) fn scene_is_gone() -> Stopped {
     let detail = "the file with the scene of this job is damaged or gone; submit the job again, with its scene";
     Stopped::Failed(Failure { slug: "gone".into(), detail: detail.into() })
 }
 
 /// A file of the job cannot be read or written.
-fn disk(error: &io::Error) -> Stopped {
+pub(super) fn disk(error: &io::Error) -> Stopped {
     Stopped::Failed(internal(&format!("a file of the job cannot be read or written: {}", error.kind())))
 }

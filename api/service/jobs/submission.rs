@@ -144,7 +144,7 @@ impl Jobs {
         // `add` has counted them for the job itself.
         registry.release_scene(&record, files);
         if made.is_some() {
-            registry.release_picture(&record, files);
+            registry.release_pictures(&record, files);
         }
         drop(registry);
         kept.map_err(|error| {
