@@ -5,6 +5,7 @@ pub(crate) mod image;
 pub(crate) mod job;
 mod multipart;
 pub(crate) mod picture;
+pub(crate) mod sequence;
 pub(crate) mod streamed;
 
 use super::problem::{Kind, Problem};

@@ -5,6 +5,7 @@ pub(crate) mod folders;
 pub(crate) mod jobs;
 pub(crate) mod pictures;
 pub(crate) mod scenes;
+pub(crate) mod sequences;
 
 use self::folders::Folders;
 use super::error::{Error, StartError};

@@ -1,5 +1,6 @@
 //! All frames in one file: an animation or a contact sheet.
 
+use rayon::prelude::*;
 use strahl::film::FileFormat;
 use strahl::film::animation::{AnimationFormat, NoAnimation, Timing};
 use strahl::film::encode::transcoded;
@@ -17,18 +18,16 @@ pub(crate) fn animations(frames: FileFormat) -> &'static [AnimationFormat] {
 
 /// An animation of files in a format, which is one of [`animations`].
 pub(crate) fn animation(
-    files: Vec<Vec<u8>>,
+    files: &[&[u8]],
     frames: FileFormat,
     format: AnimationFormat,
     timing: Timing,
 ) -> Result<Vec<u8>, NoAnimation> {
-    let as_they_are = format.frames() == frames.into();
-    let files = if as_they_are {
-        files
-    } else {
-        let again = |file: Vec<u8>| transcoded(&file, format.frames()).ok_or(NoAnimation::NoPicture);
-        files.into_iter().map(again).collect::<Result<_, _>>()?
-    };
+    if format.frames() == frames.into() {
+        return format.join(files, timing);
+    }
+    let again = |file: &&[u8]| transcoded(file, format.frames()).ok_or(NoAnimation::NoPicture);
+    let files: Vec<Vec<u8>> = files.par_iter().map(again).collect::<Result<_, _>>()?;
     format.join(&files, timing)
 }
 

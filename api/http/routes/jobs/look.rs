@@ -4,6 +4,7 @@ use super::ID;
 use crate::http::extract::named_job::NamedJob;
 use crate::http::prelude::*;
 use crate::http::respond::body;
+use crate::http::respond::sequence::{animation, refuse_sequence};
 use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
@@ -23,7 +24,7 @@ pub(super) fn routes() -> Vec<Route> {
         query.region();
     };
     vec![
-        Route::get("/v1/jobs/{id}/image", image, ["jobImage", "jobs", "The picture of a job that has succeeded."])
+        Route::get("/v1/jobs/{id}/image", image, ["jobImage", "jobs", "The picture of a job that has succeeded; of a sequence, its animation."])
             .needs(Scope::Read)
             .path("id", ID)
             .picture(),
@@ -49,7 +50,11 @@ async fn image(
     NamedJob { job, tenant }: NamedJob,
     request: Request,
 ) -> Result<Response, Problem> {
-    picture_of(&app, &tenant, request.method(), request.headers(), &job).await
+    let (method, headers) = (request.method(), request.headers());
+    if job.record().frames.is_some() {
+        return animation(&app, &tenant, (method, headers), &job, None).await;
+    }
+    picture_of(&app, &tenant, method, headers, &job).await
 }
 
 async fn tile(
@@ -90,6 +95,7 @@ async fn look(NamedJob { job, .. }: NamedJob, request: Request) -> Result<Status
 }
 
 fn region_of(job: &Job, request: &Request) -> Result<Region, Problem> {
+    refuse_sequence(job)?;
     let region = Query::read(request.uri(), Query::region)?;
     let record = job.record();
     if !region.fits(record.width, record.height) {

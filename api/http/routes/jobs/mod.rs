@@ -2,6 +2,7 @@
 
 mod change;
 mod events;
+mod frames;
 mod look;
 mod preview;
 mod status;
@@ -13,6 +14,14 @@ use crate::http::contract::Route;
 const ID: &str = "The job's id.";
 
 pub(super) fn routes() -> Vec<Route> {
-    let rooms = [submit::routes, status::routes, change::routes, look::routes, preview::routes, events::routes];
+    let rooms = [
+        submit::routes,
+        status::routes,
+        change::routes,
+        look::routes,
+        frames::routes,
+        preview::routes,
+        events::routes,
+    ];
     rooms.into_iter().flat_map(|routes: fn() -> Vec<Route>| routes()).collect()
 }
