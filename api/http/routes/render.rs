@@ -186,7 +186,8 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
         Claimed::Now(claim) => {
             let scene = body.as_ref().to_vec();
             drop((body, whole));
-            let wanted = WantedJob { scene, form, overrides, output, priority: PRIORITY, labels: Vec::new() };
+            let frames = None;
+            let wanted = WantedJob { scene, form, frames, overrides, output, priority: PRIORITY, labels: Vec::new() };
             app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?
         }
     };
