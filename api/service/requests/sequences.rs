@@ -12,7 +12,6 @@ use crate::service::sequences::price::{Price, is_pilot, price};
 use crate::service::sequences::shown::{animation, in_words};
 use crate::service::sequences::text::join;
 use crate::service::sequences::Frames;
-use std::sync::Arc;
 use strahl::film::Region;
 use strahl::film::animation::AnimationFormat;
 use strahl::film::sheet::{Sheet, cell, columns};
