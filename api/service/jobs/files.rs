@@ -2,13 +2,14 @@
 
 use super::Jobs;
 use super::job::{Job, locked};
-use super::record::Record;
 use super::finish::JobFiles;
+use super::record::{Record, sha256};
 use super::registry::Registry;
 use super::upgrade;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::scenes::ids::is_image_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
+use crate::service::storage::blobs::Blobs;
 use crate::service::storage::disk;
 use crate::service::storage::folder::FolderKind;
 use std::io;
@@ -24,25 +25,26 @@ const FRAME: &str = ".f";
 #[derive(Debug)]
 pub(super) struct Files {
     /// Texts of scenes by their SHA-256.
-    pub(super) scenes: BlobStore,
+    pub(super) scenes: Box<dyn Blobs>,
     /// Pictures by the names of their images, or else of their jobs, and small ones beside them.
-    pub(super) pictures: BlobStore,
+    pub(super) pictures: Box<dyn Blobs>,
+    /// Whether other fronts have the scenes and pictures, too.
+    pub(super) shared: bool,
     /// Of finished tiles, by job.
     tiles: PathBuf,
 }
 
 impl Files {
-    /// Opens the folders in a folder, or makes them; whether what is put there outlives a power cut.
-    pub(super) fn open(folder: &Path, durable: bool) -> io::Result<Self> {
-        let scenes = BlobKind { is_name: is_hash, durable };
-        let pictures = BlobKind { is_name: is_picture, durable };
-        let tiles = folder.join("tiles");
-        disk::create_folder(&tiles)?;
-        Ok(Self {
-            scenes: BlobStore::open(&folder.join("scenes"), u64::MAX, scenes)?,
-            pictures: BlobStore::open(&folder.join("pictures"), u64::MAX, pictures)?,
-            tiles,
-        })
+    /// Opens the folders in a folder, or makes them; whether what is put there outlives a power cut, and whether an old version
+    /// may have written what is there.
+    pub(super) fn open(folder: &Path, durable: bool, is_old: bool) -> io::Result<Self> {
+        let scenes = BlobStore::open(&folder.join("scenes"), u64::MAX, BlobKind { is_name: is_hash, durable })?;
+        let pictures = BlobStore::open(&folder.join("pictures"), u64::MAX, BlobKind { is_name: is_picture, durable })?;
+        if is_old {
+            scenes.upgrade(|name, text| sha256(text) == name)?;
+        }
+        let tiles = tiles_in(folder)?;
+        Ok(Self { scenes: Box::new(scenes), pictures: Box::new(pictures), shared: false, tiles })
     }
 
     /// Whether there is any.
@@ -59,6 +61,18 @@ impl Files {
     pub(super) fn size(&self, name: &str) -> u64 {
         let pictures = [name, &(name.to_owned() + PREVIEW)].map(|name| self.pictures.size(name));
         pictures.into_iter().chain([self.scenes.size(name)]).flatten().sum()
+    }
+
+    /// Takes note of what other fronts keep for a job.
+    pub(super) fn learn(&self, record: &Record) {
+        if record.needs_scene() {
+            self.scenes.learn(&record.spec.scene, record.text_bytes);
+        }
+        if record.has_picture() {
+            let names = record.picture_names();
+            let bytes = record.stats.picture_bytes / names.len().max(1) as u64;
+            names.iter().for_each(|name| self.pictures.learn(name, bytes));
+        }
     }
 
     /// What is known about it.
@@ -101,9 +115,15 @@ impl Files {
     /// What a job has written: it grows while the job gets on. A finished frame counts more than all tiles of the next one.
     pub(super) fn written(&self, record: &Record) -> u64 {
         let tiles = std::fs::metadata(self.tiles(&record.id)).map_or(0, |tiles| tiles.len());
-        let has = |number: &u32| self.pictures.has(&frame_name(&record.id, *number));
+        let has = |number: &u32| self.pictures.size(&frame_name(&record.id, *number)).is_some();
         let frames = record.frames.map_or(0, |frames| (0..frames.count).filter(has).count());
         tiles.min(u64::from(u32::MAX)) + ((frames as u64) << 32)
+    }
+
+    /// Removes a picture and the small one beside it.
+    pub(super) fn remove_picture(&self, name: &str) {
+        self.pictures.remove(name);
+        self.pictures.remove(&(name.to_owned() + PREVIEW));
     }
 
     /// Where the tiles of a job are.
@@ -128,11 +148,17 @@ impl Files {
 }
 
 impl Jobs {
-    /// Puts the picture of a job on disk. It is the job's from now on, whose record has to say so next.
+    /// Puts the picture of a job on disk. It is held until [`Self::let_go`], before which the job's record has to say that it
+    /// is the job's.
     pub(super) fn keep_picture(&self, record: &Record, made: &PictureFile, preview: &[u8]) -> io::Result<()> {
         locked(&self.registry).pictures.add(&record.picture_name());
         let kept = self.files.put_picture(record, made).and_then(|()| self.files.put_preview(record, preview));
-        kept.inspect_err(|_| locked(&self.registry).release_pictures(record, &self.files))
+        kept.inspect_err(|_| self.let_go(record))
+    }
+
+    /// The pictures of a job are not held any more.
+    pub(super) fn let_go(&self, record: &Record) {
+        locked(&self.registry).release_pictures(record, &self.files);
     }
 
     /// Puts the picture of a job on disk again, unless the job has expired meanwhile.
@@ -142,14 +168,15 @@ impl Jobs {
         if let Err(error) = self.files.put_picture(&record, made) {
             tracing::warn!(job = record.id, %error, "a picture that was rendered again cannot be kept");
         }
-        locked(&self.registry).release_pictures(&record, &self.files);
+        self.let_go(&record);
     }
 }
 
+/// Where other fronts have the files, too, they go later: one of those may be about to need them (`leftovers.rs`).
 impl Registry {
     /// A job needs the text of its scene no more.
     pub(super) fn release_scene(&mut self, record: &Record, files: &Files) {
-        if self.scenes.remove(&record.spec.scene) {
+        if self.scenes.remove(&record.spec.scene) && !files.shared {
             files.scenes.remove(&record.spec.scene);
         }
     }
@@ -159,7 +186,7 @@ impl Registry {
         if record.has_pictures() {
             self.release_pictures(record, files);
         }
-        if record.state.needs_scene() {
+        if record.needs_scene() {
             self.release_scene(record, files);
         }
     }
@@ -167,9 +194,8 @@ impl Registry {
     /// A job has its pictures no more.
     pub(super) fn release_pictures(&mut self, record: &Record, files: &Files) {
         for name in record.picture_names() {
-            if self.pictures.remove(&name) {
-                files.pictures.remove(&name);
-                files.pictures.remove(&(name + PREVIEW));
+            if self.pictures.remove(&name) && !files.shared {
+                files.remove_picture(&name);
             }
         }
     }
@@ -183,6 +209,13 @@ pub(super) fn picture_of(name: &str) -> &str {
 /// Name of the file of a frame.
 pub(super) fn frame_name(job: &str, number: u32) -> String {
     format!("{job}{FRAME}{number}")
+}
+
+/// The folder of tiles in a folder.
+fn tiles_in(folder: &Path) -> io::Result<PathBuf> {
+    let tiles = folder.join("tiles");
+    disk::create_folder(&tiles)?;
+    Ok(tiles)
 }
 
 fn preview_name(record: &Record) -> String {

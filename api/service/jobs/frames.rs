@@ -40,7 +40,7 @@ struct Traced {
 /// What all frames are made of.
 struct Film<'a> {
     jobs: &'a Jobs,
-    job: &'a Job,
+    job: &'a Arc<Job>,
     workers: &'a Workers,
     sequence: &'a Sequence,
     base: &'a Arc<PreparedScene>,
@@ -50,7 +50,7 @@ struct Film<'a> {
 }
 
 /// Works on a sequence until all of its frames are finished.
-pub(super) fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
+pub(super) fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let began = Instant::now();
     let (workers, spec, edge) = begin(jobs, job)?;
     let text = when_there_is_room(job, || jobs.scene(&spec.scene));
@@ -154,10 +154,10 @@ impl Film<'_> {
             let encoding = Instant::now();
             let image = ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom: 0 }.to_string());
             let rays = coded.rays();
-            let entered = job.control.enter();
+            let entered = job.control().enter();
             let files = coded.files(spec, image, &ready);
             drop(entered);
-            if job.control.is_cancelled() {
+            if job.control().is_cancelled() {
                 // The file may be cut short.
                 return Err(stopped(job));
             }

@@ -71,8 +71,8 @@ impl Jobs {
         let of_tenant = |other: &&Arc<Job>| other.record().tenant == tenant;
         let ahead: Vec<f64> =
             registry.queued.iter().filter(of_tenant).filter(|other| rank(other) > mine).map(estimate).collect();
-        let running: f64 = registry.open.iter().filter(of_tenant).map(remaining).sum();
-        let mut tenants: Vec<String> = registry.open.iter().map(|job| job.record().tenant.clone()).collect();
+        let running: f64 = registry.running().filter(of_tenant).map(remaining).sum();
+        let mut tenants: Vec<String> = registry.running().map(|job| job.record().tenant.clone()).collect();
         tenants.push(tenant.clone());
         tenants.sort();
         tenants.dedup();
@@ -80,10 +80,10 @@ impl Jobs {
         Some((ahead.len() + 1, alone * registry.slowness.unwrap_or(1.0) * tenants.len() as f64))
     }
 
-    /// Numbers of waiting jobs and open jobs.
+    /// Numbers of waiting jobs and of jobs that are worked on.
     pub(crate) fn counts(&self) -> (usize, usize) {
         let registry = locked(&self.registry);
-        (registry.queued.len(), registry.open.len())
+        (registry.queued.len(), registry.running().count())
     }
 
     /// The states of all jobs.
@@ -108,7 +108,7 @@ impl Jobs {
     }
 
     fn read_picture(&self, name: &str) -> Result<Option<PictureFile>, Error> {
-        PictureFile::read(&self.files.pictures, name, &self.cache.memory)
+        PictureFile::read(&*self.files.pictures, name, &self.cache.memory)
     }
 
     /// A frame of a sequence, if it is finished, there and whole.

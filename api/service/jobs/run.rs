@@ -2,12 +2,12 @@
 //!
 //! Another thread writes finished tiles to disk and publishes events, so that the pool does not wait for that.
 
-use super::{Jobs, frames};
+use super::{CRASHES, Jobs, abandoned, frames};
 use super::canvas::{Canvas, empty, paste};
 use super::checkpoint::{Tile, Tiles};
 use super::finish::code;
 use super::job::{Job, Stopped, locked};
-use super::record::{Failure, JobSpec, Record, State, now};
+use super::record::{Failure, JobSpec, Record, State};
 use super::registry::pixel_bytes;
 use super::tile_order::TileOrder;
 use crate::service::clock::milliseconds;
@@ -41,7 +41,7 @@ const BETWEEN_TRIES: Duration = Duration::from_millis(200);
 const BETWEEN_REPORTS: Duration = Duration::from_millis(200);
 
 /// Works on a job until it is final or suspended.
-pub(super) fn run(jobs: &Jobs, job: &Job) {
+pub(super) fn run(jobs: &Jobs, job: &Arc<Job>) {
     let is_sequence = job.record().frames.is_some();
     let work = if is_sequence { frames::work } else { work };
     let done = catch_unwind(AssertUnwindSafe(|| work(jobs, job)));
@@ -56,39 +56,39 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
     *locked(&job.canvas) = None;
     *locked(&job.order) = None;
     match end {
-        // What is on disk suffices to go on. It waits again: this end of the process is not the job's fault.
-        Some(Stopped::Suspended) => {
-            job.record().state = State::Queued;
-            if let Err(error) = jobs.save(job) {
-                tracing::error!(%error, "a record cannot be written");
-            }
-        }
+        Some(Stopped::Taken) => {}
+        Some(Stopped::Suspended) => jobs.suspend(job),
         Some(Stopped::Canceled) => jobs.finish(job, State::Canceled, None),
         Some(Stopped::Failed(failure)) => jobs.finish(job, State::Failed, Some(failure)),
-        None => jobs.finish(job, State::Succeeded, None),
+        None => {
+            jobs.finish(job, State::Succeeded, None);
+            let record = job.record().clone();
+            if !is_sequence {
+                jobs.let_go(&record);
+            }
+        }
     }
 }
 
-/// Notes that a job runs. Its part of the pool, what it renders, and the edge of its tiles.
-pub(super) fn begin(jobs: &Jobs, job: &Job) -> Result<(Workers, JobSpec, u32), Stopped> {
+/// Makes a job one that runs here. Its part of the pool, what it renders, and the edge of its tiles.
+pub(super) fn begin(jobs: &Jobs, job: &Arc<Job>) -> Result<(Workers, JobSpec, u32), Stopped> {
+    if !jobs.begin(job).map_err(|error| disk(&error))? {
+        return Err(Stopped::Taken);
+    }
     let (task, spec, edge) = {
-        let mut record = job.record();
-        record.state = State::Running;
-        let started = now();
-        if record.started.is_none() {
-            record.started = Some(started);
-            record.stats.queue_ms = started.saturating_sub(record.created) as f64;
+        let record = job.record();
+        if record.crashes > CRASHES {
+            return Err(Stopped::Failed(abandoned()));
         }
         let (tenant, weight) = (record.tenant.as_str().into(), record.weight);
         let task =
             Task { class: Class::Jobs, tenant, weight, priority: Arc::clone(&job.priority), waiting_since: job.since };
         (task, record.spec.clone(), record.edge)
     };
-    jobs.save(job).map_err(|error| disk(&error))?;
-    Ok((Arc::clone(&jobs.pool).join(task, job.control.clone()), spec, edge))
+    Ok((Arc::clone(&jobs.pool).join(task, job.control()), spec, edge))
 }
 
-fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
+fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let began = Instant::now();
     let (workers, spec, edge) = begin(jobs, job)?;
     let text = when_there_is_room(job, || jobs.scene(&spec.scene));
@@ -129,13 +129,13 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let encoding = Instant::now();
     let canvas = locked(&job.canvas).take().ok_or_else(|| stopped(job))?;
     let image = job.record().image_id.clone();
-    let entered = job.control.enter();
+    let entered = job.control().enter();
     let preview = |canvas: &Canvas| canvas.preview.clone();
     let coded = code(canvas, preview, &ready, &spec, &workers, began).map_err(|Cancelled| stopped(job))?;
     let rays = coded.rays();
     let finished = coded.files(&spec, image, &ready);
     drop(entered);
-    if job.control.is_cancelled() {
+    if job.control().is_cancelled() {
         // The file may be cut short.
         return Err(stopped(job));
     }
@@ -152,7 +152,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
 pub(super) fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
     loop {
         match work() {
-            Err(Error::Busy { .. }) if !job.control.is_cancelled() => thread::sleep(BETWEEN_TRIES),
+            Err(Error::Busy { .. }) if !job.control().is_cancelled() => thread::sleep(BETWEEN_TRIES),
             done => return done,
         }
     }
@@ -179,7 +179,7 @@ pub(super) fn whole(
         job.publish_preview(pass, distance);
     };
     let watcher = Some(&mut show as Watcher<'_>);
-    let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control, watcher, |_| ())?;
+    let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control(), watcher, |_| ())?;
     let rays = picture.rays.total();
     job.rays.fetch_add(rays, Ordering::Relaxed);
     *locked(&job.canvas) = Some(Canvas::of(picture));
@@ -235,7 +235,7 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Res
             // Who looks at a tile wants it more than another pass.
             while !is_looked_at() {
                 let Some(part) = parts.next() else { return Ok(true) };
-                paste(&mut coarse, &render_window(scene, &window, part, &job.control)?.film);
+                paste(&mut coarse, &render_window(scene, &window, part, &job.control())?.film);
             }
             Ok(false)
         })??;
@@ -258,7 +258,7 @@ pub(super) fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, file: T
         let next = || locked(&job.order).as_mut().and_then(TileOrder::next);
         let rendered = workers.work(|| {
             while let Some((number, region)) = next() {
-                let picture = render(&ready.scene, region, &job.control)?;
+                let picture = render(&ready.scene, region, &job.control())?;
                 // It fails if the writer has stopped, which has cancelled the job.
                 finished.send(Tile { number: number as u32, picture }).map_err(|_| Cancelled)?;
             }

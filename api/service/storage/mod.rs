@@ -1,6 +1,7 @@
 //! Where bytes are kept: LRU caches in memory, files on disk.
 
 pub(crate) mod blob_store;
+pub(crate) mod blobs;
 pub(crate) mod disk;
 pub(crate) mod folder;
 pub(crate) mod hit_counter;
