@@ -21,8 +21,8 @@ const EVENTS_KEPT: u64 = 60_000;
 /// Milliseconds between two notes of how long services have run, while nothing else is written.
 const TIME_KEPT: u64 = 60_000;
 
-/// Bytes of a pixel of a frame in the largest format.
-const FRAME_PIXEL: u64 = 16;
+/// Bytes of a pixel of a frame in the largest format, and of its small picture.
+const FRAME_PIXEL: u64 = 20;
 
 impl Jobs {
     /// Called once a second: stops jobs that run too long, and deletes what is too old or too much.

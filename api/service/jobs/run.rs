@@ -111,7 +111,9 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let taken = when_there_is_room(job, || share.grow(bytes));
     taken.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
     let rendering = Instant::now();
+    job.done.store(0, Ordering::Relaxed);
     job.rays.store(0, Ordering::Relaxed);
+    job.record().stats.tiles_recovered = 0;
     if edge == 0 {
         whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| stopped(job))?;
     } else {

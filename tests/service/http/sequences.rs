@@ -207,7 +207,7 @@ fn every_frame_is_checked_before_the_job_is_accepted() {
     refused(json!({ "patches": [{}, { "film": { "background": "transparent" } }] }), 422, "invalid-scene");
     refused(json!({ "count": 3, "turntabel": {} }), 400, "invalid-request");
     let large = r#""settings": { "width": 2000, "height": 2000 }, "frames": { "count": 60, "turntable": {} }"#;
-    service.post_json("/v1/jobs", &body(BALL, large)).problem(422, "cost-limit");
+    service.post_json("/v1/jobs", &body(BALL, large)).problem(413, "cost-limit");
     let nan = body(BALL, r#""frames": { "count": 2, "rate": NaN }"#);
     service.post_json("/v1/jobs", &nan).problem(400, "invalid-json");
 }
