@@ -19,7 +19,7 @@ use uuid::Uuid;
 /// What the name of a small picture ends with, after that of the picture.
 const PREVIEW: &str = ".preview";
 /// What is between a job and the number of a frame in the name of the frame.
-const FRAME: &str = ".f";
+const FRAME: char = '_';
 
 /// The files. All of them are durable before the record that needs them.
 #[derive(Debug)]

@@ -225,10 +225,14 @@ impl SceneCache {
         settings.iter().map(&mut one).collect()
     }
 
-    /// A scene of which the frames of a sequence are made. It is not kept: few ask for it twice.
+    /// A scene of which the frames of a sequence are made, from the cache or else built.
     pub(crate) fn to_vary(&self, workers: &Workers, sent: &SentScene<'_>) -> Result<Arc<PreparedScene>, Error> {
+        if let Some(ready) = self.cached(&sent.key).filter(|ready| ready.original().is_some()) {
+            return Ok(ready);
+        }
         let read = |Built { loaded, original }, share| PreparedScene::to_vary(loaded, original.as_ref()).with(share);
-        Ok(Arc::new(self.build(workers, sent, |_| Ok(()), read)?))
+        let ready = self.build(workers, sent, |_| Ok(()), read)?;
+        Ok(self.keep(sent.key, ready))
     }
 
     /// The scene of a frame, unless `accept` refuses it.

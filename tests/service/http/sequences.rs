@@ -205,7 +205,7 @@ fn every_frame_is_checked_before_the_job_is_accepted() {
     assert_eq!(problem["errors"][0]["pointer"], "/frames/camera/1/t", "{problem}");
     refused(json!({ "patches": [{}, { "image": { "width": 64 } }] }), 422, "invalid-scene");
     refused(json!({ "patches": [{}, { "film": { "background": "transparent" } }] }), 422, "invalid-scene");
-    refused(json!({ "count": 3, "turntabel": {} }), 400, "invalid-request");
+    refused(json!({ "count": 3, "turntabel": {} }), 422, "invalid-request");
     let large = r#""settings": { "width": 2000, "height": 2000 }, "frames": { "count": 60, "turntable": {} }"#;
     service.post_json("/v1/jobs", &body(BALL, large)).problem(413, "cost-limit");
     let nan = body(BALL, r#""frames": { "count": 2, "rate": NaN }"#);
