@@ -9,6 +9,8 @@ use super::settings::HttpSettings;
 use super::state::{App, AppState};
 use crate::service::concurrency_limit::ConcurrencyLimit;
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
+use crate::service::farm::settings::FarmSettings;
 use crate::service::jobs::Jobs;
 use crate::service::limits::Settings;
 use crate::service::requests::Service;
@@ -30,16 +32,22 @@ const BACKLOG: u32 = 4096;
 const LAST_WAIT: Duration = Duration::from_secs(1);
 
 /// Serves until SIGTERM or Ctrl-C.
-pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings) -> Result<(), StartError> {
+pub(crate) fn run(
+    threads: Option<u64>,
+    http: &HttpSettings,
+    settings: &Settings,
+    (farm, spread): (&FarmSettings, Option<u64>),
+) -> Result<(), StartError> {
     check_exposure(http)?;
-    // They are given up, and a temporary one is removed, at the end of this function.
-    let mut folders = Folders::open(settings)?;
-    let app = open(threads, http, settings, &mut folders)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(TALKERS)
         .enable_all()
         .build()
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
+    let farm = Farm::open(farm, spread, runtime.handle())?.map(Arc::new);
+    // They are given up, and a temporary one is removed, at the end of this function.
+    let mut folders = Folders::open(settings)?;
+    let app = open(threads, http, settings, farm, &mut folders)?;
     let served = runtime.block_on(async {
         let (clients, admin) = (listen(http.listen)?, http.admin_listen.map(listen).transpose()?);
         // Before the address is announced, since a client that reads it may send a signal at once.
@@ -64,6 +72,7 @@ pub(super) fn open(
     threads: Option<u64>,
     http: &HttpSettings,
     settings: &Settings,
+    farm: Option<Arc<Farm>>,
     folders: &mut Folders,
 ) -> Result<App, StartError> {
     let access = Access::open(http.keys.as_deref()).map_err(|error| {
@@ -74,7 +83,7 @@ pub(super) fn open(
     let pool = Pool::start(threads, Some(Arc::<Access>::clone(&access)))
         .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
     Ok(Arc::new(AppState {
-        service: Service::open(settings, folders, pool, Arc::<Metrics>::clone(&metrics))?,
+        service: Service::open(settings, folders, pool, farm, Arc::<Metrics>::clone(&metrics))?,
         access,
         origins: http.origins(),
         public_url: http.public_url.clone(),

@@ -5,12 +5,14 @@ use super::job::{Job, locked};
 use super::record::{Record, sha256};
 use super::registry::Registry;
 use super::upgrade;
+use crate::service::farm::Farm;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::scenes::ids::is_image_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::blobs::Blobs;
 use crate::service::storage::disk;
 use crate::service::storage::folder::FolderKind;
+use crate::service::storage::shared_blobs::SharedBlobs;
 use std::io;
 use std::path::{Path, PathBuf};
 use uuid::Uuid;
@@ -42,6 +44,14 @@ impl Files {
         }
         let tiles = tiles_in(folder)?;
         Ok(Self { scenes: Box::new(scenes), pictures: Box::new(pictures), shared: false, tiles })
+    }
+
+    /// Those that other fronts have, too; only tiles that are rendered here are in a folder.
+    pub(super) fn shared(farm: &Farm, folder: &Path) -> io::Result<Self> {
+        let shelf = |name, by_digest| SharedBlobs::new(farm.objects.clone(), farm.runtime.clone(), name, by_digest);
+        let (scenes, pictures) = (shelf("scenes", true), shelf("pictures", false));
+        let tiles = tiles_in(folder)?;
+        Ok(Self { scenes: Box::new(scenes), pictures: Box::new(pictures), shared: true, tiles })
     }
 
     /// Whether there is any.
@@ -146,8 +156,9 @@ impl Jobs {
 impl Registry {
     /// A job needs the text of its scene no more.
     pub(super) fn release_scene(&mut self, record: &Record, files: &Files) {
-        if self.scenes.remove(&record.spec.scene) && !files.shared {
-            files.scenes.remove(&record.spec.scene);
+        let name = &record.spec.scene;
+        if self.scenes.remove(name) {
+            if files.shared { files.scenes.forget(name) } else { files.scenes.remove(name) }
         }
     }
 
@@ -164,8 +175,8 @@ impl Registry {
     /// A job has its picture no more.
     pub(super) fn release_picture(&mut self, record: &Record, files: &Files) {
         let name = record.picture_name();
-        if self.pictures.remove(&name) && !files.shared {
-            files.remove_picture(record);
+        if self.pictures.remove(&name) {
+            if files.shared { files.pictures.forget(&name) } else { files.remove_picture(record) }
         }
     }
 }

@@ -275,6 +275,16 @@ impl Job {
         self.watchers.load(Ordering::Relaxed) > 0
     }
 
+    /// Why it was stopped.
+    pub(super) fn why_stopped(&self) -> Stopped {
+        self.why_stopped_or(Stopped::Failed(Failure::internal("the render ended early")))
+    }
+
+    /// Why it was stopped, or else why it has failed.
+    pub(super) fn why_stopped_or(&self, otherwise: Stopped) -> Stopped {
+        locked(&self.stopped).clone().unwrap_or(otherwise)
+    }
+
     /// Stops the render, for the first reason given.
     pub(super) fn stop(&self, why: Stopped) {
         locked(&self.stopped).get_or_insert(why);

@@ -3,6 +3,7 @@
 //! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash), `pictures/` (with their cost reports, and small ones
 //! beside them; jobs share both) and `tiles/` (finished tiles of the jobs that are rendered).
 
+mod backend;
 mod canvas;
 mod checkpoint;
 #[cfg(test)]
@@ -34,15 +35,17 @@ pub(crate) use submission::{Claim, KeyUse};
 
 use crate::service::clock::milliseconds;
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
 use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
 use crate::service::storage::folder::Folder;
+use crate::service::storage::revisions::Refused;
 use files::Files;
 use job::{Stopped, locked};
 use event_log::{Herald, before_life};
 use record::{Failure, Record, State, now};
-use records::{Records, Refused};
+use records::Records;
 use registry::Registry;
 use std::fs;
 use std::io;
@@ -70,6 +73,8 @@ pub(crate) trait JobObserver: Send + Sync {
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
     cache: Arc<SceneCache>,
+    /// Who renders tiles, if it is not this process.
+    farm: Option<Arc<Farm>>,
     observer: Arc<dyn JobObserver>,
     records: Box<dyn Records>,
     /// Tells other fronts of events.
@@ -101,6 +106,7 @@ impl Jobs {
         limits: JobLimits,
         pool: Arc<Pool>,
         cache: Arc<SceneCache>,
+        farm: Option<Arc<Farm>>,
         observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
         let path = &folder.path;
@@ -135,6 +141,7 @@ impl Jobs {
         let jobs = Arc::new(Self {
             pool,
             cache,
+            farm,
             observer,
             records: Box::new(store),
             herald: None,
@@ -370,6 +377,9 @@ impl Jobs {
     fn ended(&self, job: &Job) {
         let record = job.record().clone();
         self.files.remove_tiles(&record.id);
+        if let Some(farm) = &self.farm {
+            farm.forget_results(&record.id);
+        }
         if let (false, Some(begun)) = (record.state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
         }

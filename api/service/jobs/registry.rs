@@ -160,6 +160,19 @@ impl Registry {
         Some(job)
     }
 
+    /// The part of the farm that an open job may have: tenants share it by weight, and jobs of a tenant equally.
+    pub(super) fn share(&self, record: &Record) -> f64 {
+        let mut weights: HashMap<String, (f64, f64)> = HashMap::new();
+        for open in &self.open {
+            let open = open.record();
+            let (weight, jobs) = weights.entry(open.tenant.clone()).or_default();
+            *weight = f64::from(open.weight.max(1));
+            *jobs += 1.0;
+        }
+        let all: f64 = weights.values().map(|(weight, _)| weight).sum();
+        weights.get(&record.tenant).map_or(1.0, |(weight, jobs)| weight / all / jobs)
+    }
+
     /// Index of the waiting job that is opened next, if one can be.
     pub(super) fn next_to_open(&self, limits: &JobLimits) -> Option<usize> {
         if self.closing || self.open.len() >= ALL_OPEN {

@@ -38,6 +38,11 @@ impl TileOrder {
         self.looks.iter().any(|look| self.left.iter().any(|number| meet(self.regions[*number], *look)))
     }
 
+    /// Pixels of the tiles that are left.
+    pub(super) fn pixels_left(&self) -> u64 {
+        self.left.iter().map(|number| self.regions[*number].pixels()).sum()
+    }
+
     /// Takes the next tile.
     pub(super) fn next(&mut self) -> Option<(usize, Region)> {
         let number = self.looked_at().or_else(|| self.left.pop())?;
