@@ -2,7 +2,7 @@
 
 use crate::common::BALL;
 use crate::common::service::Service;
-use crate::harness::Farm;
+use crate::harness::{Ear, Farm, wait_until};
 
 /// Mirrors face to face: a few seconds of one thread.
 pub(crate) const MIRRORS: &str = r#"{
@@ -49,4 +49,28 @@ fn two_nodes_make_the_picture_that_one_machine_makes() {
     assert_eq!(farm.broker.messages("FARM_T"), 0, "work is left behind");
     let rendered = |log: String| log.contains("ERROR");
     assert!(!nodes.iter().any(|node| rendered(node.log())), "{}", nodes[0].log());
+}
+
+/// Pictures that somebody waits for, and tiles of viewers.
+#[test]
+fn what_takes_long_is_spread_over_nodes_and_stays_the_same() {
+    let Some(farm) = Farm::start(&["--spread", "300"]) else { return };
+    let begun = Ear::at(&farm.broker, "farm.b.>");
+    let here = farm.front.post_json("/v1/render", BALL);
+    assert_eq!((here.status, begun.heard().len()), (200, 0), "a quick one is rendered by the front");
+    // Without nodes the front helps itself.
+    let alone = Service::start(&[]);
+    let expected = alone.post_json("/v1/render", MIRRORS);
+    let scenes = ["/v1/render?region=100,50,200,150", "/v1/render?width=500&height=400&format=png16", "/v1/render"];
+    let _nodes = ["one", "two"].map(|name| farm.node(name));
+    wait_until("the front knows its nodes", || farm.nodes().len() == 2);
+    for path in scenes {
+        let before = begun.heard().len();
+        let [spread, alone] = [&farm.front, &alone].map(|service| service.post_json(path, MIRRORS));
+        assert_eq!(spread.status, 200, "{}", spread.text());
+        assert!(spread.body == alone.body, "another picture: {path}");
+        assert!(begun.heard().len() > before, "{path} was not spread");
+    }
+    assert!(farm.front.post_json("/v1/render", MIRRORS).body == expected.body);
+    assert_eq!(farm.broker.messages("FARM_T"), 0);
 }

@@ -127,6 +127,14 @@ impl Farm {
         Node::start(&self.broker.url(), self.store.path().to_str().unwrap(), name, &[])
     }
 
+    /// What nodes say of themselves.
+    pub(crate) fn nodes(&self) -> Vec<String> {
+        self.broker.ask(async |broker| {
+            let bucket = broker.get_key_value("farm_nodes").await.unwrap();
+            futures_util::TryStreamExt::try_collect(bucket.keys().await.unwrap()).await.unwrap()
+        })
+    }
+
     /// Submits a job; its id.
     pub(crate) fn submit(&self, query: &str, scene: &str) -> String {
         let answer = self.front.post_json(&format!("/v1/jobs{query}"), scene);

@@ -195,8 +195,12 @@ fn refused(servers: &Servers, error: &ConnectError) -> StartError {
 
 /// An error with all that has led to it.
 pub(crate) fn reasons(error: &(dyn Error + 'static)) -> String {
-    let chain = std::iter::successors(Some(error), |error| error.source());
-    let mut all: Vec<String> = chain.map(ToString::to_string).collect();
+    let mut all = vec![error.to_string()];
+    let mut next = error.source();
+    while let Some(error) = next {
+        all.push(error.to_string());
+        next = error.source();
+    }
     // The text of an error often contains that of its source.
     all.dedup_by(|source, error| error.contains(source.as_str()));
     all.join(": ")

@@ -6,7 +6,7 @@ use crate::service::error::StartError;
 use crate::service::scenes::ids::renderer;
 use async_nats::jetstream::consumer::{AckPolicy, pull};
 use async_nats::jetstream::stream::{Config, DiscardPolicy, RetentionPolicy, StorageType};
-use async_nats::jetstream::{kv, stream};
+use async_nats::jetstream::kv;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::time::Duration;
@@ -251,7 +251,7 @@ fn buckets(num_replicas: usize) -> [kv::Config; 5] {
     let of = |bucket: &str, max_age| kv::Config {
         bucket: bucket.into(),
         history: 1,
-        storage: stream::StorageType::File,
+        storage: StorageType::File,
         num_replicas,
         max_age,
         ..kv::Config::default()

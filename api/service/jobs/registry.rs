@@ -160,8 +160,8 @@ impl Registry {
         Some(job)
     }
 
-    /// The part of the farm that an open job may have: tenants share it by weight, and jobs of a tenant equally.
-    pub(super) fn share(&self, record: &Record) -> f64 {
+    /// The part of the farm that an open job of a tenant may have: tenants share it by weight, and jobs of a tenant equally.
+    pub(super) fn share(&self, tenant: &str) -> f64 {
         let mut weights: HashMap<String, (f64, f64)> = HashMap::new();
         for open in &self.open {
             let open = open.record();
@@ -170,7 +170,7 @@ impl Registry {
             *jobs += 1.0;
         }
         let all: f64 = weights.values().map(|(weight, _)| weight).sum();
-        weights.get(&record.tenant).map_or(1.0, |(weight, jobs)| weight / all / jobs)
+        weights.get(tenant).map_or(1.0, |(weight, jobs)| weight / all / jobs)
     }
 
     /// Index of the waiting job that is opened next, if one can be.

@@ -111,9 +111,10 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     if edge == 0 {
         whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| job.why_stopped())?;
     } else {
-        let share = || locked(&jobs.registry).share(&job.record());
+        let tenant = job.record().tenant.clone();
+        let slots = || locked(&jobs.registry).share(&tenant);
         let mut backend: Box<dyn Backend> = match farm {
-            Some(farm) => Box::new(Remote { farm, share: &share, limit: jobs.limits.job_timeout }),
+            Some(farm) => Box::new(Remote { farm, share: &slots, limit: jobs.limits.job_timeout }),
             None => Box::new(Local::new(&jobs.files)),
         };
         recover(job, &mut *backend)?;

@@ -175,7 +175,7 @@ impl<'a> Coordinator<'a> {
 
     /// Sends pieces until the window is full.
     async fn fill(&mut self) {
-        if Instant::now() < self.not_before {
+        if Instant::now() < self.not_before || !self.farm.broker.is_connected() {
             return;
         }
         let slots = self.farm.nodes.slots();
@@ -259,6 +259,8 @@ impl<'a> Coordinator<'a> {
         };
         self.costs.learn(place.region(), tile.picture.trace_ms + tile.picture.refine_ms);
         self.farm.counts.tiles.fetch_add(1, Ordering::Relaxed);
+        // They count for the tenant's quota, wherever they were traced.
+        self.order.control.add_rays(tile.picture.rays.total());
         for piece in self.flight.finish(number) {
             if let (Some(begun), false) = (piece.begun, piece.is_doubled) {
                 self.costs.piece_took(piece.predicted_ms, begun.elapsed().as_secs_f64() * 1e3);

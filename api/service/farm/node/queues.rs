@@ -14,6 +14,8 @@ use tokio::sync::watch;
 const WAIT: Duration = Duration::from_secs(3);
 /// How much later than that an answer may come.
 const LATE: Duration = Duration::from_secs(2);
+/// Time until it is looked again whether there is a broker.
+const UNCONNECTED: Duration = Duration::from_millis(200);
 /// Every so many pieces the least urgent queue is asked first, so that it cannot starve.
 const TURN: u64 = 8;
 
@@ -34,6 +36,11 @@ impl Queues {
 
     /// The next piece of work. None if there was none for a while, or once `stop` is true.
     pub(super) async fn next(&mut self, stop: &mut watch::Receiver<bool>) -> Option<Message> {
+        if !self.broker.is_connected() {
+            // Requests would wait for the connection, and their answers would come to nobody.
+            tokio::time::sleep(UNCONNECTED).await;
+            return None;
+        }
         self.asked += 1;
         let mut order = [0, 1, 2];
         if self.asked.is_multiple_of(TURN) {
