@@ -7,4 +7,5 @@ mod backends;
 #[allow(dead_code, reason = "the tests of the service use all of it")]
 mod common;
 mod failures;
+mod fronts;
 mod harness;

@@ -31,6 +31,8 @@ pub(crate) const FRONTS: &str = "farm_fronts";
 pub(crate) const KEYS: &str = "farm_keys";
 /// The bucket of what all fronts know and nobody else may: the secret that signs capabilities.
 pub(crate) const SECRETS: &str = "farm_secrets";
+/// The key of that secret.
+pub(crate) const CAPABILITIES: &str = "capabilities";
 
 /// Work that may wait: windows keep each job to a few hundred pieces.
 const MOST_WORK: i64 = 200_000;

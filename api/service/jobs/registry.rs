@@ -47,6 +47,8 @@ pub(super) struct Registry {
     pub(super) pictures: References,
     /// Whether the service is shutting down, so that no more jobs are opened.
     pub(super) closing: bool,
+    /// Whether there are more jobs than are here yet, so that none is opened.
+    pub(super) loading: bool,
     /// Time of jobs divided by their estimates: a moving average.
     pub(super) slowness: Option<f64>,
     /// Changes when jobs come and go.
@@ -175,7 +177,7 @@ impl Registry {
 
     /// Index of the waiting job that is opened next, if one can be.
     pub(super) fn next_to_open(&self, limits: &JobLimits) -> Option<usize> {
-        if self.closing || self.open.len() >= ALL_OPEN {
+        if self.closing || self.loading || self.open.len() >= ALL_OPEN {
             return None;
         }
         let mut open: HashMap<String, (usize, u8)> = HashMap::new();

@@ -152,7 +152,7 @@ impl Jobs {
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
         let kept = kept.map_err(Refused::Failed).and_then(|()| self.keep_new(&record, claim));
         let mut registry = locked(&self.registry);
-        let added = kept.map(|revision| registry.find_or_add(record.clone(), revision, self.herald.clone(), files));
+        let added = kept.map(|revision| registry.find_or_add(record.clone(), revision, self.herald(), files));
         let before = registry.submitting.remove(&record.id).flatten();
         // The job itself has been counted.
         registry.release_scene(&record, files);
