@@ -48,7 +48,7 @@ impl Broker {
             println!("SKIPPED: no nats-server; name one with STRAHL_NATS_SERVER, or let .ci/run fetch it");
             return None;
         };
-        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let port = free_port();
         let flags = flags.iter().map(|flag| (*flag).to_owned()).collect();
         let mut broker = Self { program, folder: tempfile::tempdir().unwrap(), child: None, port, flags };
         broker.restart();
@@ -243,6 +243,11 @@ pub(crate) fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
         assert!(began.elapsed() < PATIENCE, "it takes too long until {what}");
         thread::sleep(Duration::from_millis(10));
     }
+}
+
+/// A port that nobody has now.
+pub(crate) fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
 /// Hears what is published on a subject, from now on.

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod backends;
+mod cluster;
 #[path = "../service/common/mod.rs"]
 #[allow(dead_code, reason = "the tests of the service use all of it")]
 mod common;

@@ -2,6 +2,7 @@
 
 use super::settings::{FarmSettings, Servers};
 use crate::service::error::StartError;
+use crate::service::tls;
 use async_nats::jetstream::{self, Context};
 use async_nats::{Client, ConnectError, ConnectErrorKind, ConnectOptions, Event, ServerError};
 use std::error::Error;
@@ -44,6 +45,7 @@ struct Health {
 impl Broker {
     /// Connects. `name` is what the broker's operator sees.
     pub(crate) async fn connect(settings: &FarmSettings, name: &str) -> Result<Self, StartError> {
+        tls::install_provider();
         let Some(servers) = &settings.farm else {
             return Err(StartError::Settings("--farm is needed: the address of the farm's NATS servers".into()));
         };

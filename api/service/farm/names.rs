@@ -5,11 +5,11 @@ use super::settings::FarmSettings;
 use crate::service::error::StartError;
 use crate::service::scenes::ids::renderer;
 use async_nats::jetstream::consumer::{AckPolicy, pull};
-use async_nats::jetstream::stream::{Config, DiscardPolicy, RetentionPolicy, StorageType};
 use async_nats::jetstream::kv;
+use async_nats::jetstream::stream::{Config, DiscardPolicy, RetentionPolicy, StorageType};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The stream of work that waits for nodes.
 pub(crate) const WORK: &str = "FARM_T";
@@ -34,6 +34,8 @@ pub(crate) const SECRETS: &str = "farm_secrets";
 /// The key of that secret.
 pub(crate) const CAPABILITIES: &str = "capabilities";
 
+/// How long servers of a cluster may take to agree on a leader.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// Work that may wait: windows keep each job to a few hundred pieces.
 const MOST_WORK: i64 = 200_000;
 /// How long results are kept. Those of finished jobs go at once.
@@ -184,8 +186,22 @@ pub(crate) fn token(text: &str) -> String {
     token
 }
 
-/// Makes what is missing at the broker, and brings the rest to these configurations. Fronts do it at their start.
+/// Makes what is missing at the broker, and brings the rest to these configurations. Fronts do it at their start. Servers of a
+/// cluster that were started a moment ago have no leader yet, so it is tried for a while.
 pub(crate) async fn set_up(broker: &Broker, settings: &FarmSettings) -> Result<(), StartError> {
+    let began = Instant::now();
+    loop {
+        match set_up_once(broker, settings).await {
+            Err(StartError::Machine(why)) if began.elapsed() < PATIENCE => {
+                tracing::warn!(why, "the broker is not ready yet");
+                tokio::time::sleep(Duration::from_secs(1)).await;
+            }
+            done => return done,
+        }
+    }
+}
+
+async fn set_up_once(broker: &Broker, settings: &FarmSettings) -> Result<(), StartError> {
     let replicas = settings.farm_replicas as usize;
     for config in streams(replicas) {
         let name = config.name.clone();

@@ -97,7 +97,14 @@ impl Service {
         };
         let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, memory.clone(), textures.transpose()?, known));
         let pictures = PictureCache::new(caches.picture_cache_bytes, &memory, on_disk);
-        let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), farm.clone(), observer)?;
+        let jobs = Jobs::open(
+            &mut folders.data,
+            jobs.clone(),
+            Arc::clone(&pool),
+            Arc::clone(&scenes),
+            farm.clone(),
+            observer,
+        )?;
         Ok(Arc::new(Self {
             queue: Queue::new(Arc::clone(&pool), answers.queue, answers.timeout),
             tiles: Queue::new(Arc::clone(&pool), answers.tile_queue, TILE_PATIENCE.min(answers.timeout)),

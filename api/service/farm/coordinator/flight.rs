@@ -10,6 +10,8 @@ pub(super) struct Flight {
     pub(super) pieces: BTreeMap<u64, InFlight>,
     /// Missing tiles, and the pieces that they are in.
     holders: HashMap<u32, Vec<u64>>,
+    /// Pixels of the missing tiles.
+    pub(super) pixels: u64,
     count: u64,
 }
 
@@ -38,7 +40,9 @@ impl Flight {
         self.count += 1;
         let (number, now) = (self.count, Instant::now());
         for tile in &tiles {
-            self.holders.entry(tile.0).or_default().push(number);
+            let holders = self.holders.entry(tile.0).or_default();
+            self.pixels += if holders.is_empty() { tile.region().pixels() } else { 0 };
+            holders.push(number);
         }
         let piece =
             InFlight { tiles, predicted_ms, sequence: None, begun: None, heard: now, looked: now, is_doubled: false };
@@ -55,6 +59,7 @@ impl Flight {
     /// A tile is there. Pieces that lack none any more are returned.
     pub(super) fn finish(&mut self, tile: u32) -> Vec<InFlight> {
         let mut done = Vec::new();
+        self.pixels -= self.place(tile).map_or(0, |place| place.region().pixels());
         for number in self.holders.remove(&tile).unwrap_or_default() {
             let Some(piece) = self.pieces.get_mut(&number) else { continue };
             piece.tiles.retain(|place| place.0 != tile);
@@ -75,6 +80,7 @@ impl Flight {
             holders.retain(|holder| *holder != number);
             if holders.is_empty() {
                 self.holders.remove(&tile.0);
+                self.pixels -= tile.region().pixels();
                 orphans.push(tile);
             }
         }
@@ -84,11 +90,6 @@ impl Flight {
     /// The piece whose message has a number in the queue.
     pub(super) fn of_sequence(&self, sequence: u64) -> Option<u64> {
         self.pieces.iter().find(|(_, piece)| piece.sequence == Some(sequence)).map(|(number, _)| *number)
-    }
-
-    /// Pixels that are missing.
-    pub(super) fn pixels(&self) -> u64 {
-        self.pieces.values().flat_map(|piece| &piece.tiles).map(|tile| tile.region().pixels()).sum()
     }
 }
 
@@ -110,10 +111,10 @@ mod tests {
         assert_ne!(first, second);
         assert_eq!(flight.place(2).map(|place| place.0), Some(2));
         assert_eq!(flight.finish(2).len(), 1, "the second piece is done");
-        assert_eq!((flight.pieces.len(), flight.pixels()), (1, 64));
+        assert_eq!((flight.pieces.len(), flight.pixels), (1, 64));
         assert!(flight.finish(2).is_empty() && flight.place(2).is_none(), "it comes again");
         assert_eq!(flight.finish(1).len(), 1);
-        assert!(flight.pieces.is_empty() && flight.holders.is_empty());
+        assert!(flight.pieces.is_empty() && flight.holders.is_empty() && flight.pixels == 0);
     }
 
     #[test]
@@ -124,5 +125,6 @@ mod tests {
         assert_eq!(flight.forget(first), [tiles(&[1]), tiles(&[3])].concat());
         assert_eq!(flight.place(2).map(|place| place.0), Some(2));
         assert!(flight.forget(first).is_empty());
+        assert_eq!(flight.pixels, 64);
     }
 }

@@ -99,10 +99,20 @@ struct Coordinator<'a> {
     /// Whether there are no more tiles.
     is_cut: bool,
     heard: Heard,
+    room: Room,
     swept: Instant,
     /// Begins the ids of messages. Another coordinator of the same job has another: the broker would take its pieces for these,
     /// and nodes would drop them after this one has ended.
     life: String,
+}
+
+/// How much of the farm the job may have.
+struct Room {
+    /// Slots of all nodes.
+    slots: u32,
+    /// Pieces of the job in the queue and on nodes.
+    pieces: usize,
+    measured: Option<Instant>,
 }
 
 /// What is said about the job.
@@ -137,6 +147,7 @@ impl<'a> Coordinator<'a> {
             not_before: Instant::now(),
             is_cut: false,
             heard,
+            room: Room { slots: 0, pieces: 0, measured: None },
             swept: Instant::now(),
             life: uuid::Uuid::now_v7().simple().to_string(),
         };
@@ -147,6 +158,7 @@ impl<'a> Coordinator<'a> {
 
     async fn run(&mut self) -> Result<(), Stopped> {
         let mut connections = self.farm.broker.connections();
+        self.note_backlog();
         loop {
             if self.order.control.is_cancelled() {
                 return Err(Stopped::Cancelled);
@@ -155,8 +167,6 @@ impl<'a> Coordinator<'a> {
             if self.flight.pieces.is_empty() && self.is_cut {
                 return Ok(());
             }
-            let demand = self.costs.of(self.flight.pixels() + self.tiles.pixels_left());
-            self.farm.backlog.note(self.order.name, self.order.class, demand);
             tokio::select! {
                 Some(message) = self.heard.results.next() => self.take(&message).await?,
                 Some(message) = self.heard.begun.next() => self.note_begun(&message),
@@ -168,9 +178,15 @@ impl<'a> Coordinator<'a> {
             }
             if self.swept.elapsed() >= self.farm.lease / 5 {
                 self.sweep().await?;
+                self.note_backlog();
                 self.swept = Instant::now();
             }
         }
+    }
+
+    fn note_backlog(&self) {
+        let left = self.costs.of(self.flight.pixels + self.tiles.pixels_left());
+        self.farm.backlog.note(self.order.name, self.order.class, left);
     }
 
     /// Sends pieces until the window is full.
@@ -178,8 +194,12 @@ impl<'a> Coordinator<'a> {
         if Instant::now() < self.not_before || !self.farm.broker.is_connected() {
             return;
         }
-        let slots = self.farm.nodes.slots();
-        let window = (FOR_EACH_SLOT * f64::from(slots) * self.tiles.share()).ceil().max(1.0) as usize;
+        if self.room.measured.is_none_or(|measured| measured.elapsed() >= LOOK) {
+            let slots = self.farm.nodes.slots();
+            let pieces = (FOR_EACH_SLOT * f64::from(slots) * self.tiles.share()).ceil().max(1.0) as usize;
+            self.room = Room { slots, pieces, measured: Some(Instant::now()) };
+        }
+        let Room { slots, pieces: window, .. } = self.room;
         while !self.order.control.is_cancelled() {
             let number = match self.unsent.pop() {
                 Some(number) => number,
@@ -294,7 +314,9 @@ impl<'a> Coordinator<'a> {
             return Ok(());
         }
         self.farm.counts.dead.fetch_add(1, Ordering::Relaxed);
-        Err(Stopped::Dead(dead.kind, dead.reason))
+        // Another node may have rendered its tiles.
+        let is_missing = |tile: &u32| self.flight.place(*tile).is_some();
+        if dead.tiles.iter().any(is_missing) { Err(Stopped::Dead(dead.kind, dead.reason)) } else { Ok(()) }
     }
 
     /// Takes back what nobody needs any more: pieces that wait, and those that nodes render.

@@ -20,12 +20,15 @@ const LOOKS_EXCLUDED: Duration = Duration::from_secs(60);
 /// Jobs that are remembered.
 const REMEMBERED: usize = 1_000;
 
+/// Why a node takes no work, if it does not, and since when.
+pub(super) type Exclusion = Option<(String, Instant)>;
+
 /// The health of a node.
 #[derive(Debug)]
 pub(super) struct Health {
     failures: Mutex<Failures>,
-    /// Why it takes no work, if it does not.
-    excluded: watch::Sender<Option<String>>,
+    /// Why it takes no work, if it does not, and since when.
+    excluded: watch::Sender<Exclusion>,
     /// Asks for a look at the known picture.
     doubt: tokio::sync::Notify,
 }
@@ -79,11 +82,11 @@ impl Health {
     /// Takes no work from now on.
     pub(super) fn exclude(&self, why: String) {
         tracing::error!(why, "this node takes no work");
-        self.excluded.send_replace(Some(why));
+        self.excluded.send_replace(Some((why, Instant::now())));
     }
 
     /// Why it takes no work.
-    pub(super) fn excluded(&self) -> watch::Receiver<Option<String>> {
+    pub(super) fn excluded(&self) -> watch::Receiver<Exclusion> {
         self.excluded.subscribe()
     }
 
@@ -92,30 +95,33 @@ impl Health {
         self.doubt.notify_one();
     }
 
-    /// Looks at the known picture now and again, and if there is doubt.
-    pub(super) async fn watch(&self) {
-        let mut excluded_since: Option<Instant> = None;
-        loop {
-            let found = tokio::task::spawn_blocking(golden::check).await;
-            let found = found.unwrap_or_else(|_| Err("the check of a known picture has failed".into()));
-            let is_excluded = self.excluded.borrow().is_some();
-            match found {
-                Err(why) if !is_excluded => self.exclude(why),
-                Ok(()) if is_excluded && excluded_since.is_some_and(|since| since.elapsed() >= AVOIDED) => {
-                    tracing::info!("this node takes work again");
-                    self.excluded.send_replace(None);
-                }
-                _ => {}
+    /// Looks at the known picture.
+    pub(super) async fn look(&self) {
+        let found = tokio::task::spawn_blocking(golden::check).await;
+        let found = found.unwrap_or_else(|_| Err("the check of a known picture has failed".into()));
+        let since = self.excluded.borrow().as_ref().map(|(_, since)| *since);
+        match (found, since) {
+            (Err(why), None) => self.exclude(why),
+            (Ok(()), Some(since)) if since.elapsed() >= AVOIDED => {
+                tracing::info!("this node takes work again");
+                self.excluded.send_replace(None);
             }
-            let is_excluded = self.excluded.borrow().is_some();
-            excluded_since = if is_excluded { excluded_since.or(Some(Instant::now())) } else { None };
-            let until = if is_excluded { LOOKS_EXCLUDED } else { LOOKS };
+            _ => {}
+        }
+    }
+
+    /// Does so now and again, and if there is doubt.
+    pub(super) async fn watch(&self) {
+        loop {
+            let until = if self.excluded.borrow().is_some() { LOOKS_EXCLUDED } else { LOOKS };
             let mut changes = self.excluded();
             tokio::select! {
                 () = tokio::time::sleep(until) => {}
                 () = self.doubt.notified() => {}
-                _ = changes.wait_for(|excluded| excluded.is_some() != is_excluded) => {}
+                // From now on it looks more often.
+                _ = changes.changed() => continue,
             }
+            self.look().await;
         }
     }
 }
@@ -133,7 +139,7 @@ mod tests {
         }
         health.failed("a", 3);
         assert!(health.avoids("a") && !health.avoids("b"));
-        assert_eq!(*health.excluded().borrow(), None, "it may be the job's fault");
+        assert!(health.excluded().borrow().is_none(), "it may be the job's fault");
     }
 
     #[test]

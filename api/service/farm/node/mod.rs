@@ -157,6 +157,7 @@ async fn serve(
     stopped: impl Future<Output = &'static str>,
 ) -> io::Result<()> {
     tokio::spawn(node.cancels.clone().listen(node.broker.clone()));
+    node.health.look().await;
     let watched = Arc::clone(&node);
     tokio::spawn(async move { watched.health.watch().await });
     let speaking = tokio::spawn(Arc::clone(&node).speak());
@@ -236,7 +237,7 @@ impl Node {
     }
 
     fn record(&self) -> NodeRecord {
-        let reason = self.health.excluded().borrow().clone();
+        let reason = self.health.excluded().borrow().as_ref().map(|(why, _)| why.clone());
         let state = match (*self.draining.borrow(), &reason) {
             (true, _) => NodeState::Draining,
             (false, Some(_)) => NodeState::Excluded,

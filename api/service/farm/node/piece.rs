@@ -24,6 +24,8 @@ const FAILURES: i64 = 3;
 const FOR_ANOTHER_VERSION: Duration = Duration::from_secs(30);
 const FOR_ROOM: Duration = Duration::from_secs(2);
 const FOR_OTHERS: Duration = Duration::from_secs(5);
+/// How long a piece is held whose scene cannot be had.
+const HELD: Duration = Duration::from_secs(120);
 
 /// Why a piece is not rendered.
 enum Stopped {
@@ -97,11 +99,7 @@ async fn render(
     last: &mut Option<Held>,
 ) -> Result<(), Stopped> {
     lease.loading(true);
-    let scene = node.scenes.find(&piece.scene, &lease.control).await.map_err(|error| match error {
-        NoScene::NotNow(why) => Stopped::NotNow(why),
-        NoScene::Never(why) => Stopped::Failed(why),
-        NoScene::Cancelled => stopped(node),
-    })?;
+    let scene = scene(node, piece, lease).await?;
     lease.loading(false);
     let ready = Arc::clone(&scene.ready);
     *last = Some(scene);
@@ -131,6 +129,24 @@ async fn render(
         on_its_way = Some(tokio::spawn(keep(Arc::clone(node), piece.clone(), tile, bytes)));
     }
     arrived(on_its_way).await
+}
+
+/// The scene of a piece. Deliveries are counted, so while the store does not answer the piece is held, not handed back.
+async fn scene(node: &Arc<Node>, piece: &Piece, lease: &Lease) -> Result<Held, Stopped> {
+    let began = Instant::now();
+    loop {
+        match node.scenes.find(&piece.scene, &lease.control).await {
+            Ok(scene) => return Ok(scene),
+            Err(NoScene::NotNow(why)) if began.elapsed() > HELD => return Err(Stopped::NotNow(why)),
+            Err(NoScene::NotNow(why)) => tracing::warn!(job = piece.job, why, "a scene is waited for"),
+            Err(NoScene::Never(why)) => return Err(Stopped::Failed(why)),
+            Err(NoScene::Cancelled) => return Err(stopped(node)),
+        }
+        tokio::time::sleep(FOR_ROOM).await;
+        if lease.control.is_cancelled() {
+            return Err(stopped(node));
+        }
+    }
 }
 
 /// Waits for a result to be kept.
@@ -192,9 +208,9 @@ fn stopped(node: &Node) -> Stopped {
     if *node.ending.borrow() { Stopped::Draining } else { Stopped::Unwanted }
 }
 
-/// Tells the broker. An answer that is lost only means that another node finds the results there.
+/// Tells the broker. It is not waited for: if the answer is lost, another node finds the results there.
 async fn answer(message: &Message, kind: AckKind) {
-    if let Err(error) = message.double_ack_with(kind).await {
-        tracing::debug!(%error, "the broker has not confirmed an answer");
+    if let Err(error) = message.ack_with(kind).await {
+        tracing::debug!(%error, "the broker is not told what has become of a piece");
     }
 }
