@@ -10,7 +10,9 @@ mod healthcheck;
 mod import;
 mod interrupt;
 mod key;
+mod log;
 mod map;
+mod node;
 mod openapi;
 mod output;
 mod progress;
@@ -82,6 +84,8 @@ enum Command {
     Config(config::ConfigCommand),
     /// Serve renders over HTTP.
     Serve(Box<serve::ServeArgs>),
+    /// Render for the services of a farm.
+    Node(Box<node::NodeArgs>),
     /// Ask a running service whether it is alive; exit code 0 if it is.
     Healthcheck(healthcheck::HealthcheckArgs),
 }
@@ -112,6 +116,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Config(command) => config::run(&command),
         Command::Key(command) => key::run(&command),
         Command::Serve(args) => serve::run(&args),
+        Command::Node(args) => node::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),
     }
 }

@@ -83,7 +83,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     layers.check(&ready.scene).map_err(|wrong| Failure::Usage(format!("--layers {wrong}")))?;
     let shot =
         RenderSpec { layers, note: true, predict: stats.is_some(), ..RenderSpec::of(&ready.scene, region, format) };
-    let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control, None);
+    let make =
+        || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control, None, None);
     let Rendered { file, report, layers } = progress::while_showing(&session.control, make)?;
 
     output::write(&file_name, &file)?;

@@ -105,7 +105,7 @@ pub(super) fn run(
             let shot = RenderSpec { note: true, ..RenderSpec::of(&ready.scene, region, format) };
             let (workers, control) = (&session.workers, &session.control);
             let Rendered { file, report, .. } =
-                make(session.started, &ready, ready.loading, &shot, workers, control, None)?;
+                make(session.started, &ready, ready.loading, &shot, workers, control, None, None)?;
             match target.file(frame.number) {
                 Some(path) => output::write(&path, &file)?,
                 None => files.push(file),

@@ -1,14 +1,18 @@
 //! Starts and stops the service. Tokio's threads serve connections, the pool's threads render.
 
+use super::auth::capability::{Signers, random_secret};
 use super::auth::{Access, key_file};
 use super::drain::{Drain, StopSignals};
 use super::metrics::Metrics;
 use super::openapi_text;
+use super::routes::answer_front;
 use super::server;
 use super::settings::HttpSettings;
 use super::state::{App, AppState};
 use crate::service::concurrency_limit::ConcurrencyLimit;
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
+use crate::service::farm::settings::FarmSettings;
 use crate::service::jobs::Jobs;
 use crate::service::limits::Settings;
 use crate::service::requests::Service;
@@ -30,16 +34,28 @@ const BACKLOG: u32 = 4096;
 const LAST_WAIT: Duration = Duration::from_secs(1);
 
 /// Serves until SIGTERM or Ctrl-C.
-pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings) -> Result<(), StartError> {
+pub(crate) fn run(
+    threads: Option<u64>,
+    http: &HttpSettings,
+    settings: &Settings,
+    (farm, spread): (&FarmSettings, Option<u64>),
+) -> Result<(), StartError> {
     check_exposure(http)?;
-    // They are given up, and a temporary one is removed, at the end of this function.
-    let mut folders = Folders::open(settings)?;
-    let app = open(threads, http, settings, &mut folders)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(TALKERS)
         .enable_all()
         .build()
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
+    let farm = Farm::open(farm, spread, runtime.handle())?.map(Arc::new);
+    if let (Some(_), Some(data)) = (&farm, &settings.jobs.data) {
+        return Err(StartError::Settings(format!(
+            "--data {} and --farm do not go together: the jobs of a farm are at its broker and in its --store.",
+            data.display()
+        )));
+    }
+    // They are given up, and a temporary one is removed, at the end of this function.
+    let mut folders = Folders::open(settings)?;
+    let app = open(threads, http, settings, farm, &mut folders)?;
     let served = runtime.block_on(async {
         let (clients, admin) = (listen(http.listen)?, http.admin_listen.map(listen).transpose()?);
         // Before the address is announced, since a client that reads it may send a signal at once.
@@ -50,7 +66,14 @@ pub(crate) fn run(threads: Option<u64>, http: &HttpSettings, settings: &Settings
         let jobs = Arc::clone(&app.service.jobs);
         let ticking = thread::Builder::new().name("retention".into()).spawn(move || tick(&jobs, &stopped));
         ticking.map_err(|error| StartError::Machine(format!("no thread can be started: {error}")))?;
+        let jobs = Arc::clone(&app.service.jobs);
+        let answering = tokio::spawn({
+            let (app, jobs) = (Arc::clone(&app), Arc::clone(&jobs));
+            async move { jobs.answer_fronts(move |question| answer_front(Arc::clone(&app), question)).await }
+        });
         server::serve(clients, admin, signals, app, http).await;
+        jobs.leave().await;
+        answering.abort();
         reload.abort();
         drop(stop);
         Ok(())
@@ -64,9 +87,17 @@ pub(super) fn open(
     threads: Option<u64>,
     http: &HttpSettings,
     settings: &Settings,
+    farm: Option<Arc<Farm>>,
     folders: &mut Folders,
 ) -> Result<App, StartError> {
-    let access = Access::open(http.keys.as_deref()).map_err(|error| {
+    let secret = match &farm {
+        Some(farm) => {
+            let random = random_secret().map_err(|error| StartError::Machine(error.to_string()))?;
+            Some(Signers::of_farm(farm.secret(random)?))
+        }
+        None => None,
+    };
+    let access = Access::open(http.keys.as_deref(), secret).map_err(|error| {
         let file = http.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
         StartError::Settings(format!("{file}{error}"))
     })?;
@@ -74,7 +105,7 @@ pub(super) fn open(
     let pool = Pool::start(threads, Some(Arc::<Access>::clone(&access)))
         .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
     Ok(Arc::new(AppState {
-        service: Service::open(settings, folders, pool, Arc::<Metrics>::clone(&metrics))?,
+        service: Service::open(settings, folders, pool, farm, Arc::<Metrics>::clone(&metrics))?,
         access,
         origins: http.origins(),
         public_url: http.public_url.clone(),

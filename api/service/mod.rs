@@ -1,8 +1,9 @@
-//! What commands and HTTP share: scenes, pictures, jobs, and the scheduler of the rendering threads.
+//! What commands and HTTP share: scenes, pictures, jobs, the farm, and the scheduler of the rendering threads.
 
 pub(crate) mod clock;
 pub(crate) mod concurrency_limit;
 pub(crate) mod error;
+pub(crate) mod farm;
 pub(crate) mod jobs;
 pub(crate) mod limits;
 pub(crate) mod memory;
@@ -13,6 +14,7 @@ pub(crate) mod scenes;
 pub(crate) mod scheduler;
 pub(crate) mod sequences;
 pub(crate) mod storage;
+pub(crate) mod tls;
 pub(crate) mod tradeoff;
 pub(crate) mod values;
 

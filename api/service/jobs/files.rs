@@ -6,12 +6,14 @@ use super::finish::JobFiles;
 use super::record::{Record, sha256};
 use super::registry::Registry;
 use super::upgrade;
+use crate::service::farm::Farm;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::scenes::ids::is_image_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::blobs::Blobs;
 use crate::service::storage::disk;
 use crate::service::storage::folder::FolderKind;
+use crate::service::storage::shared_blobs::SharedBlobs;
 use std::io;
 use std::path::{Path, PathBuf};
 use uuid::Uuid;
@@ -45,6 +47,14 @@ impl Files {
         }
         let tiles = tiles_in(folder)?;
         Ok(Self { scenes: Box::new(scenes), pictures: Box::new(pictures), shared: false, tiles })
+    }
+
+    /// Those that other fronts have, too; only tiles that are rendered here are in a folder.
+    pub(super) fn shared(farm: &Farm, folder: &Path) -> io::Result<Self> {
+        let shelf = |name, by_digest| SharedBlobs::new(farm.objects.clone(), farm.runtime.clone(), name, by_digest);
+        let (scenes, pictures) = (shelf("scenes", true), shelf("pictures", false));
+        let tiles = tiles_in(folder)?;
+        Ok(Self { scenes: Box::new(scenes), pictures: Box::new(pictures), shared: true, tiles })
     }
 
     /// Whether there is any.
@@ -176,8 +186,9 @@ impl Jobs {
 impl Registry {
     /// A job needs the text of its scene no more.
     pub(super) fn release_scene(&mut self, record: &Record, files: &Files) {
-        if self.scenes.remove(&record.spec.scene) && !files.shared {
-            files.scenes.remove(&record.spec.scene);
+        let name = &record.spec.scene;
+        if self.scenes.remove(name) {
+            if files.shared { files.scenes.forget(name) } else { files.scenes.remove(name) }
         }
     }
 
@@ -194,8 +205,8 @@ impl Registry {
     /// A job has its pictures no more.
     pub(super) fn release_pictures(&mut self, record: &Record, files: &Files) {
         for name in record.picture_names() {
-            if self.pictures.remove(&name) && !files.shared {
-                files.remove_picture(&name);
+            if self.pictures.remove(&name) {
+                if files.shared { files.pictures.forget(&name) } else { files.remove_picture(&name) }
             }
         }
     }

@@ -5,14 +5,16 @@
 //! tiles are.
 
 use super::Jobs;
+use super::backend::disk;
 use super::canvas::Canvas;
 use super::files::frame_name;
 use super::finish::{Coded, JobFiles, code};
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, JobSpec, Record};
 use super::registry::pixel_bytes;
-use super::run::{begin, disk, recover, scene_is_gone, stopped, stopped_or, tiles, when_there_is_room, whole};
+use super::run::{Begun, backend, begin, farm_for, recover, scene_is_gone, tiles, when_there_is_room, whole};
 use crate::service::clock::milliseconds;
+use crate::service::farm::Farm;
 use crate::service::scenes::cache::{Form, SentScene};
 use crate::service::scenes::ids::ImageId;
 use crate::service::scenes::prepared::PreparedScene;
@@ -41,6 +43,8 @@ struct Traced {
 struct Film<'a> {
     jobs: &'a Jobs,
     job: &'a Arc<Job>,
+    /// Who renders the tiles, if it is not this process.
+    farm: Option<&'a Arc<Farm>>,
     workers: &'a Workers,
     sequence: &'a Sequence,
     base: &'a Arc<PreparedScene>,
@@ -52,15 +56,16 @@ struct Film<'a> {
 /// Works on a sequence until all of its frames are finished.
 pub(super) fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let began = Instant::now();
-    let (workers, spec, edge) = begin(jobs, job)?;
+    let Begun { workers, spec, edge, .. } = begin(jobs, job)?;
     let text = when_there_is_room(job, || jobs.scene(&spec.scene));
-    let text = text.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
+    let text = text.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
     let text = text.ok_or_else(scene_is_gone)?;
     let (sequence, scene) = split(text.as_ref()).ok_or_else(scene_is_gone)?;
     let (building, form) = (Instant::now(), Form::Whole(spec.format));
     let sent = SentScene::new(scene, &form, &spec.settings);
     let base = when_there_is_room(job, || jobs.cache.to_vary(&workers, &sent));
-    let base = base.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
+    let base = base.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    let farm = farm_for(jobs, job, edge, &base, text.as_ref())?;
     drop(text);
     let bvh_ms = milliseconds(building);
     job.record().stats.bvh_ms = bvh_ms;
@@ -71,10 +76,10 @@ pub(super) fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let sampling = sampling_bytes(&base.scene, u64::from(base.scene.width) * u64::from(base.scene.height));
     let bytes = pixel_bytes(&job.record()) + base.scene.stack_bytes() * workers.threads() as u64 + sampling;
     let taken = when_there_is_room(job, || share.grow(bytes));
-    taken.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
+    taken.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
     let rendering = Instant::now();
     *locked(&job.begun) = Some(rendering);
-    let film = Film { jobs, job, workers: &workers, sequence: &sequence, base: &base, spec: &spec, edge, began };
+    let film = Film { jobs, job, farm, workers: &workers, sequence: &sequence, base: &base, spec: &spec, edge, began };
     film.all()?;
     job.record().stats.render_ms = milliseconds(rendering);
     Ok(())
@@ -91,10 +96,10 @@ impl Film<'_> {
             let rendered = missing.iter().try_for_each(|number| {
                 let frame = self.trace(*number)?;
                 // It fails if the writer has stopped, which has stopped the job.
-                traced.send(frame).map_err(|_| stopped(self.job))
+                traced.send(frame).map_err(|_| self.job.why_stopped())
             });
             drop(traced);
-            let written = writer.join().unwrap_or_else(|_| Err(stopped(self.job)));
+            let written = writer.join().unwrap_or_else(|_| Err(self.job.why_stopped()));
             rendered.and(written)
         })
     }
@@ -126,24 +131,25 @@ impl Film<'_> {
 
     /// Renders a frame, all but its file.
     fn trace(&self, number: u32) -> Result<Traced, Stopped> {
-        let Self { jobs, job, workers, sequence, base, spec, edge, began } = *self;
+        let Self { jobs, job, farm, workers, sequence, base, spec, edge, began } = *self;
         let overrides: &Overrides = &spec.settings;
         let frame = sequence.frame(number);
         let ready = when_there_is_room(job, || jobs.cache.frame(workers, base, frame, overrides, |_| Ok(())));
-        let ready = ready.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
+        let ready = ready.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
         job.begin_frame(number);
         if edge == 0 {
-            whole(job, &ready, spec.output, workers, began).map_err(|Cancelled| stopped(job))?;
+            whole(job, &ready, spec.output, workers, began).map_err(|Cancelled| job.why_stopped())?;
         } else {
-            // Tiles of another frame are none of this one.
-            let owner = frame_name(&job.record().id, number);
-            let file = recover(jobs, job, &owner).map_err(|error| disk(&error))?;
-            tiles(job, &ready, workers, file).map_err(|Cancelled| stopped(job))?;
+            let tenant = job.record().tenant.clone();
+            let share = || locked(&jobs.registry).share(&tenant);
+            let mut backend = backend(jobs, farm, &share);
+            recover(job, &mut *backend)?;
+            tiles(job, &ready, workers, &mut *backend)?;
         }
-        let canvas = locked(&job.canvas).take().ok_or_else(|| stopped(job))?;
+        let canvas = locked(&job.canvas).take().ok_or_else(|| job.why_stopped())?;
         let cell = cell(sequence.count(), [ready.scene.width, ready.scene.height]);
         let preview = |canvas: &Canvas| small(&canvas.picture.film, cell);
-        let coded = code(canvas, preview, &ready, spec, workers, began).map_err(|Cancelled| stopped(job))?;
+        let coded = code(canvas, preview, &ready, spec, workers, began).map_err(|Cancelled| job.why_stopped())?;
         Ok(Traced { number, ready, coded })
     }
 
@@ -159,13 +165,16 @@ impl Film<'_> {
             drop(entered);
             if job.control().is_cancelled() {
                 // The file may be cut short.
-                return Err(stopped(job));
+                return Err(job.why_stopped());
             }
             let id = job.record().id.clone();
             if let Err(error) = jobs.files.put_frame(&id, number, &files) {
                 tracing::error!(%error, "a finished frame cannot be kept");
                 job.stop(disk(&error));
-                return Err(stopped(job));
+                return Err(job.why_stopped());
+            }
+            if let Some(farm) = self.farm {
+                farm.forget_results(&frame_name(&id, number));
             }
             let frames_done = {
                 let mut record = job.record();

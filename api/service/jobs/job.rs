@@ -1,6 +1,7 @@
 //! A job in memory: its record, progress and watchers.
 
 use super::canvas::Canvas;
+use super::files::frame_name;
 use super::event_log::{Events, Herald};
 use super::record::{Failure, Record, State};
 use super::tile_order::{REMEMBERED, TileOrder, meet};
@@ -199,6 +200,12 @@ impl Job {
         is_sequence.then(|| self.frame.load(Ordering::Relaxed))
     }
 
+    /// Name of what is rendered: of the job, or of its frame.
+    pub(super) fn work_name(&self) -> String {
+        let id = self.record().id.clone();
+        self.frame().map_or_else(|| id.clone(), |frame| frame_name(&id, frame))
+    }
+
     /// From now on its tiles are those of another frame.
     pub(super) fn begin_frame(&self, number: u32) {
         self.frame.store(number, Ordering::Relaxed);
@@ -290,6 +297,16 @@ impl Job {
     /// Whether any client watches it.
     pub(super) fn is_watched(&self) -> bool {
         self.watchers.load(Ordering::Relaxed) > 0
+    }
+
+    /// Why it was stopped.
+    pub(super) fn why_stopped(&self) -> Stopped {
+        self.why_stopped_or(Stopped::Failed(Failure::internal("the render ended early")))
+    }
+
+    /// Why it was stopped, or else why it has failed.
+    pub(super) fn why_stopped_or(&self, otherwise: Stopped) -> Stopped {
+        locked(&self.stopped).clone().unwrap_or(otherwise)
     }
 
     /// Stops the render, for the first reason given.

@@ -3,6 +3,7 @@
 //! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash), `pictures/` (with their cost reports, and small ones
 //! beside them; jobs share both) and `tiles/` (finished tiles of the jobs that are rendered).
 
+mod backend;
 mod canvas;
 mod checkpoint;
 #[cfg(test)]
@@ -20,8 +21,10 @@ pub(crate) mod record;
 mod records;
 mod references;
 mod registry;
+mod replica;
 mod retention;
 mod run;
+mod shared;
 mod store;
 mod submission;
 mod tile_order;
@@ -35,16 +38,19 @@ pub(crate) use submission::{Claim, KeyUse};
 
 use crate::service::clock::milliseconds;
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
 use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
 use crate::service::storage::folder::Folder;
+use crate::service::storage::revisions::Refused;
 use files::Files;
 use job::{Stopped, locked};
 use event_log::{Herald, before_life};
 use record::{Failure, Record, State, now};
-use records::{Records, Refused};
+use records::Records;
 use registry::Registry;
+use shared::Shared;
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -70,10 +76,12 @@ pub(crate) trait JobObserver: Send + Sync {
 pub(crate) struct Jobs {
     pool: Arc<Pool>,
     cache: Arc<SceneCache>,
+    /// Who renders tiles, if it is not this process.
+    farm: Option<Arc<Farm>>,
     observer: Arc<dyn JobObserver>,
     records: Box<dyn Records>,
-    /// Tells other fronts of events.
-    herald: Option<Arc<dyn Herald>>,
+    /// What the fronts of a farm have in common.
+    shared: Option<Arc<Shared>>,
     files: Files,
     /// Whether another version of the program has written records that this one cannot read.
     has_other_records: bool,
@@ -95,14 +103,46 @@ impl std::fmt::Debug for Jobs {
 }
 
 impl Jobs {
-    /// Opens a folder and resumes the jobs in it.
+    fn new(
+        pool: Arc<Pool>,
+        cache: Arc<SceneCache>,
+        farm: Option<Arc<Farm>>,
+        observer: Arc<dyn JobObserver>,
+        records: Box<dyn Records>,
+        shared: Option<Arc<Shared>>,
+        files: Files,
+        limits: JobLimits,
+        registry: Registry,
+    ) -> Arc<Self> {
+        Arc::new(Self {
+            pool,
+            cache,
+            farm,
+            observer,
+            records,
+            shared,
+            files,
+            has_other_records: false,
+            limits,
+            registry: Mutex::new(registry),
+            open: watch::Sender::new(0),
+            canceled: AtomicU64::new(0),
+            time_kept: AtomicU64::new(0),
+        })
+    }
+
+    /// Opens a folder and resumes the jobs in it, or joins the fronts of a farm.
     pub(crate) fn open(
         folder: &mut Folder,
         limits: JobLimits,
         pool: Arc<Pool>,
         cache: Arc<SceneCache>,
+        farm: Option<Arc<Farm>>,
         observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
+        if let Some(farm) = farm {
+            return Self::join(folder, limits, pool, cache, farm, observer);
+        }
         let path = &folder.path;
         let unusable = |error| {
             let advice = "The service has to write into this folder: name another with --data DIR.";
@@ -130,28 +170,23 @@ impl Jobs {
             registry.add(&Arc::new(Job::new(record, 1, None)));
         }
         let hopeless = |job: &Arc<Job>| job.record().crashes > CRASHES;
-        let hopeless: Vec<_> = registry.queued.extract_if(.., |job| hopeless(job)).collect();
+        let hopeless: Vec<_> = registry.queued.iter().filter(|job| hopeless(job)).map(Arc::clone).collect();
         folder.mark()?;
-        let jobs = Arc::new(Self {
-            pool,
-            cache,
-            observer,
-            records: Box::new(store),
-            herald: None,
-            files,
-            has_other_records: contents.others,
-            limits,
-            registry: Mutex::new(registry),
-            open: watch::Sender::new(0),
-            canceled: AtomicU64::new(0),
-            time_kept: AtomicU64::new(0),
-        });
+        let mut jobs = Self::new(pool, cache, None, observer, Box::new(store), None, files, limits, registry);
+        if let Some(jobs) = Arc::get_mut(&mut jobs) {
+            jobs.has_other_records = contents.others;
+        }
         jobs.check_orphans();
         for job in hopeless {
             jobs.finish(&job, State::Failed, Some(abandoned()));
         }
         jobs.open_next();
         Ok(jobs)
+    }
+
+    /// Who tells other fronts of events.
+    fn herald(&self) -> Option<Arc<dyn Herald>> {
+        self.shared.as_ref().map(|shared| Arc::<Shared>::clone(shared) as Arc<dyn Herald>)
     }
 
     /// Stops a job. False if it had already ended.
@@ -204,7 +239,7 @@ impl Jobs {
     pub(crate) fn close(&self) {
         let mut registry = locked(&self.registry);
         registry.closing = true;
-        if self.limits.data.is_some() || self.records.front().is_some() {
+        if self.limits.durable {
             registry.open.iter().for_each(|job| job.stop(Stopped::Suspended));
         }
     }
@@ -271,12 +306,15 @@ impl Jobs {
     /// Makes this process the one that works on a job. False if another does, or the job has ended.
     fn begin(&self, job: &Arc<Job>) -> io::Result<bool> {
         let done = job.done.load(Ordering::Relaxed) as u64;
-        self.change(job, |record| {
-            if record.state.is_final() || record.front.as_deref().is_some_and(|front| self.records.is_alive(front)) {
+        let front = self.records.front();
+        let change = |record: &mut Record| {
+            // An answer of the broker may have been lost: then this front has it already.
+            let is_other = |owner: &str| Some(owner) != front && self.records.is_alive(owner);
+            if record.state.is_final() || record.front.as_deref().is_some_and(is_other) {
                 return false;
             }
-            if let Some(front) = self.records.front() {
-                if record.state == State::Running {
+            if let Some(front) = front {
+                if record.state == State::Running && record.front.as_deref() != Some(front) {
                     record.count_crash(done);
                 }
                 record.front = Some(front.to_owned());
@@ -289,7 +327,21 @@ impl Jobs {
                 record.stats.queue_ms = started.saturating_sub(record.created) as f64;
             }
             true
-        })
+        };
+        let is_mine = loop {
+            match self.change(job, change) {
+                Err(error) if front.is_some() && !job.control().is_cancelled() => {
+                    tracing::error!(job = job.record().id, %error, "a record cannot be written");
+                    thread::sleep(BETWEEN_WRITES);
+                }
+                done => break done?,
+            }
+        };
+        if let (Some(_), true) = (front, is_mine) {
+            let record = job.record();
+            tracing::info!(job = record.id, life = record.lives, "this front begins");
+        }
+        Ok(is_mine)
     }
 
     /// Lets another process go on with a job: what is kept of it suffices. It waits again, since this end of the process is not
@@ -313,12 +365,17 @@ impl Jobs {
             self.end_record(job, record, state, failure.clone());
             is_mine
         };
+        let life = job.record().lives;
+        let mut is_doubtful = false;
         loop {
             match self.change(job, change) {
                 Ok(true) => break,
+                // It was written, and only the answer was lost.
+                Ok(false) if is_doubtful && job.record().lives == life && job.record().state.is_final() => break,
                 Ok(false) => return tracing::info!(job = job.record().id, "a job was taken by another front"),
                 Err(error) => tracing::error!(job = job.record().id, %error, "a record cannot be written"),
             }
+            is_doubtful = true;
             if self.records.front().is_none() {
                 // It has ended all the same, until the service is started again.
                 let (mut record, revision) = job.stored();
@@ -370,13 +427,15 @@ impl Jobs {
     fn ended(&self, job: &Job) {
         let record = job.record().clone();
         self.files.remove_tiles(&record.id);
+        if let Some(farm) = &self.farm {
+            farm.forget_results(&job.work_name());
+        }
         if let (false, Some(begun)) = (record.state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
         }
         self.observer.ended(&record, record.state);
         tracing::info!(job = record.id, state = record.state.name(), "a job has ended");
-        let data = serde_json::json!({ "stats": record.stats, "failure": record.failure });
-        job.events.publish(record.state.name(), data);
+        job.events.hear(end_of(&record, record.last_event.unwrap_or_default()));
     }
 
     /// Opens waiting jobs while there is room for more.
@@ -431,6 +490,12 @@ impl Jobs {
         drop(registry);
         self.open_next();
     }
+}
+
+/// The last event of a job, and its number. Every front makes it from the record.
+fn end_of(record: &Record, seq: u64) -> Event {
+    let data = serde_json::json!({ "stats": record.stats, "failure": record.failure });
+    Event { seq, name: record.state.name(), data }
 }
 
 /// Why a job is given up that no process gets on with.

@@ -15,6 +15,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use strahl::film::FileFormat;
 use tokio::sync::watch;
+use uuid::Uuid;
 
 /// Bytes for each pixel of a picture that is decoded and made smaller: 16 bits for each channel, twice.
 const DECODED_BYTES: u64 = 16;
@@ -23,6 +24,16 @@ impl Jobs {
     /// A job.
     pub(crate) fn find(&self, id: &str) -> Option<Arc<Job>> {
         locked(&self.registry).jobs.get(id).map(Arc::clone)
+    }
+
+    /// A job, also one that another front has accepted a moment ago.
+    pub(crate) async fn find_lately(&self, id: &str) -> Option<Arc<Job>> {
+        let found = self.find(id);
+        if found.is_some() || self.shared.is_none() || Uuid::try_parse(id).is_err() {
+            return found;
+        }
+        self.catch_up().await;
+        self.find(id)
     }
 
     /// What a job with this scene id renders, if there is one: of an owner, or of anybody.

@@ -282,6 +282,13 @@ pub(crate) struct Failure {
     pub(crate) detail: String,
 }
 
+impl Failure {
+    /// It is the service's fault.
+    pub(super) fn internal(detail: &str) -> Self {
+        Self { slug: "internal".into(), detail: detail.into() }
+    }
+}
+
 impl From<&Problems> for Failure {
     /// Text that is no JSON or NFF is another kind of problem than an invalid scene.
     fn from(problems: &Problems) -> Self {

@@ -3,6 +3,7 @@
 
 use super::job::Job;
 use super::record::Record;
+use crate::service::storage::revisions::Refused;
 use std::fmt;
 use std::io;
 use std::sync::Arc;
@@ -49,28 +50,4 @@ pub(super) trait Records: fmt::Debug + Send + Sync {
 
     /// Gives an idempotency key up.
     fn give_up(&self, _tenant: &str, _key: &str, _revision: u64) {}
-}
-
-/// Why a record was not written.
-#[derive(Debug)]
-pub(super) enum Refused {
-    /// Another process has written it since, or removed it.
-    Changed,
-    /// It cannot be written now.
-    Failed(io::Error),
-}
-
-impl From<io::Error> for Refused {
-    fn from(error: io::Error) -> Self {
-        Self::Failed(error)
-    }
-}
-
-impl From<Refused> for io::Error {
-    fn from(refused: Refused) -> Self {
-        match refused {
-            Refused::Changed => Self::new(io::ErrorKind::ResourceBusy, "another front changes the job at this moment"),
-            Refused::Failed(error) => error,
-        }
-    }
 }

@@ -47,6 +47,8 @@ pub(super) struct Registry {
     pub(super) pictures: References,
     /// Whether the service is shutting down, so that no more jobs are opened.
     pub(super) closing: bool,
+    /// Whether there are more jobs than are here yet, so that none is opened.
+    pub(super) loading: bool,
     /// Time of jobs divided by their estimates: a moving average.
     pub(super) slowness: Option<f64>,
     /// Changes when jobs come and go.
@@ -162,9 +164,22 @@ impl Registry {
         Some(job)
     }
 
+    /// The part of the farm that an open job of a tenant may have: tenants share it by weight, and jobs of a tenant equally.
+    pub(super) fn share(&self, tenant: &str) -> f64 {
+        let mut weights: HashMap<String, (f64, f64)> = HashMap::new();
+        for open in &self.open {
+            let open = open.record();
+            let (weight, jobs) = weights.entry(open.tenant.clone()).or_default();
+            *weight = f64::from(open.weight.max(1));
+            *jobs += 1.0;
+        }
+        let all: f64 = weights.values().map(|(weight, _)| weight).sum();
+        weights.get(tenant).map_or(1.0, |(weight, jobs)| weight / all / jobs)
+    }
+
     /// Index of the waiting job that is opened next, if one can be.
     pub(super) fn next_to_open(&self, limits: &JobLimits) -> Option<usize> {
-        if self.closing || self.open.len() >= ALL_OPEN {
+        if self.closing || self.loading || self.open.len() >= ALL_OPEN {
             return None;
         }
         let mut open: HashMap<String, (usize, u8)> = HashMap::new();

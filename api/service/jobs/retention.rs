@@ -67,6 +67,7 @@ impl Jobs {
         self.forget_all(&forgotten);
         self.make_room();
         self.remove_leftovers();
+        self.tell_late_ends();
     }
 
     /// How long a job that has ended is kept from now on: with its picture if it has one. The time that no service runs does

@@ -5,10 +5,11 @@
 
 use super::job::Job;
 use super::record::Record;
-use super::records::{Records, Refused};
+use super::records::Records;
 use crate::service::clock::RunTime;
 use crate::service::error::{StartError, panic_text};
 use crate::service::storage::disk::{self, DatabaseFile};
+use crate::service::storage::revisions::Refused;
 use redb::{Database, ReadableDatabase, ReadableTable, StorageError, TableDefinition};
 use std::cell::Cell;
 use std::fs;

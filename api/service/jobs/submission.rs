@@ -6,11 +6,12 @@ use super::event_log::Herald;
 use super::files::Files;
 use super::job::{Job, locked};
 use super::record::{Idempotency, Record, State, Stats, sha256};
-use super::records::Refused;
 use super::registry::{Registry, Unfinished, estimate, memory_of, remaining};
 use super::retention::disk_of;
+use super::run::REMOTE_EDGE;
 use crate::service::error::Error;
 use crate::service::pictures::file::PictureFile;
+use crate::service::storage::revisions::Refused;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -151,7 +152,7 @@ impl Jobs {
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
         let kept = kept.map_err(Refused::Failed).and_then(|()| self.keep_new(&record, claim));
         let mut registry = locked(&self.registry);
-        let added = kept.map(|revision| registry.find_or_add(record.clone(), revision, self.herald.clone(), files));
+        let added = kept.map(|revision| registry.find_or_add(record.clone(), revision, self.herald(), files));
         let before = registry.submitting.remove(&record.id).flatten();
         // The job itself has been counted.
         registry.release_scene(&record, files);
@@ -224,7 +225,8 @@ impl Jobs {
 
     /// The edge of tiles for a picture of some pixels that takes some milliseconds.
     pub(crate) fn tile_edge(&self, pixels: u64, estimate_ms: f64) -> u32 {
-        edge(estimate_ms / pixels as f64, self.pool.threads)
+        let edge = edge(estimate_ms / pixels as f64, self.pool.threads);
+        if self.farm.is_some() { edge.min(REMOTE_EDGE) } else { edge }
     }
 }
 

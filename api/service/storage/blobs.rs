@@ -28,6 +28,9 @@ pub(crate) trait Blobs: fmt::Debug + Send + Sync {
     /// Another process has kept bytes under a name.
     fn learn(&self, _name: &str, _bytes: u64) {}
 
+    /// No process needs what is kept under a name, which may still be there for a while.
+    fn forget(&self, _name: &str) {}
+
     /// The names of all that only this process keeps, in no order; none where others keep bytes, too.
     fn own_names(&self) -> Vec<String> {
         Vec::new()

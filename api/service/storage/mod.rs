@@ -8,4 +8,7 @@ pub(crate) mod hit_counter;
 #[cfg(test)]
 pub(crate) mod journal;
 pub(crate) mod lru_cache;
+pub(crate) mod objects;
+pub(crate) mod revisions;
 pub(crate) mod seen_by;
+pub(crate) mod shared_blobs;

@@ -25,7 +25,7 @@ const ROOMS: [(&str, &str); 3] = [
     ("", "service http cli"),
     (
         "service",
-        "values clock error concurrency_limit memory memory_budget limits storage scheduler scenes pictures sequences jobs tradeoff requests",
+        "values clock error concurrency_limit memory memory_budget limits tls storage scheduler scenes pictures sequences farm jobs tradeoff requests",
     ),
     (
         "http",

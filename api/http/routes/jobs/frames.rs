@@ -70,7 +70,7 @@ async fn frame(
     request: Request,
 ) -> Result<Response, Problem> {
     let tenant = Tenant::of(request.extensions());
-    let job = find(&app, &tenant, &id)?;
+    let job = find(&app, &tenant, &id).await?;
     sequence::frame(&app, &tenant, (request.method(), request.headers()), &job, number).await
 }
 
