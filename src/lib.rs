@@ -81,6 +81,7 @@
 //! answers    plan: effects and estimates   tradeoff: what accuracy costs
 //! pictures   render: tiles, antialiasing   inspect: single rays, ray trees, maps
 //! rays       trace: the recursion
+//! frames     sequence: cameras and bodies that move
 //! scene      scene: text -> Description -> Scene
 //! parts      shape  film  metrics  accel  shading  camera  bound: what is proved
 //! numbers    words  math  lanes  ray  control: pausing and cancelling
@@ -104,6 +105,7 @@ pub mod ray;
 pub mod reference;
 pub mod render;
 pub mod scene;
+pub mod sequence;
 pub mod shading;
 pub mod shape;
 pub mod trace;

@@ -23,6 +23,7 @@ mod scene_args;
 mod scene_file;
 mod schema;
 mod serve;
+mod sequence;
 mod session;
 mod tradeoff;
 mod tree;

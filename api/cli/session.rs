@@ -7,10 +7,13 @@ use super::scene_file::SceneFile;
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::{Pool, Workers};
 use crate::service::scheduler::task::{Class, Task};
+use std::convert::Infallible;
 use std::time::Instant;
 use strahl::film::Region;
 use strahl::render::Control;
-use strahl::scene::{Loaded, Overrides, Scene};
+use strahl::scene::compile::Original;
+use strahl::scene::{Description, Loaded, NotLoaded, Overrides, Scene};
+use strahl::sequence::Frame;
 
 /// A running command.
 #[derive(Debug)]
@@ -55,6 +58,14 @@ impl Session {
     pub(super) fn load_seen_from(&self, view: [[f64; 3]; 2]) -> Result<Loaded, Failure> {
         let overrides = Overrides { seen_from: Some(view), ..self.overrides };
         self.workers.work(|| self.file.load(&overrides))?
+    }
+
+    /// The scene of a frame.
+    pub(super) fn load_frame(&self, frame: Frame<'_>, original: Original<'_>) -> Result<Loaded, Failure> {
+        let accept = |_: &Description| Ok::<_, Infallible>(());
+        let load = || frame.load_if(original, &self.overrides, self.file.files(), accept);
+        let loaded = self.workers.work(load)?;
+        loaded.map_err(|NotLoaded::Problems(problems)| Failure::Scene { name: self.file.name.clone(), problems })
     }
 
     /// Checks and builds the scene, and plans its picture. The scene's text is gone afterwards.

@@ -131,13 +131,11 @@ pub(crate) struct JobLimits {
     /// Folder where jobs outlive the service: a new or empty one at first. Without it they are kept in a temporary folder and
     /// end with the service.
     #[arg(long, env = "STRAHL_DATA", value_name = "DIR", help_heading = "Folders")]
-    #[serde(rename = "durable", serialize_with = "is_some")]
-    #[schemars(with = "bool", description = "Whether jobs outlive the service.")]
+    #[serde(skip)]
     pub(crate) data: Option<PathBuf>,
-}
-
-fn is_some<S: Serializer>(folder: &Option<PathBuf>, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_bool(folder.is_some())
+    /// Whether jobs outlive the service.
+    #[arg(skip)]
+    pub(crate) durable: bool,
 }
 
 impl CacheLimits {

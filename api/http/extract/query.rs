@@ -228,6 +228,18 @@ impl Query {
         self.take(name, about, Values::Words(names), choice)
     }
 
+    /// One of some formats of pictures.
+    pub(crate) fn one_of(
+        &mut self,
+        name: &'static str,
+        about: &'static str,
+        formats: &[PictureFormat],
+    ) -> Option<PictureFormat> {
+        let names = formats.iter().map(|format| format.names().0.to_owned()).collect();
+        let read = |text: &str| PictureFormat::by_name(text).filter(|format| formats.contains(format));
+        self.take(name, about, Values::Words(names), read)
+    }
+
     /// The value of a parameter, as `read` understands it.
     fn take<T>(
         &mut self,

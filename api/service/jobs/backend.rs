@@ -59,7 +59,8 @@ impl Backend for Local<'_> {
         let Record { id, width, height, .. } = job.record().clone();
         let tiles = job.tiles();
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-        let file = Tiles::open(&self.files.tiles(&id), &id, [width, height], region, found);
+        // Tiles of another frame are none of this one.
+        let file = Tiles::open(&self.files.tiles(&id), &job.work_name(), [width, height], region, found);
         self.tiles = Some(file.map_err(|error| disk(&error))?);
         Ok(())
     }
@@ -79,7 +80,7 @@ impl Backend for Local<'_> {
             let next = || locked(&job.order).as_mut().and_then(TileOrder::next);
             let rendered = workers.work(|| {
                 while let Some((number, region)) = next() {
-                    let picture = render(&ready.scene, region, &job.control)?;
+                    let picture = render(&ready.scene, region, &job.control())?;
                     // It fails if the writer has stopped, which has cancelled the job.
                     done.send(Tile { number: number as u32, picture }).map_err(|_| Cancelled)?;
                 }
@@ -125,22 +126,24 @@ pub(super) struct Remote<'a> {
 
 impl Backend for Remote<'_> {
     fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
-        let Record { id, width, height, lives, .. } = job.record().clone();
-        if lives == 0 {
+        let Record { width, height, lives, .. } = job.record().clone();
+        let name = job.work_name();
+        // The first front that takes a job begins its first life.
+        if lives <= 1 {
             return Ok(());
         }
         let tiles = job.tiles();
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-        let (owner, results) = (Owner::of(&id), &self.farm.results);
+        let (owner, results) = (Owner::of(&name), &self.farm.results);
         let mut after = 0;
         let broker = |error| Stopped::Failed(Failure::internal(&format!("finished tiles cannot be read: {error}")));
-        while let Some((sequence, bytes)) = self.farm.runtime.block_on(results.next(&id, after)).map_err(broker)? {
+        while let Some((sequence, bytes)) = self.farm.runtime.block_on(results.next(&name, after)).map_err(broker)? {
             after = sequence;
             // What is damaged is rendered again.
             if let Ok(Some((tile, _))) = owner.read(&mut bytes.as_slice(), [width, height], region) {
                 found(tile);
             }
-            if job.control.is_cancelled() {
+            if job.control().is_cancelled() {
                 return Err(job.why_stopped());
             }
         }
@@ -155,17 +158,18 @@ impl Backend for Remote<'_> {
         finished: &(dyn Fn(&Tile) + Sync),
     ) -> Result<(), Stopped> {
         let record = job.record().clone();
-        let pixels = f64::from(record.width) * f64::from(record.height);
+        let (pixels, control) = (f64::from(record.width) * f64::from(record.height), job.control());
+        let frames = record.frames.map_or(1.0, |frames| f64::from(frames.count));
         let order = Order {
-            name: &record.id,
+            name: &job.work_name(),
             tenant: &record.tenant,
             class: Class::of_job(record.priority),
-            scene: scene_of(&record),
+            scene: scene_of(job),
             window: Window::whole(ready.scene.width, ready.scene.height),
             // The estimate is for all threads of this process.
-            pixel_ms: record.estimate_ms * workers.threads() as f64 / pixels,
+            pixel_ms: record.estimate_ms * workers.threads() as f64 / (pixels * frames),
             limit: self.limit,
-            control: &job.control,
+            control: &control,
         };
         let mut tiles = OfJob { job, share: self.share, finished };
         self.farm.render(&order, &mut tiles).map_err(|stopped| match stopped {
@@ -186,9 +190,10 @@ impl Backend for Remote<'_> {
 }
 
 /// The scene of a job, as nodes find it.
-pub(super) fn scene_of(record: &Record) -> SceneSource {
-    let spec = &record.spec;
-    SceneSource { text: spec.scene.clone(), format: spec.format, settings: spec.settings }
+pub(super) fn scene_of(job: &Job) -> SceneSource {
+    let frame = job.frame();
+    let spec = &job.record().spec;
+    SceneSource { text: spec.scene.clone(), format: spec.format, settings: spec.settings, frame }
 }
 
 /// The tiles of a job, as a coordinator takes them.

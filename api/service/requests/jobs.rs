@@ -16,6 +16,7 @@ use std::sync::Arc;
 use strahl::film::{FileFormat, Region};
 use strahl::scene::description::{Accuracy, ImageSize};
 use strahl::scene::{Description, Format, Overrides};
+use strahl::sequence::Sequence;
 
 /// A job that a client asks for.
 #[derive(Debug)]
@@ -24,6 +25,8 @@ pub(crate) struct WantedJob {
     pub(crate) scene: Vec<u8>,
     /// What the text is.
     pub(crate) form: Form,
+    /// The frames of a sequence.
+    pub(crate) frames: Option<Sequence>,
     /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
     /// Format of the picture.
@@ -47,7 +50,12 @@ impl Service {
         let (tenant, weight) = (task.tenant.to_string(), task.weight);
         let service = Arc::clone(self);
         let check = move |work: &Work| {
-            let WantedJob { scene, form, overrides, output, priority, labels } = wanted;
+            let mut wanted = wanted;
+            if let Some(sequence) = wanted.frames.take() {
+                let (record, text) = service.check_sequence(work, wanted, &sequence)?;
+                return Ok((Record { tenant, weight, ..record }, text));
+            }
+            let WantedJob { scene, form, overrides, output, priority, labels, .. } = wanted;
             let limits = &service.jobs.limits;
             let accept = |scene: &Description| {
                 let ImageSize { width, height } = scene.image;
@@ -135,7 +143,7 @@ impl Service {
         Ok(Some(self.make_picture(task, Source::Sent(upload), spec).await?.file))
     }
 
-    fn check_time(&self, estimate_ms: f64) -> Result<(), Error> {
+    pub(super) fn check_time(&self, estimate_ms: f64) -> Result<(), Error> {
         let max = self.jobs.limits.job_timeout.as_secs();
         if estimate_ms <= max as f64 * 1e3 {
             return Ok(());
