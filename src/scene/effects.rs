@@ -67,6 +67,7 @@ effects! {
     MetallicRoughness "metallic_roughness" Details,
     Opacity "opacity" Details,
     EnvironmentMap "environment_map" Details,
+    EnvironmentLight "environment_light" Details,
     SmoothNormals "smooth_normals" Core,
     SpotLights "spot_lights" Core,
     LightFalloff "light_falloff" Core,

@@ -9,6 +9,7 @@ use super::batch::SamplePacket;
 use super::certificate::Certificate;
 use super::color_bleeding::scatter_diffuse;
 use super::counts::{LaneCounts, RayCounts};
+use super::environment_light::light_from_around;
 use super::eye_media::media_at;
 use super::footprint::footprints;
 use super::hits::Hits;
@@ -348,6 +349,13 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                     emission = V3::select(L::mask(s, lobes.lanes), lobes.emission, emission);
                 }
                 own = own + rays.weight.times(emission);
+            }
+            if self.world.effects.has(Effect::EnvironmentLight)
+                && let Some(surroundings) = &self.world.surroundings
+            {
+                let gathers = self.world.effects.has(Effect::ColorBleeding) && !rays.gathered;
+                let light = light_from_around(s, surroundings, rays, hits, &coefficients, lobes.as_ref(), gathers);
+                own = own + rays.weight.times(light);
             }
         }
         let lobes = lobes.as_ref();

@@ -8,6 +8,7 @@ mod color_bleeding;
 mod colored_shadows;
 pub mod counts;
 mod deferred;
+mod environment_light;
 pub mod eye_media;
 mod first_hits;
 mod footprint;

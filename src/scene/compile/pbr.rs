@@ -42,7 +42,8 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures<'_>) -> 
         (!flat).then_some(BumpMap::Normals { picture, strength: normal.factor })
     });
     pbr.pictures = album.kept.into_iter().map(|(_, picture)| picture).collect();
-    let textures = bump.filter(|_| !pbr.unlit).map(|bump| Box::new(Textures { bump: Some(bump), ..Textures::default() }));
+    let textures =
+        bump.filter(|_| !pbr.unlit).map(|bump| Box::new(Textures { bump: Some(bump), ..Textures::default() }));
     let most = Most::of(&pbr);
     let white = |on: bool| narrow_rgb(if on { Rgb::ONE } else { Rgb::ZERO });
     let (mirrors, passing) = (most.mirrors(&pbr), most.passing(&pbr));
@@ -79,7 +80,11 @@ struct Album<'a, 'p> {
 impl Album<'_, '_> {
     fn picture<T: Factor>(&self, textured: &Textured<T>, meaning: Meaning) -> ImageTexture {
         let mipmap = self.pictures.get(&textured.image, meaning);
-        ImageTexture { mipmap, mapping: mapping(textured.uv, &textured.transform), wrap: textured.wrap.each().map(wrap) }
+        ImageTexture {
+            mipmap,
+            mapping: mapping(textured.uv, &textured.transform),
+            wrap: textured.wrap.each().map(wrap),
+        }
     }
 
     /// The index of a picture, which is kept.

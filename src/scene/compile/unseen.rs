@@ -33,7 +33,7 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     let scattered = world.has_material(|material, _| scatters(material) || shows(material.specular));
     world.lights.retain(|light| scattered && shows(light.color));
     let lit = world.is_lit();
-    let scattering = lit || world.rules.gathers();
+    let scattering = lit || world.rules.gathers() || world.surroundings.is_some();
     let ambient = shows(world.ambient);
     for material in &mut world.materials {
         let own_ambient = material.ambient.is_some();

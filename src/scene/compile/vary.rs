@@ -156,7 +156,7 @@ impl Scene {
 fn darkened<R: Real>(world: &World<R>, least_weight: f64) -> World<R> {
     let mut world = world.clone();
     (world.background, world.ambient, world.display) = (black(), black(), Display::default());
-    (world.environment, world.lights) = (None, Vec::new());
+    (world.environment, world.surroundings, world.lights) = (None, None, Vec::new());
     for material in &mut world.materials {
         material.emission = black();
         if let Some(pbr) = &mut material.pbr {

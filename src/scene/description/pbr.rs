@@ -1,8 +1,8 @@
 //! Materials as glTF 2.0 has them: metallic-roughness, and the extensions of it that surfaces need.
 
 use super::channel::{Channel, Textured};
-use super::{Color, is_default, is_zero, number};
 use super::object::is_false;
+use super::{Color, is_default, is_zero, number};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

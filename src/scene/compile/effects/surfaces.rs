@@ -1,12 +1,12 @@
 //! What surfaces look like.
 
+use super::approximations::metallic_roughness;
 use super::rule::{Facts, OfMaterial, Rule, Said};
 use crate::lanes::Real;
+use crate::scene::compile::pbr::forget_pictures;
 use crate::scene::description::Diffuse;
 use crate::scene::description::Material as Described;
-use crate::scene::compile::pbr::forget_pictures;
 use crate::scene::effects::Effect;
-use super::approximations::metallic_roughness;
 use crate::shading::material::Material;
 use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::checker::BaseColor;
