@@ -13,6 +13,7 @@ mod environment;
 mod film;
 mod fog;
 mod fresnel;
+mod metallic_roughness;
 mod motion;
 mod textures;
 
