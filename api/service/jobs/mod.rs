@@ -113,8 +113,8 @@ impl Jobs {
         files: Files,
         limits: JobLimits,
         registry: Registry,
-    ) -> Arc<Self> {
-        Arc::new(Self {
+    ) -> Self {
+        Self {
             pool,
             cache,
             farm,
@@ -128,7 +128,7 @@ impl Jobs {
             open: watch::Sender::new(0),
             canceled: AtomicU64::new(0),
             time_kept: AtomicU64::new(0),
-        })
+        }
     }
 
     /// Opens a folder and resumes the jobs in it, or joins the fronts of a farm.
@@ -172,10 +172,8 @@ impl Jobs {
         let hopeless = |job: &Arc<Job>| job.record().crashes > CRASHES;
         let hopeless: Vec<_> = registry.queued.iter().filter(|job| hopeless(job)).map(Arc::clone).collect();
         folder.mark()?;
-        let mut jobs = Self::new(pool, cache, None, observer, Box::new(store), None, files, limits, registry);
-        if let Some(jobs) = Arc::get_mut(&mut jobs) {
-            jobs.has_other_records = contents.others;
-        }
+        let jobs = Self::new(pool, cache, None, observer, Box::new(store), None, files, limits, registry);
+        let jobs = Arc::new(Self { has_other_records: contents.others, ..jobs });
         jobs.check_orphans();
         for job in hopeless {
             jobs.finish(&job, State::Failed, Some(abandoned()));

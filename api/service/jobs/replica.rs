@@ -48,6 +48,7 @@ impl Jobs {
         let records = Box::new(Arc::clone(&shared));
         let jobs =
             Self::new(pool, cache, Some(farm), observer, records, Some(Arc::clone(&shared)), files, limits, registry);
+        let jobs = Arc::new(jobs);
         let (all, all_heard) = mpsc::sync_channel(1);
         runtime.spawn({
             let (jobs, shared) = (Arc::clone(&jobs), Arc::clone(&shared));
