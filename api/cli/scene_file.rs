@@ -27,11 +27,16 @@ impl SceneFile {
     /// Reads the scene that the arguments name.
     pub(super) fn read(scene: &SceneArgs) -> Result<Self, Failure> {
         let (name, bytes) = read(&scene.scene)?;
+        Ok(Self::given(scene, name, bytes))
+    }
+
+    /// The scene that the arguments name, whose bytes are known.
+    pub(super) fn given(scene: &SceneArgs, name: String, bytes: Vec<u8>) -> Self {
         let format = scene.input.or_else(|| by_name(&scene.scene)).unwrap_or_else(|| by_content(&bytes));
         // A path without a folder is in the working directory.
         let parent = Path::new(&scene.scene).parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = (scene.scene != "-").then(|| TextureFolder::open(parent.unwrap_or(Path::new("."))).ok()).flatten();
-        Ok(Self { name, bytes, format, folder })
+        Self { name, bytes, format, folder }
     }
 
     /// The files that the scene may name.

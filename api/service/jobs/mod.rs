@@ -16,6 +16,7 @@ mod frames;
 mod job;
 mod leftovers;
 mod orphans;
+pub(crate) mod outbox;
 mod queries;
 pub(crate) mod record;
 mod records;
@@ -57,7 +58,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 use store::Store;
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 
 /// How often a record is changed again after another front has changed it first.
 const TRIES: u32 = 100;
@@ -88,6 +89,8 @@ pub(crate) struct Jobs {
     /// The limits.
     pub(crate) limits: JobLimits,
     registry: Mutex<Registry>,
+    /// Rings when a job has something to deliver.
+    bell: Notify,
     /// Number of open jobs.
     open: watch::Sender<usize>,
     /// Milliseconds of work on jobs that failed or were canceled.
@@ -125,6 +128,7 @@ impl Jobs {
             has_other_records: false,
             limits,
             registry: Mutex::new(registry),
+            bell: Notify::new(),
             open: watch::Sender::new(0),
             canceled: AtomicU64::new(0),
             time_kept: AtomicU64::new(0),
@@ -294,6 +298,9 @@ impl Jobs {
             *locked(&job.left) = Some(Instant::now());
         }
         job.events.ring();
+        if record.next_parcel().is_some() {
+            self.bell.notify_one();
+        }
     }
 
     /// Whether this process works on a job, or nobody does where no other could.

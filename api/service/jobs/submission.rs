@@ -180,6 +180,7 @@ impl Jobs {
             return Err(error);
         }
         if made.is_some() {
+            self.bell.notify_one();
             self.make_room();
         }
         self.open_next();

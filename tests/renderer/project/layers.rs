@@ -25,7 +25,8 @@ const ROOMS: [(&str, &str); 3] = [
     ("", "service http cli"),
     (
         "service",
-        "values clock error concurrency_limit memory memory_budget limits tls storage scheduler scenes pictures sequences farm jobs tradeoff requests",
+        "values clock error tls addresses concurrency_limit memory memory_budget limits storage scheduler scenes pictures \
+          sequences farm jobs deliveries tradeoff requests",
     ),
     (
         "http",

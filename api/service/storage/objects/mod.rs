@@ -60,7 +60,9 @@ pub(crate) enum ObjectError {
 impl fmt::Display for ObjectError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Name(name) => write!(f, "{name:?} is no name for a blob: write parts of A-Z a-z 0-9 . _ - between slashes"),
+            Self::Name(name) => {
+                write!(f, "{name:?} is no name for a blob: write parts of A-Z a-z 0-9 . _ - between slashes")
+            }
             Self::TooLarge { bytes, max } => write!(f, "the blob has {bytes} bytes, more than {max}"),
             Self::Damaged(name) => write!(f, "the blob {name} is damaged: its SHA-256 is not the one of its name"),
             Self::Store(why) => f.write_str(why),
@@ -120,7 +122,11 @@ impl Objects {
         Ok(Self { store: Arc::new(store), prefix: Name::default(), url, sorted: false })
     }
 
-    fn bucket(place: &str, rest: &str, environment: impl Iterator<Item = (String, String)>) -> Result<Self, StartError> {
+    fn bucket(
+        place: &str,
+        rest: &str,
+        environment: impl Iterator<Item = (String, String)>,
+    ) -> Result<Self, StartError> {
         let wrong = |why: &dyn fmt::Display| StartError::Settings(format!("--store {place}: {why}"));
         let (bucket, prefix) = rest.trim_end_matches('/').split_once('/').unwrap_or((rest.trim_end_matches('/'), ""));
         if bucket.is_empty() {
@@ -241,8 +247,10 @@ impl Objects {
         // A folder lists its files in no order: the first ones are known at the end.
         let mut names = BTreeSet::new();
         while let Some(object) = found.try_next().await? {
-            let parts: Option<Vec<_>> =
-                object.location.prefix_match(&self.prefix).map(|parts| parts.map(|part| part.as_ref().to_owned()).collect());
+            let parts: Option<Vec<_>> = object
+                .location
+                .prefix_match(&self.prefix)
+                .map(|parts| parts.map(|part| part.as_ref().to_owned()).collect());
             names.extend(parts.map(|parts| parts.join("/")).filter(|name| name != MARKER));
             if names.len() > most {
                 if self.sorted {
