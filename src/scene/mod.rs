@@ -3,7 +3,6 @@
 pub mod check;
 pub mod compile;
 pub mod description;
-pub mod ear_clipping;
 pub mod effects;
 pub mod light_cells;
 pub mod limits;
