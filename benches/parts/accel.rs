@@ -36,6 +36,7 @@ fn sheet(n: u32) -> Item<f32> {
             faces: (0..n * n).flat_map(square).collect(),
             normals: Vec::new(),
             uvs: Vec::new(),
+            attributes: None,
         })),
         material: 0,
         sides: Sides::Both,

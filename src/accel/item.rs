@@ -74,6 +74,17 @@ pub struct Mesh<R> {
     pub normals: Vec<[R; 3]>,
     /// Texture coordinates of each vertex, or nothing; kept only where a texture needs them.
     pub uvs: Vec<[R; 2]>,
+    /// What few meshes have.
+    pub attributes: Option<Box<Attributes<R>>>,
+}
+
+/// What few meshes have, kept only where a material needs it.
+#[derive(Debug, Clone)]
+pub struct Attributes<R> {
+    /// Other texture coordinates of each vertex, or nothing.
+    pub uvs: Vec<[R; 2]>,
+    /// Red, green, blue and alpha of each vertex, or nothing.
+    pub colors: Vec<[R; 4]>,
 }
 
 impl<R: Real> Mesh<R> {

@@ -7,6 +7,7 @@ mod lights;
 mod materials;
 mod objects;
 mod path;
+mod pbr;
 mod warnings;
 
 pub(super) use warnings::{keep_true, warnings};

@@ -1,6 +1,6 @@
 //! A checked description in the kernel's format.
 
-use super::bodies::{shape, volume};
+use super::bodies::{Kept, shape, volume};
 use super::camera::camera_of;
 use super::ceiling::ceiling;
 use super::effects::{disperses, hides_nothing, settle};
@@ -329,18 +329,13 @@ impl<'a, R: Real> Builder<'a, R> {
 
     /// The shape of a body, the known one if that will do.
     fn shape(&self, object: &'a Object, known: Option<&Item<R>>) -> (Shape<R>, Look<'a>) {
-        let needs_uvs = matches!(object, Object::Mesh(mesh) if self.needs_uvs(mesh));
-        match (known.map(|item| &item.shape), object.look()) {
-            (Some(Shape::Mesh(mesh)), Some(look)) if mesh.uvs.is_empty() != needs_uvs => {
-                (Shape::Mesh(Arc::clone(mesh)), look)
-            }
-            _ => shape(object, needs_uvs),
+        let look = object.look();
+        let material = look.and_then(|look| self.description.materials.get(look.material?));
+        let kept = Kept::of(object, material);
+        match (known.map(|item| &item.shape), look) {
+            (Some(Shape::Mesh(mesh)), Some(look)) if Kept::by(mesh) == kept => (Shape::Mesh(Arc::clone(mesh)), look),
+            _ => shape(object, kept),
         }
-    }
-
-    fn needs_uvs(&self, mesh: &d::Mesh) -> bool {
-        let material = mesh.material.as_ref().and_then(|name| self.description.materials.get(name));
-        material.is_some_and(d::Material::needs_uvs)
     }
 
     fn definition(&mut self, name: &str) -> usize {

@@ -125,6 +125,8 @@ pub enum Wrap {
     Repeat,
     /// The colours of the edges continue.
     Clamp,
+    /// The picture repeats, every other time mirrored.
+    Mirror,
 }
 
 /// Bumps: the surface is shaded as if it were raised along its normal, but its outline stays.
