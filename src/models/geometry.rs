@@ -62,7 +62,7 @@ impl Geometry {
     }
 
     /// The same with all points moved by a matrix each.
-    pub(super) fn moved(&self, matrix: impl Fn(usize) -> DMat4) -> Self {
+    pub(crate) fn moved(&self, matrix: impl Fn(usize) -> DMat4) -> Self {
         let mut moved = self.clone();
         for (i, position) in moved.positions.iter_mut().enumerate() {
             *position = matrix(i).transform_point3(DVec3::from_array(*position)).to_array();

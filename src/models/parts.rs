@@ -113,7 +113,8 @@ pub(super) fn uri(text: &str) -> Result<Uri, String> {
         let Some((_, data)) = text.split_once(";base64,") else {
             return Err("is a data URI without \";base64,\", which is not read".into());
         };
-        let bytes = if data.ends_with('=') { &BASE64 } else { &BASE64_NOPAD }.decode(data.as_bytes());
+        let base64 = if data.ends_with('=') { BASE64 } else { BASE64_NOPAD };
+        let bytes = base64.decode(data.as_bytes());
         return bytes.map(Uri::Data).map_err(|error| format!("is no base64: {error}"));
     }
     let name = percent_decoded(text);

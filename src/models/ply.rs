@@ -207,7 +207,7 @@ fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fault> {
             }
             b"property" => {
                 let mut next = text.expected("a type")?;
-                let mut scalar = |text: &mut Text<'_>| -> Result<Scalar, Fault> {
+                let scalar = |text: &mut Text<'_>| -> Result<Scalar, Fault> {
                     let word = text.expected("a type")?;
                     Scalar::named(word.text).ok_or_else(|| word.fault(Kind::Unsupported, format!("{} is no type", word.quoted())))
                 };

@@ -8,6 +8,7 @@ pub mod light_cells;
 pub mod limits;
 pub mod load;
 pub mod locate;
+pub mod model;
 pub mod named;
 pub mod nff;
 pub mod pictures;
