@@ -43,6 +43,7 @@ fn sheet(n: u32) -> Item<f32> {
         hollow: false,
         closed: true,
         may_touch: false,
+        has_holes: false,
         volume: 0.0,
         transmission: [0.0; 3],
         source: 0,

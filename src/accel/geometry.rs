@@ -247,6 +247,7 @@ mod tests {
             hollow: false,
             closed: true,
             may_touch: false,
+            has_holes: false,
             volume: 0.0,
             transmission: [0.0; 3],
             source: 0,

@@ -64,6 +64,8 @@ effects! {
     ImageTexture "image_texture" Details,
     BumpMapping "bump_mapping" Details,
     NormalMapping "normal_mapping" Details,
+    MetallicRoughness "metallic_roughness" Details,
+    Opacity "opacity" Details,
     EnvironmentMap "environment_map" Details,
     SmoothNormals "smooth_normals" Core,
     SpotLights "spot_lights" Core,

@@ -18,6 +18,8 @@ mod judgement;
 pub mod kernel;
 pub mod lighting;
 pub mod observer;
+mod opacity;
+mod pbr;
 pub mod pixel;
 pub(crate) mod pixel_sum;
 pub(crate) mod proof;

@@ -33,7 +33,10 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
     }
     let transmits = |name: &Option<String>| {
         let material = name.as_ref().and_then(|name| description.materials.get(name));
-        material.is_some_and(|m| m.transmission.0.max_element() > 0.0)
+        material.is_some_and(|m| match &m.pbr {
+            Some(pbr) => pbr.transmission.factor() > 0.0 && !pbr.thin,
+            None => m.transmission.0.max_element() > 0.0,
+        })
     };
     for (name, material) in description.materials.iter() {
         if material.one_sided && material.transmission.0.max_element() > 0.0 {

@@ -6,6 +6,7 @@ use super::ceiling::ceiling;
 use super::effects::{disperses, hides_nothing, settle};
 use super::hidden::{Hidden, hidden};
 use super::known::Known;
+use super::pbr;
 use super::lights::light;
 use super::shared_eye::is_shared;
 use super::textures::textures;
@@ -165,6 +166,8 @@ struct Builder<'a, R> {
     /// One for each of the description's, and the default material last.
     materials: Vec<Material<R>>,
     one_sided: Vec<bool>,
+    /// Which materials make sheets of all bodies.
+    thin: Vec<bool>,
     usage: Usage,
     pointers: Pointers,
     camera: Camera<R>,
@@ -195,6 +198,7 @@ impl<'a, R: Real> Builder<'a, R> {
             definitions: vec![None; description.definitions.len()],
             materials: all().map(|m| material(m, pictures)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
+            thin: all().map(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.thin)).collect(),
             usage: Usage { materials: vec![Used::default(); all().count()], ..Usage::default() },
             pointers: Pointers::default(),
             camera,
@@ -239,7 +243,7 @@ impl<'a, R: Real> Builder<'a, R> {
         // The slow twin has no cells either.
         let has_areas = self.options.bvh != BvhKind::Flat && self.description.lights.iter().any(d::Light::has_area);
         if has_areas && items.len() <= MOST_OBSTACLES {
-            let opaque = |item: &Item<R>| !self.materials[item.material as usize].transmits();
+            let opaque = |item: &Item<R>| !item.has_holes && !self.materials[item.material as usize].transmits();
             let obstacle = |(item, extent)| Obstacle::new(item, extent, opaque(item));
             self.obstacles = items.iter().zip(&extents).map(obstacle).collect();
         }
@@ -369,6 +373,7 @@ impl<'a, R: Real> Builder<'a, R> {
             hollow: false,
             closed: false,
             may_touch: false,
+            has_holes: false,
             volume: 0.0,
             transmission: [R::from_f64(0.0); 3],
             source,
@@ -398,7 +403,7 @@ impl<'a, R: Real> Builder<'a, R> {
             Object::Cone(o) => o.capped,
             Object::Box(o) => (0..3).all(|i| R::from_f64(o.min[i]) < R::from_f64(o.max[i])),
             _ => false,
-        };
+        } && !self.thin[material];
         let used = &mut self.usage.materials[material];
         (used.anywhere, used.filled) = (true, used.filled || (closed && !look.hollow));
         Item {
@@ -408,6 +413,7 @@ impl<'a, R: Real> Builder<'a, R> {
             hollow: look.hollow,
             closed,
             may_touch: false,
+            has_holes: self.materials[material].has_holes(),
             volume: known_volume.unwrap_or_else(|| if closed { volume(object) } else { 0.0 }),
             transmission: self.materials[material].transmission,
             source,
@@ -445,6 +451,9 @@ pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
 }
 
 fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Material<R> {
+    if let Some(described) = &material.pbr {
+        return pbr::material(described, pictures);
+    }
     let (ambient, diffuse, textures) = textures(material, pictures);
     Material {
         ambient,
@@ -464,6 +473,7 @@ fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Materia
         alpha: R::from_f64(material.roughness * material.roughness),
         dispersion: R::from_f64(material.dispersion),
         textures,
+        pbr: None,
     }
 }
 

@@ -10,6 +10,7 @@ use crate::math::Rgb;
 use crate::scene::description::{Accuracy, DEFAULT_MAX_DEPTH, Description};
 use crate::scene::problem::push_token;
 use crate::scene::world::World;
+use crate::shading::lobes::BRIGHTEST;
 use crate::shading::light::{Area, Falloff, Light, Source};
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::texture::checker::BaseColor;
@@ -108,6 +109,9 @@ fn of_light<R: Real>(world: &World<R>, light: &Light<R>) -> Vec<f64> {
 
 fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irradiance: &[Vec<f64>]) -> MaterialBound {
     let material = &world.materials[m];
+    if material.pbr.is_some() {
+        return layered(description, world, m, irradiance);
+    }
     let name = description.materials.get_index(m).map(|(name, _)| name);
     let (ambient, diffuse) = colors(material);
     let specular = wide(material.specular);
@@ -120,8 +124,25 @@ fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
         Fresnel::None => r_s + r_t,
         Fresnel::Dielectric => r_s.max(r_t),
         // Grazing light is mirrored completely, and what is mirrored is not transmitted.
-        Fresnel::Conductor => (r_s + r_t).max(Rgb::ONE),
+        Fresnel::Conductor | Fresnel::Layered => (r_s + r_t).max(Rgb::ONE),
     };
+    MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
+}
+
+/// Lobes reflect at most as much of light from all around as arrives, and send on at most as much. Of a light they reflect any
+/// amount to the camera, whose rays are always followed, and a limited one to others. What is only partly there lets the rest of
+/// the light pass, which is no more than the larger of what the surface sends and what comes.
+fn layered<R: Real>(description: &Description, world: &World<R>, m: usize, irradiance: &[Vec<f64>]) -> MaterialBound {
+    let material = &world.materials[m];
+    let name = description.materials.get_index(m).map(|(name, _)| name);
+    let mut adds = wide(material.emission);
+    if material.pbr.as_ref().is_some_and(|pbr| !pbr.unlit) {
+        adds += wide(world.ambient);
+        for (light, strength) in world.lights.iter().zip(irradiance) {
+            adds += wide(light.color) * strength[m] * BRIGHTEST;
+        }
+    }
+    let sends = if material.mirrors() || material.transmits() { Rgb::ONE } else { Rgb::ZERO };
     MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
 }
 

@@ -75,7 +75,7 @@ fn bump(material: &d::Material, pictures: &Pictures<'_>) -> Option<BumpMap> {
     if let Some(d::NormalMap { image }) = &material.normal_map {
         let picture = picture(image, Meaning::Normal, pictures);
         let flat = matches!(picture.mipmap.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
-        return (!flat).then_some(BumpMap::Normals(picture));
+        return (!flat).then_some(BumpMap::Normals { picture, strength: 1.0 });
     }
     let d::Bump { height, texture } = material.bump.as_ref()?;
     if *height == 0.0 {
@@ -102,7 +102,7 @@ fn picture(image: &ImageMap, meaning: Meaning, pictures: &Pictures<'_>) -> Image
     ImageTexture { mipmap, mapping, wrap }
 }
 
-fn wrap(wrap: d::Wrap) -> Wrap {
+pub(super) fn wrap(wrap: d::Wrap) -> Wrap {
     match wrap {
         d::Wrap::Repeat => Wrap::Repeat,
         d::Wrap::Clamp => Wrap::Clamp,

@@ -39,7 +39,7 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
         let own_ambient = material.ambient.is_some();
         let diffuse = scattering || (ambient && !own_ambient);
         let tilts = scattering && scatters(material) || shows(material.specular);
-        let bumps = tilts || material.mirrors() || material.transmits();
+        let bumps = tilts || material.mirrors() || material.transmits() || material.pbr.is_some();
         if let Some(textures) = &mut material.textures {
             textures.diffuse.take_if(|_| !diffuse);
             textures.ambient.take_if(|_| !ambient);

@@ -157,7 +157,12 @@ fn darkened<R: Real>(world: &World<R>, least_weight: f64) -> World<R> {
     let mut world = world.clone();
     (world.background, world.ambient, world.display) = (black(), black(), Display::default());
     (world.environment, world.lights) = (None, Vec::new());
-    world.materials.iter_mut().for_each(|material| material.emission = black());
+    for material in &mut world.materials {
+        material.emission = black();
+        if let Some(pbr) = &mut material.pbr {
+            pbr.dark = true;
+        }
+    }
     if let Some(fog) = &mut world.fog {
         fog.color = black();
     }
@@ -181,7 +186,7 @@ fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> 
         let mut items = std::mem::take(&mut geometries[geometry].items);
         for item in items.iter_mut().filter(|item| geometry != world.root || shines(item.source)) {
             let Shape::Instance(instance) = &mut item.shape else {
-                (item.material, item.transmission) = (glow, black());
+                (item.material, item.transmission, item.has_holes) = (glow, black(), false);
                 continue;
             };
             let placed = instance.geometry as usize;

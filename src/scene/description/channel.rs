@@ -46,11 +46,11 @@ pub enum Channel<T: Factor> {
 
 /// A picture times a value.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, bound = "")]
 #[schemars(inline)]
 pub struct Textured<T: Factor> {
     /// Factor on the texels. Default 1.
-    #[serde(default = "Factor::one")]
+    #[serde(default = "T::one")]
     pub factor: T,
     /// PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours
     /// are sRGB, all else is linear.

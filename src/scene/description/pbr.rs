@@ -113,6 +113,15 @@ impl Pbr {
         [("base_color", &self.base_color), ("emissive", &self.emissive), ("specular_color", &self.specular_color)]
     }
 
+    /// Whether any channel but the normals has a picture.
+    pub fn has_pictures(&self) -> bool {
+        let alpha = self.opacity.as_ref().is_some_and(|opacity| opacity.alpha.textured().is_some());
+        self.colors().iter().any(|(_, channel)| channel.textured().is_some())
+            || self.numbers().iter().any(|(_, channel)| channel.textured().is_some())
+            || self.occlusion.is_some()
+            || alpha
+    }
+
     /// Which texture coordinates its pictures lie by.
     pub fn uv_sets(&self) -> [bool; 2] {
         let mut sets = [false; 2];

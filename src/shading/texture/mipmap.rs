@@ -67,6 +67,12 @@ impl Mipmap {
         self.levels[0].texels.iter().fold([0.0; 3], most).map(f64::from)
     }
 
+    /// The smallest of each channel over all texels.
+    pub fn darkest(&self) -> [f64; 3] {
+        let least = |least: [f32; 3], texel: &[f32; 3]| std::array::from_fn(|c| least[c].min(texel[c]));
+        self.levels[0].texels.iter().fold([f32::INFINITY; 3], least).map(f64::from)
+    }
+
     /// The mean of all texels.
     pub fn mean(&self) -> [f64; 3] {
         self.levels[self.levels.len() - 1].texels[0].map(f64::from)

@@ -27,7 +27,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             .without(|world| world.materials.iter_mut().for_each(|material| material.specular = black())),
         Rule::new(Effect::Shadows, |world| world.rules.shadows.is_some(), shadows)
             .without(|world| world.rules.shadows = None),
-        Rule::new(Effect::TransmissiveShadows, lets_light_through, transmissive_shadows).without(|world| {
+        Rule::new(Effect::TransmissiveShadows, |world| lets_light_through(world) && world.transmits, transmissive_shadows).without(|world| {
             world.rules.shadows = world.rules.shadows.map(|_| Blockers::Opaque);
         }),
         Rule::new(
@@ -46,7 +46,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::of_material(
             Effect::Emission,
             OfMaterial {
-                asks: |material| is_some(material.emission).then_some("emission"),
+                asks: |material| match &material.pbr {
+                    Some(pbr) => (pbr.unlit || is_some(pbr.emissive.factor())).then_some("pbr"),
+                    None => is_some(material.emission).then_some("emission"),
+                },
                 shows: |material, _| shows(material.emission),
                 follows: false,
                 on: "surfaces shine by themselves",
@@ -99,7 +102,10 @@ fn is_colored(diffuse: &Diffuse) -> bool {
 
 fn diffuse_materials<R: Real>() -> OfMaterial<R> {
     OfMaterial {
-        asks: |material| is_colored(&material.diffuse).then_some("diffuse"),
+        asks: |material| match &material.pbr {
+            Some(pbr) => (!pbr.unlit).then_some("pbr"),
+            None => is_colored(&material.diffuse).then_some("diffuse"),
+        },
         shows: |material, _| match material.diffuse {
             BaseColor::Uniform(color) => shows(color),
             BaseColor::Checker { a, b, .. } => shows(a) || shows(b),
@@ -148,7 +154,10 @@ fn diffuse<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
 
 fn shiny_materials<R: Real>() -> OfMaterial<R> {
     OfMaterial {
-        asks: |material| is_some(material.specular).then_some("specular"),
+        asks: |material| match &material.pbr {
+            Some(pbr) => (!pbr.unlit).then_some("pbr"),
+            None => is_some(material.specular).then_some("specular"),
+        },
         shows: |material, _| shows(material.specular),
         follows: false,
         on: "lights mirror in shiny surfaces (Phong)",
@@ -199,7 +208,10 @@ fn transmissive_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
 
 fn absorbing_bodies<R: Real>() -> OfMaterial<R> {
     OfMaterial {
-        asks: |material| is_some(material.absorption).then_some("absorption"),
+        asks: |material| match &material.pbr {
+            Some(pbr) => pbr.attenuation.is_some().then_some("pbr"),
+            None => is_some(material.absorption).then_some("absorption"),
+        },
         shows: |material, used| {
             // Opaque bodies absorb light only around an eye that is inside of them.
             used.filled && shows(material.absorption) && (material.transmits() || used.around_eye)
