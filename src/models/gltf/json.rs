@@ -18,8 +18,6 @@ struct Lists<'a> {
     asset: Option<&'a RawValue>,
     scene: Option<usize>,
     #[serde(default)]
-    extensions_used: Vec<String>,
-    #[serde(default)]
     extensions_required: Vec<String>,
     #[serde(default, borrow)]
     scenes: Vec<&'a RawValue>,
@@ -75,7 +73,6 @@ struct VariantList<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Document {
     pub(super) scene: Option<usize>,
-    pub(super) extensions_used: Vec<String>,
     pub(super) extensions_required: Vec<String>,
     pub(super) scenes: Vec<Scene>,
     pub(super) nodes: Vec<Node>,
@@ -174,8 +171,6 @@ pub(super) struct Primitive {
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_materials_variants")]
     pub(super) variants: Option<Mappings>,
-    #[serde(rename = "KHR_draco_mesh_compression")]
-    pub(super) draco: Option<serde::de::IgnoredAny>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -447,7 +442,6 @@ pub(super) fn read(text: &[u8]) -> Result<Document, Faults> {
     let extensions = lists.extensions;
     let document = Document {
         scene: lists.scene,
-        extensions_used: lists.extensions_used,
         extensions_required: lists.extensions_required,
         scenes: elements.of("/scenes", lists.scenes),
         nodes: elements.of("/nodes", lists.nodes),
