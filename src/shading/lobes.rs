@@ -36,14 +36,25 @@ pub struct Lobes<L: Lanes> {
     lost: [L; 2],
     /// Width of the facets' distribution.
     width: L,
-    /// What the lacquer reflects, its width, and its normal, which bumps do not tilt.
+    /// What the lacquer reflects, and its width.
     coat: L,
     coat_width: L,
-    coat_ns: V3<L>,
+    /// The normal of the lacquer, which bumps do not tilt.
+    pub coat_ns: V3<L>,
     /// What all light from around is multiplied with: what is scattered, and what wide lobes reflect.
     pub ambient: V3<L>,
     /// The share that is scattered of light from all around.
     pub scattered: V3<L>,
+    /// The share of it that a wide lobe of the surface reflects.
+    pub blurred: V3<L>,
+    /// Roughness of the surface.
+    pub roughness: L,
+    /// The share that a wide lobe of the lacquer reflects.
+    pub coat_blurred: L,
+    /// Roughness of the lacquer.
+    pub coat_roughness: L,
+    /// The share of light from all around that arrives.
+    pub occlusion: L,
     /// The lanes whose mirror ray is followed.
     pub mirrored: u32,
     /// Factor on Fresnel's reflectance of a dielectric.
@@ -84,14 +95,14 @@ impl<L: Lanes> Lobes<L> {
         let coat_smooth = p.clearcoat_roughness.le(L::lit(s, MIRROR));
         let [a, b] = reflected_share(s, cosine, p.roughness, lanes);
         let scattered = diffuse * (one - (lost[0] * a + lost[1] * b));
-        let blurred = f0 * a + V3 { x: f90, y: f90, z: f90 } * b;
-        let mut ambient = scattered + V3::select(smooth, nothing, blurred);
-        let blurred_coat = L::mask(s, lanes) & coat.gt(zero) & !coat_smooth;
-        if blurred_coat.any() {
-            let [a, b] = reflected_share(s, coat_cosine, p.clearcoat_roughness, blurred_coat.bits());
-            let share = L::select(blurred_coat, coat * (a + b), zero);
-            ambient = ambient + V3 { x: share, y: share, z: share };
+        let blurred = V3::select(smooth, nothing, f0 * a + V3 { x: f90, y: f90, z: f90 } * b);
+        let mut coat_blurred = zero;
+        let wide_coat = L::mask(s, lanes) & coat.gt(zero) & !coat_smooth;
+        if wide_coat.any() {
+            let [a, b] = reflected_share(s, coat_cosine, p.clearcoat_roughness, wide_coat.bits());
+            coat_blurred = L::select(wide_coat, coat * (a + b), zero);
         }
+        let ambient = scattered + blurred + V3 { x: coat_blurred, y: coat_blurred, z: coat_blurred };
         let reflection = V3::select(smooth, p.specular_color * (p.specular * other), nothing);
         let all_metal = V3 { x: metal, y: metal, z: metal };
         let metal = [p.base_color * metal, all_metal].map(
@@ -112,6 +123,11 @@ impl<L: Lanes> Lobes<L> {
             coat_ns,
             ambient: ambient * p.occlusion,
             scattered,
+            blurred,
+            roughness: p.roughness,
+            coat_blurred,
+            coat_roughness: p.clearcoat_roughness,
+            occlusion: p.occlusion,
             mirrored: mirrors.bits() & lanes,
             reflection,
             metal,

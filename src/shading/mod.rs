@@ -11,4 +11,5 @@ pub mod pbr;
 pub mod phong;
 pub mod spectrum;
 mod split_sum;
+pub mod surroundings;
 pub mod texture;

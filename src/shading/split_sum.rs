@@ -24,7 +24,8 @@ impl Table {
     fn get() -> &'static Self {
         static TABLE: OnceLock<Table> = OnceLock::new();
         TABLE.get_or_init(|| {
-            let at = |i: usize| integral(ratio(i / (ROUGHNESSES + 1), COSINES), ratio(i % (ROUGHNESSES + 1), ROUGHNESSES));
+            let at =
+                |i: usize| integral(ratio(i / (ROUGHNESSES + 1), COSINES), ratio(i % (ROUGHNESSES + 1), ROUGHNESSES));
             Self((0..(COSINES + 1) * (ROUGHNESSES + 1)).map(at).collect())
         })
     }

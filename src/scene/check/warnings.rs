@@ -66,7 +66,8 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
 /// Keeps the warnings that hold for the world that was built: fog and surfaces may shine, too.
 pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, world: &World<R>) {
     let glows = world.fog.as_ref().is_some_and(|fog| shows(fog.color));
-    let shines = [Effect::AmbientLight, Effect::Emission].iter().any(|effect| world.effects.has(*effect));
+    let lights = [Effect::AmbientLight, Effect::Emission, Effect::EnvironmentLight];
+    let shines = lights.iter().any(|effect| world.effects.has(*effect));
     if glows || shines {
         warnings.retain(|warning| warning.pointer != DARK);
     }

@@ -6,8 +6,8 @@ use super::ceiling::ceiling;
 use super::effects::{disperses, hides_nothing, settle};
 use super::hidden::{Hidden, hidden};
 use super::known::Known;
-use super::pbr;
 use super::lights::light;
+use super::pbr;
 use super::shared_eye::is_shared;
 use super::textures::textures;
 use super::{CompileOptions, Source, Sources, contact, extent, unseen};
@@ -30,7 +30,9 @@ use crate::shading::fog::{Fog, Height};
 use crate::shading::light::Light;
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::spectrum::Spectrum;
+use crate::shading::surroundings::Surroundings;
 use crate::shading::texture::environment::{Environment, clear_sky};
+use crate::shading::texture::studio::studio;
 use crate::shape::Sides;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
@@ -61,7 +63,8 @@ pub(super) fn build<R: Real>(
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
-    let (background, mut environment) = surroundings(description, pictures);
+    let (background, mut environment) = seen_around(description, pictures);
+    let is_uniform = environment.is_none();
     builder.usage.enclosed = builder.hidden.surroundings;
     if builder.usage.enclosed {
         environment = None;
@@ -71,6 +74,10 @@ pub(super) fn build<R: Real>(
     if in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none()) {
         environment = None;
     }
+    let lights_surfaces = description.environment.as_ref().is_some_and(|e| e.light == d::EnvironmentLight::Fast);
+    let surroundings = environment.as_ref().filter(|_| lights_surfaces).map(|map| Arc::new(Surroundings::new(map)));
+    // One of one colour is ambient light.
+    let around = if lights_surfaces && is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
     if let Some((materials, moves)) = builder.hidden.usage(&builder.geometries, builder.materials.len()) {
         (builder.usage.materials, builder.usage.moves) = (materials, moves);
     }
@@ -87,11 +94,12 @@ pub(super) fn build<R: Real>(
         spectrum: None,
         materials: builder.materials,
         lights,
-        ambient: narrow_rgb(description.ambient.0),
+        ambient: narrow_rgb(description.ambient.0 + around),
         background: narrow_rgb(background),
         behind: (description.film.background == d::FilmBackground::Transparent).then(|| narrow_rgb(Rgb::ZERO)),
         display: Display::new(description.film.exposure, description.film.tone),
         environment,
+        surroundings,
         fog,
         camera,
         rules: Rules {
@@ -135,14 +143,15 @@ pub(super) fn build<R: Real>(
 }
 
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.
-fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
-    let Some(d::Environment { image, sky, rotate_deg, intensity }) = &description.environment else {
+fn seen_around(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
+    let Some(d::Environment { image, sky, studio: _, rotate_deg, intensity, light: _ }) = &description.environment
+    else {
         return (description.background.0, None);
     };
     let mipmap = match (image, sky) {
         (Some(image), _) => pictures.get(image, Meaning::Color),
         (None, Some(sky)) => Arc::new(clear_sky(sky.zenith.0, sky.horizon.0, sky.ground.0)),
-        (None, None) => unreachable!("the environment has been checked"),
+        (None, None) => Arc::new(studio()),
     };
     let uniform = if *intensity == 0.0 { Some([0.0; 3]) } else { mipmap.uniform() };
     match uniform {

@@ -201,6 +201,7 @@ impl Scene {
                 + size_of_val(&world.usage.materials[..])
                 + textures * (ALLOCATION + size_of::<Textures>())
                 + size_of_val(&world.lights[..])
+                + world.surroundings.as_ref().map_or(0, |surroundings| surroundings.bytes())
                 + world.light_cells.as_ref().map_or(0, |cells| cells.bytes())
         }
         let world = match &self.world {

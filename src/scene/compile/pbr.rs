@@ -17,6 +17,20 @@ use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::UvMapping;
 
 pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures<'_>) -> Material<R> {
+    if described.shadow_catcher {
+        // Nothing of it is there until a shadow falls on it, and that is black.
+        let clear = d::Pbr {
+            unlit: true,
+            opacity: Some(Box::new(d::Opacity { alpha: d::Channel::Value(0.0), mode: AlphaMode::Blend, cutoff: 0.0 })),
+            ..d::Pbr::default()
+        };
+        let mut material = material(&clear, pictures);
+        material.emission = narrow_rgb(Rgb::ZERO);
+        if let Some(pbr) = &mut material.pbr {
+            (pbr.dark, pbr.catches_shadows) = (true, true);
+        }
+        return material;
+    }
     let mut album = Album { pictures, kept: Vec::new() };
     let roughness = album.number(&described.roughness);
     let mut pbr = Pbr {
@@ -35,6 +49,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures<'_>) -> 
         clearcoat_roughness: album.number(&described.clearcoat_roughness),
         unlit: described.unlit,
         dark: false,
+        catches_shadows: false,
     };
     let bump = described.normal.as_deref().and_then(|normal| {
         let picture = album.picture(normal, Meaning::Normal);
@@ -42,7 +57,8 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures<'_>) -> 
         (!flat).then_some(BumpMap::Normals { picture, strength: normal.factor })
     });
     pbr.pictures = album.kept.into_iter().map(|(_, picture)| picture).collect();
-    let textures = bump.filter(|_| !pbr.unlit).map(|bump| Box::new(Textures { bump: Some(bump), ..Textures::default() }));
+    let textures =
+        bump.filter(|_| !pbr.unlit).map(|bump| Box::new(Textures { bump: Some(bump), ..Textures::default() }));
     let most = Most::of(&pbr);
     let white = |on: bool| narrow_rgb(if on { Rgb::ONE } else { Rgb::ZERO });
     let (mirrors, passing) = (most.mirrors(&pbr), most.passing(&pbr));
@@ -79,7 +95,11 @@ struct Album<'a, 'p> {
 impl Album<'_, '_> {
     fn picture<T: Factor>(&self, textured: &Textured<T>, meaning: Meaning) -> ImageTexture {
         let mipmap = self.pictures.get(&textured.image, meaning);
-        ImageTexture { mipmap, mapping: mapping(textured.uv, &textured.transform), wrap: textured.wrap.each().map(wrap) }
+        ImageTexture {
+            mipmap,
+            mapping: mapping(textured.uv, &textured.transform),
+            wrap: textured.wrap.each().map(wrap),
+        }
     }
 
     /// The index of a picture, which is kept.

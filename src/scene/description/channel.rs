@@ -211,7 +211,8 @@ mod tests {
         assert_eq!(from_str::<Channel<f64>>("1").unwrap(), Channel::Value(1.0));
         assert_eq!(from_str::<Channel<Color>>("\"#ffffff\"").unwrap(), Channel::Value(Color::WHITE));
         assert_eq!(from_str::<Channel<Color>>("[1, 1, 1]").unwrap(), Channel::Value(Color::WHITE));
-        let mapped: Channel<f64> = from_str(r#"{ "image": "a.png", "channel": "g", "wrap": ["clamp", "mirror"] }"#).unwrap();
+        let mapped: Channel<f64> =
+            from_str(r#"{ "image": "a.png", "channel": "g", "wrap": ["clamp", "mirror"] }"#).unwrap();
         let textured = mapped.textured().unwrap();
         assert_eq!((textured.factor, textured.channel), (1.0, Some(TexelChannel::G)));
         assert_eq!(textured.wrap.each(), [Wrap::Clamp, Wrap::Mirror]);

@@ -38,8 +38,8 @@ pub use render::{
     Accuracy, DEFAULT_MAX_DEPTH, Fixed, Precision, Proved, Rays, RenderSettings, Shadows, Statistical, Time,
 };
 pub use texture::{
-    Bump, Environment, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes, Relief, Sky,
-    Spherical, Wrap,
+    Bump, Environment, EnvironmentLight, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes,
+    Relief, Sky, Spherical, Studio, Wrap,
 };
 
 use super::named::{self, Named};

@@ -225,8 +225,7 @@ mod tests {
         let corners = [DVec3::ZERO, DVec3::new(2.0, 0.5, 0.0), DVec3::new(0.3, 3.0, 1.0)];
         let face = Face { corners: corners.map(vector), uvs: [[0.1, 0.2], [0.9, 0.3], [0.0, 1.5]], attributes: None };
         let [_, b, c] = corners;
-        let turned =
-            UvMapping::Moved { second: false, rows: [[0.0, 2.0], [-3.0, 0.5]], offset: [0.25, 4.0] };
+        let turned = UvMapping::Moved { second: false, rows: [[0.0, 2.0], [-3.0, 0.5]], offset: [0.25, 4.0] };
         check(turned, Some(&face), (b + c) / 3.0, &[b.normalize(), c.normalize()]);
         check(UvMapping::Uv, Some(&face), (b + c) / 3.0, &[b.normalize(), c.normalize()]);
         for (corner, uv) in corners.iter().zip(face.uvs) {

@@ -14,9 +14,16 @@ use crate::words::list;
 /// Codes that one mirror ray is off by roughness, of metals and of what is none.
 const MIRROR_RAY: [&[[f64; 2]]; 2] = [&[[0.0, 0.0], [0.05, 0.3], [0.1, 2.4]], &[[0.0, 0.0], [0.05, 0.05], [0.1, 0.3]]];
 
+/// Codes that surroundings blurred by the roughness are off, of metals and of what is none.
+const BLURRED: [&[[f64; 2]]; 2] = [
+    &[[0.0, 0.2], [0.1, 0.8], [0.2, 3.0], [0.3, 5.7], [0.5, 6.0], [0.6, 5.2], [1.0, 4.4]],
+    &[[0.0, 0.1], [0.1, 0.2], [0.2, 0.6], [0.3, 1.0], [0.5, 0.9], [0.6, 0.6], [1.0, 0.2]],
+];
+
 pub(super) fn metallic_roughness<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
     let used = &facts.world.usage.materials;
-    let all = facts.description.materials.iter().enumerate().filter_map(|(i, (name, m))| Some((i, name, m.pbr.as_deref()?)));
+    let all =
+        facts.description.materials.iter().enumerate().filter_map(|(i, (name, m))| Some((i, name, m.pbr.as_deref()?)));
     let (seen, unseen): (Vec<_>, Vec<_>) = all.partition(|(i, ..)| used[*i].anywhere);
     let pointers = |of: &[(usize, &String, &Pbr)]| -> Vec<String> {
         let pointer = |name| push_token(&push_token("/materials", name), "pbr");
@@ -28,12 +35,14 @@ pub(super) fn metallic_roughness<R: Real>(facts: &Facts<'_, R>, on: bool) -> Sai
             false => Said::asked("only materials that no object uses ask for it", pointers(&unseen)),
         };
     }
-    let told = seen.iter().take(MAX_POINTERS).map(|(_, name, pbr)| format!("{name}: {}", how(pbr)));
+    let lit_by_surroundings = facts.world.surroundings.is_some();
+    let told =
+        seen.iter().take(MAX_POINTERS).map(|(_, name, pbr)| format!("{name}: {}", how(pbr, lit_by_surroundings)));
     Said::asked(told.collect::<Vec<_>>().join("; "), pointers(&seen))
 }
 
 /// How a material is done.
-fn how(pbr: &Pbr) -> String {
+fn how(pbr: &Pbr, lit_by_surroundings: bool) -> String {
     if pbr.unlit {
         return "unlit".to_owned();
     }
@@ -41,13 +50,18 @@ fn how(pbr: &Pbr) -> String {
     let roughness = pbr.roughness.factor();
     let metal = pbr.metallic.factor() >= 0.5;
     let limit = if metal { 0.5 * MIRROR } else { MIRROR };
+    let blurred = if lit_by_surroundings { "blurred surroundings" } else { "ambient light" };
     parts.push(match pbr.roughness.textured() {
-        Some(_) => format!("mirror rays where roughness is at most {limit}, elsewhere ambient light"),
+        Some(_) => format!("mirror rays where roughness is at most {limit}, elsewhere {blurred}"),
         None if roughness <= limit => {
             let codes = interpolated(MIRROR_RAY[usize::from(!metal)], roughness);
             format!("mirror rays for roughness {roughness}, about {codes:.1} codes off")
         }
-        None => format!("ambient light in place of reflections, since roughness is {roughness}"),
+        None if lit_by_surroundings => {
+            let codes = interpolated(BLURRED[usize::from(!metal)], roughness);
+            format!("{blurred} for roughness {roughness}, about {codes:.1} codes off")
+        }
+        None => format!("{blurred} in place of reflections, since roughness is {roughness}"),
     });
     if pbr.transmission.factor() > 0.0 && !(pbr.roughness.textured().is_none() && roughness <= MIRROR) {
         parts.push("light that passes is not spread".to_owned());

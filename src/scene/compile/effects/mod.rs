@@ -30,7 +30,7 @@ use rule::Rule;
 pub(super) fn settle<R: Real>(world: &mut World<R>) {
     let any = |kind: fn(&Material<R>) -> bool| world.has_material(|material, _| kind(material));
     let (transmits, reflects) = (any(Material::transmits), any(Material::mirrors));
-    let conducts = world.has_material(|material, _| material.fresnel == Fresnel::Conductor);
+    let conducts = world.has_material(|material, _| matches!(material.fresnel, Fresnel::Conductor | Fresnel::Layered));
     (world.transmits, world.reflects) = (transmits, reflects);
     let has_holes = world.has_material(|material, _| material.has_holes());
     if world.rules.shadows == Some(Blockers::Transmissive) && !transmits && !has_holes {
