@@ -4,7 +4,7 @@ use super::super::fault::{Fault, Faults, Kind};
 use super::accessors;
 use super::json::{Document, Primitive};
 use super::json_materials::TextureInfo;
-use super::nodes;
+use super::{meshes, nodes};
 
 /// All references of a file.
 struct References<'a> {
@@ -255,6 +255,14 @@ pub(super) fn check_unseen(document: &Document, buffers: &super::buffers::Buffer
     const ALL: [&str; 7] = ["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"];
     for index in 0..document.accessors.len() {
         faults.note(buffers.elements::<16>(document, index, &ALL).map(drop));
+    }
+    for (i, mesh) in document.meshes.iter().enumerate() {
+        for (j, primitive) in mesh.primitives.iter().enumerate() {
+            let pointer = format!("/meshes/{i}/primitives/{j}");
+            let Some(&positions) = primitive.attributes.get("POSITION") else { continue };
+            let count = document.accessors[positions].count as usize;
+            faults.note(meshes::triangles(document, buffers, primitive, &pointer, count).map(drop));
+        }
     }
     for index in 0..document.skins.len() {
         super::skins::check(document, buffers, index, faults);

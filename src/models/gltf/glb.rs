@@ -33,6 +33,11 @@ fn fault(at: usize, kind: Kind, detail: String) -> Faults {
 /// Takes a file apart; text is its own JSON.
 pub(crate) fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Faults> {
     if !is_binary(bytes) {
+        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+        if !text.starts_with(b"{") {
+            let detail = "this is no glTF: it begins neither with \"glTF\", as binary files do, nor with \"{\"";
+            return Err(fault(0, Kind::Invalid, detail.into()));
+        }
         return Ok(Chunks { json: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), bin: None });
     }
     let (version, length) = match (word(bytes, 4), word(bytes, 8)) {

@@ -81,7 +81,7 @@ impl<const N: usize> Extremes<N> {
 }
 
 /// The corners of the box around points.
-fn corners(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+pub(super) fn corners(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
         for c in 0..3 {

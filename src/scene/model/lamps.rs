@@ -1,21 +1,39 @@
 //! Lights on a model: those of its file, or the studio's key light.
 
+use super::studio::surroundings;
 use super::{LightChoice, ModelOptions};
 use crate::math::Rgb;
 use crate::models::{Lamp, LampKind, Model, Subject, Warning};
 use crate::scene::description::{
-    Camera, Color, DirectionalLight, Falloff, Light, PointLight, SpotLight,
+    AngularArea, Camera, Color, DirectionalLight, Environment, Falloff, Light, PointLight, SpotLight,
 };
 use glam::DVec3;
 use std::f64::consts::PI;
 
+/// Intensity of the studio beside its key light: together white shows about 0.8 to the camera.
+const BESIDE_KEY: f64 = 0.8;
+/// Intensity of the studio beside the lamps of a file.
+const BESIDE_LAMPS: f64 = 0.5;
+
+/// What lights a model.
+pub(super) struct LitBy {
+    pub(super) lights: Vec<Light>,
+    pub(super) surroundings: Option<Environment>,
+    /// Whether the key light is the studio's, which casts a shadow on the floor.
+    pub(super) is_studio: bool,
+}
+
 /// The lights of the scene. The radiance of a white surface is a light's illuminance divided by pi.
-pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera) -> Vec<Light> {
+pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera) -> LitBy {
     let choice = options.light.unwrap_or_default();
     let has_lamps = !model.lamps.is_empty();
     let own = choice != LightChoice::Studio && (has_lamps || choice == LightChoice::File);
     if !own {
-        return vec![key(camera)];
+        return LitBy {
+            lights: vec![key(camera)],
+            surroundings: Some(surroundings(camera, BESIDE_KEY)),
+            is_studio: true,
+        };
     }
     let lamps = std::mem::take(&mut model.lamps);
     for (what, detail, is) in [
@@ -35,7 +53,8 @@ pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera)
             model.warnings.push(Warning { subject, what, detail, pointer });
         }
     }
-    lamps.iter().map(light).collect()
+    let surroundings = (choice == LightChoice::Auto).then(|| surroundings(camera, BESIDE_LAMPS));
+    LitBy { lights: lamps.iter().map(light).collect(), surroundings, is_studio: false }
 }
 
 fn light(lamp: &Lamp) -> Light {
@@ -72,5 +91,5 @@ fn key(camera: &Camera) -> Light {
     let over = back.cross(right);
     let to_light = -0.5 * right + 0.8 * over + 0.6 * back;
     let direction = (-to_light).to_array();
-    Light::Directional(DirectionalLight { direction, color: Color::WHITE, intensity: 0.8, area: None })
+    Light::Directional(DirectionalLight { direction, color: Color::WHITE, intensity: 0.35, area: Some(AngularArea { angle_deg: 12.0 }) })
 }

@@ -30,7 +30,7 @@ pub(super) fn materials(model: &mut Model, warnings: &mut Vec<Warning>) -> (Name
 }
 
 /// A name that no other material has.
-fn free_name(named: &Named<Material>, wanted: &str) -> String {
+pub(super) fn free_name(named: &Named<Material>, wanted: &str) -> String {
     let wanted = shortened(if wanted.is_empty() { "material" } else { wanted });
     if !named.contains_key(&wanted) {
         return wanted;
@@ -90,6 +90,7 @@ fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
         clearcoat: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.factor, TexelChannel::R)),
         clearcoat_roughness: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.roughness, TexelChannel::G)),
         unlit: material.unlit,
+        shadow_catcher: false,
     }
 }
 

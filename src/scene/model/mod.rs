@@ -6,6 +6,7 @@ mod framing;
 mod lamps;
 mod look;
 mod problems;
+mod studio;
 mod view;
 
 pub use view::View;
@@ -163,16 +164,26 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
         ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
     let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
     let camera = camera(&model, options, aspect)?;
-    let lights = lamps::lights(&mut model, options, &camera);
+    let floor = studio::floor(&model);
+    let lit_by = lamps::lights(&mut model, options, &camera);
     let mut warnings = std::mem::take(&mut model.warnings);
-    let (materials, names) = look::materials(&mut model, &mut warnings);
-    let (definitions, objects) = bodies::objects(&mut model, &names);
+    let (mut materials, names) = look::materials(&mut model, &mut warnings);
+    let (definitions, mut objects) = bodies::objects(&mut model, &names);
+    // From below it would be between the camera and the model.
+    if let Some(floor) = floor.filter(|_| lit_by.is_studio && camera.view().eye[1] > camera.view().look_at[1]) {
+        let name = look::free_name(&materials, "floor");
+        materials.insert(name.clone(), studio::catcher());
+        objects.push(floor(name));
+    }
     let mut description = Description::new(camera, objects);
     description.name = model.name.map(|name| bodies::shortened(&name));
     description.image = image;
     description.materials = materials;
     description.definitions = definitions.into();
-    description.lights = lights;
+    description.environment = lit_by.surroundings;
+    // The surroundings are all the light there is from all around.
+    description.ambient = d::Color::BLACK;
+    description.lights = lit_by.lights;
     description.film = d::Film {
         tone: ToneMapping::KhronosPbrNeutral,
         background: FilmBackground::Transparent,
