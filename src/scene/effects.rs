@@ -66,6 +66,7 @@ effects! {
     NormalMapping "normal_mapping" Details,
     MetallicRoughness "metallic_roughness" Details,
     Opacity "opacity" Details,
+    ShadowCatcher "shadow_catcher" Details,
     EnvironmentMap "environment_map" Details,
     EnvironmentLight "environment_light" Details,
     SmoothNormals "smooth_normals" Core,

@@ -88,6 +88,11 @@ impl<R: Real> Material<R> {
         self.pbr.as_ref().is_some_and(|pbr| pbr.has_holes())
     }
 
+    /// Whether it shows shadows alone.
+    pub fn catches_shadows(&self) -> bool {
+        self.pbr.as_ref().is_some_and(|pbr| pbr.catches_shadows)
+    }
+
     /// Whether a surface of this material between equal media is invisible: all light passes, none is added.
     pub fn is_perfectly_clear(&self) -> bool {
         let black = [R::from_f64(0.0); 3];

@@ -37,6 +37,8 @@ pub struct Pbr {
     pub unlit: bool,
     /// Whether it emits nothing, not even if it is unlit.
     pub dark: bool,
+    /// Whether it is there only where bodies hide lights from it.
+    pub catches_shadows: bool,
 }
 
 /// A factor, and the texel that it multiplies.

@@ -23,6 +23,7 @@ use super::ray_cones::{RayCones, around};
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
+use super::shadow_catcher::caught;
 use super::texturing::apply_textures;
 use super::wavelengths::Wavelengths;
 use crate::accel::Nearest;
@@ -335,11 +336,15 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                     self.observer.contributes(number, own);
                 }
                 own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-                go_on(self, rays, hits, lobes.opacity, lobes.lanes, number);
+                let mut opacity = lobes.opacity;
+                if self.world.effects.has(Effect::ShadowCatcher) {
+                    opacity = caught(self, rays, hits, opacity);
+                }
+                go_on(self, rays, hits, opacity, lobes.lanes, number);
                 if hits.found == 0 {
                     return;
                 }
-                let part = L::select(L::mask(s, lobes.lanes), lobes.opacity, L::lit(s, 1.0));
+                let part = L::select(L::mask(s, lobes.lanes), opacity, L::lit(s, 1.0));
                 there = RayPacket { weight: rays.weight * part, ..*rays };
                 rays = &there;
             }
@@ -359,7 +364,10 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             }
         }
         let lobes = lobes.as_ref();
-        illuminate(self, rays, hits, &coefficients, lobes, own, number, sum);
+        // In a picture of alpha lights cast shadows and nothing else.
+        if !(V::DETAILS && self.world.rules.straight) {
+            illuminate(self, rays, hits, &coefficients, lobes, own, number, sum);
+        }
         if V::DETAILS && self.world.effects.has(Effect::ColorBleeding) && !rays.gathered {
             scatter_diffuse(self, rays, hits, &coefficients, number);
         }

@@ -244,7 +244,7 @@ fn from_curve<L: Lanes>(s: L::Simd, hits: &Hits<L>, facet_cosine: L, smooth: u32
 
 /// Segments from the surface to the light; t = 1 is the light, or infinity for directional light.
 #[inline(always)]
-fn shadow_rays<L: Lanes>(s: L::Simd, place: &Place<L>, origin: V3<L>, active: L::Mask) -> Rays<L> {
+pub(super) fn shadow_rays<L: Lanes>(s: L::Simd, place: &Place<L>, origin: V3<L>, active: L::Mask) -> Rays<L> {
     let t_min = L::lit(s, 0.0);
     match *place {
         Place::Point(position) => {

@@ -29,6 +29,7 @@ pub mod ray_packet;
 mod ray_stack;
 pub mod sampling;
 pub mod secondary;
+mod shadow_catcher;
 mod sobol;
 mod texturing;
 pub mod variants;

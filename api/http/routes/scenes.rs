@@ -132,6 +132,13 @@ async fn source(
     };
     let media_type = match format {
         Format::Json => "application/json",
+        Format::Gltf if text.starts_with(b"glTF") => "model/gltf-binary",
+        Format::Gltf => "model/gltf+json",
+        Format::Obj => "model/obj",
+        Format::Stl => "model/stl",
+        Format::Ply => "model/ply",
+        // The first line names the boundary.
+        Format::Parts => "multipart/form-data",
         Format::Nff if text.starts_with(&[0x1f, 0x8b]) => "application/gzip",
         Format::Nff => "text/x-nff",
     };

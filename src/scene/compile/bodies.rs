@@ -3,7 +3,7 @@
 use crate::accel::{Attributes, Mesh, Shape};
 use crate::lanes::Real;
 use crate::scene::description::{self as d, Look, Object, Vec3, is_collapsed};
-use crate::scene::ear_clipping::triangulate;
+use crate::shape::ear_clipping::triangulate;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
 use glam::DVec3;
 use std::f64::consts::PI;

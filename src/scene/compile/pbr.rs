@@ -17,6 +17,20 @@ use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::UvMapping;
 
 pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures<'_>) -> Material<R> {
+    if described.shadow_catcher {
+        // Nothing of it is there until a shadow falls on it, and that is black.
+        let clear = d::Pbr {
+            unlit: true,
+            opacity: Some(Box::new(d::Opacity { alpha: d::Channel::Value(0.0), mode: AlphaMode::Blend, cutoff: 0.0 })),
+            ..d::Pbr::default()
+        };
+        let mut material = material(&clear, pictures);
+        material.emission = narrow_rgb(Rgb::ZERO);
+        if let Some(pbr) = &mut material.pbr {
+            (pbr.dark, pbr.catches_shadows) = (true, true);
+        }
+        return material;
+    }
     let mut album = Album { pictures, kept: Vec::new() };
     let roughness = album.number(&described.roughness);
     let mut pbr = Pbr {
@@ -35,6 +49,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures<'_>) -> 
         clearcoat_roughness: album.number(&described.clearcoat_roughness),
         unlit: described.unlit,
         dark: false,
+        catches_shadows: false,
     };
     let bump = described.normal.as_deref().and_then(|normal| {
         let picture = album.picture(normal, Meaning::Normal);

@@ -30,7 +30,9 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     if world.rules.spd_counts {
         return;
     }
-    let scattered = world.has_material(|material, _| scatters(material) || shows(material.specular));
+    let receives =
+        |material: &Material<R>| scatters(material) || shows(material.specular) || material.catches_shadows();
+    let scattered = world.has_material(|material, _| receives(material));
     world.lights.retain(|light| scattered && shows(light.color));
     let lit = world.is_lit();
     let scattering = lit || world.rules.gathers() || world.surroundings.is_some();

@@ -67,6 +67,10 @@ pub struct Pbr {
     /// Whether the surface shows `base_color` whatever the light is, and nothing else. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub unlit: bool,
+    /// Whether the surface shows shadows alone: light goes straight on through it, but for the share of the lights that bodies hide
+    /// from it, and no other key counts. Default false.
+    #[serde(skip_serializing_if = "is_false")]
+    pub shadow_catcher: bool,
 }
 
 /// How much of a surface is there.
@@ -167,6 +171,7 @@ impl Default for Pbr {
             clearcoat: value(0.0),
             clearcoat_roughness: value(0.0),
             unlit: false,
+            shadow_catcher: false,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::tokens::Place;
 use crate::scene::description::{Mesh, Vec3};
-use crate::scene::ear_clipping::{has_no_area, newell_normal, triangulate};
+use crate::shape::ear_clipping::{has_no_area, newell_normal, triangulate};
 use crate::scene::problem::{Code, Problem};
 use glam::DVec3;
 use hashbrown::hash_table::Entry;

@@ -394,3 +394,35 @@ fn what_is_written_wrong_is_said_with_its_place() {
     let absorbs_all = json!({ "attenuation": { "color": 0, "distance": 1 } });
     assert_eq!(with(absorbs_all, none), ["/materials/it/pbr/attenuation/color"]);
 }
+
+/// A floor that catches shadows is nowhere but where a lamp is hidden, in colours and in alpha.
+#[test]
+fn a_shadow_catcher_shows_shadows_alone() {
+    let scene = |light: Value, film: Value| {
+        json!({
+            "version": 1, "image": { "width": 3, "height": 1 },
+            "camera": { "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } },
+            "background": 0.5, "ambient": 1, "lights": [light], "film": film,
+            "materials": { "floor": { "pbr": { "shadow_catcher": true } } },
+            "objects": [
+                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
+                { "box": { "min": [-4, 4, -1], "max": [-3, 5, 1] } }
+            ],
+            "render": { "antialias": false }
+        })
+    };
+    // Light that comes from the left hides the middle, 4.5 below and beside the box.
+    let sun = json!({ "directional": { "direction": [3.5, -4.5, 0] } });
+    for precision in ["single", "double"] {
+        let seen = pixels(scene(sun.clone(), json!({})), precision);
+        assert_eq!(seen, [[0.5; 3], [0.0; 3], [0.5; 3]], "{precision}");
+        let film = picture(&super::scene(scene(sun.clone(), json!({ "background": "transparent" })), precision)).film;
+        assert_eq!((film.pixels, film.alpha), (vec![[0.0; 3]; 3], vec![0.0, 1.0, 0.0]), "{precision}");
+    }
+    assert!(effects(&scene(sun.clone(), json!({}))).has(Effect::ShadowCatcher));
+    // Without a lamp there is nothing to be seen of it.
+    let mut dark = scene(sun, json!({}));
+    dark["lights"] = json!([]);
+    assert!(!effects(&dark).has(Effect::ShadowCatcher));
+    assert_eq!(pixels(dark, "single"), [[0.5; 3]; 3]);
+}

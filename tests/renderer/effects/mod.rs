@@ -10,6 +10,7 @@ mod combined;
 mod convergence;
 mod emission;
 mod environment;
+mod environment_light;
 mod film;
 mod fog;
 mod fresnel;

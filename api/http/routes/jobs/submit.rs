@@ -101,11 +101,12 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
         app.drain.accepts_work()?;
         Query::of(&parts.uri)?.finish()?;
         match body::declared_format(&parts.headers)? {
-            Some(Format::Nff) => {
-                let detail = "a job is application/json; for NFF use POST /v1/render with Prefer: respond-async";
+            declared @ (None | Some(Format::Json)) => Ok(declared),
+            Some(_) => {
+                let detail =
+                    "a job is application/json; for NFF and models use POST /v1/render with Prefer: respond-async";
                 Err(Problem::new(Kind::UnsupportedMediaType, detail))
             }
-            declared => Ok(declared),
         }
     };
     let declared = match check() {

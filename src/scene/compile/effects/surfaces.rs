@@ -6,7 +6,8 @@ use crate::lanes::Real;
 use crate::scene::compile::pbr::forget_pictures;
 use crate::scene::description::Diffuse;
 use crate::scene::description::Material as Described;
-use crate::scene::effects::Effect;
+use crate::scene::effects::{Effect, MAX_POINTERS};
+use crate::scene::problem::push_token;
 use crate::shading::material::Material;
 use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::checker::BaseColor;
@@ -105,13 +106,24 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::of_material(
             Effect::Opacity,
             OfMaterial {
-                asks: |material| material.pbr.as_ref()?.opacity.as_ref().map(|_| "pbr"),
+                asks: |material| {
+                    let pbr = material.pbr.as_ref()?;
+                    (pbr.opacity.is_some() || pbr.shadow_catcher).then_some("pbr")
+                },
                 shows: |material, _| material.has_holes(),
                 follows: false,
                 on: "light goes straight on through what is only partly there, in any order, and so do shadow rays",
                 removed: "all of it is there: the cutoff is 0",
                 off: "all surfaces are there",
             },
+        ),
+        Rule::new(
+            Effect::ShadowCatcher,
+            |world| {
+                let catches = world.has_material(|material, _| material.catches_shadows());
+                catches && world.is_lit() && world.rules.shadows.is_some()
+            },
+            shadow_catcher,
         ),
         Rule::new(Effect::SmoothNormals, |world| world.usage.smooth, smooth_normals),
     ]
@@ -193,6 +205,17 @@ fn change<R>(material: &mut Material<R>, change: impl Fn(&mut Textures)) {
     change(textures);
     if textures.is_plain() {
         material.textures = None;
+    }
+}
+
+fn shadow_catcher<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let asking = facts.description.materials.iter().filter(|(_, m)| m.pbr.as_ref().is_some_and(|pbr| pbr.shadow_catcher));
+    let because: Vec<String> =
+        asking.map(|(name, _)| push_token(&push_token("/materials", name), "pbr")).take(MAX_POINTERS).collect();
+    match (on, because.is_empty()) {
+        (true, _) => Said::asked("surfaces show the shadows of lights alone", because),
+        (false, false) => Said::asked("no light casts shadows on them, or no object uses them", because),
+        (false, true) => Said::off("no surface shows shadows alone"),
     }
 }
 

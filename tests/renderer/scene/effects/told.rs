@@ -115,6 +115,9 @@ impl<R: Real> Told<'_, R> {
             Effect::EnvironmentMap => world.environment.is_some(),
             Effect::EnvironmentLight => world.surroundings.is_some(),
             Effect::MetallicRoughness => self.any(|m, _| m.pbr.is_some()),
+            Effect::ShadowCatcher => {
+                world.rules.shadows.is_some() && self.light(|_| true) && self.any(|m, _| m.catches_shadows())
+            }
             Effect::Opacity => self.item(|item| item.has_holes) && self.any(|m, _| m.has_holes()),
             Effect::SmoothNormals => self.item(|item| item.is_smooth()),
             Effect::SpotLights => self.light(|light| matches!(light.source, Source::Spot { .. })),
