@@ -9,4 +9,5 @@ mod cluster;
 #[allow(dead_code, reason = "the tests of the service use all of it")]
 mod common;
 mod failures;
+mod fronts;
 mod harness;

@@ -29,7 +29,8 @@ pub(crate) struct Access {
     /// The key file. Without one all requests are anonymous.
     keys: Option<KeyFile>,
     anonymous: Arc<Tenant>,
-    /// Signs capabilities if the key file has no secrets. They are valid until the process ends.
+    /// Signs capabilities if the key file has no secrets. They are valid until the process ends, or in a farm as long as the
+    /// broker keeps the secret.
     own: Signers,
 }
 
@@ -44,12 +45,12 @@ impl Meter for Access {
 }
 
 impl Access {
-    /// Reads the key file, if there is one.
-    pub(crate) fn open(path: Option<&Path>) -> io::Result<Self> {
+    /// Reads the key file, if there is one. Fronts of a farm have a secret in common.
+    pub(crate) fn open(path: Option<&Path>, of_farm: Option<Signers>) -> io::Result<Self> {
         Ok(Self {
             keys: path.map(KeyFile::open).transpose()?,
             anonymous: Arc::new(Tenant::anonymous()),
-            own: Signers::random()?,
+            own: of_farm.map_or_else(Signers::random, Ok)?,
         })
     }
 

@@ -10,7 +10,7 @@ use crate::http::problem::{Kind, Problem, ProblemSummary};
 use crate::http::state::{App, AppState};
 use crate::service::clock::unix_time;
 use crate::service::error::Error;
-use crate::service::jobs::record::{State as JobState, Stats};
+use crate::service::jobs::record::{Idempotency, State as JobState, Stats};
 use crate::service::jobs::{Claim, Job, KeyUse};
 use crate::service::pictures::report::Report;
 use crate::service::pictures::spec::PictureSpec;
@@ -235,13 +235,20 @@ pub(crate) enum Claimed {
 }
 
 /// Claims the key of a submission, if it has one.
-pub(crate) fn claim(app: &AppState, tenant: &Tenant, headers: &HeaderMap, request: &[u8]) -> Result<Claimed, Problem> {
+pub(crate) async fn claim(
+    app: &AppState,
+    tenant: &Tenant,
+    headers: &HeaderMap,
+    request: &[u8],
+) -> Result<Claimed, Problem> {
     let Some(key) = headers.get("idempotency-key") else { return Ok(Claimed::Now(None)) };
     let key =
         key.to_str().ok().filter(|key| (1..=KEY).contains(&key.len())).ok_or_else(|| {
             Problem::new(Kind::InvalidRequest, format!("Idempotency-Key is 1 to {KEY} letters of ASCII"))
         })?;
-    match app.service.jobs.claim(&tenant.name, key, request) {
+    let (jobs, tenant) = (Arc::clone(&app.service.jobs), tenant.name.clone());
+    let same = Idempotency::of(key, request);
+    match blocking(move || jobs.claim(&tenant, same)).await? {
         Ok(claim) => Ok(Claimed::Now(Some(claim))),
         Err(KeyUse::Same(job)) => Ok(Claimed::Before(job)),
         Err(KeyUse::Other) => {
@@ -252,6 +259,10 @@ pub(crate) fn claim(app: &AppState, tenant: &Tenant, headers: &HeaderMap, reques
             let detail =
                 "the first request with this Idempotency-Key is still being accepted; send it again in a moment";
             Err(Problem::new(Kind::Conflict, detail).retry_after(1))
+        }
+        Err(KeyUse::Unknown(error)) => {
+            tracing::error!(%error, "an idempotency key cannot be claimed");
+            Err(Problem::new(Kind::Internal, "the key cannot be kept; send the request again in a moment"))
         }
     }
 }

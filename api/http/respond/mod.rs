@@ -1,5 +1,6 @@
 //! Answers that several routes give: pictures, known images, jobs.
 
+pub(crate) mod elsewhere;
 pub(crate) mod events;
 pub(crate) mod image;
 pub(crate) mod job;

@@ -112,6 +112,11 @@ pub(crate) fn router(app: App) -> Router {
         .with_state(app)
 }
 
+/// The answer to another front, about a job that this one works on.
+pub(crate) async fn answer_front(app: App, question: Vec<u8>) -> (Vec<u8>, Vec<u8>) {
+    jobs::answer_front(app, question).await
+}
+
 /// The routes of the admin listener. Clients can neither delay its probes nor read its metrics.
 pub(crate) fn admin(app: App) -> Router {
     Router::new()

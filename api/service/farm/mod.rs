@@ -4,9 +4,12 @@ pub(crate) mod accounts;
 pub(crate) mod backlog;
 pub(crate) mod connection;
 pub(crate) mod coordinator;
+pub(crate) mod events;
+pub(crate) mod fronts;
 pub(crate) mod names;
 pub(crate) mod node;
 pub(crate) mod nodes;
+pub(crate) mod records;
 pub(crate) mod results;
 pub(crate) mod settings;
 pub(crate) mod summary;
@@ -15,11 +18,13 @@ pub(crate) mod work;
 use self::backlog::{Backlog, Counts};
 use self::connection::{Broker, reasons};
 use self::nodes::Nodes;
+use self::records::Records;
 use self::results::Results;
 use self::settings::FarmSettings;
 use self::work::SceneSource;
 use crate::service::error::StartError;
 use crate::service::storage::objects::Objects;
+use crate::service::storage::revisions::Refused;
 use async_nats::jetstream::stream::Stream;
 use std::time::Duration;
 use tokio::runtime::Handle;
@@ -76,6 +81,24 @@ impl Farm {
                 broker,
             }))
         })
+    }
+
+    /// The secret that all fronts have, which is the one of the first that offers one. Not to be called on a thread of a
+    /// runtime.
+    pub(crate) fn secret(&self, offered: [u8; 32]) -> Result<[u8; 32], StartError> {
+        let kept = || -> Result<Vec<u8>, String> {
+            let bucket = self.runtime.block_on(Records::open(&self.broker, names::SECRETS, &self.runtime))?;
+            match bucket.create(names::CAPABILITIES, offered.to_vec()) {
+                Ok(_) => Ok(offered.to_vec()),
+                Err(Refused::Changed) => {
+                    let found = bucket.get(names::CAPABILITIES).map_err(|error| error.to_string())?;
+                    Ok(found.map(|(secret, _)| secret).unwrap_or_default())
+                }
+                Err(Refused::Failed(error)) => Err(error.to_string()),
+            }
+        };
+        let wrong = |why: &str| StartError::Machine(format!("the secret of the farm's fronts cannot be read: {why}"));
+        kept().map_err(|error| wrong(&error))?.try_into().map_err(|_| wrong("it is not one of 32 bytes"))
     }
 
     /// Puts the text of a scene where nodes find it.

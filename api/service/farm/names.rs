@@ -27,6 +27,12 @@ pub(crate) const JOBS: &str = "farm_jobs";
 pub(crate) const NODES: &str = "farm_nodes";
 /// The bucket of fronts, by their ids.
 pub(crate) const FRONTS: &str = "farm_fronts";
+/// The bucket of the idempotency keys of jobs that are being accepted.
+pub(crate) const KEYS: &str = "farm_keys";
+/// The bucket of what all fronts know and nobody else may: the secret that signs capabilities.
+pub(crate) const SECRETS: &str = "farm_secrets";
+/// The key of that secret.
+pub(crate) const CAPABILITIES: &str = "capabilities";
 
 /// How long servers of a cluster may take to agree on a leader.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -50,6 +56,10 @@ const MOST_WAITING: i64 = 50_000;
 pub(crate) const NODE_AGE: Duration = Duration::from_secs(30);
 /// The same of fronts.
 pub(crate) const FRONT_AGE: Duration = Duration::from_secs(10);
+/// How long a front has for accepting a job under an idempotency key.
+pub(crate) const KEY_AGE: Duration = Duration::from_secs(120);
+/// How long it is known that a record was removed: a front that has not heard of it meanwhile looks at all of them.
+pub(crate) const REMOVED_AGE: Duration = Duration::from_secs(3_600);
 /// Events of one job that are kept, and how long.
 const JOB_EVENTS: i64 = 1_024;
 const EVENT_AGE: Duration = Duration::from_secs(3_600);
@@ -130,6 +140,21 @@ pub(crate) fn dead(tenant: &str, job: &str) -> String {
 /// Events of a job.
 pub(crate) fn events(job: &str) -> String {
     format!("farm.ev.{job}")
+}
+
+/// The job of whose events this is the subject.
+pub(crate) fn job_of_events(subject: &str) -> Option<&str> {
+    subject.strip_prefix("farm.ev.")
+}
+
+/// Where other fronts ask a front. It is not kept.
+pub(crate) fn front(id: &str) -> String {
+    format!("farm.front.{id}")
+}
+
+/// Key of an idempotency key of a tenant.
+pub(crate) fn idempotency(tenant: &str, digest: &str) -> String {
+    format!("{}.{digest}", token(tenant))
 }
 
 /// Tells nodes to drop work of a job. It is not kept.
@@ -246,7 +271,7 @@ fn streams(num_replicas: usize) -> [Config; 5] {
     ]
 }
 
-fn buckets(num_replicas: usize) -> [kv::Config; 3] {
+fn buckets(num_replicas: usize) -> [kv::Config; 5] {
     let of = |bucket: &str, max_age| kv::Config {
         bucket: bucket.into(),
         history: 1,
@@ -255,7 +280,13 @@ fn buckets(num_replicas: usize) -> [kv::Config; 3] {
         max_age,
         ..kv::Config::default()
     };
-    [of(JOBS, Duration::ZERO), of(NODES, NODE_AGE), of(FRONTS, FRONT_AGE)]
+    [
+        kv::Config { limit_markers: Some(REMOVED_AGE), ..of(JOBS, Duration::ZERO) },
+        of(NODES, NODE_AGE),
+        of(FRONTS, FRONT_AGE),
+        of(KEYS, KEY_AGE),
+        of(SECRETS, Duration::ZERO),
+    ]
 }
 
 /// The queue of a class. Work that is not acknowledged goes to another node after the lease.

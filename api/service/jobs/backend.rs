@@ -79,7 +79,7 @@ impl Backend for Local<'_> {
             let next = || locked(&job.order).as_mut().and_then(TileOrder::next);
             let rendered = workers.work(|| {
                 while let Some((number, region)) = next() {
-                    let picture = render(&ready.scene, region, &job.control)?;
+                    let picture = render(&ready.scene, region, &job.control())?;
                     // It fails if the writer has stopped, which has cancelled the job.
                     done.send(Tile { number: number as u32, picture }).map_err(|_| Cancelled)?;
                 }
@@ -126,7 +126,8 @@ pub(super) struct Remote<'a> {
 impl Backend for Remote<'_> {
     fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
         let Record { id, width, height, lives, .. } = job.record().clone();
-        if lives == 0 {
+        // The first front that takes a job begins its first life.
+        if lives <= 1 {
             return Ok(());
         }
         let tiles = job.tiles();
@@ -140,7 +141,7 @@ impl Backend for Remote<'_> {
             if let Ok(Some((tile, _))) = owner.read(&mut bytes.as_slice(), [width, height], region) {
                 found(tile);
             }
-            if job.control.is_cancelled() {
+            if job.control().is_cancelled() {
                 return Err(job.why_stopped());
             }
         }
@@ -155,7 +156,7 @@ impl Backend for Remote<'_> {
         finished: &(dyn Fn(&Tile) + Sync),
     ) -> Result<(), Stopped> {
         let record = job.record().clone();
-        let pixels = f64::from(record.width) * f64::from(record.height);
+        let (pixels, control) = (f64::from(record.width) * f64::from(record.height), job.control());
         let order = Order {
             name: &record.id,
             tenant: &record.tenant,
@@ -165,7 +166,7 @@ impl Backend for Remote<'_> {
             // The estimate is for all threads of this process.
             pixel_ms: record.estimate_ms * workers.threads() as f64 / pixels,
             limit: self.limit,
-            control: &job.control,
+            control: &control,
         };
         let mut tiles = OfJob { job, share: self.share, finished };
         self.farm.render(&order, &mut tiles).map_err(|stopped| match stopped {

@@ -2,14 +2,17 @@
 
 use super::Jobs;
 use super::job::{Job, locked};
-use super::record::{Record, State};
+use super::record::{Record, sha256};
 use super::registry::Registry;
 use super::upgrade;
+use crate::service::farm::Farm;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::scenes::ids::is_image_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
+use crate::service::storage::blobs::Blobs;
 use crate::service::storage::disk;
 use crate::service::storage::folder::FolderKind;
+use crate::service::storage::shared_blobs::SharedBlobs;
 use std::io;
 use std::path::{Path, PathBuf};
 use uuid::Uuid;
@@ -21,25 +24,34 @@ const PREVIEW: &str = ".preview";
 #[derive(Debug)]
 pub(super) struct Files {
     /// Texts of scenes by their SHA-256.
-    pub(super) scenes: BlobStore,
+    pub(super) scenes: Box<dyn Blobs>,
     /// Pictures by the names of their images, or else of their jobs, and small ones beside them.
-    pub(super) pictures: BlobStore,
+    pub(super) pictures: Box<dyn Blobs>,
+    /// Whether other fronts have the scenes and pictures, too.
+    pub(super) shared: bool,
     /// Of finished tiles, by job.
     tiles: PathBuf,
 }
 
 impl Files {
-    /// Opens the folders in a folder, or makes them; whether what is put there outlives a power cut.
-    pub(super) fn open(folder: &Path, durable: bool) -> io::Result<Self> {
-        let scenes = BlobKind { is_name: is_hash, durable };
-        let pictures = BlobKind { is_name: is_picture, durable };
-        let tiles = folder.join("tiles");
-        disk::create_folder(&tiles)?;
-        Ok(Self {
-            scenes: BlobStore::open(&folder.join("scenes"), u64::MAX, scenes)?,
-            pictures: BlobStore::open(&folder.join("pictures"), u64::MAX, pictures)?,
-            tiles,
-        })
+    /// Opens the folders in a folder, or makes them; whether what is put there outlives a power cut, and whether an old version
+    /// may have written what is there.
+    pub(super) fn open(folder: &Path, durable: bool, is_old: bool) -> io::Result<Self> {
+        let scenes = BlobStore::open(&folder.join("scenes"), u64::MAX, BlobKind { is_name: is_hash, durable })?;
+        let pictures = BlobStore::open(&folder.join("pictures"), u64::MAX, BlobKind { is_name: is_picture, durable })?;
+        if is_old {
+            scenes.upgrade(|name, text| sha256(text) == name)?;
+        }
+        let tiles = tiles_in(folder)?;
+        Ok(Self { scenes: Box::new(scenes), pictures: Box::new(pictures), shared: false, tiles })
+    }
+
+    /// Those that other fronts have, too; only tiles that are rendered here are in a folder.
+    pub(super) fn shared(farm: &Farm, folder: &Path) -> io::Result<Self> {
+        let shelf = |name, by_digest| SharedBlobs::new(farm.objects.clone(), farm.runtime.clone(), name, by_digest);
+        let (scenes, pictures) = (shelf("scenes", true), shelf("pictures", false));
+        let tiles = tiles_in(folder)?;
+        Ok(Self { scenes: Box::new(scenes), pictures: Box::new(pictures), shared: true, tiles })
     }
 
     /// Whether there is any.
@@ -56,6 +68,16 @@ impl Files {
     pub(super) fn size(&self, name: &str) -> u64 {
         let pictures = [name, &(name.to_owned() + PREVIEW)].map(|name| self.pictures.size(name));
         pictures.into_iter().chain([self.scenes.size(name)]).flatten().sum()
+    }
+
+    /// Takes note of what other fronts keep for a job.
+    pub(super) fn learn(&self, record: &Record) {
+        if record.needs_scene() {
+            self.scenes.learn(&record.spec.scene, record.text_bytes);
+        }
+        if record.has_picture() {
+            self.pictures.learn(&record.picture_name(), record.stats.picture_bytes);
+        }
     }
 
     /// What is known about it.
@@ -76,6 +98,12 @@ impl Files {
     /// Puts a small picture beside it.
     pub(super) fn put_preview(&self, record: &Record, png: &[u8]) -> io::Result<()> {
         self.pictures.put(&preview_name(record), b"", png)
+    }
+
+    /// Removes a picture and the small one beside it.
+    pub(super) fn remove_picture(&self, record: &Record) {
+        self.pictures.remove(&record.picture_name());
+        self.pictures.remove(&preview_name(record));
     }
 
     /// Where the tiles of a job are.
@@ -100,11 +128,17 @@ impl Files {
 }
 
 impl Jobs {
-    /// Puts the picture of a job on disk. It is the job's from now on, whose record has to say so next.
+    /// Puts the picture of a job on disk. It is held until [`Self::let_go`], before which the job's record has to say that it
+    /// is the job's.
     pub(super) fn keep_picture(&self, record: &Record, made: &PictureFile, preview: &[u8]) -> io::Result<()> {
         locked(&self.registry).pictures.add(&record.picture_name());
         let kept = self.files.put_picture(record, made).and_then(|()| self.files.put_preview(record, preview));
-        kept.inspect_err(|_| locked(&self.registry).release_picture(record, &self.files))
+        kept.inspect_err(|_| self.let_go(record))
+    }
+
+    /// The picture of a job is not held any more.
+    pub(super) fn let_go(&self, record: &Record) {
+        locked(&self.registry).release_picture(record, &self.files);
     }
 
     /// Puts the picture of a job on disk again, unless the job has expired meanwhile.
@@ -114,24 +148,26 @@ impl Jobs {
         if let Err(error) = self.files.put_picture(&record, made) {
             tracing::warn!(job = record.id, %error, "a picture that was rendered again cannot be kept");
         }
-        locked(&self.registry).release_picture(&record, &self.files);
+        self.let_go(&record);
     }
 }
 
+/// Where other fronts have the files, too, they go later: one of those may be about to need them (`leftovers.rs`).
 impl Registry {
     /// A job needs the text of its scene no more.
     pub(super) fn release_scene(&mut self, record: &Record, files: &Files) {
-        if self.scenes.remove(&record.spec.scene) {
-            files.scenes.remove(&record.spec.scene);
+        let name = &record.spec.scene;
+        if self.scenes.remove(name) {
+            if files.shared { files.scenes.forget(name) } else { files.scenes.remove(name) }
         }
     }
 
     /// A job needs no file any more.
     pub(super) fn release_files(&mut self, record: &Record, files: &Files) {
-        if record.state == State::Succeeded {
+        if record.has_picture() {
             self.release_picture(record, files);
         }
-        if record.state.needs_scene() {
+        if record.needs_scene() {
             self.release_scene(record, files);
         }
     }
@@ -140,8 +176,7 @@ impl Registry {
     pub(super) fn release_picture(&mut self, record: &Record, files: &Files) {
         let name = record.picture_name();
         if self.pictures.remove(&name) {
-            files.pictures.remove(&name);
-            files.pictures.remove(&preview_name(record));
+            if files.shared { files.pictures.forget(&name) } else { files.remove_picture(record) }
         }
     }
 }
@@ -149,6 +184,13 @@ impl Registry {
 /// Name of the picture that a file is, or that it is a small one of.
 pub(super) fn picture_of(name: &str) -> &str {
     name.strip_suffix(PREVIEW).unwrap_or(name)
+}
+
+/// The folder of tiles in a folder.
+fn tiles_in(folder: &Path) -> io::Result<PathBuf> {
+    let tiles = folder.join("tiles");
+    disk::create_folder(&tiles)?;
+    Ok(tiles)
 }
 
 fn preview_name(record: &Record) -> String {

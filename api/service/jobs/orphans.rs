@@ -35,8 +35,8 @@ impl Jobs {
         let (mut removed, mut kept) = (0, 0);
         let mut count = |is_old: bool| if is_old { removed += 1 } else { kept += 1 };
         let (scenes, pictures) = (&self.files.scenes, &self.files.pictures);
-        let orphans = scenes.names().into_iter().filter(|name| !registry.scenes.has(name)).map(|name| (scenes, name));
-        let of_pictures = pictures.names().into_iter().filter(|name| !registry.pictures.has(picture_of(name)));
+        let orphans = scenes.own_names().into_iter().filter(|name| !registry.scenes.has(name)).map(|name| (scenes, name));
+        let of_pictures = pictures.own_names().into_iter().filter(|name| !registry.pictures.has(picture_of(name)));
         for (store, name) in orphans.chain(of_pictures.map(|name| (pictures, name))) {
             let is_old = store.age(&name) >= age;
             count(is_old);

@@ -3,8 +3,11 @@
 use crate::service::clock::unix_time;
 use crate::service::error::Error;
 use crate::service::pictures::spec::PictureSpec;
+use data_encoding::HEXLOWER;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::ops::Not;
 use strahl::film::FileFormat;
 use strahl::scene::problem::Code;
 use strahl::scene::{Format, Overrides, Problems};
@@ -72,9 +75,32 @@ pub(crate) struct Record {
     pub(crate) last_event: Option<u64>,
     /// Grows with each change that its owner makes.
     pub(crate) version: u64,
+    /// In a farm: the front that works on it, or that has yet to remove what it leaves behind.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) front: Option<String>,
+    /// In a farm: bytes of the text of its scene.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub(crate) text_bytes: u64,
+    /// In a farm: whether its owner does not want to see it any more. It goes when what it leaves behind is gone.
+    #[serde(default, skip_serializing_if = "Not::not")]
+    pub(crate) forgotten: bool,
+}
+
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }
 
 impl Record {
+    /// Whether it needs the text of its scene.
+    pub(super) fn needs_scene(&self) -> bool {
+        self.state.needs_scene() && !self.forgotten
+    }
+
+    /// Whether it has a picture.
+    pub(super) fn has_picture(&self) -> bool {
+        self.state == State::Succeeded && !self.forgotten
+    }
+
     /// Notes that the process has ended while it rendered this job, whose tiles took `tile_bytes`.
     pub(super) fn count_crash(&mut self, tile_bytes: u64) {
         self.crashes = if tile_bytes > self.tile_bytes { 0 } else { self.crashes + 1 };
@@ -119,6 +145,9 @@ impl Record {
             tile_bytes: 0,
             last_event: None,
             version: 1,
+            front: None,
+            text_bytes: 0,
+            forgotten: false,
         }
     }
 }
@@ -189,6 +218,18 @@ pub(crate) struct Idempotency {
     pub(crate) key: String,
     /// SHA-256 of the request, in hexadecimal digits.
     pub(crate) request: String,
+}
+
+impl Idempotency {
+    /// A key, and what was submitted with it.
+    pub(crate) fn of(key: &str, request: &[u8]) -> Self {
+        Self { key: key.to_owned(), request: sha256(request) }
+    }
+}
+
+/// SHA-256 in hexadecimal digits.
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    HEXLOWER.encode(&Sha256::digest(bytes))
 }
 
 /// Cost of a job, over all restarts.

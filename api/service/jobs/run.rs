@@ -1,13 +1,13 @@
 //! Rendering one job, from its record to its picture, on a thread of its own.
 
-use super::Jobs;
 use super::backend::{Backend, Local, Remote, disk, scene_of};
 use super::canvas::Canvas;
 use super::finish::finish;
 use super::job::{Job, Stopped, locked};
-use super::record::{Failure, Record, State, now};
+use super::record::{Failure, Record, State};
 use super::registry::pixel_bytes;
 use super::tile_order::TileOrder;
+use super::{CRASHES, Jobs, abandoned};
 use crate::service::clock::milliseconds;
 use crate::service::error::{Error, panic_text};
 use crate::service::pictures::assembly::{empty, paste};
@@ -39,7 +39,7 @@ const BETWEEN_TRIES: Duration = Duration::from_millis(200);
 const BETWEEN_REPORTS: Duration = Duration::from_millis(200);
 
 /// Works on a job until it is final or suspended.
-pub(super) fn run(jobs: &Jobs, job: &Job) {
+pub(super) fn run(jobs: &Jobs, job: &Arc<Job>) {
     let done = catch_unwind(AssertUnwindSafe(|| work(jobs, job)));
     let end = match done {
         Ok(Ok(())) => None,
@@ -52,36 +52,34 @@ pub(super) fn run(jobs: &Jobs, job: &Job) {
     *locked(&job.canvas) = None;
     *locked(&job.order) = None;
     match end {
-        // What is on disk suffices to go on. It waits again: this end of the process is not the job's fault.
-        Some(Stopped::Suspended) => {
-            job.record().state = State::Queued;
-            if let Err(error) = jobs.save(job) {
-                tracing::error!(%error, "a record cannot be written");
-            }
-        }
+        Some(Stopped::Taken) => {}
+        Some(Stopped::Suspended) => jobs.suspend(job),
         Some(Stopped::Canceled) => jobs.finish(job, State::Canceled, None),
         Some(Stopped::Failed(failure)) => jobs.finish(job, State::Failed, Some(failure)),
-        None => jobs.finish(job, State::Succeeded, None),
+        None => {
+            jobs.finish(job, State::Succeeded, None);
+            let record = job.record().clone();
+            jobs.let_go(&record);
+        }
     }
 }
 
-fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
+fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let began = Instant::now();
+    if !jobs.begin(job).map_err(|error| disk(&error))? {
+        return Err(Stopped::Taken);
+    }
     let (task, spec, edge) = {
-        let mut record = job.record();
-        record.state = State::Running;
-        let started = now();
-        if record.started.is_none() {
-            record.started = Some(started);
-            record.stats.queue_ms = started.saturating_sub(record.created) as f64;
+        let record = job.record();
+        if record.crashes > CRASHES {
+            return Err(Stopped::Failed(abandoned()));
         }
         let (tenant, weight) = (record.tenant.as_str().into(), record.weight);
         let task =
             Task { class: Class::Jobs, tenant, weight, priority: Arc::clone(&job.priority), waiting_since: job.since };
         (task, record.spec.clone(), record.edge)
     };
-    jobs.save(job).map_err(|error| disk(&error))?;
-    let workers = Arc::clone(&jobs.pool).join(task.clone(), job.control.clone());
+    let workers = Arc::clone(&jobs.pool).join(task.clone(), job.control());
     let text = when_there_is_room(job, || jobs.scene(&spec.scene));
     let text = text.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
     let text = text.ok_or_else(scene_is_gone)?;
@@ -134,7 +132,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
                 done
             })?;
         } else {
-            passes(job, &ready, &workers, &job.control, edge).map_err(|Cancelled| job.why_stopped())?;
+            passes(job, &ready, &workers, &job.control(), edge).map_err(|Cancelled| job.why_stopped())?;
             tiles(job, &ready, &workers, &mut *backend)?;
         }
     }
@@ -143,10 +141,10 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let encoding = Instant::now();
     let canvas = locked(&job.canvas).take().ok_or_else(|| job.why_stopped())?;
     let image = job.record().image_id.clone();
-    let entered = job.control.enter();
+    let entered = job.control().enter();
     let finished = finish(&canvas, &ready, &spec, image, &workers, began).map_err(|Cancelled| job.why_stopped())?;
     drop(entered);
-    if job.control.is_cancelled() {
+    if job.control().is_cancelled() {
         // The file may be cut short.
         return Err(job.why_stopped());
     }
@@ -163,7 +161,7 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
 fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
     loop {
         match work() {
-            Err(Error::Busy { .. }) if !job.control.is_cancelled() => thread::sleep(BETWEEN_TRIES),
+            Err(Error::Busy { .. }) if !job.control().is_cancelled() => thread::sleep(BETWEEN_TRIES),
             done => return done,
         }
     }
@@ -190,7 +188,7 @@ fn whole(
         job.publish_preview(pass, distance);
     };
     let watcher = Some(&mut show as Watcher<'_>);
-    let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control, watcher, |_| ())?;
+    let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control(), watcher, |_| ())?;
     let rays = picture.rays.total();
     job.rays.store(rays, Ordering::Relaxed);
     *locked(&job.canvas) = Some(Canvas::of(picture));

@@ -80,7 +80,9 @@ impl Service {
         farm: Option<Arc<Farm>>,
         observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
-        let Settings { answers, caches, jobs, memory_bytes, textures } = settings;
+        let mut settings = settings.clone();
+        settings.jobs.durable = settings.jobs.data.is_some() || farm.is_some();
+        let Settings { answers, caches, jobs, memory_bytes, textures } = &settings;
         let memory = MemoryBudget::new(*memory_bytes);
         let textures = textures.as_deref().map(|path| {
             let wrong = |error| StartError::Settings(format!("--textures {}: {error}", path.display()));
@@ -112,7 +114,7 @@ impl Service {
             jobs,
             farm,
             memory,
-            settings: settings.clone(),
+            settings,
         }))
     }
 

@@ -95,7 +95,10 @@ async fn of_jobs(
     if ids.is_empty() {
         return stream_of_all(&app, tenant, label);
     }
-    let jobs = ids.iter().map(|id| find(&app, &tenant, id)).collect::<Result<_, _>>()?;
+    let mut jobs = Vec::with_capacity(ids.len());
+    for id in &ids {
+        jobs.push(find(&app, &tenant, id).await?);
+    }
     stream_of(&app, &tenant, request.headers(), since, jobs)
 }
 

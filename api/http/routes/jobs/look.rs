@@ -4,6 +4,7 @@ use super::ID;
 use crate::http::extract::named_job::NamedJob;
 use crate::http::prelude::*;
 use crate::http::respond::body;
+use crate::http::respond::elsewhere::elsewhere;
 use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
@@ -52,12 +53,15 @@ async fn image(
     picture_of(&app, &tenant, request.method(), request.headers(), &job).await
 }
 
-async fn tile(
+pub(super) async fn tile(
     State(app): State<App>,
     NamedJob { job, tenant }: NamedJob,
     request: Request,
 ) -> Result<Response, Problem> {
     let region = region_of(&job, &request)?;
+    if let Some(answer) = elsewhere(&app, &job, &tenant, "tile", &request).await {
+        return Ok(answer);
+    }
     let mut bell = job.events.bell();
     let watcher = job.watch();
     job.look(region);
@@ -84,9 +88,17 @@ async fn tile(
     Ok((headers, body(app.service.memory.metered(png)?)).into_response())
 }
 
-async fn look(NamedJob { job, .. }: NamedJob, request: Request) -> Result<StatusCode, Problem> {
-    job.look(region_of(&job, &request)?);
-    Ok(StatusCode::NO_CONTENT)
+pub(super) async fn look(
+    State(app): State<App>,
+    NamedJob { job, tenant }: NamedJob,
+    request: Request,
+) -> Result<Response, Problem> {
+    let region = region_of(&job, &request)?;
+    if let Some(answer) = elsewhere(&app, &job, &tenant, "look", &request).await {
+        return Ok(answer);
+    }
+    job.look(region);
+    Ok(StatusCode::NO_CONTENT.into_response())
 }
 
 fn region_of(job: &Job, request: &Request) -> Result<Region, Problem> {

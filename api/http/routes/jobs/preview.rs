@@ -6,6 +6,7 @@ use crate::http::extract::prefer::Prefer;
 use crate::http::prelude::*;
 use crate::http::respond::blocking;
 use crate::http::respond::body;
+use crate::http::respond::elsewhere::elsewhere;
 use crate::http::respond::job::{encode_png, no_picture, patiently, render_again};
 use crate::service::jobs::record::State as JobState;
 use crate::service::jobs::{Job, PREVIEW_SIDE};
@@ -42,12 +43,15 @@ fn after_and_wait(query: &mut Query) -> (Option<u64>, Option<u32>) {
     )
 }
 
-async fn preview(
+pub(super) async fn preview(
     State(app): State<App>,
     NamedJob { job, tenant }: NamedJob,
     request: Request,
 ) -> Result<Response, Problem> {
     let (after, wait) = Query::read(request.uri(), after_and_wait)?;
+    if let Some(answer) = elsewhere(&app, &job, &tenant, "preview", &request).await {
+        return Ok(answer);
+    }
     let known = request.headers().get(header::IF_NONE_MATCH).and_then(|tag| tag.to_str().ok()).map(str::to_owned);
     let asked = wait
         .or(after.map(|_| PATIENCE))

@@ -90,7 +90,7 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
     };
     let text = body::read(&app, &parts.headers, body).await?;
     body::check_content(declared, text.as_ref())?;
-    let claim = match claim(&app, &tenant, &parts.headers, text.as_ref())? {
+    let claim = match claim(&app, &tenant, &parts.headers, text.as_ref()).await? {
         Claimed::Before(job) => return Ok(accepted(&app, &job, true, Prefer::default()).await),
         Claimed::Now(claim) => claim,
     };
