@@ -5,7 +5,7 @@
 //! evenly jobs got slots (Jain's index).
 
 #[path = "../../api/service/mod.rs"]
-#[allow(dead_code, reason = "a simulation uses a part of the service")]
+#[allow(dead_code, unused_imports, reason = "a simulation uses a part of the service")]
 mod service;
 
 use clap::Parser;
@@ -126,11 +126,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = SceneSource { text: SceneSource::name_of(SCENE.as_bytes()), format: Format::Json, settings: Overrides::default() };
     farm.share_scene(&scene, SCENE.as_bytes())?;
     let (stop, stopped) = tokio::sync::watch::channel(false);
-    for number in 0..nodes {
-        let (mut node, settings, mut stopped) = (node.clone(), settings.clone(), stopped.clone());
+    let (of_node, of_farm) = (node.clone(), settings.clone());
+    let each = (0..nodes).map(move |number| {
+        let (mut node, settings, mut stopped) = (of_node.clone(), of_farm.clone(), stopped.clone());
         node.name = Some(format!("node{number}"));
         node.slots = node.slots.or(Some(4));
-        of_nodes.spawn(async move {
+        async move {
             let until = async move {
                 let _ = stopped.wait_for(|is| *is).await;
                 "the end"
@@ -138,8 +139,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             if let Err(error) = work(&node, &settings, sleep, until).await {
                 eprintln!("a node: {error:?}");
             }
-        });
-    }
+        }
+    });
+    // Made on the thread that runs them, since they cannot go to another.
+    let running = thread::spawn(move || of_nodes.block_on(futures_util::future::join_all(each)));
     let started = Instant::now();
     while u64::from(farm.nodes.slots()) < slots && started.elapsed() < Duration::from_secs(240) {
         thread::sleep(Duration::from_millis(200));
@@ -197,6 +200,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         controls.lock().iter().for_each(Control::cancel);
     });
     stop.send_replace(true);
-    of_nodes.shutdown_timeout(Duration::from_secs(10));
+    let _ = running.join();
     Ok(())
 }

@@ -56,11 +56,10 @@ impl<'a> Local<'a> {
 
 impl Backend for Local<'_> {
     fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
-        let Record { id, width, height, .. } = job.record().clone();
-        let tiles = job.tiles();
+        let Record { width, height, .. } = job.record().clone();
+        let (name, tiles) = (job.work_name(), job.tiles());
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-        // Tiles of another frame are none of this one.
-        let file = Tiles::open(&self.files.tiles(&id), &job.work_name(), [width, height], region, found);
+        let file = Tiles::open(&self.files.tiles(&name), &name, [width, height], region, found);
         self.tiles = Some(file.map_err(|error| disk(&error))?);
         Ok(())
     }

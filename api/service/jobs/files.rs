@@ -59,7 +59,7 @@ impl Files {
 
     /// Whether there is any.
     pub(super) fn is_empty(&self) -> bool {
-        self.bytes() == 0 && self.jobs_with_tiles().is_empty()
+        self.bytes() == 0 && self.all_tiles().is_empty()
     }
 
     /// Bytes of scenes and of finished pictures.
@@ -124,7 +124,8 @@ impl Files {
 
     /// What a job has written: it grows while the job gets on. A finished frame counts more than all tiles of the next one.
     pub(super) fn written(&self, record: &Record) -> u64 {
-        let tiles = std::fs::metadata(self.tiles(&record.id)).map_or(0, |tiles| tiles.len());
+        let of_job = self.all_tiles().into_iter().filter(|name| job_of(name) == record.id);
+        let tiles: u64 = of_job.filter_map(|name| Some(std::fs::metadata(self.tiles(&name)).ok()?.len())).sum();
         let has = |number: &u32| self.pictures.size(&frame_name(&record.id, *number)).is_some();
         let frames = record.frames.map_or(0, |frames| (0..frames.count).filter(has).count());
         tiles.min(u64::from(u32::MAX)) + ((frames as u64) << 32)
@@ -136,24 +137,30 @@ impl Files {
         self.pictures.remove(&(name.to_owned() + PREVIEW));
     }
 
-    /// Where the tiles of a job are.
-    pub(super) fn tiles(&self, id: &str) -> PathBuf {
-        self.tiles.join(id)
+    /// Where the tiles of a job's picture, or of a frame, are.
+    pub(super) fn tiles(&self, name: &str) -> PathBuf {
+        self.tiles.join(name)
     }
 
-    /// Removes the tiles of a job.
-    pub(super) fn remove_tiles(&self, id: &str) {
-        if let Err(error) = disk::remove(&self.tiles(id))
+    /// Removes them.
+    pub(super) fn remove_tiles(&self, name: &str) {
+        if let Err(error) = disk::remove(&self.tiles(name))
             && error.kind() != io::ErrorKind::NotFound
         {
-            tracing::warn!(job = id, %error, "a job's tiles cannot be removed");
+            tracing::warn!(name, %error, "tiles cannot be removed");
         }
     }
 
-    /// The jobs that there are tiles of.
-    pub(super) fn jobs_with_tiles(&self) -> Vec<String> {
+    /// Removes all tiles of some jobs.
+    pub(super) fn remove_tiles_of(&self, ids: &[String]) {
+        let names = self.all_tiles().into_iter().filter(|name| ids.iter().any(|id| id == job_of(name)));
+        names.for_each(|name| self.remove_tiles(&name));
+    }
+
+    /// The names of all pictures and frames that there are tiles of.
+    pub(super) fn all_tiles(&self) -> Vec<String> {
         let files = std::fs::read_dir(&self.tiles).into_iter().flatten().flatten();
-        files.filter_map(|file| file.file_name().into_string().ok()).filter(|name| is_job(name)).collect()
+        files.filter_map(|file| file.file_name().into_string().ok()).filter(|name| is_work(name)).collect()
     }
 }
 
@@ -217,6 +224,11 @@ pub(super) fn picture_of(name: &str) -> &str {
     name.strip_suffix(PREVIEW).unwrap_or(name)
 }
 
+/// The job that a picture or a frame is of.
+pub(super) fn job_of(name: &str) -> &str {
+    name.split(FRAME).next().unwrap_or(name)
+}
+
 /// Name of the file of a frame.
 pub(super) fn frame_name(job: &str, number: u32) -> String {
     format!("{job}{FRAME}{number}")
@@ -241,7 +253,7 @@ pub(crate) const DATA: FolderKind = FolderKind {
         ["jobs.redb" | "jobs.redb.new" | "scenes" | "pictures" | "tiles"] => true,
         ["scenes", name] => is_hash(name) || disk::is_unfinished(name),
         ["pictures", name] => is_picture(name) || disk::is_unfinished(name),
-        ["tiles", name] => is_job(name),
+        ["tiles", name] => is_work(name),
         _ => upgrade::is_ours(path, is_job),
     },
 };
@@ -256,10 +268,12 @@ fn is_job(name: &str) -> bool {
     Uuid::try_parse(name).is_ok_and(|id| id.to_string() == name)
 }
 
-fn is_picture(name: &str) -> bool {
-    let of = picture_of(name);
+/// Whether it is the name of a job or of a frame.
+fn is_work(name: &str) -> bool {
     let is_number = |text: &str| text.parse().is_ok_and(|number: u32| number.to_string() == text);
-    is_image_name(name)
-        || is_job(of)
-        || of.split_once(FRAME).is_some_and(|(job, number)| is_job(job) && is_number(number))
+    is_job(job_of(name)) && name.split_once(FRAME).is_none_or(|(_, number)| is_number(number))
+}
+
+fn is_picture(name: &str) -> bool {
+    is_image_name(name) || is_work(picture_of(name))
 }

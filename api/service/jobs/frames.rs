@@ -173,6 +173,7 @@ impl Film<'_> {
                 job.stop(disk(&error));
                 return Err(job.why_stopped());
             }
+            jobs.files.remove_tiles(&frame_name(&id, number));
             if let Some(farm) = self.farm {
                 farm.forget_results(&frame_name(&id, number));
             }

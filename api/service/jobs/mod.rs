@@ -431,7 +431,7 @@ impl Jobs {
     /// A job has been ended by this process.
     fn ended(&self, job: &Job) {
         let record = job.record().clone();
-        self.files.remove_tiles(&record.id);
+        self.files.remove_tiles_of(std::slice::from_ref(&record.id));
         if let Some(farm) = &self.farm {
             farm.forget_results(&job.work_name());
         }

@@ -150,7 +150,7 @@ impl Jobs {
             tracing::error!(%error, "records cannot be removed");
         }
         let ids: Vec<String> = jobs.iter().map(|job| job.record().id.clone()).collect();
-        ids.iter().for_each(|id| self.files.remove_tiles(id));
+        self.files.remove_tiles_of(&ids);
         let mut registry = locked(&self.registry);
         for id in ids {
             let Some(job) = registry.remove(&id) else { continue };

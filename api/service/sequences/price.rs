@@ -2,8 +2,9 @@
 
 use strahl::plan::estimate::Estimate;
 
-/// Most frames that are estimated.
-const PILOTS: u32 = 5;
+/// Most frames that are estimated. Around Whitted's scene, of whose 36 frames some have a tenth of the rays of others, 5 are 11 %
+/// off, 9 are 2 %.
+const PILOTS: u32 = 9;
 
 /// Whether a frame is one of those that are estimated: the first, the last, and some evenly between them.
 pub(crate) fn is_pilot(number: u32, count: u32) -> bool {
@@ -48,9 +49,9 @@ mod tests {
     #[test]
     fn a_few_frames_are_pilots_the_first_and_the_last_among_them() {
         let pilots = |count| (0..count).filter(|number| is_pilot(*number, count)).collect::<Vec<_>>();
-        assert_eq!(pilots(36), [0, 8, 17, 26, 35]);
+        assert_eq!(pilots(36), [0, 4, 8, 13, 17, 21, 26, 30, 35]);
         assert_eq!((pilots(1), pilots(2), pilots(5)), (vec![0], vec![0, 1], vec![0, 1, 2, 3, 4]));
-        assert_eq!(pilots(3_600).len(), 5);
+        assert_eq!(pilots(3_600).len(), 9);
     }
 
     #[test]

@@ -196,13 +196,13 @@ fn every_frame_is_checked_before_the_job_is_accepted() {
     };
     let problem = refused(json!({ "patches": [{}, {}, { "materials": { "red": { "ior": -1 } } }] }), 422, "invalid-scene");
     let error = &problem["errors"][0];
-    assert_eq!(error["pointer"], "/materials/red/ior", "{problem}");
+    assert_eq!(error["pointer"], "#/materials/red/ior", "{problem}");
     assert!(text(&error["detail"]).contains("frame 2"), "{problem}");
     let problem = refused(json!({ "count": 1_000_000_000 }), 422, "invalid-scene");
-    assert_eq!(problem["errors"][0]["pointer"], "/frames/count", "{problem}");
+    assert_eq!(problem["errors"][0]["pointer"], "#/frames/count", "{problem}");
     let keys = json!([{ "t": 0, "eye": [0, 1, 5] }, { "t": 0, "eye": [1, 1, 5] }]);
     let problem = refused(json!({ "count": 2, "camera": keys }), 422, "invalid-scene");
-    assert_eq!(problem["errors"][0]["pointer"], "/frames/camera/1/t", "{problem}");
+    assert_eq!(problem["errors"][0]["pointer"], "#/frames/camera/1/t", "{problem}");
     refused(json!({ "patches": [{}, { "image": { "width": 64 } }] }), 422, "invalid-scene");
     refused(json!({ "patches": [{}, { "film": { "background": "transparent" } }] }), 422, "invalid-scene");
     refused(json!({ "count": 3, "turntabel": {} }), 422, "invalid-request");
