@@ -100,6 +100,7 @@ pub mod inspect;
 pub mod lanes;
 pub mod math;
 pub mod metrics;
+pub mod models;
 pub mod plan;
 pub mod ray;
 pub mod reference;

@@ -9,7 +9,7 @@ use super::session::Session;
 use super::tile::EXIT_CODES;
 use super::tile_file::{Cut, TileFile};
 use crate::service::clock::milliseconds;
-use crate::service::jobs::{empty, join};
+use crate::service::pictures::assembly::{empty, join};
 use crate::service::pictures::render::note;
 use crate::service::pictures::report::{Cost, ErrorBounds, Phases, Replay, Report};
 use clap::Args;

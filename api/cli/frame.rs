@@ -65,7 +65,7 @@ pub(super) fn run(args: &FrameArgs) -> Result<(), Failure> {
     };
     let whole = Region::whole(ready.scene.width, ready.scene.height);
     let shot = RenderSpec { note: true, ..RenderSpec::of(&ready.scene, whole, format) };
-    let make = || make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control, None);
+    let make = || make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control, None, None);
     let made = progress::while_showing(&session.control, make)?;
     if let Some(stats) = stats {
         places.write(&stats, output::pretty(&made.report)?)?;

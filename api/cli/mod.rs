@@ -6,13 +6,16 @@ mod config;
 mod config_file;
 mod explain;
 mod failure;
+mod farm;
 mod frame;
 mod gallery;
 mod healthcheck;
 mod import;
 mod interrupt;
 mod key;
+mod log;
 mod map;
+mod node;
 mod openapi;
 mod output;
 mod places;
@@ -23,6 +26,7 @@ mod scene_args;
 mod scene_file;
 mod schema;
 mod serve;
+mod sequence;
 mod session;
 mod tile;
 mod tile_file;
@@ -90,8 +94,13 @@ enum Command {
     /// Check or show the configuration of the service.
     #[command(subcommand)]
     Config(config::ConfigCommand),
+    /// What the operator of a farm needs.
+    #[command(subcommand)]
+    Farm(farm::FarmCommand),
     /// Serve renders over HTTP.
     Serve(Box<serve::ServeArgs>),
+    /// Render for the services of a farm.
+    Node(Box<node::NodeArgs>),
     /// Ask a running service whether it is alive; exit code 0 if it is.
     Healthcheck(healthcheck::HealthcheckArgs),
 }
@@ -124,7 +133,9 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Openapi => openapi::run(),
         Command::Config(command) => config::run(&command),
         Command::Key(command) => key::run(&command),
+        Command::Farm(command) => farm::run(&command),
         Command::Serve(args) => serve::run(&args),
+        Command::Node(args) => node::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),
     }
 }

@@ -81,18 +81,19 @@ impl Session {
         self.workers.work(|| self.file.load(&overrides))?
     }
 
+    /// The scene of a frame.
+    pub(super) fn load_frame(&self, frame: Frame<'_>, original: Original<'_>) -> Result<Loaded, Failure> {
+        let accept = |_: &Description| Ok::<_, Infallible>(());
+        let load = || frame.load_if(original, &self.overrides, self.file.files(), accept);
+        let loaded = self.workers.work(load)?;
+        loaded.map_err(|NotLoaded::Problems(problems)| Failure::Scene { name: self.file.name.clone(), problems })
+    }
+
     /// The scene of a frame, with its plan.
     pub(super) fn prepare_frame(&self, frame: Frame<'_>) -> Result<PreparedScene, Failure> {
         let base = self.load()?;
-        let original = Original { description: &base.description, scene: &base.scene };
-        let accept = |_: &Description| Ok::<_, Infallible>(());
-        let load = || frame.load_if(original, &self.overrides, self.file.files(), accept);
-        let loaded = self.workers.work(load)?.map_err(|error| match error {
-            NotLoaded::Problems(problems) => Failure::Scene { name: self.file.name.clone(), problems },
-            NotLoaded::Refused(never) => match never {},
-        });
-        let loaded = loaded?;
-        Ok(self.workers.work(|| PreparedScene::new(loaded, None))?)
+        let loaded = self.load_frame(frame, Original { description: &base.description, scene: &base.scene })?;
+        Ok(self.workers.work(|| PreparedScene::from(loaded))?)
     }
 
     /// Checks and builds the scene, and plans its picture. The scene's text is gone afterwards.

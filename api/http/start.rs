@@ -1,10 +1,12 @@
 //! Starts and stops the service. Tokio's threads serve connections, the pool's threads render.
 
+use super::auth::capability::{Signers, random_secret};
 use super::auth::{Access, key_file};
 use super::drain::{Drain, StopSignals};
 use super::metrics::Metrics;
 use super::openapi_text;
 use super::respond::message::MessageDesk;
+use super::routes::answer_front;
 use super::server;
 use super::settings::HttpSettings;
 use super::state::{App, AppState};
@@ -42,7 +44,7 @@ pub(crate) fn run(
     threads: Option<u64>,
     http: &HttpSettings,
     settings: &Settings,
-    farm: &FarmSettings,
+    (farm, spread): (&FarmSettings, Option<u64>),
 ) -> Result<(), StartError> {
     check_exposure(http)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -51,7 +53,13 @@ pub(crate) fn run(
         .build()
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
     let store = farm.store.as_deref().map(|place| runtime.block_on(Objects::open(place))).transpose()?;
-    let farm = Farm::open(farm, runtime.handle())?.map(Arc::new);
+    let farm = Farm::open(farm, store.as_ref(), spread, runtime.handle())?.map(Arc::new);
+    if let (Some(_), Some(data)) = (&farm, &settings.jobs.data) {
+        return Err(StartError::Settings(format!(
+            "--data {} and --farm do not go together: the jobs of a farm are at its broker and in its --store.",
+            data.display()
+        )));
+    }
     // They are given up, and a temporary one is removed, at the end of this function.
     let mut folders = Folders::open(settings)?;
     let app = open(threads, http, settings, farm, store, &mut folders)?;
@@ -67,7 +75,14 @@ pub(crate) fn run(
         let jobs = Arc::clone(&app.service.jobs);
         let ticking = thread::Builder::new().name("retention".into()).spawn(move || tick(&jobs, &stopped));
         ticking.map_err(|error| StartError::Machine(format!("no thread can be started: {error}")))?;
+        let jobs = Arc::clone(&app.service.jobs);
+        let answering = tokio::spawn({
+            let (app, jobs) = (Arc::clone(&app), Arc::clone(&jobs));
+            async move { jobs.answer_fronts(move |question| answer_front(Arc::clone(&app), question)).await }
+        });
         server::serve(clients, admin, signals, app, http).await;
+        jobs.leave().await;
+        answering.abort();
         reload.abort();
         deliveries.abort();
         drop(stop);
@@ -86,8 +101,15 @@ pub(super) fn open(
     store: Option<Objects>,
     folders: &mut Folders,
 ) -> Result<App, StartError> {
-    let secret = webhook_secret(settings)?;
-    let access = Access::open(http.keys.as_deref(), secret).map_err(|error| {
+    let of_farm = match &farm {
+        Some(farm) => {
+            let random = random_secret().map_err(|error| StartError::Machine(error.to_string()))?;
+            Some(Signers::of_farm(farm.secret(random)?))
+        }
+        None => None,
+    };
+    let webhooks = webhook_secret(settings)?;
+    let access = Access::open(http.keys.as_deref(), of_farm, webhooks).map_err(|error| {
         let file = http.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
         StartError::Settings(format!("{file}{error}"))
     })?;

@@ -7,7 +7,7 @@ use super::values::{as_seconds, long_seconds, seconds};
 use super::{memory, memory_budget};
 use clap::{Args, value_parser};
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Duration;
 use strahl::film::Region;
@@ -135,13 +135,11 @@ pub(crate) struct JobLimits {
     /// Folder where jobs outlive the service: a new or empty one at first. Without it they are kept in a temporary folder and
     /// end with the service.
     #[arg(long, env = "STRAHL_DATA", value_name = "DIR", help_heading = "Folders")]
-    #[serde(rename = "durable", serialize_with = "is_some")]
-    #[schemars(with = "bool", description = "Whether jobs outlive the service.")]
+    #[serde(skip)]
     pub(crate) data: Option<PathBuf>,
-}
-
-fn is_some<S: Serializer>(folder: &Option<PathBuf>, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_bool(folder.is_some())
+    /// Whether jobs outlive the service.
+    #[arg(skip)]
+    pub(crate) durable: bool,
 }
 
 /// What is delivered after jobs: pictures to the store, messages to webhooks.

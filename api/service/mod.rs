@@ -14,6 +14,7 @@ pub(crate) mod pictures;
 pub(crate) mod requests;
 pub(crate) mod scenes;
 pub(crate) mod scheduler;
+pub(crate) mod sequences;
 pub(crate) mod storage;
 pub(crate) mod tls;
 pub(crate) mod tradeoff;

@@ -165,13 +165,13 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                 if !met.any() {
                     continue;
                 }
-                if self.blockers == Blockers::Opaque || !item(place).lets_light_through() {
+                if self.blockers == Blockers::Opaque || !item(place).passes_shadow_rays() {
                     rays.active = rays.active & !met;
                     continue;
                 }
                 for lanes in crossed.map(Mask::bits) {
                     if lanes != 0 {
-                        self.crossings.push((lanes, item(place).transmission));
+                        self.crossings.push((lanes, item(place).passed()));
                     }
                 }
             }
@@ -198,14 +198,14 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             if met == 0 {
                 continue;
             }
-            let opaque = |place: usize| !item(start + place).lets_light_through();
+            let opaque = |place: usize| !item(start + place).passes_shadow_rays();
             if self.blockers == Blockers::Opaque || lanes_of(met).any(opaque) {
                 rays.active = rays.active & !L::mask(s, 1 << lane);
                 continue;
             }
             for mask in crossed {
                 for place in lanes_of(mask.bits()) {
-                    self.crossings.push((1 << lane, item(start + place).transmission));
+                    self.crossings.push((1 << lane, item(start + place).passed()));
                 }
             }
         }
@@ -270,7 +270,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
     /// Tests one primitive.
     #[inline(always)]
     fn pass(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
-        if self.blockers == Blockers::Opaque || !item.lets_light_through() {
+        if self.blockers == Blockers::Opaque || !item.passes_shadow_rays() {
             rays.active = rays.active & !hit_item(s, item, face, rays).lanes;
             return;
         }
@@ -281,7 +281,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             if !hit.lanes.any() {
                 break;
             }
-            self.crossings.push((hit.lanes.bits(), item.transmission));
+            self.crossings.push((hit.lanes.bits(), item.passed()));
             search.active = hit.lanes;
             search.t_min = hit.t;
         }

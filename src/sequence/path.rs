@@ -12,6 +12,7 @@ use serde_json::{Map, Value, json};
 /// as the scene says.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "CameraKey")]
 pub struct Key {
     /// When, from 0, the first frame, to 1, the last one. On a closed path, below 1, where the path begins again.
     #[schemars(range(min = 0.0, max = 1.0))]

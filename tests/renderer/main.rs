@@ -51,6 +51,9 @@ mod scene {
     mod spd;
     mod variations;
 }
+mod sequence {
+    mod frames;
+}
 mod shading {
     mod terminator;
 }

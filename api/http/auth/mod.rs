@@ -30,7 +30,8 @@ pub(crate) struct Access {
     /// The key file. Without one all requests are anonymous.
     keys: Option<KeyFile>,
     anonymous: Arc<Tenant>,
-    /// Signs capabilities if the key file has no secrets. They are valid until the process ends.
+    /// Signs capabilities if the key file has no secrets. They are valid until the process ends, or in a farm as long as the
+    /// broker keeps the secret.
     own: Signers,
 }
 
@@ -45,12 +46,13 @@ impl Meter for Access {
 }
 
 impl Access {
-    /// Reads the key file, if there is one; without one messages about jobs are signed with this secret.
-    pub(crate) fn open(path: Option<&Path>, secret: Option<Secret>) -> io::Result<Self> {
+    /// Reads the key file, if there is one. Fronts of a farm have a secret in common. Without a key file messages about jobs are
+    /// signed with `webhooks`.
+    pub(crate) fn open(path: Option<&Path>, of_farm: Option<Signers>, webhooks: Option<Secret>) -> io::Result<Self> {
         Ok(Self {
             keys: path.map(KeyFile::open).transpose()?,
-            anonymous: Arc::new(Tenant::anonymous().hearing(secret)),
-            own: Signers::random()?,
+            anonymous: Arc::new(Tenant::anonymous().hearing(webhooks)),
+            own: of_farm.map_or_else(Signers::random, Ok)?,
         })
     }
 

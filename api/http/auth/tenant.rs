@@ -99,6 +99,11 @@ impl Tenant {
         Self { name, weight: 1, scopes, quotas, rate_limit: None, webhook }
     }
 
+    /// The tenant of a request that another front has let in.
+    pub(crate) fn from_front(name: &str, weight: u32, scopes: &[Scope]) -> Self {
+        Self { weight: weight.max(1), ..Self::named(name, scopes) }
+    }
+
     /// The tenant of a request. If no middleware has set it, a tenant that may do nothing.
     pub(crate) fn of(extensions: &Extensions) -> Arc<Self> {
         extensions.get::<Arc<Self>>().map_or_else(|| Arc::new(Self::named("nobody", &[])), Arc::clone)

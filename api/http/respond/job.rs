@@ -14,13 +14,15 @@ use crate::service::deliveries::receiver::Rules;
 use crate::service::deliveries::report_of;
 use crate::service::error::Error;
 use crate::service::jobs::outbox::{Delivery, DeliveryState};
-use crate::service::jobs::record::{State as JobState, Stats};
+use crate::service::jobs::record::{Idempotency, State as JobState, Stats};
 use crate::service::jobs::{Claim, Job, KeyUse};
 use crate::service::pictures::report::Report;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::requests::jobs::Wishes;
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
+use crate::service::sequences::Frames;
+use crate::service::sequences::report::SequenceReport;
 use axum::Json;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -76,6 +78,9 @@ pub(crate) struct JobView {
     expires_at: Option<String>,
     /// Paths of the job and what belongs to it.
     links: JobLinks,
+    /// The frames of a sequence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<Frames>,
     /// Its cost.
     stats: Stats,
     /// Why it failed.
@@ -92,6 +97,10 @@ pub(crate) struct JobView {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<Report>")]
     report: Option<Box<RawValue>>,
+    /// What the frames of a sequence cost, and the worst of their bounds. Only in the answer about a single job that has
+    /// succeeded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sequence: Option<SequenceReport>,
 }
 
 /// A delivery after the end of a job.
@@ -170,6 +179,15 @@ struct JobLinks {
     preview: String,
     /// The picture.
     image: String,
+    /// The frames of a sequence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<String>,
+    /// All of them in one file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    animation: Option<String>,
+    /// All of them on a contact sheet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sheet: Option<String>,
     /// Stops it.
     cancel: String,
     /// The canonical text of its scene, with the settings in it.
@@ -202,6 +220,7 @@ impl JobView {
         let expires = app.service.jobs.kept_for(&record).map(|kept| (unix_time() + kept).as_secs() * 1_000);
         let ids = record.scene_id.as_ref().zip(record.image_id.as_ref());
         let tiles = ids.map(|(_, image)| tiles_of(image));
+        let of_frames = |what: &str| record.frames.map(|_| format!("{path}/{what}"));
         let [iiif, dzi, xyz] = tiles.map_or_else(Default::default, |tiles| tiles.map(Some));
         Self {
             state: record.state,
@@ -226,6 +245,9 @@ impl JobView {
                 events: format!("{path}/events"),
                 preview: format!("{path}/preview"),
                 image: format!("{path}/image"),
+                frames: of_frames("frames"),
+                animation: of_frames("animation"),
+                sheet: of_frames("sheet"),
                 cancel: format!("{path}/cancel"),
                 scene: ids.map(|(scene, _)| format!("/v1/scenes/{scene}")),
                 picture: ids.map(|(_, image)| place_of(image, record.spec.output)),
@@ -234,6 +256,7 @@ impl JobView {
                 xyz,
                 this: path,
             },
+            frames: record.frames,
             stats: record.stats,
             problem: record.failure.as_ref().map(ProblemSummary::of),
             webhook: record.outbox.webhook.as_ref().map(|delivery| DeliveryView::of(delivery, delivery.to.clone())),
@@ -246,6 +269,7 @@ impl JobView {
                 key: delivery.to.clone(),
             }),
             report: None,
+            sequence: None,
             id: record.id,
             labels: record.labels,
             scene_id: record.scene_id,
@@ -283,7 +307,12 @@ pub(crate) fn wishes_of(
 /// The answer about a job: with the cost report if it has succeeded, its version as ETag, and when to ask again.
 pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
     let mut view = JobView::of(app, job);
-    if view.state == JobState::Succeeded {
+    if view.state == JobState::Succeeded && view.frames.is_some() {
+        let (app, record) = (Arc::clone(app), job.record().clone());
+        let (rays, ms) = (record.estimate_rays, record.estimate_ms);
+        let frames = blocking(move || app.service.jobs.frame_reports(&record)).await;
+        view.sequence = frames.ok().map(|frames| SequenceReport::of(&frames, rays, ms));
+    } else if view.state == JobState::Succeeded {
         let (app, job) = (Arc::clone(app), Arc::clone(job));
         let meta = blocking(move || app.service.jobs.meta(&job)).await;
         let report = meta.ok().flatten().and_then(|meta| meta.report);
@@ -330,13 +359,20 @@ pub(crate) enum Claimed {
 }
 
 /// Claims the key of a submission, if it has one.
-pub(crate) fn claim(app: &AppState, tenant: &Tenant, headers: &HeaderMap, request: &[u8]) -> Result<Claimed, Problem> {
+pub(crate) async fn claim(
+    app: &AppState,
+    tenant: &Tenant,
+    headers: &HeaderMap,
+    request: &[u8],
+) -> Result<Claimed, Problem> {
     let Some(key) = headers.get("idempotency-key") else { return Ok(Claimed::Now(None)) };
     let key =
         key.to_str().ok().filter(|key| (1..=KEY).contains(&key.len())).ok_or_else(|| {
             Problem::new(Kind::InvalidRequest, format!("Idempotency-Key is 1 to {KEY} letters of ASCII"))
         })?;
-    match app.service.jobs.claim(&tenant.name, key, request) {
+    let (jobs, tenant) = (Arc::clone(&app.service.jobs), tenant.name.clone());
+    let same = Idempotency::of(key, request);
+    match blocking(move || jobs.claim(&tenant, same)).await? {
         Ok(claim) => Ok(Claimed::Now(Some(claim))),
         Err(KeyUse::Same(job)) => Ok(Claimed::Before(job)),
         Err(KeyUse::Other) => {
@@ -347,6 +383,10 @@ pub(crate) fn claim(app: &AppState, tenant: &Tenant, headers: &HeaderMap, reques
             let detail =
                 "the first request with this Idempotency-Key is still being accepted; send it again in a moment";
             Err(Problem::new(Kind::Conflict, detail).retry_after(1))
+        }
+        Err(KeyUse::Unknown(error)) => {
+            tracing::error!(%error, "an idempotency key cannot be claimed");
+            Err(Problem::new(Kind::Internal, "the key cannot be kept; send the request again in a moment"))
         }
     }
 }

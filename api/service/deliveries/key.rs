@@ -21,6 +21,9 @@ pub(crate) const WORDS_OF_KEYS: [(&str, &str); 8] = [
     ("ext", "the ending of the picture's format: png, jpg, webp, exr, pfm"),
 ];
 
+/// Stands for itself until there are frames.
+pub(crate) const FRAME: &str = "{frame}";
+
 /// A template of names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct KeyTemplate(Vec<Part>);
@@ -41,13 +44,24 @@ impl KeyTemplate {
                 Part::Word(word) => {
                     let value =
                         value(word).ok_or_else(|| format!("{{{word}}} stands for nothing in this job's store.key"))?;
-                    // All of them are ids and numbers.
-                    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+                    // All of them are ids and numbers, or FRAME.
+                    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '{' | '}');
                     let _ = write!(name, "{}", value.chars().filter(|c| is_plain(*c)).collect::<String>());
                 }
             }
         }
         Ok(name)
+    }
+
+    /// The template for the frames of a sequence, each of which has a name of its own.
+    pub(crate) fn of_frames(self) -> Result<Self, String> {
+        if self == Self::default() {
+            return "{job}/{frame}.{ext}".parse();
+        }
+        match self.0.contains(&Part::Word("frame")) {
+            true => Ok(self),
+            false => Err("store.key of a sequence has {frame} in it, or all frames would have one name".into()),
+        }
     }
 }
 
@@ -119,6 +133,9 @@ mod tests {
         assert_eq!(fill("{scene}").unwrap(), "results/acme/x", "what stands for a word is no path");
         assert_eq!(KeyTemplate::default(), "{job}.{ext}".parse().unwrap());
         assert!(fill("{frame}").unwrap_err().contains("{frame} stands for nothing"));
+        let frames = |key: &str| key.parse::<KeyTemplate>().unwrap().of_frames();
+        assert_eq!(frames("{job}.{ext}").unwrap().fill("t", |word| Some(format!("{{{word}}}"))).unwrap(), "results/t/{job}/{frame}.{ext}");
+        assert!(frames("a/{frame}.png").is_ok() && frames("{job}.png").unwrap_err().contains("{frame}"));
         for wrong in [
             "",
             "/a",

@@ -2,7 +2,8 @@
 //!
 //! What is to be delivered is in the records of jobs (`service/jobs/outbox.rs`), so that a process that ends loses none of it. A
 //! message is written down before it is first sent, and all its attempts send the same text under the same id: a receiver that has
-//! seen the id has seen the message.
+//! seen the id has seen the message. Each front of a farm has a courier; the one whose write of the record comes first makes the
+//! attempt.
 
 pub(crate) mod key;
 pub(crate) mod receiver;
@@ -15,6 +16,7 @@ use super::jobs::{Job, Jobs};
 use super::limits::DeliverySettings;
 use super::storage::objects::{ObjectError, Objects};
 use parking_lot::Mutex;
+use key::FRAME;
 use receiver::{Message, Receivers, Refusal};
 use sha2::{Digest, Sha256};
 use signature::Secret;
@@ -23,6 +25,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Notify;
+use tokio::task::block_in_place;
 use tokio::time::sleep;
 
 /// Deliveries at one time, of all tenants.
@@ -31,6 +34,10 @@ const ALL: u32 = 64;
 const BETWEEN_LOOKS: Duration = Duration::from_millis(20);
 /// Longest time between them.
 const LONGEST: Duration = Duration::from_secs(60);
+/// Time until what came of an attempt is written down again, while it cannot be. Until then nothing is sent in its place.
+const BETWEEN_WRITES: Duration = Duration::from_secs(1);
+/// Digits of a frame's number.
+const DIGITS: usize = 4;
 /// Longest time between two attempts.
 const LONGEST_WAIT: Duration = Duration::from_secs(3_600);
 
@@ -119,81 +126,100 @@ impl Courier {
 
     /// One attempt, and what came of it on disk.
     async fn deliver(&self, job: &Arc<Job>) {
-        let (id, parcel, attempts) = {
-            let record = job.record();
-            let Some((parcel, delivery)) = record.next_parcel() else { return };
-            (record.id.clone(), parcel, delivery.attempts + 1)
+        let Some(parcel) = job.record().next_parcel().map(|(parcel, _)| parcel) else { return };
+        if !self.begin(job, parcel).await {
+            return;
+        }
+        let (id, attempts) = {
+            let mut record = job.record();
+            let attempts = record.outbox.delivery(parcel).map_or(0, |delivery| delivery.attempts);
+            (record.id.clone(), attempts + 1)
         };
         let done = match parcel {
-            Parcel::Picture => self.put_picture(job).await,
+            Parcel::Picture => self.put_pictures(job).await,
             Parcel::Message => self.send_message(job).await,
         };
         let what = if parcel == Parcel::Picture { "picture" } else { "message" };
-        let most = self.settings.webhook_attempts;
-        let change = move |delivery: &mut Delivery| {
-            delivery.attempts = attempts;
-            match done {
-                Ok(()) => delivery.end(DeliveryState::Delivered, None),
-                Err(Refusal::Later(why, wait)) if attempts < most => {
-                    let wait = wait.max(pause(self.settings.webhook_retry, &id, attempts));
-                    delivery.next = now() + u64::try_from(wait.as_millis()).unwrap_or(u64::MAX);
-                    tracing::info!(job = id, attempts, why, "a {what} was not delivered and is tried again");
-                    delivery.error = Some(why);
-                }
-                Err(Refusal::Later(why, _) | Refusal::Never(why)) => {
-                    tracing::warn!(job = id, attempts, why, "a {what} is not delivered");
-                    delivery.end(DeliveryState::Dead, Some(why));
-                }
+        let pause = pause(self.settings.webhook_retry, &id, attempts);
+        let (state, error, wait) = match done {
+            Ok(()) => (DeliveryState::Delivered, None, pause),
+            Err(Refusal::Later(why, wait)) if attempts < self.settings.webhook_attempts => {
+                tracing::info!(job = id, attempts, why, "a {what} was not delivered and is tried again");
+                (DeliveryState::Pending, Some(why), wait.max(pause))
+            }
+            Err(Refusal::Later(why, _) | Refusal::Never(why)) => {
+                tracing::warn!(job = id, attempts, why, "a {what} is not delivered");
+                (DeliveryState::Dead, Some(why), pause)
             }
         };
-        self.note(job, parcel, change).await;
+        let next = now() + u64::try_from(wait.as_millis()).unwrap_or(u64::MAX);
+        let change = |delivery: &mut Delivery| {
+            delivery.attempts = attempts;
+            match state {
+                DeliveryState::Pending => (delivery.next, delivery.error) = (next, error.clone()),
+                state => delivery.end(state, error.clone()),
+            }
+        };
+        // The record is small; a thread for it would cost more than the wait for the disk.
+        while let Err(error) = block_in_place(|| self.jobs.end_attempt(job, parcel, change)) {
+            tracing::error!(job = id, %error, "the state of a delivery cannot be written");
+            sleep(BETWEEN_WRITES).await;
+        }
+    }
+
+    /// Whether this process makes an attempt. Its message is written down then.
+    async fn begin(&self, job: &Arc<Job>, parcel: Parcel) -> bool {
+        let is_written = job.record().outbox.webhook.as_ref().is_some_and(|webhook| webhook.message.is_some());
+        let message = (parcel == Parcel::Message && !is_written).then(|| self.desk.message(job));
+        match block_in_place(|| self.jobs.begin_delivery(job, parcel, message.as_deref())) {
+            Ok(begun) => begun,
+            Err(error) => {
+                tracing::error!(job = job.record().id, %error, "the state of a delivery cannot be written");
+                sleep(BETWEEN_WRITES).await;
+                false
+            }
+        }
     }
 
     async fn send_message(&self, job: &Arc<Job>) -> Result<(), Refusal> {
-        let (id, tenant, url, written) = {
+        let (id, tenant, webhook) = {
             let record = job.record();
-            let webhook = record.outbox.webhook.clone().unwrap_or_default();
-            (format!("msg_{}", record.id), record.tenant.clone(), webhook.to, webhook.message)
+            (format!("msg_{}", record.id), record.tenant.clone(), record.outbox.webhook.clone().unwrap_or_default())
         };
         let secret = self.desk.secret(&tenant).ok_or_else(|| {
             Refusal::Later("there is no secret any more to sign the message with".into(), Duration::ZERO)
         })?;
-        let body = match written {
-            Some(body) => body,
-            None => {
-                let body = self.desk.message(job);
-                let kept = body.clone();
-                if !self.note(job, Parcel::Message, move |delivery| delivery.message = Some(kept)).await {
-                    let why = "the message cannot be written down before it is sent".into();
-                    return Err(Refusal::Later(why, Duration::ZERO));
-                }
-                body
-            }
+        let body = webhook.message.unwrap_or_default();
+        self.receivers.send(&webhook.to, &Message { id: &id, body: &body, secret: &secret }).await
+    }
+
+    /// Puts the picture into the store, or all frames of a sequence.
+    async fn put_pictures(&self, job: &Arc<Job>) -> Result<(), Refusal> {
+        let (name, frames) = {
+            let record = job.record();
+            (record.outbox.store.clone().unwrap_or_default().to, record.frames)
         };
-        self.receivers.send(&url, &Message { id: &id, body: &body, secret: &secret }).await
+        let Some(frames) = frames else { return self.put_picture(job, &name, None).await };
+        for number in 0..frames.count {
+            let name = name.replace(FRAME, &format!("{number:0DIGITS$}"));
+            self.put_picture(job, &name, Some(number)).await?;
+        }
+        Ok(())
     }
 
     /// Puts the report into the store, and then the picture: who sees the picture finds the report.
-    async fn put_picture(&self, job: &Arc<Job>) -> Result<(), Refusal> {
+    async fn put_picture(&self, job: &Arc<Job>, name: &str, frame: Option<u32>) -> Result<(), Refusal> {
         let never = |why: &str| Refusal::Never(why.to_owned());
         let store = self.store.as_ref().ok_or_else(|| never("the service has no --store any more"))?;
-        let name = job.record().outbox.store.clone().unwrap_or_default().to;
         let (jobs, of) = (Arc::clone(&self.jobs), Arc::clone(job));
-        let found = tokio::task::spawn_blocking(move || jobs.picture(&of)).await;
+        let find = move || frame.map_or_else(|| jobs.picture(&of), |number| jobs.frame(&of, number));
         let busy = || Refusal::Later("the service has no memory for the picture".into(), Duration::ZERO);
-        let file = found.map_err(|_| busy())?.map_err(|_| busy())?;
+        let file = tokio::task::spawn_blocking(find).await.map_err(|_| busy())?.map_err(|_| busy())?;
         let file = file.ok_or_else(|| never("the picture is gone from the service"))?;
         if let Some(report) = &file.meta.report {
-            store.put(&report_of(&name), report.get().as_bytes().to_vec()).await.map_err(refusal)?;
+            store.put(&report_of(name), report.get().as_bytes().to_vec()).await.map_err(refusal)?;
         }
-        store.put(&name, file.bytes).await.map_err(refusal)
-    }
-
-    /// Changes the state of a delivery; whether it is on disk.
-    async fn note(&self, job: &Arc<Job>, parcel: Parcel, change: impl FnOnce(&mut Delivery) + Send) -> bool {
-        // The record is small; a thread for it would cost more than the wait for the disk.
-        let noted = tokio::task::block_in_place(|| self.jobs.note_delivery(job, parcel, change));
-        noted.inspect_err(|error| tracing::error!(%error, "the state of a delivery cannot be written")).is_ok()
+        store.put(name, file.bytes).await.map_err(refusal)
     }
 }
 

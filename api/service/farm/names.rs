@@ -5,11 +5,11 @@ use super::settings::FarmSettings;
 use crate::service::error::StartError;
 use crate::service::scenes::ids::renderer;
 use async_nats::jetstream::consumer::{AckPolicy, pull};
+use async_nats::jetstream::kv;
 use async_nats::jetstream::stream::{Config, DiscardPolicy, RetentionPolicy, StorageType};
-use async_nats::jetstream::{kv, stream};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The stream of work that waits for nodes.
 pub(crate) const WORK: &str = "FARM_T";
@@ -27,7 +27,15 @@ pub(crate) const JOBS: &str = "farm_jobs";
 pub(crate) const NODES: &str = "farm_nodes";
 /// The bucket of fronts, by their ids.
 pub(crate) const FRONTS: &str = "farm_fronts";
+/// The bucket of the idempotency keys of jobs that are being accepted.
+pub(crate) const KEYS: &str = "farm_keys";
+/// The bucket of what all fronts know and nobody else may: the secret that signs capabilities.
+pub(crate) const SECRETS: &str = "farm_secrets";
+/// The key of that secret.
+pub(crate) const CAPABILITIES: &str = "capabilities";
 
+/// How long servers of a cluster may take to agree on a leader.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// Work that may wait: windows keep each job to a few hundred pieces.
 const MOST_WORK: i64 = 200_000;
 /// How long results are kept. Those of finished jobs go at once.
@@ -48,6 +56,10 @@ const MOST_WAITING: i64 = 50_000;
 pub(crate) const NODE_AGE: Duration = Duration::from_secs(30);
 /// The same of fronts.
 pub(crate) const FRONT_AGE: Duration = Duration::from_secs(10);
+/// How long a front has for accepting a job under an idempotency key.
+pub(crate) const KEY_AGE: Duration = Duration::from_secs(120);
+/// How long it is known that a record was removed: a front that has not heard of it meanwhile looks at all of them.
+pub(crate) const REMOVED_AGE: Duration = Duration::from_secs(3_600);
 /// Events of one job that are kept, and how long.
 const JOB_EVENTS: i64 = 1_024;
 const EVENT_AGE: Duration = Duration::from_secs(3_600);
@@ -130,12 +142,33 @@ pub(crate) fn events(job: &str) -> String {
     format!("farm.ev.{job}")
 }
 
+/// The job of whose events this is the subject.
+pub(crate) fn job_of_events(subject: &str) -> Option<&str> {
+    subject.strip_prefix("farm.ev.")
+}
+
+/// Where other fronts ask a front. It is not kept.
+pub(crate) fn front(id: &str) -> String {
+    format!("farm.front.{id}")
+}
+
+/// Key of an idempotency key of a tenant.
+pub(crate) fn idempotency(tenant: &str, digest: &str) -> String {
+    format!("{}.{digest}", token(tenant))
+}
+
 /// Tells nodes to drop work of a job. It is not kept.
 pub(crate) fn cancel(job: &str) -> String {
     format!("farm.ctl.cancel.{job}")
 }
 
-/// All of these.
+/// All that nodes publish: results, that they have begun, and what they give up.
+pub(crate) const BY_NODES: [&str; 3] = ["farm.r.>", "farm.b.*", "farm.dlq.>"];
+/// All that is said to nodes.
+pub(crate) const TO_NODES: &str = "farm.ctl.>";
+/// All that fronts publish.
+pub(crate) const BY_FRONTS: &str = "farm.>";
+/// All jobs that are to be dropped.
 pub(crate) const CANCELS: &str = "farm.ctl.cancel.*";
 /// The broker's notes on work that was delivered too often.
 pub(crate) const TOO_OFTEN: &str = "$JS.EVENT.ADVISORY.CONSUMER.MAX_DELIVERIES.FARM_T.*";
@@ -159,8 +192,22 @@ pub(crate) fn token(text: &str) -> String {
     token
 }
 
-/// Makes what is missing at the broker, and brings the rest to these configurations. Fronts do it at their start.
+/// Makes what is missing at the broker, and brings the rest to these configurations. Fronts do it at their start. Servers of a
+/// cluster that were started a moment ago have no leader yet, so it is tried for a while.
 pub(crate) async fn set_up(broker: &Broker, settings: &FarmSettings) -> Result<(), StartError> {
+    let began = Instant::now();
+    loop {
+        match set_up_once(broker, settings).await {
+            Err(StartError::Machine(why)) if began.elapsed() < PATIENCE => {
+                tracing::warn!(why, "the broker is not ready yet");
+                tokio::time::sleep(Duration::from_secs(1)).await;
+            }
+            done => return done,
+        }
+    }
+}
+
+async fn set_up_once(broker: &Broker, settings: &FarmSettings) -> Result<(), StartError> {
     let replicas = settings.farm_replicas as usize;
     for config in streams(replicas) {
         let name = config.name.clone();
@@ -224,16 +271,22 @@ fn streams(num_replicas: usize) -> [Config; 5] {
     ]
 }
 
-fn buckets(num_replicas: usize) -> [kv::Config; 3] {
+fn buckets(num_replicas: usize) -> [kv::Config; 5] {
     let of = |bucket: &str, max_age| kv::Config {
         bucket: bucket.into(),
         history: 1,
-        storage: stream::StorageType::File,
+        storage: StorageType::File,
         num_replicas,
         max_age,
         ..kv::Config::default()
     };
-    [of(JOBS, Duration::ZERO), of(NODES, NODE_AGE), of(FRONTS, FRONT_AGE)]
+    [
+        kv::Config { limit_markers: Some(REMOVED_AGE), ..of(JOBS, Duration::ZERO) },
+        of(NODES, NODE_AGE),
+        of(FRONTS, FRONT_AGE),
+        of(KEYS, KEY_AGE),
+        of(SECRETS, Duration::ZERO),
+    ]
 }
 
 /// The queue of a class. Work that is not acknowledged goes to another node after the lease.

@@ -17,7 +17,7 @@ pub(crate) struct FarmSettings {
     /// With it, nodes render what is asked of the service; without it the service renders itself.
     #[arg(long, env = "STRAHL_FARM", value_name = "URL,...", value_parser = Servers::read, requires = "store", hide_env_values = true)]
     pub(crate) farm: Option<Servers>,
-    /// File of credentials for the broker: a JWT and its seed, as nsc writes them.
+    /// File of credentials for the broker: a seed, as `strahl farm accounts` writes it, or a JWT and its seed, as nsc does.
     #[arg(long, env = "STRAHL_FARM_CREDENTIALS", value_name = "FILE", requires = "farm")]
     pub(crate) farm_credentials: Option<PathBuf>,
     /// File of certificates, as PEM, that the broker's is checked with [default: those of the system].

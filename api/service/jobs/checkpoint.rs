@@ -60,7 +60,7 @@ mod tests {
     }
 
     fn tile(number: u32) -> Tile {
-        let black = crate::service::jobs::canvas::empty(SIZE, region(number).unwrap());
+        let black = crate::service::pictures::assembly::empty(SIZE, region(number).unwrap());
         let alpha = vec![0.25 * number as f32; if number == 2 { 6 } else { 0 }];
         let display = Display::new(f64::from(number) / 3.0, ToneMapping::Agx);
         let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], alpha, display, ..black.film.clone() };

@@ -57,6 +57,7 @@ fn open(pool: &Arc<Pool>, path: &Path) -> Result<Opened, StartError> {
         keep_records: Duration::from_secs(600),
         keep_jobs: 100,
         data: Some(path.to_owned()),
+        durable: true,
     };
     let cache = Arc::new(SceneCache::new(0, MemoryBudget::new(1 << 30), None, SceneStore::Memory(LruCache::new(0))));
     let mut folder = Folder::open(path, &DATA)?;

@@ -1,7 +1,8 @@
 //! What is delivered after the end of a job: its picture to the store, and a message about it to a receiver.
 //!
 //! The state of both is part of the job's record, so that it outlives what the job outlives. The record that says how a job
-//! ended also says that there is something to deliver: no end of the process comes between the two.
+//! ended also says that there is something to deliver: no end of the process comes between the two. In a farm the front whose
+//! name is in the record makes the attempt; if it is gone another one does.
 
 use super::Jobs;
 use super::job::{Job, locked};
@@ -45,6 +46,9 @@ pub(crate) struct Delivery {
     /// The message, from before its first attempt to its end: all attempts send the same one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) message: Option<String>,
+    /// In a farm: the front that makes an attempt.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) front: Option<String>,
 }
 
 /// How far a delivery is.
@@ -107,10 +111,11 @@ impl Record {
 }
 
 impl Jobs {
-    /// Jobs that have ended and have something to deliver.
+    /// Jobs that have ended and have something to deliver, which no other front is about.
     pub(crate) fn outgoing(&self) -> Vec<Arc<Job>> {
         let registry = locked(&self.registry);
-        registry.outgoing.iter().filter_map(|id| registry.jobs.get(id)).map(Arc::clone).collect()
+        let is_free = |job: &&Arc<Job>| job.record().next_parcel().is_some_and(|(_, delivery)| self.is_free(delivery));
+        registry.outgoing.iter().filter_map(|id| registry.jobs.get(id)).filter(is_free).map(Arc::clone).collect()
     }
 
     /// Waits until a job has something to deliver that was not among them before.
@@ -118,32 +123,44 @@ impl Jobs {
         self.bell.notified().await;
     }
 
-    /// Changes the state of a delivery, which is on disk when this returns.
-    pub(crate) fn note_delivery(
-        &self,
-        job: &Job,
-        parcel: Parcel,
-        change: impl FnOnce(&mut Delivery),
-    ) -> io::Result<()> {
-        if let Some(delivery) = job.record().outbox.delivery(parcel) {
-            change(delivery);
+    /// Makes this process the one that makes an attempt that is due, and writes its message down. False if another one does, or
+    /// has done so.
+    pub(crate) fn begin_delivery(&self, job: &Arc<Job>, parcel: Parcel, message: Option<&str>) -> io::Result<bool> {
+        let front = self.records.front();
+        if front.is_none() && message.is_none() {
+            return Ok(true);
         }
-        self.look_for_parcels(job);
-        self.save(job)
+        self.change(job, |record| {
+            let is_due = |delivery: &Delivery| delivery.next <= now() && self.is_free(delivery);
+            if record.next_parcel().is_none_or(|(next, delivery)| next != parcel || !is_due(delivery)) {
+                return false;
+            }
+            let Some(delivery) = record.outbox.delivery(parcel) else { return false };
+            delivery.front = front.map(str::to_owned);
+            // Another front may have sent it before.
+            delivery.message = delivery.message.take().or_else(|| message.map(str::to_owned));
+            true
+        })
     }
 
-    /// Keeps the list of jobs with something to deliver as their records are.
-    pub(super) fn look_for_parcels(&self, job: &Job) {
-        let (id, is_outgoing) = {
-            let record = job.record();
-            (record.id.clone(), record.next_parcel().is_some())
-        };
-        let mut registry = locked(&self.registry);
-        if is_outgoing && registry.jobs.contains_key(&id) {
-            registry.outgoing.insert(id);
-            self.bell.notify_one();
-        } else {
-            registry.outgoing.remove(&id);
-        }
+    /// Changes the state of a delivery after an attempt, which is written down when this returns. What another front is about,
+    /// since it has not heard of this one for long, is left to it.
+    pub(crate) fn end_attempt(&self, job: &Arc<Job>, parcel: Parcel, change: impl Fn(&mut Delivery)) -> io::Result<()> {
+        let changed = self.change(job, |record| {
+            let is_mine = |delivery: &&mut Delivery| {
+                delivery.is_pending() && delivery.front.as_deref() == self.records.front()
+            };
+            let Some(delivery) = record.outbox.delivery(parcel).filter(is_mine) else { return false };
+            delivery.front = None;
+            change(delivery);
+            true
+        });
+        changed.map(drop)
+    }
+
+    /// Whether no other front makes an attempt.
+    fn is_free(&self, delivery: &Delivery) -> bool {
+        let is_other = |front: &str| Some(front) != self.records.front() && self.records.is_alive(front);
+        !delivery.front.as_deref().is_some_and(is_other)
     }
 }

@@ -1,5 +1,6 @@
 //! Pictures: what is asked for, rendering it, the file with its cost report, and the cache of files.
 
+pub(crate) mod assembly;
 pub(crate) mod cache;
 pub(crate) mod file;
 pub(crate) mod map;

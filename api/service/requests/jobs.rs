@@ -2,7 +2,7 @@
 
 use super::Service;
 use super::pictures::{Source, Upload, image_of};
-use crate::service::deliveries::key::KeyTemplate;
+use crate::service::deliveries::key::{FRAME, KeyTemplate};
 use crate::service::error::Error;
 use crate::service::jobs::outbox::{Delivery, Outbox};
 use crate::service::jobs::record::{JobSpec, Record};
@@ -19,6 +19,7 @@ use std::time::{Duration, UNIX_EPOCH};
 use strahl::film::{FileFormat, Region};
 use strahl::scene::description::{Accuracy, ImageSize};
 use strahl::scene::{Description, Format, Overrides};
+use strahl::sequence::Sequence;
 
 /// A job that a client asks for.
 #[derive(Debug)]
@@ -27,6 +28,8 @@ pub(crate) struct WantedJob {
     pub(crate) scene: Vec<u8>,
     /// What the text is.
     pub(crate) form: Form,
+    /// The frames of a sequence.
+    pub(crate) frames: Option<Sequence>,
     /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
     /// Format of the picture.
@@ -54,13 +57,18 @@ impl Wishes {
             "job" => Some(record.id.clone()),
             "scene" => record.scene_id.clone(),
             "image" => record.image_id.clone(),
+            "frame" => record.frames.map(|_| FRAME.to_owned()),
             "width" => Some(record.width.to_string()),
             "height" => Some(record.height.to_string()),
             "date" => Some(day(record.created)),
             "ext" => Some(record.spec.output.names().0.to_owned()),
             _ => None,
         };
-        let name = self.key.map(|key| key.fill(&record.tenant, value)).transpose().map_err(Error::OutOfRange)?;
+        let name = self.key.map(|key| {
+            let key = if record.frames.is_some() { key.of_frames()? } else { key };
+            key.fill(&record.tenant, value)
+        });
+        let name = name.transpose().map_err(Error::OutOfRange)?;
         Ok(Outbox { store: name.map(Delivery::to), webhook: self.webhook.map(Delivery::to) })
     }
 }
@@ -84,6 +92,10 @@ impl Service {
         let (tenant, weight) = (task.tenant.to_string(), task.weight);
         let (service, wishes) = (Arc::clone(self), std::mem::take(&mut wanted.wishes));
         let check = move |work: &Work| {
+            if let Some(sequence) = wanted.frames.take() {
+                let (record, text) = service.check_sequence(work, wanted, &sequence)?;
+                return Ok((Record { tenant, weight, ..record }, text));
+            }
             let WantedJob { scene, form, overrides, output, priority, labels, .. } = wanted;
             let limits = &service.jobs.limits;
             let accept = |scene: &Description| {
@@ -173,7 +185,7 @@ impl Service {
         Ok(Some(self.make_picture(task, Source::Sent(upload), spec).await?.file))
     }
 
-    fn check_time(&self, estimate_ms: f64) -> Result<(), Error> {
+    pub(super) fn check_time(&self, estimate_ms: f64) -> Result<(), Error> {
         let max = self.jobs.limits.job_timeout.as_secs();
         if estimate_ms <= max as f64 * 1e3 {
             return Ok(());

@@ -4,6 +4,7 @@ mod data;
 mod keys;
 mod requests;
 mod scenes;
+mod sequences;
 #[cfg(test)]
 mod tests;
 
@@ -11,9 +12,10 @@ mod tests;
 pub(crate) type Target = fn(&[u8]);
 
 /// The targets by name, which is also that of the folder of their seeds.
-pub(crate) const TARGETS: [(&str, Target); 7] = [
+pub(crate) const TARGETS: [(&str, Target); 8] = [
     ("scene", scenes::json),
     ("nff", scenes::nff),
+    ("sequence", sequences::json),
     ("accept", requests::accept),
     ("iiif", requests::iiif),
     ("events", requests::events),

@@ -25,6 +25,7 @@ mod refusals;
 mod renders;
 mod scene_cache;
 mod schemas;
+mod sequences;
 mod streams;
 mod tenants;
 mod tiles;

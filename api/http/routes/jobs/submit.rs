@@ -14,6 +14,7 @@ use schemars::{Schema, SchemaGenerator, json_schema};
 use serde_json::value::RawValue;
 use serde_json::{Map, Value, json};
 use strahl::scene::Format;
+use strahl::sequence::Sequence;
 
 /// Most labels of a job, and most characters of a label.
 const LABELS: [usize; 2] = [16, 64];
@@ -43,6 +44,8 @@ struct JobRequest<'a> {
     #[serde(borrow)]
     #[schemars(schema_with = "scene_reference")]
     scene: &'a RawValue,
+    /// Frames of the scene: a sequence. Default: a single picture.
+    frames: Option<Sequence>,
     /// Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
     #[serde(default)]
     #[schemars(schema_with = "overrides")]
@@ -98,11 +101,12 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
         app.drain.accepts_work()?;
         Query::of(&parts.uri)?.finish()?;
         match body::declared_format(&parts.headers)? {
-            Some(Format::Nff) => {
-                let detail = "a job is application/json; for NFF use POST /v1/render with Prefer: respond-async";
+            declared @ (None | Some(Format::Json)) => Ok(declared),
+            Some(_) => {
+                let detail =
+                    "a job is application/json; for NFF and models use POST /v1/render with Prefer: respond-async";
                 Err(Problem::new(Kind::UnsupportedMediaType, detail))
             }
-            declared => Ok(declared),
         }
     };
     let declared = match check() {
@@ -114,7 +118,7 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
     };
     let text = body::read(&app, &parts.headers, body).await?;
     body::check_content(declared, text.as_ref())?;
-    let claim = match claim(&app, &tenant, &parts.headers, text.as_ref())? {
+    let claim = match claim(&app, &tenant, &parts.headers, text.as_ref()).await? {
         Claimed::Before(job) => return Ok(accepted(&app, &job, true, Prefer::default()).await),
         Claimed::Now(claim) => claim,
     };
@@ -133,7 +137,7 @@ fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Pro
         let kind = if error.is_data() { Kind::InvalidRequest } else { Kind::InvalidJson };
         Problem::new(kind, format!("the body is {{\"scene\": {{...}}, \"settings\": {{...}}, ...}}: {error}"))
     })?;
-    let JobRequest { scene, settings, output, priority, labels, webhook, store } = request;
+    let JobRequest { scene, frames, settings, output, priority, labels, webhook, store } = request;
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
     let priority = priority.unwrap_or(PRIORITY);
     if priority > 100 {
@@ -152,5 +156,5 @@ fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Pro
     let output = query.picture_format(output, &HeaderMap::new())?;
     query.finish()?;
     let (form, scene) = form_of(app, tenant, scene.get().as_bytes())?;
-    Ok(WantedJob { scene: scene.into(), form, overrides, output, priority, labels, wishes })
+    Ok(WantedJob { scene: scene.into(), form, frames, overrides, output, priority, labels, wishes })
 }
