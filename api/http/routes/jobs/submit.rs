@@ -81,7 +81,7 @@ struct WebhookRequest {
 #[serde(deny_unknown_fields, default)]
 struct StoreRequest {
     /// Its name below `results/TENANT/`: parts of A-Z a-z 0-9 . _ - between slashes, with {job}, {scene}, {image}, {width},
-    /// {height}, {date} and {ext}. By default {job}.{ext}.
+    /// {height}, {date} and {ext}, and {frame} in jobs of frames. By default {job}.{ext}, or {job}/{frame}.{ext}.
     #[schemars(length(max = 200))]
     key: Option<String>,
 }
