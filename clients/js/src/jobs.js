@@ -37,13 +37,15 @@ export class Jobs {
    * request that was lost is sent again and is still one job.
    * @param {import("./client.js").Scene} scene
    * @param {import("./client.js").Settings & import("./client.js").Output & { priority?: number, labels?: string[],
-   *   idempotencyKey?: string, wait?: number }} [options] `wait`: seconds to wait for its end
+   *   webhook?: string, store?: string | true, idempotencyKey?: string, wait?: number }} [options] `wait`: seconds to wait for its
+   *   end; `webhook`: a URL that hears of its end; `store`: the name of its picture in the service's store, or true for one of its own
    * @param {import("./client.js").Given} [given]
    */
   async submit(scene, options = {}, { signal } = {}) {
-    const { priority, labels, idempotencyKey = crypto.randomUUID(), wait, format, bits, quality, ...settings } = options;
+    const { priority, labels, webhook, store, idempotencyKey = crypto.randomUUID(), wait, format, bits, quality, ...settings } = options;
     const output = { format, bits: bits === undefined ? undefined : String(bits), quality };
-    const about = JSON.stringify({ settings, output, priority, labels });
+    const after = { webhook: webhook && { url: webhook }, store: store && (store === true ? {} : { key: store }) };
+    const about = JSON.stringify({ settings, output, priority, labels, ...after });
     // The scene's text goes in as it is.
     const body = `{"scene":${await textOf(scene)},${about.slice(1)}`;
     const headers = { "content-type": "application/json", "idempotency-key": idempotencyKey, ...(wait && { prefer: `wait=${wait}` }) };

@@ -221,11 +221,13 @@ def capability(job_id: str | None, image_id: str | None, scene_id: str | None, t
 
 
 def submit(scene: SceneLike, options: Mapping[str, Any], priority: int | None, labels: Sequence[str],
-           idempotency_key: str | None, wait: int | None) -> Call[contract.JobView]:
+           webhook: str | None, store: str | bool, idempotency_key: str | None, wait: int | None) -> Call[contract.JobView]:
     output = {name: str(value) if name == "bits" else value for name, value in options.items()
               if name in Output.__annotations__ and value is not None}
     settings = {name: value for name, value in options.items() if name not in Output.__annotations__ and value is not None}
     about = {"settings": settings, "output": output, "labels": list(labels), **({} if priority is None else {"priority": priority})}
+    about |= {} if webhook is None else {"webhook": {"url": webhook}}
+    about |= {} if store is False else {"store": {} if store is True else {"key": store}}
     # The scene's text goes in as it is, so that lines of mistakes are its own where it stands alone.
     body = b'{"scene":%b,%b' % (_json_scene(scene), json.dumps(about, allow_nan=False).encode()[1:])
     # With a key it can be sent again without becoming two jobs.

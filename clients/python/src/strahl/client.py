@@ -191,9 +191,12 @@ class Jobs:
         self._client = client
 
     def submit(self, scene: SceneLike, *, priority: int | None = None, labels: Sequence[str] = (),
+               webhook: str | None = None, store: str | bool = False,
                idempotency_key: str | None = None, wait: int | None = None, **options: Unpack[RenderOptions]) -> Job:
-        """Submits a job. The same `idempotency_key` with the same request gives the same job."""
-        view = self._client._do(calls.submit(scene, options, priority, labels, idempotency_key, wait))
+        """Submits a job. The same `idempotency_key` with the same request gives the same job. After its end, `webhook` is a URL
+        that hears of it, and `store` the name of its picture in the service's store, or True for a name of its own."""
+        view = self._client._do(
+            calls.submit(scene, options, priority, labels, webhook, store, idempotency_key, wait))
         return Job(self._client, view)
 
     def get(self, job_id: str) -> Job:
