@@ -31,12 +31,15 @@ export class Jobs {
      * request that was lost is sent again and is still one job.
      * @param {import("./client.js").Scene} scene
      * @param {import("./client.js").Settings & import("./client.js").Output & { priority?: number, labels?: string[],
-     *   idempotencyKey?: string, wait?: number }} [options] `wait`: seconds to wait for its end
+     *   webhook?: string, store?: string | true, idempotencyKey?: string, wait?: number }} [options] `wait`: seconds to wait for its
+     *   end; `webhook`: a URL that hears of its end; `store`: the name of its picture in the service's store, or true for one of its own
      * @param {import("./client.js").Given} [given]
      */
     submit(scene: import("./client.js").Scene, options?: import("./client.js").Settings & import("./client.js").Output & {
         priority?: number;
         labels?: string[];
+        webhook?: string;
+        store?: string | true;
         idempotencyKey?: string;
         wait?: number;
     }, { signal }?: import("./client.js").Given): Promise<Job>;
