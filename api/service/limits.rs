@@ -6,7 +6,7 @@ use super::values::{as_seconds, long_seconds, seconds};
 use super::{memory, memory_budget};
 use clap::{Args, value_parser};
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Duration;
 use strahl::film::Region;

@@ -116,6 +116,11 @@ impl Records {
         }
     }
 
+    /// The same on a thread that is none of a runtime.
+    pub(crate) fn catch_up_here(&self) {
+        self.runtime.block_on(self.catch_up());
+    }
+
     /// Hears of all that there is, and then of each change, for ever.
     pub(crate) async fn follow(&self, mut hear: impl FnMut(News<'_>) + Send) {
         loop {

@@ -113,8 +113,8 @@ impl Jobs {
         files: Files,
         limits: JobLimits,
         registry: Registry,
-    ) -> Arc<Self> {
-        Arc::new(Self {
+    ) -> Self {
+        Self {
             pool,
             cache,
             farm,
@@ -128,7 +128,7 @@ impl Jobs {
             open: watch::Sender::new(0),
             canceled: AtomicU64::new(0),
             time_kept: AtomicU64::new(0),
-        })
+        }
     }
 
     /// Opens a folder and resumes the jobs in it, or joins the fronts of a farm.
@@ -172,10 +172,8 @@ impl Jobs {
         let hopeless = |job: &Arc<Job>| job.record().crashes > CRASHES;
         let hopeless: Vec<_> = registry.queued.iter().filter(|job| hopeless(job)).map(Arc::clone).collect();
         folder.mark()?;
-        let mut jobs = Self::new(pool, cache, None, observer, Box::new(store), None, files, limits, registry);
-        if let Some(jobs) = Arc::get_mut(&mut jobs) {
-            jobs.has_other_records = contents.others;
-        }
+        let jobs = Self::new(pool, cache, None, observer, Box::new(store), None, files, limits, registry);
+        let jobs = Arc::new(Self { has_other_records: contents.others, ..jobs });
         jobs.check_orphans();
         for job in hopeless {
             jobs.finish(&job, State::Failed, Some(abandoned()));
@@ -222,7 +220,8 @@ impl Jobs {
             let mut registry = locked(&self.registry);
             let is_open = registry.is_open(job);
             if is_open {
-                registry.remove(&job.record().id.clone());
+                let id = job.record().id.clone();
+                registry.remove(&id);
             }
             is_open
         };
@@ -366,12 +365,16 @@ impl Jobs {
             is_mine
         };
         let life = job.record().lives;
+        let has_ended_in = |life: u64| {
+            let record = job.record();
+            record.lives == life && record.state.is_final()
+        };
         let mut is_doubtful = false;
         loop {
             match self.change(job, change) {
                 Ok(true) => break,
                 // It was written, and only the answer was lost.
-                Ok(false) if is_doubtful && job.record().lives == life && job.record().state.is_final() => break,
+                Ok(false) if is_doubtful && has_ended_in(life) => break,
                 Ok(false) => return tracing::info!(job = job.record().id, "a job was taken by another front"),
                 Err(error) => tracing::error!(job = job.record().id, %error, "a record cannot be written"),
             }

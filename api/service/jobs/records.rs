@@ -38,7 +38,8 @@ pub(super) trait Records: fmt::Debug + Send + Sync {
         false
     }
 
-    /// Makes an idempotency key this process's own, until a job has it; none if another process has it.
+    /// Makes an idempotency key this process's own, until it is given up; none if another process has it. If another one has had
+    /// it before, this process knows the job that was made with it when this returns.
     fn claim(&self, _tenant: &str, _key: &str) -> io::Result<Option<u64>> {
         Ok(Some(0))
     }

@@ -167,7 +167,7 @@ impl Registry {
     /// The part of the farm that an open job of a tenant may have: tenants share it by weight, and jobs of a tenant equally.
     pub(super) fn share(&self, tenant: &str) -> f64 {
         let mut weights: HashMap<String, (f64, f64)> = HashMap::new();
-        for open in &self.open {
+        for open in self.running() {
             let open = open.record();
             let (weight, jobs) = weights.entry(open.tenant.clone()).or_default();
             *weight = f64::from(open.weight.max(1));

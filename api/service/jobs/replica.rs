@@ -48,6 +48,7 @@ impl Jobs {
         let records = Box::new(Arc::clone(&shared));
         let jobs =
             Self::new(pool, cache, Some(farm), observer, records, Some(Arc::clone(&shared)), files, limits, registry);
+        let jobs = Arc::new(jobs);
         let (all, all_heard) = mpsc::sync_channel(1);
         runtime.spawn({
             let (jobs, shared) = (Arc::clone(&jobs), Arc::clone(&shared));
@@ -144,7 +145,10 @@ impl Jobs {
             let registry = locked(&self.registry);
             registry.jobs.get(&record.id).or_else(|| registry.leaving.get(&record.id)).map(Arc::clone)
         };
-        let of = |job: &Arc<Job>| (job.record().state, job.record().front.clone());
+        let of = |job: &Arc<Job>| {
+            let record = job.record();
+            (record.state, record.front.clone())
+        };
         let state = known.as_ref().map(of);
         let job = known.unwrap_or_else(|| {
             locked(&self.registry).find_or_add(record.clone(), revision, self.herald(), &self.files)
@@ -196,9 +200,9 @@ impl Jobs {
             return;
         }
         let is_late = |job: &&Arc<Job>| {
-            let (seq, is_final) = (job.record().last_event, job.record().state.is_final());
             let left = *locked(&job.left);
-            is_final && seq > Some(job.events.last()) && left.is_some_and(|left| left.elapsed() >= LATE)
+            let Record { last_event: seq, state, .. } = *job.record();
+            state.is_final() && seq > Some(job.events.last()) && left.is_some_and(|left| left.elapsed() >= LATE)
         };
         let late: Vec<_> = locked(&self.registry).jobs.values().filter(is_late).map(Arc::clone).collect();
         late.iter().for_each(|job| self.tell_end(job, true));

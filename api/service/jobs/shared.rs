@@ -91,7 +91,11 @@ impl Records for Arc<Shared> {
 
     fn claim(&self, tenant: &str, key: &str) -> io::Result<Option<u64>> {
         match self.keys.create(&place(tenant, key), self.fronts.id.clone().into_bytes()) {
-            Ok(revision) => Ok(Some(revision)),
+            Ok(revision) => {
+                // Who had it before has written its job before.
+                self.records.catch_up_here();
+                Ok(Some(revision))
+            }
             Err(Refused::Changed) => Ok(None),
             Err(Refused::Failed(error)) => Err(error),
         }

@@ -52,39 +52,40 @@ impl Drop for Claim {
         let mut registry = locked(&self.jobs.registry);
         if registry.keys.get(&key).is_some_and(Option::is_none) {
             registry.keys.remove(&key);
-            drop(registry);
-            self.jobs.records.give_up(&self.tenant, &self.idempotency.key, self.revision.load(Ordering::Relaxed));
         }
+        drop(registry);
+        // From here on the job's record has the key, if there is a job.
+        self.jobs.records.give_up(&self.tenant, &self.idempotency.key, self.revision.load(Ordering::Relaxed));
     }
 }
 
 impl Jobs {
     /// Claims an idempotency key for a request. With a farm it asks the broker.
     pub(crate) fn claim(self: &Arc<Self>, tenant: &str, idempotency: Idempotency) -> Result<Claim, KeyUse> {
-        let mut registry = locked(&self.registry);
         let place = (tenant.to_owned(), idempotency.key.clone());
-        match registry.keys.get(&place) {
-            Some(None) => return Err(KeyUse::Pending),
-            Some(Some(id)) => {
-                if let Some(job) = registry.jobs.get(id) {
-                    let same = job.record().idempotency.as_ref() == Some(&idempotency);
-                    return Err(if same { KeyUse::Same(Arc::clone(job)) } else { KeyUse::Other });
+        {
+            let mut registry = locked(&self.registry);
+            match registry.keys.get(&place) {
+                Some(None) => return Err(KeyUse::Pending),
+                Some(Some(_)) => {
+                    if let Some(known) = registry.use_of(&place, &idempotency) {
+                        return Err(known);
+                    }
                 }
+                None => {}
             }
-            None => {}
+            registry.keys.insert(place.clone(), None);
         }
-        registry.keys.insert(place, None);
-        drop(registry);
         let claim = Claim { jobs: Arc::clone(self), tenant: tenant.to_owned(), idempotency, revision: AtomicU64::new(0) };
         match self.records.claim(tenant, &claim.idempotency.key) {
-            Ok(Some(revision)) => {
-                claim.revision.store(revision, Ordering::Relaxed);
-                Ok(claim)
-            }
-            // Another front accepts it, or has just done so.
-            Ok(None) => Err(KeyUse::Pending),
-            Err(error) => Err(KeyUse::Unknown(error)),
+            Ok(Some(revision)) => claim.revision.store(revision, Ordering::Relaxed),
+            // Another front accepts it now.
+            Ok(None) => return Err(KeyUse::Pending),
+            Err(error) => return Err(KeyUse::Unknown(error)),
         }
+        // Another front may have had the key before, and then its job is here by now.
+        let known = locked(&self.registry).use_of(&place, &claim.idempotency);
+        known.map_or(Ok(claim), Err)
     }
 
     /// Accepts a job, which is on disk when this returns. Given a picture that exists already, the job is finished at once
@@ -231,6 +232,13 @@ impl Jobs {
 }
 
 impl Registry {
+    /// What a key was used for, if there is a job with it.
+    fn use_of(&self, place: &(String, String), idempotency: &Idempotency) -> Option<KeyUse> {
+        let job = self.jobs.get(self.keys.get(place)?.as_ref()?)?;
+        let same = job.record().idempotency.as_ref() == Some(idempotency);
+        Some(if same { KeyUse::Same(Arc::clone(job)) } else { KeyUse::Other })
+    }
+
     /// The job of a record. Other fronts' jobs and those of this one come by the same way; one that is here stays.
     pub(super) fn find_or_add(
         &mut self,

@@ -85,7 +85,7 @@ impl Blobs for SharedBlobs {
     /// Who finds the head finds the bytes.
     fn put(&self, name: &str, head: &[u8], body: &[u8]) -> io::Result<()> {
         let put = |path: String, bytes: Vec<u8>| self.runtime.block_on(self.objects.put(&path, bytes));
-        let mut put_both = || -> Result<(), ObjectError> {
+        let put_both = || -> Result<(), ObjectError> {
             put(self.path(name), body.to_vec())?;
             if !self.named_by_digest {
                 let prefix = Prefix { body: Sha256::digest(body).into(), head: head.len() as u64 };
