@@ -82,6 +82,7 @@
 //! pictures   render: tiles, antialiasing   inspect: single rays, ray trees, maps
 //! rays       trace: the recursion
 //! scene      scene: text -> Description -> Scene
+//! models     models: glTF, OBJ, STL and PLY into one neutral model
 //! parts      shape  film  metrics  accel  shading  camera  bound: what is proved
 //! numbers    words  math  lanes  ray  control: pausing and cancelling
 //! ```

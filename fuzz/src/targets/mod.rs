@@ -11,9 +11,14 @@ mod tests;
 pub(crate) type Target = fn(&[u8]);
 
 /// The targets by name, which is also that of the folder of their seeds.
-pub(crate) const TARGETS: [(&str, Target); 7] = [
+pub(crate) const TARGETS: [(&str, Target); 12] = [
     ("scene", scenes::json),
     ("nff", scenes::nff),
+    ("gltf", scenes::gltf),
+    ("obj", scenes::obj),
+    ("stl", scenes::stl),
+    ("ply", scenes::ply),
+    ("parts", scenes::parts),
     ("accept", requests::accept),
     ("iiif", requests::iiif),
     ("events", requests::events),
