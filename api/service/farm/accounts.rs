@@ -128,7 +128,8 @@ mod tests {
 
     #[test]
     fn nobody_hears_the_answers_to_others() {
-        let hears = |role: Role, inbox: &str, subject| role.hears(inbox).iter().any(|pattern| matches(pattern, subject));
+        let hears =
+            |role: Role, inbox: &str, subject: &str| role.hears(inbox).iter().any(|pattern| matches(pattern, subject));
         assert!(hears(Role::Node, "_INBOX.node", "_INBOX.node.x.1"));
         assert!(!hears(Role::Node, "_INBOX.node", "_INBOX.front.x.1"));
         assert!(!hears(Role::Node, "_INBOX.node", &names::work(names::Class::Hi, "a", "7")));

@@ -127,9 +127,9 @@ fn model(seed: u64) -> Value {
         let share = |r: &mut Random| [0.0, 1.0, r.between(0.0, 1.0)][r.below(3)];
         let color: [f64; 3] = std::array::from_fn(|_| r.between(0.0, 0.95));
         let mut pbr = json!({
-            "base_color": color, "metallic": share(r), "roughness": [0.0, 0.08, r.between(0.1, 1.0)][r.below(3)],
-            "clearcoat": [0.0, 0.0, 1.0][r.below(3)], "clearcoat_roughness": [0.0, 0.4][r.below(2)],
-            "transmission": [0.0, 0.0, 0.9][r.below(3)], "thin": r.below(2) == 0
+            "base_color": color, "metallic": share(r), "roughness": ([0.0, 0.08, r.between(0.1, 1.0)][r.below(3)]),
+            "clearcoat": ([0.0, 0.0, 1.0][r.below(3)]), "clearcoat_roughness": ([0.0, 0.4][r.below(2)]),
+            "transmission": ([0.0, 0.0, 0.9][r.below(3)]), "thin": r.below(2) == 0
         });
         match r.below(6) {
             0 => pbr["opacity"] = json!({ "alpha": r.between(0.1, 0.9) }),
