@@ -280,7 +280,9 @@ fn one_key_is_one_job_at_whichever_front() {
             }
         };
         let ids: BTreeSet<String> = thread::scope(|scope| {
-            let sent: Vec<_> = (0..6).map(|at| scope.spawn(move || send(&farm.fronts[at % 2]))).collect();
+            let send = &send;
+            let fronts = farm.fronts.iter().cycle().take(6);
+            let sent: Vec<_> = fronts.map(|front| scope.spawn(move || send(front))).collect();
             sent.into_iter().map(|sent| sent.join().unwrap()).collect()
         });
         assert_eq!(ids.len(), 1, "{ids:?}");
