@@ -104,6 +104,7 @@ fn nodes_cannot_hand_out_work_or_hear_what_is_not_theirs() {
         "farm.t.norm.x.y.z",
         "farm.ev.x",
         "farm.ctl.cancel.x",
+        "farm.front.x",
         "$JS.API.STREAM.PURGE.FARM_T",
         "$JS.API.STREAM.PURGE.FARM_R",
         "$JS.API.STREAM.DELETE.FARM_T",

@@ -28,11 +28,15 @@ pub(crate) enum Role {
 
 impl Role {
     /// Subjects that it may publish to.
-    fn publishes(self) -> Vec<String> {
+    fn publishes(self, inbox: &str) -> Vec<String> {
         let owned = |subjects: &[&str]| subjects.iter().map(|&subject| subject.to_owned()).collect();
         match self {
-            // The account is the farm's alone, so the whole interface of streams may be a front's.
-            Self::Front => owned(&["$JS.API.>", "$JS.ACK.>", "$JS.FC.>", "$KV.>", names::BY_FRONTS]),
+            // The account is the farm's alone, so the whole interface of streams may be a front's. Fronts answer each other.
+            Self::Front => {
+                let mut all: Vec<String> = owned(&["$JS.API.>", "$JS.ACK.>", "$JS.FC.>", "$KV.>", names::BY_FRONTS]);
+                all.push(format!("{inbox}.>"));
+                all
+            }
             Self::Node => {
                 let mut all: Vec<String> = owned(&names::BY_NODES);
                 all.extend([
@@ -82,7 +86,7 @@ accounts {
             "      {{\n        nkey: {}\n        permissions: {{\n          publish: {{ allow: [\n{}          ] }}\n          \
              subscribe: {{ allow: [\n{}          ] }}\n        }}\n      }}\n",
             user.public_key,
-            list(user.role.publishes()),
+            list(user.role.publishes(&user.inbox)),
             list(user.role.hears(&user.inbox)),
         );
     }
@@ -106,7 +110,7 @@ mod tests {
     }
 
     fn may(role: Role, subject: &str) -> bool {
-        role.publishes().iter().any(|pattern| matches(pattern, subject))
+        role.publishes("_INBOX.x").iter().any(|pattern| matches(pattern, subject))
     }
 
     #[test]
