@@ -123,7 +123,9 @@ mod tests {
         let purge = format!("$JS.API.STREAM.PURGE.{WORK}");
         let read = format!("$JS.API.DIRECT.GET.KV_{}.a.7", names::JOBS);
         let record = format!("$KV.{}.{}", names::JOBS, names::job_key("a", "7"));
-        for subject in [work, purge, read, record, names::cancel("7"), names::events("7"), "$JS.API.STREAM.CREATE.X".into()] {
+        for subject in
+            [work, purge, read, record, names::cancel("7"), names::events("7"), "$JS.API.STREAM.CREATE.X".into()]
+        {
             assert!(!may(Role::Node, &subject), "{subject}");
             assert!(may(Role::Front, &subject), "{subject}");
         }
