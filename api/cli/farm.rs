@@ -40,13 +40,17 @@ pub(super) fn run(command: &FarmCommand) -> Result<(), Failure> {
     for (file, role) in files {
         let inbox = format!("_INBOX.{}", name_of(file)?);
         if !inboxes.insert(inbox.clone()) {
-            return Err(Failure::Usage(format!("{}: another file has this name; groups need names of their own", file.display())));
+            return Err(Failure::Usage(format!(
+                "{}: another file has this name; groups need names of their own",
+                file.display()
+            )));
         }
         let public_key = secret(file)?.public_key();
         told += &format!("--farm-credentials {} --farm-inbox {inbox}\n", file.display());
         users.push(User { public_key, inbox, role });
     }
-    fs::write(broker, configuration(&users)).map_err(|error| Failure::writing(&broker.display().to_string(), &error))?;
+    fs::write(broker, configuration(&users))
+        .map_err(|error| Failure::writing(&broker.display().to_string(), &error))?;
     output::print(told.as_bytes())
 }
 
@@ -54,7 +58,9 @@ pub(super) fn run(command: &FarmCommand) -> Result<(), Failure> {
 fn name_of(file: &Path) -> Result<&str, Failure> {
     let name = file.file_stem().and_then(|name| name.to_str()).unwrap_or_default();
     let is_word = !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"_-".contains(&b));
-    let wrong = || Failure::Usage(format!("{}: the file's name may have letters, digits, _ and -, then an ending", file.display()));
+    let wrong = || {
+        Failure::Usage(format!("{}: the file's name may have letters, digits, _ and -, then an ending", file.display()))
+    };
     is_word.then_some(name).ok_or_else(wrong)
 }
 
@@ -62,8 +68,9 @@ fn name_of(file: &Path) -> Result<&str, Failure> {
 fn secret(file: &Path) -> Result<KeyPair, Failure> {
     let name = file.display().to_string();
     match fs::read_to_string(file) {
-        Ok(text) => KeyPair::from_seed(text.trim())
-            .map_err(|error| Failure::Input(format!("{name} holds no secret of a user: {error}; delete it for a new one"))),
+        Ok(text) => KeyPair::from_seed(text.trim()).map_err(|error| {
+            Failure::Input(format!("{name} holds no secret of a user: {error}; delete it for a new one"))
+        }),
         Err(error) if error.kind() == ErrorKind::NotFound => {
             let new = KeyPair::new_user();
             let seed = new.seed().map_err(|error| Failure::Input(error.to_string()))?;

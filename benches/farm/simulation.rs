@@ -123,7 +123,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (of_front, of_nodes) = (runtime(2, 512)?, runtime(2, slots as usize + 600)?);
     let farm = Farm::open(&settings, None, of_front.handle()).map_err(|error| format!("{error:?}"))?.ok_or("--farm")?;
     let farm = Arc::new(farm);
-    let scene = SceneSource { text: SceneSource::name_of(SCENE.as_bytes()), format: Format::Json, settings: Overrides::default() };
+    let scene = SceneSource {
+        text: SceneSource::name_of(SCENE.as_bytes()),
+        format: Format::Json,
+        settings: Overrides::default(),
+    };
     farm.share_scene(&scene, SCENE.as_bytes())?;
     let (stop, stopped) = tokio::sync::watch::channel(false);
     let (of_node, of_farm) = (node.clone(), settings.clone());

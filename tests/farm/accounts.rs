@@ -24,7 +24,11 @@ fn run(folder: &Path, program: &str, words: &str) -> String {
 /// A certificate for 127.0.0.1 in `NAME.crt`, signed by `NAME-ca.crt`.
 fn certify(folder: &Path, name: &str) {
     let key = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes";
-    run(folder, "openssl", &format!("req -x509 {key} -days 2 -subj /CN={name}-ca -keyout {name}-ca.key -out {name}-ca.crt"));
+    run(
+        folder,
+        "openssl",
+        &format!("req -x509 {key} -days 2 -subj /CN={name}-ca -keyout {name}-ca.key -out {name}-ca.crt"),
+    );
     run(folder, "openssl", &format!("req {key} -subj /CN={name} -keyout {name}.key -out {name}.csr"));
     fs::write(folder.join("names"), "subjectAltName=IP:127.0.0.1\n").unwrap();
     let signed = format!("-CA {name}-ca.crt -CAkey {name}-ca.key -CAcreateserial -days 2 -extfile names");
@@ -57,7 +61,9 @@ impl Guarded {
     fn flags(&self, user: &str, ca: &str) -> Vec<String> {
         let file = |name: &str| self.path(name).display().to_string();
         let (credentials, certificates, inbox) = (file(&format!("{user}.nk")), file(ca), format!("_INBOX.{user}"));
-        ["--farm-credentials", &credentials, "--farm-ca", &certificates, "--farm-inbox", &inbox].map(str::to_owned).into()
+        ["--farm-credentials", &credentials, "--farm-ca", &certificates, "--farm-inbox", &inbox]
+            .map(str::to_owned)
+            .into()
     }
 
     fn store(&self) -> String {
@@ -104,6 +110,7 @@ fn nodes_cannot_hand_out_work_or_hear_what_is_not_theirs() {
         "farm.t.norm.x.y.z",
         "farm.ev.x",
         "farm.ctl.cancel.x",
+        "farm.front.x",
         "$JS.API.STREAM.PURGE.FARM_T",
         "$JS.API.STREAM.PURGE.FARM_R",
         "$JS.API.STREAM.DELETE.FARM_T",
@@ -143,7 +150,9 @@ fn nodes_cannot_hand_out_work_or_hear_what_is_not_theirs() {
     });
     for (kind, subject) in published.map(|s| ("publish", s)).into_iter().chain(heard.map(|s| ("subscription", s))) {
         let wanted = format!("permissions violation for {kind} to \"{subject}\"");
-        wait_until(&wanted, || refusals.lock().unwrap().iter().any(|said| said.to_lowercase().contains(&wanted.to_lowercase())));
+        wait_until(&wanted, || {
+            refusals.lock().unwrap().iter().any(|said| said.to_lowercase().contains(&wanted.to_lowercase()))
+        });
     }
     // The streams are still there, with nothing in them.
     let job = front.post_json("/v1/jobs", BALL).header("location").to_owned();
@@ -156,7 +165,8 @@ fn nodes_cannot_hand_out_work_or_hear_what_is_not_theirs() {
 fn strangers_and_brokers_with_other_certificates_are_refused() {
     let Some(farm) = Guarded::start() else { return };
     certify(farm.folder.path(), "stranger");
-    let (code, said) = farm.front(&farm.flags("front", "stranger-ca.crt")).map(|_| ()).expect_err("another certificate");
+    let (code, said) =
+        farm.front(&farm.flags("front", "stranger-ca.crt")).map(|_| ()).expect_err("another certificate");
     assert!(code == Some(1) && said.contains("--farm-ca"), "{code:?} {said}");
     let ca = farm.path("broker-ca.crt").display().to_string();
     let (code, said) = farm.front(&["--farm-ca".into(), ca]).map(|_| ()).expect_err("nobody");
@@ -177,7 +187,8 @@ fn secrets_stay_when_the_command_is_run_again() {
     assert!(!users.contains(front.trim()) && !users.contains(node.trim()), "no secret is in the broker's file");
     #[cfg(unix)]
     for secret in ["front.nk", "node.nk"] {
-        let mode = std::os::unix::fs::PermissionsExt::mode(&fs::metadata(folder.path().join(secret)).unwrap().permissions());
+        let mode =
+            std::os::unix::fs::PermissionsExt::mode(&fs::metadata(folder.path().join(secret)).unwrap().permissions());
         assert_eq!(mode & 0o777, 0o600, "{secret}");
     }
     strahl("farm accounts --node node.nk --node more.nk");

@@ -86,13 +86,13 @@ fn files_of_other_formats_are_refused_by_name() {
     }
 
     let service = Service::start(&[]);
+    let gltf = r#"{"scenes": [{"nodes": [0]}], "asset": {"version": "2.0"}}"#;
     for (kind, body, said) in [
         ("application/json", gltf, "this is glTF,"),
-        ("model/gltf+json", gltf, "this is glTF,"),
-        ("model/gltf-binary", "glTF\u{2}\0", "this is binary glTF"),
         ("application/json", "v 0 0 1\nv 0 1 1", "this is Wavefront OBJ"),
-        ("application/x-www-form-urlencoded", "mtllib a.mtl\n", "this is Wavefront OBJ"),
+        ("application/x-www-form-urlencoded", "#VRML V2.0 utf8", "this is VRML"),
         ("application/x-www-form-urlencoded", "v\nfrom 0 0 1\n", "this looks like Neutral File Format"),
+        ("model/gltf-binary", "v 0 0 1\nv 0 1 1", "this is Wavefront OBJ"),
         ("text/x-nff", gltf, "this is glTF,"),
         ("text/x-nff", BALL, "this is JSON, not NFF"),
     ] {

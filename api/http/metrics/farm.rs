@@ -59,7 +59,18 @@ impl Default for FarmFigures {
         for ((name, help), counter) in COUNTERS.into_iter().zip(&counters) {
             registry.register(name, help, counter.clone());
         }
-        Self { registry, nodes, slots, slots_busy, node_tiles, node_failures, node_busy_seconds, backlog, connected, counters }
+        Self {
+            registry,
+            nodes,
+            slots,
+            slots_busy,
+            node_tiles,
+            node_failures,
+            node_busy_seconds,
+            backlog,
+            connected,
+            counters,
+        }
     }
 }
 

@@ -112,7 +112,8 @@ pub(crate) async fn animation(
         };
         app.service.run(tenant.task(Class::Renders), work).await?.value
     };
-    let bytes = bytes.ok_or_else(|| Problem::new(Kind::Gone, "the file of a frame is damaged; submit the job again"))?;
+    let bytes =
+        bytes.ok_or_else(|| Problem::new(Kind::Gone, "the file of a frame is damaged; submit the job again"))?;
     let mut answer = HeaderMap::new();
     answer.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     answer.insert(header::CONTENT_LENGTH, bytes.len().into());

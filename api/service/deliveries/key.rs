@@ -134,7 +134,10 @@ mod tests {
         assert_eq!(KeyTemplate::default(), "{job}.{ext}".parse().unwrap());
         assert!(fill("{frame}").unwrap_err().contains("{frame} stands for nothing"));
         let frames = |key: &str| key.parse::<KeyTemplate>().unwrap().of_frames();
-        assert_eq!(frames("{job}.{ext}").unwrap().fill("t", |word| Some(format!("{{{word}}}"))).unwrap(), "results/t/{job}/{frame}.{ext}");
+        assert_eq!(
+            frames("{job}.{ext}").unwrap().fill("t", |word| Some(format!("{{{word}}}"))).unwrap(),
+            "results/t/{job}/{frame}.{ext}"
+        );
         assert!(frames("a/{frame}.png").is_ok() && frames("{job}.png").unwrap_err().contains("{frame}"));
         for wrong in [
             "",

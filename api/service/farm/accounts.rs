@@ -28,11 +28,15 @@ pub(crate) enum Role {
 
 impl Role {
     /// Subjects that it may publish to.
-    fn publishes(self) -> Vec<String> {
+    fn publishes(self, inbox: &str) -> Vec<String> {
         let owned = |subjects: &[&str]| subjects.iter().map(|&subject| subject.to_owned()).collect();
         match self {
-            // The account is the farm's alone, so the whole interface of streams may be a front's.
-            Self::Front => owned(&["$JS.API.>", "$JS.ACK.>", "$JS.FC.>", "$KV.>", names::BY_FRONTS]),
+            // The account is the farm's alone, so the whole interface of streams may be a front's. Fronts answer each other.
+            Self::Front => {
+                let mut all: Vec<String> = owned(&["$JS.API.>", "$JS.ACK.>", "$JS.FC.>", "$KV.>", names::BY_FRONTS]);
+                all.push(format!("{inbox}.>"));
+                all
+            }
             Self::Node => {
                 let mut all: Vec<String> = owned(&names::BY_NODES);
                 all.extend([
@@ -82,7 +86,7 @@ accounts {
             "      {{\n        nkey: {}\n        permissions: {{\n          publish: {{ allow: [\n{}          ] }}\n          \
              subscribe: {{ allow: [\n{}          ] }}\n        }}\n      }}\n",
             user.public_key,
-            list(user.role.publishes()),
+            list(user.role.publishes(&user.inbox)),
             list(user.role.hears(&user.inbox)),
         );
     }
@@ -106,7 +110,7 @@ mod tests {
     }
 
     fn may(role: Role, subject: &str) -> bool {
-        role.publishes().iter().any(|pattern| matches(pattern, subject))
+        role.publishes("_INBOX.x").iter().any(|pattern| matches(pattern, subject))
     }
 
     #[test]
@@ -119,7 +123,9 @@ mod tests {
         let purge = format!("$JS.API.STREAM.PURGE.{WORK}");
         let read = format!("$JS.API.DIRECT.GET.KV_{}.a.7", names::JOBS);
         let record = format!("$KV.{}.{}", names::JOBS, names::job_key("a", "7"));
-        for subject in [work, purge, read, record, names::cancel("7"), names::events("7"), "$JS.API.STREAM.CREATE.X".into()] {
+        for subject in
+            [work, purge, read, record, names::cancel("7"), names::events("7"), "$JS.API.STREAM.CREATE.X".into()]
+        {
             assert!(!may(Role::Node, &subject), "{subject}");
             assert!(may(Role::Front, &subject), "{subject}");
         }
@@ -128,7 +134,8 @@ mod tests {
 
     #[test]
     fn nobody_hears_the_answers_to_others() {
-        let hears = |role: Role, inbox: &str, subject| role.hears(inbox).iter().any(|pattern| matches(pattern, subject));
+        let hears =
+            |role: Role, inbox: &str, subject: &str| role.hears(inbox).iter().any(|pattern| matches(pattern, subject));
         assert!(hears(Role::Node, "_INBOX.node", "_INBOX.node.x.1"));
         assert!(!hears(Role::Node, "_INBOX.node", "_INBOX.front.x.1"));
         assert!(!hears(Role::Node, "_INBOX.node", &names::work(names::Class::Hi, "a", "7")));

@@ -45,9 +45,9 @@ use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
 use crate::service::storage::folder::Folder;
 use crate::service::storage::revisions::Refused;
+use event_log::{Herald, before_life};
 use files::Files;
 use job::{Stopped, locked};
-use event_log::{Herald, before_life};
 use record::{Failure, Record, State, now};
 use records::Records;
 use registry::Registry;
@@ -224,7 +224,8 @@ impl Jobs {
             let mut registry = locked(&self.registry);
             let is_open = registry.is_open(job);
             if is_open {
-                registry.remove(&job.record().id.clone());
+                let id = job.record().id.clone();
+                registry.remove(&id);
             }
             is_open
         };
@@ -371,12 +372,16 @@ impl Jobs {
             is_mine
         };
         let life = job.record().lives;
+        let has_ended_in = |life: u64| {
+            let record = job.record();
+            record.lives == life && record.state.is_final()
+        };
         let mut is_doubtful = false;
         loop {
             match self.change(job, change) {
                 Ok(true) => break,
                 // It was written, and only the answer was lost.
-                Ok(false) if is_doubtful && job.record().lives == life && job.record().state.is_final() => break,
+                Ok(false) if is_doubtful && has_ended_in(life) => break,
                 Ok(false) => return tracing::info!(job = job.record().id, "a job was taken by another front"),
                 Err(error) => tracing::error!(job = job.record().id, %error, "a record cannot be written"),
             }

@@ -147,9 +147,8 @@ impl Jobs {
     /// since it has not heard of this one for long, is left to it.
     pub(crate) fn end_attempt(&self, job: &Arc<Job>, parcel: Parcel, change: impl Fn(&mut Delivery)) -> io::Result<()> {
         let changed = self.change(job, |record| {
-            let is_mine = |delivery: &&mut Delivery| {
-                delivery.is_pending() && delivery.front.as_deref() == self.records.front()
-            };
+            let is_mine =
+                |delivery: &&mut Delivery| delivery.is_pending() && delivery.front.as_deref() == self.records.front();
             let Some(delivery) = record.outbox.delivery(parcel).filter(is_mine) else { return false };
             delivery.front = None;
             change(delivery);

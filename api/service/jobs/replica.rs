@@ -7,11 +7,11 @@ use super::job::{Job, locked};
 use super::record::{Record, State};
 use super::registry::Registry;
 use super::shared::Shared;
-use super::{Jobs, JobObserver};
+use super::{JobObserver, Jobs};
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
 use crate::service::farm::events::{self, SentEvent};
 use crate::service::farm::records::News;
-use crate::service::farm::Farm;
 use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
@@ -95,7 +95,12 @@ impl Jobs {
     }
 
     /// Asks another front. None if it does not answer in time.
-    pub(crate) async fn ask_front(&self, front: &str, question: Vec<u8>, patience: Duration) -> Option<(Vec<u8>, Vec<u8>)> {
+    pub(crate) async fn ask_front(
+        &self,
+        front: &str,
+        question: Vec<u8>,
+        patience: Duration,
+    ) -> Option<(Vec<u8>, Vec<u8>)> {
         self.shared.as_ref()?.fronts.ask(front, question, patience).await
     }
 
@@ -145,7 +150,10 @@ impl Jobs {
             let registry = locked(&self.registry);
             registry.jobs.get(&record.id).or_else(|| registry.leaving.get(&record.id)).map(Arc::clone)
         };
-        let of = |job: &Arc<Job>| (job.record().state, job.record().front.clone());
+        let of = |job: &Arc<Job>| {
+            let record = job.record();
+            (record.state, record.front.clone())
+        };
         let state = known.as_ref().map(of);
         let job = known.unwrap_or_else(|| {
             locked(&self.registry).find_or_add(record.clone(), revision, self.herald(), &self.files)
@@ -197,9 +205,9 @@ impl Jobs {
             return;
         }
         let is_late = |job: &&Arc<Job>| {
-            let (seq, is_final) = (job.record().last_event, job.record().state.is_final());
             let left = *locked(&job.left);
-            is_final && seq > Some(job.events.last()) && left.is_some_and(|left| left.elapsed() >= LATE)
+            let Record { last_event: seq, state, .. } = *job.record();
+            state.is_final() && seq > Some(job.events.last()) && left.is_some_and(|left| left.elapsed() >= LATE)
         };
         let late: Vec<_> = locked(&self.registry).jobs.values().filter(is_late).map(Arc::clone).collect();
         late.iter().for_each(|job| self.tell_end(job, true));

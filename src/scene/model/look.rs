@@ -1,9 +1,7 @@
 //! Materials of a model in the form `pbr` of scenes, which has the words of glTF.
 
 use super::bodies::shortened;
-use crate::models::{
-    Alpha, Channel, Geometry, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap,
-};
+use crate::models::{Alpha, Channel, Geometry, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
 use crate::scene::description::{self as d, AlphaMode, Color, Material, Pbr, TexelChannel, Textured, Wraps};
 use crate::scene::named::Named;
 use data_encoding::BASE64;
@@ -57,7 +55,8 @@ fn source(picture: &Picture) -> String {
 }
 
 fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
-    let number = |channel: &Channel<f64>, texel| of_number(channel.factor.clamp(0.0, 1.0), channel.texture, texel, sources);
+    let number =
+        |channel: &Channel<f64>, texel| of_number(channel.factor.clamp(0.0, 1.0), channel.texture, texel, sources);
     let color = |factor: [f64; 3], texture: Option<Texture>| {
         let factor = Color(DVec3::from_array(factor.map(|channel| channel.max(0.0))));
         match texture {
@@ -154,10 +153,14 @@ fn open_volumes(model: &Model, warnings: &mut Vec<Warning>) -> HashSet<usize> {
 fn is_closed(geometry: &Geometry) -> bool {
     let mut places = HashMap::new();
     let place = |point: &[f64; 3]| point.map(|number| (number + 0.0).to_bits());
-    let ids: Vec<u32> = geometry.positions.iter().map(|point| {
-        let next = places.len() as u32;
-        *places.entry(place(point)).or_insert(next)
-    }).collect();
+    let ids: Vec<u32> = geometry
+        .positions
+        .iter()
+        .map(|point| {
+            let next = places.len() as u32;
+            *places.entry(place(point)).or_insert(next)
+        })
+        .collect();
     let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
     for triangle in &geometry.triangles {
         let [a, b, c] = triangle.map(|i| ids[i as usize]);
