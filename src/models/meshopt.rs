@@ -54,11 +54,16 @@ pub(super) fn attributes(packed: &[u8], count: usize, stride: usize) -> Decoded 
     let mut stream = Stream(packed);
     match stream.byte()? {
         0xa0 => {}
-        0xa1 => return Err("are of version 1 (KHR_meshopt_compression), and version 0 is read: pack them with gltfpack -cc"),
+        0xa1 => {
+            return Err(
+                "are of version 1 (KHR_meshopt_compression), and version 0 is read: pack them with gltfpack -cc",
+            );
+        }
         _ => return Err("do not begin with 0xa0"),
     }
     let tail = stride.max(32);
-    let (data, tail) = stream.0.split_at_checked(stream.0.len().checked_sub(tail).ok_or(TOO_SHORT)?).ok_or(TOO_SHORT)?;
+    let (data, tail) =
+        stream.0.split_at_checked(stream.0.len().checked_sub(tail).ok_or(TOO_SHORT)?).ok_or(TOO_SHORT)?;
     let mut last = tail[tail.len() - stride..].to_vec();
     let mut stream = Stream(data);
     let most = ((8_192 / stride) & !15).min(256);
@@ -212,9 +217,10 @@ impl Triangles<'_> {
         let b = b.map_or_else(|| self.explicit(), Ok)?;
         let c = c.map_or_else(|| self.explicit(), Ok)?;
         self.vertices.push(a);
-        [(of_b, b), (of_c, c)].into_iter().filter(|(code, _)| *code == 0 || (is_explicit && *code == 15)).for_each(
-            |(_, vertex)| self.vertices.push(vertex),
-        );
+        [(of_b, b), (of_c, c)]
+            .into_iter()
+            .filter(|(code, _)| *code == 0 || (is_explicit && *code == 15))
+            .for_each(|(_, vertex)| self.vertices.push(vertex));
         self.edges.push([b, a]);
         self.edges.push([c, b]);
         self.edges.push([a, c]);

@@ -121,8 +121,9 @@ pub enum LampKind {
 impl Model {
     /// Triangles as they are placed.
     pub fn triangles(&self) -> u64 {
-        let of =
-            |placed: &Placement| self.geometries[placed.geometry].triangles.len() as u64 * placed.transforms.len() as u64;
+        let of = |placed: &Placement| {
+            self.geometries[placed.geometry].triangles.len() as u64 * placed.transforms.len() as u64
+        };
         self.placements.iter().map(of).sum()
     }
 
@@ -130,7 +131,9 @@ impl Model {
     pub(super) fn nothing_to_see(&self) -> Fault {
         let skipped = self.warnings.iter().find(|warning| matches!(warning.what, "points" | "lines"));
         let detail = match skipped {
-            Some(warning) => format!("the model has only {}, of which no picture is made: it needs triangles", warning.what),
+            Some(warning) => {
+                format!("the model has only {}, of which no picture is made: it needs triangles", warning.what)
+            }
             None => "there is nothing to see: the model has no triangles".to_owned(),
         };
         Fault::new("", Kind::Degenerate, detail)

@@ -114,7 +114,8 @@ impl Library {
     /// The picture of a statement; options before its name are passed over. One that is missing is left out with a warning.
     fn texture(&mut self, text: &mut Text<'_>, parts: &Parts<'_>, model: &mut Model) -> Option<Texture> {
         let line = text.name();
-        let name = line.rsplit_once(char::is_whitespace).filter(|_| line.starts_with('-')).map_or(&*line, |(_, name)| name);
+        let name =
+            line.rsplit_once(char::is_whitespace).filter(|_| line.starts_with('-')).map_or(&*line, |(_, name)| name);
         let known = self.pictures.get(name).copied();
         let picture = known.unwrap_or_else(|| {
             let bytes = match uri(name) {

@@ -108,7 +108,9 @@ impl Reader {
             b"o" if self.model.name.is_none() => self.model.name = Some(text.name()),
             b"p" => self.skip("points", "they have no surface and are left out"),
             b"l" => self.skip("lines", "they have no surface and are left out"),
-            b"curv" | b"curv2" | b"surf" | b"cstype" => self.skip("curves", "free-form curves and surfaces are left out"),
+            b"curv" | b"curv2" | b"surf" | b"cstype" => {
+                self.skip("curves", "free-form curves and surfaces are left out")
+            }
             b"o" | b"g" | b"s" | b"vp" | b"mg" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv"
             | b"sp" | b"end" | b"con" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"maplib" | b"usemap"
             | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {}
@@ -168,7 +170,9 @@ impl Reader {
         while let Some(word) = text.word() {
             corners.push(self.corner(word)?);
             if corners.len() > CORNERS {
-                return Err(word.fault(Kind::Limit, format!("the face has more than {CORNERS} corners (polygon_vertices)")));
+                return Err(
+                    word.fault(Kind::Limit, format!("the face has more than {CORNERS} corners (polygon_vertices)"))
+                );
             }
         }
         if corners.len() < 3 {

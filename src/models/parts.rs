@@ -61,7 +61,8 @@ pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
         let end = end.ok_or_else(|| format!("the headers of part {number} do not end within {HEADERS} bytes"))?;
         let name = name_of(&rest[..end]).ok_or_else(|| format!("part {number} has no name in UTF-8"))?;
         let content = &rest[end + 2..];
-        let length = find(content, &delimiter).ok_or_else(|| format!("part {number} does not end with the boundary"))?;
+        let length =
+            find(content, &delimiter).ok_or_else(|| format!("part {number} does not end with the boundary"))?;
         parts.push(Part { name, bytes: &content[..length] });
         rest = &content[length + delimiter.len()..];
         if rest.starts_with(b"--") {
@@ -77,7 +78,8 @@ pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
 /// The file name of a part, or its name.
 fn name_of(headers: &[u8]) -> Option<&str> {
     let headers = std::str::from_utf8(headers).ok()?;
-    let is_disposition = |line: &&str| line.get(..20).is_some_and(|key| key.eq_ignore_ascii_case("content-disposition:"));
+    let is_disposition =
+        |line: &&str| line.get(..20).is_some_and(|key| key.eq_ignore_ascii_case("content-disposition:"));
     let line = headers.split("\r\n").find(is_disposition)?;
     let parameter = |key: &str| {
         let start = line.find(key).map(|at| at + key.len())?;
@@ -136,7 +138,8 @@ fn percent_decoded(text: &str) -> String {
     let mut at = 0;
     while at < bytes.len() {
         let code = bytes.get(at + 1..at + 3).filter(|_| bytes[at] == b'%');
-        let code = code.and_then(|code| std::str::from_utf8(code).ok()).and_then(|code| u8::from_str_radix(code, 16).ok());
+        let code =
+            code.and_then(|code| std::str::from_utf8(code).ok()).and_then(|code| u8::from_str_radix(code, 16).ok());
         decoded.push(code.unwrap_or(bytes[at]));
         at += if code.is_some() { 3 } else { 1 };
     }

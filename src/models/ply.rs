@@ -200,8 +200,9 @@ fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fault> {
                 let name = text.expected("the name of an element")?;
                 let count = text.expected("a number of elements")?;
                 let number = std::str::from_utf8(count.text).ok().and_then(|text| text.parse().ok());
-                let number: u64 = number
-                    .ok_or_else(|| count.fault(Kind::WrongType, format!("{} is no number of elements", count.quoted())))?;
+                let number: u64 = number.ok_or_else(|| {
+                    count.fault(Kind::WrongType, format!("{} is no number of elements", count.quoted()))
+                })?;
                 let (name, place) = (name.text.to_vec(), word.place);
                 elements.push(Element { name, count: number, properties: Vec::new(), place });
             }
@@ -209,7 +210,8 @@ fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fault> {
                 let mut next = text.expected("a type")?;
                 let scalar = |text: &mut Text<'_>| -> Result<Scalar, Fault> {
                     let word = text.expected("a type")?;
-                    Scalar::named(word.text).ok_or_else(|| word.fault(Kind::Unsupported, format!("{} is no type", word.quoted())))
+                    Scalar::named(word.text)
+                        .ok_or_else(|| word.fault(Kind::Unsupported, format!("{} is no type", word.quoted())))
                 };
                 let (length, of) = if next.text == b"list" {
                     (Some(scalar(text)?), scalar(text)?)
@@ -219,7 +221,8 @@ fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fault> {
                 };
                 next = text.expected("the name of a property")?;
                 let element = elements.last_mut();
-                let element = element.ok_or_else(|| word.fault(Kind::Invalid, "a property before any element".into()))?;
+                let element =
+                    element.ok_or_else(|| word.fault(Kind::Invalid, "a property before any element".into()))?;
                 element.properties.push(Property { name: next.text.to_vec(), length, scalar: of });
             }
             b"end_header" => {
@@ -391,7 +394,11 @@ impl Reader {
     fn polygon(&mut self, corners: &[u32]) -> Result<(), Fault> {
         let count = corners.len();
         if count > CORNERS {
-            return Err(Fault::new("", Kind::Limit, format!("a face has more than {CORNERS} corners (polygon_vertices)")));
+            return Err(Fault::new(
+                "",
+                Kind::Limit,
+                format!("a face has more than {CORNERS} corners (polygon_vertices)"),
+            ));
         }
         self.budget.take(count as u64, 12)?;
         let cut = match count {

@@ -21,7 +21,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model, Faults> {
     match count(bytes) {
         Some(count) if bytes.len() == HEADER + count * TRIANGLE => binary(&bytes[HEADER..], &mut corners)?,
         Some(count) if !bytes.trim_ascii_start().starts_with(b"solid") => {
-            let detail = format!("{count} triangles need {} bytes, and there are {}", HEADER + count * TRIANGLE, bytes.len());
+            let detail =
+                format!("{count} triangles need {} bytes, and there are {}", HEADER + count * TRIANGLE, bytes.len());
             let place = Place::Offset(HEADER as u64 - 4);
             return Err(Faults::one(Fault::new("", Kind::OutOfBounds, detail).at(place)));
         }

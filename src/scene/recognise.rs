@@ -182,7 +182,9 @@ impl Recognised {
             (Self::Other(name), _) if name.ends_with("picture") => "not a scene: a scene names its pictures",
             (Self::Json, _) => "not a model: read it as json (--input json; Content-Type: application/json)",
             (Self::Nff, _) => "not a model: read it as nff (--input nff; Content-Type: text/x-nff)",
-            (Self::Glb | Self::Gltf, _) => "read it as gltf (--input gltf; Content-Type: model/gltf-binary or model/gltf+json)",
+            (Self::Glb | Self::Gltf, _) => {
+                "read it as gltf (--input gltf; Content-Type: model/gltf-binary or model/gltf+json)"
+            }
             (Self::Obj, _) => "read it as obj (--input obj; Content-Type: model/obj)",
             (Self::Stl, _) => "read it as stl (--input stl; Content-Type: model/stl)",
             (Self::Ply, _) => "read it as ply (--input ply; Content-Type: model/ply)",

@@ -45,7 +45,9 @@ impl Component {
             Self::U8 => f64::from(bytes[0]) / most(255.0),
             Self::I16 => signed(f64::from(i16::from_le_bytes([bytes[0], bytes[1]])), 32_767.0),
             Self::U16 => f64::from(u16::from_le_bytes([bytes[0], bytes[1]])) / most(65_535.0),
-            Self::U32 => f64::from(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])) / most(4_294_967_295.0),
+            Self::U32 => {
+                f64::from(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])) / most(4_294_967_295.0)
+            }
             Self::F32 => f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
         }
     }
@@ -100,7 +102,8 @@ pub(super) fn check_all(document: &Document, faults: &mut Faults) {
             let detail = format!("{} elements replace those of only {}", sparse.count, accessor.count);
             faults.push(Fault::new(format!("{pointer}/sparse/count"), Kind::OutOfRange, detail));
         }
-        let Some(of_indices) = Component::of(sparse.indices.component_type).filter(|component| is_index(*component)) else {
+        let Some(of_indices) = Component::of(sparse.indices.component_type).filter(|component| is_index(*component))
+        else {
             let detail = "indices are unsigned bytes, shorts or ints";
             faults.push(Fault::new(format!("{pointer}/sparse/indices/componentType"), Kind::OutOfRange, detail));
             continue;
@@ -217,9 +220,7 @@ impl Buffers<'_> {
     /// The places of sparse elements: they rise, and are in range.
     fn sparse_places(&self, document: &Document, accessor: &Accessor, index: usize) -> Result<Vec<u32>, Fault> {
         let Some(sparse) = &accessor.sparse else { return Ok(Vec::new()) };
-        let wrong = |detail: String| {
-            Fault::new(format!("/accessors/{index}/sparse/indices"), Kind::OutOfRange, detail)
-        };
+        let wrong = |detail: String| Fault::new(format!("/accessors/{index}/sparse/indices"), Kind::OutOfRange, detail);
         let component = Component::of(sparse.indices.component_type).filter(|component| is_index(*component));
         let component = component.ok_or_else(|| wrong("indices are unsigned".into()))?;
         let view = sparse.indices.buffer_view;

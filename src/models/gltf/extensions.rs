@@ -54,7 +54,9 @@ pub(super) fn check(document: &Document, strict: bool) -> Result<(), Faults> {
             "KHR_texture_basisu" => "KTX2 textures are not read yet: use PNG, JPEG or WebP".to_owned(),
             name => match LOOK.iter().find(|(known, ..)| *known == name) {
                 Some(_) if !strict => continue,
-                Some((_, _, missing)) => format!("it is not simulated ({missing}): leave out strict=true to render all else"),
+                Some((_, _, missing)) => {
+                    format!("it is not simulated ({missing}): leave out strict=true to render all else")
+                }
                 None => "the extension is not known, and may change how the file is read".to_owned(),
             },
         };

@@ -26,7 +26,8 @@ pub(super) fn read(
     };
     buffers.budget.take(bytes.len() as u64, 1)?;
     if media_type(&bytes).is_none() {
-        let what = if bytes.starts_with(b"\xabKTX 20\xbb") { "KTX2, which is not read yet" } else { "of no known format" };
+        let what =
+            if bytes.starts_with(b"\xabKTX 20\xbb") { "KTX2, which is not read yet" } else { "of no known format" };
         return Err(Fault::new(pointer, Kind::Unsupported, format!("the picture is {what}: use PNG, JPEG or WebP")));
     }
     Ok((Picture { bytes, pointer }, is_part))

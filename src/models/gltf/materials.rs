@@ -1,9 +1,7 @@
 //! Materials of a glTF file in neutral words.
 
 use super::super::fault::{Fault, Kind, Subject, Warning, warn};
-use super::super::material::{
-    Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, UvTransform, Wrap,
-};
+use super::super::material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, UvTransform, Wrap};
 use super::extensions::note_look;
 use super::json::Document;
 use super::json_materials::{Glossiness, Material, TextureInfo};
@@ -61,8 +59,7 @@ impl Materials<'_> {
         if let Some(coat) = &more.clearcoat {
             read.clearcoat = Some(Clearcoat {
                 factor: self.channel(coat.clearcoat_factor, coat.clearcoat_texture.as_ref())?,
-                roughness: self
-                    .channel(coat.clearcoat_roughness_factor, coat.clearcoat_roughness_texture.as_ref())?,
+                roughness: self.channel(coat.clearcoat_roughness_factor, coat.clearcoat_roughness_texture.as_ref())?,
                 normal: self.scaled(coat.clearcoat_normal_texture.as_ref())?,
             });
         }
@@ -88,7 +85,8 @@ impl Materials<'_> {
         let specular = from.specular_factor.unwrap_or([1.0; 3]);
         let most = specular.iter().copied().fold(0.0, f64::max).min(1.0);
         let [r, g, b, a] = from.diffuse_factor.unwrap_or([1.0; 4]);
-        read.base_color = self.channel([r, g, b].map(|channel| channel * (1.0 - most)), from.diffuse_texture.as_ref())?;
+        read.base_color =
+            self.channel([r, g, b].map(|channel| channel * (1.0 - most)), from.diffuse_texture.as_ref())?;
         read.opacity = a;
         read.metallic = Channel::of(0.0);
         read.roughness = Channel::of(1.0 - from.glossiness_factor.unwrap_or(1.0));

@@ -25,13 +25,17 @@ pub(super) fn points(
     let mut geometry = Geometry {
         positions: buffers.elements::<3>(document, positions, &["VEC3"]).map_err(under)?,
         normals: list("NORMAL").map(|it| buffers.elements::<3>(document, it, &["VEC3"])).transpose().map_err(under)?,
-        tangents: list("TANGENT").map(|it| buffers.elements::<4>(document, it, &["VEC4"])).transpose().map_err(under)?,
+        tangents: list("TANGENT")
+            .map(|it| buffers.elements::<4>(document, it, &["VEC4"]))
+            .transpose()
+            .map_err(under)?,
         uvs: [uvs("TEXCOORD_0").map_err(under)?, uvs("TEXCOORD_1").map_err(under)?],
         colors: list("COLOR_0").map(|colors| of_colors(document, buffers, colors)).transpose().map_err(under)?,
         triangles: Vec::new(),
     };
     for (target, &weight) in primitive.targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
-        let shift = |name: &str| of(target, name).map(|index| buffers.elements::<3>(document, index, &["VEC3"])).transpose();
+        let shift =
+            |name: &str| of(target, name).map(|index| buffers.elements::<3>(document, index, &["VEC3"])).transpose();
         if let Some(shifts) = shift("POSITION")? {
             add(&mut geometry.positions, &shifts, weight);
         }

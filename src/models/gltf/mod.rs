@@ -341,4 +341,3 @@ impl Builder<'_> {
         self.model.lamps.push(Lamp { placed, color, intensity, range, kind });
     }
 }
-

@@ -22,7 +22,12 @@ pub(super) fn matrices(
     if let Some(at) = unbound.iter().position(|matrix| !is_affine(matrix)) {
         return Err(not_affine(index, at));
     }
-    Ok(skin.joints.iter().zip(unbound).map(|(&joint, unbind)| worlds[joint] * DMat4::from_cols_array(&unbind)).collect())
+    Ok(skin
+        .joints
+        .iter()
+        .zip(unbound)
+        .map(|(&joint, unbind)| worlds[joint] * DMat4::from_cols_array(&unbind))
+        .collect())
 }
 
 fn is_affine(matrix: &[f64; 16]) -> bool {

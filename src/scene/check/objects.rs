@@ -3,10 +3,10 @@
 use super::findings::Findings;
 use super::path::Path;
 use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Transform, Vec3, is_collapsed};
-use crate::shape::ear_clipping::triangulate;
 use crate::scene::limits;
 use crate::scene::problem::{Code, quoted};
 use crate::scene::transform::affine;
+use crate::shape::ear_clipping::triangulate;
 use glam::DVec3;
 
 /// Checks all objects and definitions.

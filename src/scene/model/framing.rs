@@ -74,7 +74,8 @@ impl<const N: usize> Extremes<N> {
         for (direction, most) in self.directions.iter().zip(&mut self.most) {
             let inside = matrix.transpose().transform_vector3(*direction);
             let shift = direction.dot(matrix.w_axis.truncate());
-            let farthest = points.iter().map(|point| inside.dot(DVec3::from_array(*point))).fold(f64::NEG_INFINITY, f64::max);
+            let farthest =
+                points.iter().map(|point| inside.dot(DVec3::from_array(*point))).fold(f64::NEG_INFINITY, f64::max);
             *most = most.max(farthest + shift);
         }
     }
@@ -173,16 +174,20 @@ mod tests {
 
     #[test]
     fn every_vertex_is_inside_and_some_touch_the_margin() {
-        let points: Vec<_> = (0..40).map(|i| [f64::from(i * 7 % 11), f64::from(i * 5 % 13) * 3.0, f64::from(i % 4)]).collect();
+        let points: Vec<_> =
+            (0..40).map(|i| [f64::from(i * 7 % 11), f64::from(i * 5 % 13) * 3.0, f64::from(i % 4)]).collect();
         let model = model(points.clone());
-        for (view, aspect) in [("three_quarter", 1.0), ("top", 2.0), ("left", 0.25), ("-77,120", 16.0 / 9.0), ("bottom", 1.0)] {
+        for (view, aspect) in
+            [("three_quarter", 1.0), ("top", 2.0), ("left", 0.25), ("-77,120", 16.0 / 9.0), ("bottom", 1.0)]
+        {
             let Camera::Pinhole(camera) = framed(&model, view.parse().unwrap(), aspect) else { panic!("a pinhole") };
             let seen = seen(&camera, aspect, &points);
             let most = seen.iter().flatten().fold(0.0_f64, |most, at| most.max(at.abs()));
             assert!((most - FILLED).abs() < 1e-9, "{view}: {most}");
             // It cannot be nearer: both edges of one direction are touched.
             let touched = |c: usize| {
-                let ends = seen.iter().map(|at| at[c]).fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+                let ends =
+                    seen.iter().map(|at| at[c]).fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
                 (ends.0 + FILLED).abs() < 1e-9 && (ends.1 - FILLED).abs() < 1e-9
             };
             assert!(touched(0) || touched(1), "{view}");

@@ -91,5 +91,10 @@ fn key(camera: &Camera) -> Light {
     let over = back.cross(right);
     let to_light = -0.5 * right + 0.8 * over + 0.6 * back;
     let direction = (-to_light).to_array();
-    Light::Directional(DirectionalLight { direction, color: Color::WHITE, intensity: 0.35, area: Some(AngularArea { angle_deg: 12.0 }) })
+    Light::Directional(DirectionalLight {
+        direction,
+        color: Color::WHITE,
+        intensity: 0.35,
+        area: Some(AngularArea { angle_deg: 12.0 }),
+    })
 }

@@ -160,8 +160,7 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     if is_z_up {
         turn_up(&mut model);
     }
-    let image =
-        ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
+    let image = ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
     let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
     let camera = camera(&model, options, aspect)?;
     let floor = studio::floor(&model);
@@ -184,20 +183,16 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     // The surroundings are all the light there is from all around.
     description.ambient = d::Color::BLACK;
     description.lights = lit_by.lights;
-    description.film = d::Film {
-        tone: ToneMapping::KhronosPbrNeutral,
-        background: FilmBackground::Transparent,
-        ..description.film
-    };
+    description.film =
+        d::Film { tone: ToneMapping::KhronosPbrNeutral, background: FilmBackground::Transparent, ..description.film };
     let warnings = warnings.into_iter().map(problems::of_warning).collect();
     Ok(Imported { description, warnings, from_files: model.has_parts })
 }
 
 /// Turns z up into y up; what faces -y then faces the front.
 fn turn_up(model: &mut Model) {
-    let turn = DMat4::from_cols_array(&[
-        1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0,
-    ]);
+    let turn =
+        DMat4::from_cols_array(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
     let placed = model.placements.iter_mut().flat_map(|placement| &mut placement.transforms);
     let cameras = model.cameras.iter_mut().map(|camera| &mut camera.placed);
     let lamps = model.lamps.iter_mut().map(|lamp| &mut lamp.placed);

@@ -1,9 +1,9 @@
 //! Faults of models as problems of scenes, with their places.
 
 use crate::models::{Fault, Faults, Kind, ModelFormat, Place, Subject, Warning, gltf};
+use crate::scene::Problems;
 use crate::scene::locate::{innermost, locate, place};
 use crate::scene::problem::{Code, Problem};
-use crate::scene::Problems;
 
 /// The faults of a file, located in it.
 pub(super) fn located(format: ModelFormat, bytes: &[u8], Faults(faults): Faults) -> Problems {
@@ -11,7 +11,8 @@ pub(super) fn located(format: ModelFormat, bytes: &[u8], Faults(faults): Faults)
     let mut problems: Vec<Problem> = faults.into_iter().map(|fault| problem(json, fault)).collect();
     if format == ModelFormat::Gltf {
         // Those in the binary have no line.
-        let (mut in_json, in_binary): (Vec<_>, Vec<_>) = problems.into_iter().partition(|problem| problem.offset.is_none());
+        let (mut in_json, in_binary): (Vec<_>, Vec<_>) =
+            problems.into_iter().partition(|problem| problem.offset.is_none());
         locate(json, &mut in_json);
         in_json.extend(in_binary);
         problems = in_json;

@@ -34,8 +34,7 @@ impl View {
     pub const WRITTEN: &'static str =
         "three_quarter, front, back, left, right, top, bottom, iso, or two angles in degrees as 30,70";
     /// The same as a pattern.
-    pub const PATTERN: &'static str =
-        "^(three_quarter|front|back|left|right|top|bottom|iso|-?[0-9.]+,[0-9.]+)$";
+    pub const PATTERN: &'static str = "^(three_quarter|front|back|left|right|top|bottom|iso|-?[0-9.]+,[0-9.]+)$";
 }
 
 impl Default for View {

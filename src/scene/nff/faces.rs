@@ -2,8 +2,8 @@
 
 use super::tokens::Place;
 use crate::scene::description::{Mesh, Vec3};
-use crate::shape::ear_clipping::{has_no_area, newell_normal, triangulate};
 use crate::scene::problem::{Code, Problem};
+use crate::shape::ear_clipping::{has_no_area, newell_normal, triangulate};
 use glam::DVec3;
 use hashbrown::hash_table::Entry;
 use hashbrown::{DefaultHashBuilder, HashTable};

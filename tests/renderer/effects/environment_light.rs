@@ -57,7 +57,9 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn what_surfaces_scatter_is_the_integral() {
     for normal in [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.0, -0.6, 0.8]] {
         let expected = mean(|dir| dot(dir, normal).max(0.0));
-        for material in [json!({ "diffuse": 0.5 }), json!({ "pbr": { "metallic": 0, "base_color": 0.5, "specular": 0 } })] {
+        for material in
+            [json!({ "diffuse": 0.5 }), json!({ "pbr": { "metallic": 0, "base_color": 0.5, "specular": 0 } })]
+        {
             for precision in ["single", "double"] {
                 let [got, ..] = pixels(onto(normal, normal, material.clone(), environment()), precision)[0];
                 let off = (f64::from(got) / 0.5 - expected).abs();

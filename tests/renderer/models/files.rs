@@ -121,7 +121,9 @@ fn animations_are_played() {
         vertices(&model(name, Choice { animation: Some(0), seconds, ..Choice::default() }).unwrap())
     };
     // Two targets move the third corner by (-1, 1, 0) and (1, 1, 0); their weights are 0 0, 0 1, 1 1, 1 0 and 0 0 at 0 to 4 s.
-    for (seconds, tip) in [(0.0, [0.5, 0.5]), (1.0, [1.5, 1.5]), (2.0, [0.5, 2.5]), (3.0, [-0.5, 1.5]), (0.5, [1.0, 1.0])] {
+    for (seconds, tip) in
+        [(0.0, [0.5, 0.5]), (1.0, [1.5, 1.5]), (2.0, [0.5, 2.5]), (3.0, [-0.5, 1.5]), (0.5, [1.0, 1.0])]
+    {
         let vertices = at("SimpleMorph.glb", seconds);
         let [x, y] = tip;
         let is_there = vertices.iter().any(|vertex| vertex.abs_diff_eq(DVec3::new(x, y, 0.0), 1e-5));

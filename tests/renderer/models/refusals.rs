@@ -66,7 +66,10 @@ impl strahl::scene::Files for Beside {
 fn what_is_not_read_is_refused_by_name() {
     let refused = |name: &str| model(name, Choice::default()).unwrap_err().0[0].clone();
     let draco = refused("Box_draco.glb");
-    assert!(draco.pointer == "/extensionsRequired/0" && draco.detail.contains("KHR_draco_mesh_compression"), "{draco:?}");
+    assert!(
+        draco.pointer == "/extensionsRequired/0" && draco.detail.contains("KHR_draco_mesh_compression"),
+        "{draco:?}"
+    );
     assert!(refused("ply/points_ascii.ply").detail.contains("only points"));
     assert!(refused("stl/empty.stl").detail.contains("nothing to see"));
     let relative = refused("obj/invalid-relative-vertex-index.obj");
@@ -102,7 +105,8 @@ fn cut_and_changed_files_break_nothing() {
         }
     }
     // A claim of many bytes allocates nothing.
-    let claims = br#"{"asset":{"version":"2.0"},"accessors":[{"componentType":5126,"count":9007199254740991,"type":"VEC3"}],
+    let claims =
+        br#"{"asset":{"version":"2.0"},"accessors":[{"componentType":5126,"count":9007199254740991,"type":"VEC3"}],
         "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]}"#;
     let problems = import(format_of("a.gltf"), claims, &Overrides::default(), &NoFiles).unwrap_err();
     assert!(problems.to_string().contains("decoded_bytes"), "{problems}");

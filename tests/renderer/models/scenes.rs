@@ -27,7 +27,8 @@ fn the_printed_scene_is_the_model() {
         let bytes = file(&format!("tests/inputs/models/{name}"));
         let description = imported(name, ModelOptions::default()).description;
         let text = serde_json::to_vec(&description).unwrap();
-        let again = load(&text, Format::Json, &Overrides::default()).unwrap_or_else(|problems| panic!("{name}: {problems}"));
+        let again =
+            load(&text, Format::Json, &Overrides::default()).unwrap_or_else(|problems| panic!("{name}: {problems}"));
         let direct = load(&bytes, Format::Gltf, &Overrides::default()).unwrap();
         assert_eq!(again.description, direct.description, "{name}");
     }

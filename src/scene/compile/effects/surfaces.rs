@@ -209,7 +209,8 @@ fn change<R>(material: &mut Material<R>, change: impl Fn(&mut Textures)) {
 }
 
 fn shadow_catcher<R>(facts: &Facts<'_, R>, on: bool) -> Said {
-    let asking = facts.description.materials.iter().filter(|(_, m)| m.pbr.as_ref().is_some_and(|pbr| pbr.shadow_catcher));
+    let asking =
+        facts.description.materials.iter().filter(|(_, m)| m.pbr.as_ref().is_some_and(|pbr| pbr.shadow_catcher));
     let because: Vec<String> =
         asking.map(|(name, _)| push_token(&push_token("/materials", name), "pbr")).take(MAX_POINTERS).collect();
     match (on, because.is_empty()) {
