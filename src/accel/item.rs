@@ -25,7 +25,7 @@ pub struct Item<R> {
     pub closed: bool,
     /// Whether its surface might touch another one.
     pub may_touch: bool,
-    /// Whether it may be only partly there: shadow rays pass it, and are asked again.
+    /// Whether it may be only partly there: shadow rays pass it, and what they keep is asked later.
     pub has_holes: bool,
     /// The volume it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets.
     pub volume: f64,
@@ -43,12 +43,6 @@ impl<R: Real> Item<R> {
     /// Whether it transmits light in some channel. Then shadow rays pass it attenuated, if the scene has transmissive shadows.
     pub fn lets_light_through(&self) -> bool {
         self.transmission.iter().any(|c| *c > R::from_f64(0.0))
-    }
-
-    /// Whether shadow rays may pass it, if the scene has transmissive shadows.
-    #[inline(always)]
-    pub(super) fn passes_shadow_rays(&self) -> bool {
-        self.has_holes || self.lets_light_through()
     }
 
     /// What a shadow ray keeps of each channel at one crossing, before it is asked about holes.

@@ -17,8 +17,22 @@ use std::cmp::Ordering;
 pub enum Blockers {
     /// It blocks.
     Opaque,
-    /// It attenuates by its transmission, once for each time it is crossed.
+    /// It blocks, unless it may be only partly there, which is asked later.
+    Holed,
+    /// It attenuates by its transmission, once for each time it is crossed; what may be only partly there is asked later.
     Transmissive,
+}
+
+impl Blockers {
+    /// Whether no light passes an item.
+    #[inline(always)]
+    fn stop_at<R: Real>(self, item: &Item<R>) -> bool {
+        match self {
+            Self::Opaque => true,
+            Self::Holed => !item.has_holes,
+            Self::Transmissive => !item.has_holes && !item.lets_light_through(),
+        }
+    }
 }
 
 /// How much of each colour passes along each active ray between `t_min` and `t_max`.
@@ -165,7 +179,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                 if !met.any() {
                     continue;
                 }
-                if self.blockers == Blockers::Opaque || !item(place).passes_shadow_rays() {
+                if self.blockers.stop_at(item(place)) {
                     rays.active = rays.active & !met;
                     continue;
                 }
@@ -198,7 +212,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             if met == 0 {
                 continue;
             }
-            let opaque = |place: usize| !item(start + place).passes_shadow_rays();
+            let opaque = |place: usize| self.blockers.stop_at(item(start + place));
             if self.blockers == Blockers::Opaque || lanes_of(met).any(opaque) {
                 rays.active = rays.active & !L::mask(s, 1 << lane);
                 continue;
@@ -232,7 +246,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                 };
                 match self.blockers {
                     Blockers::Opaque => [hit_frusta(s, &frusta, capped, rays, sides).lanes, L::mask(s, 0)],
-                    Blockers::Transmissive => frusta_crossings(s, &frusta, capped, rays, sides),
+                    Blockers::Holed | Blockers::Transmissive => frusta_crossings(s, &frusta, capped, rays, sides),
                 }
             },
         )
@@ -270,7 +284,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
     /// Tests one primitive.
     #[inline(always)]
     fn pass(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
-        if self.blockers == Blockers::Opaque || !item.passes_shadow_rays() {
+        if self.blockers.stop_at(item) {
             rays.active = rays.active & !hit_item(s, item, face, rays).lanes;
             return;
         }

@@ -8,7 +8,7 @@ use super::opacity::left_by_holes;
 use super::pixel_sum::PixelSum;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::Choice;
-use crate::accel::{Blockers, transmittance};
+use crate::accel::transmittance;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Rays, leave};
 use crate::scene::effects::Effect;
@@ -147,9 +147,9 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             let time = hits.time.as_ref();
             let left = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time);
             passed = V3::select(cast, left, passed);
-            if V::DETAILS && world.effects.has(Effect::Opacity) && blockers == Blockers::Transmissive {
+            if V::DETAILS && world.effects.has(Effect::Opacity) {
                 let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
-                passed = passed.times(left_by_holes(s, world, Rays { active: open, ..shadow }, hits.time));
+                passed = passed.times(left_by_holes(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
             }
             if V::DETAILS && world.effects.has(Effect::ColoredShadows) {
                 let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);

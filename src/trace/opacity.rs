@@ -8,7 +8,7 @@ use super::pbr::passage;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::child;
 use super::variants::Variant;
-use crate::accel::Coherence;
+use crate::accel::{Blockers, Coherence};
 use crate::lanes::{Lanes, Mask, V3};
 use crate::ray::Rays;
 use crate::scene::world::World;
@@ -64,16 +64,22 @@ pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
 /// The share of each channel that passes the surfaces along shadow rays which are only partly there. The rays end at `t_max`
 /// and have directions of any length; what blocks them has been looked for.
 #[inline(never)]
-pub(super) fn left_by_holes<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: Rays<L>, time: Option<L>) -> V3<L> {
+pub(super) fn left_by_holes<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    blockers: Blockers,
+    rays: Rays<L>,
+    time: Option<L>,
+) -> V3<L> {
     L::vectorize(
         s,
         #[inline(always)]
-        || walk(s, world, rays, time),
+        || walk(s, world, blockers, rays, time),
     )
 }
 
 #[inline(always)]
-fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, mut rays: Rays<L>, time: Option<L>) -> V3<L> {
+fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, blockers: Blockers, mut rays: Rays<L>, time: Option<L>) -> V3<L> {
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let mut left = V3 { x: one, y: one, z: one };
     let mut hits = Hits { time, ..Hits::none(s) };
@@ -88,7 +94,10 @@ fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, mut rays: Rays<L>, time: O
         // What surfaces without holes let pass has been taken into account.
         let (lanes, opacity, passed) = passage(s, world, rays.dir, &hits);
         let open = one - opacity;
-        let through = V3 { x: open, y: open, z: open } + passed * opacity;
+        let mut through = V3 { x: open, y: open, z: open };
+        if blockers == Blockers::Transmissive {
+            through = through + passed * opacity;
+        }
         left = V3::select(L::mask(s, lanes), left.times(through), left);
         let found = L::mask(s, hits.found);
         rays.t_min = L::select(found, hits.t, rays.t_min);

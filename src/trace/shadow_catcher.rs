@@ -62,7 +62,7 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
         let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time);
         let open = lit & left.x.max(left.y).max(left.z).gt(zero);
         if open.any() {
-            left = left.times(left_by_holes(s, world, Rays { active: open, ..shadow }, hits.time));
+            left = left.times(left_by_holes(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
         }
         let [red, green, blue] = light.color.map(Real::to_f64);
         let brightness = cosine * arrival.strength * L::lit(s, red + green + blue);

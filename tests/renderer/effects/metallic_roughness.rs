@@ -227,7 +227,8 @@ fn pictures_lie_on_every_channel_and_are_moved_as_gltf_says() {
         // The middles of texels lie a quarter from the edge.
         let mut objects = square(0.0, "it");
         objects["mesh"].as_object_mut().unwrap().remove("colors");
-        pixels(in_front_of(x, y, materials, json!([objects])), "double")[0]
+        // Of the texel beside it there are some roundings.
+        pixels(in_front_of(x, y, materials, json!([objects])), "double")[0].map(|channel| (channel * 1e6).round() / 1e6)
     };
     let [red, green, blue, white] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]];
     let all = |textured: Value| {
@@ -324,7 +325,8 @@ fn thin_walls_let_light_straight_through() {
         json!({ "it": { "pbr": pbr }, "behind": { "pbr": { "unlit": true } } })
     };
     // Through both walls of a closed box, which a body would bend.
-    let objects = json!([{ "box": { "min": [-3, -3, 1], "max": [3, 3, 2], "material": "it" } }, quad(0.0, "behind")]);
+    let objects =
+        json!([{ "box": { "min": [-3, -3, 0.2], "max": [3, 3, 0.5], "material": "it" } }, quad(0.0, "behind")]);
     let view = direction(30.0, 0.0);
     let through = |materials: Value| {
         let mut scene = onto(view, [0.0, 0.0, 1.0], materials, objects.clone());

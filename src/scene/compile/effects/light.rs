@@ -27,12 +27,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             .without(|world| world.materials.iter_mut().for_each(|material| material.specular = black())),
         Rule::new(Effect::Shadows, |world| world.rules.shadows.is_some(), shadows)
             .without(|world| world.rules.shadows = None),
-        Rule::new(
-            Effect::TransmissiveShadows,
-            |world| lets_light_through(world) && world.transmits,
-            transmissive_shadows,
-        )
-        .without(|world| {
+        Rule::new(Effect::TransmissiveShadows, lets_light_through, transmissive_shadows).without(|world| {
             world.rules.shadows = world.rules.shadows.map(|_| Blockers::Opaque);
         }),
         Rule::new(

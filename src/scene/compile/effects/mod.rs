@@ -33,9 +33,9 @@ pub(super) fn settle<R: Real>(world: &mut World<R>) {
     let conducts = world.has_material(|material, _| matches!(material.fresnel, Fresnel::Conductor | Fresnel::Layered));
     (world.transmits, world.reflects) = (transmits, reflects);
     let has_holes = world.has_material(|material, _| material.has_holes());
-    if world.rules.shadows == Some(Blockers::Transmissive) && !transmits && !has_holes {
-        // Where no body transmits light, the first one on the way decides.
-        world.rules.shadows = Some(Blockers::Opaque);
+    if world.rules.shadows.is_some_and(|blockers| blockers != Blockers::Transmissive || !transmits) {
+        // Where no body transmits light, the first one on the way decides, unless it may be only partly there.
+        world.rules.shadows = Some(if has_holes { Blockers::Holed } else { Blockers::Opaque });
     }
     world.effects = rules().iter().filter(|rule| rule.is_on(world)).map(|rule| rule.effect).collect();
     // Light that grazes a conductor is mirrored completely: where no ray is followed, this much is lacking.
