@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 use strahl::film::Region;
 use strahl::render::{Control, render};
+use strahl::scene::model::ModelOptions;
 use strahl::scene::nff::NffOptions;
 use strahl::scene::{Format, Overrides, load};
 
@@ -23,6 +24,7 @@ const SMALL: Overrides = Overrides {
     precision: None,
     seen_from: None,
     nff: NffOptions { two_sided: false, spd_counts: false },
+    model: ModelOptions::NONE,
 };
 
 fn odd_value(random: &mut Random) -> Value {
