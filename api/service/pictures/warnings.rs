@@ -4,7 +4,7 @@
 use strahl::scene::Problem;
 
 /// Most warnings in the header.
-const SHOWN: usize = 5;
+const SHOWN: usize = 12;
 /// Most characters of a warning.
 const LONGEST: usize = 200;
 
@@ -15,9 +15,10 @@ pub(crate) fn line(warnings: &[Problem], shortfall: Option<&str>) -> Option<Stri
     (!texts.is_empty()).then(|| texts.join(", "))
 }
 
-/// A warning with its pointer.
+/// A warning with its pointer, if it has one.
 fn sentence(warning: &Problem) -> String {
-    format!("{}: {}", warning.pointer, warning.detail)
+    // What models have approximated is in no place of the scene.
+    if warning.pointer.is_empty() { warning.detail.clone() } else { format!("{}: {}", warning.pointer, warning.detail) }
 }
 
 /// A sentence in characters that a header may have.
@@ -39,6 +40,6 @@ mod tests {
         assert_eq!(value, r#""/materials/gl?s: say \"so\"", "/materials/gl?s: twice?""#);
         assert_eq!(line(&[], Some("cut off")).unwrap(), "\"cut off\"");
         assert!(line(&[], None).is_none());
-        assert_eq!(line(&vec![warning("again"); 9], None).unwrap().matches("again").count(), SHOWN);
+        assert_eq!(line(&vec![warning("again"); 19], None).unwrap().matches("again").count(), SHOWN);
     }
 }

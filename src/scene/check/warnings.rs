@@ -2,7 +2,7 @@
 
 use crate::control;
 use crate::lanes::Real;
-use crate::scene::description::{Description, Fresnel, Light, Mesh, Object};
+use crate::scene::description::{Description, Fresnel, Light, Object, Vec3};
 use crate::scene::effects::Effect;
 use crate::scene::limits;
 use crate::scene::problem::{Code, Problem, push_token};
@@ -88,7 +88,7 @@ fn find_open_meshes(
             Object::Group(group) => {
                 find_open_meshes(&format!("{list}/{i}/group/objects"), &group.objects, transmits, open);
             }
-            Object::Mesh(mesh) if transmits(&mesh.material) && !is_closed(mesh) => {
+            Object::Mesh(mesh) if transmits(&mesh.material) && !is_closed(&mesh.vertices, &mesh.faces) => {
                 open.push(format!("{list}/{i}/mesh"))
             }
             _ => {}
@@ -97,10 +97,10 @@ fn find_open_meshes(
 }
 
 /// Whether each edge belongs to two faces that run along it in opposite directions, vertices compared by position.
-fn is_closed(mesh: &Mesh) -> bool {
+pub(in crate::scene) fn is_closed(vertices: &[Vec3], faces: &[[u32; 3]]) -> bool {
     // Adding 0 turns -0 into 0.
-    let position = |vertex: &u32| mesh.vertices[*vertex as usize].map(|x| (x + 0.0).to_bits());
-    let mut sorted: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    let position = |vertex: &u32| vertices[*vertex as usize].map(|x| (x + 0.0).to_bits());
+    let mut sorted: Vec<u32> = (0..vertices.len() as u32).collect();
     sorted.par_sort_unstable_by_key(position);
     // Vertices at one position have one number.
     let mut numbers = vec![0; sorted.len()];
@@ -110,9 +110,9 @@ fn is_closed(mesh: &Mesh) -> bool {
     }
     drop(sorted);
     // The edges along which faces run upwards, and those along which they run downwards, each as a number.
-    let half = mesh.faces.len() * 3 / 2 + 3;
+    let half = faces.len() * 3 / 2 + 3;
     let (mut up, mut down) = (Vec::with_capacity(half), Vec::with_capacity(half));
-    for face in &mesh.faces {
+    for face in faces {
         if control::step(1) {
             return true;
         }

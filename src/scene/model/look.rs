@@ -1,12 +1,13 @@
 //! Materials of a model in the form `pbr` of scenes, which has the words of glTF.
 
 use super::bodies::shortened;
-use crate::models::{Alpha, Channel, Geometry, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
+use crate::models::{Alpha, Channel, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
+use crate::scene::check::is_closed;
 use crate::scene::description::{self as d, AlphaMode, Color, Material, Pbr, TexelChannel, Textured, Wraps};
 use crate::scene::named::Named;
 use data_encoding::BASE64;
 use glam::DVec3;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::f64::consts::PI;
 
 /// Materials by name, and the name of each of the model's. The last is that of what has none.
@@ -138,7 +139,8 @@ fn open_volumes(model: &Model, warnings: &mut Vec<Warning>) -> HashSet<usize> {
         let Some(index) = placement.material.filter(|index| !open.contains(index)) else { continue };
         let material = &model.materials[index];
         let bends = material.has_volume && material.transmission.factor > 0.0;
-        if bends && !is_closed(&model.geometries[placement.geometry]) {
+        let geometry = &model.geometries[placement.geometry];
+        if bends && !is_closed(&geometry.positions, &geometry.triangles) {
             open.insert(index);
         }
     }
@@ -147,32 +149,6 @@ fn open_volumes(model: &Model, warnings: &mut Vec<Warning>) -> HashSet<usize> {
         warnings.push(warning(Subject::Approximated, "open-volume", detail));
     }
     open
-}
-
-/// Whether each edge is there once in each direction. Vertices at one place are one, whatever else they have.
-fn is_closed(geometry: &Geometry) -> bool {
-    let mut places = HashMap::new();
-    let place = |point: &[f64; 3]| point.map(|number| (number + 0.0).to_bits());
-    let ids: Vec<u32> = geometry
-        .positions
-        .iter()
-        .map(|point| {
-            let next = places.len() as u32;
-            *places.entry(place(point)).or_insert(next)
-        })
-        .collect();
-    let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
-    for triangle in &geometry.triangles {
-        let [a, b, c] = triangle.map(|i| ids[i as usize]);
-        if a == b || b == c || c == a {
-            continue;
-        }
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let (edge, step) = if from < to { ((from, to), 1) } else { ((to, from), -1) };
-            *edges.entry(edge).or_default() += step;
-        }
-    }
-    edges.values().all(|sum| *sum == 0)
 }
 
 fn warning(subject: Subject, what: &'static str, detail: &str) -> Warning {

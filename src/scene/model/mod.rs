@@ -79,6 +79,19 @@ pub enum LightChoice {
 }
 
 impl ModelOptions {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        view: None,
+        up: None,
+        camera: None,
+        scene: None,
+        animation: None,
+        t: None,
+        variant: None,
+        light: None,
+        strict: None,
+    };
+
     fn choice(&self) -> Choice {
         Choice {
             scene: self.scene,
