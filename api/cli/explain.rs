@@ -56,7 +56,8 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     }
 
     let shot = RenderSpec::of(&ready.scene, region, FileFormat::Png8);
-    let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control, None);
+    let make =
+        || render::make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control, None, None);
     let mut report = progress::while_showing(&session.control, make)?.report;
     report.plan = measured((plan, pilot), &report.cost, &ready, region, &session.workers, &session.control)?;
     if let Some(path) = &args.picture.stats {

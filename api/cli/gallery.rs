@@ -90,7 +90,7 @@ fn picture(
     let ready = session.workers.work(|| PreparedScene::from(loaded))?;
     let region = Region::whole(ready.scene.width, ready.scene.height);
     let shot = RenderSpec::of(&ready.scene, region, FileFormat::Jpeg(QUALITY));
-    let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, control, None);
+    let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, control, None, None);
     let Rendered { file, report, .. } = progress::while_showing(control, make)?;
     Ok((file, title, report))
 }

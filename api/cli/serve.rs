@@ -2,18 +2,14 @@
 
 use super::allocator;
 use super::failure::Failure;
+use super::log::{LogFormat, log};
 use super::values::word;
 use crate::http::settings::HttpSettings;
+use crate::service::farm::settings::FarmSettings;
 use crate::service::limits::Settings;
 use crate::service::values::threads;
 use clap::Args;
-use schemars::JsonSchema;
-use serde::Deserialize;
-use std::io;
 use std::path::PathBuf;
-use tracing_subscriber::filter::Targets;
-use tracing_subscriber::layer::SubscriberExt;
-use tracing_subscriber::util::SubscriberInitExt;
 
 /// `strahl serve`.
 #[derive(Debug, Clone, Args)]
@@ -33,33 +29,17 @@ pub(super) struct ServeArgs {
     http: HttpSettings,
     #[command(flatten)]
     service: Settings,
-}
-
-/// Names of log formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum LogFormat {
-    /// For people.
-    Text,
-    /// For programs: one object in each line.
-    Json,
+    #[command(flatten)]
+    farm: FarmSettings,
+    /// Milliseconds of predicted time above which a picture that somebody waits for is cut into tiles for the nodes of the farm
+    /// [default: the service renders it itself].
+    #[arg(long, env = "STRAHL_SPREAD", value_name = "MS", requires = "farm", help_heading = "Farm")]
+    spread: Option<u64>,
 }
 
 /// Serves until SIGTERM or Ctrl-C.
 pub(super) fn run(args: &ServeArgs) -> Result<(), Failure> {
     allocator::settle();
     log(args.log_format);
-    Ok(crate::http::run(args.threads, &args.http, &args.service)?)
-}
-
-/// Starts the log on standard error. `STRAHL_LOG` filters it; the default is `info`.
-fn log(format: LogFormat) {
-    let wanted = std::env::var("STRAHL_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
-    let filter = wanted.unwrap_or_else(|| Targets::new().with_default(tracing::Level::INFO));
-    let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(false);
-    let log = tracing_subscriber::registry().with(filter);
-    match format {
-        LogFormat::Text => log.with(lines).init(),
-        LogFormat::Json => log.with(lines.json().flatten_event(true).with_current_span(false)).init(),
-    }
+    Ok(crate::http::run(args.threads, &args.http, &args.service, (&args.farm, args.spread))?)
 }

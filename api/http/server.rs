@@ -75,7 +75,7 @@ fn teach(listener: &TcpListener, settings: &HttpSettings, app: &App) {
     if let Some(admin) = settings.admin_listen.filter(|address| !address.ip().is_loopback()) {
         tracing::warn!("other machines can reach --admin-listen {admin}, which asks for no key");
     }
-    if app.service.settings.jobs.data.is_none() {
+    if !app.service.settings.jobs.durable {
         tracing::info!("jobs end with this process; --data DIR keeps them");
     }
 }

@@ -1,8 +1,11 @@
-//! What commands and HTTP share: scenes, pictures, jobs, and the scheduler of the rendering threads.
+//! What commands and HTTP share: scenes, pictures, jobs, the farm, and the scheduler of the rendering threads.
 
+pub(crate) mod addresses;
 pub(crate) mod clock;
 pub(crate) mod concurrency_limit;
+pub(crate) mod deliveries;
 pub(crate) mod error;
+pub(crate) mod farm;
 pub(crate) mod jobs;
 pub(crate) mod limits;
 pub(crate) mod memory;
@@ -11,7 +14,9 @@ pub(crate) mod pictures;
 pub(crate) mod requests;
 pub(crate) mod scenes;
 pub(crate) mod scheduler;
+pub(crate) mod sequences;
 pub(crate) mod storage;
+pub(crate) mod tls;
 pub(crate) mod tradeoff;
 pub(crate) mod values;
 

@@ -32,9 +32,12 @@ impl Signers {
 
     /// A random secret, which is forgotten when the process ends.
     pub(crate) fn random() -> io::Result<Self> {
-        let mut secret = [0; 32];
-        fill(&mut secret)?;
-        Ok(Self(vec![("process".into(), secret)]))
+        Ok(Self(vec![("process".into(), random_secret()?)]))
+    }
+
+    /// The secret that all fronts of a farm have.
+    pub(crate) fn of_farm(secret: [u8; 32]) -> Self {
+        Self(vec![("farm".into(), secret)])
     }
 
     fn mac(secret: &[u8; 32], text: &str) -> Option<Hmac<Sha256>> {
@@ -61,6 +64,13 @@ impl Signers {
         let (id, tenant) = scope.split_once('~')?;
         Some((id, tenant, expires.parse().ok()?))
     }
+}
+
+/// A new secret.
+pub(crate) fn random_secret() -> io::Result<[u8; 32]> {
+    let mut secret = [0; 32];
+    fill(&mut secret)?;
+    Ok(secret)
 }
 
 /// The capability that a request came with, in its extensions.

@@ -26,13 +26,13 @@ impl FromRequestParts<App> for NamedJob {
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let tenant = Tenant::of(&parts.extensions);
         let Path(id) = Path::<String>::from_request_parts(parts, app).await?;
-        find(app, &tenant, &id).map(|job| Self { job, tenant })
+        find(app, &tenant, &id).await.map(|job| Self { job, tenant })
     }
 }
 
 /// The job of an id, if the tenant may see it.
-pub(crate) fn find(app: &AppState, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
-    let found = app.service.jobs.find(id).filter(|job| may_see(tenant, &job.record()));
+pub(crate) async fn find(app: &AppState, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
+    let found = app.service.jobs.find_lately(id).await.filter(|job| may_see(tenant, &job.record()));
     found.ok_or_else(|| missing(app, id))
 }
 

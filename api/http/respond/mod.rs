@@ -1,10 +1,13 @@
 //! Answers that several routes give: pictures, known images, jobs.
 
+pub(crate) mod elsewhere;
 pub(crate) mod events;
 pub(crate) mod image;
 pub(crate) mod job;
+pub(crate) mod message;
 mod multipart;
 pub(crate) mod picture;
+pub(crate) mod sequence;
 pub(crate) mod streamed;
 
 use super::problem::{Kind, Problem};

@@ -135,7 +135,7 @@ fn plan(
     }
     let _share = app.service.room_for_picture(ready, region.pixels(), render::PIXEL_BYTES)?;
     let shot = RenderSpec::of(&ready.scene, region, FileFormat::Png8);
-    let made = render::make(work.started, ready, loading, &shot, &work.workers, &work.control, None);
+    let made = render::make(work.started, ready, loading, &shot, &work.workers, &work.control, None, None);
     let cost = made.map_err(Error::from)?.report.cost;
     let plan = measured((plan, pilot), &cost, ready, region, &work.workers, &work.control).map_err(Error::from)?;
     to_json(&app.service.memory, &Explained::Analyzed(Analyzed { plan: &plan, actual: &cost }))

@@ -57,10 +57,11 @@ fn open(pool: &Arc<Pool>, path: &Path) -> Result<Opened, StartError> {
         keep_records: Duration::from_secs(600),
         keep_jobs: 100,
         data: Some(path.to_owned()),
+        durable: true,
     };
     let cache = Arc::new(SceneCache::new(0, MemoryBudget::new(1 << 30), None, SceneStore::Memory(LruCache::new(0))));
     let mut folder = Folder::open(path, &DATA)?;
-    let jobs = Jobs::open(&mut folder, limits, Arc::clone(pool), cache, Arc::new(Nobody))?;
+    let jobs = Jobs::open(&mut folder, limits, Arc::clone(pool), cache, None, Arc::new(Nobody))?;
     Ok(Opened { jobs, _folder: folder })
 }
 
@@ -129,7 +130,7 @@ fn history(pool: &Arc<Pool>, path: &Path) -> History {
     let reused = opened.submit(&format!("{SCENE}\n"), Some(&made));
     promises.push(promise(path, &reused));
     promises[0].forgotten[0] = journal::length(path);
-    opened.jobs.forget(&rendered);
+    opened.jobs.forget(&rendered).unwrap();
     promises[0].forgotten[1] = journal::length(path);
     // The end of a process is part of it.
     drop(opened);

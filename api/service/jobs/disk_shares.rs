@@ -4,7 +4,7 @@
 
 use super::files::Files;
 use super::job::Job;
-use super::record::{Record, State};
+use super::record::Record;
 use super::registry::Registry;
 use super::retention::disk_of;
 use std::collections::HashMap;
@@ -72,7 +72,7 @@ impl DiskShares {
             for name in names(&record, kinds) {
                 holding.add(&name, files.size(&name));
             }
-            if record.state == State::Succeeded {
+            if record.has_picture() {
                 holding.finished.push((record.ended, Arc::clone(job)));
             }
         }
@@ -117,9 +117,10 @@ impl DiskShares {
 
 /// Files of a job.
 fn names(record: &Record, kinds: Kinds) -> Vec<String> {
-    let scene = record.state.needs_scene().then(|| record.spec.scene.clone());
-    let has_picture = kinds == Kinds::All && record.state == State::Succeeded;
-    scene.into_iter().chain(has_picture.then(|| record.picture_name())).collect()
+    let scene = record.needs_scene().then(|| record.spec.scene.clone());
+    let has_pictures = kinds == Kinds::All && record.has_pictures();
+    let pictures = if has_pictures { record.picture_names() } else { Vec::new() };
+    scene.into_iter().chain(pictures).collect()
 }
 
 #[cfg(test)]

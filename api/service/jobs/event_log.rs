@@ -2,12 +2,13 @@
 
 use serde_json::Value;
 use std::collections::VecDeque;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 
 /// Events that are kept for clients that reconnect.
 const KEPT: usize = 1_024;
-/// Event numbers for each restart, so that numbers grow over restarts, too.
+/// Event numbers for each life, so that numbers grow over restarts, too.
 const PER_LIFE: u64 = 1_000_000_000;
 
 /// An event.
@@ -21,11 +22,24 @@ pub(crate) struct Event {
     pub(crate) data: Value,
 }
 
+/// Where the events of jobs go besides those who watch them here.
+pub(super) trait Herald: fmt::Debug + Send + Sync {
+    /// Tells an event of a job.
+    fn tell(&self, job: &str, event: &Event);
+}
+
 /// The events of a job.
 #[derive(Debug)]
 pub(crate) struct Events {
     kept: Mutex<Kept>,
     last: watch::Sender<u64>,
+    /// Who tells others of them, and by which id.
+    herald: Option<(Arc<dyn Herald>, String)>,
+}
+
+/// The number before the first event of a life.
+pub(super) fn before_life(life: u64) -> u64 {
+    life * PER_LIFE
 }
 
 #[derive(Debug)]
@@ -38,18 +52,65 @@ struct Kept {
 
 impl Events {
     /// No events yet since the last restart.
-    pub(super) fn new(life: u64) -> Self {
-        let before = life * PER_LIFE;
+    pub(super) fn new(life: u64, herald: Option<(Arc<dyn Herald>, String)>) -> Self {
+        let before = before_life(life);
         let kept = Kept { events: VecDeque::new(), before, last: before };
-        Self { kept: Mutex::new(kept), last: watch::Sender::new(before) }
+        Self { kept: Mutex::new(kept), last: watch::Sender::new(before), herald }
     }
 
     /// Publishes an event and returns its number.
     pub(super) fn publish(&self, name: &'static str, data: Value) -> u64 {
+        let kept = self.kept();
+        let event = Event { seq: kept.last + 1, name, data };
+        if let Some((herald, job)) = &self.herald {
+            // In the order of the numbers: under the lock.
+            herald.tell(job, &event);
+        }
+        self.keep(kept, event)
+    }
+
+    /// Publishes an event to those who watch here, and to nobody else.
+    pub(super) fn publish_here(&self, name: &'static str, data: Value) {
+        let kept = self.kept();
+        let event = Event { seq: kept.last + 1, name, data };
+        self.keep(kept, event);
+    }
+
+    /// Takes in an event that was published elsewhere. One that is there is not taken in again, and one that does not follow
+    /// the last is the first to be kept.
+    pub(super) fn hear(&self, event: Event) {
         let mut kept = self.kept();
-        kept.last += 1;
-        let seq = kept.last;
-        kept.events.push_back(Event { seq, name, data });
+        if event.seq > kept.last {
+            if event.seq > kept.last + 1 {
+                kept.events.clear();
+                kept.before = event.seq - 1;
+            }
+            self.keep(kept, event);
+        }
+    }
+
+    /// The job begins another life. Who has heard of one before gets a snapshot.
+    pub(super) fn begin(&self, life: u64) {
+        let mut kept = self.kept();
+        let before = before_life(life);
+        if kept.last < before {
+            kept.events.clear();
+            (kept.before, kept.last) = (before, before);
+            drop(kept);
+            self.ring();
+        }
+    }
+
+    /// Lets those who watch look at the job.
+    pub(super) fn ring(&self) {
+        let last = self.last();
+        self.last.send_replace(last);
+    }
+
+    fn keep(&self, mut kept: MutexGuard<'_, Kept>, event: Event) -> u64 {
+        let seq = event.seq;
+        kept.last = seq;
+        kept.events.push_back(event);
         if kept.events.len() > KEPT
             && let Some(gone) = kept.events.pop_front()
         {
@@ -97,7 +158,7 @@ mod tests {
 
     #[test]
     fn who_comes_back_hears_what_was_missed_and_who_comes_too_late_starts_again() {
-        let events = Events::new(2);
+        let events = Events::new(2, None);
         let first = events.publish("started", json!({}));
         let second = events.publish("progress", json!({}));
         assert!(second > first && first > 2 * PER_LIFE);
@@ -110,5 +171,23 @@ mod tests {
         }
         assert_eq!(events.since(first), None);
         assert_eq!(events.since(second).map(|events| events.len()), Some(KEPT));
+    }
+    #[test]
+    fn what_was_heard_of_is_as_good_as_what_was_published() {
+        let (here, there) = (Events::new(1, None), Events::new(1, None));
+        let event = |seq, name| Event { seq: before_life(1) + seq, name, data: json!({}) };
+        there.hear(event(1, "started"));
+        there.hear(event(2, "tile"));
+        there.hear(event(1, "started"));
+        here.publish("started", json!({}));
+        here.publish("tile", json!({}));
+        assert_eq!(there.since(before_life(1)), here.since(before_life(1)));
+        // Events that were lost on their way are nobody's next ones.
+        there.hear(event(5, "tile"));
+        assert_eq!((there.since(before_life(1) + 2), there.last()), (None, before_life(1) + 5));
+        assert_eq!(there.since(before_life(1) + 4).map(|events| events.len()), Some(1));
+        there.begin(2);
+        there.hear(event(6, "tile"));
+        assert_eq!((there.since(before_life(1) + 5), there.last()), (None, before_life(2)), "an earlier life is over");
     }
 }

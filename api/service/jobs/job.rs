@@ -1,11 +1,12 @@
 //! A job in memory: its record, progress and watchers.
 
 use super::canvas::Canvas;
-use super::event_log::Events;
+use super::event_log::{Events, Herald};
+use super::files::frame_name;
 use super::record::{Failure, Record, State};
 use super::tile_order::{REMEMBERED, TileOrder, meet};
 use serde_json::json;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use strahl::film::{Film, Region};
@@ -15,10 +16,14 @@ use strahl::render::Control;
 #[derive(Debug)]
 pub(crate) struct Job {
     record: Mutex<Record>,
+    /// Revision of the record, where records live. It changes under the record's lock.
+    stored: AtomicU64,
+    /// Held while the record is changed where records live.
+    pub(super) changing: Mutex<()>,
     /// Its events.
     pub(crate) events: Events,
-    /// Stops its render.
-    pub(super) control: Control,
+    /// Stops its render. Each render has its own.
+    control: Mutex<Control>,
     /// Why it was stopped. The first reason counts.
     pub(super) stopped: Mutex<Option<Stopped>>,
     /// Shared with its task in the scheduler.
@@ -31,8 +36,10 @@ pub(crate) struct Job {
     pub(super) early_looks: Mutex<Vec<Region>>,
     /// Tiles, and whether each is finished, until it has ended.
     tiles: Mutex<Arc<[(Region, AtomicBool)]>>,
-    /// Number of tiles.
-    total: usize,
+    /// Number of tiles, of all frames.
+    pub(super) total: usize,
+    /// The frame that is rendered, of a sequence.
+    frame: AtomicU32,
     pub(super) done: AtomicUsize,
     pub(super) rays: AtomicU64,
     /// Number of changes of the preview.
@@ -42,6 +49,10 @@ pub(crate) struct Job {
     watchers: AtomicUsize,
     /// When this process began to render it.
     pub(super) begun: Mutex<Option<Instant>>,
+    /// Estimated milliseconds until it is done, as the front that renders it has said, and when.
+    eta: Mutex<Option<(f64, Instant)>>,
+    /// When this process has heard last of it after its end.
+    pub(super) left: Mutex<Option<Instant>>,
     /// When it began with the tiles, and how many were done then.
     pub(super) tiling: Mutex<Option<(Instant, f64)>>,
     /// When it was accepted. Capped at the time since which the clock counts.
@@ -57,6 +68,8 @@ pub(super) enum Stopped {
     Suspended,
     /// It has failed.
     Failed(Failure),
+    /// Another front has it, or has ended it. What this one does with it counts no more.
+    Taken,
 }
 
 /// Progress of a job.
@@ -73,31 +86,35 @@ pub(crate) struct Progress {
 }
 
 impl Job {
-    /// A job that this process has not started.
-    pub(super) fn new(record: Record) -> Self {
+    /// A job that this process has not started, at a revision of its record.
+    pub(super) fn new(record: Record, revision: u64, herald: Option<Arc<dyn Herald>>) -> Self {
         let picture = Region::whole(record.width, record.height);
         let edge = if record.edge == 0 { picture.width.max(picture.height).max(1) } else { record.edge };
-        let total = picture.width.div_ceil(edge) as usize * picture.height.div_ceil(edge) as usize;
-        let regions = (!record.state.is_final()).then(|| picture.tiles(edge));
-        let tiles = regions.into_iter().flatten().map(|region| (region, AtomicBool::new(false))).collect();
+        let of_picture = picture.width.div_ceil(edge) as usize * picture.height.div_ceil(edge) as usize;
+        let total = of_picture * record.frames.map_or(1, |frames| frames.count as usize);
         let age = Duration::from_millis(super::record::now().saturating_sub(record.created));
-        let events = Events::new(record.lives);
+        let events = Events::new(record.lives, herald.map(|herald| (herald, record.id.clone())));
         Self {
             events,
-            control: Control::default(),
+            stored: AtomicU64::new(revision),
+            changing: Mutex::default(),
+            control: Mutex::default(),
             stopped: Mutex::default(),
             priority: Arc::new(AtomicU8::new(record.priority)),
             canvas: Mutex::default(),
             order: Mutex::default(),
             early_looks: Mutex::default(),
-            tiles: Mutex::new(tiles),
+            tiles: Mutex::default(),
             total,
+            frame: AtomicU32::new(0),
             done: AtomicUsize::new(0),
             rays: AtomicU64::new(record.stats.rays),
             revision: AtomicU64::new(0),
             forgotten: AtomicBool::new(false),
             watchers: AtomicUsize::new(0),
             begun: Mutex::default(),
+            eta: Mutex::default(),
+            left: Mutex::new(record.state.is_final().then(Instant::now)),
             tiling: Mutex::default(),
             since: Instant::now().checked_sub(age).unwrap_or_else(Instant::now),
             record: Mutex::new(record),
@@ -109,9 +126,90 @@ impl Job {
         locked(&self.record)
     }
 
-    /// Its tiles, and whether each is finished.
+    /// Its record and the revision of that.
+    pub(super) fn stored(&self) -> (Record, u64) {
+        let record = self.record();
+        (record.clone(), self.stored.load(Ordering::Relaxed))
+    }
+
+    /// Takes over a record, unless it is older than the one that is here, which is returned.
+    pub(super) fn adopt(&self, record: Record, revision: u64) -> Option<Record> {
+        let mut here = self.record();
+        if revision <= self.stored.load(Ordering::Relaxed) {
+            return None;
+        }
+        self.stored.store(revision, Ordering::Relaxed);
+        self.priority.store(record.priority, Ordering::Relaxed);
+        // What a render measures is here first.
+        let stats = if record.lives == here.lives && !record.state.is_final() { here.stats } else { record.stats };
+        let frames = if record.lives == here.lives && !record.state.is_final() { here.frames } else { record.frames };
+        Some(std::mem::replace(&mut *here, Record { stats, frames, ..record }))
+    }
+
+    /// What stops its render.
+    pub(super) fn control(&self) -> Control {
+        locked(&self.control).clone()
+    }
+
+    /// As if no process had begun to render it.
+    pub(super) fn reset(&self) {
+        *locked(&self.control) = Control::default();
+        *locked(&self.stopped) = None;
+        *locked(&self.begun) = None;
+        *locked(&self.tiling) = None;
+        *locked(&self.tiles) = Arc::new([]);
+    }
+
+    /// Its tiles, and whether each is finished. They are listed when somebody asks: most of the jobs that wait are never looked
+    /// at, and a large picture has 100,000.
     pub(super) fn tiles(&self) -> Arc<[(Region, AtomicBool)]> {
-        Arc::clone(&locked(&self.tiles))
+        let (is_final, picture, edge) = {
+            let record = self.record();
+            (record.state.is_final(), Region::whole(record.width, record.height), record.edge)
+        };
+        let mut tiles = locked(&self.tiles);
+        if tiles.is_empty() && !is_final {
+            let edge = if edge == 0 { picture.width.max(picture.height).max(1) } else { edge };
+            *tiles = picture.tiles(edge).map(|region| (region, AtomicBool::new(false))).collect();
+        }
+        Arc::clone(&tiles)
+    }
+
+    /// Notes how far the front that renders it has come.
+    pub(super) fn hear_progress(&self, done: usize, rays: Option<u64>, eta_ms: Option<f64>, revision: Option<u64>) {
+        self.done.store(done, Ordering::Relaxed);
+        if let Some(rays) = rays {
+            self.rays.store(rays, Ordering::Relaxed);
+        }
+        if let Some(eta) = eta_ms {
+            *locked(&self.eta) = Some((eta, Instant::now()));
+        }
+        self.hear_preview(revision);
+    }
+
+    /// Notes the revision of the preview at the front that renders it.
+    pub(super) fn hear_preview(&self, revision: Option<u64>) {
+        if let Some(revision) = revision {
+            self.revision.store(revision, Ordering::Relaxed);
+        }
+    }
+
+    /// The frame that is rendered, if it is a sequence.
+    pub(super) fn frame(&self) -> Option<u32> {
+        let is_sequence = self.record().frames.is_some();
+        is_sequence.then(|| self.frame.load(Ordering::Relaxed))
+    }
+
+    /// Name of what is rendered: of the job, or of its frame.
+    pub(super) fn work_name(&self) -> String {
+        let id = self.record().id.clone();
+        self.frame().map_or_else(|| id.clone(), |frame| frame_name(&id, frame))
+    }
+
+    /// From now on its tiles are those of another frame.
+    pub(super) fn begin_frame(&self, number: u32) {
+        self.frame.store(number, Ordering::Relaxed);
+        *locked(&self.tiles) = Arc::new([]);
     }
 
     /// Forgets what a job that has ended needs no more: its tiles and its events.
@@ -145,7 +243,10 @@ impl Job {
         let estimate_ms = self.record().estimate_ms;
         // More rays than estimated leave little, but something, to do.
         let left = (total as f64 - worked).max(0.1 * total.saturating_sub(done) as f64);
-        let eta_ms = begun.map(|begun| eta_ms(estimate_ms, begun, tiling, total as f64, left));
+        let told = *locked(&self.eta);
+        let eta_ms = begun
+            .map(|begun| eta_ms(estimate_ms, begun, tiling, total as f64, left))
+            .or_else(|| told.map(|(eta, then)| (eta - then.elapsed().as_secs_f64() * 1e3).max(0.0)));
         Progress { done, total, rays: self.rays.load(Ordering::Relaxed), eta_ms }
     }
 
@@ -198,10 +299,20 @@ impl Job {
         self.watchers.load(Ordering::Relaxed) > 0
     }
 
+    /// Why it was stopped.
+    pub(super) fn why_stopped(&self) -> Stopped {
+        self.why_stopped_or(Stopped::Failed(Failure::internal("the render ended early")))
+    }
+
+    /// Why it was stopped, or else why it has failed.
+    pub(super) fn why_stopped_or(&self, otherwise: Stopped) -> Stopped {
+        locked(&self.stopped).clone().unwrap_or(otherwise)
+    }
+
     /// Stops the render, for the first reason given.
     pub(super) fn stop(&self, why: Stopped) {
         locked(&self.stopped).get_or_insert(why);
-        self.control.cancel();
+        self.control().cancel();
     }
 }
 
@@ -270,7 +381,7 @@ mod tests {
             output: FileFormat::Png8,
         };
         let size = Record { width: 100, height: 100, edge: 10, ..Record::new(spec) };
-        let job = Job::new(Record { estimate_ms: 20_000.0, estimate_rays: 1_000_000, ..size });
+        let job = Job::new(Record { estimate_ms: 20_000.0, estimate_rays: 1_000_000, ..size }, 1, None);
         let ago = |ms: u64| Instant::now().checked_sub(Duration::from_millis(ms)).unwrap();
         *locked(&job.begun) = Some(ago(14_000));
         *locked(&job.tiling) = Some((ago(14_000), 0.0));
@@ -285,7 +396,7 @@ mod tests {
         let (settings, output) = (Overrides::default(), FileFormat::Png8);
         let spec = JobSpec { scene: String::new(), format: Format::Json, settings, output };
         let record = Record { width: 100, height: 50, edge: 16, lives: 2, ..Record::new(spec) };
-        let job = Job::new(record.clone());
+        let job = Job::new(record.clone(), 1, None);
         assert_eq!((job.tiles().len(), job.progress().total), (28, 28));
         let first = job.events.publish("tile", json!({}));
         let last = job.events.publish("succeeded", json!({}));
@@ -294,7 +405,7 @@ mod tests {
         assert_eq!((job.tiles().len(), job.progress().done, job.progress().total), (0, 28, 28));
         assert_eq!((job.events.since(first), job.events.since(last)), (None, Some(Vec::new())));
         assert_eq!(job.events.last(), last);
-        let whole = Job::new(Record { edge: 0, ..record });
+        let whole = Job::new(Record { edge: 0, ..record }, 1, None);
         assert_eq!((whole.tiles().len(), whole.tiles()[0].0), (1, Region::whole(100, 50)));
     }
 }

@@ -1,5 +1,6 @@
 //! Queries about jobs.
 
+use super::files::frame_name;
 use super::job::{Job, locked};
 use super::record::{JobSpec, Record, State};
 use super::registry::{estimate, rank, remaining};
@@ -14,6 +15,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use strahl::film::FileFormat;
 use tokio::sync::watch;
+use uuid::Uuid;
 
 /// Bytes for each pixel of a picture that is decoded and made smaller: 16 bits for each channel, twice.
 const DECODED_BYTES: u64 = 16;
@@ -22,6 +24,16 @@ impl Jobs {
     /// A job.
     pub(crate) fn find(&self, id: &str) -> Option<Arc<Job>> {
         locked(&self.registry).jobs.get(id).map(Arc::clone)
+    }
+
+    /// A job, also one that another front has accepted a moment ago.
+    pub(crate) async fn find_lately(&self, id: &str) -> Option<Arc<Job>> {
+        let found = self.find(id);
+        if found.is_some() || self.shared.is_none() || Uuid::try_parse(id).is_err() {
+            return found;
+        }
+        self.catch_up().await;
+        self.find(id)
     }
 
     /// What a job with this scene id renders, if there is one: of an owner, or of anybody.
@@ -70,8 +82,8 @@ impl Jobs {
         let of_tenant = |other: &&Arc<Job>| other.record().tenant == tenant;
         let ahead: Vec<f64> =
             registry.queued.iter().filter(of_tenant).filter(|other| rank(other) > mine).map(estimate).collect();
-        let running: f64 = registry.open.iter().filter(of_tenant).map(remaining).sum();
-        let mut tenants: Vec<String> = registry.open.iter().map(|job| job.record().tenant.clone()).collect();
+        let running: f64 = registry.running().filter(of_tenant).map(remaining).sum();
+        let mut tenants: Vec<String> = registry.running().map(|job| job.record().tenant.clone()).collect();
         tenants.push(tenant.clone());
         tenants.sort();
         tenants.dedup();
@@ -79,10 +91,10 @@ impl Jobs {
         Some((ahead.len() + 1, alone * registry.slowness.unwrap_or(1.0) * tenants.len() as f64))
     }
 
-    /// Numbers of waiting jobs and open jobs.
+    /// Numbers of waiting jobs and of jobs that are worked on.
     pub(crate) fn counts(&self) -> (usize, usize) {
         let registry = locked(&self.registry);
-        (registry.queued.len(), registry.open.len())
+        (registry.queued.len(), registry.running().count())
     }
 
     /// The states of all jobs.
@@ -107,7 +119,22 @@ impl Jobs {
     }
 
     fn read_picture(&self, name: &str) -> Result<Option<PictureFile>, Error> {
-        PictureFile::read(&self.files.pictures, name, &self.cache.memory)
+        PictureFile::read(&*self.files.pictures, name, &self.cache.memory)
+    }
+
+    /// A frame of a sequence, if it is finished, there and whole.
+    pub(crate) fn frame(&self, job: &Job, number: u32) -> Result<Option<PictureFile>, Error> {
+        let record = job.record().clone();
+        if !record.has_pictures() {
+            return Ok(None);
+        }
+        self.read_picture(&frame_name(&record.id, number))
+    }
+
+    /// The small picture of a frame, a PNG.
+    pub(crate) fn small_frame(&self, job: &Job, number: u32) -> Option<Vec<u8>> {
+        let record = job.record().clone();
+        record.has_pictures().then(|| self.files.small_frame(&record.id, number))?
     }
 
     /// The metadata of that picture.

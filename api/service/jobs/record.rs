@@ -1,10 +1,16 @@
 //! The record of a job, which is kept on disk.
 
+use super::files::frame_name;
+use super::outbox::Outbox;
 use crate::service::clock::unix_time;
 use crate::service::error::Error;
 use crate::service::pictures::spec::PictureSpec;
+use crate::service::sequences::Frames;
+use data_encoding::HEXLOWER;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::ops::Not;
 use strahl::film::FileFormat;
 use strahl::scene::problem::Code;
 use strahl::scene::{Format, Overrides, Problems};
@@ -56,6 +62,9 @@ pub(crate) struct Record {
     /// Milliseconds that services had run on the folder when it did. Versions before did not count them.
     #[serde(default)]
     pub(crate) ended: Option<u64>,
+    /// The frames of a sequence, whose text is beside that of the scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) frames: Option<Frames>,
     /// Its cost.
     pub(crate) stats: Stats,
     /// Why it failed.
@@ -72,9 +81,35 @@ pub(crate) struct Record {
     pub(crate) last_event: Option<u64>,
     /// Grows with each change that its owner makes.
     pub(crate) version: u64,
+    /// What is delivered after its end.
+    #[serde(default)]
+    pub(crate) outbox: Outbox,
+    /// In a farm: the front that works on it, or that has yet to remove what it leaves behind.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) front: Option<String>,
+    /// In a farm: bytes of the text of its scene.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub(crate) text_bytes: u64,
+    /// In a farm: whether its owner does not want to see it any more. It goes when what it leaves behind is gone.
+    #[serde(default, skip_serializing_if = "Not::not")]
+    pub(crate) forgotten: bool,
+}
+
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }
 
 impl Record {
+    /// Whether it needs the text of its scene.
+    pub(super) fn needs_scene(&self) -> bool {
+        self.state.needs_scene() && !self.forgotten
+    }
+
+    /// Whether it has a picture.
+    pub(super) fn has_picture(&self) -> bool {
+        self.state == State::Succeeded && !self.forgotten
+    }
+
     /// Notes that the process has ended while it rendered this job, whose tiles took `tile_bytes`.
     pub(super) fn count_crash(&mut self, tile_bytes: u64) {
         self.crashes = if tile_bytes > self.tile_bytes { 0 } else { self.crashes + 1 };
@@ -87,6 +122,19 @@ impl Record {
             Some(image) => PictureSpec::plain(None, self.spec.output).name(image),
             None => self.id.clone(),
         }
+    }
+
+    /// Names of the files of its pictures: one, or one for each frame.
+    pub(super) fn picture_names(&self) -> Vec<String> {
+        match self.frames {
+            Some(frames) => (0..frames.count).map(|number| frame_name(&self.id, number)).collect(),
+            None => vec![self.picture_name()],
+        }
+    }
+
+    /// Whether they are its own. A sequence has its frames from the beginning: some are finished while others are rendered.
+    pub(super) fn has_pictures(&self) -> bool {
+        self.has_picture() || (self.frames.is_some() && !self.state.is_final() && !self.forgotten)
     }
 
     /// A waiting job that is accepted now.
@@ -112,6 +160,7 @@ impl Record {
             started: None,
             finished: None,
             ended: None,
+            frames: None,
             stats: Stats::default(),
             failure: None,
             lives: 0,
@@ -119,6 +168,10 @@ impl Record {
             tile_bytes: 0,
             last_event: None,
             version: 1,
+            outbox: Outbox::default(),
+            front: None,
+            text_bytes: 0,
+            forgotten: false,
         }
     }
 }
@@ -191,6 +244,18 @@ pub(crate) struct Idempotency {
     pub(crate) request: String,
 }
 
+impl Idempotency {
+    /// A key, and what was submitted with it.
+    pub(crate) fn of(key: &str, request: &[u8]) -> Self {
+        Self { key: key.to_owned(), request: sha256(request) }
+    }
+}
+
+/// SHA-256 in hexadecimal digits.
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    HEXLOWER.encode(&Sha256::digest(bytes))
+}
+
 /// Cost of a job, over all restarts.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "JobStats")]
@@ -220,6 +285,13 @@ pub(crate) struct Failure {
     pub(crate) slug: String,
     /// What is wrong and what to do.
     pub(crate) detail: String,
+}
+
+impl Failure {
+    /// It is the service's fault.
+    pub(super) fn internal(detail: &str) -> Self {
+        Self { slug: "internal".into(), detail: detail.into() }
+    }
 }
 
 impl From<&Problems> for Failure {

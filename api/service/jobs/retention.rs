@@ -11,6 +11,7 @@ use super::record::{Failure, Record, State};
 use super::registry::Registry;
 use crate::service::limits::JobLimits;
 use std::collections::HashMap;
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -20,14 +21,17 @@ const EVENTS_KEPT: u64 = 60_000;
 /// Milliseconds between two notes of how long services have run, while nothing else is written.
 const TIME_KEPT: u64 = 60_000;
 
+/// Bytes of a pixel of a frame in the largest format, and of its small picture.
+const FRAME_PIXEL: u64 = 20;
+
 impl Jobs {
     /// Called once a second: stops jobs that run too long, and deletes what is too old or too much.
     pub(crate) fn tick(&self) {
-        let now = self.store.run_time.ms();
+        let now = self.records.time();
         let is_empty = locked(&self.registry).jobs.is_empty();
         if !is_empty && now >= self.time_kept.load(Ordering::Relaxed) + TIME_KEPT {
             self.time_kept.store(now, Ordering::Relaxed);
-            if let Err(error) = self.store.put_time() {
+            if let Err(error) = self.records.keep_time() {
                 tracing::error!(%error, "how long the service has run cannot be written down");
             }
         }
@@ -49,11 +53,11 @@ impl Jobs {
                 let newer = ended.entry(record.tenant.clone()).or_default();
                 *newer += 1;
                 if *newer > self.limits.keep_jobs as usize {
-                    forgotten.push(record.id.clone());
+                    forgotten.push(Arc::clone(job));
                 } else if kept.is_zero() && record.state == State::Succeeded {
                     expired.push(Arc::clone(job));
                 } else if kept.is_zero() {
-                    forgotten.push(record.id.clone());
+                    forgotten.push(Arc::clone(job));
                 } else if record.ended.is_some_and(|ended| now >= ended + EVENTS_KEPT) {
                     job.rest();
                 }
@@ -62,12 +66,14 @@ impl Jobs {
         expired.iter().for_each(|job| self.expire(job));
         self.forget_all(&forgotten);
         self.make_room();
+        self.remove_leftovers();
+        self.tell_late_ends();
     }
 
     /// How long a job that has ended is kept from now on: with its picture if it has one. The time that no service runs does
     /// not count.
     pub(crate) fn kept_for(&self, record: &Record) -> Option<Duration> {
-        let age = Duration::from_millis(self.store.run_time.ms().saturating_sub(record.ended?));
+        let age = Duration::from_millis(self.records.time().saturating_sub(record.ended?));
         let JobLimits { keep_pictures, keep_records, .. } = self.limits;
         let kept = match record.state {
             State::Succeeded => keep_pictures,
@@ -115,52 +121,56 @@ impl Jobs {
     }
 
     /// Deletes a picture, and its scene if no other job needs it.
-    fn expire(&self, job: &Job) {
-        let record = {
-            let mut record = job.record();
-            if record.state != State::Succeeded {
-                return;
-            }
+    fn expire(&self, job: &Arc<Job>) {
+        let expired = self.change(job, |record| {
+            let has_picture = record.has_picture();
             record.state = State::Expired;
-            record.clone()
-        };
-        {
-            let mut registry = locked(&self.registry);
-            registry.release_picture(&record, &self.files);
-            registry.release_scene(&record, &self.files);
-        }
-        if let Err(error) = self.store.put(&record) {
-            tracing::error!(job = record.id, %error, "a record cannot be written");
+            record.front = self.records.front().map(str::to_owned);
+            has_picture
+        });
+        if let Err(error) = expired {
+            tracing::error!(job = job.record().id, %error, "a record cannot be written");
         }
     }
 
     /// Deletes jobs that have ended.
-    pub(super) fn forget_all(&self, ids: &[String]) {
-        if ids.is_empty() {
+    pub(super) fn forget_all(&self, jobs: &[Arc<Job>]) {
+        if jobs.is_empty() {
             return;
         }
-        if let Err(error) = self.store.remove(ids) {
+        if self.records.front().is_some() {
+            for job in jobs {
+                if let Err(error) = self.mark_forgotten(job) {
+                    tracing::error!(job = job.record().id, %error, "a job cannot be forgotten");
+                }
+            }
+            return;
+        }
+        if let Err(error) = self.records.remove(jobs).map_err(io::Error::from) {
             tracing::error!(%error, "records cannot be removed");
         }
-        ids.iter().for_each(|id| self.files.remove_tiles(id));
+        let ids: Vec<String> = jobs.iter().map(|job| job.record().id.clone()).collect();
+        self.files.remove_tiles_of(&ids);
         let mut registry = locked(&self.registry);
         for id in ids {
-            let Some(job) = registry.remove(id) else { continue };
-            let record = job.record();
+            let Some(job) = registry.remove(&id) else { continue };
+            let record = job.record().clone();
             registry.release_files(&record, &self.files);
         }
     }
 
-    /// Removes a record from disk.
-    pub(super) fn forget_record(&self, id: &str) {
-        if let Err(error) = self.store.remove(&[id.to_owned()]) {
-            tracing::error!(job = id, %error, "a record cannot be removed");
+    /// Removes a record from where records live.
+    pub(super) fn forget_record(&self, job: &Arc<Job>) {
+        if let Err(error) = self.records.remove(&[Arc::clone(job)]).map_err(io::Error::from) {
+            tracing::error!(job = job.record().id, %error, "a record cannot be removed");
         }
     }
 }
 
-/// Most bytes that an open job writes to disk: its tiles with their bounds, its picture in the largest format with its cost
-/// report, and its preview.
+/// Most bytes that an open job has yet to write to disk: its tiles with their bounds, its picture in the largest format with its
+/// cost report, and its preview. A sequence has the tiles of one frame at a time, and pictures of all.
 pub(crate) fn disk_of(record: &Record) -> u64 {
-    (64 << 10) + u64::from(record.width) * u64::from(record.height) * 46
+    let pixels = u64::from(record.width) * u64::from(record.height);
+    let left = record.frames.map_or(0, |frames| u64::from(frames.count - frames.done).saturating_sub(1));
+    (64 << 10) + pixels * 46 + left * ((64 << 10) + pixels * FRAME_PIXEL)
 }

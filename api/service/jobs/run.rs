@@ -1,98 +1,117 @@
 //! Rendering one job, from its record to its picture, on a thread of its own.
-//!
-//! Another thread writes finished tiles to disk and publishes events, so that the pool does not wait for that.
 
-use super::Jobs;
-use super::canvas::{Canvas, empty, paste};
-use super::checkpoint::{Tile, Tiles};
-use super::finish::finish;
+use super::backend::{Backend, Local, Remote, disk, scene_of};
+use super::canvas::Canvas;
+use super::finish::code;
 use super::job::{Job, Stopped, locked};
-use super::record::{Failure, Record, State, now};
+use super::record::{Failure, JobSpec, Record, State};
 use super::registry::pixel_bytes;
 use super::tile_order::TileOrder;
+use super::{CRASHES, Jobs, abandoned, frames};
 use crate::service::clock::milliseconds;
 use crate::service::error::{Error, panic_text};
+use crate::service::farm::Farm;
+use crate::service::pictures::assembly::{empty, paste};
 use crate::service::pictures::render::trace;
+use crate::service::pictures::tile_bytes::Tile;
 use crate::service::scenes::cache::{Form, SentScene};
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;
 use crate::service::scheduler::task::{Class, Task};
 use serde_json::json;
-use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
 use strahl::film::{FileFormat, Film, Region};
-use strahl::render::{Cancelled, Watcher, render, render_window, sampling_bytes};
+use strahl::render::{Cancelled, Control, Watcher, render_window, sampling_bytes};
 use strahl::scene::Scene;
 
 /// Passes before the tiles. The pixels of the last one are twice as wide as the picture's, or as wide as the preview's, those
 /// of the others twice and 4 times as wide as that.
 const PASSES: u32 = 3;
-/// Finished tiles that wait for the disk.
-const WAITING: usize = 4;
+/// Largest edge of tiles that nodes render: the broker takes messages of 1 MiB.
+pub(super) const REMOTE_EDGE: u32 = 128;
 /// Time until memory that was not there is asked for again.
 const BETWEEN_TRIES: Duration = Duration::from_millis(200);
 /// Time between two events about progress.
 const BETWEEN_REPORTS: Duration = Duration::from_millis(200);
 
 /// Works on a job until it is final or suspended.
-pub(super) fn run(jobs: &Jobs, job: &Job) {
+pub(super) fn run(jobs: &Jobs, job: &Arc<Job>) {
+    let is_sequence = job.record().frames.is_some();
+    let work = if is_sequence { frames::work } else { work };
     let done = catch_unwind(AssertUnwindSafe(|| work(jobs, job)));
     let end = match done {
         Ok(Ok(())) => None,
         Ok(Err(stopped)) => Some(stopped),
         Err(panic) => {
             tracing::error!(job = job.record().id, panic = panic_text(&*panic), "a job panicked");
-            Some(Stopped::Failed(internal("the render failed; the service goes on, and its log says more")))
+            Some(Stopped::Failed(Failure::internal("the render failed; the service goes on, and its log says more")))
         }
     };
     *locked(&job.canvas) = None;
     *locked(&job.order) = None;
     match end {
-        // What is on disk suffices to go on. It waits again: this end of the process is not the job's fault.
-        Some(Stopped::Suspended) => {
-            job.record().state = State::Queued;
-            if let Err(error) = jobs.save(job) {
-                tracing::error!(%error, "a record cannot be written");
-            }
-        }
+        Some(Stopped::Taken) => {}
+        Some(Stopped::Suspended) => jobs.suspend(job),
         Some(Stopped::Canceled) => jobs.finish(job, State::Canceled, None),
         Some(Stopped::Failed(failure)) => jobs.finish(job, State::Failed, Some(failure)),
-        None => jobs.finish(job, State::Succeeded, None),
+        None => {
+            jobs.finish(job, State::Succeeded, None);
+            let record = job.record().clone();
+            if !is_sequence {
+                jobs.let_go(&record);
+            }
+        }
     }
 }
 
-fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
-    let began = Instant::now();
+/// A job that runs here.
+pub(super) struct Begun {
+    task: Task,
+    /// Its part of the pool.
+    pub(super) workers: Workers,
+    /// What it renders.
+    pub(super) spec: JobSpec,
+    /// The edge of its tiles.
+    pub(super) edge: u32,
+}
+
+/// Makes a job one that runs here.
+pub(super) fn begin(jobs: &Jobs, job: &Arc<Job>) -> Result<Begun, Stopped> {
+    if !jobs.begin(job).map_err(|error| disk(&error))? {
+        return Err(Stopped::Taken);
+    }
     let (task, spec, edge) = {
-        let mut record = job.record();
-        record.state = State::Running;
-        let started = now();
-        if record.started.is_none() {
-            record.started = Some(started);
-            record.stats.queue_ms = started.saturating_sub(record.created) as f64;
+        let record = job.record();
+        if record.crashes > CRASHES {
+            return Err(Stopped::Failed(abandoned()));
         }
         let (tenant, weight) = (record.tenant.as_str().into(), record.weight);
         let task =
             Task { class: Class::Jobs, tenant, weight, priority: Arc::clone(&job.priority), waiting_since: job.since };
         (task, record.spec.clone(), record.edge)
     };
-    jobs.save(job).map_err(|error| disk(&error))?;
-    let workers = Arc::clone(&jobs.pool).join(task, job.control.clone());
+    let workers = Arc::clone(&jobs.pool).join(task.clone(), job.control());
+    Ok(Begun { task, workers, spec, edge })
+}
+
+fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
+    let began = Instant::now();
+    let Begun { task, workers, spec, edge } = begin(jobs, job)?;
     let text = when_there_is_room(job, || jobs.scene(&spec.scene));
-    let text = text.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
+    let text = text.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
     let text = text.ok_or_else(scene_is_gone)?;
     let building = Instant::now();
     let form = Form::Whole(spec.format);
     let sent = SentScene::new(text.as_ref(), &form, &spec.settings);
     let found = when_there_is_room(job, || jobs.cache.find(&workers, &sent));
+    let ready = found.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?.ready;
+    let farm = farm_for(jobs, job, edge, &ready, text.as_ref())?;
     drop(text);
-    let ready = found.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?.ready;
     let bvh_ms = milliseconds(building);
     job.record().stats.bvh_ms = bvh_ms;
     job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
@@ -102,52 +121,103 @@ fn work(jobs: &Jobs, job: &Job) -> Result<(), Stopped> {
     let sampling = sampling_bytes(&ready.scene, u64::from(ready.scene.width) * u64::from(ready.scene.height));
     let bytes = pixel_bytes(&job.record()) + ready.scene.stack_bytes() * workers.threads() as u64 + sampling;
     let taken = when_there_is_room(job, || share.grow(bytes));
-    taken.map_err(|error| stopped_or(job, Stopped::Failed(Failure::from(&error))))?;
+    taken.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
     let rendering = Instant::now();
+    job.done.store(0, Ordering::Relaxed);
+    job.rays.store(0, Ordering::Relaxed);
+    job.record().stats.tiles_recovered = 0;
     if edge == 0 {
-        whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| stopped(job))?;
+        whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| job.why_stopped())?;
     } else {
-        let file = recover(jobs, job).map_err(|error| disk(&error))?;
+        let tenant = job.record().tenant.clone();
+        let slots = || locked(&jobs.registry).share(&tenant);
+        let mut backend = backend(jobs, farm, &slots);
+        recover(job, &mut *backend)?;
         *locked(&job.begun) = Some(rendering);
-        if job.done.load(Ordering::Relaxed) == 0 {
-            passes(job, &ready, &workers, edge).map_err(|Cancelled| stopped(job))?;
+        if job.done.load(Ordering::Relaxed) > 0 {
+            tiles(job, &ready, &workers, &mut *backend)?;
+        } else if backend.is_elsewhere() {
+            // The coarse pictures are made here meanwhile, and given up when they are late.
+            let control = Control::default();
+            let beside = Arc::clone(&jobs.pool).join(task, control.clone());
+            thread::scope(|scope| {
+                scope.spawn(|| _ = passes(job, &ready, &beside, &control, edge));
+                let done = tiles(job, &ready, &workers, &mut *backend);
+                control.cancel();
+                done
+            })?;
+        } else {
+            passes(job, &ready, &workers, &job.control(), edge).map_err(|Cancelled| job.why_stopped())?;
+            tiles(job, &ready, &workers, &mut *backend)?;
         }
-        *locked(&job.tiling) = Some((Instant::now(), job.work_done()));
-        tiles(job, &ready, &workers, file).map_err(|Cancelled| stopped(job))?;
     }
     job.record().stats.render_ms = milliseconds(rendering);
 
     let encoding = Instant::now();
-    let canvas = locked(&job.canvas).take().ok_or_else(|| stopped(job))?;
+    let canvas = locked(&job.canvas).take().ok_or_else(|| job.why_stopped())?;
     let image = job.record().image_id.clone();
-    let entered = job.control.enter();
-    let finished = finish(&canvas, &ready, &spec, image, &workers, began).map_err(|Cancelled| stopped(job))?;
+    let entered = job.control().enter();
+    let preview = |canvas: &Canvas| canvas.preview.clone();
+    let coded = code(canvas, preview, &ready, &spec, &workers, began).map_err(|Cancelled| job.why_stopped())?;
+    let rays = coded.rays();
+    let finished = coded.files(&spec, image, &ready);
     drop(entered);
-    if job.control.is_cancelled() {
+    if job.control().is_cancelled() {
         // The file may be cut short.
-        return Err(stopped(job));
+        return Err(job.why_stopped());
     }
     let record = job.record().clone();
     jobs.keep_picture(&record, &finished.made, &finished.preview).map_err(|error| disk(&error))?;
     let mut record = job.record();
     record.stats.encode_ms = milliseconds(encoding);
-    record.stats.rays = canvas.picture.rays.total();
+    record.stats.rays = rays;
     record.stats.picture_bytes = finished.made.bytes.len() as u64;
     Ok(())
 }
 
+/// The farm, if nodes can render the tiles of a scene, whose text is in its store from now on.
+pub(super) fn farm_for<'a>(
+    jobs: &'a Jobs,
+    job: &Job,
+    edge: u32,
+    ready: &PreparedScene,
+    text: &[u8],
+) -> Result<Option<&'a Arc<Farm>>, Stopped> {
+    // Nodes have no folder of textures, and what a clock or a number of rays ends has no tiles.
+    let is_remote = (1..=REMOTE_EDGE).contains(&edge) && !ready.scene.from_files;
+    let farm = jobs.farm.as_ref().filter(|_| is_remote);
+    if let Some(farm) = farm {
+        let shared = farm.share_scene(&scene_of(job), text);
+        let detail = |error| format!("the scene cannot be put into the farm's store: {error}");
+        shared.map_err(|error| Stopped::Failed(Failure::internal(&detail(error))))?;
+    }
+    Ok(farm)
+}
+
+/// Who renders the tiles: the farm, or this process.
+pub(super) fn backend<'a>(
+    jobs: &'a Jobs,
+    farm: Option<&'a Arc<Farm>>,
+    share: &'a dyn Fn() -> f64,
+) -> Box<dyn Backend + 'a> {
+    match farm {
+        Some(farm) => Box::new(Remote { farm, share, limit: jobs.limits.job_timeout }),
+        None => Box::new(Local::new(&jobs.files)),
+    }
+}
+
 /// Does something that needs memory, again and again until there is some.
-fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
+pub(super) fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
     loop {
         match work() {
-            Err(Error::Busy { .. }) if !job.control.is_cancelled() => thread::sleep(BETWEEN_TRIES),
+            Err(Error::Busy { .. }) if !job.control().is_cancelled() => thread::sleep(BETWEEN_TRIES),
             done => return done,
         }
     }
 }
 
 /// A picture that a clock or a number of rays ends, or one that no tiles are made of.
-fn whole(
+pub(super) fn whole(
     job: &Job,
     ready: &PreparedScene,
     output: FileFormat,
@@ -167,23 +237,22 @@ fn whole(
         job.publish_preview(pass, distance);
     };
     let watcher = Some(&mut show as Watcher<'_>);
-    let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control, watcher, |_| ())?;
+    let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control(), watcher, |_| ())?;
     let rays = picture.rays.total();
-    job.rays.store(rays, Ordering::Relaxed);
+    job.rays.fetch_add(rays, Ordering::Relaxed);
     *locked(&job.canvas) = Some(Canvas::of(picture));
     job.tiles()[0].1.store(true, Ordering::Release);
-    job.done.store(1, Ordering::Relaxed);
+    job.done.fetch_add(1, Ordering::Relaxed);
     Ok(())
 }
 
-/// Opens the file of tiles and puts those that are there onto a new canvas.
-fn recover(jobs: &Jobs, job: &Job) -> io::Result<Tiles> {
-    let Record { ref id, width, height, .. } = job.record().clone();
+/// Puts the tiles that were finished before onto a new canvas.
+pub(super) fn recover(job: &Job, backend: &mut dyn Backend) -> Result<(), Stopped> {
+    let Record { width, height, .. } = job.record().clone();
     let mut canvas = Canvas::new(width, height);
     let (mut recovered, mut rays) = (0, 0);
     let tiles = job.tiles();
-    let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-    let file = Tiles::open(&jobs.files.tiles(id), id, [width, height], region, |Tile { number, picture }| {
+    backend.recover(job, &mut |Tile { number, picture }| {
         let (_, done) = &tiles[number as usize];
         if !done.swap(true, Ordering::Release) {
             canvas.finish(&picture);
@@ -191,10 +260,10 @@ fn recover(jobs: &Jobs, job: &Job) -> io::Result<Tiles> {
             rays += picture.rays.total();
         }
     })?;
-    job.done.store(recovered, Ordering::Relaxed);
-    job.rays.store(rays, Ordering::Relaxed);
+    job.done.fetch_add(recovered, Ordering::Relaxed);
+    job.rays.fetch_add(rays, Ordering::Relaxed);
     job.revision.fetch_add(u64::from(recovered > 0), Ordering::Relaxed);
-    job.record().stats.tiles_recovered = recovered as u64;
+    job.record().stats.tiles_recovered += recovered as u64;
     let regions = tiles.iter().map(|(region, _)| *region).collect();
     let is_done = |number: usize| tiles[number].1.load(Ordering::Relaxed);
     let mut order = TileOrder::new(regions, Region::whole(width, height), is_done);
@@ -203,11 +272,11 @@ fn recover(jobs: &Jobs, job: &Job) -> io::Result<Tiles> {
     *current = Some(order);
     drop(current);
     *locked(&job.canvas) = Some(canvas);
-    Ok(file)
+    Ok(())
 }
 
 /// Coarse pictures of it all, each finer than the one before. The last one is for watchers.
-fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Result<(), Cancelled> {
+fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, control: &Control, edge: u32) -> Result<(), Cancelled> {
     let scene = &ready.scene;
     let last = locked(&job.canvas).as_ref().map_or(1, |canvas| canvas.level().max(1));
     for (level, pass) in (last..last + PASSES).rev().zip(1..) {
@@ -223,7 +292,7 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Res
             // Who looks at a tile wants it more than another pass.
             while !is_looked_at() {
                 let Some(part) = parts.next() else { return Ok(true) };
-                paste(&mut coarse, &render_window(scene, &window, part, &job.control)?.film);
+                paste(&mut coarse, &render_window(scene, &window, part, control)?.film);
             }
             Ok(false)
         })??;
@@ -239,79 +308,50 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, edge: u32) -> Res
 }
 
 /// All tiles that are not finished.
-fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, file: Tiles) -> Result<(), Cancelled> {
-    let (finished, to_keep) = sync_channel(WAITING);
-    thread::scope(|scope| {
-        let writer = scope.spawn(move || persist_tiles(job, file, to_keep));
-        let next = || locked(&job.order).as_mut().and_then(TileOrder::next);
-        let rendered = workers.work(|| {
-            while let Some((number, region)) = next() {
-                let picture = render(&ready.scene, region, &job.control)?;
-                // It fails if the writer has stopped, which has cancelled the job.
-                finished.send(Tile { number: number as u32, picture }).map_err(|_| Cancelled)?;
-            }
-            Ok(())
-        });
-        drop(finished);
-        let kept = writer.join().unwrap_or(Err(Cancelled));
-        rendered?.and(kept)
-    })
+pub(super) fn tiles(
+    job: &Job,
+    ready: &PreparedScene,
+    workers: &Workers,
+    backend: &mut dyn Backend,
+) -> Result<(), Stopped> {
+    let beginning = (Instant::now(), job.work_done());
+    locked(&job.tiling).get_or_insert(beginning);
+    let reported = Mutex::default();
+    backend.render(job, ready, workers, &|tile| show(job, tile, &reported))
 }
 
-/// Writes tiles to disk and to the canvas, and publishes events.
-fn persist_tiles(job: &Job, mut file: Tiles, finished: Receiver<Tile>) -> Result<(), Cancelled> {
-    let mut reported: Option<Instant> = None;
+/// Puts a finished tile onto the canvas, and publishes events.
+fn show(job: &Job, tile: &Tile, reported: &Mutex<Option<Instant>>) {
     let tiles = job.tiles();
-    while let Ok(tile) = finished.recv() {
-        if let Err(error) = file.add(&tile) {
-            tracing::error!(%error, "a finished tile cannot be kept");
-            job.stop(disk(&error));
-            return Err(Cancelled);
-        }
-        if let Some(canvas) = &mut *locked(&job.canvas) {
-            canvas.finish(&tile.picture);
-        }
-        tiles[tile.number as usize].1.store(true, Ordering::Release);
-        job.rays.fetch_add(tile.picture.rays.total(), Ordering::Relaxed);
-        let done = job.done.fetch_add(1, Ordering::Relaxed) + 1;
-        let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
-        let Region { x, y, width, height } = tile.picture.film.region;
-        job.events.publish("tile", json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done }));
-        if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == tiles.len() {
-            let progress = job.progress();
-            job.events.publish(
-                "progress",
-                json!({
-                    "fraction": done as f64 / tiles.len() as f64, "tiles_done": done, "rays": progress.rays,
-                    "eta_ms": progress.eta_ms.map(f64::round), "revision": revision,
-                }),
-            );
-            reported = Some(Instant::now());
-        }
+    if let Some(canvas) = &mut *locked(&job.canvas) {
+        canvas.finish(&tile.picture);
     }
-    Ok(())
-}
-
-/// Why it was stopped.
-fn stopped(job: &Job) -> Stopped {
-    stopped_or(job, Stopped::Failed(internal("the render ended early")))
-}
-
-fn stopped_or(job: &Job, otherwise: Stopped) -> Stopped {
-    locked(&job.stopped).clone().unwrap_or(otherwise)
-}
-
-fn internal(detail: &str) -> Failure {
-    Failure { slug: "internal".into(), detail: detail.into() }
+    tiles[tile.number as usize].1.store(true, Ordering::Release);
+    job.rays.fetch_add(tile.picture.rays.total(), Ordering::Relaxed);
+    let done = job.done.fetch_add(1, Ordering::Relaxed) + 1;
+    let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
+    let Region { x, y, width, height } = tile.picture.film.region;
+    let mut data = json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done });
+    if let Some(frame) = job.frame() {
+        data["frame"] = frame.into();
+    }
+    job.events.publish("tile", data);
+    let mut reported = locked(reported);
+    if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == job.total {
+        let progress = job.progress();
+        job.events.publish(
+            "progress",
+            json!({
+                "fraction": done as f64 / job.total as f64, "tiles_done": done, "rays": progress.rays,
+                "eta_ms": progress.eta_ms.map(f64::round), "revision": revision,
+            }),
+        );
+        *reported = Some(Instant::now());
+    }
 }
 
 /// The text of the scene, which only the client can send again.
-fn scene_is_gone() -> Stopped {
+pub(super) fn scene_is_gone() -> Stopped {
     let detail = "the file with the scene of this job is damaged or gone; submit the job again, with its scene";
     Stopped::Failed(Failure { slug: "gone".into(), detail: detail.into() })
-}
-
-/// A file of the job cannot be read or written.
-fn disk(error: &io::Error) -> Stopped {
-    Stopped::Failed(internal(&format!("a file of the job cannot be read or written: {}", error.kind())))
 }

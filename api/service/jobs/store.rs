@@ -3,17 +3,20 @@
 //! redb rather than SQLite: keys and values are enough, it is plain Rust, so that the static binary needs no C, and it builds
 //! in seconds.
 
+use super::job::Job;
 use super::record::Record;
+use super::records::Records;
 use crate::service::clock::RunTime;
 use crate::service::error::{StartError, panic_text};
 use crate::service::storage::disk::{self, DatabaseFile};
+use crate::service::storage::revisions::Refused;
 use redb::{Database, ReadableDatabase, ReadableTable, StorageError, TableDefinition};
 use std::cell::Cell;
 use std::fs;
 use std::io;
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::Once;
+use std::sync::{Arc, Once};
 
 /// Milliseconds that services have run on the folder.
 const TIME: TableDefinition<'_, (), u64> = TableDefinition::new("time");
@@ -29,7 +32,7 @@ const UNFINISHED: &str = "jobs.redb.new";
 pub(super) struct Store {
     database: Database,
     /// How long services have run on the folder.
-    pub(super) run_time: RunTime,
+    run_time: RunTime,
 }
 
 /// What is in a database.
@@ -81,26 +84,10 @@ impl Store {
         }
         let database = Database::builder().create_with_backend(DatabaseFile::open(&unfinished)?)?;
         let store = Self { database, run_time: RunTime::after(0) };
-        store.put_time()?;
+        store.keep_time()?;
         drop(store);
         disk::rename(&unfinished, &path)?;
         Ok(disk::sync_parent(&path)?)
-    }
-
-    /// Writes a record, which is on disk when this returns.
-    pub(super) fn put(&self, record: &Record) -> io::Result<()> {
-        let json = serde_json::to_vec(record)?;
-        self.change(|table| table.insert(record.id.as_str(), json.as_slice()).map(drop))
-    }
-
-    /// Writes down how long services have run, as every change of a record does.
-    pub(super) fn put_time(&self) -> io::Result<()> {
-        self.change(|_| Ok(()))
-    }
-
-    /// Deletes records.
-    pub(super) fn remove(&self, ids: &[String]) -> io::Result<()> {
-        self.change(|table| ids.iter().try_for_each(|id| table.remove(id.as_str()).map(drop)))
     }
 
     fn change(
@@ -132,6 +119,35 @@ impl Store {
             }
         }
         Ok(Contents { records, others })
+    }
+}
+
+/// Each write is on disk when it returns. No other process writes, so none is refused.
+impl Records for Store {
+    fn create(&self, record: &Record) -> Result<u64, Refused> {
+        self.replace(record, 0)
+    }
+
+    fn replace(&self, record: &Record, revision: u64) -> Result<u64, Refused> {
+        let json = serde_json::to_vec(record).map_err(io::Error::from)?;
+        self.change(|table| table.insert(record.id.as_str(), json.as_slice()).map(drop))?;
+        Ok(revision + 1)
+    }
+
+    fn current(&self, _: &Record) -> io::Result<Option<(Record, u64)>> {
+        Ok(None)
+    }
+
+    fn remove(&self, jobs: &[Arc<Job>]) -> Result<(), Refused> {
+        Ok(self.change(|table| jobs.iter().try_for_each(|job| table.remove(job.record().id.as_str()).map(drop)))?)
+    }
+
+    fn time(&self) -> u64 {
+        self.run_time.ms()
+    }
+
+    fn keep_time(&self) -> io::Result<()> {
+        self.change(|_| Ok(()))
     }
 }
 

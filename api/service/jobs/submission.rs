@@ -2,16 +2,19 @@
 
 use super::Jobs;
 use super::disk_shares::{DiskShares, Kinds};
+use super::event_log::Herald;
+use super::files::Files;
 use super::job::{Job, locked};
-use super::record::{Idempotency, Record, State, Stats};
-use super::registry::{Registry, estimate, memory_of, remaining};
+use super::record::{Idempotency, Record, State, Stats, sha256};
+use super::registry::{Registry, Unfinished, estimate, memory_of, remaining};
 use super::retention::disk_of;
+use super::run::REMOTE_EDGE;
 use crate::service::error::Error;
 use crate::service::pictures::file::PictureFile;
-use data_encoding::HEXLOWER;
-use sha2::{Digest, Sha256};
+use crate::service::storage::revisions::Refused;
 use std::io;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Pixels of a tile for each thread, which keep it busy.
 const PIXELS_A_THREAD: f64 = 8_192.0;
@@ -29,6 +32,8 @@ pub(crate) enum KeyUse {
     Other,
     /// A request with the key is being accepted now.
     Pending,
+    /// Where records live nothing answers.
+    Unknown(io::Error),
 }
 
 /// A claimed idempotency key. Dropping it gives the key up, unless a job was made with it.
@@ -37,6 +42,8 @@ pub(crate) struct Claim {
     jobs: Arc<Jobs>,
     tenant: String,
     idempotency: Idempotency,
+    /// Revision of the claim, where records live.
+    revision: AtomicU64,
 }
 
 impl Drop for Claim {
@@ -46,27 +53,40 @@ impl Drop for Claim {
         if registry.keys.get(&key).is_some_and(Option::is_none) {
             registry.keys.remove(&key);
         }
+        drop(registry);
+        // From here on the job's record has the key, if there is a job.
+        self.jobs.records.give_up(&self.tenant, &self.idempotency.key, self.revision.load(Ordering::Relaxed));
     }
 }
 
 impl Jobs {
-    /// Claims an idempotency key for a request, whose bytes are `request`.
-    pub(crate) fn claim(self: &Arc<Self>, tenant: &str, key: &str, request: &[u8]) -> Result<Claim, KeyUse> {
-        let idempotency = Idempotency { key: key.to_owned(), request: hash(request) };
-        let mut registry = locked(&self.registry);
-        let place = (tenant.to_owned(), key.to_owned());
-        match registry.keys.get(&place) {
-            Some(None) => return Err(KeyUse::Pending),
-            Some(Some(id)) => {
-                if let Some(job) = registry.jobs.get(id) {
-                    let same = job.record().idempotency.as_ref() == Some(&idempotency);
-                    return Err(if same { KeyUse::Same(Arc::clone(job)) } else { KeyUse::Other });
+    /// Claims an idempotency key for a request. With a farm it asks the broker.
+    pub(crate) fn claim(self: &Arc<Self>, tenant: &str, idempotency: Idempotency) -> Result<Claim, KeyUse> {
+        let place = (tenant.to_owned(), idempotency.key.clone());
+        {
+            let mut registry = locked(&self.registry);
+            match registry.keys.get(&place) {
+                Some(None) => return Err(KeyUse::Pending),
+                Some(Some(_)) => {
+                    if let Some(known) = registry.use_of(&place, &idempotency) {
+                        return Err(known);
+                    }
                 }
+                None => {}
             }
-            None => {}
+            registry.keys.insert(place.clone(), None);
         }
-        registry.keys.insert(place, None);
-        Ok(Claim { jobs: Arc::clone(self), tenant: tenant.to_owned(), idempotency })
+        let claim =
+            Claim { jobs: Arc::clone(self), tenant: tenant.to_owned(), idempotency, revision: AtomicU64::new(0) };
+        match self.records.claim(tenant, &claim.idempotency.key) {
+            Ok(Some(revision)) => claim.revision.store(revision, Ordering::Relaxed),
+            // Another front accepts it now.
+            Ok(None) => return Err(KeyUse::Pending),
+            Err(error) => return Err(KeyUse::Unknown(error)),
+        }
+        // Another front may have had the key before, and then its job is here by now.
+        let known = locked(&self.registry).use_of(&place, &claim.idempotency);
+        known.map_or(Ok(claim), Err)
     }
 
     /// Accepts a job, which is on disk when this returns. Given a picture that exists already, the job is finished at once
@@ -79,9 +99,12 @@ impl Jobs {
         claim: Option<&Claim>,
         made: Option<&PictureFile>,
     ) -> Result<Arc<Job>, Error> {
-        let scene = hash(text);
+        let scene = sha256(text);
         record.spec.scene.clone_from(&scene);
         record.idempotency = claim.map(|claim| claim.idempotency.clone());
+        if self.files.shared {
+            record.text_bytes = text.len() as u64;
+        }
         let (needs, all) = (memory_of(&record), self.cache.memory.most());
         if needs > all {
             let detail = format!("it would take {needs} bytes of memory; the service has {all} (memory_bytes)");
@@ -101,20 +124,15 @@ impl Jobs {
             );
             return Err(Error::Limit { name: "data_bytes", max, detail });
         }
-        if !self.files.scenes.has(&scene) && !self.make_room_for_scene(&record.tenant, bytes) {
+        if self.files.scenes.size(&scene).is_none() && !self.make_room_for_scene(&record.tenant, bytes) {
             let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
             return Err(Error::Busy { detail, retry_after: locked(&self.registry).seconds_for_a_tenth() });
         }
-        {
+        let is_needed = {
             let mut registry = locked(&self.registry);
-            let of_tenant = |job: &&Arc<Job>| job.record().tenant == record.tenant;
-            let mine = registry.queued.iter().chain(&registry.open).filter(of_tenant).count();
             let retry_after = registry.seconds_for_a_tenth();
-            if made.is_none() && registry.queued.len() + registry.open.len() >= self.limits.jobs as usize {
-                return Err(Error::Busy {
-                    detail: "the limit on waiting and running jobs is reached (jobs)".into(),
-                    retry_after,
-                });
+            if made.is_none() {
+                self.check_unfinished(registry.unfinished(&record.tenant), most, retry_after)?;
             }
             let (tenant, written) = (record.tenant.as_str(), disk_of(&record));
             let room = || DiskShares::of(&registry, &self.files, Kinds::All, max, Some((tenant, 0))).room(tenant);
@@ -122,49 +140,87 @@ impl Jobs {
                 let detail = "the pictures that other tenants may keep leave no room for its files (data_bytes)".into();
                 return Err(Error::Busy { detail, retry_after });
             }
-            if made.is_none() && mine >= most as usize {
-                let detail = "your limit on waiting and running jobs is reached (jobs of your tenant)".into();
-                return Err(Error::TenantBusy { detail, retry_after });
-            }
             // From here on the files of the scene and the picture are not removed.
+            let is_needed = registry.scenes.has(&scene);
             registry.scenes.add(&scene);
             if made.is_some() {
                 registry.pictures.add(&record.picture_name());
             }
-        }
+            is_needed
+        };
         let files = &self.files;
-        let kept = if files.scenes.get(&scene).is_some() { Ok(()) } else { files.scenes.put(&scene, b"", text) };
+        let is_kept = if files.shared { is_needed } else { files.scenes.get(&scene).is_some() };
+        let kept = if is_kept { Ok(()) } else { files.scenes.put(&scene, b"", text) };
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
-        let kept = kept.and_then(|()| self.store.put(&record));
+        let kept = kept.map_err(Refused::Failed).and_then(|()| self.keep_new(&record, claim));
         let mut registry = locked(&self.registry);
-        let job = Arc::new(Job::new(record.clone()));
-        if kept.is_ok() {
-            registry.add(&job);
-        }
-        // `add` has counted them for the job itself.
+        let added = kept.map(|revision| registry.find_or_add(record.clone(), revision, self.herald(), files));
+        let before = registry.submitting.remove(&record.id).flatten();
+        // The job itself has been counted.
         registry.release_scene(&record, files);
         if made.is_some() {
-            registry.release_picture(&record, files);
+            registry.release_pictures(&record, files);
         }
+        let retry_after = registry.seconds_for_a_tenth();
         drop(registry);
-        kept.map_err(|error| {
-            tracing::error!(%error, "a job's record cannot be written");
-            Error::Internal("the job's record cannot be written; the service's log says why")
+        let job = added.map_err(|refused| match refused {
+            Refused::Changed => Error::Busy {
+                detail: "another front has accepted a job with this Idempotency-Key meanwhile; send it again".into(),
+                retry_after: 1,
+            },
+            Refused::Failed(error) => {
+                tracing::error!(%error, "a job's record cannot be written");
+                Error::Internal("the job's record cannot be written; the service's log says why")
+            }
         })?;
+        // Other fronts may have accepted jobs at the same moment: the broker's order decides which are too many.
+        if let (Some(before), None) = (before, made)
+            && let Err(error) = self.check_unfinished(before, most, retry_after)
+        {
+            self.forget_all(&[job]);
+            return Err(error);
+        }
         if made.is_some() {
+            self.bell.notify_one();
             self.make_room();
         }
         self.open_next();
         Ok(job)
     }
 
+    /// Keeps the record of a new job where records live; its revision.
+    fn keep_new(&self, record: &Record, claim: Option<&Claim>) -> Result<u64, Refused> {
+        if let Some(claim) = claim {
+            let revision = claim.revision.load(Ordering::Relaxed);
+            let renewed = self.records.renew(&claim.tenant, &claim.idempotency.key, revision)?;
+            claim.revision.store(renewed.ok_or(Refused::Changed)?, Ordering::Relaxed);
+        }
+        if self.records.front().is_some() {
+            locked(&self.registry).submitting.insert(record.id.clone(), None);
+        }
+        self.records.create(record)
+    }
+
+    /// Refuses a job beside so many others.
+    fn check_unfinished(&self, others: Unfinished, most: u32, retry_after: u32) -> Result<(), Error> {
+        if others.all >= self.limits.jobs as usize {
+            let detail = "the limit on waiting and running jobs is reached (jobs)".into();
+            return Err(Error::Busy { detail, retry_after });
+        }
+        if others.of_tenant >= most as usize {
+            let detail = "your limit on waiting and running jobs is reached (jobs of your tenant)".into();
+            return Err(Error::TenantBusy { detail, retry_after });
+        }
+        Ok(())
+    }
+
     /// Finishes a job with a picture that exists already. If another job has it, they share it.
     fn reuse_picture(&self, record: &mut Record, made: &PictureFile) -> io::Result<()> {
-        if !self.files.pictures.has(&record.picture_name()) {
+        if self.files.pictures.size(&record.picture_name()).is_none() {
             self.files.put_picture(record, made)?;
         }
         record.state = State::Succeeded;
-        record.ended = Some(self.store.run_time.ms());
+        record.ended = Some(self.records.time());
         (record.started, record.finished, record.last_event) = (Some(record.created), Some(record.created), Some(1));
         record.stats = Stats { picture_bytes: made.bytes.len() as u64, reused: true, ..Stats::default() };
         Ok(())
@@ -172,15 +228,40 @@ impl Jobs {
 
     /// The edge of tiles for a picture of some pixels that takes some milliseconds.
     pub(crate) fn tile_edge(&self, pixels: u64, estimate_ms: f64) -> u32 {
-        edge(estimate_ms / pixels as f64, self.pool.threads)
+        let edge = edge(estimate_ms / pixels as f64, self.pool.threads);
+        if self.farm.is_some() { edge.min(REMOTE_EDGE) } else { edge }
     }
 }
 
 impl Registry {
+    /// What a key was used for, if there is a job with it.
+    fn use_of(&self, place: &(String, String), idempotency: &Idempotency) -> Option<KeyUse> {
+        let job = self.jobs.get(self.keys.get(place)?.as_ref()?)?;
+        let same = job.record().idempotency.as_ref() == Some(idempotency);
+        Some(if same { KeyUse::Same(Arc::clone(job)) } else { KeyUse::Other })
+    }
+
+    /// The job of a record. Other fronts' jobs and those of this one come by the same way; one that is here stays.
+    pub(super) fn find_or_add(
+        &mut self,
+        record: Record,
+        revision: u64,
+        herald: Option<Arc<dyn Herald>>,
+        files: &Files,
+    ) -> Arc<Job> {
+        if let Some(job) = self.jobs.get(&record.id).or_else(|| self.leaving.get(&record.id)) {
+            return Arc::clone(job);
+        }
+        files.learn(&record);
+        let job = Arc::new(Job::new(record, revision, herald));
+        self.add(&job);
+        job
+    }
+
     /// Seconds until a tenth of all jobs, at least one, should be done: 1 to 120.
     fn seconds_for_a_tenth(&self) -> u32 {
-        let all: f64 = self.queued.iter().map(estimate).chain(self.open.iter().map(remaining)).sum();
-        let share = (0.1_f64).max(1.0 / (self.queued.len() + self.open.len()).max(1) as f64);
+        let all: f64 = self.queued.iter().map(estimate).chain(self.running().map(remaining)).sum();
+        let share = (0.1_f64).max(1.0 / self.all_unfinished().count().max(1) as f64);
         let seconds = all * self.slowness.unwrap_or(1.0) * share / 1e3;
         (seconds.ceil() as u32).clamp(1, 120)
     }
@@ -190,11 +271,6 @@ impl Registry {
 fn edge(pixel_ms: f64, threads: usize) -> u32 {
     let pixels = (PIXELS_A_THREAD * threads as f64).min(TILE_MS / pixel_ms.max(1e-12));
     EDGES.into_iter().find(|edge| f64::from(*edge).powi(2) <= pixels * 1.01).unwrap_or(EDGES[EDGES.len() - 1])
-}
-
-/// SHA-256 in hexadecimal digits.
-pub(super) fn hash(bytes: &[u8]) -> String {
-    HEXLOWER.encode(&Sha256::digest(bytes))
 }
 
 #[cfg(test)]

@@ -12,6 +12,8 @@ pub(super) struct TileOrder {
     regions: Vec<Region>,
     /// Numbers of the tiles left, the farthest from the centre first.
     left: Vec<usize>,
+    /// Their pixels.
+    pixels_left: u64,
     /// Regions that clients ask for, the latest last.
     looks: Vec<Region>,
 }
@@ -21,7 +23,8 @@ impl TileOrder {
     pub(super) fn new(regions: Vec<Region>, picture: Region, is_done: impl Fn(usize) -> bool) -> Self {
         let mut left: Vec<usize> = (0..regions.len()).filter(|number| !is_done(*number)).collect();
         left.sort_by_key(|number| std::cmp::Reverse((distance(regions[*number], picture), *number)));
-        Self { regions, left, looks: Vec::new() }
+        let pixels_left = left.iter().map(|number| regions[*number].pixels()).sum();
+        Self { regions, left, pixels_left, looks: Vec::new() }
     }
 
     /// A client asks for a region.
@@ -38,9 +41,15 @@ impl TileOrder {
         self.looks.iter().any(|look| self.left.iter().any(|number| meet(self.regions[*number], *look)))
     }
 
+    /// Pixels of the tiles that are left.
+    pub(super) fn pixels_left(&self) -> u64 {
+        self.pixels_left
+    }
+
     /// Takes the next tile.
     pub(super) fn next(&mut self) -> Option<(usize, Region)> {
         let number = self.looked_at().or_else(|| self.left.pop())?;
+        self.pixels_left -= self.regions[number].pixels();
         Some((number, self.regions[number]))
     }
 

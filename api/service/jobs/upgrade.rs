@@ -3,7 +3,6 @@
 
 use super::files::Files;
 use super::record::{Record, State};
-use super::submission::hash;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::storage::disk;
 use std::fs;
@@ -18,9 +17,8 @@ pub(super) fn has_files(folder: &Path) -> bool {
     fs::read_dir(folder.join(JOBS)).is_ok_and(|mut jobs| jobs.next().is_some())
 }
 
-/// Brings the files of jobs to where they are now. Nothing could be checked in pictures; they are taken as they are.
+/// Brings the pictures of jobs to where they are now. Nothing could be checked in pictures; they are taken as they are.
 pub(super) fn upgrade(folder: &Path, files: &Files, records: &[Record]) -> io::Result<()> {
-    files.scenes.upgrade(|name, text| hash(text) == name)?;
     for record in records {
         let folder = folder.join(JOBS).join(&record.id);
         if record.state == State::Succeeded {

@@ -4,7 +4,8 @@ use super::report::{Phases, Report};
 use super::warnings;
 use crate::service::error::Error;
 use crate::service::memory_budget::{MemoryBudget, Share};
-use crate::service::storage::blob_store::{Blob, BlobStore};
+use crate::service::storage::blob_store::Blob;
+use crate::service::storage::blobs::Blobs;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 use sha2::{Digest, Sha256};
@@ -92,7 +93,7 @@ impl PictureFile {
     }
 
     /// A file as it was stored, once there is memory for it; none if another version of the program has stored it.
-    pub(crate) fn read(store: &BlobStore, name: &str, budget: &MemoryBudget) -> Result<Option<Self>, Error> {
+    pub(crate) fn read(store: &dyn Blobs, name: &str, budget: &MemoryBudget) -> Result<Option<Self>, Error> {
         let mut share = budget.share(0);
         share.grow(store.size(name).unwrap_or(0))?;
         let read = |Blob { head, body, digest }: Blob| {

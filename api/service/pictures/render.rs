@@ -71,6 +71,9 @@ impl RenderSpec {
     }
 }
 
+/// Has a picture rendered by others; none if they cannot.
+pub(crate) type Elsewhere<'a> = &'a dyn Fn(&RenderSpec) -> Result<Option<Picture>, Cancelled>;
+
 /// Renders a picture and encodes it. `started` is when work on the scene's bytes began, `loading` is what that took. A picture
 /// that a time or a number of rays ends is shown to `watcher` meanwhile.
 pub(crate) fn make(
@@ -81,6 +84,7 @@ pub(crate) fn make(
     workers: &Workers,
     control: &Control,
     watcher: Option<Watcher<'_>>,
+    elsewhere: Option<Elsewhere<'_>>,
 ) -> Result<Rendered, Cancelled> {
     let scene = &ready.scene;
     let &RenderSpec { window, region, adjustment, format, layers, note, predict, asked } = shot;
@@ -95,8 +99,13 @@ pub(crate) fn make(
         (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
     };
     let began = asked.unwrap_or(started);
-    let (mut picture, (codes, error, coding_ms)) =
-        trace(ready, &window, region, format, began, workers, control, watcher, finish)?;
+    let (mut picture, (codes, error, coding_ms)) = match elsewhere.map_or(Ok(None), |render| render(shot))? {
+        Some(picture) => {
+            let finished = workers.work(|| finish(&picture))?;
+            (picture, finished)
+        }
+        None => trace(ready, &window, region, format, began, workers, control, watcher, finish)?,
+    };
     let replay = Replay::of(&picture, ready);
     let mut made = Vec::new();
     if !layers.is_empty() {

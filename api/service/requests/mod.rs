@@ -5,9 +5,12 @@ pub(crate) mod folders;
 pub(crate) mod jobs;
 pub(crate) mod pictures;
 pub(crate) mod scenes;
+pub(crate) mod sequences;
+mod spread;
 
 use self::folders::Folders;
 use super::error::{Error, StartError};
+use super::farm::Farm;
 use super::jobs::{JobObserver, Jobs};
 use super::limits::{CacheLimits, Settings};
 use super::memory_budget::MemoryBudget;
@@ -21,6 +24,7 @@ use super::scheduler::task::{Class, Task};
 use super::storage::blob_store::BlobStore;
 use super::storage::folder::Folder;
 use super::storage::lru_cache::LruCache;
+use super::storage::objects::Objects;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
@@ -61,6 +65,10 @@ pub(crate) struct Service {
     pub(crate) pictures: PictureCache,
     /// Renders in the background.
     pub(crate) jobs: Arc<Jobs>,
+    /// Who renders what takes long, if it is not this process.
+    pub(crate) farm: Option<Arc<Farm>>,
+    /// Where pictures of jobs are put that ask for it.
+    pub(crate) store: Option<Objects>,
     /// What all of them take their memory from.
     pub(crate) memory: MemoryBudget,
     /// Its settings.
@@ -73,9 +81,13 @@ impl Service {
         settings: &Settings,
         folders: &mut Folders,
         pool: Arc<Pool>,
+        farm: Option<Arc<Farm>>,
+        store: Option<Objects>,
         observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
-        let Settings { answers, caches, jobs, memory_bytes, textures } = settings;
+        let mut settings = settings.clone();
+        settings.jobs.durable = settings.jobs.data.is_some() || farm.is_some();
+        let Settings { answers, caches, jobs, memory_bytes, textures, .. } = &settings;
         let memory = MemoryBudget::new(*memory_bytes);
         let textures = textures.as_deref().map(|path| {
             let wrong = |error| StartError::Settings(format!("--textures {}: {error}", path.display()));
@@ -90,7 +102,14 @@ impl Service {
         };
         let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, memory.clone(), textures.transpose()?, known));
         let pictures = PictureCache::new(caches.picture_cache_bytes, &memory, on_disk);
-        let jobs = Jobs::open(&mut folders.data, jobs.clone(), Arc::clone(&pool), Arc::clone(&scenes), observer)?;
+        let jobs = Jobs::open(
+            &mut folders.data,
+            jobs.clone(),
+            Arc::clone(&pool),
+            Arc::clone(&scenes),
+            farm.clone(),
+            observer,
+        )?;
         Ok(Arc::new(Self {
             queue: Queue::new(Arc::clone(&pool), answers.queue, answers.timeout),
             tiles: Queue::new(Arc::clone(&pool), answers.tile_queue, TILE_PATIENCE.min(answers.timeout)),
@@ -98,8 +117,10 @@ impl Service {
             scenes,
             pictures,
             jobs,
+            farm,
+            store,
             memory,
-            settings: settings.clone(),
+            settings,
         }))
     }
 

@@ -6,7 +6,7 @@ use crate::service::memory_budget::Share;
 use crate::service::pictures::cache::{MadePicture, Took};
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::pictures::passes::{Pass, Show, passes, show_thinned};
-use crate::service::pictures::render::{self, RenderSpec, Rendered};
+use crate::service::pictures::render::{self, Elsewhere, RenderSpec, Rendered};
 use crate::service::pictures::report::Report;
 use crate::service::pictures::spec::{Grid, PictureSpec};
 use crate::service::scenes::cache::{Form, Found, Key, SentScene};
@@ -21,7 +21,7 @@ use strahl::film::{Film, Region};
 use strahl::render::{Watcher, sampling_bytes};
 use strahl::scene::description::Accuracy;
 use strahl::scene::effects::{Entry, REFINED_SAMPLES, SceneEffects, State};
-use strahl::scene::{Description, Overrides, Scene};
+use strahl::scene::{Description, Format, Overrides, Scene};
 
 /// Texts of at least this many bytes are hashed on a thread of their own, since hashing would delay other requests.
 const HASHED_AT_ONCE: usize = 64 << 10;
@@ -82,6 +82,21 @@ impl Source {
                 Ok((service.scenes.find_if(&work.workers, &upload.sent(), accept)?, 0))
             }
             Self::Known(image) => Ok((service.known_scene(work, &image.scene)?, image.zoom)),
+        }
+    }
+
+    /// The text of the scene and what it is, for nodes; none if it is not at hand.
+    pub(super) fn text(&self, service: &Service) -> Option<(Vec<u8>, Format, Overrides)> {
+        match self {
+            Self::Sent(Upload { text, form: Form::Whole(format), overrides, .. }) => {
+                Some(((**text).as_ref().to_vec(), *format, *overrides))
+            }
+            // The text of a variation is that of another scene and a patch.
+            Self::Sent(_) => None,
+            Self::Known(image) => {
+                let text = service.scenes.store.get(&image.scene)?;
+                Some((text.to_vec(), Format::Json, Overrides::default()))
+            }
         }
     }
 
@@ -226,8 +241,17 @@ impl Service {
             }
         });
         let watcher = watch.as_mut().map(|watch| watch as Watcher<'_>);
-        let Rendered { file, report, .. } =
-            render::make(work.started, &ready, loading, &shot, &work.workers, &work.control, watcher)?;
+        let elsewhere = |shot: &RenderSpec| self.spread(work, source, &ready, shot);
+        let Rendered { file, report, .. } = render::make(
+            work.started,
+            &ready,
+            loading,
+            &shot,
+            &work.workers,
+            &work.control,
+            watcher,
+            Some(&elsewhere).filter(|_| !ends_by_itself).map(|elsewhere| elsewhere as Elsewhere<'_>),
+        )?;
         let name = image.as_ref().map(|image| spec.name(image));
         let meta = PictureMeta::new(image.map(|image| image.to_string()), &report, &ready.scene, spec.is_whole());
         let file = Arc::new(PictureFile::new(file, meta).with(share));

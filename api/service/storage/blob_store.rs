@@ -101,7 +101,8 @@ impl BlobStore {
                 // So that the order survives a restart; without it only that is lost.
                 let _ = file.set_modified(SystemTime::now());
             }
-            let Some((prefix, head)) = Prefix::read(&mut file, name)? else { return Ok(None) };
+            let length = file.metadata()?.len();
+            let Some((prefix, head)) = Prefix::read(&mut file, length, name)? else { return Ok(None) };
             read(&mut file, prefix, head)
         });
         match found {
@@ -192,16 +193,16 @@ impl BlobStore {
 }
 
 /// What a file begins with.
-struct Prefix {
+pub(super) struct Prefix {
     /// Digest of the body.
-    body: [u8; DIGEST],
+    pub(super) body: [u8; DIGEST],
     /// Bytes of the head.
-    head: u64,
+    pub(super) head: u64,
 }
 
 impl Prefix {
     /// As it stands in the file, after a digest of all but the body.
-    fn bytes(&self, name: &str, head: &[u8]) -> Vec<u8> {
+    pub(super) fn bytes(&self, name: &str, head: &[u8]) -> Vec<u8> {
         let rest = [&self.body[..], &self.head.to_le_bytes()].concat();
         // No name has a byte of 0.
         let digest =
@@ -209,9 +210,8 @@ impl Prefix {
         [&digest[..], &rest].concat()
     }
 
-    /// Reads it and the head, if they are whole and were written under this name.
-    fn read(file: &mut File, name: &str) -> io::Result<Option<(Self, Vec<u8>)>> {
-        let length = file.metadata()?.len();
+    /// Reads it and the head from a file of some length, if they are whole and were written under this name.
+    pub(super) fn read(file: &mut impl Read, length: u64, name: &str) -> io::Result<Option<(Self, Vec<u8>)>> {
         let mut bytes = [0; PREFIX];
         file.read_exact(&mut bytes)?;
         let (mut prefix, mut head_length) = (Self { body: [0; DIGEST], head: 0 }, [0; 8]);

@@ -8,6 +8,7 @@ use crate::http::respond::blocking;
 use crate::http::respond::job::{JobView, etag, shown};
 use crate::service::jobs::Job;
 use axum::body::Body as RequestBody;
+use std::io;
 
 /// Most bytes of a change.
 const CHANGE_BYTES: usize = 4_096;
@@ -62,21 +63,29 @@ async fn change(
     if change.priority.is_some_and(|priority| priority > 100) {
         return Err(Problem::new(Kind::InvalidRequest, expected));
     }
-    if let Some(wanted) = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok()) {
-        let version = etag(job.record().version);
-        if wanted.trim() != "*" && !wanted.split(',').any(|tag| tag.trim() == version) {
-            return Err(Problem::new(Kind::PreconditionFailed, format!("the job is {version} by now, not {wanted}")));
-        }
+    let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok()).map(str::to_owned);
+    let is_wanted = move |version: u64| {
+        let version = etag(version);
+        wanted.as_deref().is_none_or(|tags| tags.trim() == "*" || tags.split(',').any(|tag| tag.trim() == version))
+    };
+    let other = |version: u64| {
+        let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok()).unwrap_or_default();
+        Problem::new(Kind::PreconditionFailed, format!("the job is {} by now, not {wanted}", etag(version)))
+    };
+    let version = job.record().version;
+    if !is_wanted(version) {
+        return Err(other(version));
     }
     if let Some(priority) = change.priority {
         if job.record().state.is_final() {
             return Err(over(&job));
         }
-        let (app, job) = (Arc::clone(&app), Arc::clone(&job));
-        blocking(move || app.service.jobs.set_priority(&job, priority)).await?.map_err(|error| {
-            tracing::error!(%error, "a record cannot be written");
-            Problem::new(Kind::Internal, "the change cannot be kept")
-        })?;
+        let (jobs, changed) = (Arc::clone(&app.service.jobs), Arc::clone(&job));
+        let is_changed = blocking(move || jobs.set_priority(&changed, priority, is_wanted)).await?.map_err(not_kept)?;
+        if !is_changed {
+            // Somebody has changed it since.
+            return Err(other(job.record().version));
+        }
     }
     Ok(shown(&app, &job).await)
 }
@@ -84,9 +93,15 @@ async fn change(
 async fn cancel(State(app): State<App>, NamedJob { job, .. }: NamedJob) -> Result<Response, Problem> {
     let canceled = {
         let (app, job) = (Arc::clone(&app), Arc::clone(&job));
-        blocking(move || app.service.jobs.cancel(&job)).await?
+        blocking(move || app.service.jobs.cancel(&job)).await?.map_err(not_kept)?
     };
     if canceled { Ok((StatusCode::ACCEPTED, shown(&app, &job).await).into_response()) } else { Err(over(&job)) }
+}
+
+/// Where records live nothing answers.
+fn not_kept(error: io::Error) -> Problem {
+    tracing::error!(%error, "a record cannot be written");
+    Problem::new(Kind::Internal, "the change cannot be kept")
 }
 
 /// It has ended, so there is nothing to change.
@@ -96,6 +111,6 @@ fn over(job: &Job) -> Problem {
 }
 
 async fn forget(State(app): State<App>, NamedJob { job, .. }: NamedJob) -> Result<StatusCode, Problem> {
-    blocking(move || app.service.jobs.forget(&job)).await?;
+    blocking(move || app.service.jobs.forget(&job)).await?.map_err(not_kept)?;
     Ok(StatusCode::NO_CONTENT)
 }

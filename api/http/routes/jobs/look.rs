@@ -4,7 +4,9 @@ use super::ID;
 use crate::http::extract::named_job::NamedJob;
 use crate::http::prelude::*;
 use crate::http::respond::body;
+use crate::http::respond::elsewhere::elsewhere;
 use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
+use crate::http::respond::sequence::{animation, refuse_sequence};
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::{PictureSpec, outside};
@@ -23,10 +25,14 @@ pub(super) fn routes() -> Vec<Route> {
         query.region();
     };
     vec![
-        Route::get("/v1/jobs/{id}/image", image, ["jobImage", "jobs", "The picture of a job that has succeeded."])
-            .needs(Scope::Read)
-            .path("id", ID)
-            .picture(),
+        Route::get(
+            "/v1/jobs/{id}/image",
+            image,
+            ["jobImage", "jobs", "The picture of a job that has succeeded; of a sequence, its animation."],
+        )
+        .needs(Scope::Read)
+        .path("id", ID)
+        .picture(),
         Route::get("/v1/jobs/{id}/tile", tile, ["jobTile", "jobs", about_tile])
             .needs(Scope::Read)
             .path("id", ID)
@@ -49,15 +55,22 @@ async fn image(
     NamedJob { job, tenant }: NamedJob,
     request: Request,
 ) -> Result<Response, Problem> {
-    picture_of(&app, &tenant, request.method(), request.headers(), &job).await
+    let (method, headers) = (request.method(), request.headers());
+    if job.record().frames.is_some() {
+        return animation(&app, &tenant, (method, headers), &job, None).await;
+    }
+    picture_of(&app, &tenant, method, headers, &job).await
 }
 
-async fn tile(
+pub(super) async fn tile(
     State(app): State<App>,
     NamedJob { job, tenant }: NamedJob,
     request: Request,
 ) -> Result<Response, Problem> {
     let region = region_of(&job, &request)?;
+    if let Some(answer) = elsewhere(&app, &job, &tenant, "tile", &request).await {
+        return Ok(answer);
+    }
     let mut bell = job.events.bell();
     let watcher = job.watch();
     job.look(region);
@@ -84,12 +97,21 @@ async fn tile(
     Ok((headers, body(app.service.memory.metered(png)?)).into_response())
 }
 
-async fn look(NamedJob { job, .. }: NamedJob, request: Request) -> Result<StatusCode, Problem> {
-    job.look(region_of(&job, &request)?);
-    Ok(StatusCode::NO_CONTENT)
+pub(super) async fn look(
+    State(app): State<App>,
+    NamedJob { job, tenant }: NamedJob,
+    request: Request,
+) -> Result<Response, Problem> {
+    let region = region_of(&job, &request)?;
+    if let Some(answer) = elsewhere(&app, &job, &tenant, "look", &request).await {
+        return Ok(answer);
+    }
+    job.look(region);
+    Ok(StatusCode::NO_CONTENT.into_response())
 }
 
 fn region_of(job: &Job, request: &Request) -> Result<Region, Problem> {
+    refuse_sequence(job)?;
     let region = Query::read(request.uri(), Query::region)?;
     let record = job.record();
     if !region.fits(record.width, record.height) {

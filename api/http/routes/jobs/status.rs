@@ -72,6 +72,7 @@ async fn jobs(
             && state.is_none_or(|state| record.state == state)
             && label.as_ref().is_none_or(|label| record.labels.contains(label))
     };
+    app.service.jobs.catch_up().await;
     let mut found = app.service.jobs.list(cursor.as_deref(), limit + 1, wanted);
     let more = found.len() > limit;
     found.truncate(limit);

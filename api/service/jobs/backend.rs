@@ -1,0 +1,228 @@
+//! Who renders the tiles of a job, and where finished ones are kept: this process and a file, or the nodes of the farm and the
+//! broker. The pictures are the same bytes.
+
+use super::checkpoint::Tiles;
+use super::files::Files;
+use super::job::{Job, Stopped, locked};
+use super::record::{Failure, Record};
+use super::tile_order::TileOrder;
+use crate::service::farm::Farm;
+use crate::service::farm::coordinator::{self, Order};
+use crate::service::farm::names::Class;
+use crate::service::farm::work::{Death, SceneSource};
+use crate::service::pictures::tile_bytes::{Owner, Tile};
+use crate::service::scenes::prepared::PreparedScene;
+use crate::service::scheduler::pool::Workers;
+use std::io;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread;
+use std::time::Duration;
+use strahl::camera::Window;
+use strahl::film::Region;
+use strahl::render::{Cancelled, render};
+
+/// Finished tiles that wait for the disk.
+const WAITING: usize = 4;
+
+/// Who renders the tiles of a job.
+pub(super) trait Backend {
+    /// Calls `found` with tiles that were finished before.
+    fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped>;
+    /// Renders all tiles of the job's order, and calls `finished` with each once it is kept.
+    fn render(
+        &mut self,
+        job: &Job,
+        ready: &PreparedScene,
+        workers: &Workers,
+        finished: &(dyn Fn(&Tile) + Sync),
+    ) -> Result<(), Stopped>;
+    /// Whether coarse pictures take nothing from the tiles, since others render those.
+    fn is_elsewhere(&self) -> bool;
+}
+
+/// This process and a file.
+#[derive(Debug)]
+pub(super) struct Local<'a> {
+    files: &'a Files,
+    tiles: Option<Tiles>,
+}
+
+impl<'a> Local<'a> {
+    pub(super) fn new(files: &'a Files) -> Self {
+        Self { files, tiles: None }
+    }
+}
+
+impl Backend for Local<'_> {
+    fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
+        let Record { width, height, .. } = job.record().clone();
+        let (name, tiles) = (job.work_name(), job.tiles());
+        let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
+        let file = Tiles::open(&self.files.tiles(&name), &name, [width, height], region, found);
+        self.tiles = Some(file.map_err(|error| disk(&error))?);
+        Ok(())
+    }
+
+    fn render(
+        &mut self,
+        job: &Job,
+        ready: &PreparedScene,
+        workers: &Workers,
+        finished: &(dyn Fn(&Tile) + Sync),
+    ) -> Result<(), Stopped> {
+        let Some(file) = self.tiles.take() else { return Ok(()) };
+        let (done, to_keep) = sync_channel(WAITING);
+        // Another thread writes, so that the pool does not wait for the disk.
+        let rendered = thread::scope(|scope| {
+            let writer = scope.spawn(move || persist(job, file, &to_keep, finished));
+            let next = || locked(&job.order).as_mut().and_then(TileOrder::next);
+            let rendered = workers.work(|| {
+                while let Some((number, region)) = next() {
+                    let picture = render(&ready.scene, region, &job.control())?;
+                    // It fails if the writer has stopped, which has cancelled the job.
+                    done.send(Tile { number: number as u32, picture }).map_err(|_| Cancelled)?;
+                }
+                Ok(())
+            });
+            drop(done);
+            let kept = writer.join().unwrap_or(Err(Cancelled));
+            rendered?.and(kept)
+        });
+        rendered.map_err(|Cancelled| job.why_stopped())
+    }
+
+    fn is_elsewhere(&self) -> bool {
+        false
+    }
+}
+
+fn persist(
+    job: &Job,
+    mut file: Tiles,
+    done: &Receiver<Tile>,
+    finished: &(dyn Fn(&Tile) + Sync),
+) -> Result<(), Cancelled> {
+    while let Ok(tile) = done.recv() {
+        if let Err(error) = file.add(&tile) {
+            tracing::error!(%error, "a finished tile cannot be kept");
+            job.stop(disk(&error));
+            return Err(Cancelled);
+        }
+        finished(&tile);
+    }
+    Ok(())
+}
+
+/// The nodes of the farm and the broker.
+pub(super) struct Remote<'a> {
+    pub(super) farm: &'a Arc<Farm>,
+    /// The part of the farm that the job may have.
+    pub(super) share: &'a dyn Fn() -> f64,
+    /// How long a piece may take.
+    pub(super) limit: Duration,
+}
+
+impl Backend for Remote<'_> {
+    fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
+        let Record { width, height, lives, .. } = job.record().clone();
+        let name = job.work_name();
+        // The first front that takes a job begins its first life.
+        if lives <= 1 {
+            return Ok(());
+        }
+        let tiles = job.tiles();
+        let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
+        let (owner, results) = (Owner::of(&name), &self.farm.results);
+        let mut after = 0;
+        let broker = |error| Stopped::Failed(Failure::internal(&format!("finished tiles cannot be read: {error}")));
+        while let Some((sequence, bytes)) = self.farm.runtime.block_on(results.next(&name, after)).map_err(broker)? {
+            after = sequence;
+            // What is damaged is rendered again.
+            if let Ok(Some((tile, _))) = owner.read(&mut bytes.as_slice(), [width, height], region) {
+                found(tile);
+            }
+            if job.control().is_cancelled() {
+                return Err(job.why_stopped());
+            }
+        }
+        Ok(())
+    }
+
+    fn render(
+        &mut self,
+        job: &Job,
+        ready: &PreparedScene,
+        workers: &Workers,
+        finished: &(dyn Fn(&Tile) + Sync),
+    ) -> Result<(), Stopped> {
+        let record = job.record().clone();
+        let (pixels, control) = (f64::from(record.width) * f64::from(record.height), job.control());
+        let frames = record.frames.map_or(1.0, |frames| f64::from(frames.count));
+        let order = Order {
+            name: &job.work_name(),
+            tenant: &record.tenant,
+            class: Class::of_job(record.priority),
+            scene: scene_of(job),
+            window: Window::whole(ready.scene.width, ready.scene.height),
+            // The estimate is for all threads of this process.
+            pixel_ms: record.estimate_ms * workers.threads() as f64 / (pixels * frames),
+            limit: self.limit,
+            control: &control,
+        };
+        let mut tiles = OfJob { job, share: self.share, finished };
+        self.farm.render(&order, &mut tiles).map_err(|stopped| match stopped {
+            coordinator::Stopped::Cancelled => job.why_stopped(),
+            coordinator::Stopped::Dead(Death::Killed, detail) => {
+                Stopped::Failed(Failure { slug: "abandoned".into(), detail })
+            }
+            coordinator::Stopped::Dead(_, detail) => Stopped::Failed(Failure::internal(&detail)),
+            coordinator::Stopped::Broker(error) => {
+                Stopped::Failed(Failure::internal(&format!("the farm's broker: {error}")))
+            }
+        })
+    }
+
+    fn is_elsewhere(&self) -> bool {
+        true
+    }
+}
+
+/// The scene of a job, as nodes find it.
+pub(super) fn scene_of(job: &Job) -> SceneSource {
+    let frame = job.frame();
+    let spec = &job.record().spec;
+    SceneSource { text: spec.scene.clone(), format: spec.format, settings: spec.settings, frame }
+}
+
+/// The tiles of a job, as a coordinator takes them.
+struct OfJob<'a> {
+    job: &'a Job,
+    share: &'a dyn Fn() -> f64,
+    finished: &'a (dyn Fn(&Tile) + Sync),
+}
+
+impl coordinator::Tiles for OfJob<'_> {
+    fn next(&mut self) -> Option<(u32, Region)> {
+        let next = locked(&self.job.order).as_mut().and_then(TileOrder::next);
+        next.map(|(number, region)| (number as u32, region))
+    }
+
+    fn pixels_left(&self) -> u64 {
+        locked(&self.job.order).as_ref().map_or(0, TileOrder::pixels_left)
+    }
+
+    fn share(&self) -> f64 {
+        (self.share)()
+    }
+
+    fn finished(&mut self, tile: Tile) -> bool {
+        (self.finished)(&tile);
+        true
+    }
+}
+
+/// A file of the job cannot be read or written.
+pub(super) fn disk(error: &io::Error) -> Stopped {
+    Stopped::Failed(Failure::internal(&format!("a file of the job cannot be read or written: {}", error.kind())))
+}

@@ -1,0 +1,13 @@
+//! Tests of the farm with a real broker and real processes: `cargo test --release --test farm`. They need `nats-server`, which
+//! `.ci/run` fetches; `STRAHL_NATS_SERVER` names another.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod accounts;
+mod backends;
+mod cluster;
+#[path = "../service/common/mod.rs"]
+#[allow(dead_code, reason = "the tests of the service use all of it")]
+mod common;
+mod failures;
+mod fronts;
+mod harness;
