@@ -81,7 +81,9 @@
 //! answers    plan: effects and estimates   tradeoff: what accuracy costs
 //! pictures   render: tiles, antialiasing   inspect: single rays, ray trees, maps
 //! rays       trace: the recursion
+//! frames     sequence: cameras and bodies that move
 //! scene      scene: text -> Description -> Scene
+//! models     models: glTF, OBJ, STL and PLY into one neutral model
 //! parts      shape  film  metrics  accel  shading  camera  bound: what is proved
 //! numbers    words  math  lanes  ray  control: pausing and cancelling
 //! ```
@@ -99,11 +101,13 @@ pub mod inspect;
 pub mod lanes;
 pub mod math;
 pub mod metrics;
+pub mod models;
 pub mod plan;
 pub mod ray;
 pub mod reference;
 pub mod render;
 pub mod scene;
+pub mod sequence;
 pub mod shading;
 pub mod shape;
 pub mod trace;

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::scene_args::{PictureArgs, SceneArgs, SettingsArgs};
 use super::session::{Session, region_of};
 use super::values::word;
-use super::{output, progress};
+use super::{output, progress, sequence};
 use crate::service::pictures::render::{self, RenderSpec, Rendered};
 use crate::service::pictures::report::Report;
 use clap::Args;
@@ -26,6 +26,8 @@ Examples:
   strahl render scene.json -o linear.exr --stats cost.json   linear floats, and what the picture cost
   strahl render scene.json -o layers.exr --layers distance,normal,object  in one file, for compositing
   strahl render scene.json --layers distance,share:/objects/2  in scene.distance.png and scene.share.png
+  strahl render scene.json --frames 36 -o around.webp          36 frames around the scene, as an animation
+  strahl render scene.json --frames flight.json -o f-####.exr  the frames of a sequence, f-0000.exr and so on
   strahl render - -o - --format png < scene.json > scene.png")]
 pub(super) struct RenderArgs {
     #[command(flatten)]
@@ -47,6 +49,10 @@ pub(super) struct RenderArgs {
     /// share:/objects/3 of one object. An EXR holds all of them; of a PNG each is a file of its own, as picture.normal.png.
     #[arg(long, value_name = "LAYERS")]
     layers: Option<Layers>,
+    /// Render frames: a number of them all around the scene, or a file with a sequence. Into files with numbers for #, or into
+    /// one animation, .png or .webp.
+    #[arg(long, value_name = "COUNT|FILE.json", conflicts_with_all = ["layers", "region"])]
+    frames: Option<String>,
     #[command(flatten)]
     settings: SettingsArgs,
     #[command(flatten)]
@@ -63,8 +69,14 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let stats = args.picture.stats.as_deref();
     output::check_both("picture", &file_name, "--stats", stats)?;
 
+    let frames = args.frames.as_deref().map(sequence::read).transpose()?;
     let mut session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
+    if let Some(frames) = frames {
+        sequence::run(&session, &frames, &file_name, format, stats)?;
+        output::tell(args.output.as_deref(), &file_name);
+        return Ok(());
+    }
     let ready = session.prepare()?;
     warn(&session.file.name, &ready.scene.warnings);
     let region = region_of(&ready.scene, args.picture.region)?;

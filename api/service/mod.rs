@@ -1,7 +1,9 @@
 //! What commands and HTTP share: scenes, pictures, jobs, the farm, and the scheduler of the rendering threads.
 
+pub(crate) mod addresses;
 pub(crate) mod clock;
 pub(crate) mod concurrency_limit;
+pub(crate) mod deliveries;
 pub(crate) mod error;
 pub(crate) mod farm;
 pub(crate) mod jobs;
@@ -12,6 +14,7 @@ pub(crate) mod pictures;
 pub(crate) mod requests;
 pub(crate) mod scenes;
 pub(crate) mod scheduler;
+pub(crate) mod sequences;
 pub(crate) mod storage;
 pub(crate) mod tls;
 pub(crate) mod tradeoff;

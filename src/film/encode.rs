@@ -1,6 +1,6 @@
 //! From a film to the bytes of a file. The same film gives the same bytes on every machine and with any number of threads.
 
-use super::{Adjustment, FileFormat, Film, exr, pfm, png, web_formats};
+use super::{Adjustment, FileFormat, Film, PictureFormat, exr, pfm, png, web_formats};
 
 /// A film's integer codes as a format stores them; none for formats of floats.
 #[derive(Debug)]
@@ -77,6 +77,19 @@ pub fn png_of(width: u32, height: u32, codes: &[u8]) -> Vec<u8> {
     let pixels = u64::from(width) * u64::from(height);
     let channels = if codes.len() as u64 == 4 * pixels { 4 } else { 3 };
     png::file([width, height], codes, channels, ::png::BitDepth::Eight, None)
+}
+
+/// A lossless picture of 8-bit codes in the other format of such pictures; none if the file is no picture of codes.
+pub fn transcoded(file: &[u8], format: PictureFormat) -> Option<Vec<u8>> {
+    let picture = image::load_from_memory(file).ok()?;
+    let (size, clear) = ([picture.width(), picture.height()], picture.color().has_alpha());
+    let (codes, channels) =
+        if clear { (picture.into_rgba8().into_raw(), 4) } else { (picture.into_rgb8().into_raw(), 3) };
+    match format {
+        PictureFormat::Png => Some(png::file(size, &codes, channels, ::png::BitDepth::Eight, None)),
+        PictureFormat::Webp => Some(web_formats::webp(size, &codes, channels)),
+        PictureFormat::Jpg | PictureFormat::Exr | PictureFormat::Pfm => None,
+    }
 }
 
 /// Encodes a film. This cannot fail: a film's size is within the formats' limits.

@@ -1,6 +1,7 @@
 //! Pictures in memory, and the files they are written to.
 
 mod adjust;
+pub mod animation;
 pub mod cryptomatte;
 mod display;
 pub mod encode;
@@ -9,6 +10,7 @@ mod format;
 mod layers;
 mod pfm;
 mod png;
+pub mod sheet;
 mod sink;
 pub mod srgb;
 pub mod srgb16;

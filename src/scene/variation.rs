@@ -25,8 +25,21 @@ pub fn vary_if<E>(
     files: &dyn Files,
     accept: impl FnOnce(&Description) -> Result<(), E>,
 ) -> Result<Loaded, NotLoaded<E>> {
+    vary_with(original, patch, |_| Ok(()), overrides, files, accept)
+}
+
+/// The same for what `change` makes of the patched scene.
+pub fn vary_with<E>(
+    original: Original<'_>,
+    patch: &[u8],
+    change: impl FnOnce(&mut Description) -> Result<(), Problem>,
+    overrides: &Overrides,
+    files: &dyn Files,
+    accept: impl FnOnce(&Description) -> Result<(), E>,
+) -> Result<Loaded, NotLoaded<E>> {
     let start = Instant::now();
     let mut description = described(original.description, patch, overrides).map_err(without_places)?;
+    change(&mut description).map_err(Problems::one)?;
     // A mistake in the scene is reported even where an override replaces it.
     let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
     overrides.apply(&mut description);

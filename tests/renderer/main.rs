@@ -20,6 +20,11 @@ mod camera {
 mod metrics {
     mod image_metrics;
 }
+mod models {
+    mod files;
+    mod refusals;
+    mod scenes;
+}
 mod plan {
     mod depth;
     mod estimates;
@@ -50,6 +55,9 @@ mod scene {
     mod nff_files;
     mod spd;
     mod variations;
+}
+mod sequence {
+    mod frames;
 }
 mod shading {
     mod terminator;

@@ -14,11 +14,14 @@ const SOURCES: [(&str, &str, &str, &[Target]); 5] = [
 /// An operation, the parameter that takes the id, and the text after the id in it.
 type Target = (&'static str, &'static str, &'static str);
 
-const JOB: [Target; 9] = [
+const JOB: [Target; 12] = [
     ("job", "id", ""),
     ("jobImage", "id", ""),
     ("jobPreview", "id", ""),
     ("jobTile", "id", ""),
+    ("jobFrames", "id", ""),
+    ("jobAnimation", "id", ""),
+    ("jobSheet", "id", ""),
     ("lookAtJob", "id", ""),
     ("jobEvents", "id", ""),
     ("changeJob", "id", ""),

@@ -4,8 +4,10 @@ pub(crate) mod elsewhere;
 pub(crate) mod events;
 pub(crate) mod image;
 pub(crate) mod job;
+pub(crate) mod message;
 mod multipart;
 pub(crate) mod picture;
+pub(crate) mod sequence;
 pub(crate) mod streamed;
 
 use super::problem::{Kind, Problem};

@@ -56,10 +56,10 @@ impl<'a> Local<'a> {
 
 impl Backend for Local<'_> {
     fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
-        let Record { id, width, height, .. } = job.record().clone();
-        let tiles = job.tiles();
+        let Record { width, height, .. } = job.record().clone();
+        let (name, tiles) = (job.work_name(), job.tiles());
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-        let file = Tiles::open(&self.files.tiles(&id), &id, [width, height], region, found);
+        let file = Tiles::open(&self.files.tiles(&name), &name, [width, height], region, found);
         self.tiles = Some(file.map_err(|error| disk(&error))?);
         Ok(())
     }
@@ -125,17 +125,18 @@ pub(super) struct Remote<'a> {
 
 impl Backend for Remote<'_> {
     fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
-        let Record { id, width, height, lives, .. } = job.record().clone();
+        let Record { width, height, lives, .. } = job.record().clone();
+        let name = job.work_name();
         // The first front that takes a job begins its first life.
         if lives <= 1 {
             return Ok(());
         }
         let tiles = job.tiles();
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-        let (owner, results) = (Owner::of(&id), &self.farm.results);
+        let (owner, results) = (Owner::of(&name), &self.farm.results);
         let mut after = 0;
         let broker = |error| Stopped::Failed(Failure::internal(&format!("finished tiles cannot be read: {error}")));
-        while let Some((sequence, bytes)) = self.farm.runtime.block_on(results.next(&id, after)).map_err(broker)? {
+        while let Some((sequence, bytes)) = self.farm.runtime.block_on(results.next(&name, after)).map_err(broker)? {
             after = sequence;
             // What is damaged is rendered again.
             if let Ok(Some((tile, _))) = owner.read(&mut bytes.as_slice(), [width, height], region) {
@@ -157,14 +158,15 @@ impl Backend for Remote<'_> {
     ) -> Result<(), Stopped> {
         let record = job.record().clone();
         let (pixels, control) = (f64::from(record.width) * f64::from(record.height), job.control());
+        let frames = record.frames.map_or(1.0, |frames| f64::from(frames.count));
         let order = Order {
-            name: &record.id,
+            name: &job.work_name(),
             tenant: &record.tenant,
             class: Class::of_job(record.priority),
-            scene: scene_of(&record),
+            scene: scene_of(job),
             window: Window::whole(ready.scene.width, ready.scene.height),
             // The estimate is for all threads of this process.
-            pixel_ms: record.estimate_ms * workers.threads() as f64 / pixels,
+            pixel_ms: record.estimate_ms * workers.threads() as f64 / (pixels * frames),
             limit: self.limit,
             control: &control,
         };
@@ -187,9 +189,10 @@ impl Backend for Remote<'_> {
 }
 
 /// The scene of a job, as nodes find it.
-pub(super) fn scene_of(record: &Record) -> SceneSource {
-    let spec = &record.spec;
-    SceneSource { text: spec.scene.clone(), format: spec.format, settings: spec.settings }
+pub(super) fn scene_of(job: &Job) -> SceneSource {
+    let frame = job.frame();
+    let spec = &job.record().spec;
+    SceneSource { text: spec.scene.clone(), format: spec.format, settings: spec.settings, frame }
 }
 
 /// The tiles of a job, as a coordinator takes them.

@@ -118,8 +118,9 @@ impl DiskShares {
 /// Files of a job.
 fn names(record: &Record, kinds: Kinds) -> Vec<String> {
     let scene = record.needs_scene().then(|| record.spec.scene.clone());
-    let has_picture = kinds == Kinds::All && record.has_picture();
-    scene.into_iter().chain(has_picture.then(|| record.picture_name())).collect()
+    let has_pictures = kinds == Kinds::All && record.has_pictures();
+    let pictures = if has_pictures { record.picture_names() } else { Vec::new() };
+    scene.into_iter().chain(pictures).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The files of jobs: texts of scenes and pictures, which jobs share, and tiles of the jobs that are rendered.
 
 use super::Jobs;
+use super::finish::JobFiles;
 use super::job::{Job, locked};
 use super::record::{Record, sha256};
 use super::registry::Registry;
@@ -19,6 +20,8 @@ use uuid::Uuid;
 
 /// What the name of a small picture ends with, after that of the picture.
 const PREVIEW: &str = ".preview";
+/// What is between a job and the number of a frame in the name of the frame.
+const FRAME: char = '_';
 
 /// The files. All of them are durable before the record that needs them.
 #[derive(Debug)]
@@ -56,7 +59,7 @@ impl Files {
 
     /// Whether there is any.
     pub(super) fn is_empty(&self) -> bool {
-        self.bytes() == 0 && self.jobs_with_tiles().is_empty()
+        self.bytes() == 0 && self.all_tiles().is_empty()
     }
 
     /// Bytes of scenes and of finished pictures.
@@ -76,7 +79,9 @@ impl Files {
             self.scenes.learn(&record.spec.scene, record.text_bytes);
         }
         if record.has_picture() {
-            self.pictures.learn(&record.picture_name(), record.stats.picture_bytes);
+            let names = record.picture_names();
+            let bytes = record.stats.picture_bytes / names.len().max(1) as u64;
+            names.iter().for_each(|name| self.pictures.learn(name, bytes));
         }
     }
 
@@ -100,30 +105,62 @@ impl Files {
         self.pictures.put(&preview_name(record), b"", png)
     }
 
+    /// What is known about a frame.
+    pub(super) fn frame_meta(&self, id: &str, number: u32) -> Option<PictureMeta> {
+        PictureMeta::stored(&self.pictures.head(&frame_name(id, number))?)
+    }
+
+    /// The small picture of a frame, a PNG.
+    pub(super) fn small_frame(&self, id: &str, number: u32) -> Option<Vec<u8>> {
+        Some(self.pictures.get(&(frame_name(id, number) + PREVIEW))?.body)
+    }
+
+    /// Puts a frame on disk: first its small picture, since the frame is finished when it is there itself.
+    pub(super) fn put_frame(&self, id: &str, number: u32, JobFiles { made, preview }: &JobFiles) -> io::Result<()> {
+        let name = frame_name(id, number);
+        self.pictures.put(&(name.clone() + PREVIEW), b"", preview)?;
+        self.pictures.put(&name, &made.head(), &made.bytes)
+    }
+
+    /// What a job has written: it grows while the job gets on. A finished frame counts more than all tiles of the next one.
+    pub(super) fn written(&self, record: &Record) -> u64 {
+        let of_job = self.all_tiles().into_iter().filter(|name| job_of(name) == record.id);
+        let tiles: u64 = of_job.filter_map(|name| Some(std::fs::metadata(self.tiles(&name)).ok()?.len())).sum();
+        let has = |number: &u32| self.pictures.size(&frame_name(&record.id, *number)).is_some();
+        let frames = record.frames.map_or(0, |frames| (0..frames.count).filter(has).count());
+        tiles.min(u64::from(u32::MAX)) + ((frames as u64) << 32)
+    }
+
     /// Removes a picture and the small one beside it.
-    pub(super) fn remove_picture(&self, record: &Record) {
-        self.pictures.remove(&record.picture_name());
-        self.pictures.remove(&preview_name(record));
+    pub(super) fn remove_picture(&self, name: &str) {
+        self.pictures.remove(name);
+        self.pictures.remove(&(name.to_owned() + PREVIEW));
     }
 
-    /// Where the tiles of a job are.
-    pub(super) fn tiles(&self, id: &str) -> PathBuf {
-        self.tiles.join(id)
+    /// Where the tiles of a job's picture, or of a frame, are.
+    pub(super) fn tiles(&self, name: &str) -> PathBuf {
+        self.tiles.join(name)
     }
 
-    /// Removes the tiles of a job.
-    pub(super) fn remove_tiles(&self, id: &str) {
-        if let Err(error) = disk::remove(&self.tiles(id))
+    /// Removes them.
+    pub(super) fn remove_tiles(&self, name: &str) {
+        if let Err(error) = disk::remove(&self.tiles(name))
             && error.kind() != io::ErrorKind::NotFound
         {
-            tracing::warn!(job = id, %error, "a job's tiles cannot be removed");
+            tracing::warn!(name, %error, "tiles cannot be removed");
         }
     }
 
-    /// The jobs that there are tiles of.
-    pub(super) fn jobs_with_tiles(&self) -> Vec<String> {
+    /// Removes all tiles of some jobs.
+    pub(super) fn remove_tiles_of(&self, ids: &[String]) {
+        let names = self.all_tiles().into_iter().filter(|name| ids.iter().any(|id| id == job_of(name)));
+        names.for_each(|name| self.remove_tiles(&name));
+    }
+
+    /// The names of all pictures and frames that there are tiles of.
+    pub(super) fn all_tiles(&self) -> Vec<String> {
         let files = std::fs::read_dir(&self.tiles).into_iter().flatten().flatten();
-        files.filter_map(|file| file.file_name().into_string().ok()).filter(|name| is_job(name)).collect()
+        files.filter_map(|file| file.file_name().into_string().ok()).filter(|name| is_work(name)).collect()
     }
 }
 
@@ -136,9 +173,9 @@ impl Jobs {
         kept.inspect_err(|_| self.let_go(record))
     }
 
-    /// The picture of a job is not held any more.
+    /// The pictures of a job are not held any more.
     pub(super) fn let_go(&self, record: &Record) {
-        locked(&self.registry).release_picture(record, &self.files);
+        locked(&self.registry).release_pictures(record, &self.files);
     }
 
     /// Puts the picture of a job on disk again, unless the job has expired meanwhile.
@@ -164,19 +201,20 @@ impl Registry {
 
     /// A job needs no file any more.
     pub(super) fn release_files(&mut self, record: &Record, files: &Files) {
-        if record.has_picture() {
-            self.release_picture(record, files);
+        if record.has_pictures() {
+            self.release_pictures(record, files);
         }
         if record.needs_scene() {
             self.release_scene(record, files);
         }
     }
 
-    /// A job has its picture no more.
-    pub(super) fn release_picture(&mut self, record: &Record, files: &Files) {
-        let name = record.picture_name();
-        if self.pictures.remove(&name) {
-            if files.shared { files.pictures.forget(&name) } else { files.remove_picture(record) }
+    /// A job has its pictures no more.
+    pub(super) fn release_pictures(&mut self, record: &Record, files: &Files) {
+        for name in record.picture_names() {
+            if self.pictures.remove(&name) {
+                if files.shared { files.pictures.forget(&name) } else { files.remove_picture(&name) }
+            }
         }
     }
 }
@@ -184,6 +222,16 @@ impl Registry {
 /// Name of the picture that a file is, or that it is a small one of.
 pub(super) fn picture_of(name: &str) -> &str {
     name.strip_suffix(PREVIEW).unwrap_or(name)
+}
+
+/// The job that a picture or a frame is of.
+pub(super) fn job_of(name: &str) -> &str {
+    name.split(FRAME).next().unwrap_or(name)
+}
+
+/// Name of the file of a frame.
+pub(super) fn frame_name(job: &str, number: u32) -> String {
+    format!("{job}{FRAME}{number}")
 }
 
 /// The folder of tiles in a folder.
@@ -205,7 +253,7 @@ pub(crate) const DATA: FolderKind = FolderKind {
         ["jobs.redb" | "jobs.redb.new" | "scenes" | "pictures" | "tiles"] => true,
         ["scenes", name] => is_hash(name) || disk::is_unfinished(name),
         ["pictures", name] => is_picture(name) || disk::is_unfinished(name),
-        ["tiles", name] => is_job(name),
+        ["tiles", name] => is_work(name),
         _ => upgrade::is_ours(path, is_job),
     },
 };
@@ -220,6 +268,12 @@ fn is_job(name: &str) -> bool {
     Uuid::try_parse(name).is_ok_and(|id| id.to_string() == name)
 }
 
+/// Whether it is the name of a job or of a frame.
+fn is_work(name: &str) -> bool {
+    let is_number = |text: &str| text.parse().is_ok_and(|number: u32| number.to_string() == text);
+    is_job(job_of(name)) && name.split_once(FRAME).is_none_or(|(_, number)| is_number(number))
+}
+
 fn is_picture(name: &str) -> bool {
-    is_image_name(name) || is_job(picture_of(name))
+    is_image_name(name) || is_work(picture_of(name))
 }

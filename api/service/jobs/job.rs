@@ -2,10 +2,11 @@
 
 use super::canvas::Canvas;
 use super::event_log::{Events, Herald};
+use super::files::frame_name;
 use super::record::{Failure, Record, State};
 use super::tile_order::{REMEMBERED, TileOrder, meet};
 use serde_json::json;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use strahl::film::{Film, Region};
@@ -35,8 +36,10 @@ pub(crate) struct Job {
     pub(super) early_looks: Mutex<Vec<Region>>,
     /// Tiles, and whether each is finished, until it has ended.
     tiles: Mutex<Arc<[(Region, AtomicBool)]>>,
-    /// Number of tiles.
-    total: usize,
+    /// Number of tiles, of all frames.
+    pub(super) total: usize,
+    /// The frame that is rendered, of a sequence.
+    frame: AtomicU32,
     pub(super) done: AtomicUsize,
     pub(super) rays: AtomicU64,
     /// Number of changes of the preview.
@@ -87,7 +90,8 @@ impl Job {
     pub(super) fn new(record: Record, revision: u64, herald: Option<Arc<dyn Herald>>) -> Self {
         let picture = Region::whole(record.width, record.height);
         let edge = if record.edge == 0 { picture.width.max(picture.height).max(1) } else { record.edge };
-        let total = picture.width.div_ceil(edge) as usize * picture.height.div_ceil(edge) as usize;
+        let of_picture = picture.width.div_ceil(edge) as usize * picture.height.div_ceil(edge) as usize;
+        let total = of_picture * record.frames.map_or(1, |frames| frames.count as usize);
         let age = Duration::from_millis(super::record::now().saturating_sub(record.created));
         let events = Events::new(record.lives, herald.map(|herald| (herald, record.id.clone())));
         Self {
@@ -102,6 +106,7 @@ impl Job {
             early_looks: Mutex::default(),
             tiles: Mutex::default(),
             total,
+            frame: AtomicU32::new(0),
             done: AtomicUsize::new(0),
             rays: AtomicU64::new(record.stats.rays),
             revision: AtomicU64::new(0),
@@ -137,7 +142,8 @@ impl Job {
         self.priority.store(record.priority, Ordering::Relaxed);
         // What a render measures is here first.
         let stats = if record.lives == here.lives && !record.state.is_final() { here.stats } else { record.stats };
-        Some(std::mem::replace(&mut *here, Record { stats, ..record }))
+        let frames = if record.lives == here.lives && !record.state.is_final() { here.frames } else { record.frames };
+        Some(std::mem::replace(&mut *here, Record { stats, frames, ..record }))
     }
 
     /// What stops its render.
@@ -186,6 +192,24 @@ impl Job {
         if let Some(revision) = revision {
             self.revision.store(revision, Ordering::Relaxed);
         }
+    }
+
+    /// The frame that is rendered, if it is a sequence.
+    pub(super) fn frame(&self) -> Option<u32> {
+        let is_sequence = self.record().frames.is_some();
+        is_sequence.then(|| self.frame.load(Ordering::Relaxed))
+    }
+
+    /// Name of what is rendered: of the job, or of its frame.
+    pub(super) fn work_name(&self) -> String {
+        let id = self.record().id.clone();
+        self.frame().map_or_else(|| id.clone(), |frame| frame_name(&id, frame))
+    }
+
+    /// From now on its tiles are those of another frame.
+    pub(super) fn begin_frame(&self, number: u32) {
+        self.frame.store(number, Ordering::Relaxed);
+        *locked(&self.tiles) = Arc::new([]);
     }
 
     /// Forgets what a job that has ended needs no more: its tiles and its events.

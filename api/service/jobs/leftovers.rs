@@ -68,16 +68,16 @@ impl Jobs {
 
     /// Removes the files of a job that no job needs. Who needs one from now on puts it there again.
     fn remove_unneeded(&self, record: &Record) {
-        let (scene, picture) = {
+        let (scene, pictures) = {
             let registry = locked(&self.registry);
-            (!registry.scenes.has(&record.spec.scene), !registry.pictures.has(&record.picture_name()))
+            let mut pictures = record.picture_names();
+            pictures.retain(|name| !registry.pictures.has(name));
+            (!registry.scenes.has(&record.spec.scene), pictures)
         };
         if scene {
             self.files.scenes.remove(&record.spec.scene);
         }
-        if picture {
-            self.files.remove_picture(record);
-        }
+        pictures.iter().for_each(|name| self.files.remove_picture(name));
     }
 
     /// The record of a job is gone.

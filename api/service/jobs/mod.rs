@@ -12,9 +12,11 @@ mod disk_shares;
 mod event_log;
 mod files;
 mod finish;
+mod frames;
 mod job;
 mod leftovers;
 mod orphans;
+pub(crate) mod outbox;
 mod queries;
 pub(crate) mod record;
 mod records;
@@ -43,21 +45,20 @@ use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
 use crate::service::storage::folder::Folder;
 use crate::service::storage::revisions::Refused;
+use event_log::{Herald, before_life};
 use files::Files;
 use job::{Stopped, locked};
-use event_log::{Herald, before_life};
 use record::{Failure, Record, State, now};
 use records::Records;
 use registry::Registry;
 use shared::Shared;
-use std::fs;
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 use store::Store;
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 
 /// How often a record is changed again after another front has changed it first.
 const TRIES: u32 = 100;
@@ -88,6 +89,8 @@ pub(crate) struct Jobs {
     /// The limits.
     pub(crate) limits: JobLimits,
     registry: Mutex<Registry>,
+    /// Rings when a job has something to deliver.
+    bell: Notify,
     /// Number of open jobs.
     open: watch::Sender<usize>,
     /// Milliseconds of work on jobs that failed or were canceled.
@@ -125,6 +128,7 @@ impl Jobs {
             has_other_records: false,
             limits,
             registry: Mutex::new(registry),
+            bell: Notify::new(),
             open: watch::Sender::new(0),
             canceled: AtomicU64::new(0),
             time_kept: AtomicU64::new(0),
@@ -157,7 +161,7 @@ impl Jobs {
         for mut record in contents.records {
             if !record.state.is_final() {
                 if record.state == State::Running {
-                    record.count_crash(fs::metadata(files.tiles(&record.id)).map_or(0, |tiles| tiles.len()));
+                    record.count_crash(files.written(&record));
                 }
                 record.state = State::Queued;
                 record.lives += 1;
@@ -295,6 +299,9 @@ impl Jobs {
             *locked(&job.left) = Some(Instant::now());
         }
         job.events.ring();
+        if record.next_parcel().is_some() {
+            self.bell.notify_one();
+        }
     }
 
     /// Whether this process works on a job, or nobody does where no other could.
@@ -429,9 +436,9 @@ impl Jobs {
     /// A job has been ended by this process.
     fn ended(&self, job: &Job) {
         let record = job.record().clone();
-        self.files.remove_tiles(&record.id);
+        self.files.remove_tiles_of(std::slice::from_ref(&record.id));
         if let Some(farm) = &self.farm {
-            farm.forget_results(&record.id);
+            farm.forget_results(&job.work_name());
         }
         if let (false, Some(begun)) = (record.state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);

@@ -2,7 +2,7 @@
 //! copy of it back. So each is kept as long as jobs are, unless there is no room.
 
 use super::Jobs;
-use super::files::picture_of;
+use super::files::{job_of, picture_of};
 use super::job::locked;
 use super::registry::Registry;
 use crate::service::storage::disk;
@@ -12,8 +12,12 @@ impl Jobs {
     /// At the start: removes those that are too old, and says how many others there are.
     pub(super) fn check_orphans(&self) {
         let registry = locked(&self.registry);
-        let is_final = |id: &String| registry.jobs.get(id).is_some_and(|job| job.record().state.is_final());
-        self.files.jobs_with_tiles().iter().filter(|id| is_final(id)).for_each(|id| self.files.remove_tiles(id));
+        let is_final = |id: &str| registry.jobs.get(id).is_some_and(|job| job.record().state.is_final());
+        self.files
+            .all_tiles()
+            .iter()
+            .filter(|name| is_final(job_of(name)))
+            .for_each(|name| self.files.remove_tiles(name));
         let age = self.limits.keep_pictures + self.limits.keep_records;
         let (removed, kept) = self.remove_orphans(&registry, age);
         if removed + kept > 0 {
@@ -35,7 +39,8 @@ impl Jobs {
         let (mut removed, mut kept) = (0, 0);
         let mut count = |is_old: bool| if is_old { removed += 1 } else { kept += 1 };
         let (scenes, pictures) = (&self.files.scenes, &self.files.pictures);
-        let orphans = scenes.own_names().into_iter().filter(|name| !registry.scenes.has(name)).map(|name| (scenes, name));
+        let orphans =
+            scenes.own_names().into_iter().filter(|name| !registry.scenes.has(name)).map(|name| (scenes, name));
         let of_pictures = pictures.own_names().into_iter().filter(|name| !registry.pictures.has(picture_of(name)));
         for (store, name) in orphans.chain(of_pictures.map(|name| (pictures, name))) {
             let is_old = store.age(&name) >= age;
@@ -44,11 +49,11 @@ impl Jobs {
                 store.remove(&name);
             }
         }
-        for id in self.files.jobs_with_tiles().iter().filter(|id| !registry.jobs.contains_key(*id)) {
-            let is_old = disk::age(&self.files.tiles(id)) >= age;
+        for name in self.files.all_tiles().iter().filter(|name| !registry.jobs.contains_key(job_of(name))) {
+            let is_old = disk::age(&self.files.tiles(name)) >= age;
             count(is_old);
             if is_old {
-                self.files.remove_tiles(id);
+                self.files.remove_tiles(name);
             }
         }
         (removed, kept)

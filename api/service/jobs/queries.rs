@@ -1,5 +1,6 @@
 //! Queries about jobs.
 
+use super::files::frame_name;
 use super::job::{Job, locked};
 use super::record::{JobSpec, Record, State};
 use super::registry::{estimate, rank, remaining};
@@ -119,6 +120,21 @@ impl Jobs {
 
     fn read_picture(&self, name: &str) -> Result<Option<PictureFile>, Error> {
         PictureFile::read(&*self.files.pictures, name, &self.cache.memory)
+    }
+
+    /// A frame of a sequence, if it is finished, there and whole.
+    pub(crate) fn frame(&self, job: &Job, number: u32) -> Result<Option<PictureFile>, Error> {
+        let record = job.record().clone();
+        if !record.has_pictures() {
+            return Ok(None);
+        }
+        self.read_picture(&frame_name(&record.id, number))
+    }
+
+    /// The small picture of a frame, a PNG.
+    pub(crate) fn small_frame(&self, job: &Job, number: u32) -> Option<Vec<u8>> {
+        let record = job.record().clone();
+        record.has_pictures().then(|| self.files.small_frame(&record.id, number))?
     }
 
     /// The metadata of that picture.

@@ -1,8 +1,11 @@
 //! The record of a job, which is kept on disk.
 
+use super::files::frame_name;
+use super::outbox::Outbox;
 use crate::service::clock::unix_time;
 use crate::service::error::Error;
 use crate::service::pictures::spec::PictureSpec;
+use crate::service::sequences::Frames;
 use data_encoding::HEXLOWER;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -59,6 +62,9 @@ pub(crate) struct Record {
     /// Milliseconds that services had run on the folder when it did. Versions before did not count them.
     #[serde(default)]
     pub(crate) ended: Option<u64>,
+    /// The frames of a sequence, whose text is beside that of the scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) frames: Option<Frames>,
     /// Its cost.
     pub(crate) stats: Stats,
     /// Why it failed.
@@ -75,6 +81,9 @@ pub(crate) struct Record {
     pub(crate) last_event: Option<u64>,
     /// Grows with each change that its owner makes.
     pub(crate) version: u64,
+    /// What is delivered after its end.
+    #[serde(default)]
+    pub(crate) outbox: Outbox,
     /// In a farm: the front that works on it, or that has yet to remove what it leaves behind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) front: Option<String>,
@@ -115,6 +124,19 @@ impl Record {
         }
     }
 
+    /// Names of the files of its pictures: one, or one for each frame.
+    pub(super) fn picture_names(&self) -> Vec<String> {
+        match self.frames {
+            Some(frames) => (0..frames.count).map(|number| frame_name(&self.id, number)).collect(),
+            None => vec![self.picture_name()],
+        }
+    }
+
+    /// Whether they are its own. A sequence has its frames from the beginning: some are finished while others are rendered.
+    pub(super) fn has_pictures(&self) -> bool {
+        self.has_picture() || (self.frames.is_some() && !self.state.is_final() && !self.forgotten)
+    }
+
     /// A waiting job that is accepted now.
     pub(crate) fn new(spec: JobSpec) -> Self {
         Self {
@@ -138,6 +160,7 @@ impl Record {
             started: None,
             finished: None,
             ended: None,
+            frames: None,
             stats: Stats::default(),
             failure: None,
             lives: 0,
@@ -145,6 +168,7 @@ impl Record {
             tile_bytes: 0,
             last_event: None,
             version: 1,
+            outbox: Outbox::default(),
             front: None,
             text_bytes: 0,
             forgotten: false,

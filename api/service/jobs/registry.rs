@@ -8,7 +8,7 @@ use super::retention::disk_of;
 use crate::service::limits::JobLimits;
 use crate::service::pictures::render::PIXEL_BYTES;
 use crate::service::scheduler::task::aged;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use tokio::sync::watch;
 
@@ -41,6 +41,8 @@ pub(super) struct Registry {
     pub(super) submitting: HashMap<String, Option<Unfinished>>,
     /// Job ids by tenant and idempotency key. None while a job is being accepted.
     pub(super) keys: HashMap<(String, String), Option<String>>,
+    /// Ids of jobs that have ended and have something to deliver.
+    pub(super) outgoing: BTreeSet<String>,
     /// Scenes that jobs need.
     pub(super) scenes: References,
     /// Pictures that jobs have.
@@ -70,14 +72,15 @@ impl Registry {
         if record.needs_scene() {
             self.scenes.add(&record.spec.scene);
         }
-        if record.has_picture() {
-            self.pictures.add(&record.picture_name());
+        if record.has_pictures() {
+            record.picture_names().iter().for_each(|name| self.pictures.add(name));
         }
         if let Some(same) = &record.idempotency {
             self.keys.insert((record.tenant.clone(), same.key.clone()), Some(record.id.clone()));
         }
         self.line_up(job, &record);
-        self.jobs.insert(record.id, Arc::clone(job));
+        self.jobs.insert(record.id.clone(), Arc::clone(job));
+        self.look_for_parcels(&record);
         self.changes.send_modify(|changes| *changes += 1);
     }
 
@@ -92,12 +95,14 @@ impl Registry {
     /// Follows a job whose record was another one before.
     pub(super) fn follow(&mut self, job: &Arc<Job>, before: &Record, files: &Files) {
         let record = job.record().clone();
+        if record.has_pictures() && !before.has_pictures() {
+            record.picture_names().iter().for_each(|name| self.pictures.add(name));
+        }
         if record.has_picture() && !before.has_picture() {
-            self.pictures.add(&record.picture_name());
             files.learn(&record);
         }
-        if before.has_picture() && !record.has_picture() {
-            self.release_picture(before, files);
+        if before.has_pictures() && !record.has_pictures() {
+            self.release_pictures(before, files);
         }
         if before.needs_scene() && !record.needs_scene() {
             self.release_scene(before, files);
@@ -107,9 +112,19 @@ impl Registry {
             self.elsewhere.retain(|other| !Arc::ptr_eq(other, job));
             self.line_up(job, &record);
         }
+        self.look_for_parcels(&record);
         if record.forgotten && !before.forgotten {
             self.remove(&record.id);
             self.leaving.insert(record.id, Arc::clone(job));
+        }
+    }
+
+    /// Keeps the list of jobs with something to deliver as their records are.
+    fn look_for_parcels(&mut self, record: &Record) {
+        if record.next_parcel().is_some() && self.jobs.contains_key(&record.id) {
+            self.outgoing.insert(record.id.clone());
+        } else {
+            self.outgoing.remove(&record.id);
         }
     }
 
@@ -153,6 +168,7 @@ impl Registry {
     /// Nobody finds a job any more.
     pub(super) fn remove(&mut self, id: &str) -> Option<Arc<Job>> {
         let job = self.jobs.remove(id)?;
+        self.outgoing.remove(id);
         let record = job.record();
         if let Some(same) = &record.idempotency {
             self.keys.remove(&(record.tenant.clone(), same.key.clone()));
@@ -211,14 +227,16 @@ pub(super) fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
     (aged(record.priority, job.since), std::cmp::Reverse(record.id.clone()))
 }
 
-/// Memory of an open job in bytes: its scene, its pixels as floats and as codes, their bounds, and its file.
+/// Memory of an open job in bytes: its scene, its pixels as floats and as codes, their bounds, and its file. Of a sequence one
+/// frame is written while the next one is rendered.
 pub(super) fn memory_of(record: &Record) -> u64 {
     record.scene_bytes + pixel_bytes(record)
 }
 
 /// Bytes that its picture takes.
 pub(super) fn pixel_bytes(record: &Record) -> u64 {
-    u64::from(record.width) * u64::from(record.height) * PIXEL_BYTES
+    let frames = if record.frames.is_some() { 2 } else { 1 };
+    u64::from(record.width) * u64::from(record.height) * PIXEL_BYTES * frames
 }
 
 /// Estimated milliseconds of a job.

@@ -21,6 +21,9 @@ const EVENTS_KEPT: u64 = 60_000;
 /// Milliseconds between two notes of how long services have run, while nothing else is written.
 const TIME_KEPT: u64 = 60_000;
 
+/// Bytes of a pixel of a frame in the largest format, and of its small picture.
+const FRAME_PIXEL: u64 = 20;
+
 impl Jobs {
     /// Called once a second: stops jobs that run too long, and deletes what is too old or too much.
     pub(crate) fn tick(&self) {
@@ -147,7 +150,7 @@ impl Jobs {
             tracing::error!(%error, "records cannot be removed");
         }
         let ids: Vec<String> = jobs.iter().map(|job| job.record().id.clone()).collect();
-        ids.iter().for_each(|id| self.files.remove_tiles(id));
+        self.files.remove_tiles_of(&ids);
         let mut registry = locked(&self.registry);
         for id in ids {
             let Some(job) = registry.remove(&id) else { continue };
@@ -164,8 +167,10 @@ impl Jobs {
     }
 }
 
-/// Most bytes that an open job writes to disk: its tiles with their bounds, its picture in the largest format with its cost
-/// report, and its preview.
+/// Most bytes that an open job has yet to write to disk: its tiles with their bounds, its picture in the largest format with its
+/// cost report, and its preview. A sequence has the tiles of one frame at a time, and pictures of all.
 pub(crate) fn disk_of(record: &Record) -> u64 {
-    (64 << 10) + u64::from(record.width) * u64::from(record.height) * 46
+    let pixels = u64::from(record.width) * u64::from(record.height);
+    let left = record.frames.map_or(0, |frames| u64::from(frames.count - frames.done).saturating_sub(1));
+    (64 << 10) + pixels * 46 + left * ((64 << 10) + pixels * FRAME_PIXEL)
 }

@@ -2,14 +2,15 @@
 
 use super::backend::{Backend, Local, Remote, disk, scene_of};
 use super::canvas::Canvas;
-use super::finish::finish;
+use super::finish::code;
 use super::job::{Job, Stopped, locked};
-use super::record::{Failure, Record, State};
+use super::record::{Failure, JobSpec, Record, State};
 use super::registry::pixel_bytes;
 use super::tile_order::TileOrder;
-use super::{CRASHES, Jobs, abandoned};
+use super::{CRASHES, Jobs, abandoned, frames};
 use crate::service::clock::milliseconds;
 use crate::service::error::{Error, panic_text};
+use crate::service::farm::Farm;
 use crate::service::pictures::assembly::{empty, paste};
 use crate::service::pictures::render::trace;
 use crate::service::pictures::tile_bytes::Tile;
@@ -40,6 +41,8 @@ const BETWEEN_REPORTS: Duration = Duration::from_millis(200);
 
 /// Works on a job until it is final or suspended.
 pub(super) fn run(jobs: &Jobs, job: &Arc<Job>) {
+    let is_sequence = job.record().frames.is_some();
+    let work = if is_sequence { frames::work } else { work };
     let done = catch_unwind(AssertUnwindSafe(|| work(jobs, job)));
     let end = match done {
         Ok(Ok(())) => None,
@@ -59,13 +62,26 @@ pub(super) fn run(jobs: &Jobs, job: &Arc<Job>) {
         None => {
             jobs.finish(job, State::Succeeded, None);
             let record = job.record().clone();
-            jobs.let_go(&record);
+            if !is_sequence {
+                jobs.let_go(&record);
+            }
         }
     }
 }
 
-fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
-    let began = Instant::now();
+/// A job that runs here.
+pub(super) struct Begun {
+    task: Task,
+    /// Its part of the pool.
+    pub(super) workers: Workers,
+    /// What it renders.
+    pub(super) spec: JobSpec,
+    /// The edge of its tiles.
+    pub(super) edge: u32,
+}
+
+/// Makes a job one that runs here.
+pub(super) fn begin(jobs: &Jobs, job: &Arc<Job>) -> Result<Begun, Stopped> {
     if !jobs.begin(job).map_err(|error| disk(&error))? {
         return Err(Stopped::Taken);
     }
@@ -80,6 +96,12 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
         (task, record.spec.clone(), record.edge)
     };
     let workers = Arc::clone(&jobs.pool).join(task.clone(), job.control());
+    Ok(Begun { task, workers, spec, edge })
+}
+
+fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
+    let began = Instant::now();
+    let Begun { task, workers, spec, edge } = begin(jobs, job)?;
     let text = when_there_is_room(job, || jobs.scene(&spec.scene));
     let text = text.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
     let text = text.ok_or_else(scene_is_gone)?;
@@ -88,14 +110,7 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let sent = SentScene::new(text.as_ref(), &form, &spec.settings);
     let found = when_there_is_room(job, || jobs.cache.find(&workers, &sent));
     let ready = found.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?.ready;
-    // Nodes have no folder of textures, and what a clock or a number of rays ends has no tiles.
-    let is_remote = (1..=REMOTE_EDGE).contains(&edge) && !ready.scene.from_files;
-    let farm = jobs.farm.as_ref().filter(|_| is_remote);
-    if let Some(farm) = farm {
-        let shared = farm.share_scene(&scene_of(&job.record()), text.as_ref());
-        let detail = |error| format!("the scene cannot be put into the farm's store: {error}");
-        shared.map_err(|error| Stopped::Failed(Failure::internal(&detail(error))))?;
-    }
+    let farm = farm_for(jobs, job, edge, &ready, text.as_ref())?;
     drop(text);
     let bvh_ms = milliseconds(building);
     job.record().stats.bvh_ms = bvh_ms;
@@ -108,15 +123,15 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let taken = when_there_is_room(job, || share.grow(bytes));
     taken.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
     let rendering = Instant::now();
+    job.done.store(0, Ordering::Relaxed);
+    job.rays.store(0, Ordering::Relaxed);
+    job.record().stats.tiles_recovered = 0;
     if edge == 0 {
         whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| job.why_stopped())?;
     } else {
         let tenant = job.record().tenant.clone();
         let slots = || locked(&jobs.registry).share(&tenant);
-        let mut backend: Box<dyn Backend> = match farm {
-            Some(farm) => Box::new(Remote { farm, share: &slots, limit: jobs.limits.job_timeout }),
-            None => Box::new(Local::new(&jobs.files)),
-        };
+        let mut backend = backend(jobs, farm, &slots);
         recover(job, &mut *backend)?;
         *locked(&job.begun) = Some(rendering);
         if job.done.load(Ordering::Relaxed) > 0 {
@@ -142,7 +157,10 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let canvas = locked(&job.canvas).take().ok_or_else(|| job.why_stopped())?;
     let image = job.record().image_id.clone();
     let entered = job.control().enter();
-    let finished = finish(&canvas, &ready, &spec, image, &workers, began).map_err(|Cancelled| job.why_stopped())?;
+    let preview = |canvas: &Canvas| canvas.preview.clone();
+    let coded = code(canvas, preview, &ready, &spec, &workers, began).map_err(|Cancelled| job.why_stopped())?;
+    let rays = coded.rays();
+    let finished = coded.files(&spec, image, &ready);
     drop(entered);
     if job.control().is_cancelled() {
         // The file may be cut short.
@@ -152,13 +170,44 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     jobs.keep_picture(&record, &finished.made, &finished.preview).map_err(|error| disk(&error))?;
     let mut record = job.record();
     record.stats.encode_ms = milliseconds(encoding);
-    record.stats.rays = canvas.picture.rays.total();
+    record.stats.rays = rays;
     record.stats.picture_bytes = finished.made.bytes.len() as u64;
     Ok(())
 }
 
+/// The farm, if nodes can render the tiles of a scene, whose text is in its store from now on.
+pub(super) fn farm_for<'a>(
+    jobs: &'a Jobs,
+    job: &Job,
+    edge: u32,
+    ready: &PreparedScene,
+    text: &[u8],
+) -> Result<Option<&'a Arc<Farm>>, Stopped> {
+    // Nodes have no folder of textures, and what a clock or a number of rays ends has no tiles.
+    let is_remote = (1..=REMOTE_EDGE).contains(&edge) && !ready.scene.from_files;
+    let farm = jobs.farm.as_ref().filter(|_| is_remote);
+    if let Some(farm) = farm {
+        let shared = farm.share_scene(&scene_of(job), text);
+        let detail = |error| format!("the scene cannot be put into the farm's store: {error}");
+        shared.map_err(|error| Stopped::Failed(Failure::internal(&detail(error))))?;
+    }
+    Ok(farm)
+}
+
+/// Who renders the tiles: the farm, or this process.
+pub(super) fn backend<'a>(
+    jobs: &'a Jobs,
+    farm: Option<&'a Arc<Farm>>,
+    share: &'a dyn Fn() -> f64,
+) -> Box<dyn Backend + 'a> {
+    match farm {
+        Some(farm) => Box::new(Remote { farm, share, limit: jobs.limits.job_timeout }),
+        None => Box::new(Local::new(&jobs.files)),
+    }
+}
+
 /// Does something that needs memory, again and again until there is some.
-fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
+pub(super) fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
     loop {
         match work() {
             Err(Error::Busy { .. }) if !job.control().is_cancelled() => thread::sleep(BETWEEN_TRIES),
@@ -168,7 +217,7 @@ fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<T, Error>) 
 }
 
 /// A picture that a clock or a number of rays ends, or one that no tiles are made of.
-fn whole(
+pub(super) fn whole(
     job: &Job,
     ready: &PreparedScene,
     output: FileFormat,
@@ -190,15 +239,15 @@ fn whole(
     let watcher = Some(&mut show as Watcher<'_>);
     let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control(), watcher, |_| ())?;
     let rays = picture.rays.total();
-    job.rays.store(rays, Ordering::Relaxed);
+    job.rays.fetch_add(rays, Ordering::Relaxed);
     *locked(&job.canvas) = Some(Canvas::of(picture));
     job.tiles()[0].1.store(true, Ordering::Release);
-    job.done.store(1, Ordering::Relaxed);
+    job.done.fetch_add(1, Ordering::Relaxed);
     Ok(())
 }
 
 /// Puts the tiles that were finished before onto a new canvas.
-fn recover(job: &Job, backend: &mut dyn Backend) -> Result<(), Stopped> {
+pub(super) fn recover(job: &Job, backend: &mut dyn Backend) -> Result<(), Stopped> {
     let Record { width, height, .. } = job.record().clone();
     let mut canvas = Canvas::new(width, height);
     let (mut recovered, mut rays) = (0, 0);
@@ -211,10 +260,10 @@ fn recover(job: &Job, backend: &mut dyn Backend) -> Result<(), Stopped> {
             rays += picture.rays.total();
         }
     })?;
-    job.done.store(recovered, Ordering::Relaxed);
-    job.rays.store(rays, Ordering::Relaxed);
+    job.done.fetch_add(recovered, Ordering::Relaxed);
+    job.rays.fetch_add(rays, Ordering::Relaxed);
     job.revision.fetch_add(u64::from(recovered > 0), Ordering::Relaxed);
-    job.record().stats.tiles_recovered = recovered as u64;
+    job.record().stats.tiles_recovered += recovered as u64;
     let regions = tiles.iter().map(|(region, _)| *region).collect();
     let is_done = |number: usize| tiles[number].1.load(Ordering::Relaxed);
     let mut order = TileOrder::new(regions, Region::whole(width, height), is_done);
@@ -259,8 +308,14 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, control: &Control
 }
 
 /// All tiles that are not finished.
-fn tiles(job: &Job, ready: &PreparedScene, workers: &Workers, backend: &mut dyn Backend) -> Result<(), Stopped> {
-    *locked(&job.tiling) = Some((Instant::now(), job.work_done()));
+pub(super) fn tiles(
+    job: &Job,
+    ready: &PreparedScene,
+    workers: &Workers,
+    backend: &mut dyn Backend,
+) -> Result<(), Stopped> {
+    let beginning = (Instant::now(), job.work_done());
+    locked(&job.tiling).get_or_insert(beginning);
     let reported = Mutex::default();
     backend.render(job, ready, workers, &|tile| show(job, tile, &reported))
 }
@@ -276,14 +331,18 @@ fn show(job: &Job, tile: &Tile, reported: &Mutex<Option<Instant>>) {
     let done = job.done.fetch_add(1, Ordering::Relaxed) + 1;
     let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
     let Region { x, y, width, height } = tile.picture.film.region;
-    job.events.publish("tile", json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done }));
+    let mut data = json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done });
+    if let Some(frame) = job.frame() {
+        data["frame"] = frame.into();
+    }
+    job.events.publish("tile", data);
     let mut reported = locked(reported);
-    if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == tiles.len() {
+    if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == job.total {
         let progress = job.progress();
         job.events.publish(
             "progress",
             json!({
-                "fraction": done as f64 / tiles.len() as f64, "tiles_done": done, "rays": progress.rays,
+                "fraction": done as f64 / job.total as f64, "tiles_done": done, "rays": progress.rays,
                 "eta_ms": progress.eta_ms.map(f64::round), "revision": revision,
             }),
         );
@@ -292,7 +351,7 @@ fn show(job: &Job, tile: &Tile, reported: &Mutex<Option<Instant>>) {
 }
 
 /// The text of the scene, which only the client can send again.
-fn scene_is_gone() -> Stopped {
+pub(super) fn scene_is_gone() -> Stopped {
     let detail = "the file with the scene of this job is damaged or gone; submit the job again, with its scene";
     Stopped::Failed(Failure { slug: "gone".into(), detail: detail.into() })
 }

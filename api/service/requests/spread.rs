@@ -49,7 +49,7 @@ impl Service {
             return Ok(None);
         }
         let Some((text, format, settings)) = source.text(self) else { return Ok(None) };
-        let scene = SceneSource { text: SceneSource::name_of(&text), format, settings };
+        let scene = SceneSource { text: SceneSource::name_of(&text), format, settings, frame: None };
         if let Err(error) = farm.share_scene(&scene, &text) {
             tracing::warn!(error, "a scene cannot be put into the farm's store; its picture is rendered here");
             return Ok(None);

@@ -18,9 +18,11 @@ use crate::service::storage::seen_by::SeenBy;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::Instant;
+use strahl::scene::compile::Original;
 use strahl::scene::size::{building_bytes, reading_bytes};
 use strahl::scene::variation::vary_if;
-use strahl::scene::{Description, Files, Format, Loaded, NoFiles, Overrides, load_if};
+use strahl::scene::{Description, Files, Format, Loaded, NoFiles, NotLoaded, Overrides, load_if};
+use strahl::sequence::Frame;
 
 /// Most scene ids that are kept.
 const IDS: u64 = 10_000;
@@ -108,6 +110,9 @@ pub(crate) struct Built {
     /// The other.
     pub(crate) original: Option<Arc<PreparedScene>>,
 }
+
+/// Refuses a scene that was read and is not built yet.
+type Accept<'a> = Box<dyn FnOnce(&Description) -> Result<(), Error> + 'a>;
 
 /// The scene without its description.
 fn prepared(Built { loaded, original }: Built, share: Share) -> PreparedScene {
@@ -209,7 +214,9 @@ impl SceneCache {
             let original = match &base {
                 Some(base) => Arc::clone(base),
                 None => {
-                    let read = |Built { loaded, .. }, share| PreparedScene::to_vary(loaded).with(share);
+                    let read = |Built { loaded, original }, share| {
+                        PreparedScene::to_vary(loaded, original.as_ref()).with(share)
+                    };
                     let built = Arc::new(self.build(workers, sent, |_| Ok(()), read)?);
                     Arc::clone(base.insert(built))
                 }
@@ -220,6 +227,30 @@ impl SceneCache {
         settings.iter().map(&mut one).collect()
     }
 
+    /// A scene of which the frames of a sequence are made, from the cache or else built.
+    pub(crate) fn to_vary(&self, workers: &Workers, sent: &SentScene<'_>) -> Result<Arc<PreparedScene>, Error> {
+        if let Some(ready) = self.cached(&sent.key).filter(|ready| ready.original().is_some()) {
+            return Ok(ready);
+        }
+        let read = |Built { loaded, original }, share| PreparedScene::to_vary(loaded, original.as_ref()).with(share);
+        let ready = self.build(workers, sent, |_| Ok(()), read)?;
+        Ok(self.keep(sent.key, ready))
+    }
+
+    /// The scene of a frame, unless `accept` refuses it.
+    pub(crate) fn frame(
+        &self,
+        workers: &Workers,
+        original: &Arc<PreparedScene>,
+        frame: Frame<'_>,
+        overrides: &Overrides,
+        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
+    ) -> Result<PreparedScene, Error> {
+        let load =
+            |known: Original<'_>, room: &Room<'_>, accept: Accept<'_>| frame.load_if(known, overrides, room, accept);
+        self.vary_by(workers, Arc::clone(original), frame.patch(), load, accept, prepared)
+    }
+
     /// The scene of an id with its description, of which variations are made.
     fn original(&self, workers: &Workers, id: &str) -> Result<Arc<PreparedScene>, Error> {
         if let Some(ready) = self.cached_known(id).filter(|ready| ready.original().is_some()) {
@@ -227,7 +258,7 @@ impl SceneCache {
         }
         let (text, _share) = self.stored(id)?;
         let sent = SentScene::new(&text, &Form::JSON, &Overrides::default());
-        let read = |Built { loaded, .. }, share| PreparedScene::to_vary(loaded).with(share);
+        let read = |Built { loaded, original }, share| PreparedScene::to_vary(loaded, original.as_ref()).with(share);
         let ready = self.build(workers, &sent, |_| Ok(()), read)?;
         Ok(self.keep(sent.key, ready))
     }
@@ -282,6 +313,21 @@ impl SceneCache {
         accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
         read: impl FnOnce(Built, Share) -> T + Send,
     ) -> Result<T, Error> {
+        let load =
+            |known: Original<'_>, room: &Room<'_>, accept: Accept<'_>| vary_if(known, patch, overrides, room, accept);
+        self.vary_by(workers, original, patch, load, accept, read)
+    }
+
+    /// The same for what `load` makes of another scene, with a patch.
+    fn vary_by<T: Send>(
+        &self,
+        workers: &Workers,
+        original: Arc<PreparedScene>,
+        patch: &[u8],
+        load: impl FnOnce(Original<'_>, &Room<'_>, Accept<'_>) -> Result<Loaded, NotLoaded<Error>> + Send,
+        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
+        read: impl FnOnce(Built, Share) -> T + Send,
+    ) -> Result<T, Error> {
         let room = Room::new(self.files(), self.memory.share(patch.len() as u64));
         let vary = || {
             let known = original.original().ok_or(Error::Internal("the scene has no description"))?;
@@ -290,7 +336,7 @@ impl SceneCache {
                 accept(description)?;
                 room.take(known.building_bytes(description))
             };
-            let loaded = vary_if(known, patch, overrides, &room, accept);
+            let loaded = load(known, &room, Box::new(accept));
             room.refusal()?;
             loaded.map_err(Error::from)
         };

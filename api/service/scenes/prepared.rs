@@ -93,9 +93,9 @@ impl PreparedScene {
         (ready, description)
     }
 
-    /// A scene that variations are made of.
-    pub(crate) fn to_vary(loaded: Loaded) -> Self {
-        let (ready, description) = Self::with_description(loaded, None);
+    /// A scene that variations are made of, and which may be one itself.
+    pub(crate) fn to_vary(loaded: Loaded, original: Option<&Arc<Self>>) -> Self {
+        let (ready, description) = Self::with_description(loaded, original);
         let bytes = description_bytes(&description);
         Self { description: Some((description, bytes)), ..ready }
     }

@@ -39,7 +39,7 @@ pub(super) fn routes() -> Vec<Route> {
                          host.\n\nWithout `job` it is what happens to all of yours, as long as the stream is open: first a snapshot of \
                          each that has not ended, then all events, and `created` and `removed` as jobs come and go. Ask for the \
                          list (`GET /v1/jobs`) whenever such a stream begins; it cannot be continued.";
-    let events = "Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown, created, removed";
+    let events = "Events: snapshot, queued, started, preview, tile, progress, frame, succeeded, failed, canceled, shutdown, created, removed";
     vec![
         Route::get("/v1/jobs/{id}/events", of_job, ["jobEvents", "jobs", about_one])
             .needs(Scope::Read)

@@ -6,6 +6,7 @@ use crate::http::prelude::*;
 use crate::http::respond::body;
 use crate::http::respond::elsewhere::elsewhere;
 use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
+use crate::http::respond::sequence::{animation, refuse_sequence};
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::{PictureSpec, outside};
@@ -24,10 +25,14 @@ pub(super) fn routes() -> Vec<Route> {
         query.region();
     };
     vec![
-        Route::get("/v1/jobs/{id}/image", image, ["jobImage", "jobs", "The picture of a job that has succeeded."])
-            .needs(Scope::Read)
-            .path("id", ID)
-            .picture(),
+        Route::get(
+            "/v1/jobs/{id}/image",
+            image,
+            ["jobImage", "jobs", "The picture of a job that has succeeded; of a sequence, its animation."],
+        )
+        .needs(Scope::Read)
+        .path("id", ID)
+        .picture(),
         Route::get("/v1/jobs/{id}/tile", tile, ["jobTile", "jobs", about_tile])
             .needs(Scope::Read)
             .path("id", ID)
@@ -50,7 +55,11 @@ async fn image(
     NamedJob { job, tenant }: NamedJob,
     request: Request,
 ) -> Result<Response, Problem> {
-    picture_of(&app, &tenant, request.method(), request.headers(), &job).await
+    let (method, headers) = (request.method(), request.headers());
+    if job.record().frames.is_some() {
+        return animation(&app, &tenant, (method, headers), &job, None).await;
+    }
+    picture_of(&app, &tenant, method, headers, &job).await
 }
 
 pub(super) async fn tile(
@@ -102,6 +111,7 @@ pub(super) async fn look(
 }
 
 fn region_of(job: &Job, request: &Request) -> Result<Region, Problem> {
+    refuse_sequence(job)?;
     let region = Query::read(request.uri(), Query::region)?;
     let record = job.record();
     if !region.fits(record.width, record.height) {

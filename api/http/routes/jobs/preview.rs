@@ -8,6 +8,7 @@ use crate::http::respond::blocking;
 use crate::http::respond::body;
 use crate::http::respond::elsewhere::elsewhere;
 use crate::http::respond::job::{encode_png, no_picture, patiently, render_again};
+use crate::http::respond::sequence::sheet;
 use crate::service::jobs::record::State as JobState;
 use crate::service::jobs::{Job, PREVIEW_SIDE};
 use crate::service::pictures::spec::{Grid, PictureSpec};
@@ -20,7 +21,8 @@ const PATIENCE: u32 = 30;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "The newest preview, at most 1,024 pixels wide and high, as a PNG. The first one is a coarse picture of it all; \
-                 until then the answer waits, up to 30 seconds.";
+                 until then the answer waits, up to 30 seconds. Of a sequence it is the frame that is rendered, and at the end \
+                 the contact sheet.";
     let prefer = "`wait=10` waits up to 10 seconds for another preview than that of If-None-Match.";
     vec![
         Route::get("/v1/jobs/{id}/preview", preview, ["jobPreview", "jobs", about])
@@ -72,6 +74,9 @@ pub(super) async fn preview(
     // The newest preview is returned in either case.
     patiently(&app, asked.unwrap_or(Duration::from_secs(u64::from(PATIENCE))), news).await;
     let succeeded = job.record().state == JobState::Succeeded;
+    if succeeded && job.record().frames.is_some() {
+        return sheet(&app, &tenant, &job, None).await;
+    }
     let (png, revision) = if succeeded {
         let (jobs, kept) = (Arc::clone(&app.service.jobs), Arc::clone(&job));
         let png = match blocking(move || jobs.last_preview(&kept)).await?? {

@@ -8,6 +8,7 @@ use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scenes::store::SceneStore;
 use crate::service::scheduler::pool::Pool;
 use crate::service::scheduler::task::{Class, Task};
+use crate::service::sequences::text::split;
 use crate::service::storage::lru_cache::LruCache;
 use crate::service::storage::objects::{ObjectError, Objects};
 use parking_lot::Mutex;
@@ -91,18 +92,28 @@ impl NodeScenes {
             Err(error @ ObjectError::Store(_)) => return Err(NoScene::NotNow(error.to_string())),
             Err(error) => return Err(NoScene::Never(error.to_string())),
         };
-        let (scenes, format, settings, control) = (Arc::clone(self), source.format, source.settings, control.clone());
+        let &SceneSource { format, settings, frame, .. } = source;
+        let (scenes, control) = (Arc::clone(self), control.clone());
         let build = move || {
             let text = scenes.cache.memory.metered(text)?;
             let form = Form::Whole(format);
-            let sent = SentScene::new(text.as_ref(), &form, &settings);
             let workers = Arc::clone(&scenes.pool).join(Task::new(Class::Jobs, "", 1), control);
-            Ok((sent.key, scenes.cache.find(&workers, &sent)?.ready))
+            if let Some(number) = frame {
+                let (sequence, scene) = split(text.as_ref()).ok_or(Error::Internal("the text is no sequence"))?;
+                let base = scenes.cache.to_vary(&workers, &SentScene::new(scene, &form, &settings))?;
+                let ready = scenes.cache.frame(&workers, &base, sequence.frame(number), &settings, |_| Ok(()))?;
+                return Ok((None, Arc::new(ready)));
+            }
+            let sent = SentScene::new(text.as_ref(), &form, &settings);
+            Ok((Some(sent.key), scenes.cache.find(&workers, &sent)?.ready))
         };
         let built = tokio::task::spawn_blocking(build).await;
         match built.unwrap_or(Err(Error::Internal("building the scene panics"))) {
             Ok((key, ready)) => {
-                self.keys.put(name.to_owned(), key, 1);
+                // Few ask for a frame twice; its geometry is that of the base, which is kept.
+                if let Some(key) = key {
+                    self.keys.put(name.to_owned(), key, 1);
+                }
                 Ok(ready)
             }
             Err(Error::Busy { detail, .. }) => Err(NoScene::NotNow(detail)),

@@ -1,0 +1,214 @@
+//! Rendering the frames of a sequence, one after the other, in tiles as any picture. While one is rendered, the one before is
+//! written to disk by another thread.
+//!
+//! A finished frame is a file like any picture, and is there after any crash; of the frame that was being rendered the finished
+//! tiles are.
+
+use super::Jobs;
+use super::backend::disk;
+use super::canvas::Canvas;
+use super::files::frame_name;
+use super::finish::{Coded, JobFiles, code};
+use super::job::{Job, Stopped, locked};
+use super::record::{Failure, JobSpec, Record};
+use super::registry::pixel_bytes;
+use super::run::{Begun, backend, begin, farm_for, recover, scene_is_gone, tiles, when_there_is_room, whole};
+use crate::service::clock::milliseconds;
+use crate::service::farm::Farm;
+use crate::service::scenes::cache::{Form, SentScene};
+use crate::service::scenes::ids::ImageId;
+use crate::service::scenes::prepared::PreparedScene;
+use crate::service::scheduler::pool::Workers;
+use crate::service::sequences::report::FrameReport;
+use crate::service::sequences::text::split;
+use serde_json::json;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread;
+use std::time::Instant;
+use strahl::film::sheet::{cell, small};
+use strahl::render::{Cancelled, sampling_bytes};
+use strahl::scene::Overrides;
+use strahl::sequence::Sequence;
+
+/// A frame that is rendered, and not yet written.
+struct Traced {
+    number: u32,
+    ready: PreparedScene,
+    coded: Coded,
+}
+
+/// What all frames are made of.
+struct Film<'a> {
+    jobs: &'a Jobs,
+    job: &'a Arc<Job>,
+    /// Who renders the tiles, if it is not this process.
+    farm: Option<&'a Arc<Farm>>,
+    workers: &'a Workers,
+    sequence: &'a Sequence,
+    base: &'a Arc<PreparedScene>,
+    spec: &'a JobSpec,
+    edge: u32,
+    began: Instant,
+}
+
+/// Works on a sequence until all of its frames are finished.
+pub(super) fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
+    let began = Instant::now();
+    let Begun { workers, spec, edge, .. } = begin(jobs, job)?;
+    let text = when_there_is_room(job, || jobs.scene(&spec.scene));
+    let text = text.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    let text = text.ok_or_else(scene_is_gone)?;
+    let (sequence, scene) = split(text.as_ref()).ok_or_else(scene_is_gone)?;
+    let (building, form) = (Instant::now(), Form::Whole(spec.format));
+    let sent = SentScene::new(scene, &form, &spec.settings);
+    let base = when_there_is_room(job, || jobs.cache.to_vary(&workers, &sent));
+    let base = base.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    let farm = farm_for(jobs, job, edge, &base, text.as_ref())?;
+    drop(text);
+    let bvh_ms = milliseconds(building);
+    job.record().stats.bvh_ms = bvh_ms;
+    job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
+
+    jobs.make_room();
+    let mut share = jobs.cache.memory.share(base.bytes());
+    let sampling = sampling_bytes(&base.scene, u64::from(base.scene.width) * u64::from(base.scene.height));
+    let bytes = pixel_bytes(&job.record()) + base.scene.stack_bytes() * workers.threads() as u64 + sampling;
+    let taken = when_there_is_room(job, || share.grow(bytes));
+    taken.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    let rendering = Instant::now();
+    *locked(&job.begun) = Some(rendering);
+    let film = Film { jobs, job, farm, workers: &workers, sequence: &sequence, base: &base, spec: &spec, edge, began };
+    film.all()?;
+    job.record().stats.render_ms = milliseconds(rendering);
+    Ok(())
+}
+
+impl Film<'_> {
+    /// Renders all frames that are not there.
+    fn all(&self) -> Result<(), Stopped> {
+        let missing = self.take_up();
+        *locked(&self.job.tiling) = Some((Instant::now(), self.job.work_done()));
+        let (traced, to_write) = sync_channel(0);
+        thread::scope(|scope| {
+            let writer = scope.spawn(|| self.write(to_write));
+            let rendered = missing.iter().try_for_each(|number| {
+                let frame = self.trace(*number)?;
+                // It fails if the writer has stopped, which has stopped the job.
+                traced.send(frame).map_err(|_| self.job.why_stopped())
+            });
+            drop(traced);
+            let written = writer.join().unwrap_or_else(|_| Err(self.job.why_stopped()));
+            rendered.and(written)
+        })
+    }
+
+    /// Counts the frames that are there; the numbers of the others.
+    fn take_up(&self) -> Vec<u32> {
+        let Self { jobs, job, .. } = self;
+        let id = job.record().id.clone();
+        let (mut missing, mut rays, mut bytes) = (Vec::new(), 0, 0);
+        for number in 0..self.sequence.count() {
+            match jobs.frame_report(&id, number) {
+                Some(report) => {
+                    rays += report.rays;
+                    bytes += jobs.files.pictures.size(&frame_name(&id, number)).unwrap_or(0);
+                }
+                None => missing.push(number),
+            }
+        }
+        let done = self.sequence.count() - missing.len() as u32;
+        let tiles = done as usize * job.tiles().len();
+        job.done.store(tiles, Ordering::Relaxed);
+        job.rays.store(rays, Ordering::Relaxed);
+        let mut record = job.record();
+        (record.stats.rays, record.stats.picture_bytes) = (rays, bytes);
+        record.stats.tiles_recovered = tiles as u64;
+        record.frames.iter_mut().for_each(|frames| frames.done = done);
+        missing
+    }
+
+    /// Renders a frame, all but its file.
+    fn trace(&self, number: u32) -> Result<Traced, Stopped> {
+        let Self { jobs, job, farm, workers, sequence, base, spec, edge, began } = *self;
+        let overrides: &Overrides = &spec.settings;
+        let frame = sequence.frame(number);
+        let ready = when_there_is_room(job, || jobs.cache.frame(workers, base, frame, overrides, |_| Ok(())));
+        let ready = ready.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+        job.begin_frame(number);
+        if edge == 0 {
+            whole(job, &ready, spec.output, workers, began).map_err(|Cancelled| job.why_stopped())?;
+        } else {
+            let tenant = job.record().tenant.clone();
+            let share = || locked(&jobs.registry).share(&tenant);
+            let mut backend = backend(jobs, farm, &share);
+            recover(job, &mut *backend)?;
+            tiles(job, &ready, workers, &mut *backend)?;
+        }
+        let canvas = locked(&job.canvas).take().ok_or_else(|| job.why_stopped())?;
+        let cell = cell(sequence.count(), [ready.scene.width, ready.scene.height]);
+        let preview = |canvas: &Canvas| small(&canvas.picture.film, cell);
+        let coded = code(canvas, preview, &ready, spec, workers, began).map_err(|Cancelled| job.why_stopped())?;
+        Ok(Traced { number, ready, coded })
+    }
+
+    /// Writes frames to disk, and publishes that they are there.
+    fn write(&self, traced: Receiver<Traced>) -> Result<(), Stopped> {
+        let Self { jobs, job, spec, .. } = self;
+        while let Ok(Traced { number, ready, coded }) = traced.recv() {
+            let encoding = Instant::now();
+            let image = ready.reproducible.then(|| ImageId { scene: ready.scene_id.clone(), zoom: 0 }.to_string());
+            let rays = coded.rays();
+            let entered = job.control().enter();
+            let files = coded.files(spec, image, &ready);
+            drop(entered);
+            if job.control().is_cancelled() {
+                // The file may be cut short.
+                return Err(job.why_stopped());
+            }
+            let id = job.record().id.clone();
+            if let Err(error) = jobs.files.put_frame(&id, number, &files) {
+                tracing::error!(%error, "a finished frame cannot be kept");
+                job.stop(disk(&error));
+                return Err(job.why_stopped());
+            }
+            jobs.files.remove_tiles(&frame_name(&id, number));
+            if let Some(farm) = self.farm {
+                farm.forget_results(&frame_name(&id, number));
+            }
+            let frames_done = {
+                let mut record = job.record();
+                record.stats.encode_ms += milliseconds(encoding);
+                record.stats.rays += rays;
+                record.stats.picture_bytes += files.made.bytes.len() as u64;
+                let frames = record.frames.as_mut();
+                frames.map_or(0, |frames| {
+                    frames.done += 1;
+                    frames.done
+                })
+            };
+            let JobFiles { made, .. } = &files;
+            let data = json!({
+                "number": number, "frames_done": frames_done, "rays": rays, "image_id": made.meta.image,
+                "error": made.meta.lines.iter().find(|(name, _)| name == "render-error").map(|(_, line)| line),
+            });
+            job.events.publish("frame", data);
+        }
+        Ok(())
+    }
+}
+
+impl Jobs {
+    /// What is known of a finished frame; none if it is not there.
+    pub(crate) fn frame_report(&self, id: &str, number: u32) -> Option<FrameReport> {
+        let meta = self.files.frame_meta(id, number)?;
+        FrameReport::of(number, format!("/v1/jobs/{id}/frames/{number}"), &meta)
+    }
+
+    /// What is known of all finished frames of a job.
+    pub(crate) fn frame_reports(&self, record: &Record) -> Vec<FrameReport> {
+        let count = record.frames.map_or(0, |frames| frames.count);
+        (0..count).filter_map(|number| self.frame_report(&record.id, number)).collect()
+    }
+}
