@@ -10,3 +10,4 @@ mod common;
 mod failures;
 mod fronts;
 mod harness;
+mod sequences;
