@@ -2,7 +2,7 @@
 
 use crate::common::BALL;
 use crate::common::service::Service;
-use crate::harness::{Ear, Farm, wait_until};
+use crate::harness::{Ear, Farm, job, wait_until};
 
 /// Mirrors face to face: a few seconds of one thread.
 pub(crate) const MIRRORS: &str = r#"{
@@ -22,9 +22,9 @@ pub(crate) const MIRRORS: &str = r#"{
 }"#;
 
 /// The picture of a job as one machine renders it.
-pub(crate) fn alone(query: &str, scene: &str) -> Vec<u8> {
+pub(crate) fn alone(members: &str, scene: &str) -> Vec<u8> {
     let service = Service::start(&["--threads", "2"]);
-    let answer = service.post_json(&format!("/v1/jobs{query}"), scene);
+    let answer = service.post_json("/v1/jobs", &job(members, scene));
     assert_eq!(answer.status, 202, "{}", answer.text());
     let job = answer.header("location").to_owned();
     loop {
@@ -42,9 +42,10 @@ pub(crate) fn alone(query: &str, scene: &str) -> Vec<u8> {
 fn two_nodes_make_the_picture_that_one_machine_makes() {
     let Some(farm) = Farm::start(&[]) else { return };
     let nodes = ["one", "two"].map(|name| farm.node(name));
-    for (scene, query) in [(MIRRORS, ""), (BALL, "?format=exr"), (BALL, "?width=700&height=500&antialias=true")] {
-        let id = farm.submit(query, scene);
-        assert!(farm.picture(&id).body == alone(query, scene), "another picture: {query}\n{}", nodes[0].log());
+    let large = r#""settings": { "width": 700, "height": 500, "antialias": true }"#;
+    for (scene, members) in [(MIRRORS, ""), (BALL, r#""output": { "format": "exr" }"#), (BALL, large)] {
+        let id = farm.submit(members, scene);
+        assert!(farm.picture(&id).body == alone(members, scene), "another picture: {members}\n{}", nodes[0].log());
     }
     assert_eq!(farm.broker.messages("FARM_T"), 0, "work is left behind");
     let rendered = |log: String| log.contains("ERROR");
@@ -61,7 +62,8 @@ fn what_takes_long_is_spread_over_nodes_and_stays_the_same() {
     // Without nodes the front helps itself.
     let alone = Service::start(&[]);
     let expected = alone.post_json("/v1/render", MIRRORS);
-    let scenes = ["/v1/render?region=100,50,200,150", "/v1/render?width=500&height=400&format=png16", "/v1/render"];
+    let scenes =
+        ["/v1/render?region=100,50,200,150", "/v1/render?width=500&height=400&format=png&bits=16", "/v1/render"];
     let _nodes = ["one", "two"].map(|name| farm.node(name));
     wait_until("the front knows its nodes", || farm.nodes().len() == 2);
     for path in scenes {

@@ -14,7 +14,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// One tile of some seconds.
-const DEAR_TILE: &str = "?width=32&height=32&samples=64&max_depth=1000";
+const DEAR_TILE: &str = r#""settings": { "width": 32, "height": 32, "samples": 64, "max_depth": 1000 }"#;
 
 /// T1.
 #[test]
@@ -95,7 +95,7 @@ fn results_that_differ_raise_an_alarm() {
     farm.picture(&first);
     node.kill();
     let work = Ear::at(&farm.broker, "farm.t.>");
-    let second = farm.submit("?format=png16", MIRRORS);
+    let second = farm.submit(r#""output": { "format": "png", "bits": 16 }"#, MIRRORS);
     work.wait_for(1);
     // A tile of the piece that waits, with one bit of one pixel changed, by a node that is somehow wrong.
     let piece: Value = serde_json::from_slice(&work.heard()[0].payload).unwrap();
@@ -212,8 +212,8 @@ fn work_of_other_versions_is_left_alone() {
         }
     });
     wait_until("the newer one is handed back", || node.log().contains("work of another version"));
-    let second = farm.submit("?width=60", BALL);
-    assert!(farm.picture(&second).body == alone("?width=60", BALL));
+    let second = farm.submit(r#""settings": { "width": 60 }"#, BALL);
+    assert!(farm.picture(&second).body == alone(r#""settings": { "width": 60 }"#, BALL));
     assert_eq!(farm.broker.messages("FARM_T"), 2);
 }
 
@@ -222,7 +222,7 @@ fn work_of_other_versions_is_left_alone() {
 fn a_cancelled_job_leaves_the_queue_within_a_second() {
     let Some(farm) = Farm::start(&[]) else { return };
     let node = farm.node("one");
-    let long = farm.submit("?width=2000&height=1500", MIRRORS);
+    let long = farm.submit(r#""settings": { "width": 2000, "height": 1500 }"#, MIRRORS);
     farm.wait_for_share(&long, 0.001);
     let short = farm.submit("", BALL);
     let cancelled = Instant::now();

@@ -135,9 +135,9 @@ impl Farm {
         })
     }
 
-    /// Submits a job; its id.
-    pub(crate) fn submit(&self, query: &str, scene: &str) -> String {
-        let answer = self.front.post_json(&format!("/v1/jobs{query}"), scene);
+    /// Submits a job of a scene, with other members of its JSON; its id.
+    pub(crate) fn submit(&self, members: &str, scene: &str) -> String {
+        let answer = self.front.post_json("/v1/jobs", &job(members, scene));
         assert_eq!(answer.status, 202, "{}", answer.text());
         answer.json()["id"].as_str().expect("an id").to_owned()
     }
@@ -174,6 +174,12 @@ impl Farm {
         assert_eq!(answer.status, 200, "{}", answer.text());
         answer
     }
+}
+
+/// A job as JSON.
+pub(crate) fn job(members: &str, scene: &str) -> String {
+    let comma = if members.is_empty() { "" } else { ", " };
+    format!("{{ \"scene\": {scene}{comma}{members} }}")
 }
 
 /// A node.

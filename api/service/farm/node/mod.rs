@@ -180,10 +180,14 @@ async fn serve(
         let _ = tokio::time::timeout(LAST_WAIT, all).await;
     }
     speaking.abort();
-    if let Ok(bucket) = nodes::bucket(&node.broker).await {
-        let _ = bucket.delete(&node.id).await;
-    }
-    let _ = node.broker.client.flush().await;
+    let goodbye = async {
+        if let Ok(bucket) = nodes::bucket(&node.broker).await {
+            let _ = bucket.delete(&node.id).await;
+        }
+        let _ = node.broker.client.flush().await;
+    };
+    // Without a broker nobody hears it.
+    let _ = tokio::time::timeout(LAST_WAIT, goodbye).await;
     tracing::info!("the node has ended");
     Ok(())
 }
