@@ -11,3 +11,4 @@ mod common;
 mod failures;
 mod fronts;
 mod harness;
+mod sequences;

@@ -187,6 +187,11 @@ impl Job {
         self.hear_preview(revision);
     }
 
+    /// Notes how many frames the front that renders it has finished.
+    pub(super) fn hear_frame(&self, done: u32) {
+        self.record().frames.iter_mut().for_each(|frames| frames.done = done);
+    }
+
     /// Notes the revision of the preview at the front that renders it.
     pub(super) fn hear_preview(&self, revision: Option<u64>) {
         if let Some(revision) = revision {

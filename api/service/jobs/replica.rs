@@ -27,7 +27,7 @@ const FIRST_WAIT: Duration = Duration::from_secs(60);
 /// Time until the end of a job is told without the events that lead to it, if they have not come by then.
 const LATE: Duration = Duration::from_secs(1);
 /// Names of events that other fronts tell of. How a job ended is in its record.
-const NAMES: [&str; 4] = ["started", "preview", "tile", "progress"];
+const NAMES: [&str; 5] = ["started", "preview", "tile", "progress", "frame"];
 
 impl Jobs {
     /// Joins the fronts of a farm. Only what this one renders itself is in the folder meanwhile.
@@ -183,6 +183,7 @@ impl Jobs {
                 number("revision"),
             ),
             "preview" => job.hear_preview(number("revision")),
+            "frame" => job.hear_frame(number("frames_done").unwrap_or(0) as u32),
             _ => {}
         }
         job.events.hear(Event { seq: event.seq, name, data: Value::clone(&event.data) });
