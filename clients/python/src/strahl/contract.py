@@ -132,6 +132,34 @@ Bytes: TypeAlias = "str"
 Camera: TypeAlias = "dict[Literal['pinhole'], PinholeCamera] | dict[Literal['orthographic'], OrthographicCamera] | dict[Literal['fisheye'], FisheyeCamera] | dict[Literal['omnimax'], FisheyeCamera] | dict[Literal['panorama'], PanoramaCamera] | dict[Literal['cylinder'], CylinderCamera]"
 
 
+class CameraKey(TypedDict):
+    """What a camera is at a time. What a key does not say is between the keys before and after it that do, and what
+    no key says is as the scene says."""
+
+    # Diameter of the lens of a pinhole camera.
+    aperture: NotRequired[float | None]
+    # How fast it goes from here to the next key. Default: steady.
+    ease: NotRequired[Ease]
+    # Eye point.
+    eye: NotRequired[list[float] | None]
+    # Distance of the plane in focus of a pinhole camera.
+    focus_distance: NotRequired[float | None]
+    # Angle across the circle of a fisheye or an omnimax.
+    fov_deg: NotRequired[float | None]
+    # Height of the picture of an orthographic camera, in scene units.
+    height: NotRequired[float | None]
+    # Horizontal angle of view of cameras that have one.
+    hfov_deg: NotRequired[float | None]
+    # Point in the middle of the picture.
+    look_at: NotRequired[list[float] | None]
+    # When, from 0, the first frame, to 1, the last one. On a closed path, below 1, where the path begins again.
+    t: float
+    # Up direction.
+    up: NotRequired[list[float] | None]
+    # Vertical angle of view of cameras that have one.
+    vfov_deg: NotRequired[float | None]
+
+
 class Checker(TypedDict):
     """Checkerboard: tile `a` where the sum of floor(p / size) over the named axes is even, in object space."""
 
@@ -316,6 +344,10 @@ class DiscArea(TypedDict):
 
     # Radius in scene units, at least 0.
     radius: float
+
+
+# The speed between two keys. All are polynomials, which give the same bits on every machine.
+Ease: TypeAlias = "Literal['linear'] | Literal['in'] | Literal['out'] | Literal['in_out']"
 
 
 class Effect(TypedDict):
@@ -588,6 +620,34 @@ class Formats(TypedDict):
     formats: list[FormatEntry]
 
 
+class FrameList(TypedDict):
+    """Frames of a sequence."""
+
+    # Those that are finished.
+    frames: list[FrameReport]
+    # Their sums, and the worst of their bounds.
+    sequence: SequenceReport
+
+
+class FrameReport(TypedDict):
+    """A finished frame."""
+
+    # How many of 255 codes of sampling error are likely. Null where nothing is known of it.
+    estimated_codes: float | None
+    # Id of its picture, if it has one.
+    image_id: str | None
+    # Its number, from 0.
+    number: int
+    # Its path.
+    path: str
+    # How many of 255 codes it is proved to be off at most. Null where there is no proof.
+    proved_codes: int | None
+    # All its rays.
+    rays: int
+    # Milliseconds of tracing.
+    trace_ms: float
+
+
 # How reflection and transmission depend on the angle of incidence theta.
 Fresnel: TypeAlias = "Literal['none'] | Literal['dielectric'] | Literal['conductor']"
 
@@ -729,6 +789,19 @@ class JobFailure(TypedDict):
     type: str
 
 
+class JobFrames(TypedDict):
+    """What is known of a job's frames without its sequence."""
+
+    # How many there are.
+    count: int
+    # How many are finished.
+    done: int
+    # How often animations are shown; 0: again and again.
+    loops: int
+    # Frames a second of animations.
+    rate: float
+
+
 class JobLimits(TypedDict):
     """Limits of jobs, and how long they are kept."""
 
@@ -760,12 +833,16 @@ class JobLimits(TypedDict):
 class JobLinks(TypedDict):
     """Paths of a job and what belongs to it, and of its picture and tiles if they have ids."""
 
+    # All of them in one file.
+    animation: NotRequired[str | None]
     # Stops it.
     cancel: str
     # The description of the image for DZI.
     dzi: NotRequired[str | None]
     # Its events.
     events: str
+    # The frames of a sequence.
+    frames: NotRequired[str | None]
     # The description of the image for IIIF.
     iiif: NotRequired[str | None]
     # The picture.
@@ -778,6 +855,8 @@ class JobLinks(TypedDict):
     scene: NotRequired[str | None]
     # The job.
     self: str
+    # All of them on a contact sheet.
+    sheet: NotRequired[str | None]
     # The description of the image's tiles for XYZ.
     xyz: NotRequired[str | None]
 
@@ -807,6 +886,8 @@ class JobProgress(TypedDict):
 class JobRequest(TypedDict):
     """A request for a job."""
 
+    # Frames of the scene: a sequence. Default: a single picture.
+    frames: NotRequired[Sequence | None]
     # Labels, by which jobs can be listed.
     labels: NotRequired[list[str]]
     # Format of the picture, by the names of the query parameters of `POST /v1/render`.
@@ -857,6 +938,8 @@ class JobView(TypedDict):
     expires_at: str | None
     # When it ended.
     finished_at: str | None
+    # The frames of a sequence.
+    frames: NotRequired[JobFrames | None]
     # Pixels down.
     height: int
     # A UUID of version 7.
@@ -880,6 +963,9 @@ class JobView(TypedDict):
     report: NotRequired[CostReport | None]
     # Id of the scene with the settings in it. Null if its picture depends on a clock or on files.
     scene_id: str | None
+    # What the frames of a sequence cost, and the worst of their bounds. Only in the answer about a single job that
+    # has succeeded.
+    sequence: NotRequired[SequenceReport | None]
     # When it was first started.
     started_at: str | None
     # Its state.
@@ -1819,6 +1905,50 @@ class SeenObject(TypedDict):
     pointer: str
 
 
+class Sequence(TypedDict):
+    """Frames of a scene, and how they are shown."""
+
+    # Where the camera is at which time, in the order of time. Between them it takes a smooth path. Default: it
+    # stays.
+    camera: NotRequired[list[CameraKey]]
+    # Whether the path of `camera` goes back to where it begins, so that an animation can be shown again and again.
+    # Default: false.
+    closed: NotRequired[bool]
+    # How many, 1 to 3600. Default: as many as there are `patches`.
+    count: NotRequired[int | None]
+    # How often animations are shown; 0: again and again. Default 0.
+    loops: NotRequired[int]
+    # What is different in each frame: merge patches (RFC 7396) on the scene, one for each frame. Then the camera
+    # and the bodies of the patched scene are moved. Default: nothing.
+    patches: NotRequired[list[dict[str, Any]]]
+    # Frames a second of animations, 0.1 to 100. Default 24.
+    rate: NotRequired[float]
+    # For which share of the time between two frames the shutter is open, above 0, at most 1. Then the `motion` of
+    # groups and instances goes on from frame to frame. Default: all frames are of the same moment.
+    shutter: NotRequired[float | None]
+    # Takes the camera around the scene. Default: it stays.
+    turntable: NotRequired[Turntable | None]
+
+
+class SequenceReport(TypedDict):
+    """The whole sequence: sums, and the worst of all bounds."""
+
+    # The largest sampling error of a frame that is likely, in codes. Null where one has no estimate.
+    estimated_codes: float | None
+    # Finished frames.
+    frames: int
+    # Milliseconds that were predicted for all frames, on a machine that does nothing else.
+    predicted_ms: float
+    # Rays that were predicted for all frames.
+    predicted_rays: int
+    # How many of 255 codes every frame is proved to be off at most. Null where one has no proof.
+    proved_codes: int | None
+    # All their rays.
+    rays: int
+    # Milliseconds of tracing.
+    trace_ms: float
+
+
 class Several(TypedDict):
     """The estimates of several settings."""
 
@@ -2219,6 +2349,18 @@ class Triangle(TypedDict):
     name: NotRequired[str | None]
     # The corners.
     vertices: list[list[float]]
+
+
+class Turntable(TypedDict):
+    """The camera goes around an axis, in equal steps from frame to frame. The frame after the last one would be at
+    the whole angle, so 360 degrees can be shown again and again. Lights stay with the scene."""
+
+    # Direction of the axis. Default: the camera's `up`.
+    axis: NotRequired[list[float] | None]
+    # A point of the axis. Default: the camera's `look_at`.
+    center: NotRequired[list[float] | None]
+    # The whole angle, -36000 to 36000; above 0 counter-clockwise when the axis points at the viewer. Default 360.
+    degrees: NotRequired[float]
 
 
 class Units(TypedDict):
