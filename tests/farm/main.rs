@@ -8,6 +8,7 @@ mod cluster;
 #[path = "../service/common/mod.rs"]
 #[allow(dead_code, reason = "the tests of the service use all of it")]
 mod common;
+mod deliveries;
 mod failures;
 mod fronts;
 mod harness;

@@ -184,13 +184,14 @@ impl Courier {
     async fn send_message(&self, job: &Arc<Job>) -> Result<(), Refusal> {
         let (id, tenant, webhook) = {
             let record = job.record();
-            (format!("msg_{}", record.id), record.tenant.clone(), record.outbox.webhook.clone().unwrap_or_default())
+            (record.id.clone(), record.tenant.clone(), record.outbox.webhook.clone().unwrap_or_default())
         };
         let secret = self.desk.secret(&tenant).ok_or_else(|| {
             Refusal::Later("there is no secret any more to sign the message with".into(), Duration::ZERO)
         })?;
         let body = webhook.message.unwrap_or_default();
-        self.receivers.send(&webhook.to, &Message { id: &id, body: &body, secret: &secret }).await
+        tracing::info!(job = id, "a message is sent");
+        self.receivers.send(&webhook.to, &Message { id: &format!("msg_{id}"), body: &body, secret: &secret }).await
     }
 
     /// Puts the picture into the store, or all frames of a sequence.

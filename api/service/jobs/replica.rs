@@ -75,6 +75,8 @@ impl Jobs {
             fronts.clone().live(move || {
                 locked(&jobs.registry).line_up_orphans(|front| fronts.is_alive(front));
                 jobs.open_next();
+                // A front that is gone may have been about to deliver something.
+                jobs.bell.notify_one();
             })
         });
         Ok(jobs)

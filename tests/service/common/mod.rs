@@ -1,5 +1,6 @@
 //! What several tests need: scenes, and the running service.
 
+pub(crate) mod receiver;
 pub(crate) mod service;
 
 /// A ball on a floor: quick.

@@ -2,128 +2,16 @@
 
 use super::access::{KeyFile, keyed};
 use super::jobs::{ENDLESS, LONG, body, mirrors, submit, succeeded, text, until};
+use crate::common::receiver::{Receiver, secret};
 use crate::common::service::Service;
 use crate::common::{BALL, SLOW};
-use data_encoding::BASE64;
-use hmac::{Hmac, KeyInit, Mac};
 use serde_json::Value;
-use sha2::Sha256;
-use std::collections::{BTreeSet, VecDeque};
-use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::path::PathBuf;
-use std::process::Command;
-use std::sync::{Arc, Mutex};
+use std::collections::BTreeSet;
 use std::thread;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 /// Flags of a service that sends messages to this machine and does not wait long.
 const LOCAL: [&str; 5] = ["--webhook-http", "--webhook-allow", "127.0.0.1", "--webhook-retry", "0.05"];
-
-/// A message as it arrived.
-#[derive(Debug, Clone)]
-struct Message {
-    head: String,
-    body: String,
-}
-
-impl Message {
-    fn header(&self, name: &str) -> &str {
-        let line = self.head.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(": "));
-        line.unwrap_or_else(|| panic!("{name} in {}", self.head))
-    }
-
-    fn json(&self) -> Value {
-        serde_json::from_str(&self.body).unwrap()
-    }
-
-    /// Verifies the signature as Standard Webhooks says.
-    fn is_signed_with(&self, secret: &str) -> bool {
-        let (id, time) = (self.header("webhook-id"), self.header("webhook-timestamp"));
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs();
-        let key = BASE64.decode(secret.strip_prefix("whsec_").unwrap().as_bytes()).unwrap();
-        let mac = Hmac::<Sha256>::new_from_slice(&key).unwrap().chain_update(format!("{id}.{time}.{}", self.body));
-        let tag = self.header("webhook-signature").strip_prefix("v1,").unwrap();
-        now.abs_diff(time.parse().unwrap()) < 120 && mac.verify_slice(&BASE64.decode(tag.as_bytes()).unwrap()).is_ok()
-    }
-}
-
-/// A receiver that gives these answers one after the other, and the last one from then on. It never answers an empty one.
-struct Receiver {
-    port: u16,
-    seen: Arc<Mutex<Vec<Message>>>,
-}
-
-impl Receiver {
-    fn start(answers: &[&str]) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let (port, seen) = (listener.local_addr().unwrap().port(), Arc::<Mutex<Vec<Message>>>::default());
-        let answers = Arc::new(Mutex::new(answers.iter().map(|answer| (*answer).to_owned()).collect::<VecDeque<_>>()));
-        let messages = Arc::clone(&seen);
-        thread::spawn(move || {
-            for socket in listener.incoming().map_while(Result::ok) {
-                let (answers, messages) = (Arc::clone(&answers), Arc::clone(&messages));
-                thread::spawn(move || receive(socket, &answers, &messages));
-            }
-        });
-        Self { port, seen }
-    }
-
-    fn url(&self) -> String {
-        format!("http://127.0.0.1:{}/hook", self.port)
-    }
-
-    fn seen(&self) -> Vec<Message> {
-        self.seen.lock().unwrap().clone()
-    }
-
-    fn wait_for(&self, messages: usize) -> Vec<Message> {
-        let started = Instant::now();
-        while self.seen().len() < messages {
-            assert!(started.elapsed() < Duration::from_secs(60), "{messages} messages do not come: {:?}", self.seen());
-            thread::sleep(Duration::from_millis(5));
-        }
-        self.seen()
-    }
-}
-
-fn receive(mut socket: TcpStream, answers: &Mutex<VecDeque<String>>, messages: &Mutex<Vec<Message>>) {
-    let mut bytes = Vec::new();
-    let (head, length) = loop {
-        let mut some = [0; 4_096];
-        match socket.read(&mut some) {
-            Ok(0) | Err(_) => return,
-            Ok(read) => bytes.extend(&some[..read]),
-        }
-        let Some(end) = bytes.windows(4).position(|four| four == b"\r\n\r\n") else { continue };
-        let head = String::from_utf8(bytes[..end].to_vec()).unwrap();
-        let length =
-            head.lines().find_map(|line| line.strip_prefix("content-length: ")).unwrap().parse::<usize>().unwrap();
-        if bytes.len() >= end + 4 + length {
-            break (head, length);
-        }
-    };
-    let body = String::from_utf8(bytes[bytes.len() - length..].to_vec()).unwrap();
-    let answer = {
-        let mut answers = answers.lock().unwrap();
-        if answers.len() > 1 { answers.pop_front().unwrap() } else { answers[0].clone() }
-    };
-    messages.lock().unwrap().push(Message { head, body });
-    if answer.is_empty() {
-        thread::sleep(Duration::from_secs(300));
-    }
-    let _ = write!(socket, "HTTP/1.1 {answer}\r\nContent-Length: 0\r\n\r\n");
-}
-
-/// A file with a secret, and the secret.
-fn secret(folder: &tempfile::TempDir) -> (PathBuf, String) {
-    let made = Command::new(env!("CARGO_BIN_EXE_strahl")).args(["key", "webhook"]).output().unwrap();
-    assert!(made.status.success(), "{made:?}");
-    let secret = String::from_utf8(made.stdout).unwrap();
-    let file = folder.path().join("webhook.secret");
-    std::fs::write(&file, &secret).unwrap();
-    (file, secret.trim().to_owned())
-}
 
 fn hook(url: &str) -> String {
     format!(r#""webhook": {{ "url": "{url}" }}"#)
@@ -337,6 +225,29 @@ fn pictures_go_to_the_store_under_names_of_their_tenant() {
     }
     let without = Service::start(&[]).post_json("/v1/jobs", &body(BALL, r#""store": {}"#));
     assert!(text(&without.problem(400, "invalid-request")["detail"]).contains("--store"));
+}
+
+#[test]
+fn each_frame_of_a_sequence_goes_to_the_store_under_its_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let service = Service::start(&["--store", folder.path().to_str().unwrap()]);
+    let frames = r#""frames": { "count": 3, "turntable": {} }"#;
+    let names = [("{}", "{job}/{frame}.png"), (r#"{ "key": "turn/{frame}.{ext}" }"#, "turn/{frame}.png")];
+    for (store, name) in names {
+        let id = submit(&service, BALL, &format!(r#"{frames}, "store": {store}"#));
+        let job = until(&service, &id, |job| job["store"]["state"] != "pending");
+        assert_eq!(job["store"]["state"], "delivered", "{job}");
+        let key = format!("results/anonymous/{}", name.replace("{job}", &id));
+        assert_eq!(text(&job["store"]["key"]), key);
+        for number in 0..3 {
+            let frame = service.get(&format!("/v1/jobs/{id}/frames/{number}")).body;
+            let stored = folder.path().join(key.replace("{frame}", &format!("{number:04}")));
+            assert!(std::fs::read(&stored).unwrap() == frame, "{}", stored.display());
+        }
+    }
+    let one_name = format!(r#"{frames}, "store": {{ "key": "turn.png" }}"#);
+    let refused = service.post_json("/v1/jobs", &body(BALL, &one_name));
+    assert!(refused.status == 400 && refused.text().contains("{frame}"), "{}", refused.text());
 }
 
 #[test]
