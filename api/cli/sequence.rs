@@ -136,5 +136,8 @@ fn summarise(reports: &[Report], [width, height]: [u32; 2]) {
     let proved = proved.and_then(|all| all.into_iter().max());
     let bound = proved.map_or_else(String::new, |codes| format!("; proved: no frame is more than {codes} codes off"));
     let count = reports.len();
-    output::say(&format!("{count} frames of {width} x {height} pixels, {rays} rays, {} tracing{bound}", duration(trace_ms)));
+    output::say(&format!(
+        "{count} frames of {width} x {height} pixels, {rays} rays, {} tracing{bound}",
+        duration(trace_ms)
+    ));
 }

@@ -83,7 +83,8 @@ pub fn png_of(width: u32, height: u32, codes: &[u8]) -> Vec<u8> {
 pub fn transcoded(file: &[u8], format: PictureFormat) -> Option<Vec<u8>> {
     let picture = image::load_from_memory(file).ok()?;
     let (size, clear) = ([picture.width(), picture.height()], picture.color().has_alpha());
-    let (codes, channels) = if clear { (picture.into_rgba8().into_raw(), 4) } else { (picture.into_rgb8().into_raw(), 3) };
+    let (codes, channels) =
+        if clear { (picture.into_rgba8().into_raw(), 4) } else { (picture.into_rgb8().into_raw(), 3) };
     match format {
         PictureFormat::Png => Some(png::file(size, &codes, channels, ::png::BitDepth::Eight, None)),
         PictureFormat::Webp => Some(web_formats::webp(size, &codes, channels)),

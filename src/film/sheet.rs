@@ -19,7 +19,9 @@ pub fn cell(count: u32, [width, height]: [u32; 2]) -> [u32; 2] {
 /// How many of them are side by side.
 pub fn columns(count: u32, [width, height]: [u32; 2]) -> u32 {
     let count = count.max(1);
-    (1..count).find(|n| u64::from(*n).pow(2) * u64::from(width) >= u64::from(count) * u64::from(height)).unwrap_or(count)
+    (1..count)
+        .find(|n| u64::from(*n).pow(2) * u64::from(width) >= u64::from(count) * u64::from(height))
+        .unwrap_or(count)
 }
 
 /// A small picture of a film, at most as large as that: each pixel is the mean of the light in its place.
@@ -29,7 +31,8 @@ pub fn small(film: &Film, [width, height]: [u32; 2]) -> Film {
     let edge = |at: u32, length: u32, of: u32| f64::from(at) * f64::from(of) / f64::from(length);
     let mean = |index: usize| {
         let [x, y] = [index as u32 % width, index as u32 / width];
-        let ([left, right], [top, bottom]) = ([x, x + 1].map(|x| edge(x, width, w)), [y, y + 1].map(|y| edge(y, height, h)));
+        let ([left, right], [top, bottom]) =
+            ([x, x + 1].map(|x| edge(x, width, w)), [y, y + 1].map(|y| edge(y, height, h)));
         let (mut color, mut alpha, mut area) = ([0.0_f64; 3], 0.0, 0.0);
         for row in top as u32..(bottom.ceil() as u32).min(h) {
             let down = (f64::from(row) + 1.0).min(bottom) - f64::from(row).max(top);

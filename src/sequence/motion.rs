@@ -59,10 +59,8 @@ fn carry(transform: &mut Transform, motion: &mut Option<Motion>, shutters: f64) 
         Some(DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z)))
     });
     let turn = turn.unwrap_or(DMat3::IDENTITY);
-    let moved = DAffine3 {
-        matrix3: turn * placed.matrix3,
-        translation: turn * (placed.translation - center) + center + by,
-    };
+    let moved =
+        DAffine3 { matrix3: turn * placed.matrix3, translation: turn * (placed.translation - center) + center + by };
     let [x, y, z] = [moved.matrix3.x_axis, moved.matrix3.y_axis, moved.matrix3.z_axis].map(|axis| axis.extend(0.0));
     let columns = [x, y, z, moved.translation.extend(1.0)].map(|column| column.to_array());
     let mut matrix = [0.0; 16];

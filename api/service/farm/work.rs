@@ -189,7 +189,8 @@ mod tests {
     use super::*;
 
     fn piece() -> Piece {
-        let scene = SceneSource { text: "ab".into(), format: Format::Json, settings: Overrides::default(), frame: None };
+        let scene =
+            SceneSource { text: "ab".into(), format: Format::Json, settings: Overrides::default(), frame: None };
         // A window whose numbers have no short decimal form.
         let window = Window::part([0.1, 1.0 / 3.0], [std::f64::consts::PI, 2.7], 64, 48);
         let tile = TilePlace::new(7, Region { x: 32, y: 0, width: 32, height: 48 });

@@ -1,8 +1,8 @@
 //! The files of jobs: texts of scenes and pictures, which jobs share, and tiles of the jobs that are rendered.
 
 use super::Jobs;
-use super::job::{Job, locked};
 use super::finish::JobFiles;
+use super::job::{Job, locked};
 use super::record::{Record, sha256};
 use super::registry::Registry;
 use super::upgrade;

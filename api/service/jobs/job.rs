@@ -1,8 +1,8 @@
 //! A job in memory: its record, progress and watchers.
 
 use super::canvas::Canvas;
-use super::files::frame_name;
 use super::event_log::{Events, Herald};
+use super::files::frame_name;
 use super::record::{Failure, Record, State};
 use super::tile_order::{REMEMBERED, TileOrder, meet};
 use serde_json::json;

@@ -13,7 +13,11 @@ impl Jobs {
     pub(super) fn check_orphans(&self) {
         let registry = locked(&self.registry);
         let is_final = |id: &str| registry.jobs.get(id).is_some_and(|job| job.record().state.is_final());
-        self.files.all_tiles().iter().filter(|name| is_final(job_of(name))).for_each(|name| self.files.remove_tiles(name));
+        self.files
+            .all_tiles()
+            .iter()
+            .filter(|name| is_final(job_of(name)))
+            .for_each(|name| self.files.remove_tiles(name));
         let age = self.limits.keep_pictures + self.limits.keep_records;
         let (removed, kept) = self.remove_orphans(&registry, age);
         if removed + kept > 0 {
@@ -35,7 +39,8 @@ impl Jobs {
         let (mut removed, mut kept) = (0, 0);
         let mut count = |is_old: bool| if is_old { removed += 1 } else { kept += 1 };
         let (scenes, pictures) = (&self.files.scenes, &self.files.pictures);
-        let orphans = scenes.own_names().into_iter().filter(|name| !registry.scenes.has(name)).map(|name| (scenes, name));
+        let orphans =
+            scenes.own_names().into_iter().filter(|name| !registry.scenes.has(name)).map(|name| (scenes, name));
         let of_pictures = pictures.own_names().into_iter().filter(|name| !registry.pictures.has(picture_of(name)));
         for (store, name) in orphans.chain(of_pictures.map(|name| (pictures, name))) {
             let is_old = store.age(&name) >= age;

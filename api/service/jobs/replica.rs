@@ -7,11 +7,11 @@ use super::job::{Job, locked};
 use super::record::{Record, State};
 use super::registry::Registry;
 use super::shared::Shared;
-use super::{Jobs, JobObserver};
+use super::{JobObserver, Jobs};
 use crate::service::error::StartError;
+use crate::service::farm::Farm;
 use crate::service::farm::events::{self, SentEvent};
 use crate::service::farm::records::News;
-use crate::service::farm::Farm;
 use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
@@ -95,7 +95,12 @@ impl Jobs {
     }
 
     /// Asks another front. None if it does not answer in time.
-    pub(crate) async fn ask_front(&self, front: &str, question: Vec<u8>, patience: Duration) -> Option<(Vec<u8>, Vec<u8>)> {
+    pub(crate) async fn ask_front(
+        &self,
+        front: &str,
+        question: Vec<u8>,
+        patience: Duration,
+    ) -> Option<(Vec<u8>, Vec<u8>)> {
         self.shared.as_ref()?.fronts.ask(front, question, patience).await
     }
 

@@ -214,7 +214,9 @@ impl SceneCache {
             let original = match &base {
                 Some(base) => Arc::clone(base),
                 None => {
-                    let read = |Built { loaded, original }, share| PreparedScene::to_vary(loaded, original.as_ref()).with(share);
+                    let read = |Built { loaded, original }, share| {
+                        PreparedScene::to_vary(loaded, original.as_ref()).with(share)
+                    };
                     let built = Arc::new(self.build(workers, sent, |_| Ok(()), read)?);
                     Arc::clone(base.insert(built))
                 }
@@ -244,9 +246,8 @@ impl SceneCache {
         overrides: &Overrides,
         accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
     ) -> Result<PreparedScene, Error> {
-        let load = |known: Original<'_>, room: &Room<'_>, accept: Accept<'_>| {
-            frame.load_if(known, overrides, room, accept)
-        };
+        let load =
+            |known: Original<'_>, room: &Room<'_>, accept: Accept<'_>| frame.load_if(known, overrides, room, accept);
         self.vary_by(workers, Arc::clone(original), frame.patch(), load, accept, prepared)
     }
 
@@ -312,9 +313,8 @@ impl SceneCache {
         accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
         read: impl FnOnce(Built, Share) -> T + Send,
     ) -> Result<T, Error> {
-        let load = |known: Original<'_>, room: &Room<'_>, accept: Accept<'_>| {
-            vary_if(known, patch, overrides, room, accept)
-        };
+        let load =
+            |known: Original<'_>, room: &Room<'_>, accept: Accept<'_>| vary_if(known, patch, overrides, room, accept);
         self.vary_by(workers, original, patch, load, accept, read)
     }
 

@@ -24,9 +24,9 @@ const SCENE: &str = r#"{
 pub(super) fn json(text: &[u8]) {
     static BASE: LazyLock<Loaded> =
         LazyLock::new(|| load(SCENE.as_bytes(), Format::Json, &Overrides::default()).expect("it is a scene"));
-    let Some(sequence) = Some(text).filter(|text| text.len() <= MOST).and_then(|text| {
-        serde_json::from_slice::<Sequence>(text).ok()
-    }) else {
+    let Some(sequence) =
+        Some(text).filter(|text| text.len() <= MOST).and_then(|text| serde_json::from_slice::<Sequence>(text).ok())
+    else {
         return;
     };
     if let Err(problems) = sequence.check() {
@@ -41,8 +41,11 @@ pub(super) fn json(text: &[u8]) {
         let accept = |_: &_| Ok::<_, Infallible>(());
         match sequence.frame(number).load_if(original, &settings, &NoFiles, accept) {
             Ok(loaded) => {
-                let picture = render(&loaded.scene, Region::whole(4, 4), &Control::default()).expect("nobody cancels it");
-                assert!(picture.film.pixels.as_flattened().iter().all(|channel| channel.is_finite() && *channel >= 0.0));
+                let picture =
+                    render(&loaded.scene, Region::whole(4, 4), &Control::default()).expect("nobody cancels it");
+                assert!(
+                    picture.film.pixels.as_flattened().iter().all(|channel| channel.is_finite() && *channel >= 0.0)
+                );
             }
             Err(NotLoaded::Problems(problems)) => {
                 assert!(problems.0.iter().all(|problem| problem.detail.contains("in frame")), "{problems:?}");

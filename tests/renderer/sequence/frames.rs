@@ -71,7 +71,8 @@ fn a_frame_is_its_scene_alone_to_the_last_bit() {
         { "t": 0.4, "eye": [3, 2, 4], "look_at": [0, 0.5, 0], "ease": "in_out" },
         { "t": 1, "eye": [4, 1, -3], "vfov_deg": 60 },
     ]);
-    let patches: Vec<Value> = (0..4).map(|n| json!({ "materials": { "red": { "diffuse": 0.2 * f64::from(n) } } })).collect();
+    let patches: Vec<Value> =
+        (0..4).map(|n| json!({ "materials": { "red": { "diffuse": 0.2 * f64::from(n) } } })).collect();
     for told in [
         json!({ "count": 5, "turntable": {} }),
         json!({ "count": 4, "turntable": { "axis": [1, 2, 0], "center": [0.5, 0, 0], "degrees": -100 } }),
@@ -198,7 +199,11 @@ fn a_problem_of_a_frame_names_the_frame() {
     let base = loaded(&scene());
     for (told, number, pointer) in [
         (json!({ "count": 3, "camera": [{ "t": 0, "height": 1 }] }), 0, "/camera/pinhole"),
-        (json!({ "count": 3, "camera": [{ "t": 0, "vfov_deg": 20 }, { "t": 1, "vfov_deg": 200 }] }), 2, "/camera/pinhole/vfov_deg"),
+        (
+            json!({ "count": 3, "camera": [{ "t": 0, "vfov_deg": 20 }, { "t": 1, "vfov_deg": 200 }] }),
+            2,
+            "/camera/pinhole/vfov_deg",
+        ),
         (json!({ "patches": [{}, { "materials": { "red": { "diffuse": -1 } } }] }), 1, "/materials/red/diffuse"),
         (json!({ "patches": [{}, []] }), 1, ""),
     ] {

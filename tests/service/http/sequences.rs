@@ -40,7 +40,9 @@ fn pictures_of(animation: &[u8], media_type: &str) -> Vec<(RgbaImage, u32)> {
 fn every_frame_is_the_picture_of_its_scene() {
     let service = Service::start(&[]);
     let alone = Service::start(&[]);
-    for (output, query) in [("{}", ""), (r#"{ "format": "webp" }"#, "?format=webp"), (r#"{ "format": "exr" }"#, "?format=exr")] {
+    for (output, query) in
+        [("{}", ""), (r#"{ "format": "webp" }"#, "?format=webp"), (r#"{ "format": "exr" }"#, "?format=exr")]
+    {
         let id = submit(&service, BALL, &format!("{AROUND}, \"output\": {output}"));
         let job = succeeded(&service, &id);
         assert_eq!((&job["frames"]["count"], &job["frames"]["done"]), (&json!(4), &json!(4)), "{job}");
@@ -68,7 +70,9 @@ fn animations_and_sheets_show_the_frames() {
         let singles: Vec<_> = (0..4).map(|n| image::load_from_memory(&frame(&service, &id, n).body).unwrap()).collect();
         let usual = service.get(&path);
         assert_eq!(usual.header("content-type"), first, "{}", usual.text());
-        for (accept, media_type) in [("image/webp", "image/webp"), ("image/png", "image/apng"), ("image/apng", "image/apng")] {
+        for (accept, media_type) in
+            [("image/webp", "image/webp"), ("image/png", "image/apng"), ("image/apng", "image/apng")]
+        {
             let answer = service.send("GET", &path, &[("Accept", accept)], b"");
             assert_eq!((answer.status, answer.header("content-type")), (200, media_type), "{}", answer.text());
             let shown = pictures_of(&answer.body, media_type);
@@ -79,7 +83,8 @@ fn animations_and_sheets_show_the_frames() {
             let format = if media_type == "image/webp" { "webp" } else { "png" };
             let named = service.get(&format!("{path}?format={format}"));
             assert_eq!(named.body, answer.body);
-            let again = with(&service, "GET", &path, &[("Accept", accept), ("If-None-Match", answer.header("etag"))], "");
+            let again =
+                with(&service, "GET", &path, &[("Accept", accept), ("If-None-Match", answer.header("etag"))], "");
             assert_eq!(again.status, 304);
         }
         service.get(&format!("{path}?format=exr")).problem(400, "invalid-parameter");
@@ -107,10 +112,14 @@ fn animations_and_sheets_show_the_frames() {
 #[test]
 fn frames_are_reported_as_they_come() {
     let service = Service::start(&[]);
-    let id = submit(&service, BALL, r#""frames": { "count": 7, "turntable": {} }, "settings": { "accuracy": "proved:0" }"#);
+    let id =
+        submit(&service, BALL, r#""frames": { "count": 7, "turntable": {} }, "settings": { "accuracy": "proved:0" }"#);
     let events = Events::of(&service, &id, &[]).all();
     let frames: Vec<_> = events.iter().filter(|(name, ..)| name == "frame").map(|(.., data)| data).collect();
-    assert_eq!(frames.iter().map(|data| data["number"].as_u64().unwrap()).collect::<Vec<_>>(), (0..7).collect::<Vec<_>>());
+    assert_eq!(
+        frames.iter().map(|data| data["number"].as_u64().unwrap()).collect::<Vec<_>>(),
+        (0..7).collect::<Vec<_>>()
+    );
     assert_eq!(frames[6]["frames_done"], 7);
     let progress = events.iter().rfind(|(name, ..)| name == "progress").unwrap();
     assert_eq!(progress.2["fraction"], 1.0);
@@ -194,7 +203,8 @@ fn every_frame_is_checked_before_the_job_is_accepted() {
         let answer = service.post_json("/v1/jobs", &body(BALL, &format!("\"frames\": {frames}")));
         answer.problem(status, slug)
     };
-    let problem = refused(json!({ "patches": [{}, {}, { "materials": { "red": { "ior": -1 } } }] }), 422, "invalid-scene");
+    let problem =
+        refused(json!({ "patches": [{}, {}, { "materials": { "red": { "ior": -1 } } }] }), 422, "invalid-scene");
     let error = &problem["errors"][0];
     assert_eq!(error["pointer"], "#/materials/red/ior", "{problem}");
     assert!(text(&error["detail"]).contains("frame 2"), "{problem}");

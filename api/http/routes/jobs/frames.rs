@@ -75,7 +75,11 @@ async fn frame(
 }
 
 fn format(query: &mut Query) -> Option<PictureFormat> {
-    query.one_of("format", "Format of the animation, whatever `Accept` says.", &AnimationFormat::ALL.map(AnimationFormat::frames))
+    query.one_of(
+        "format",
+        "Format of the animation, whatever `Accept` says.",
+        &AnimationFormat::ALL.map(AnimationFormat::frames),
+    )
 }
 
 async fn animation(

@@ -5,8 +5,8 @@ use crate::http::extract::named_job::NamedJob;
 use crate::http::prelude::*;
 use crate::http::respond::body;
 use crate::http::respond::elsewhere::elsewhere;
-use crate::http::respond::sequence::{animation, refuse_sequence};
 use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
+use crate::http::respond::sequence::{animation, refuse_sequence};
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::{PictureSpec, outside};
@@ -25,10 +25,14 @@ pub(super) fn routes() -> Vec<Route> {
         query.region();
     };
     vec![
-        Route::get("/v1/jobs/{id}/image", image, ["jobImage", "jobs", "The picture of a job that has succeeded; of a sequence, its animation."])
-            .needs(Scope::Read)
-            .path("id", ID)
-            .picture(),
+        Route::get(
+            "/v1/jobs/{id}/image",
+            image,
+            ["jobImage", "jobs", "The picture of a job that has succeeded; of a sequence, its animation."],
+        )
+        .needs(Scope::Read)
+        .path("id", ID)
+        .picture(),
         Route::get("/v1/jobs/{id}/tile", tile, ["jobTile", "jobs", about_tile])
             .needs(Scope::Read)
             .path("id", ID)

@@ -16,15 +16,8 @@ use crate::http::respond::elsewhere::{Question, packed, unknown};
 const ID: &str = "The job's id.";
 
 pub(super) fn routes() -> Vec<Route> {
-    let rooms = [
-        submit::routes,
-        status::routes,
-        change::routes,
-        look::routes,
-        frames::routes,
-        preview::routes,
-        events::routes,
-    ];
+    let rooms =
+        [submit::routes, status::routes, change::routes, look::routes, frames::routes, preview::routes, events::routes];
     rooms.into_iter().flat_map(|routes: fn() -> Vec<Route>| routes()).collect()
 }
 
