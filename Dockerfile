@@ -8,8 +8,8 @@ RUN --mount=type=cache,target=/usr/local/cargo/registry --mount=type=cache,targe
     target="$(rustc -vV | sed -n 's/^host: //p')" && \
     RUSTFLAGS="-C target-feature=+crt-static" cargo build --release --locked --bin strahl --target "$target" && \
     cp "target/$target/release/strahl" /usr/local/bin/strahl
-# An empty image has no folder that anybody could write to.
-RUN mkdir -p /image/data
+# An empty image has no folder that anybody could write to. New volumes take their owner from these.
+RUN mkdir -p /image/data /image/store /image/run/strahl/broker /image/run/strahl/front /image/run/strahl/node
 
 FROM scratch
 LABEL org.opencontainers.image.title="strahl" \
@@ -17,6 +17,8 @@ LABEL org.opencontainers.image.title="strahl" \
       org.opencontainers.image.licenses="MIT OR Apache-2.0"
 COPY --from=build /usr/local/bin/strahl /strahl
 COPY --from=build --chown=65532:65532 /image/ /
+# Object stores and webhooks are reached by https.
+COPY --from=build /etc/ssl/certs/ca-certificates.crt /etc/ssl/certs/ca-certificates.crt
 USER 65532:65532
 # Jobs and their pictures: -v strahl:/data keeps them when the container goes.
 ENV STRAHL_DATA=/data

@@ -83,6 +83,7 @@
 //! rays       trace: the recursion
 //! frames     sequence: cameras and bodies that move
 //! scene      scene: text -> Description -> Scene
+//! models     models: glTF, OBJ, STL and PLY into one neutral model
 //! parts      shape  film  metrics  accel  shading  camera  bound: what is proved
 //! numbers    words  math  lanes  ray  control: pausing and cancelling
 //! ```
@@ -100,6 +101,7 @@ pub mod inspect;
 pub mod lanes;
 pub mod math;
 pub mod metrics;
+pub mod models;
 pub mod plan;
 pub mod ray;
 pub mod reference;

@@ -7,6 +7,16 @@ use std::process::ExitCode;
 use strahl::render::Cancelled;
 use strahl::scene::Problems;
 
+/// Exit codes of commands that managers of farms run, as in `sysexits.h`. The first three are not worth another try.
+/// The scene or a tile is not valid.
+pub(super) const BAD_DATA: u8 = 65;
+/// An input is not there.
+pub(super) const NO_INPUT: u8 = 66;
+/// The output cannot be made where it is to be.
+pub(super) const NO_OUTPUT: u8 = 73;
+/// Another time, or on another machine, it may go well.
+pub(super) const TRY_AGAIN: u8 = 75;
+
 /// Why a command failed.
 #[derive(Debug)]
 pub(crate) enum Failure {
@@ -20,6 +30,13 @@ pub(crate) enum Failure {
         name: String,
         /// What is wrong with it.
         problems: Problems,
+    },
+    /// A task of a farm's manager has failed, which decides by the exit code whether to try it again.
+    Task {
+        /// The exit code.
+        code: u8,
+        /// What has failed.
+        what: String,
     },
     /// The output is incomplete, and contains the reasons. Exit code 1.
     Incomplete(String),
@@ -39,7 +56,22 @@ impl Failure {
         match self {
             Self::Usage(_) => ExitCode::from(2),
             Self::Interrupted => ExitCode::from(130),
+            Self::Task { code, .. } => ExitCode::from(*code),
             _ => ExitCode::from(1),
+        }
+    }
+
+    /// A task has failed.
+    pub(super) fn task(code: u8, what: String) -> Self {
+        Self::Task { code, what }
+    }
+
+    /// The same, of a command that a manager runs.
+    pub(super) fn of_task(self) -> Self {
+        match self {
+            Self::Scene { .. } => Self::Task { code: BAD_DATA, what: self.to_string().replacen("error: ", "", 1) },
+            Self::Input(what) => Self::Task { code: TRY_AGAIN, what },
+            other => other,
         }
     }
 
@@ -71,7 +103,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Usage(what) => write!(f, "error: {what}\n\nFor more information, try '--help'."),
-            Self::Input(what) | Self::Incomplete(what) => write!(f, "error: {what}"),
+            Self::Input(what) | Self::Incomplete(what) | Self::Task { what, .. } => write!(f, "error: {what}"),
             Self::Scene { name, problems } => {
                 match problems.0.len() {
                     1 => write!(f, "error: {name} has a problem")?,

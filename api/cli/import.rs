@@ -1,40 +1,56 @@
-//! `strahl import`: a Neutral File Format file into scene JSON.
+//! `strahl import`: a model, or a Neutral File Format file, into scene JSON.
 
 use super::failure::Failure;
 use super::output;
-use super::scene_file;
+use super::scene_args::{ModelArgs, SceneArgs};
+use super::scene_file::SceneFile;
 use clap::Args;
 use std::path::PathBuf;
 use strahl::scene::nff::{NffOptions, read_nff};
 use strahl::scene::problem::{Code, Problem, Problems};
-use strahl::scene::recognise::{Recognised, recognise};
+use strahl::scene::{Description, Format, Overrides, model};
 
 /// `strahl import`.
 #[derive(Debug, Args)]
 pub(super) struct ImportArgs {
-    /// Neutral File Format file (.nff or .nff.gz), or - for standard input.
-    file: String,
+    #[command(flatten)]
+    file: SceneArgs,
     /// Where the scene JSON goes.
     #[arg(short, long, value_name = "FILE.json", default_value = "-")]
     output: PathBuf,
-    /// See opaque surfaces from behind, too.
+    /// See opaque surfaces from behind, too (NFF only).
     #[arg(long)]
     two_sided: bool,
-    /// Follow the counting rules of the Standard Procedural Databases: 513 x 513 corner rays, depth 5.
+    /// Follow the counting rules of the Standard Procedural Databases: 513 x 513 corner rays, depth 5 (NFF only).
     #[arg(long)]
     spd_counts: bool,
+    #[command(flatten)]
+    model: ModelArgs,
 }
 
 /// Imports.
 pub(super) fn run(args: &ImportArgs) -> Result<(), Failure> {
     output::check_folder(&args.output)?;
-    let (name, bytes) = scene_file::read(&args.file)?;
-    if recognise(&bytes) == Recognised::Json {
-        let what = "this is scene JSON already: there is nothing to import";
-        let problem = Problem::new("", Code::OtherFormat, what);
-        return Err(Failure::Scene { name, problems: Problems::one(problem) });
-    }
-    let options = NffOptions { two_sided: args.two_sided, spd_counts: args.spd_counts };
-    let description = read_nff(&bytes, options).map_err(|problems| Failure::Scene { name, problems })?;
+    let file = SceneFile::read(&args.file)?;
+    let description = read(args, &file).map_err(|problems| Failure::Scene { name: file.name.clone(), problems })?;
     output::write(&args.output, &output::pretty(&description)?)
+}
+
+fn read(args: &ImportArgs, file: &SceneFile) -> Result<Description, Problems> {
+    let overrides = Overrides { model: args.model.options(), ..Overrides::default() };
+    let imported = match file.format.model().or_else(|| file.hidden_model()) {
+        Some(kind) => model::import(kind, &file.bytes, &overrides, file.files())?,
+        None if file.format == Format::Parts => model::import_parts(&file.bytes, &overrides)?,
+        None if file.format == Format::Nff => {
+            return read_nff(&file.bytes, NffOptions { two_sided: args.two_sided, spd_counts: args.spd_counts });
+        }
+        None => {
+            let what = "this is scene JSON already: there is nothing to import";
+            return Err(Problems::one(Problem::new("", Code::OtherFormat, what)));
+        }
+    };
+    for warning in &imported.warnings {
+        output::say(&format!("warning: {}: {warning}", file.name));
+    }
+    Ok(imported.description)
 }

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::output;
 use super::values::word;
 use crate::http::auth::tenant::Scope;
-use crate::http::auth::{new_key, new_signer};
+use crate::http::auth::{new_key, new_signer, new_webhook_secret};
 use clap::{Args, Subcommand};
 use std::fs::OpenOptions;
 use std::io::{self, Write};
@@ -21,6 +21,9 @@ pub(super) enum KeyCommand {
         #[arg(long, value_name = "FILE")]
         file: Option<PathBuf>,
     },
+    /// Make a secret that signs messages about a tenant's jobs, for webhook_secret of [tenants.NAME] in the key file. The
+    /// receiver has the same.
+    Webhook,
 }
 
 /// `strahl key new`.
@@ -59,6 +62,10 @@ pub(super) fn run(command: &KeyCommand) -> Result<(), Failure> {
                 Some(file) => append(file, &lines),
                 None => output::print(lines.as_bytes()),
             }
+        }
+        KeyCommand::Webhook => {
+            let secret = new_webhook_secret().map_err(|error| Failure::Input(error.to_string()))?;
+            output::print(format!("{}\n", secret.text()).as_bytes())
         }
     }
 }

@@ -21,7 +21,8 @@ pub(super) enum LogFormat {
 /// Starts the log on standard error. `STRAHL_LOG` filters it; the default is `info`.
 pub(super) fn log(format: LogFormat) {
     let wanted = std::env::var("STRAHL_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
-    let filter = wanted.unwrap_or_else(|| Targets::new().with_default(Level::INFO).with_target("async_nats", Level::WARN));
+    let filter =
+        wanted.unwrap_or_else(|| Targets::new().with_default(Level::INFO).with_target("async_nats", Level::WARN));
     let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(false);
     let log = tracing_subscriber::registry().with(filter);
     match format {

@@ -1,10 +1,13 @@
 //! The command line: one file for each command, with its flags and their help.
 
 mod allocator;
+mod assemble;
 mod config;
 mod config_file;
 mod explain;
 mod failure;
+mod farm;
+mod frame;
 mod gallery;
 mod healthcheck;
 mod import;
@@ -15,6 +18,7 @@ mod map;
 mod node;
 mod openapi;
 mod output;
+mod places;
 mod progress;
 mod rays;
 mod render;
@@ -24,6 +28,8 @@ mod schema;
 mod sequence;
 mod serve;
 mod session;
+mod tile;
+mod tile_file;
 mod tradeoff;
 mod tree;
 mod validate;
@@ -68,6 +74,12 @@ enum Command {
     Tradeoff(tradeoff::TradeoffArgs),
     /// Render many scenes into one page, each picture with its price and its bound.
     Gallery(gallery::GalleryArgs),
+    /// Render one part of a picture, for a farm's manager.
+    Tile(tile::TileArgs),
+    /// Make a picture of the parts that `strahl tile` has rendered.
+    Assemble(assemble::AssembleArgs),
+    /// Render one frame of numbered scenes, for a farm's manager.
+    Frame(frame::FrameArgs),
     /// Convert a Neutral File Format file into scene JSON.
     Import(import::ImportArgs),
     /// Check a scene and report all its problems, without rendering it.
@@ -82,6 +94,9 @@ enum Command {
     /// Check or show the configuration of the service.
     #[command(subcommand)]
     Config(config::ConfigCommand),
+    /// What the operator of a farm needs.
+    #[command(subcommand)]
+    Farm(farm::FarmCommand),
     /// Serve renders over HTTP.
     Serve(Box<serve::ServeArgs>),
     /// Render for the services of a farm.
@@ -109,12 +124,16 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Explain(args) => explain::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
         Command::Gallery(args) => gallery::run(&args),
+        Command::Tile(args) => tile::run(&args).map_err(Failure::of_task),
+        Command::Assemble(args) => assemble::run(&args).map_err(Failure::of_task),
+        Command::Frame(args) => frame::run(&args).map_err(Failure::of_task),
         Command::Import(args) => import::run(&args),
         Command::Validate(args) => validate::run(&args),
         Command::Schema => schema::run(),
         Command::Openapi => openapi::run(),
         Command::Config(command) => config::run(&command),
         Command::Key(command) => key::run(&command),
+        Command::Farm(command) => farm::run(&command),
         Command::Serve(args) => serve::run(&args),
         Command::Node(args) => node::run(&args),
         Command::Healthcheck(args) => healthcheck::run(&args),

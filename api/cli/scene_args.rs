@@ -6,13 +6,14 @@ use clap::Args;
 use std::path::PathBuf;
 use strahl::film::Region;
 use strahl::scene::description::{Accuracy, Precision};
+use strahl::scene::model::{LightChoice, ModelOptions, UpAxis, View};
 use strahl::scene::nff::NffOptions;
 use strahl::scene::{Format, Overrides, limits};
 
 /// Where a scene comes from.
 #[derive(Debug, Args)]
 pub(super) struct SceneArgs {
-    /// Scene file (.json, .nff or .nff.gz), or - for standard input.
+    /// Scene file (.json, .nff or .nff.gz), model (.glb, .gltf, .obj, .stl or .ply), or - for standard input.
     pub(super) scene: String,
     /// Format of the scene [default: by file name, else by content].
     #[arg(long, value_name = "FORMAT", value_parser = word::<Format>())]
@@ -56,6 +57,59 @@ pub(super) struct SettingsArgs {
     /// Follow the counting rules of the Standard Procedural Databases: 513 x 513 corner rays, depth 5 (NFF only).
     #[arg(long)]
     spd_counts: bool,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+/// What is asked of a model.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Models")]
+pub(super) struct ModelArgs {
+    /// From where it is seen: three_quarter, front, back, left, right, top, bottom, iso, or angles in degrees around it and from
+    /// above, as 30,70 [default: three_quarter].
+    #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
+    view: Option<View>,
+    /// Which axis is up: y or z [default: as its format has it].
+    #[arg(long, value_name = "AXIS", value_parser = word::<UpAxis>(), hide_possible_values = true)]
+    up: Option<UpAxis>,
+    /// Which camera of the file sees it, from 0, in place of --view.
+    #[arg(long, value_name = "INDEX")]
+    camera: Option<u32>,
+    /// Which scene of the file, from 0 [default: as the file says].
+    #[arg(long = "scene", value_name = "INDEX")]
+    model_scene: Option<u32>,
+    /// Which animation of the file is played, from 0 [default: none].
+    #[arg(long, value_name = "INDEX")]
+    animation: Option<u32>,
+    /// Seconds since the start of the animation.
+    #[arg(short, value_name = "SECONDS")]
+    t: Option<f64>,
+    /// Which variant of its materials, from 0.
+    #[arg(long, value_name = "INDEX")]
+    variant: Option<u32>,
+    /// Which lights shine on it: auto, studio or file [default: auto].
+    #[arg(long, value_name = "LIGHTS", value_parser = word::<LightChoice>(), hide_possible_values = true)]
+    light: Option<LightChoice>,
+    /// Refuse a model that requires what is not simulated.
+    #[arg(long)]
+    strict: bool,
+}
+
+impl ModelArgs {
+    /// The options as the renderer takes them.
+    pub(super) fn options(&self) -> ModelOptions {
+        ModelOptions {
+            view: self.view,
+            up: self.up,
+            camera: self.camera,
+            scene: self.model_scene,
+            animation: self.animation,
+            t: self.t,
+            variant: self.variant,
+            light: self.light,
+            strict: self.strict.then_some(true),
+        }
+    }
 }
 
 impl SettingsArgs {
@@ -72,6 +126,7 @@ impl SettingsArgs {
             precision: self.precision,
             seen_from: None,
             nff: NffOptions { two_sided: self.two_sided, spd_counts: self.spd_counts },
+            model: self.model.options(),
         }
     }
 }

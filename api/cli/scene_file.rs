@@ -5,9 +5,10 @@ use super::scene_args::SceneArgs;
 use crate::service::scenes::texture_folder::TextureFolder;
 use std::io::{self, Read};
 use std::path::Path;
+use strahl::models::ModelFormat;
 use strahl::scene::limits::SCENE_BYTES;
 use strahl::scene::nff::NffOptions;
-use strahl::scene::recognise::{Recognised, recognise_start};
+use strahl::scene::recognise::{Recognised, recognise, recognise_start};
 use strahl::scene::{Files, Format, Loaded, NoFiles, Overrides, load_with};
 
 /// The bytes of a scene.
@@ -27,11 +28,21 @@ impl SceneFile {
     /// Reads the scene that the arguments name.
     pub(super) fn read(scene: &SceneArgs) -> Result<Self, Failure> {
         let (name, bytes) = read(&scene.scene)?;
+        Ok(Self::given(scene, name, bytes))
+    }
+
+    /// The scene that the arguments name, whose bytes are known.
+    pub(super) fn given(scene: &SceneArgs, name: String, bytes: Vec<u8>) -> Self {
         let format = scene.input.or_else(|| by_name(&scene.scene)).unwrap_or_else(|| by_content(&bytes));
         // A path without a folder is in the working directory.
         let parent = Path::new(&scene.scene).parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = (scene.scene != "-").then(|| TextureFolder::open(parent.unwrap_or(Path::new("."))).ok()).flatten();
-        Ok(Self { name, bytes, format, folder })
+        Self { name, bytes, format, folder }
+    }
+
+    /// The format of a model that is JSON, which its keys tell.
+    pub(super) fn hidden_model(&self) -> Option<ModelFormat> {
+        (recognise(&self.bytes) == Recognised::Gltf).then_some(ModelFormat::Gltf)
     }
 
     /// The files that the scene may name.
@@ -51,7 +62,7 @@ impl SceneFile {
     }
 
     fn load_text(&self, text: impl AsRef<[u8]>, overrides: &Overrides) -> Result<Loaded, Failure> {
-        if self.format == Format::Json && overrides.nff != NffOptions::default() {
+        if self.format != Format::Nff && overrides.nff != NffOptions::default() {
             let what = "--two-sided and --spd-counts are for NFF files; in JSON, materials have \"one_sided\"";
             return Err(Failure::Usage(what.into()));
         }
@@ -78,6 +89,14 @@ fn by_name(path: &str) -> Option<Format> {
         Some(Format::Json)
     } else if path.ends_with(".nff") || path.ends_with(".nff.gz") {
         Some(Format::Nff)
+    } else if path.ends_with(".glb") || path.ends_with(".gltf") {
+        Some(Format::Gltf)
+    } else if path.ends_with(".obj") {
+        Some(Format::Obj)
+    } else if path.ends_with(".stl") {
+        Some(Format::Stl)
+    } else if path.ends_with(".ply") {
+        Some(Format::Ply)
     } else {
         None
     }
@@ -86,7 +105,11 @@ fn by_name(path: &str) -> Option<Format> {
 /// The format by content. What is no scene is refused when it is read, by its name if it is known.
 fn by_content(bytes: &[u8]) -> Format {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
-    match recognise_start(bytes) {
+    let recognised = recognise_start(bytes);
+    if let Some(model) = recognised.model() {
+        return model;
+    }
+    match recognised {
         Recognised::Nff => Format::Nff,
         // Text of a Sense8 file is refused by the reader of NFF.
         Recognised::Unknown if text.first().is_some_and(|byte| byte.is_ascii_alphabetic() || *byte == b'#') => {
@@ -104,10 +127,12 @@ mod tests {
     fn formats_are_known_by_name_or_by_content() {
         assert_eq!(by_name("a/B.JSON"), Some(Format::Json));
         assert_eq!(by_name("balls.nff.gz"), Some(Format::Nff));
+        assert_eq!(by_name("Fox.GLB"), Some(Format::Gltf));
         assert_eq!(by_name("-"), None);
         assert_eq!(by_content(b"\xef\xbb\xbf\n {}"), Format::Json);
         assert_eq!(by_content(b"v\nfrom 0 0 1"), Format::Nff);
         assert_eq!(by_content(b"\x1f\x8b\x08"), Format::Nff);
+        assert_eq!(by_content(b"glTF\x02\0\0\0"), Format::Gltf);
         assert_eq!(by_content(b""), Format::Json);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use super::interrupt;
+use super::places::Places;
 use super::scene_args::{SceneArgs, SettingsArgs};
 use super::scene_file::SceneFile;
 use crate::service::scenes::prepared::PreparedScene;
@@ -12,6 +13,7 @@ use std::time::Instant;
 use strahl::film::Region;
 use strahl::render::Control;
 use strahl::scene::compile::Original;
+use strahl::scene::limits::SCENE_BYTES;
 use strahl::scene::{Description, Loaded, NotLoaded, Overrides, Scene};
 use strahl::sequence::Frame;
 
@@ -35,18 +37,37 @@ impl Session {
         Self::with(scene, settings, Control::default())
     }
 
+    /// The same, from a file or a blob of the store.
+    pub(super) fn start_at(scene: &SceneArgs, settings: &SettingsArgs, places: &Places) -> Result<Self, Failure> {
+        let read = || Ok(SceneFile::given(scene, scene.scene.clone(), places.read(&scene.scene, SCENE_BYTES.max)?));
+        Self::of(read, settings, Control::default())
+    }
+
     /// The same with a control that other sessions have, too.
     pub(super) fn with(scene: &SceneArgs, settings: &SettingsArgs, control: Control) -> Result<Self, Failure> {
+        Self::of(|| SceneFile::read(scene), settings, control)
+    }
+
+    fn of(
+        read: impl FnOnce() -> Result<SceneFile, Failure>,
+        settings: &SettingsArgs,
+        control: Control,
+    ) -> Result<Self, Failure> {
         let pool = Pool::start(settings.threads, None)
             .map_err(|error| Failure::Input(format!("the rendering threads cannot be started: {error}")))?;
         let (workers, started) = (pool.join(Task::new(Class::Renders, "", 1), control.clone()), Instant::now());
-        let file = SceneFile::read(scene)?;
+        let file = read()?;
         Ok(Self { workers, control, file, started, overrides: settings.overrides() })
     }
 
     /// From now on the first Ctrl-C stops the render, the second ends the process.
     pub(super) fn cancel_on_ctrl_c(&self) -> Result<(), Failure> {
         interrupt::cancel_on_ctrl_c(&self.control)
+    }
+
+    /// Fails once the render was stopped.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if self.control.is_cancelled() { Err(Failure::Interrupted) } else { Ok(()) }
     }
 
     /// Checks and builds the scene.
@@ -66,6 +87,13 @@ impl Session {
         let load = || frame.load_if(original, &self.overrides, self.file.files(), accept);
         let loaded = self.workers.work(load)?;
         loaded.map_err(|NotLoaded::Problems(problems)| Failure::Scene { name: self.file.name.clone(), problems })
+    }
+
+    /// The scene of a frame, with its plan.
+    pub(super) fn prepare_frame(&self, frame: Frame<'_>) -> Result<PreparedScene, Failure> {
+        let base = self.load()?;
+        let loaded = self.load_frame(frame, Original { description: &base.description, scene: &base.scene })?;
+        Ok(self.workers.work(|| PreparedScene::from(loaded))?)
     }
 
     /// Checks and builds the scene, and plans its picture. The scene's text is gone afterwards.

@@ -41,7 +41,7 @@ impl InProcess {
     pub(crate) fn start(flags: &[&str]) -> Result<Self, StartError> {
         let flags = Flags::parse_from([&["serve"], flags].concat());
         let mut folders = Folders::open(&flags.service)?;
-        let app = start::open(Some(1), &flags.http, &flags.service, None, &mut folders)?;
+        let app = start::open(Some(1), &flags.http, &flags.service, None, None, &mut folders)?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("it starts");
         Ok(Self { router: routes::router(app), runtime, _folders: folders })
     }

@@ -5,11 +5,15 @@ use super::auth::{Access, key_file};
 use super::drain::{Drain, StopSignals};
 use super::metrics::Metrics;
 use super::openapi_text;
+use super::respond::message::MessageDesk;
 use super::routes::answer_front;
 use super::server;
 use super::settings::HttpSettings;
 use super::state::{App, AppState};
 use crate::service::concurrency_limit::ConcurrencyLimit;
+use crate::service::deliveries::Courier;
+use crate::service::deliveries::receiver::Receivers;
+use crate::service::deliveries::signature::Secret;
 use crate::service::error::StartError;
 use crate::service::farm::Farm;
 use crate::service::farm::settings::FarmSettings;
@@ -18,6 +22,8 @@ use crate::service::limits::Settings;
 use crate::service::requests::Service;
 use crate::service::requests::folders::Folders;
 use crate::service::scheduler::pool::Pool;
+use crate::service::storage::objects::Objects;
+use std::fmt::Display;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -46,7 +52,8 @@ pub(crate) fn run(
         .enable_all()
         .build()
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
-    let farm = Farm::open(farm, spread, runtime.handle())?.map(Arc::new);
+    let store = farm.store.as_deref().map(|place| runtime.block_on(Objects::open(place))).transpose()?;
+    let farm = Farm::open(farm, store.as_ref(), spread, runtime.handle())?.map(Arc::new);
     if let (Some(_), Some(data)) = (&farm, &settings.jobs.data) {
         return Err(StartError::Settings(format!(
             "--data {} and --farm do not go together: the jobs of a farm are at its broker and in its --store.",
@@ -55,13 +62,15 @@ pub(crate) fn run(
     }
     // They are given up, and a temporary one is removed, at the end of this function.
     let mut folders = Folders::open(settings)?;
-    let app = open(threads, http, settings, farm, &mut folders)?;
+    let app = open(threads, http, settings, farm, store, &mut folders)?;
+    let courier = courier(&app);
     let served = runtime.block_on(async {
         let (clients, admin) = (listen(http.listen)?, http.admin_listen.map(listen).transpose()?);
         // Before the address is announced, since a client that reads it may send a signal at once.
         let signals = StopSignals::watch()
             .map_err(|error| StartError::Machine(format!("the signals to stop cannot be watched for: {error}")))?;
         let reload = tokio::spawn(key_file::watch(Arc::clone(&app.access)));
+        let deliveries = tokio::spawn(courier.run());
         let (stop, stopped) = mpsc::channel();
         let jobs = Arc::clone(&app.service.jobs);
         let ticking = thread::Builder::new().name("retention".into()).spawn(move || tick(&jobs, &stopped));
@@ -75,6 +84,7 @@ pub(crate) fn run(
         jobs.leave().await;
         answering.abort();
         reload.abort();
+        deliveries.abort();
         drop(stop);
         Ok(())
     });
@@ -88,16 +98,18 @@ pub(super) fn open(
     http: &HttpSettings,
     settings: &Settings,
     farm: Option<Arc<Farm>>,
+    store: Option<Objects>,
     folders: &mut Folders,
 ) -> Result<App, StartError> {
-    let secret = match &farm {
+    let of_farm = match &farm {
         Some(farm) => {
             let random = random_secret().map_err(|error| StartError::Machine(error.to_string()))?;
             Some(Signers::of_farm(farm.secret(random)?))
         }
         None => None,
     };
-    let access = Access::open(http.keys.as_deref(), secret).map_err(|error| {
+    let webhooks = webhook_secret(settings)?;
+    let access = Access::open(http.keys.as_deref(), of_farm, webhooks).map_err(|error| {
         let file = http.keys.as_deref().map_or_else(String::new, |path| format!("--keys {}: ", path.display()));
         StartError::Settings(format!("{file}{error}"))
     })?;
@@ -105,7 +117,7 @@ pub(super) fn open(
     let pool = Pool::start(threads, Some(Arc::<Access>::clone(&access)))
         .map_err(|error| StartError::Machine(format!("the rendering threads cannot be started: {error}")))?;
     Ok(Arc::new(AppState {
-        service: Service::open(settings, folders, pool, farm, Arc::<Metrics>::clone(&metrics))?,
+        service: Service::open(settings, folders, pool, farm, store, Arc::<Metrics>::clone(&metrics))?,
         access,
         origins: http.origins(),
         public_url: http.public_url.clone(),
@@ -117,6 +129,22 @@ pub(super) fn open(
         drain: Drain::default(),
         contract: LazyLock::new(openapi_text),
     }))
+}
+
+/// Delivers what jobs leave behind.
+fn courier(app: &App) -> Arc<Courier> {
+    let service = &app.service;
+    let settings = service.settings.deliveries.clone();
+    let desk = Arc::new(MessageDesk(Arc::clone(app)));
+    Courier::new(Arc::clone(&service.jobs), service.store.clone(), Receivers::new(&settings), desk, settings)
+}
+
+/// The secret that signs messages where there are no keys.
+fn webhook_secret(settings: &Settings) -> Result<Option<Secret>, StartError> {
+    let Some(path) = &settings.deliveries.webhook_secret_file else { return Ok(None) };
+    let wrong = |why: &dyn Display| StartError::Settings(format!("--webhook-secret-file {}: {why}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    text.trim().parse().map(Some).map_err(|why: &str| wrong(&why))
 }
 
 /// Does what jobs need once a second until the sender is dropped. Files may be removed, which takes its time; a thread that

@@ -1,6 +1,7 @@
 //! The service's limits and folders: one list for flags, checks and `GET /v1/limits`. Limits of scenes are in
 //! `strahl::scene::limits`.
 
+use super::addresses::Network;
 use super::error::Error;
 use super::values::{as_seconds, long_seconds, seconds};
 use super::{memory, memory_budget};
@@ -31,6 +32,9 @@ pub(crate) struct Settings {
     /// Jobs.
     #[command(flatten)]
     pub(crate) jobs: JobLimits,
+    /// What is delivered after jobs.
+    #[command(flatten)]
+    pub(crate) deliveries: DeliverySettings,
     /// Bytes of memory that requests, jobs, caches and the program take together. Caches give way; what has no room then is
     /// refused [default: three quarters of what the machine, or its container, has].
     #[arg(long, env = "STRAHL_MEMORY_BYTES", value_name = "BYTES", default_value_t = (memory::available() / 4 * 3).max(memory_budget::LEAST), hide_default_value = true, value_parser = value_parser!(u64).range(memory_budget::LEAST..), help_heading = "Memory")]
@@ -136,6 +140,42 @@ pub(crate) struct JobLimits {
     /// Whether jobs outlive the service.
     #[arg(skip)]
     pub(crate) durable: bool,
+}
+
+/// What is delivered after jobs: pictures to the store, messages to webhooks.
+#[derive(Debug, Clone, Args, Serialize, JsonSchema)]
+#[group(skip)]
+#[command(next_help_heading = "Webhooks")]
+pub(crate) struct DeliverySettings {
+    /// Attempts to send a message to a webhook, or a picture to the store, before it is given up.
+    #[arg(long, env = "STRAHL_WEBHOOK_ATTEMPTS", default_value_t = 10, value_parser = value_parser!(u32).range(1..=100))]
+    pub(crate) webhook_attempts: u32,
+    /// Seconds from the first attempt to the second. Each later one waits four times as long, up to an hour.
+    #[arg(long, env = "STRAHL_WEBHOOK_RETRY", value_name = "SECONDS", default_value = "5", value_parser = seconds)]
+    #[serde(rename = "webhook_retry_s", serialize_with = "as_seconds")]
+    #[schemars(with = "f64")]
+    pub(crate) webhook_retry: Duration,
+    /// Seconds that a receiver may take to answer.
+    #[arg(long, env = "STRAHL_WEBHOOK_TIMEOUT", value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    #[serde(rename = "webhook_timeout_s", serialize_with = "as_seconds")]
+    #[schemars(with = "f64")]
+    pub(crate) webhook_timeout: Duration,
+    /// Messages of one tenant that are sent at one time.
+    #[arg(long, env = "STRAHL_WEBHOOK_PARALLEL", value_name = "MESSAGES", default_value_t = 4, value_parser = value_parser!(u32).range(1..=1_000))]
+    pub(crate) webhook_parallel: u32,
+    /// Accept webhooks of http://, whose messages anybody on the way can read.
+    #[arg(long, env = "STRAHL_WEBHOOK_HTTP")]
+    pub(crate) webhook_http: bool,
+    /// Networks of yours that webhooks may be in, with commas between: 10.1.0.0/16. All others that are not public are
+    /// refused, with this machine.
+    #[arg(long, env = "STRAHL_WEBHOOK_ALLOW", value_name = "CIDR,...", value_delimiter = ',')]
+    #[serde(skip)]
+    pub(crate) webhook_allow: Vec<Network>,
+    /// File with the secret that signs messages where there are no --keys, as `strahl key webhook` makes one. With --keys each
+    /// tenant has its own.
+    #[arg(long, env = "STRAHL_WEBHOOK_SECRET_FILE", value_name = "FILE", conflicts_with = "keys")]
+    #[serde(skip)]
+    pub(crate) webhook_secret_file: Option<PathBuf>,
 }
 
 impl CacheLimits {

@@ -1,7 +1,9 @@
 //! What commands and HTTP share: scenes, pictures, jobs, the farm, and the scheduler of the rendering threads.
 
+pub(crate) mod addresses;
 pub(crate) mod clock;
 pub(crate) mod concurrency_limit;
+pub(crate) mod deliveries;
 pub(crate) mod error;
 pub(crate) mod farm;
 pub(crate) mod jobs;

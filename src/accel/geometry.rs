@@ -191,11 +191,14 @@ fn extent_of<R: Real>(items: &[Item<R>], extents: &[Option<Extent>], bounds: Bou
 fn boxed<R>(shape: &Shape<R>) -> usize {
     match shape {
         Shape::Mesh(mesh) => {
-            let Mesh { vertices, faces, normals, uvs } = &**mesh;
+            let Mesh { vertices, faces, normals, uvs, attributes } = &**mesh;
+            let more = attributes.as_ref().map_or([0; 3], |more| {
+                [size_of_val(&**more), size_of_val(&more.uvs[..]), size_of_val(&more.colors[..])]
+            });
             let lists =
                 [size_of_val(&vertices[..]), size_of_val(&faces[..]), size_of_val(&normals[..]), size_of_val(&uvs[..])];
             let own = ALLOCATION + size_of::<Mesh<R>>();
-            own + lists.iter().filter(|bytes| **bytes > 0).map(|bytes| ALLOCATION + bytes).sum::<usize>()
+            own + lists.iter().chain(&more).filter(|bytes| **bytes > 0).map(|bytes| ALLOCATION + bytes).sum::<usize>()
         }
         Shape::Frustum(_) => ALLOCATION + size_of::<Frustum<R>>(),
         Shape::Torus(_) => ALLOCATION + size_of::<Torus<R>>(),
@@ -237,12 +240,14 @@ mod tests {
                 faces: (0..n * n).flat_map(square).collect::<Vec<_>>(),
                 normals,
                 uvs: Vec::new(),
+                attributes: None,
             })),
             material: 0,
             sides: Sides::Both,
             hollow: false,
             closed: true,
             may_touch: false,
+            has_holes: false,
             volume: 0.0,
             transmission: [0.0; 3],
             source: 0,

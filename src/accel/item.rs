@@ -25,6 +25,8 @@ pub struct Item<R> {
     pub closed: bool,
     /// Whether its surface might touch another one.
     pub may_touch: bool,
+    /// Whether it may be only partly there: shadow rays pass it, and what they keep is asked later.
+    pub has_holes: bool,
     /// The volume it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets.
     pub volume: f64,
     /// What a shadow ray keeps of each channel at one crossing; 0 blocks it.
@@ -41,6 +43,12 @@ impl<R: Real> Item<R> {
     /// Whether it transmits light in some channel. Then shadow rays pass it attenuated, if the scene has transmissive shadows.
     pub fn lets_light_through(&self) -> bool {
         self.transmission.iter().any(|c| *c > R::from_f64(0.0))
+    }
+
+    /// What a shadow ray keeps of each channel at one crossing, before it is asked about holes.
+    #[inline(always)]
+    pub(super) fn passed(&self) -> [R; 3] {
+        if self.has_holes { [R::from_f64(1.0); 3] } else { self.transmission }
     }
 
     /// Whether its facets approximate a curved surface, with interpolated normals.
@@ -74,6 +82,17 @@ pub struct Mesh<R> {
     pub normals: Vec<[R; 3]>,
     /// Texture coordinates of each vertex, or nothing; kept only where a texture needs them.
     pub uvs: Vec<[R; 2]>,
+    /// What few meshes have.
+    pub attributes: Option<Box<Attributes<R>>>,
+}
+
+/// What few meshes have, kept only where a material needs it.
+#[derive(Debug, Clone)]
+pub struct Attributes<R> {
+    /// Other texture coordinates of each vertex, or nothing.
+    pub uvs: Vec<[R; 2]>,
+    /// Red, green, blue and alpha of each vertex, or nothing.
+    pub colors: Vec<[R; 4]>,
 }
 
 impl<R: Real> Mesh<R> {

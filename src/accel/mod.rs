@@ -27,7 +27,7 @@ pub use build::{Bvh, BvhKind};
 pub use extent::{Ball, Extent};
 pub(crate) use geometry::ALLOCATION;
 pub use geometry::Geometry;
-pub use item::{Instance, Item, Mesh, Shape};
+pub use item::{Attributes, Instance, Item, Mesh, Shape};
 pub use least_distance::least_distances;
 pub use motion::Motion;
 pub use nearest_hit::{Nearest, Skipped, nearest_hit};

@@ -102,6 +102,17 @@ fn nearest_of<L: Lanes>(
     held: Option<u64>,
     expanded: impl Fn(usize) -> u64,
 ) -> Option<(usize, u64)> {
+    let lanes = hits.lanes.bits();
+    // Most often it is one, and the smallest of all lanes takes long to know.
+    if lanes.is_power_of_two() {
+        let place = lanes.trailing_zeros() as usize;
+        let t = hits.t.lane(place);
+        if t > t_max {
+            return None;
+        }
+        let id = expanded(place);
+        return (t < t_max || held.is_some_and(|held| id < held)).then_some((place, id));
+    }
     let best = L::select(hits.lanes, hits.t, L::lit(s, f64::INFINITY)).smallest();
     if best > t_max {
         return None;

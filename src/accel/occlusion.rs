@@ -17,8 +17,22 @@ use std::cmp::Ordering;
 pub enum Blockers {
     /// It blocks.
     Opaque,
-    /// It attenuates by its transmission, once for each time it is crossed.
+    /// It blocks, unless it may be only partly there, which is asked later.
+    Holed,
+    /// It attenuates by its transmission, once for each time it is crossed; what may be only partly there is asked later.
     Transmissive,
+}
+
+impl Blockers {
+    /// Whether no light passes an item.
+    #[inline(always)]
+    fn stop_at<R: Real>(self, item: &Item<R>) -> bool {
+        match self {
+            Self::Opaque => true,
+            Self::Holed => !item.has_holes,
+            Self::Transmissive => !item.has_holes && !item.lets_light_through(),
+        }
+    }
 }
 
 /// How much of each colour passes along each active ray between `t_min` and `t_max`.
@@ -165,13 +179,13 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                 if !met.any() {
                     continue;
                 }
-                if self.blockers == Blockers::Opaque || !item(place).lets_light_through() {
+                if self.blockers.stop_at(item(place)) {
                     rays.active = rays.active & !met;
                     continue;
                 }
                 for lanes in crossed.map(Mask::bits) {
                     if lanes != 0 {
-                        self.crossings.push((lanes, item(place).transmission));
+                        self.crossings.push((lanes, item(place).passed()));
                     }
                 }
             }
@@ -198,14 +212,14 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             if met == 0 {
                 continue;
             }
-            let opaque = |place: usize| !item(start + place).lets_light_through();
+            let opaque = |place: usize| self.blockers.stop_at(item(start + place));
             if self.blockers == Blockers::Opaque || lanes_of(met).any(opaque) {
                 rays.active = rays.active & !L::mask(s, 1 << lane);
                 continue;
             }
             for mask in crossed {
                 for place in lanes_of(mask.bits()) {
-                    self.crossings.push((1 << lane, item(start + place).transmission));
+                    self.crossings.push((1 << lane, item(start + place).passed()));
                 }
             }
         }
@@ -232,7 +246,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                 };
                 match self.blockers {
                     Blockers::Opaque => [hit_frusta(s, &frusta, capped, rays, sides).lanes, L::mask(s, 0)],
-                    Blockers::Transmissive => frusta_crossings(s, &frusta, capped, rays, sides),
+                    Blockers::Holed | Blockers::Transmissive => frusta_crossings(s, &frusta, capped, rays, sides),
                 }
             },
         )
@@ -270,7 +284,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
     /// Tests one primitive.
     #[inline(always)]
     fn pass(&mut self, s: L::Simd, item: &Item<L::Real>, face: u32, rays: &mut Rays<L>) {
-        if self.blockers == Blockers::Opaque || !item.lets_light_through() {
+        if self.blockers.stop_at(item) {
             rays.active = rays.active & !hit_item(s, item, face, rays).lanes;
             return;
         }
@@ -281,7 +295,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             if !hit.lanes.any() {
                 break;
             }
-            self.crossings.push((hit.lanes.bits(), item.transmission));
+            self.crossings.push((hit.lanes.bits(), item.passed()));
             search.active = hit.lanes;
             search.t_min = hit.t;
         }

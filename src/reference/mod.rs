@@ -88,7 +88,7 @@ impl Reference {
             && !chooses
             && materials.all(|m| {
                 let smooth = m.bump.is_none() && m.normal_map.is_none();
-                let sharp = m.roughness == 0.0 && m.dispersion == 0.0;
+                let sharp = m.roughness == 0.0 && m.dispersion == 0.0 && m.pbr.is_none();
                 plain(&m.diffuse) && m.ambient.as_ref().is_none_or(plain) && smooth && sharp
             })
     }

@@ -65,5 +65,7 @@ pub const MAGNITUDE: f64 = 1e15;
 pub const SMALLEST_LENGTH: f64 = 1e-15;
 /// Largest coefficient of a material (k_a, k_d, k_s, r_s, r_t). Nothing real is above 1.
 pub const COEFFICIENT: f64 = 1e3;
+/// Least share of light that a body may let pass over its attenuation distance.
+pub const SMALLEST_SHARE: f64 = 1e-6;
 /// Largest angle of a motion while the shutter is open, in degrees: 100 turns.
 pub const ROTATION: f64 = 36_000.0;

@@ -5,13 +5,15 @@ use super::compile::{CompileOptions, Original, build_from, checked};
 use super::description::{Accuracy, Camera, Description, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
+use super::model::{self, ModelOptions};
 use super::nff::{self, NffOptions};
 use super::pictures::{Files, NoFiles, Pictures};
-use super::problem::unless_cancelled;
+use super::problem::{Code, unless_cancelled};
 use super::read::{self, Mended, Unreadable, read_json};
-use super::recognise::{recognise, recognise_start};
+use super::recognise::{Recognised, recognise, recognise_start};
 use super::{Problem, Problems, Scene};
 use crate::control::milliseconds;
+use crate::models::ModelFormat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
@@ -25,6 +27,29 @@ pub enum Format {
     Json,
     /// Neutral File Format, plain or gzip.
     Nff,
+    /// glTF 2.0, binary or JSON.
+    Gltf,
+    /// Wavefront OBJ.
+    Obj,
+    /// STL.
+    Stl,
+    /// PLY.
+    Ply,
+    /// A model in several parts, as a `multipart/form-data` body.
+    Parts,
+}
+
+impl Format {
+    /// The format of a model in one file.
+    pub fn model(self) -> Option<ModelFormat> {
+        match self {
+            Self::Gltf => Some(ModelFormat::Gltf),
+            Self::Obj => Some(ModelFormat::Obj),
+            Self::Stl => Some(ModelFormat::Stl),
+            Self::Ply => Some(ModelFormat::Ply),
+            Self::Json | Self::Nff | Self::Parts => None,
+        }
+    }
 }
 
 /// Settings of the command line or a query string that replace those of the scene.
@@ -53,6 +78,9 @@ pub struct Overrides {
     /// Options of NFF files.
     #[serde(flatten)]
     pub nff: NffOptions,
+    /// Options of models.
+    #[serde(flatten)]
+    pub model: ModelOptions,
 }
 
 /// A loaded scene, and how long loading took.
@@ -110,7 +138,13 @@ pub fn load_if<E>(
     files: &dyn Files,
     accept: impl FnOnce(&Description) -> Result<(), E>,
 ) -> Result<Loaded, NotLoaded<E>> {
+    if matches!(format, Format::Json | Format::Nff) {
+        overrides.refuse_model_options(text.as_ref())?;
+    }
     match format {
+        Format::Gltf | Format::Obj | Format::Stl | Format::Ply | Format::Parts => {
+            load_model(text, format.model(), overrides, files, accept)
+        }
         Format::Json => match recognise_start(text.as_ref()).refused_as(format) {
             Some(problem) => Err(Problems::one(problem).into()),
             None => load_json(text, overrides, files, accept),
@@ -126,6 +160,30 @@ pub fn load_if<E>(
             Ok(steps.loaded(description, scene, overrides.nff))
         }
     }
+}
+
+/// Loads a model; without a kind it is in several parts.
+fn load_model<E>(
+    bytes: impl AsRef<[u8]>,
+    kind: Option<ModelFormat>,
+    overrides: &Overrides,
+    files: &dyn Files,
+    accept: impl FnOnce(&Description) -> Result<(), E>,
+) -> Result<Loaded, NotLoaded<E>> {
+    let start = Instant::now();
+    let imported = match kind {
+        Some(kind) => model::import(kind, bytes.as_ref(), overrides, files)?,
+        None => model::import_parts(bytes.as_ref(), overrides)?,
+    };
+    drop(bytes);
+    let model::Imported { mut description, warnings: mut all, from_files } = imported;
+    overrides.apply(&mut description);
+    let steps = Steps::read(start);
+    let (mut pictures, warnings) = steps.checked(&description, files, accept, None)?;
+    pictures.from_files |= from_files;
+    all.extend(warnings);
+    let scene = steps.build(&description, NffOptions::default(), pictures, all, None)?;
+    Ok(steps.loaded(description, scene, NffOptions::default()))
 }
 
 fn load_json<E>(
@@ -159,8 +217,13 @@ fn load_json<E>(
             let text = json;
             unless_cancelled()?;
             // Only what is no scene is looked through for glTF.
-            if let Some(problem) = recognise(text).refused_as(Format::Json) {
-                return Err(Problems::one(problem).into());
+            match recognise(text) {
+                Recognised::Gltf => return load_model(text, Some(ModelFormat::Gltf), overrides, files, accept),
+                other => {
+                    if let Some(problem) = other.refused_as(Format::Json) {
+                        return Err(Problems::one(problem).into());
+                    }
+                }
             }
             Err(NotLoaded::Problems(match mended {
                 Some(mended) => with_rest(text, problems, *mended, overrides),
@@ -255,7 +318,17 @@ impl Overrides {
             precision: self.precision.or(other.precision),
             seen_from: self.seen_from.or(other.seen_from),
             nff: other.nff,
+            model: other.model,
         }
+    }
+
+    /// Refuses options of models for what is none; glTF in JSON is one.
+    fn refuse_model_options(&self, text: &[u8]) -> Result<(), Problems> {
+        if self.model == ModelOptions::default() || recognise(text) == Recognised::Gltf {
+            return Ok(());
+        }
+        let detail = "view, up, camera, scene, animation, t, variant, light and strict are for models; a scene says all of it itself";
+        Err(Problems::one(Problem::new("", Code::Unsupported, detail)))
     }
 
     /// Replaces the settings of a description.
@@ -302,7 +375,6 @@ impl Overrides {
 
 #[cfg(test)]
 mod tests {
-    use super::super::problem::Code;
     use super::*;
 
     const SCENE: &str = r#"{

@@ -3,12 +3,12 @@
 pub mod check;
 pub mod compile;
 pub mod description;
-pub mod ear_clipping;
 pub mod effects;
 pub mod light_cells;
 pub mod limits;
 pub mod load;
 pub mod locate;
+pub mod model;
 pub mod named;
 pub mod nff;
 pub mod pictures;

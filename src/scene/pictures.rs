@@ -3,7 +3,7 @@
 //! Against decompression bombs, all limits are checked before the texels are decoded: the bytes of a picture, its sides,
 //! and the pixels of all pictures together.
 
-use super::description::{Description, Diffuse, ImageMap, Relief};
+use super::description::{Description, Diffuse, ImageMap, Relief, TexelChannel, Textured};
 use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token, quoted, unless_cancelled};
 use crate::control::{self, Cancelled};
@@ -50,6 +50,15 @@ pub(super) enum Meaning {
     Height,
     /// Coordinates from -1 to 1.
     Normal,
+    /// Numbers from 0 to 1.
+    Data,
+    /// Alpha from 0 to 1, in all channels.
+    Alpha,
+}
+
+/// The meaning of a picture that has a number in one of its channels.
+pub(super) fn number_of(textured: &Textured<f64>) -> Meaning {
+    if textured.channel == Some(TexelChannel::A) { Meaning::Alpha } else { Meaning::Data }
 }
 
 /// Decoded pictures, one for each source and meaning.
@@ -118,6 +127,23 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
         }
         if let Some(normals) = &material.normal_map {
             map(&normals.image, Meaning::Normal, at("/normal_map/image/source"));
+        }
+        if let Some(pbr) = &material.pbr {
+            let mut keep = |image: &'a str, meaning, key: &str| wanted.push((image, meaning, at(key)));
+            for (key, channel) in pbr.colors() {
+                if let Some(textured) = channel.textured() {
+                    keep(&textured.image, Meaning::Color, &format!("/pbr/{key}/image"));
+                }
+            }
+            let alpha = pbr.opacity.as_ref().map(|opacity| ("opacity/alpha", &opacity.alpha));
+            let numbers = pbr.numbers().into_iter().chain(alpha);
+            let numbers = numbers.filter_map(|(key, channel)| Some((key, channel.textured()?)));
+            for (key, textured) in numbers.chain(pbr.occlusion.as_deref().map(|textured| ("occlusion", textured))) {
+                keep(&textured.image, number_of(textured), &format!("/pbr/{key}/image"));
+            }
+            if let Some(normal) = &pbr.normal {
+                keep(&normal.image, Meaning::Normal, "/pbr/normal/image");
+            }
         }
     }
     wanted
@@ -203,7 +229,10 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> 
     let table: Vec<f32> =
         if pixels < u64::from(most) { Vec::new() } else { (0..=most).map(|code| value(meaning, code, most)).collect() };
     let value = |code: u16| table.get(usize::from(code)).copied().unwrap_or_else(|| value(meaning, code, most));
-    let texels = if wide {
+    let texels = if meaning == Meaning::Alpha {
+        let rgba = image.into_rgba16();
+        rgba.pixels().map_while(|pixel| unless_stopping([f32::from(pixel.0[3]) / f32::from(u16::MAX); 3])).collect()
+    } else if wide {
         let rgb = image.into_rgb16();
         rgb.pixels().map_while(|pixel| unless_stopping(texel(meaning, pixel.0.map(value)))).collect()
     } else {
@@ -247,7 +276,7 @@ fn value(meaning: Meaning, code: u16, most: u16) -> f32 {
     let (code, middle, most) = (f64::from(code), f64::from(most / 2), f64::from(most));
     let value = match meaning {
         Meaning::Color => math::srgb_to_linear(code / most),
-        Meaning::Height => code / most,
+        Meaning::Height | Meaning::Data | Meaning::Alpha => code / most,
         // An even number of codes has none in the middle: 128 stands for 0, and both 0 and 1 for -1.
         Meaning::Normal => ((code - (middle + 1.0)) / middle).max(-1.0),
     };

@@ -10,7 +10,8 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[schemars(rename = "SceneProblem")]
 pub struct Problem {
-    /// JSON pointer (RFC 6901) of the offending value; empty for the whole document. NFF files have lines instead.
+    /// JSON pointer (RFC 6901) of the offending value; empty for the whole document. Files that are not JSON have lines or offsets
+    /// instead.
     pub pointer: String,
     /// Stable short name of the kind of problem.
     pub code: Code,
@@ -22,6 +23,9 @@ pub struct Problem {
     /// Column in the source in bytes, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<u32>,
+    /// Offset in a binary source, from 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset: Option<u64>,
 }
 
 /// Kinds of problems.
@@ -32,6 +36,8 @@ pub struct Problem {
 pub enum Code {
     InvalidJson,
     InvalidNff,
+    /// The file does not follow its format.
+    InvalidModel,
     /// The file is of another format.
     OtherFormat,
     WrongType,
@@ -39,11 +45,23 @@ pub enum Code {
     UnknownKey,
     DuplicateName,
     OutOfRange,
+    /// It needs bytes that are not there.
+    OutOfBounds,
+    /// A part that a model names is not there.
+    MissingPart,
     UnknownReference,
     Cycle,
     Degenerate,
     Limit,
     Unsupported,
+    /// Of a model, which is rendered all the same: what is left out since it is not simulated.
+    NotSimulated,
+    /// Of a model: what is rendered, but not exactly.
+    Approximated,
+    /// Of a model: what has no picture.
+    Skipped,
+    /// Of a model: what its file does not say.
+    Assumed,
     /// Loading was cancelled. No client reads this.
     Cancelled,
 }
@@ -51,7 +69,7 @@ pub enum Code {
 impl Problem {
     /// A problem at a pointer; line and column are found later, from the source text.
     pub fn new(pointer: impl Into<String>, code: Code, detail: impl Into<String>) -> Self {
-        Self { pointer: pointer.into(), code, detail: detail.into(), line: None, column: None }
+        Self { pointer: pointer.into(), code, detail: detail.into(), line: None, column: None, offset: None }
     }
 }
 
@@ -63,6 +81,9 @@ impl fmt::Display for Problem {
                 write!(f, ", column {column}")?;
             }
             f.write_str(": ")?;
+        }
+        if let Some(offset) = self.offset {
+            write!(f, "offset {offset}: ")?;
         }
         if !self.pointer.is_empty() {
             write!(f, "{}: ", self.pointer)?;

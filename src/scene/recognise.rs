@@ -3,6 +3,7 @@
 
 use super::Format;
 use super::problem::{Code, Problem};
+use crate::models::{ModelFormat, parts};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -19,6 +20,12 @@ pub enum Recognised {
     Gltf,
     /// Wavefront OBJ.
     Obj,
+    /// STL, binary or text.
+    Stl,
+    /// PLY.
+    Ply,
+    /// A `multipart/form-data` body with the parts of a model.
+    Parts,
     /// Something else that has a name.
     Other(&'static str),
     /// None of these.
@@ -26,7 +33,7 @@ pub enum Recognised {
 }
 
 /// How files of other formats begin.
-const OTHERS: [(&[u8], &str); 14] = [
+const OTHERS: [(&[u8], &str); 12] = [
     (b"\x89PNG", "a PNG picture"),
     (b"\xff\xd8\xff", "a JPEG picture"),
     (b"GIF8", "a GIF picture"),
@@ -34,8 +41,6 @@ const OTHERS: [(&[u8], &str); 14] = [
     (b"\x76\x2f\x31\x01", "an OpenEXR picture"),
     (b"PF", "a PFM picture"),
     (b"P6", "a PPM picture"),
-    (b"solid ", "STL"),
-    (b"ply", "PLY"),
     (b"#VRML", "VRML"),
     (b"Kaydara FBX", "FBX"),
     (b"PK\x03\x04", "a ZIP archive"),
@@ -72,11 +77,46 @@ pub fn recognise_start(bytes: &[u8]) -> Recognised {
     if bytes.starts_with(&[0x1f, 0x8b]) {
         return Recognised::Nff;
     }
+    if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        return Recognised::Ply;
+    }
+    // Also binary files begin so, against the rules.
+    if bytes.starts_with(b"solid") || is_binary_stl(bytes) {
+        return Recognised::Stl;
+    }
+    if parts::is_multipart(bytes) {
+        return Recognised::Parts;
+    }
     if let Some((_, name)) = OTHERS.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Recognised::Other(name);
     }
     let text = super::read::strip_mark(bytes).trim_ascii_start();
     if matches!(text.first(), Some(b'{' | b'[')) { Recognised::Json } else { by_first_statement(text) }
+}
+
+/// Whether the length is that of a binary file of STL with as many triangles as it says.
+fn is_binary_stl(bytes: &[u8]) -> bool {
+    let count = bytes.get(80..84).map(|count| u32::from_le_bytes([count[0], count[1], count[2], count[3]]));
+    count.is_some_and(|count| count > 0 && bytes.len() as u64 == 84 + 50 * u64::from(count))
+}
+
+/// The format of a file that is a model, by its name or its content.
+pub(super) fn model_format(bytes: &[u8], name: Option<&str>) -> Option<ModelFormat> {
+    let ending = name.and_then(|name| name.rsplit_once('.')).map(|(_, ending)| ending.to_ascii_lowercase());
+    let named = match ending.as_deref() {
+        Some("gltf" | "glb") => Some(ModelFormat::Gltf),
+        Some("obj") => Some(ModelFormat::Obj),
+        Some("stl") => Some(ModelFormat::Stl),
+        Some("ply") => Some(ModelFormat::Ply),
+        _ => None,
+    };
+    named.or_else(|| match recognise(bytes) {
+        Recognised::Glb | Recognised::Gltf => Some(ModelFormat::Gltf),
+        Recognised::Obj => Some(ModelFormat::Obj),
+        Recognised::Stl => Some(ModelFormat::Stl),
+        Recognised::Ply => Some(ModelFormat::Ply),
+        _ => None,
+    })
 }
 
 /// OBJ has numbers behind its `v`, where in NFF it stands alone.
@@ -108,8 +148,23 @@ impl Recognised {
             Self::Glb => "binary glTF (.glb)",
             Self::Gltf => "glTF",
             Self::Obj => "Wavefront OBJ",
+            Self::Stl => "STL",
+            Self::Ply => "PLY",
+            Self::Parts => "a form with the parts of a model",
             Self::Other(name) => name,
             Self::Unknown => "of an unknown format",
+        }
+    }
+
+    /// The format of a model; glTF in JSON is known as such only by its keys.
+    pub fn model(self) -> Option<Format> {
+        match self {
+            Self::Glb | Self::Gltf => Some(Format::Gltf),
+            Self::Obj => Some(Format::Obj),
+            Self::Stl => Some(Format::Stl),
+            Self::Ply => Some(Format::Ply),
+            Self::Parts => Some(Format::Parts),
+            Self::Json | Self::Nff | Self::Other(_) | Self::Unknown => None,
         }
     }
 
@@ -117,13 +172,24 @@ impl Recognised {
     pub fn refused_as(self, format: Format) -> Option<Problem> {
         let what = match (self, format) {
             (Self::Json, Format::Json) | (Self::Nff, Format::Nff) | (Self::Unknown, _) => return None,
+            (Self::Glb | Self::Gltf, Format::Gltf)
+            | (Self::Obj, Format::Obj)
+            | (Self::Stl, Format::Stl)
+            | (Self::Ply, Format::Ply)
+            | (Self::Parts, Format::Parts) => return None,
             (Self::Json, Format::Nff) => "not NFF: read it as json (--input json; Content-Type: application/json)",
             (Self::Nff, Format::Json) => "not JSON: read it as nff (--input nff; Content-Type: text/x-nff)",
             (Self::Other(name), _) if name.ends_with("picture") => "not a scene: a scene names its pictures",
-            (Self::Glb | Self::Gltf | Self::Obj | Self::Other(_), _) => {
-                "which strahl does not read yet: write its triangles as a \"mesh\" of scene JSON (docs/scenes.md), or convert it to \
-                 NFF"
+            (Self::Json, _) => "not a model: read it as json (--input json; Content-Type: application/json)",
+            (Self::Nff, _) => "not a model: read it as nff (--input nff; Content-Type: text/x-nff)",
+            (Self::Glb | Self::Gltf, _) => {
+                "read it as gltf (--input gltf; Content-Type: model/gltf-binary or model/gltf+json)"
             }
+            (Self::Obj, _) => "read it as obj (--input obj; Content-Type: model/obj)",
+            (Self::Stl, _) => "read it as stl (--input stl; Content-Type: model/stl)",
+            (Self::Ply, _) => "read it as ply (--input ply; Content-Type: model/ply)",
+            (Self::Parts, _) => "read it as parts (--input parts; Content-Type: multipart/form-data)",
+            (Self::Other(_), _) => "which strahl does not read: convert it to glTF (.glb)",
         };
         let problem = Problem::new("", Code::OtherFormat, format!("this is {}, {what}", self.name()));
         Some(Problem { line: Some(1), ..problem })
@@ -150,7 +216,9 @@ mod tests {
             (b"# Blender\r\n\r\nmtllib a.mtl\r\nv 1 2 3", Recognised::Obj),
             (b"v 1.0 -2e-3 3 1\nf 1 1 1", Recognised::Obj),
             (b"\x89PNG\r\n\x1a\n", Recognised::Other("a PNG picture")),
-            (b"solid cube\nfacet normal 0 0 1", Recognised::Other("STL")),
+            (b"solid cube\nfacet normal 0 0 1", Recognised::Stl),
+            (b"ply\nformat ascii 1.0", Recognised::Ply),
+            (b"--x\r\nContent-Disposition: form-data; name=\"a\"\r\n\r\n", Recognised::Parts),
         ] {
             assert_eq!(recognise(bytes), format, "{:?}", String::from_utf8_lossy(bytes));
         }

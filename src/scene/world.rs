@@ -13,6 +13,7 @@ use crate::shading::fog::Fog;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
 use crate::shading::spectrum::Spectrum;
+use crate::shading::surroundings::Surroundings;
 use crate::shading::texture::environment::Environment;
 use std::sync::Arc;
 
@@ -41,6 +42,8 @@ pub struct World<R> {
     pub display: Display,
     /// The environment map, which replaces the background, if there is one.
     pub environment: Option<Environment>,
+    /// What the environment does to surfaces, if it lights them.
+    pub surroundings: Option<Arc<Surroundings>>,
     /// The camera.
     pub camera: Camera<R>,
     /// The rules of the recursion.

@@ -1,5 +1,6 @@
 //! Materials, and the coefficients of the material under each ray.
 
+use super::pbr::Pbr;
 use super::texture::checker::BaseColor;
 use super::texture::pattern::Textures;
 use crate::lanes::{Ids, Lanes, Real, V3};
@@ -33,6 +34,8 @@ pub struct Material<R> {
     pub fresnel: Fresnel,
     /// Patterns and bumps. `ambient` and `diffuse` are then the means of the patterns that replace them.
     pub textures: Option<Box<Textures>>,
+    /// Channels of metallic-roughness. All coefficients above are then the most that they can be.
+    pub pbr: Option<Box<Pbr>>,
 }
 
 /// How reflection and transmission depend on the angle of incidence.
@@ -44,6 +47,8 @@ pub enum Fresnel {
     Dielectric,
     /// Schlick's approximation for metals, whose r_s is that at normal incidence.
     Conductor,
+    /// A dielectric with some metal, and with lacquer over both: [`Pbr`].
+    Layered,
 }
 
 impl<R: Real> Material<R> {
@@ -64,6 +69,7 @@ impl<R: Real> Material<R> {
             emission: [zero; 3],
             fresnel: Fresnel::None,
             textures: None,
+            pbr: None,
         }
     }
 
@@ -77,6 +83,16 @@ impl<R: Real> Material<R> {
         self.transmission.iter().any(|c| *c > R::from_f64(0.0))
     }
 
+    /// Whether it may be only partly there.
+    pub fn has_holes(&self) -> bool {
+        self.pbr.as_ref().is_some_and(|pbr| pbr.has_holes())
+    }
+
+    /// Whether it shows shadows alone.
+    pub fn catches_shadows(&self) -> bool {
+        self.pbr.as_ref().is_some_and(|pbr| pbr.catches_shadows)
+    }
+
     /// Whether a surface of this material between equal media is invisible: all light passes, none is added.
     pub fn is_perfectly_clear(&self) -> bool {
         let black = [R::from_f64(0.0); 3];
@@ -85,7 +101,7 @@ impl<R: Real> Material<R> {
         let dark = self.specular == black && self.emission == black;
         // Between equal media a dielectric does not reflect.
         let mirrors = self.fresnel == Fresnel::Conductor || (self.fresnel == Fresnel::None && self.reflection != black);
-        unlit && dark && !mirrors && self.transmission == [R::from_f64(1.0); 3]
+        self.pbr.is_none() && unlit && dark && !mirrors && self.transmission == [R::from_f64(1.0); 3]
     }
 }
 

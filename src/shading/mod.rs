@@ -2,10 +2,14 @@
 
 pub mod fog;
 pub mod light;
+pub mod lobes;
 pub mod material;
 pub mod media;
 pub mod microfacet;
 pub mod optics;
+pub mod pbr;
 pub mod phong;
 pub mod spectrum;
+mod split_sum;
+pub mod surroundings;
 pub mod texture;

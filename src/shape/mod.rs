@@ -2,10 +2,11 @@
 //!
 //! Each shape has one function `intersect`, which finds the nearest intersection inside the ray's range with its point,
 //! error bound and normal. Spheres and triangles have two: one for the distance, which is all that traversal needs, and
-//! one that computes the surface from what the first has found.
+//! one that computes the surface from what the first has found. [`ear_clipping`] cuts polygons into triangles.
 
 mod cuboid;
 mod disc;
+pub mod ear_clipping;
 mod frame;
 mod frustum;
 mod plane;

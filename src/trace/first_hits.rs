@@ -3,6 +3,7 @@
 use super::hits::Hits;
 use super::kernel::Tracer;
 use super::observer::Observer;
+use super::pbr::lobes_of;
 use super::ray_packet::RayPacket;
 use super::texturing::apply_textures;
 use super::variants::Variant;
@@ -50,9 +51,12 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// The coefficients of what the rays have met. Bumps tilt its normals.
     #[inline(always)]
     pub(crate) fn first_coefficients(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>) -> Coefficients<L> {
-        let mut coefficients = self.coefficients(rays, hits);
+        let (s, mut coefficients, smooth) = (self.s, self.coefficients(rays, hits), hits.ns);
         if V::DETAILS && self.world.effects.has_textures() {
-            apply_textures(self.s, self.world, rays, self.cones.widths(), hits, &mut coefficients);
+            apply_textures(s, self.world, rays, self.cones.widths(), hits, &mut coefficients);
+        }
+        if V::DETAILS && self.world.effects.has(Effect::MetallicRoughness) {
+            lobes_of(s, self.world, rays, self.cones.widths(), smooth, hits, &mut coefficients);
         }
         coefficients
     }

@@ -3,12 +3,14 @@
 //! Dielectrics take the exact reflectance F between the media on both sides: F r_s and (1 - F) r_t, which is r_s under
 //! total internal reflection, where F is 1. Surfaces without a medium behind them, opaque bodies and sheets, take the medium
 //! of the ray in front and their material behind: a varnish. Conductors take Schlick's approximation,
-//! r_s + (1 - r_s) (1 - cos theta)^5, and transmit the remaining share of r_t.
+//! r_s + (1 - r_s) (1 - cos theta)^5, and transmit the remaining share of r_t. Materials of layers are dielectrics with metal and
+//! lacquer, of which their lobes say how much.
 
 use super::hits::Hits;
 use super::ray_packet::RayPacket;
 use crate::lanes::{Ids, Lanes, Mask, V3};
 use crate::scene::world::World;
+use crate::shading::lobes::Lobes;
 use crate::shading::material::{Coefficients, Fresnel};
 use crate::shading::media::{Media, MediumList};
 use crate::shading::optics::{Refraction, fresnel_dielectric, refract};
@@ -42,13 +44,14 @@ pub(super) fn at_angles<L: Lanes>(
     hits: &Hits<L>,
     ns: V3<L>,
     coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
     bent: Option<Bent<'_, L>>,
     bend: Option<L>,
 ) -> ([V3<L>; 2], u32) {
     L::vectorize(
         s,
         #[inline(always)]
-        || at_angles_in(s, world, media, rays, hits, ns, coefficients, bent, bend),
+        || at_angles_in(s, world, media, rays, hits, ns, coefficients, lobes, bent, bend),
     )
 }
 
@@ -70,7 +73,7 @@ fn kinds<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>) -> Kinds<
         let material = &world.materials[id as usize];
         match material.fresnel {
             Fresnel::None => {}
-            Fresnel::Dielectric => kinds.dielectric |= same,
+            Fresnel::Dielectric | Fresnel::Layered => kinds.dielectric |= same,
             Fresnel::Conductor => kinds.conductor |= same,
         }
         let mask = L::mask(s, same);
@@ -89,6 +92,7 @@ fn at_angles_in<L: Lanes>(
     hits: &Hits<L>,
     ns: V3<L>,
     coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
     bent: Option<Bent<'_, L>>,
     bend: Option<L>,
 ) -> ([V3<L>; 2], u32) {
@@ -118,16 +122,36 @@ fn at_angles_in<L: Lanes>(
         r_s = V3::select(mask, r_s * reflectance, r_s);
         r_t = V3::select(mask, r_t * (one - reflectance), r_t);
     }
+    if let Some(lobes) = lobes {
+        // Metal and lacquer mirror beside the dielectric, and inside of it whatever is its roughness.
+        let grazing = grazing(s, rays.dir, n);
+        let [normal, along] = lobes.metal;
+        let metal = normal + (along - normal) * grazing;
+        let lacquer = V3 { x: lobes.coat_mirror, y: lobes.coat_mirror, z: lobes.coat_mirror };
+        let mask = L::mask(s, lobes.lanes);
+        r_s = V3::select(mask, r_s + metal + lacquer, r_s);
+        if let Some(bent) = bent {
+            let inside = V3 { x: lobes.passing, y: lobes.passing, z: lobes.passing };
+            r_s = V3::select(mask & L::mask(s, bent.lanes) & bent.refraction.total, inside, r_s);
+        }
+    }
     if conductor != 0 {
-        let versine = (one + rays.dir.dot(n)).max(zero).min(one);
-        let squared = versine * versine;
-        let grazing = squared * squared * versine;
+        let grazing = grazing(s, rays.dir, n);
         let white = V3 { x: one, y: one, z: one };
         let mask = L::mask(s, conductor);
         r_s = V3::select(mask, r_s + (white - r_s) * grazing, r_s);
         r_t = V3::select(mask, r_t * (one - grazing), r_t);
     }
     ([r_s, r_t], tinted)
+}
+
+/// (1 - cos theta)^5.
+#[inline(always)]
+fn grazing<L: Lanes>(s: L::Simd, dir: V3<L>, n: V3<L>) -> L {
+    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+    let versine = (one + dir.dot(n)).max(zero).min(one);
+    let squared = versine * versine;
+    squared * squared * versine
 }
 
 /// A property of the media that rays are in, `other` in lanes that are not asked for.

@@ -9,17 +9,21 @@ use super::batch::SamplePacket;
 use super::certificate::Certificate;
 use super::color_bleeding::scatter_diffuse;
 use super::counts::{LaneCounts, RayCounts};
+use super::environment_light::light_from_around;
 use super::eye_media::media_at;
 use super::footprint::footprints;
 use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::Observer;
+use super::opacity::go_on;
+use super::pbr::lobes_of;
 use super::pixel_sum::PixelSum;
 use super::proof::BatchProof;
 use super::ray_cones::{RayCones, around};
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
+use super::shadow_catcher::caught;
 use super::texturing::apply_textures;
 use super::wavelengths::Wavelengths;
 use crate::accel::Nearest;
@@ -310,19 +314,64 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             self.observer.hits(number, rays, hits);
         }
         let mut coefficients = self.coefficients(rays, hits);
+        let mut lobes = None;
+        let there;
+        let mut rays = rays;
         if V::DETAILS {
+            let smooth = hits.ns;
             if self.world.effects.has_textures() {
                 self.cones.tilted = apply_textures(s, self.world, rays, self.cones.widths(), hits, &mut coefficients);
             }
+            if self.world.effects.has(Effect::MetallicRoughness) {
+                let widths = self.cones.widths();
+                lobes = lobes_of(s, self.world, rays, widths, smooth, hits, &mut coefficients);
+            }
+            if let Some(lobes) = &lobes
+                && self.world.effects.has(Effect::Opacity)
+            {
+                // The light of the way is there, whatever is of the surface.
+                own = self.bounded(own);
+                sum.add(s, hits.found, own);
+                if O::WATCHING {
+                    self.observer.contributes(number, own);
+                }
+                own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+                let mut opacity = lobes.opacity;
+                if self.world.effects.has(Effect::ShadowCatcher) {
+                    opacity = caught(self, rays, hits, opacity);
+                }
+                go_on(self, rays, hits, opacity, lobes.lanes, number);
+                if hits.found == 0 {
+                    return;
+                }
+                let part = L::select(L::mask(s, lobes.lanes), opacity, L::lit(s, 1.0));
+                there = RayPacket { weight: rays.weight * part, ..*rays };
+                rays = &there;
+            }
             if self.world.effects.has(Effect::Emission) {
-                own = own + rays.weight.times(hits.emission(s, self.world));
+                let mut emission = hits.emission(s, self.world);
+                if let Some(lobes) = &lobes {
+                    emission = V3::select(L::mask(s, lobes.lanes), lobes.emission, emission);
+                }
+                own = own + rays.weight.times(emission);
+            }
+            if self.world.effects.has(Effect::EnvironmentLight)
+                && let Some(surroundings) = &self.world.surroundings
+            {
+                let gathers = self.world.effects.has(Effect::ColorBleeding) && !rays.gathered;
+                let light = light_from_around(s, surroundings, rays, hits, &coefficients, lobes.as_ref(), gathers);
+                own = own + rays.weight.times(light);
             }
         }
-        illuminate(self, rays, hits, &coefficients, own, number, sum);
+        let lobes = lobes.as_ref();
+        // In a picture of alpha lights cast shadows and nothing else.
+        if !(V::DETAILS && self.world.rules.straight) {
+            illuminate(self, rays, hits, &coefficients, lobes, own, number, sum);
+        }
         if V::DETAILS && self.world.effects.has(Effect::ColorBleeding) && !rays.gathered {
             scatter_diffuse(self, rays, hits, &coefficients, number);
         }
-        scatter(self, rays, hits, &coefficients, number);
+        scatter(self, rays, hits, &coefficients, lobes, number);
     }
 
     /// The coefficients of what the rays have hit, without textures.

@@ -4,8 +4,9 @@ use super::colored_shadows::left_by_bodies;
 use super::hits::Hits;
 use super::kernel::{Tracer, stage};
 use super::observer::Observer;
+use super::opacity::left_by_holes;
 use super::pixel_sum::PixelSum;
-use super::ray_packet::RayPacket;
+use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::Choice;
 use crate::accel::transmittance;
 use crate::lanes::{Lanes, Mask, Real, V3};
@@ -13,6 +14,7 @@ use crate::ray::{Rays, leave};
 use crate::scene::effects::Effect;
 use crate::scene::world::Pruning;
 use crate::shading::light::{Light, Place};
+use crate::shading::lobes::{Lobes, limited};
 use crate::shading::material::Coefficients;
 use crate::shading::phong::{highlight_cosine, power};
 use crate::trace::variants::Variant;
@@ -38,6 +40,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, V: Variant>(
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
     own: V3<L>,
     number: u32,
     sum: &mut PixelSum<L>,
@@ -45,7 +48,7 @@ pub(super) fn illuminate<L: Lanes, O: Observer<L>, V: Variant>(
     stage::<L, V, _>(
         tracer.s,
         #[inline(always)]
-        || illuminate_in(tracer, rays, hits, coefficients, own, number, sum),
+        || illuminate_in(tracer, rays, hits, coefficients, lobes, own, number, sum),
     );
 }
 
@@ -55,6 +58,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
     own: V3<L>,
     number: u32,
     sum: &mut PixelSum<L>,
@@ -100,7 +104,14 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
         if !(lit | (facing & L::mask(s, spd))).any() {
             continue;
         }
-        let radiance = phong(s, rays, hits, coefficients, light, arrival.to_light, cosine, arrival.strength, lit);
+        let mut radiance = phong(s, rays, hits, coefficients, light, arrival.to_light, cosine, arrival.strength, lit);
+        if V::DETAILS
+            && let Some(lobes) = lobes
+        {
+            let reflected = reflected(s, rays, hits, lobes, arrival.to_light, cosine);
+            let of_lobes = reflected.times(V3::splat(s, light.color)) * arrival.strength;
+            radiance = V3::select(L::mask(s, lobes.lanes), of_lobes, radiance);
+        }
         let added = rays.weight.times(radiance);
         let little = little(tracer, lit, added, light, arrival.strength) & !L::mask(s, spd);
         if little.any() {
@@ -136,6 +147,10 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             let time = hits.time.as_ref();
             let left = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time);
             passed = V3::select(cast, left, passed);
+            if V::DETAILS && world.effects.has(Effect::Opacity) {
+                let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
+                passed = passed.times(left_by_holes(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
+            }
             if V::DETAILS && world.effects.has(Effect::ColoredShadows) {
                 let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
                 let shadow = Rays { active: open, ..shadow };
@@ -197,6 +212,26 @@ fn phong<L: Lanes>(
     reflected.times(V3::splat(s, light.color)) * strength
 }
 
+/// What the lobes of a surface reflect of a light, as a factor on what white would scatter. What others mirror is limited.
+#[inline(never)]
+fn reflected<L: Lanes>(
+    s: L::Simd,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    lobes: &Lobes<L>,
+    to_light: V3<L>,
+    cosine: L,
+) -> V3<L> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || {
+            let reflected = lobes.reflected(s, hits.ns, to_light, -rays.dir, cosine);
+            if rays.kind == RayKind::Camera { reflected } else { limited(s, reflected) }
+        },
+    )
+}
+
 /// Where shadow rays start from facets that stand for a curved surface, the lanes of `smooth`: on that surface where the
 /// light grazes the facet or comes from behind it, else neighbouring facets would draw a saw-toothed shadow line.
 #[inline(always)]
@@ -209,7 +244,7 @@ fn from_curve<L: Lanes>(s: L::Simd, hits: &Hits<L>, facet_cosine: L, smooth: u32
 
 /// Segments from the surface to the light; t = 1 is the light, or infinity for directional light.
 #[inline(always)]
-fn shadow_rays<L: Lanes>(s: L::Simd, place: &Place<L>, origin: V3<L>, active: L::Mask) -> Rays<L> {
+pub(super) fn shadow_rays<L: Lanes>(s: L::Simd, place: &Place<L>, origin: V3<L>, active: L::Mask) -> Rays<L> {
     let t_min = L::lit(s, 0.0);
     match *place {
         Place::Point(position) => {

@@ -64,6 +64,12 @@ impl<L: Lanes> RayCones<L> {
         }
     }
 
+    /// The current rays go on as they are.
+    #[inline(always)]
+    pub(super) fn go_on(&mut self) {
+        self.next = self.current;
+    }
+
     /// The cones of mirrored rays. A normal that turns by `curvature` in a unit of length turns them by twice as much.
     #[inline(always)]
     pub(super) fn mirrored(&self, s: L::Simd, curvature: L) -> Cones<L> {

@@ -11,6 +11,7 @@ use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;
 use crate::scene::effects::Effect;
+use crate::shading::lobes::Lobes;
 use crate::shading::material::Coefficients;
 use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
@@ -23,12 +24,13 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, V: Variant>(
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
     number: u32,
 ) {
     stage::<L, V, _>(
         tracer.s,
         #[inline(always)]
-        || scatter_in(tracer, rays, hits, coefficients, number),
+        || scatter_in(tracer, rays, hits, coefficients, lobes, number),
     );
 }
 
@@ -38,6 +40,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
     number: u32,
 ) {
     if !V::SECONDARY {
@@ -51,6 +54,9 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     let by_angle = V::DETAILS && tracer.world.angular;
     if by_angle {
         mirror |= conductors(s, tracer.world, hits);
+        if let Some(lobes) = lobes {
+            mirror |= lobes.mirrored & hits.found;
+        }
     }
     let mut clear = hits.transmissive & hits.found;
     if mirror | clear == 0 {
@@ -71,7 +77,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         if O::WATCHING {
             if by_angle {
                 let crossing = if clear != 0 { Some(cross(tracer, rays, hits, hits.ns, clear)) } else { None };
-                ([r_s, r_t], _) = angular(tracer, rays, hits, hits.ns, coefficients, crossing.as_ref(), clear);
+                ([r_s, r_t], _) = angular(tracer, rays, hits, hits.ns, coefficients, lobes, crossing.as_ref(), clear);
             }
             report_end(tracer, rays, [r_s, r_t], mirror, clear, number);
         }
@@ -97,7 +103,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     let crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear)) } else { None };
     let mut tinted = 0;
     if by_angle {
-        ([r_s, r_t], tinted) = angular(tracer, rays, hits, ns, coefficients, crossing.as_ref(), clear);
+        ([r_s, r_t], tinted) = angular(tracer, rays, hits, ns, coefficients, lobes, crossing.as_ref(), clear);
         tinted &= !rays.dispersed;
         if tinted != 0 {
             let mask = L::mask(s, tinted);
@@ -217,6 +223,7 @@ fn angular<L: Lanes, O: Observer<L>, V: Variant>(
     hits: &Hits<L>,
     ns: V3<L>,
     coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
     crossing: Option<&Crossing<L>>,
     clear: u32,
 ) -> ([V3<L>; 2], u32) {
@@ -228,7 +235,7 @@ fn angular<L: Lanes, O: Observer<L>, V: Variant>(
     };
     let disperses = V::DETAILS && tracer.world.effects.has(Effect::Dispersion);
     let bend = disperses.then_some(tracer.wavelengths.bend);
-    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, ns, coefficients, bent, bend)
+    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, ns, coefficients, lobes, bent, bend)
 }
 
 /// The crossing of a surface.

@@ -7,13 +7,13 @@
 
 use super::hits::Hits;
 use super::ray_packet::RayPacket;
-use crate::accel::{Owner, Shape};
+use crate::accel::{self, Owner, Shape};
 use crate::lanes::{Column, Columns, Double, Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of, parts};
 use crate::scene::world::World;
 use crate::shading::material::Coefficients;
 use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::image::Lookup;
-use crate::shading::texture::uv::Face;
+use crate::shading::texture::uv::{Attributes, Face};
 use glam::DVec3;
 
 /// Smallest cosine for the length of a footprint; longer ones are blurred anyway.
@@ -49,12 +49,7 @@ fn apply_in<L: Lanes>(
     coefficients: &mut Coefficients<L>,
 ) -> u32 {
     let (mut tilted, mut textured) = (0, false);
-    let seen = Seen {
-        dir: Columns::of(rays.dir),
-        facing: Columns::of(hits.ng),
-        point: Columns::of(hits.surface.local),
-        width: Column::of(widths),
-    };
+    let seen = Seen::new(rays.dir, hits, widths);
     let (mut ambient, mut diffuse) = (Columns::of(coefficients.ambient), Columns::of(coefficients.diffuse));
     let mut normals = Columns::of(hits.ns);
     let mut left = hits.found;
@@ -72,13 +67,7 @@ fn apply_in<L: Lanes>(
         for (first, lanes) in parts::<L>(same) {
             let mask = L::Double::mask(s, lanes);
             let seen = seen.part::<L::Double>(s, first);
-            let [long, short] = seen.footprint(s, lanes);
-            let lookup = Lookup {
-                lanes,
-                point: seen.point,
-                footprint: [owner.directions_into_object(s, long), owner.directions_into_object(s, short)],
-                face: faces::<L>(s, &owner, hits.expanded, first, lanes),
-            };
+            let lookup = seen.lookup::<L>(s, &owner, hits, first, lanes);
             if let Some(pattern) = &textures.diffuse {
                 let color = pattern.at(s, &lookup);
                 diffuse.put(s, first, mask, color);
@@ -107,7 +96,7 @@ fn apply_in<L: Lanes>(
 }
 
 /// The rays and their hits.
-struct Seen {
+pub(super) struct Seen {
     dir: Columns,
     /// The geometric normals on the rays' side.
     facing: Columns,
@@ -118,16 +107,27 @@ struct Seen {
 }
 
 /// Some of them.
-struct Part<W> {
+pub(super) struct Part<W> {
     dir: V3<W>,
     facing: V3<W>,
-    point: V3<W>,
+    pub(super) point: V3<W>,
     width: W,
 }
 
 impl Seen {
+    /// Rays in directions `dir`, whose cones have these widths at the hits.
     #[inline(always)]
-    fn part<W: Double>(&self, s: W::Simd, first: usize) -> Part<W> {
+    pub(super) fn new<L: Lanes>(dir: V3<L>, hits: &Hits<L>, widths: L) -> Self {
+        Self {
+            dir: Columns::of(dir),
+            facing: Columns::of(hits.ng),
+            point: Columns::of(hits.surface.local),
+            width: Column::of(widths),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn part<W: Double>(&self, s: W::Simd, first: usize) -> Part<W> {
         Part {
             dir: self.dir.part(s, first),
             facing: self.facing.part(s, first),
@@ -138,6 +138,25 @@ impl Seen {
 }
 
 impl<W: Double> Part<W> {
+    /// What is looked up where some lanes have hit a body, the first of the part being `first`.
+    #[inline(always)]
+    pub(super) fn lookup<L: Lanes<Double = W, Simd = W::Simd>>(
+        &self,
+        s: W::Simd,
+        owner: &Owner<'_, L::Real>,
+        hits: &Hits<L>,
+        first: usize,
+        lanes: u32,
+    ) -> Lookup<W> {
+        let [long, short] = self.footprint(s, lanes);
+        Lookup {
+            lanes,
+            point: self.point,
+            footprint: [owner.directions_into_object(s, long), owner.directions_into_object(s, short)],
+            face: faces::<L>(s, owner, hits.expanded, first, lanes),
+        }
+    }
+
     /// The axes of the footprints, the longer one first.
     #[inline(always)]
     fn footprint(&self, s: W::Simd, lanes: u32) -> [V3<W>; 2] {
@@ -195,7 +214,7 @@ fn faces<L: Lanes>(
     lanes: u32,
 ) -> Option<Face<L::Double>> {
     let Shape::Mesh(mesh) = &owner.item.shape else { return None };
-    if mesh.uvs.is_empty() {
+    if mesh.uvs.is_empty() && mesh.attributes.is_none() {
         return None;
     }
     let (mut corners, mut uvs) = ([[[0.0; MAX_LANES]; 3]; 3], [[[0.0; MAX_LANES]; 2]; 3]);
@@ -206,8 +225,10 @@ fn faces<L: Lanes>(
             for axis in 0..3 {
                 corners[corner][axis][lane] = points[corner][axis].to_f64();
             }
-            for axis in 0..2 {
-                uvs[corner][axis][lane] = mesh.uvs[face[corner] as usize][axis].to_f64();
+            if let Some(uv) = mesh.uvs.get(face[corner] as usize) {
+                for axis in 0..2 {
+                    uvs[corner][axis][lane] = uv[axis].to_f64();
+                }
             }
         }
     }
@@ -217,5 +238,48 @@ fn faces<L: Lanes>(
     Some(Face {
         corners: [point(&corners[0]), point(&corners[1]), point(&corners[2])],
         uvs: [pair(&uvs[0]), pair(&uvs[1]), pair(&uvs[2])],
+        attributes: mesh.attributes.as_ref().map(
+            #[inline(always)]
+            |more| attributes::<L>(s, owner, more, expanded, first, lanes),
+        ),
     })
+}
+
+/// What else their corners have; 0 and white where the mesh says nothing.
+fn attributes<L: Lanes>(
+    s: L::Simd,
+    owner: &Owner<'_, L::Real>,
+    more: &accel::Attributes<L::Real>,
+    expanded: L::Ids,
+    first: usize,
+    lanes: u32,
+) -> Attributes<L::Double> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || {
+            let (mut uvs, mut colors) = ([[[0.0; MAX_LANES]; 2]; 3], [[[1.0; MAX_LANES]; 4]; 3]);
+            if let Shape::Mesh(mesh) = &owner.item.shape {
+                for lane in lanes_of(lanes) {
+                    let face = mesh.faces[(expanded.lane(first + lane) - owner.body) as usize];
+                    for corner in 0..3 {
+                        let vertex = face[corner] as usize;
+                        for (axis, x) in more.uvs.get(vertex).iter().copied().flatten().enumerate() {
+                            uvs[corner][axis][lane] = x.to_f64();
+                        }
+                        for (channel, x) in more.colors.get(vertex).iter().copied().flatten().enumerate() {
+                            colors[corner][channel][lane] = x.to_f64();
+                        }
+                    }
+                }
+            }
+            let load = |numbers: &[f64]| L::Double::load(s, numbers);
+            let pair = |i: usize| [load(&uvs[i][0]), load(&uvs[i][1])];
+            let color = |i: usize| {
+                let [r, g, b, a] = &colors[i];
+                [load(r), load(g), load(b), load(a)]
+            };
+            Attributes { uvs: [pair(0), pair(1), pair(2)], colors: [color(0), color(1), color(2)] }
+        },
+    )
 }

@@ -2,13 +2,14 @@
 """The studio in headless Chromium: flows, figures of speed, deep zoom, accessibility, a killed service. Each line is a figure.
 
     cargo build --release && python3 tests/external/studio.py             # everything
-    python3 tests/external/studio.py flows speed deep access keys restart   # some of it
+    python3 tests/external/studio.py flows speed deep access keys restart farm   # some of it
 
 It needs node, npm and Chromium (Debian: nodejs, npm, chromium; or CHROMIUM=path), and installs puppeteer-core and axe-core
 (npm) into target/external. STUDIO_FILES=web serves the files of a folder instead of those in the program.
 """
 
 import os
+import pathlib
 import shutil
 import signal
 import subprocess
@@ -17,9 +18,10 @@ import tempfile
 import time
 
 import service
+from broker import Broker
 
 PACKAGES = ["puppeteer-core@25.16.0", "axe-core@4.14.1"]
-SUITES = ["flows", "pixel", "plan", "accuracy", "compare", "maps", "jobs", "speed", "deep", "access", "keys", "restart"]
+SUITES = ["flows", "pixel", "plan", "accuracy", "compare", "maps", "jobs", "speed", "deep", "access", "keys", "restart", "farm"]
 
 
 def node(modules, browser, suite, address, *more):
@@ -61,6 +63,30 @@ def keys(modules, browser, flags):
             return node(modules, browser, "keys", address, key)
 
 
+def farm(modules, browser, flags):
+    """A service with a farm, whose first node comes when there is work."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        broker = Broker(folder).until_healthy()
+        shared = ["--farm", f"nats://127.0.0.1:{broker.port}", "--store", folder / "store"]
+        front, worker = service.Service(*shared, *flags), None
+        program = service.ROOT / "tests" / "external" / "studio" / "farm.mjs"
+        page = subprocess.Popen(["node", program, modules, browser, f"http://{front.address}"], stdout=subprocess.PIPE, text=True)
+        try:
+            for line in page.stdout:
+                if line.startswith("node"):
+                    worker = subprocess.Popen([service.PROGRAM, "node", *shared, "--slots", "1", "--name", "flow-node"], stderr=subprocess.DEVNULL)
+                else:
+                    print(line, end="", flush=True)
+            return page.wait(timeout=120)
+        finally:
+            if worker:
+                worker.terminate()
+                worker.wait(timeout=60)
+            front.stop()
+            broker.stop()
+
+
 def main():
     suites = sys.argv[1:] or SUITES
     if unknown := set(suites) - set(SUITES):
@@ -75,8 +101,8 @@ def main():
     for suite in suites:
         print(f"== {suite}", flush=True)
         started = time.monotonic()
-        if suite in ("restart", "keys"):
-            code = {"restart": restart, "keys": keys}[suite](modules, browser, flags)
+        if suite in ("restart", "keys", "farm"):
+            code = {"restart": restart, "keys": keys, "farm": farm}[suite](modules, browser, flags)
         else:
             with service.running("--admin-listen", "127.0.0.1:0", *flags) as address:
                 code = node(modules, browser, suite, address)

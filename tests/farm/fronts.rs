@@ -47,7 +47,8 @@ impl Fronts {
     fn owner(&self, id: &str) -> usize {
         let mut owner = None;
         wait_until("a front works on a job", || {
-            owner = self.fronts.iter().position(|front| front.log().contains(&format!("this front begins job=\"{id}\"")));
+            owner =
+                self.fronts.iter().position(|front| front.log().contains(&format!("this front begins job=\"{id}\"")));
             owner.is_some()
         });
         owner.unwrap()
@@ -280,7 +281,8 @@ fn one_key_is_one_job_at_whichever_front() {
             }
         };
         let ids: BTreeSet<String> = thread::scope(|scope| {
-            let sent: Vec<_> = (0..6).map(|at| scope.spawn(move || send(&farm.fronts[at % 2]))).collect();
+            let (fronts, send) = (&farm.fronts, &send);
+            let sent: Vec<_> = (0..6).map(|at| scope.spawn(move || send(&fronts[at % 2]))).collect();
             sent.into_iter().map(|sent| sent.join().unwrap()).collect()
         });
         assert_eq!(ids.len(), 1, "{ids:?}");
@@ -324,7 +326,8 @@ fn as_many_jobs_wait_as_may_however_many_fronts_are_asked() {
     }
     // What one front signs opens a job at the other.
     let id = id_of(&accepted[0]);
-    let capability = farm.fronts[0].send("POST", "/v1/capabilities", &headers, json!({ "job_id": id }).to_string().as_bytes());
+    let capability =
+        farm.fronts[0].send("POST", "/v1/capabilities", &headers, json!({ "job_id": id }).to_string().as_bytes());
     assert_eq!(capability.status, 201, "{}", capability.text());
     let prefix = capability.json()["prefix"].as_str().unwrap().to_owned();
     assert_eq!(farm.fronts[1].get(&format!("{prefix}/v1/jobs/{id}")).status, 200);

@@ -2,6 +2,7 @@
 //! `.ci/run` fetches; `STRAHL_NATS_SERVER` names another.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+mod accounts;
 mod backends;
 mod cluster;
 #[path = "../service/common/mod.rs"]

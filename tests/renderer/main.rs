@@ -20,6 +20,11 @@ mod camera {
 mod metrics {
     mod image_metrics;
 }
+mod models {
+    mod files;
+    mod refusals;
+    mod scenes;
+}
 mod plan {
     mod depth;
     mod estimates;

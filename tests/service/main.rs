@@ -7,4 +7,5 @@ mod documents;
 mod first_hour;
 mod http;
 mod studio;
+mod tasks;
 mod tradeoff;

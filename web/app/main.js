@@ -76,9 +76,9 @@ let isLoading = false;
 async function loadPanels() {
   if (isLoading) return;
   isLoading = true;
-  const { panels: all } = await import("./panels/registry.js");
+  const { panels: all, later } = await import("./panels/registry.js");
   panels.value = all;
-  for (const { start } of all) start?.();
+  for (const { start } of [...all, ...later]) start?.();
 }
 effect(() => {
   if (shown.value) loadPanels();

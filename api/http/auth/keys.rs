@@ -2,8 +2,9 @@
 
 use super::capability::Signers;
 use super::rate_limit::RateLimit;
-use super::tenant::{Quotas, Scope, Tenant};
+use super::tenant::{Quotas, Scope, Tenant, TenantWebhook};
 use crate::service::ANONYMOUS;
+use crate::service::deliveries::signature::Secret;
 use data_encoding::{BASE32_NOPAD, HEXLOWER};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -53,6 +54,8 @@ struct TenantEntry {
     units_per_minute: Option<u32>,
     jobs: Option<u32>,
     streams: Option<u32>,
+    webhook: Option<String>,
+    webhook_secret: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -84,7 +87,8 @@ impl Keys {
             }
             let entry = tenants.get(name).cloned().unwrap_or_default();
             let before = before.and_then(|before| before.readers.get(name)).map(Arc::as_ref);
-            readers.entry(name.clone()).or_insert_with(|| Arc::new(reader(name, &entry, before)));
+            let reader = reader(name, &entry, before)?;
+            readers.entry(name.clone()).or_insert_with(|| Arc::new(reader));
         }
         let mut by_id = HashMap::new();
         for KeyEntry { id, tenant, scopes, sha256 } in keys {
@@ -123,18 +127,24 @@ impl Keys {
     }
 }
 
-fn reader(name: &str, entry: &TenantEntry, before: Option<&Tenant>) -> Tenant {
+fn reader(name: &str, entry: &TenantEntry, before: Option<&Tenant>) -> Result<Tenant, String> {
+    let wrong = |why| format!("webhook_secret of the tenant {name}: {why}");
+    let secret = entry.webhook_secret.as_deref().map(str::parse::<Secret>).transpose().map_err(wrong)?;
+    if entry.webhook.is_some() && secret.is_none() {
+        return Err(format!("the tenant {name} has a webhook but no webhook_secret: `strahl key webhook` makes one"));
+    }
     let quotas = Quotas::default();
     let same = |rate_limit: &&Arc<RateLimit>| Some(rate_limit.per_minute) == entry.units_per_minute;
     let kept = before.and_then(|tenant| tenant.rate_limit.as_ref()).filter(same).map(Arc::clone);
     let fresh = || entry.units_per_minute.map(|units| Arc::new(RateLimit::new(units)));
-    Tenant {
+    Ok(Tenant {
         name: name.to_owned(),
         weight: entry.weight.unwrap_or(1).max(1),
         scopes: vec![Scope::Read],
         quotas: Quotas { jobs: entry.jobs.unwrap_or(quotas.jobs), streams: entry.streams.unwrap_or(quotas.streams) },
         rate_limit: kept.or_else(fresh),
-    }
+        webhook: TenantWebhook { url: entry.webhook.clone(), secret },
+    })
 }
 
 /// Names are parts of keys and URLs, so they must not contain the characters between those parts.
@@ -164,6 +174,13 @@ pub(crate) fn new_key(tenant: &str, scopes: &[Scope]) -> io::Result<(String, Str
 /// Lines for the key file: a new secret that signs capabilities.
 pub(crate) fn new_signer() -> io::Result<String> {
     Ok(format!("[[signers]]\nkid = \"{}\"\nsecret = \"{}\"\n", random::<ID_BYTES>()?, random::<SECRET_BYTES>()?))
+}
+
+/// A line for a tenant in the key file: a new secret that signs messages about its jobs.
+pub(crate) fn new_webhook_secret() -> io::Result<Secret> {
+    let mut bytes = [0; SECRET_BYTES];
+    fill(&mut bytes)?;
+    Ok(Secret::of(&bytes))
 }
 
 /// Fills bytes with random ones.
@@ -220,6 +237,8 @@ mod tests {
             (format!("[[keys]]\nid=\"a\"\ntenant=\"b\"\nscopes=[\"paint\"]\nsha256=\"{hash}\""), "paint"),
             ("[[keys]]\nid=\"a\"\ntenant=\"b\"\nscopes=[\"read\"]\nsha256=\"12\"".to_owned(), "64"),
             ("[[signers]]\nkid=\"a\"\nsecret=\"short\"".to_owned(), "strahl key signer"),
+            ("[tenants.a]\nwebhook_secret=\"short\"".to_owned(), "strahl key webhook"),
+            ("[tenants.a]\nwebhook=\"https://example.org/\"".to_owned(), "strahl key webhook"),
         ] {
             let error = Keys::read(&text, None).unwrap_err();
             assert!(error.contains(part), "{part} in {error}");

@@ -7,10 +7,11 @@ pub(crate) mod keys;
 pub(crate) mod rate_limit;
 pub(crate) mod tenant;
 
-pub(crate) use keys::{new_key, new_signer};
+pub(crate) use keys::{new_key, new_signer, new_webhook_secret};
 
 use crate::http::problem::{Kind, Problem};
 use crate::service::clock::unix_time;
+use crate::service::deliveries::signature::Secret;
 use crate::service::scheduler::pool::Meter;
 use axum::extract::Request;
 use axum::http::header;
@@ -45,11 +46,12 @@ impl Meter for Access {
 }
 
 impl Access {
-    /// Reads the key file, if there is one. Fronts of a farm have a secret in common.
-    pub(crate) fn open(path: Option<&Path>, of_farm: Option<Signers>) -> io::Result<Self> {
+    /// Reads the key file, if there is one. Fronts of a farm have a secret in common. Without a key file messages about jobs are
+    /// signed with `webhooks`.
+    pub(crate) fn open(path: Option<&Path>, of_farm: Option<Signers>, webhooks: Option<Secret>) -> io::Result<Self> {
         Ok(Self {
             keys: path.map(KeyFile::open).transpose()?,
-            anonymous: Arc::new(Tenant::anonymous()),
+            anonymous: Arc::new(Tenant::anonymous().hearing(webhooks)),
             own: of_farm.map_or_else(Signers::random, Ok)?,
         })
     }
@@ -82,6 +84,15 @@ impl Access {
         let refused =
             || Problem::new(Kind::Unauthorized, "this key is not known here: it is Authorization: Bearer rk_...");
         presented.and_then(|key| keys.tenant(key)).ok_or_else(refused).map(Some)
+    }
+
+    /// What messages about a tenant's jobs are signed with.
+    pub(crate) fn webhook_secret(&self, tenant: &str) -> Option<Secret> {
+        let of = |tenant: &Tenant| tenant.webhook.secret.clone();
+        match self.keys() {
+            Some(keys) => keys.reader(tenant).and_then(|tenant| of(&tenant)),
+            None => of(&self.anonymous),
+        }
     }
 
     /// A capability for an id of a tenant.

@@ -5,6 +5,7 @@
 
 use super::rate_limit::RateLimit;
 use crate::service::ANONYMOUS;
+use crate::service::deliveries::signature::Secret;
 use crate::service::scheduler::task::{Class, Task};
 use axum::http::Extensions;
 use schemars::JsonSchema;
@@ -55,6 +56,15 @@ impl Default for Quotas {
     }
 }
 
+/// Where a tenant hears about its jobs.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct TenantWebhook {
+    /// The receiver of jobs that name none.
+    pub(crate) url: Option<String>,
+    /// What messages are signed with. Without it there are none.
+    pub(crate) secret: Option<Secret>,
+}
+
 /// A tenant.
 #[derive(Debug, Clone)]
 pub(crate) struct Tenant {
@@ -68,6 +78,8 @@ pub(crate) struct Tenant {
     pub(crate) quotas: Quotas,
     /// Its rate limit. None: unlimited.
     pub(crate) rate_limit: Option<Arc<RateLimit>>,
+    /// Where it hears about its jobs.
+    pub(crate) webhook: TenantWebhook,
 }
 
 impl Tenant {
@@ -76,9 +88,15 @@ impl Tenant {
         Self::named(ANONYMOUS, &Scope::ALL)
     }
 
+    /// The same with a secret for messages about its jobs.
+    pub(crate) fn hearing(self, secret: Option<Secret>) -> Self {
+        Self { webhook: TenantWebhook { url: None, secret }, ..self }
+    }
+
     fn named(name: &str, scopes: &[Scope]) -> Self {
         let (name, scopes) = (name.to_owned(), scopes.to_vec());
-        Self { name, weight: 1, scopes, quotas: Quotas::default(), rate_limit: None }
+        let (quotas, webhook) = (Quotas::default(), TenantWebhook::default());
+        Self { name, weight: 1, scopes, quotas, rate_limit: None, webhook }
     }
 
     /// The tenant of a request that another front has let in.

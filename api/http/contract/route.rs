@@ -103,10 +103,16 @@ impl Body {
     pub(crate) fn scene() -> Self {
         let scene = Content::of("application/json", |_| json!({ "$ref": "#/components/schemas/Scene" }));
         Self {
-            about: "The scene; NFF plain or gzip; or a variation of a known scene",
+            about: "The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene",
             contents: vec![
                 scene,
                 Content { media_type: variation::MEDIA_TYPE, schema: Schemas::body::<Variation<'_>> },
+                Content::file("model/gltf-binary"),
+                Content::text("model/gltf+json"),
+                Content::text("model/obj"),
+                Content::file("model/stl"),
+                Content::file("model/ply"),
+                Content::file("multipart/form-data"),
                 Content::text("text/x-nff"),
                 Content::file("application/gzip"),
             ],

@@ -28,10 +28,12 @@ pub(crate) fn declared_format(headers: &HeaderMap) -> Result<Option<Format>, Pro
     let format = match kind.as_str() {
         "application/json" | variation::MEDIA_TYPE => Some(Format::Json),
         "text/x-nff" | "application/gzip" | "application/x-gzip" => Some(Format::Nff),
-        "" | "application/x-www-form-urlencoded" => None,
-        // What it is may be said by name.
-        "model/gltf+json" => Some(Format::Json),
-        "model/gltf-binary" | "model/obj" => None,
+        "" | "application/x-www-form-urlencoded" | "application/octet-stream" => None,
+        "model/gltf+json" | "model/gltf-binary" => Some(Format::Gltf),
+        "model/obj" => Some(Format::Obj),
+        "model/stl" | "model/x.stl-binary" | "model/x.stl-ascii" => Some(Format::Stl),
+        "model/ply" => Some(Format::Ply),
+        "multipart/form-data" => Some(Format::Parts),
         _ => return Err(unsupported(format!("Content-Type {kind} is no scene format"))),
     };
     encoding(headers).map(|_| format)
@@ -40,11 +42,14 @@ pub(crate) fn declared_format(headers: &HeaderMap) -> Result<Option<Format>, Pro
 /// Without a declared format a body has to begin like a JSON object. A body in a format that is not read is refused by name.
 pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<Format, Problem> {
     let recognised = recognise_start(body);
-    let is_other = matches!(recognised, Recognised::Glb | Recognised::Obj | Recognised::Other(_));
-    if let (true, Some(problem)) = (is_other, recognised.refused_as(Format::Json)) {
+    let is_other = matches!(recognised, Recognised::Other(_));
+    let is_model = matches!(declared, Some(Format::Json)) && recognised.model().is_some();
+    if (is_other || is_model)
+        && let Some(problem) = recognised.refused_as(declared.unwrap_or(Format::Json))
+    {
         return Err(Problem::new(Kind::UnsupportedMediaType, problem.detail));
     }
-    match declared {
+    match declared.or_else(|| recognised.model()) {
         Some(format) => Ok(format),
         None if recognised == Recognised::Json => Ok(Format::Json),
         None if recognised == Recognised::Nff => {
@@ -69,8 +74,8 @@ pub(crate) fn declares_variation(headers: &HeaderMap) -> bool {
 /// Refuses a Content-Type other than JSON.
 pub(crate) fn declares_json(headers: &HeaderMap) -> Result<Option<Format>, Problem> {
     match declared_format(headers)? {
-        Some(Format::Nff) => Err(Problem::new(Kind::UnsupportedMediaType, "this takes application/json only")),
-        declared => Ok(declared),
+        declared @ (None | Some(Format::Json)) => Ok(declared),
+        Some(_) => Err(Problem::new(Kind::UnsupportedMediaType, "this takes application/json only")),
     }
 }
 
@@ -94,7 +99,10 @@ fn text(headers: &HeaderMap, name: HeaderName) -> &str {
 }
 
 fn unsupported(what: String) -> Problem {
-    let detail = format!("{what}: send application/json, text/x-nff, or application/gzip for compressed NFF");
+    let detail = format!(
+        "{what}: send application/json, model/gltf-binary, model/gltf+json, model/obj, model/stl, model/ply, multipart/form-data \
+         for a model with parts, text/x-nff, or application/gzip for compressed NFF"
+    );
     Problem::new(Kind::UnsupportedMediaType, detail)
 }
 

@@ -14,6 +14,7 @@ use strahl::film::{FileFormat, PictureFormat, Region};
 use strahl::render::Layers;
 use strahl::scene::description::{Accuracy, Precision};
 use strahl::scene::limits::{self, Limit};
+use strahl::scene::model::{ModelOptions, View};
 use strahl::scene::nff::NffOptions;
 use strahl::scene::problem::did_you_mean;
 use strahl::scene::{Format, Overrides};
@@ -56,6 +57,7 @@ enum Values {
     /// Three numbers.
     Point,
     Accuracy,
+    View,
 }
 
 /// The largest whole number that the contract's format int64 holds.
@@ -93,6 +95,7 @@ impl Parameter {
             Values::Words(words) => json!({ "type": "string", "enum": words }),
             Values::Point => json!({ "type": "string", "pattern": POINT }),
             Values::Accuracy => json!({ "type": "string", "pattern": ACCURACY }),
+            Values::View => json!({ "type": "string", "pattern": View::PATTERN }),
         }
     }
 }
@@ -113,6 +116,7 @@ impl Values {
             Self::Words(words) => list(words.iter().cloned(), "or"),
             Self::Point => "three numbers, as 1,-2.5,3".into(),
             Self::Accuracy => Accuracy::WRITTEN.into(),
+            Self::View => View::WRITTEN.into(),
         }
     }
 }
@@ -291,7 +295,7 @@ impl Query {
             Some(_) => None,
             None => self.flag("two_sided", "See opaque surfaces from behind, too (NFF only)."),
         };
-        if two_sided.is_some() && format == Format::Json {
+        if two_sided.is_some() && format != Format::Nff {
             let detail = "it is for NFF; in JSON, materials have \"one_sided\"";
             self.wrong("two_sided", "unsupported", detail.into());
         }
@@ -317,6 +321,27 @@ impl Query {
             precision: self.word::<Precision>("precision", "Floating-point format of the whole trace."),
             seen_from: None,
             nff: NffOptions { two_sided: two_sided.unwrap_or(false), ..NffOptions::default() },
+            model: self.model(),
+        }
+    }
+
+    /// What is asked of a model; scenes refuse it.
+    fn model(&mut self) -> ModelOptions {
+        const MOST: u32 = 1 << 20;
+        let about = "From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two \
+                     angles in degrees around it and from above, as 30,70.";
+        ModelOptions {
+            view: self.take("view", about, Values::View, |text| text.parse().ok()),
+            up: self.word("up", "Which axis of a model is up."),
+            camera: self.count_or_0("camera", "Which camera of a model's file sees it, from 0.", MOST),
+            scene: self.count_or_0("scene", "Which scene of a model's file, from 0.", MOST),
+            animation: self.count_or_0("animation", "Which animation of a model's file, from 0.", MOST),
+            t: self.take("t", "Seconds since the start of the animation.", Values::Number(0.0, None, None), |text| {
+                text.parse().ok().filter(|t: &f64| t.is_finite() && *t >= 0.0)
+            }),
+            variant: self.count_or_0("variant", "Which variant of a model's materials, from 0.", MOST),
+            light: self.word("light", "Which lights shine on a model."),
+            strict: self.flag("strict", "Whether what a model requires and is not simulated is refused."),
         }
     }
 

@@ -105,6 +105,6 @@ impl Gauges {
 }
 
 /// A count as a gauge, whose numbers are signed.
-fn whole(count: u64) -> i64 {
+pub(super) fn whole(count: u64) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }

@@ -4,6 +4,7 @@
 //! Jobs report when they end. Gauges are read when Prometheus asks (`gauges.rs`). There are no labels for tenants, since there
 //! may be thousands.
 
+mod farm;
 mod gauges;
 pub(crate) mod render_cost;
 
@@ -13,9 +14,10 @@ use crate::service::requests::Service;
 use crate::service::scheduler::task::Class;
 use axum::http::{Method, StatusCode};
 use axum::response::Response;
+use farm::FarmFigures;
 use gauges::{Gauges, Label, lane};
 use prometheus_client::encoding::EncodeLabelSet;
-use prometheus_client::encoding::text::encode;
+use prometheus_client::encoding::text::{encode_eof, encode_registry};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::histogram::Histogram;
@@ -33,6 +35,7 @@ const SECONDS: [f64; 16] =
 pub(crate) struct Metrics {
     registry: Registry,
     gauges: Gauges,
+    farm: FarmFigures,
     requests: Family<RequestLabels, Counter>,
     request_seconds: Family<[(&'static str, String); 1], Histogram>,
     renders: Family<[(&'static str, &'static str); 2], Counter>,
@@ -59,6 +62,7 @@ impl Default for Metrics {
         let mut metrics = Self {
             registry: Registry::with_prefix("strahl"),
             gauges: Gauges::default(),
+            farm: FarmFigures::default(),
             requests: Family::default(),
             request_seconds: Family::new_with_constructor(histogram),
             renders: Family::default(),
@@ -135,7 +139,11 @@ impl Metrics {
         self.gauges.read(service, streams);
         let mut text = String::new();
         // Writing to a String cannot fail.
-        let _ = encode(&mut text, &self.registry);
+        let _ = encode_registry(&mut text, &self.registry);
+        if let Some(farm) = &service.farm {
+            self.farm.write(farm, &mut text);
+        }
+        let _ = encode_eof(&mut text);
         text
     }
 }

@@ -102,6 +102,9 @@ pub(crate) struct ErrorEntry {
     /// Column in the line, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) column: Option<u64>,
+    /// Offset in a binary body, from 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) offset: Option<u64>,
 }
 
 /// A limit by name.
@@ -281,6 +284,7 @@ fn error_entry(problem: &scene::Problem) -> ErrorEntry {
         detail: shortened(problem.detail.clone()),
         line: problem.line.map(u64::from),
         column: problem.column.map(u64::from),
+        offset: problem.offset,
         ..ErrorEntry::default()
     }
 }

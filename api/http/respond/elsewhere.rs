@@ -102,7 +102,8 @@ impl Question {
 /// An answer as it is sent to the front that has asked.
 pub(crate) async fn packed(answer: Response) -> (Vec<u8>, Vec<u8>) {
     let (parts, body) = answer.into_parts();
-    let readable = |(name, value): (&HeaderName, &HeaderValue)| Some((name.to_string(), value.to_str().ok()?.to_owned()));
+    let readable =
+        |(name, value): (&HeaderName, &HeaderValue)| Some((name.to_string(), value.to_str().ok()?.to_owned()));
     let head = Head { status: parts.status.as_u16(), headers: parts.headers.iter().filter_map(readable).collect() };
     let body = to_bytes(body, MOST).await.map(Vec::from).unwrap_or_default();
     (serde_json::to_vec(&head).unwrap_or_default(), body)

@@ -9,11 +9,16 @@ use crate::http::extract::prefer::Prefer;
 use crate::http::problem::{Kind, Problem, ProblemSummary};
 use crate::http::state::{App, AppState};
 use crate::service::clock::unix_time;
+use crate::service::deliveries::key::KeyTemplate;
+use crate::service::deliveries::receiver::Rules;
+use crate::service::deliveries::report_of;
 use crate::service::error::Error;
+use crate::service::jobs::outbox::{Delivery, DeliveryState};
 use crate::service::jobs::record::{Idempotency, State as JobState, Stats};
 use crate::service::jobs::{Claim, Job, KeyUse};
 use crate::service::pictures::report::Report;
 use crate::service::pictures::spec::PictureSpec;
+use crate::service::requests::jobs::Wishes;
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
 use crate::service::sequences::Frames;
@@ -81,6 +86,12 @@ pub(crate) struct JobView {
     /// Why it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     problem: Option<ProblemSummary>,
+    /// The message about its end, if it has a webhook.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    webhook: Option<DeliveryView>,
+    /// Its picture in the store, if it asked for that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    store: Option<StoredView>,
     /// What the picture cost, and how far it may be from the exact one. Only in the answer about a single job that has
     /// succeeded.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -90,6 +101,57 @@ pub(crate) struct JobView {
     /// succeeded.
     #[serde(skip_serializing_if = "Option::is_none")]
     sequence: Option<SequenceReport>,
+}
+
+/// A delivery after the end of a job.
+#[derive(Debug, Serialize, JsonSchema)]
+struct DeliveryView {
+    /// Where it goes.
+    url: String,
+    /// How far it is.
+    state: DeliveryState,
+    /// Attempts so far.
+    attempts: u32,
+    /// When it is tried next, after an attempt that failed (RFC 3339).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    next_attempt_at: Option<String>,
+    /// When it arrived or was given up (RFC 3339).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ended_at: Option<String>,
+    /// Why the last attempt failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+}
+
+/// The picture of a job in the store.
+#[derive(Debug, Serialize, JsonSchema)]
+struct StoredView {
+    /// The picture's name in the store.
+    key: String,
+    /// The name of its cost report.
+    report_key: String,
+    /// Its delivery.
+    #[serde(flatten)]
+    delivery: DeliveryView,
+}
+
+impl DeliveryView {
+    fn of(delivery: &Delivery, url: String) -> Self {
+        let is_pending = delivery.state == DeliveryState::Pending;
+        Self {
+            url,
+            state: delivery.state,
+            attempts: delivery.attempts,
+            next_attempt_at: (is_pending && delivery.next > 0).then(|| rfc3339(delivery.next)),
+            ended_at: delivery.ended.map(rfc3339),
+            error: delivery.error.clone(),
+        }
+    }
+}
+
+/// A time in milliseconds since 1970.
+pub(super) fn rfc3339(ms: u64) -> String {
+    humantime::format_rfc3339_millis(UNIX_EPOCH + Duration::from_millis(ms)).to_string()
 }
 
 /// Progress of a job.
@@ -152,7 +214,6 @@ impl JobView {
         let place = app.service.jobs.place(job);
         let record = job.record().clone();
         let path = format!("/v1/jobs/{}", record.id);
-        let time = |ms: u64| humantime::format_rfc3339_millis(UNIX_EPOCH + Duration::from_millis(ms)).to_string();
         let eta_ms = place.map(|(_, eta)| eta).or(progress.eta_ms).unwrap_or(record.estimate_ms);
         let eta_ms = (!record.state.is_final()).then_some(eta_ms);
         // Whole seconds: what two clocks say is not the same from one answer to the next.
@@ -176,10 +237,10 @@ impl JobView {
             width: record.width,
             height: record.height,
             tile: record.edge,
-            created_at: time(record.created),
-            started_at: record.started.map(time),
-            finished_at: record.finished.map(time),
-            expires_at: expires.map(time),
+            created_at: rfc3339(record.created),
+            started_at: record.started.map(rfc3339),
+            finished_at: record.finished.map(rfc3339),
+            expires_at: expires.map(rfc3339),
             links: JobLinks {
                 events: format!("{path}/events"),
                 preview: format!("{path}/preview"),
@@ -198,6 +259,15 @@ impl JobView {
             frames: record.frames,
             stats: record.stats,
             problem: record.failure.as_ref().map(ProblemSummary::of),
+            webhook: record.outbox.webhook.as_ref().map(|delivery| DeliveryView::of(delivery, delivery.to.clone())),
+            store: record.outbox.store.as_ref().map(|delivery| StoredView {
+                report_key: report_of(&delivery.to),
+                delivery: DeliveryView::of(
+                    delivery,
+                    app.service.store.as_ref().map_or_else(String::new, |store| store.url(&delivery.to)),
+                ),
+                key: delivery.to.clone(),
+            }),
             report: None,
             sequence: None,
             id: record.id,
@@ -207,6 +277,31 @@ impl JobView {
             tenant: record.tenant,
         }
     }
+}
+
+/// What is delivered after a job of a tenant: to the receiver that it names, or else to the tenant's own.
+pub(crate) fn wishes_of(
+    app: &AppState,
+    tenant: &Tenant,
+    key: Option<KeyTemplate>,
+    webhook: Option<String>,
+) -> Result<Wishes, Problem> {
+    let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
+    if key.is_some() && app.service.store.is_none() {
+        return Err(invalid(
+            "this service has no store (--store): fetch the picture from the job's links instead".into(),
+        ));
+    }
+    if let Some(url) = &webhook {
+        Rules::of(&app.service.settings.deliveries).check(url).map_err(invalid)?;
+        if tenant.webhook.secret.is_none() {
+            let whose = if tenant.is_anonymous() { "the service" } else { "your tenant" };
+            return Err(invalid(format!(
+                "{whose} has no secret to sign messages with: its operator makes one with `strahl key webhook`"
+            )));
+        }
+    }
+    Ok(Wishes { key, webhook: webhook.or_else(|| tenant.webhook.url.clone()) })
 }
 
 /// The answer about a job: with the cost report if it has succeeded, its version as ETag, and when to ask again.

@@ -4,6 +4,7 @@ pub(crate) mod elsewhere;
 pub(crate) mod events;
 pub(crate) mod image;
 pub(crate) mod job;
+pub(crate) mod message;
 mod multipart;
 pub(crate) mod picture;
 pub(crate) mod sequence;

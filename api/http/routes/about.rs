@@ -2,7 +2,7 @@
 
 use crate::http::prelude::*;
 use crate::http::settings::ConnectionLimits;
-use crate::service::limits::{AnswerLimits, CacheLimits, JobLimits, MAX_RAYS};
+use crate::service::limits::{AnswerLimits, CacheLimits, DeliverySettings, JobLimits, MAX_RAYS};
 use crate::service::requests::compare::SEEN_PIXELS;
 use crate::service::scenes::cache::PATCH_BYTES;
 use crate::service::scenes::ids::MAX_ZOOM;
@@ -54,11 +54,22 @@ struct AllLimits<'a> {
     request: RequestLimits<'a>,
     /// Limits of jobs.
     jobs: &'a JobLimits,
+    /// Limits of what is delivered after jobs.
+    deliveries: DeliveryLimits<'a>,
     /// Concurrency limits of the caller's tenant, and units in a minute. Null: unlimited.
     tenant: TenantLimits,
     /// Limits of scenes.
     #[schemars(with = "BTreeMap<String, f64>")]
     scene: BTreeMap<&'static str, Number>,
+}
+
+/// What is delivered after jobs.
+#[derive(Debug, Serialize, JsonSchema)]
+struct DeliveryLimits<'a> {
+    /// Whether pictures can be put into a store.
+    store: bool,
+    #[serde(flatten)]
+    webhooks: &'a DeliverySettings,
 }
 
 /// What one request may ask for.
@@ -135,7 +146,9 @@ async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
     };
     let units_per_minute = tenant.rate_limit.as_ref().map(|limit| limit.per_minute);
     let tenant = TenantLimits { jobs: tenant.quotas.jobs, streams: tenant.quotas.streams, units_per_minute };
-    Json(AllLimits { request, jobs: &settings.jobs, tenant, scene: counts.chain(lengths).collect() }).into_response()
+    let deliveries = DeliveryLimits { store: app.service.store.is_some(), webhooks: &settings.deliveries };
+    let scene = counts.chain(lengths).collect();
+    Json(AllLimits { request, jobs: &settings.jobs, deliveries, tenant, scene }).into_response()
 }
 
 /// The program and its renderer.

@@ -7,6 +7,7 @@ mod compare;
 mod docs;
 mod embed;
 mod explain;
+mod farm;
 mod health;
 mod home;
 mod images;
@@ -48,7 +49,7 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 21] = [
+    let rooms: [fn() -> Vec<Route>; 22] = [
         home::routes,
         render::routes,
         rays::routes,
@@ -64,6 +65,7 @@ pub(crate) fn all() -> Vec<Route> {
         tiles::routes,
         capabilities::routes,
         me::routes,
+        farm::routes,
         health::routes,
         about::routes,
         docs::routes,

@@ -7,7 +7,7 @@ use crate::http::extract::prefer::Prefer;
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::prelude::*;
 use crate::http::respond::image::tile_permit;
-use crate::http::respond::job::{Claimed, accepted, claim, picture_of, until_final};
+use crate::http::respond::job::{Claimed, accepted, claim, picture_of, until_final, wishes_of};
 use crate::http::respond::picture::{self, Freshness, ResponseContext};
 use crate::http::respond::streamed::{WAITING, streamed};
 use crate::service::jobs::record::State as JobState;
@@ -186,8 +186,8 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
         Claimed::Now(claim) => {
             let scene = body.as_ref().to_vec();
             drop((body, whole));
-            let frames = None;
-            let wanted = WantedJob { scene, form, frames, overrides, output, priority: PRIORITY, labels: Vec::new() };
+            let (priority, labels, wishes) = (PRIORITY, Vec::new(), wishes_of(&app, &tenant, None, None)?);
+            let wanted = WantedJob { scene, form, frames: None, overrides, output, priority, labels, wishes };
             app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?
         }
     };

@@ -12,6 +12,7 @@ use crate::service::scheduler::task::Class;
 use axum::Extension;
 use axum::body::Bytes;
 use serde_json::json;
+use std::io::BufRead;
 use strahl::plan::estimate::Estimate;
 use strahl::scene::{self, Format};
 
@@ -132,10 +133,20 @@ async fn source(
     };
     let media_type = match format {
         Format::Json => "application/json",
+        Format::Gltf if text.starts_with(b"glTF") => "model/gltf-binary",
+        Format::Gltf => "model/gltf+json",
+        Format::Obj => "model/obj",
+        Format::Stl => "model/stl",
+        Format::Ply => "model/ply",
+        Format::Parts => "multipart/form-data",
         Format::Nff if text.starts_with(&[0x1f, 0x8b]) => "application/gzip",
         Format::Nff => "text/x-nff",
     };
-    let headers = [(header::CONTENT_TYPE, media_type), (header::CACHE_CONTROL, "no-cache")];
+    // The first line of parts is their boundary.
+    let boundary = (format == Format::Parts).then(|| text.get(2..).unwrap_or_default().lines().next()?.ok());
+    let boundary = boundary.flatten().map_or_else(String::new, |boundary| format!("; boundary={boundary}"));
+    let headers =
+        [(header::CONTENT_TYPE, format!("{media_type}{boundary}")), (header::CACHE_CONTROL, "no-cache".into())];
     Ok((headers, body(app.service.memory.metered(text.to_vec())?)).into_response())
 }
 

@@ -148,9 +148,18 @@ fn options(
     if let Some(text) = settings.credentials()? {
         let path = settings.farm_credentials.as_deref().unwrap_or_else(|| "".as_ref());
         let wrong = |error| StartError::Settings(format!("--farm-credentials {}: {error}", path.display()));
-        options = options.credentials(&text).map_err(wrong)?;
+        options = match lone_seed(&text) {
+            Some(seed) => options.nkey(seed.to_owned()),
+            None => options.credentials(&text).map_err(wrong)?,
+        };
     }
     Ok(options)
+}
+
+/// The seed of a file that has nothing else, as `strahl farm accounts` writes it.
+fn lone_seed(text: &str) -> Option<&str> {
+    let text = text.trim();
+    (text.starts_with("SU") && text.bytes().all(|b| b.is_ascii_alphanumeric())).then_some(text)
 }
 
 impl Health {

@@ -1,5 +1,6 @@
 //! The farm: a broker and a store between fronts, which take requests, and nodes, which render.
 
+pub(crate) mod accounts;
 pub(crate) mod backlog;
 pub(crate) mod connection;
 pub(crate) mod coordinator;
@@ -11,6 +12,7 @@ pub(crate) mod nodes;
 pub(crate) mod records;
 pub(crate) mod results;
 pub(crate) mod settings;
+pub(crate) mod summary;
 pub(crate) mod work;
 
 use self::backlog::{Backlog, Counts};
@@ -53,22 +55,22 @@ pub(crate) struct Farm {
 }
 
 impl Farm {
-    /// Connects a front, if the settings name a broker. Not to be called on a thread of a runtime.
+    /// Connects a front to the broker, if the settings name one, and to the store. Not to be called on a thread of a runtime.
     pub(crate) fn open(
         settings: &FarmSettings,
+        store: Option<&Objects>,
         spread: Option<u64>,
         runtime: &Handle,
     ) -> Result<Option<Self>, StartError> {
-        let Some(store) = settings.store.as_deref().filter(|_| settings.farm.is_some()) else { return Ok(None) };
+        let Some(store) = store.filter(|_| settings.farm.is_some()) else { return Ok(None) };
         runtime.block_on(async {
-            let objects = Objects::open(store).await?;
             let broker = Broker::connect(settings, "strahl serve").await?;
             names::set_up(&broker, settings).await?;
             let results = Results::open(&broker).await.map_err(StartError::Machine)?;
             let work = broker.stream.get_stream_no_info(names::WORK).await;
             Ok(Some(Self {
                 runtime: runtime.clone(),
-                objects,
+                objects: store.clone(),
                 nodes: Nodes::watch(&broker),
                 results,
                 backlog: Backlog::default(),

@@ -162,7 +162,13 @@ pub(crate) fn cancel(job: &str) -> String {
     format!("farm.ctl.cancel.{job}")
 }
 
-/// All of these.
+/// All that nodes publish: results, that they have begun, and what they give up.
+pub(crate) const BY_NODES: [&str; 3] = ["farm.r.>", "farm.b.*", "farm.dlq.>"];
+/// All that is said to nodes.
+pub(crate) const TO_NODES: &str = "farm.ctl.>";
+/// All that fronts publish.
+pub(crate) const BY_FRONTS: &str = "farm.>";
+/// All jobs that are to be dropped.
 pub(crate) const CANCELS: &str = "farm.ctl.cancel.*";
 /// The broker's notes on work that was delivered too often.
 pub(crate) const TOO_OFTEN: &str = "$JS.EVENT.ADVISORY.CONSUMER.MAX_DELIVERIES.FARM_T.*";

@@ -17,7 +17,7 @@ pub(crate) struct FarmSettings {
     /// With it, nodes render what is asked of the service; without it the service renders itself.
     #[arg(long, env = "STRAHL_FARM", value_name = "URL,...", value_parser = Servers::read, requires = "store", hide_env_values = true)]
     pub(crate) farm: Option<Servers>,
-    /// File of credentials for the broker: a JWT and its seed, as nsc writes them.
+    /// File of credentials for the broker: a seed, as `strahl farm accounts` writes it, or a JWT and its seed, as nsc does.
     #[arg(long, env = "STRAHL_FARM_CREDENTIALS", value_name = "FILE", requires = "farm")]
     pub(crate) farm_credentials: Option<PathBuf>,
     /// File of certificates, as PEM, that the broker's is checked with [default: those of the system].
@@ -33,7 +33,8 @@ pub(crate) struct FarmSettings {
     /// Seconds after which work goes to another node if its own does not get on with it.
     #[arg(long, env = "STRAHL_FARM_LEASE", value_name = "SECONDS", default_value = "15", value_parser = seconds, requires = "farm")]
     pub(crate) farm_lease: Duration,
-    /// Where scenes and pictures of the farm are: a folder that all its machines see, or s3://BUCKET/PREFIX.
+    /// Where scenes and pictures of the farm are, and pictures of jobs that ask for it: a folder that all its machines see, or
+    /// s3://BUCKET/PREFIX, with AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY of the environment.
     #[arg(long, env = "STRAHL_STORE", value_name = "DIR|s3://BUCKET/PREFIX")]
     pub(crate) store: Option<String>,
 }

@@ -130,7 +130,7 @@ fn history(pool: &Arc<Pool>, path: &Path) -> History {
     let reused = opened.submit(&format!("{SCENE}\n"), Some(&made));
     promises.push(promise(path, &reused));
     promises[0].forgotten[0] = journal::length(path);
-    opened.jobs.forget(&rendered);
+    opened.jobs.forget(&rendered).unwrap();
     promises[0].forgotten[1] = journal::length(path);
     // The end of a process is part of it.
     drop(opened);

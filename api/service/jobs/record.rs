@@ -1,6 +1,7 @@
 //! The record of a job, which is kept on disk.
 
 use super::files::frame_name;
+use super::outbox::Outbox;
 use crate::service::clock::unix_time;
 use crate::service::error::Error;
 use crate::service::pictures::spec::PictureSpec;
@@ -80,6 +81,9 @@ pub(crate) struct Record {
     pub(crate) last_event: Option<u64>,
     /// Grows with each change that its owner makes.
     pub(crate) version: u64,
+    /// What is delivered after its end.
+    #[serde(default)]
+    pub(crate) outbox: Outbox,
     /// In a farm: the front that works on it, or that has yet to remove what it leaves behind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) front: Option<String>,
@@ -164,6 +168,7 @@ impl Record {
             tile_bytes: 0,
             last_event: None,
             version: 1,
+            outbox: Outbox::default(),
             front: None,
             text_bytes: 0,
             forgotten: false,

@@ -8,7 +8,7 @@ use super::retention::disk_of;
 use crate::service::limits::JobLimits;
 use crate::service::pictures::render::PIXEL_BYTES;
 use crate::service::scheduler::task::aged;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use tokio::sync::watch;
 
@@ -41,6 +41,8 @@ pub(super) struct Registry {
     pub(super) submitting: HashMap<String, Option<Unfinished>>,
     /// Job ids by tenant and idempotency key. None while a job is being accepted.
     pub(super) keys: HashMap<(String, String), Option<String>>,
+    /// Ids of jobs that have ended and have something to deliver.
+    pub(super) outgoing: BTreeSet<String>,
     /// Scenes that jobs need.
     pub(super) scenes: References,
     /// Pictures that jobs have.
@@ -77,7 +79,8 @@ impl Registry {
             self.keys.insert((record.tenant.clone(), same.key.clone()), Some(record.id.clone()));
         }
         self.line_up(job, &record);
-        self.jobs.insert(record.id, Arc::clone(job));
+        self.jobs.insert(record.id.clone(), Arc::clone(job));
+        self.look_for_parcels(&record);
         self.changes.send_modify(|changes| *changes += 1);
     }
 
@@ -109,9 +112,19 @@ impl Registry {
             self.elsewhere.retain(|other| !Arc::ptr_eq(other, job));
             self.line_up(job, &record);
         }
+        self.look_for_parcels(&record);
         if record.forgotten && !before.forgotten {
             self.remove(&record.id);
             self.leaving.insert(record.id, Arc::clone(job));
+        }
+    }
+
+    /// Keeps the list of jobs with something to deliver as their records are.
+    fn look_for_parcels(&mut self, record: &Record) {
+        if record.next_parcel().is_some() && self.jobs.contains_key(&record.id) {
+            self.outgoing.insert(record.id.clone());
+        } else {
+            self.outgoing.remove(&record.id);
         }
     }
 
@@ -155,6 +168,7 @@ impl Registry {
     /// Nobody finds a job any more.
     pub(super) fn remove(&mut self, id: &str) -> Option<Arc<Job>> {
         let job = self.jobs.remove(id)?;
+        self.outgoing.remove(id);
         let record = job.record();
         if let Some(same) = &record.idempotency {
             self.keys.remove(&(record.tenant.clone(), same.key.clone()));

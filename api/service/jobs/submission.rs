@@ -76,7 +76,8 @@ impl Jobs {
             }
             registry.keys.insert(place.clone(), None);
         }
-        let claim = Claim { jobs: Arc::clone(self), tenant: tenant.to_owned(), idempotency, revision: AtomicU64::new(0) };
+        let claim =
+            Claim { jobs: Arc::clone(self), tenant: tenant.to_owned(), idempotency, revision: AtomicU64::new(0) };
         match self.records.claim(tenant, &claim.idempotency.key) {
             Ok(Some(revision)) => claim.revision.store(revision, Ordering::Relaxed),
             // Another front accepts it now.
@@ -180,6 +181,7 @@ impl Jobs {
             return Err(error);
         }
         if made.is_some() {
+            self.bell.notify_one();
             self.make_room();
         }
         self.open_next();

@@ -2,7 +2,9 @@
 
 use super::Service;
 use super::pictures::{Source, Upload, image_of};
+use crate::service::deliveries::key::{FRAME, KeyTemplate};
 use crate::service::error::Error;
+use crate::service::jobs::outbox::{Delivery, Outbox};
 use crate::service::jobs::record::{JobSpec, Record};
 use crate::service::jobs::{Claim, Job};
 use crate::service::pictures::file::PictureFile;
@@ -13,6 +15,7 @@ use crate::service::scenes::prepared::planned;
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Task;
 use std::sync::Arc;
+use std::time::{Duration, UNIX_EPOCH};
 use strahl::film::{FileFormat, Region};
 use strahl::scene::description::{Accuracy, ImageSize};
 use strahl::scene::{Description, Format, Overrides};
@@ -35,6 +38,45 @@ pub(crate) struct WantedJob {
     pub(crate) priority: u8,
     /// The owner's labels.
     pub(crate) labels: Vec<String>,
+    /// What is delivered after its end.
+    pub(crate) wishes: Wishes,
+}
+
+/// What is delivered after a job.
+#[derive(Debug, Default)]
+pub(crate) struct Wishes {
+    /// Its picture, to this name in the store.
+    pub(crate) key: Option<KeyTemplate>,
+    /// A message, to this URL.
+    pub(crate) webhook: Option<String>,
+}
+
+impl Wishes {
+    fn outbox(self, record: &Record) -> Result<Outbox, Error> {
+        let value = |word: &str| match word {
+            "job" => Some(record.id.clone()),
+            "scene" => record.scene_id.clone(),
+            "image" => record.image_id.clone(),
+            "frame" => record.frames.map(|_| FRAME.to_owned()),
+            "width" => Some(record.width.to_string()),
+            "height" => Some(record.height.to_string()),
+            "date" => Some(day(record.created)),
+            "ext" => Some(record.spec.output.names().0.to_owned()),
+            _ => None,
+        };
+        let name = self.key.map(|key| {
+            let key = if record.frames.is_some() { key.of_frames()? } else { key };
+            key.fill(&record.tenant, value)
+        });
+        let name = name.transpose().map_err(Error::OutOfRange)?;
+        Ok(Outbox { store: name.map(Delivery::to), webhook: self.webhook.map(Delivery::to) })
+    }
+}
+
+/// The day of a time in milliseconds since 1970, in UTC.
+fn day(ms: u64) -> String {
+    let time = UNIX_EPOCH + Duration::from_millis(ms);
+    humantime::format_rfc3339_seconds(time).to_string().chars().take(10).collect()
 }
 
 impl Service {
@@ -44,13 +86,12 @@ impl Service {
         self: &Arc<Self>,
         task: Task,
         most: u32,
-        wanted: WantedJob,
+        mut wanted: WantedJob,
         claim: Option<Claim>,
     ) -> Result<Arc<Job>, Error> {
         let (tenant, weight) = (task.tenant.to_string(), task.weight);
-        let service = Arc::clone(self);
+        let (service, wishes) = (Arc::clone(self), std::mem::take(&mut wanted.wishes));
         let check = move |work: &Work| {
-            let mut wanted = wanted;
             if let Some(sequence) = wanted.frames.take() {
                 let (record, text) = service.check_sequence(work, wanted, &sequence)?;
                 return Ok((Record { tenant, weight, ..record }, text));
@@ -86,7 +127,8 @@ impl Service {
                 Record { tenant, weight, priority, labels, scene_id, image_id, width, height, ..Record::new(spec) };
             Ok::<_, Error>((Record { edge, estimate_ms, estimate_rays, scene_bytes, ..job }, scene))
         };
-        let (record, scene) = self.run(task, check).await?.value;
+        let (mut record, scene) = self.run(task, check).await?.value;
+        record.outbox = wishes.outbox(&record)?;
         let file = match record.image_id.as_deref().and_then(ImageId::read) {
             Some(image) => self.stored_picture(&image, &PictureSpec::plain(None, record.spec.output)).await,
             None => None,

@@ -24,6 +24,7 @@ use super::scheduler::task::{Class, Task};
 use super::storage::blob_store::BlobStore;
 use super::storage::folder::Folder;
 use super::storage::lru_cache::LruCache;
+use super::storage::objects::Objects;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
@@ -66,6 +67,8 @@ pub(crate) struct Service {
     pub(crate) jobs: Arc<Jobs>,
     /// Who renders what takes long, if it is not this process.
     pub(crate) farm: Option<Arc<Farm>>,
+    /// Where pictures of jobs are put that ask for it.
+    pub(crate) store: Option<Objects>,
     /// What all of them take their memory from.
     pub(crate) memory: MemoryBudget,
     /// Its settings.
@@ -79,11 +82,12 @@ impl Service {
         folders: &mut Folders,
         pool: Arc<Pool>,
         farm: Option<Arc<Farm>>,
+        store: Option<Objects>,
         observer: Arc<dyn JobObserver>,
     ) -> Result<Arc<Self>, StartError> {
         let mut settings = settings.clone();
         settings.jobs.durable = settings.jobs.data.is_some() || farm.is_some();
-        let Settings { answers, caches, jobs, memory_bytes, textures } = &settings;
+        let Settings { answers, caches, jobs, memory_bytes, textures, .. } = &settings;
         let memory = MemoryBudget::new(*memory_bytes);
         let textures = textures.as_deref().map(|path| {
             let wrong = |error| StartError::Settings(format!("--textures {}: {error}", path.display()));
@@ -114,6 +118,7 @@ impl Service {
             pictures,
             jobs,
             farm,
+            store,
             memory,
             settings,
         }))

@@ -47,7 +47,8 @@ impl<'a> Source<'a> {
     /// The one that a claim holds.
     pub(crate) fn read(claim: &'a [u8]) -> Option<Self> {
         let of = |format: Format| Some(Self { format, text: claim.strip_prefix(Self::head(format))? });
-        of(Format::Json).or_else(|| of(Format::Nff))
+        let models = [Format::Gltf, Format::Obj, Format::Stl, Format::Ply, Format::Parts];
+        [Format::Json, Format::Nff].into_iter().chain(models).find_map(of)
     }
 
     fn written(self) -> Vec<u8> {
@@ -59,6 +60,11 @@ impl<'a> Source<'a> {
         match format {
             Format::Json => b"json\n",
             Format::Nff => b"nff\n",
+            Format::Gltf => b"gltf\n",
+            Format::Obj => b"obj\n",
+            Format::Stl => b"stl\n",
+            Format::Ply => b"ply\n",
+            Format::Parts => b"parts\n",
         }
     }
 }

@@ -12,10 +12,15 @@ mod tests;
 pub(crate) type Target = fn(&[u8]);
 
 /// The targets by name, which is also that of the folder of their seeds.
-pub(crate) const TARGETS: [(&str, Target); 8] = [
+pub(crate) const TARGETS: [(&str, Target); 13] = [
     ("scene", scenes::json),
     ("nff", scenes::nff),
     ("sequence", sequences::json),
+    ("gltf", scenes::gltf),
+    ("obj", scenes::obj),
+    ("stl", scenes::stl),
+    ("ply", scenes::ply),
+    ("parts", scenes::parts),
     ("accept", requests::accept),
     ("iiif", requests::iiif),
     ("events", requests::events),

@@ -19,6 +19,26 @@ pub(super) fn nff(text: &[u8]) {
     read(text, Format::Nff);
 }
 
+pub(super) fn gltf(bytes: &[u8]) {
+    read(bytes, Format::Gltf);
+}
+
+pub(super) fn obj(text: &[u8]) {
+    read(text, Format::Obj);
+}
+
+pub(super) fn stl(bytes: &[u8]) {
+    read(bytes, Format::Stl);
+}
+
+pub(super) fn ply(bytes: &[u8]) {
+    read(bytes, Format::Ply);
+}
+
+pub(super) fn parts(bytes: &[u8]) {
+    read(bytes, Format::Parts);
+}
+
 /// Loading is the only step that can fail, and says why; what is rendered is light.
 fn read(text: &[u8], format: Format) {
     if text.len() > MOST {

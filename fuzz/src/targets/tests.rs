@@ -133,6 +133,13 @@ fn any_nff_is_refused_or_rendered() {
 }
 
 #[test]
+fn any_model_is_refused_or_rendered() {
+    for format in ["gltf", "obj", "stl", "ply", "parts"] {
+        try_all(format, 10_000);
+    }
+}
+
+#[test]
 fn any_accept_header_has_an_answer() {
     try_all("accept", 20_000);
 }

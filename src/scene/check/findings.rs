@@ -90,6 +90,11 @@ impl Findings {
         self.channels(at, color, limits::COEFFICIENT);
     }
 
+    /// Checks a colour of at most `max` in each channel.
+    pub(super) fn color_to(&mut self, at: Path<'_>, color: Color, max: f64) {
+        self.channels(at, color, max);
+    }
+
     fn channels(&mut self, at: Path<'_>, color: Color, max: f64) {
         let words = format!("in each channel between 0 and {max:e}");
         if let Some(x) = color.0.to_array().into_iter().find(|x| !(0.0..=max).contains(x)) {

@@ -2,12 +2,16 @@
 
 use super::findings::Findings;
 use super::path::Path;
+use super::pbr::check_pbr;
 use crate::scene::description::{Bump, Diffuse, ImageMap, Mapping, Material, Relief};
 use crate::scene::limits;
 use crate::scene::problem::Code;
 use glam::DVec3;
 
 pub(super) fn check_material(findings: &mut Findings, at: Path<'_>, material: &Material) {
+    if let Some(pbr) = &material.pbr {
+        check_pbr(findings, at, material, pbr);
+    }
     if let Some(ambient) = &material.ambient {
         findings.texture(at.key("ambient"), ambient);
     }

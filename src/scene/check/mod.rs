@@ -7,6 +7,7 @@ mod lights;
 mod materials;
 mod objects;
 mod path;
+mod pbr;
 mod warnings;
 
 pub(super) use warnings::{keep_true, warnings};
@@ -89,23 +90,24 @@ fn check_image(findings: &mut Findings, description: &Description) {
 }
 
 fn check_environment(findings: &mut Findings, at: Path<'_>, environment: &Environment) {
-    match (&environment.image, &environment.sky) {
-        (Some(_), Some(_)) => {
-            findings.add(
-                at.key("sky"),
-                Code::Unsupported,
-                "an environment is an \"image\" or a \"sky\": remove one of them",
-            );
+    let Environment { image, sky, studio, .. } = environment;
+    let kinds = [("image", image.is_some()), ("sky", sky.is_some()), ("studio", studio.is_some())];
+    let mut named = kinds.iter().filter(|(_, named)| *named);
+    match (named.next(), named.next()) {
+        (Some(_), Some((second, _))) => {
+            let detail = "an environment is an \"image\", a \"sky\" or a \"studio\": remove all but one of them";
+            findings.add(at.key(second), Code::Unsupported, detail);
         }
-        (None, None) => {
-            findings.add(at, Code::MissingKey, "an environment needs an \"image\", or \"sky\": {} for a clear sky");
+        (None, _) => {
+            let detail = "an environment needs an \"image\", or \"sky\": {} for a clear sky, or \"studio\": {}";
+            findings.add(at, Code::MissingKey, detail);
         }
-        (None, Some(sky)) => {
-            for (key, color) in [("zenith", sky.zenith), ("horizon", sky.horizon), ("ground", sky.ground)] {
-                findings.color(at.key("sky").key(key), color);
-            }
+        _ => {}
+    }
+    if let Some(sky) = sky.filter(|_| image.is_none()) {
+        for (key, color) in [("zenith", sky.zenith), ("horizon", sky.horizon), ("ground", sky.ground)] {
+            findings.color(at.key("sky").key(key), color);
         }
-        (Some(_), None) => {}
     }
     let (angle, intensity) = (environment.rotate_deg, environment.intensity);
     findings.number(at.key("rotate_deg"), angle, "between -360 and 360", angle.abs() <= 360.0);

@@ -3,10 +3,10 @@
 use super::findings::Findings;
 use super::path::Path;
 use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Transform, Vec3, is_collapsed};
-use crate::scene::ear_clipping::triangulate;
 use crate::scene::limits;
 use crate::scene::problem::{Code, quoted};
 use crate::scene::transform::affine;
+use crate::shape::ear_clipping::triangulate;
 use glam::DVec3;
 
 /// Checks all objects and definitions.
@@ -148,11 +148,15 @@ impl Counter<'_> {
                 return;
             }
         };
-        let has_uvs = matches!(object, Object::Mesh(mesh) if mesh.uvs.is_some());
-        self.material(at, look, has_uvs);
+        let sets = match object {
+            Object::Mesh(mesh) => [mesh.uvs.is_some(), mesh.uvs1.is_some()],
+            _ => [false; 2],
+        };
+        self.material(at, look, sets);
     }
 
-    fn material(&mut self, at: Path<'_>, look: Look<'_>, has_uvs: bool) {
+    /// `sets`: which texture coordinates the object has.
+    fn material(&mut self, at: Path<'_>, look: Look<'_>, sets: [bool; 2]) {
         if let Some(name) = look.name {
             self.findings.name(at.key("name"), name);
         }
@@ -161,13 +165,16 @@ impl Counter<'_> {
             return;
         }
         let material = self.description.materials.get(name);
-        if material.is_some_and(Material::needs_uvs) && !has_uvs {
-            let detail = format!(
-                "the material {} lays a picture by uvs, which there are none of: give a mesh \"uvs\", or the picture \
-                 another mapping",
-                quoted(name)
-            );
-            self.findings.add(at.key("material"), Code::MissingKey, detail);
+        let needed = material.map_or([false; 2], Material::uv_sets);
+        for (key, needs, has) in [("uvs", needed[0], sets[0]), ("uvs1", needed[1], sets[1])] {
+            if needs && !has {
+                let detail = format!(
+                    "the material {} lays a picture by {key}, which there are none of: give a mesh \"{key}\", or the \
+                     picture another mapping",
+                    quoted(name)
+                );
+                self.findings.add(at.key("material"), Code::MissingKey, detail);
+            }
         }
         if material.is_none() {
             let hint = self.findings.suggestion(name, self.description.materials.keys());
@@ -293,16 +300,33 @@ fn check_mesh(findings: &mut Findings, at: Path<'_>, mesh: &Mesh) {
             findings.direction(at.key("normals").index(i), normal);
         }
     }
-    if let Some(uvs) = &mesh.uvs
-        && uvs.len() != count
-    {
-        let detail = format!("must have one pair for each of the {count} vertices, has {}", uvs.len());
-        findings.add(at.key("uvs"), Code::OutOfRange, detail);
+    let max = limits::MAGNITUDE;
+    for (key, uvs) in [("uvs", &mesh.uvs), ("uvs1", &mesh.uvs1)] {
+        let Some(uvs) = uvs else { continue };
+        let pairs = format!("one pair for each of the {count} vertices");
+        numbers(findings, at.key(key), uvs, count, &pairs, (-max, max, &format!("between -{max:e} and {max:e}")));
     }
-    let stray = |uv: &[f64; 2]| uv.iter().position(|x| x.is_nan() || x.abs() > limits::MAGNITUDE);
-    if let Some((i, k, uv)) = mesh.uvs.iter().flatten().enumerate().find_map(|(i, uv)| Some((i, stray(uv)?, uv))) {
-        let max = limits::MAGNITUDE;
-        findings.number(at.key("uvs").index(i).index(k), uv[k], format_args!("between -{max:e} and {max:e}"), false);
+    if let Some(colors) = &mesh.colors {
+        let of_each = format!("one colour for each of the {count} vertices");
+        numbers(findings, at.key("colors"), colors, count, &of_each, (0.0, 1.0, "between 0 and 1"));
+    }
+}
+
+/// Checks numbers of vertices: that there are as many, and their range.
+fn numbers<const N: usize>(
+    findings: &mut Findings,
+    at: Path<'_>,
+    list: &[[f64; N]],
+    count: usize,
+    of_each: &str,
+    (least, most, range): (f64, f64, &str),
+) {
+    if list.len() != count {
+        findings.add(at, Code::OutOfRange, format!("must have {of_each}, has {}", list.len()));
+    }
+    let stray = |numbers: &[f64; N]| numbers.iter().position(|x| !(least..=most).contains(x));
+    if let Some((i, k)) = list.iter().enumerate().find_map(|(i, numbers)| Some((i, stray(numbers)?))) {
+        findings.number(at.index(i).index(k), list[i][k], range, false);
     }
 }
 

@@ -33,7 +33,10 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
     }
     let transmits = |name: &Option<String>| {
         let material = name.as_ref().and_then(|name| description.materials.get(name));
-        material.is_some_and(|m| m.transmission.0.max_element() > 0.0)
+        material.is_some_and(|m| match &m.pbr {
+            Some(pbr) => pbr.transmission.factor() > 0.0 && !pbr.thin,
+            None => m.transmission.0.max_element() > 0.0,
+        })
     };
     for (name, material) in description.materials.iter() {
         if material.one_sided && material.transmission.0.max_element() > 0.0 {
@@ -63,7 +66,8 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
 /// Keeps the warnings that hold for the world that was built: fog and surfaces may shine, too.
 pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, world: &World<R>) {
     let glows = world.fog.as_ref().is_some_and(|fog| shows(fog.color));
-    let shines = [Effect::AmbientLight, Effect::Emission].iter().any(|effect| world.effects.has(*effect));
+    let lights = [Effect::AmbientLight, Effect::Emission, Effect::EnvironmentLight];
+    let shines = lights.iter().any(|effect| world.effects.has(*effect));
     if glows || shines {
         warnings.retain(|warning| warning.pointer != DARK);
     }

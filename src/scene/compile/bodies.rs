@@ -1,9 +1,9 @@
 //! The shapes of bodies in the kernel's format.
 
-use crate::accel::{Mesh, Shape};
+use crate::accel::{Attributes, Mesh, Shape};
 use crate::lanes::Real;
-use crate::scene::description::{Look, Object, Vec3, is_collapsed};
-use crate::scene::ear_clipping::triangulate;
+use crate::scene::description::{self as d, Look, Object, Vec3, is_collapsed};
+use crate::shape::ear_clipping::triangulate;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -31,8 +31,34 @@ pub(super) fn volume(object: &Object) -> f64 {
     }
 }
 
-/// `needs_uvs`: whether its material looks at texture coordinates.
-pub(super) fn shape<R: Real>(object: &Object, needs_uvs: bool) -> (Shape<R>, Look<'_>) {
+/// What a mesh keeps of its vertices beside places and normals, since its material looks at it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Kept {
+    uvs: bool,
+    uvs1: bool,
+    colors: bool,
+}
+
+impl Kept {
+    /// What an object's material needs.
+    pub(super) fn of(object: &Object, material: Option<&d::Material>) -> Self {
+        let (Object::Mesh(mesh), Some(material)) = (object, material) else { return Self::default() };
+        let [uvs, uvs1] = material.uv_sets();
+        Self { uvs, uvs1, colors: mesh.colors.is_some() && material.pbr.is_some() }
+    }
+
+    /// What a mesh has kept.
+    pub(super) fn by<R>(mesh: &Mesh<R>) -> Self {
+        let more = mesh.attributes.as_ref();
+        Self {
+            uvs: !mesh.uvs.is_empty(),
+            uvs1: more.is_some_and(|more| !more.uvs.is_empty()),
+            colors: more.is_some_and(|more| !more.colors.is_empty()),
+        }
+    }
+}
+
+pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Look<'_>) {
     let number = R::from_f64;
     let point = |p: Vec3| p.map(R::from_f64);
     let vector = DVec3::from_array;
@@ -59,12 +85,15 @@ pub(super) fn shape<R: Real>(object: &Object, needs_uvs: bool) -> (Shape<R>, Loo
             };
             (Shape::Torus(Box::new(torus)), o.look())
         }
-        Object::Mesh(o) => (
-            Shape::Mesh(
-                mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| needs_uvs)).into(),
-            ),
-            o.look(),
-        ),
+        Object::Mesh(o) => {
+            let mut mesh = mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| kept.uvs));
+            if kept.uvs1 || kept.colors {
+                let uvs = o.uvs1.iter().filter(|_| kept.uvs1).flatten().map(|uv| uv.map(R::from_f64)).collect();
+                let colors = o.colors.iter().filter(|_| kept.colors).flatten().map(|c| c.map(R::from_f64)).collect();
+                mesh.attributes = Some(Box::new(Attributes { uvs, colors }));
+            }
+            (Shape::Mesh(mesh.into()), o.look())
+        }
         Object::Polygon(o) => {
             let faces = triangulate(&o.vertices).unwrap_or_default();
             (Shape::Mesh(mesh(&o.vertices, &faces, None, None).into()), o.look())
@@ -93,5 +122,6 @@ fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>
     faces.retain(|face| !is_collapsed(&vertices, face));
     let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
     let uvs = uvs.unwrap_or_default().iter().map(|uv| uv.map(R::from_f64)).collect();
-    Mesh { faces, normals: normals.unwrap_or_default().iter().map(unit).collect(), vertices, uvs }
+    let normals = normals.unwrap_or_default().iter().map(unit).collect();
+    Mesh { faces, normals, vertices, uvs, attributes: None }
 }

@@ -1,12 +1,13 @@
 //! A checked description in the kernel's format.
 
-use super::bodies::{shape, volume};
+use super::bodies::{Kept, shape, volume};
 use super::camera::camera_of;
 use super::ceiling::ceiling;
 use super::effects::{disperses, hides_nothing, settle};
 use super::hidden::{Hidden, hidden};
 use super::known::Known;
 use super::lights::light;
+use super::pbr;
 use super::shared_eye::is_shared;
 use super::textures::textures;
 use super::{CompileOptions, Source, Sources, contact, extent, unseen};
@@ -29,7 +30,9 @@ use crate::shading::fog::{Fog, Height};
 use crate::shading::light::Light;
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::spectrum::Spectrum;
+use crate::shading::surroundings::Surroundings;
 use crate::shading::texture::environment::{Environment, clear_sky};
+use crate::shading::texture::studio::studio;
 use crate::shape::Sides;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
@@ -60,7 +63,8 @@ pub(super) fn build<R: Real>(
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let render = &description.render;
     let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
-    let (background, mut environment) = surroundings(description, pictures);
+    let (background, mut environment) = seen_around(description, pictures);
+    let is_uniform = environment.is_none();
     builder.usage.enclosed = builder.hidden.surroundings;
     if builder.usage.enclosed {
         environment = None;
@@ -70,6 +74,10 @@ pub(super) fn build<R: Real>(
     if in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none()) {
         environment = None;
     }
+    let lights_surfaces = description.environment.as_ref().is_some_and(|e| e.light == d::EnvironmentLight::Fast);
+    let surroundings = environment.as_ref().filter(|_| lights_surfaces).map(|map| Arc::new(Surroundings::new(map)));
+    // One of one colour is ambient light.
+    let around = if lights_surfaces && is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
     if let Some((materials, moves)) = builder.hidden.usage(&builder.geometries, builder.materials.len()) {
         (builder.usage.materials, builder.usage.moves) = (materials, moves);
     }
@@ -86,11 +94,12 @@ pub(super) fn build<R: Real>(
         spectrum: None,
         materials: builder.materials,
         lights,
-        ambient: narrow_rgb(description.ambient.0),
+        ambient: narrow_rgb(description.ambient.0 + around),
         background: narrow_rgb(background),
         behind: (description.film.background == d::FilmBackground::Transparent).then(|| narrow_rgb(Rgb::ZERO)),
         display: Display::new(description.film.exposure, description.film.tone),
         environment,
+        surroundings,
         fog,
         camera,
         rules: Rules {
@@ -134,14 +143,15 @@ pub(super) fn build<R: Real>(
 }
 
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.
-fn surroundings(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
-    let Some(d::Environment { image, sky, rotate_deg, intensity }) = &description.environment else {
+fn seen_around(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
+    let Some(d::Environment { image, sky, studio: _, rotate_deg, intensity, light: _ }) = &description.environment
+    else {
         return (description.background.0, None);
     };
     let mipmap = match (image, sky) {
         (Some(image), _) => pictures.get(image, Meaning::Color),
         (None, Some(sky)) => Arc::new(clear_sky(sky.zenith.0, sky.horizon.0, sky.ground.0)),
-        (None, None) => unreachable!("the environment has been checked"),
+        (None, None) => Arc::new(studio()),
     };
     let uniform = if *intensity == 0.0 { Some([0.0; 3]) } else { mipmap.uniform() };
     match uniform {
@@ -165,6 +175,8 @@ struct Builder<'a, R> {
     /// One for each of the description's, and the default material last.
     materials: Vec<Material<R>>,
     one_sided: Vec<bool>,
+    /// Which materials make sheets of all bodies.
+    thin: Vec<bool>,
     usage: Usage,
     pointers: Pointers,
     camera: Camera<R>,
@@ -195,6 +207,7 @@ impl<'a, R: Real> Builder<'a, R> {
             definitions: vec![None; description.definitions.len()],
             materials: all().map(|m| material(m, pictures)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
+            thin: all().map(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.thin)).collect(),
             usage: Usage { materials: vec![Used::default(); all().count()], ..Usage::default() },
             pointers: Pointers::default(),
             camera,
@@ -239,7 +252,7 @@ impl<'a, R: Real> Builder<'a, R> {
         // The slow twin has no cells either.
         let has_areas = self.options.bvh != BvhKind::Flat && self.description.lights.iter().any(d::Light::has_area);
         if has_areas && items.len() <= MOST_OBSTACLES {
-            let opaque = |item: &Item<R>| !self.materials[item.material as usize].transmits();
+            let opaque = |item: &Item<R>| !item.has_holes && !self.materials[item.material as usize].transmits();
             let obstacle = |(item, extent)| Obstacle::new(item, extent, opaque(item));
             self.obstacles = items.iter().zip(&extents).map(obstacle).collect();
         }
@@ -329,18 +342,13 @@ impl<'a, R: Real> Builder<'a, R> {
 
     /// The shape of a body, the known one if that will do.
     fn shape(&self, object: &'a Object, known: Option<&Item<R>>) -> (Shape<R>, Look<'a>) {
-        let needs_uvs = matches!(object, Object::Mesh(mesh) if self.needs_uvs(mesh));
-        match (known.map(|item| &item.shape), object.look()) {
-            (Some(Shape::Mesh(mesh)), Some(look)) if mesh.uvs.is_empty() != needs_uvs => {
-                (Shape::Mesh(Arc::clone(mesh)), look)
-            }
-            _ => shape(object, needs_uvs),
+        let look = object.look();
+        let material = look.and_then(|look| self.description.materials.get(look.material?));
+        let kept = Kept::of(object, material);
+        match (known.map(|item| &item.shape), look) {
+            (Some(Shape::Mesh(mesh)), Some(look)) if Kept::by(mesh) == kept => (Shape::Mesh(Arc::clone(mesh)), look),
+            _ => shape(object, kept),
         }
-    }
-
-    fn needs_uvs(&self, mesh: &d::Mesh) -> bool {
-        let material = mesh.material.as_ref().and_then(|name| self.description.materials.get(name));
-        material.is_some_and(d::Material::needs_uvs)
     }
 
     fn definition(&mut self, name: &str) -> usize {
@@ -374,6 +382,7 @@ impl<'a, R: Real> Builder<'a, R> {
             hollow: false,
             closed: false,
             may_touch: false,
+            has_holes: false,
             volume: 0.0,
             transmission: [R::from_f64(0.0); 3],
             source,
@@ -403,7 +412,7 @@ impl<'a, R: Real> Builder<'a, R> {
             Object::Cone(o) => o.capped,
             Object::Box(o) => (0..3).all(|i| R::from_f64(o.min[i]) < R::from_f64(o.max[i])),
             _ => false,
-        };
+        } && !self.thin[material];
         let used = &mut self.usage.materials[material];
         (used.anywhere, used.filled) = (true, used.filled || (closed && !look.hollow));
         Item {
@@ -413,6 +422,7 @@ impl<'a, R: Real> Builder<'a, R> {
             hollow: look.hollow,
             closed,
             may_touch: false,
+            has_holes: self.materials[material].has_holes(),
             volume: known_volume.unwrap_or_else(|| if closed { volume(object) } else { 0.0 }),
             transmission: self.materials[material].transmission,
             source,
@@ -450,6 +460,9 @@ pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
 }
 
 fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Material<R> {
+    if let Some(described) = &material.pbr {
+        return pbr::material(described, pictures);
+    }
     let (ambient, diffuse, textures) = textures(material, pictures);
     Material {
         ambient,
@@ -469,6 +482,7 @@ fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Materia
         alpha: R::from_f64(material.roughness * material.roughness),
         dispersion: R::from_f64(material.dispersion),
         textures,
+        pbr: None,
     }
 }
 

@@ -11,6 +11,7 @@ use crate::scene::description::{Accuracy, DEFAULT_MAX_DEPTH, Description};
 use crate::scene::problem::push_token;
 use crate::scene::world::World;
 use crate::shading::light::{Area, Falloff, Light, Source};
+use crate::shading::lobes::BRIGHTEST;
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::texture::checker::BaseColor;
 use crate::shading::texture::pattern::Pattern;
@@ -108,10 +109,13 @@ fn of_light<R: Real>(world: &World<R>, light: &Light<R>) -> Vec<f64> {
 
 fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irradiance: &[Vec<f64>]) -> MaterialBound {
     let material = &world.materials[m];
+    if material.pbr.is_some() {
+        return layered(description, world, m, irradiance);
+    }
     let name = description.materials.get_index(m).map(|(name, _)| name);
     let (ambient, diffuse) = colors(material);
     let specular = wide(material.specular);
-    let mut adds = wide(material.emission) + ambient * wide(world.ambient);
+    let mut adds = wide(material.emission) + ambient * wide(world.ambient) + diffuse * around(world);
     for (light, strength) in world.lights.iter().zip(irradiance) {
         adds += wide(light.color) * strength[m] * (diffuse + specular);
     }
@@ -120,8 +124,30 @@ fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
         Fresnel::None => r_s + r_t,
         Fresnel::Dielectric => r_s.max(r_t),
         // Grazing light is mirrored completely, and what is mirrored is not transmitted.
-        Fresnel::Conductor => (r_s + r_t).max(Rgb::ONE),
+        Fresnel::Conductor | Fresnel::Layered => (r_s + r_t).max(Rgb::ONE),
     };
+    MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
+}
+
+/// The most that light from the surroundings is.
+fn around<R: Real>(world: &World<R>) -> Rgb {
+    world.surroundings.as_ref().map_or(Rgb::ZERO, |surroundings| Rgb::from_array(surroundings.most()))
+}
+
+/// Lobes reflect at most as much of light from all around as arrives, and send on at most as much. Of a light they reflect any
+/// amount to the camera, whose rays are always followed, and a limited one to others. What is only partly there lets the rest of
+/// the light pass, which is no more than the larger of what the surface sends and what comes.
+fn layered<R: Real>(description: &Description, world: &World<R>, m: usize, irradiance: &[Vec<f64>]) -> MaterialBound {
+    let material = &world.materials[m];
+    let name = description.materials.get_index(m).map(|(name, _)| name);
+    let mut adds = wide(material.emission);
+    if material.pbr.as_ref().is_some_and(|pbr| !pbr.unlit) {
+        adds += wide(world.ambient) + around(world);
+        for (light, strength) in world.lights.iter().zip(irradiance) {
+            adds += wide(light.color) * strength[m] * BRIGHTEST;
+        }
+    }
+    let sends = if material.mirrors() || material.transmits() { Rgb::ONE } else { Rgb::ZERO };
     MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
 }
 

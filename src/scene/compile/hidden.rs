@@ -46,7 +46,9 @@ pub(super) fn hidden<R: Real>(
     };
     let eye = DVec3::from_array(description.camera.view().eye);
     let around_eye = Bounds { min: eye - around, max: eye + around };
-    let opaque = |item: &&Item<R>| !materials[item.material as usize].transmits() && item.sides == Sides::Both;
+    let opaque = |item: &&Item<R>| {
+        !materials[item.material as usize].transmits() && !item.has_holes && item.sides == Sides::Both
+    };
     let walls = || items.iter().filter(opaque).filter_map(Wall::of);
     let around = walls().filter(|wall| wall.contains(around_eye)).map(|wall| (wall, true));
     let beside = walls().filter(|wall| wall.excludes(around_eye)).map(|wall| (wall, false));

@@ -90,7 +90,8 @@ impl<'a, R: Real> Known<'a, R> {
                 (Shape::Mesh(a), Shape::Mesh(b)) => Arc::ptr_eq(a, b),
                 _ => true,
             };
-            is_same_mesh && a.material == b.material && a.sides == b.sides && a.transmission == b.transmission
+            let is_alike = a.sides == b.sides && a.closed == b.closed && a.has_holes == b.has_holes;
+            is_same_mesh && is_alike && a.material == b.material && a.transmission == b.transmission
         };
         let is_known = |(built, known): (&Geometry<R>, &Geometry<R>)| {
             built.has_hierarchy_of(known) && built.items.iter().zip(&known.items).all(looks_alike)

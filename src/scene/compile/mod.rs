@@ -10,6 +10,7 @@ mod extent;
 mod hidden;
 mod known;
 mod lights;
+mod pbr;
 mod shared_eye;
 mod textures;
 mod unseen;
@@ -194,10 +195,13 @@ impl Scene {
     fn bytes_around(&self) -> usize {
         fn of_world<R: Real>(world: &World<R>) -> usize {
             let textures = world.materials.iter().filter(|material| material.textures.is_some()).count();
+            let channels = world.materials.iter().filter_map(|material| material.pbr.as_deref());
             size_of_val(&world.materials[..])
+                + channels.map(|pbr| 2 * ALLOCATION + pbr::bytes(pbr)).sum::<usize>()
                 + size_of_val(&world.usage.materials[..])
                 + textures * (ALLOCATION + size_of::<Textures>())
                 + size_of_val(&world.lights[..])
+                + world.surroundings.as_ref().map_or(0, |surroundings| surroundings.bytes())
                 + world.light_cells.as_ref().map_or(0, |cells| cells.bytes())
         }
         let world = match &self.world {

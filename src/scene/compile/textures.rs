@@ -75,7 +75,7 @@ fn bump(material: &d::Material, pictures: &Pictures<'_>) -> Option<BumpMap> {
     if let Some(d::NormalMap { image }) = &material.normal_map {
         let picture = picture(image, Meaning::Normal, pictures);
         let flat = matches!(picture.mipmap.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
-        return (!flat).then_some(BumpMap::Normals(picture));
+        return (!flat).then_some(BumpMap::Normals { picture, strength: 1.0 });
     }
     let d::Bump { height, texture } = material.bump.as_ref()?;
     if *height == 0.0 {
@@ -96,13 +96,18 @@ fn bump(material: &d::Material, pictures: &Pictures<'_>) -> Option<BumpMap> {
 fn picture(image: &ImageMap, meaning: Meaning, pictures: &Pictures<'_>) -> ImageTexture {
     let mipmap = pictures.get(&image.source, meaning);
     let mapping = mapping(&image.mapping, &mipmap);
-    let each = match image.wrap {
-        d::Wrap::Repeat => Wrap::Repeat,
-        d::Wrap::Clamp => Wrap::Clamp,
-    };
+    let each = wrap(image.wrap);
     // Longitude repeats, and latitude ends at the poles.
     let wrap = if matches!(mapping, UvMapping::Spherical { .. }) { [Wrap::Repeat, Wrap::Clamp] } else { [each; 2] };
     ImageTexture { mipmap, mapping, wrap }
+}
+
+pub(super) fn wrap(wrap: d::Wrap) -> Wrap {
+    match wrap {
+        d::Wrap::Repeat => Wrap::Repeat,
+        d::Wrap::Clamp => Wrap::Clamp,
+        d::Wrap::Mirror => Wrap::Mirror,
+    }
 }
 
 fn mapping(mapping: &Mapping, mipmap: &Arc<Mipmap>) -> UvMapping {

@@ -30,16 +30,18 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     if world.rules.spd_counts {
         return;
     }
-    let scattered = world.has_material(|material, _| scatters(material) || shows(material.specular));
+    let receives =
+        |material: &Material<R>| scatters(material) || shows(material.specular) || material.catches_shadows();
+    let scattered = world.has_material(|material, _| receives(material));
     world.lights.retain(|light| scattered && shows(light.color));
     let lit = world.is_lit();
-    let scattering = lit || world.rules.gathers();
+    let scattering = lit || world.rules.gathers() || world.surroundings.is_some();
     let ambient = shows(world.ambient);
     for material in &mut world.materials {
         let own_ambient = material.ambient.is_some();
         let diffuse = scattering || (ambient && !own_ambient);
         let tilts = scattering && scatters(material) || shows(material.specular);
-        let bumps = tilts || material.mirrors() || material.transmits();
+        let bumps = tilts || material.mirrors() || material.transmits() || material.pbr.is_some();
         if let Some(textures) = &mut material.textures {
             textures.diffuse.take_if(|_| !diffuse);
             textures.ambient.take_if(|_| !ambient);

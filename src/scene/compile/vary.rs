@@ -156,8 +156,16 @@ impl Scene {
 fn darkened<R: Real>(world: &World<R>, least_weight: f64) -> World<R> {
     let mut world = world.clone();
     (world.background, world.ambient, world.display) = (black(), black(), Display::default());
-    (world.environment, world.lights) = (None, Vec::new());
-    world.materials.iter_mut().for_each(|material| material.emission = black());
+    (world.environment, world.surroundings) = (None, None);
+    if !world.effects.has(Effect::ShadowCatcher) {
+        world.lights = Vec::new();
+    }
+    for material in &mut world.materials {
+        material.emission = black();
+        if let Some(pbr) = &mut material.pbr {
+            pbr.dark = true;
+        }
+    }
     if let Some(fog) = &mut world.fog {
         fog.color = black();
     }
@@ -169,7 +177,7 @@ fn darkened<R: Real>(world: &World<R>, least_weight: f64) -> World<R> {
 /// A dark world in which some items of the scene itself shine, and their placed geometries.
 fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> {
     let mut world = darkened(world, LEAST_SHARE);
-    world.behind = None;
+    (world.behind, world.lights) = (None, Vec::new());
     let glow = world.materials.len() as u32;
     world.materials.push(Material { emission: [R::from_f64(1.0); 3], ..Material::black() });
     world.usage.materials.push(Used { anywhere: true, ..Used::default() });
@@ -181,7 +189,7 @@ fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> 
         let mut items = std::mem::take(&mut geometries[geometry].items);
         for item in items.iter_mut().filter(|item| geometry != world.root || shines(item.source)) {
             let Shape::Instance(instance) = &mut item.shape else {
-                (item.material, item.transmission) = (glow, black());
+                (item.material, item.transmission, item.has_holes) = (glow, black(), false);
                 continue;
             };
             let placed = instance.geometry as usize;

@@ -1,6 +1,6 @@
 //! Materials and their patterns.
 
-use super::{Bump, Color, Diffuse, ImageMap, Mapping, NormalMap, Relief, is_zero, number};
+use super::{Bump, Color, Diffuse, ImageMap, Mapping, NormalMap, Pbr, Relief, is_zero, number};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +57,9 @@ pub struct Material {
     /// Normals from a picture, not together with `bump`. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal_map: Option<NormalMap>,
+    /// A material as in glTF, in place of all keys above but `one_sided`. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pbr: Option<Box<Pbr>>,
 }
 
 impl Material {
@@ -70,9 +73,12 @@ impl Material {
         [self.ambient.as_ref().and_then(Diffuse::image), self.diffuse.image(), relief, normals].into_iter().flatten()
     }
 
-    /// Whether a picture lies on the surface by texture coordinates, which only meshes have.
-    pub fn needs_uvs(&self) -> bool {
-        self.images().any(|image| image.mapping == Mapping::Uv)
+    /// Which texture coordinates pictures lie on the surface by; only meshes have any.
+    pub fn uv_sets(&self) -> [bool; 2] {
+        if let Some(pbr) = &self.pbr {
+            return pbr.uv_sets();
+        }
+        [self.images().any(|image| image.mapping == Mapping::Uv), false]
     }
 }
 
@@ -94,6 +100,7 @@ impl Default for Material {
             one_sided: false,
             bump: None,
             normal_map: None,
+            pbr: None,
         }
     }
 }

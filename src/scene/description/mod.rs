@@ -4,6 +4,7 @@
 //! units, angles in degrees (the key says so), colours are linear RGB. Right-handed, y up by convention.
 
 mod camera;
+mod channel;
 mod color;
 mod diffuse;
 mod film;
@@ -11,11 +12,13 @@ mod fog;
 mod light;
 mod material;
 mod object;
+mod pbr;
 mod render;
 mod texture;
 mod written;
 
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera};
+pub use channel::{Channel, Factor, TexelChannel, Textured, UvTransform, Wraps};
 pub use color::Color;
 pub use diffuse::Diffuse;
 pub use film::{Film, FilmBackground};
@@ -30,12 +33,13 @@ pub use object::{
     AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation, Scale,
     Sphere, Torus, Transform, Triangle,
 };
+pub use pbr::{AlphaMode, Attenuation, Opacity, Pbr};
 pub use render::{
     Accuracy, DEFAULT_MAX_DEPTH, Fixed, Precision, Proved, Rays, RenderSettings, Shadows, Statistical, Time,
 };
 pub use texture::{
-    Bump, Environment, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes, Relief, Sky,
-    Spherical, Wrap,
+    Bump, Environment, EnvironmentLight, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes,
+    Relief, Sky, Spherical, Studio, Wrap,
 };
 
 use super::named::{self, Named};
@@ -167,6 +171,11 @@ impl Default for ImageSize {
 /// Whether a key that is off at 0 need not be written.
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
+}
+
+/// Whether a key has its default and need not be written.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// A default that is a whole number.

@@ -257,6 +257,13 @@ body! {
         /// Texture coordinates, one pair for each vertex.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         uvs: Option<Vec<[f64; 2]>>,
+        /// Other texture coordinates, one pair for each vertex.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        uvs1: Option<Vec<[f64; 2]>>,
+        /// Colours, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity` of a
+        /// `pbr` material; others ignore them.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        colors: Option<Vec<[f64; 4]>>,
     } hollow: yes
 }
 

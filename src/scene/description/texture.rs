@@ -1,6 +1,6 @@
 //! Textures: colours, heights and normals that depend on the place, and the pictures behind them.
 
-use super::{Color, Vec3, default_up, number};
+use super::{Color, Vec3, default_up, is_default, number};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -125,6 +125,8 @@ pub enum Wrap {
     Repeat,
     /// The colours of the edges continue.
     Clamp,
+    /// The picture repeats, every other time mirrored.
+    Mirror,
 }
 
 /// Bumps: the surface is shaded as if it were raised along its normal, but its outline stays.
@@ -157,7 +159,7 @@ pub struct NormalMap {
     pub image: ImageMap,
 }
 
-/// Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. Either `image` or `sky`.
+/// Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. One of `image`, `sky` and `studio`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Environment {
@@ -168,6 +170,9 @@ pub struct Environment {
     /// A clear sky over dull ground: `{}` for its colours by day.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<Sky>,
+    /// A photographer's studio with bright walls and soft panels of light: `{}`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub studio: Option<Studio>,
     /// Turns it around the y axis, in degrees, counter-clockwise seen from above, -360 to 360. Default 0.
     #[serde(default)]
     #[schemars(range(min = -360.0, max = 360.0))]
@@ -176,7 +181,27 @@ pub struct Environment {
     #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
+    /// Whether it lights surfaces. Default `"none"`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub light: EnvironmentLight,
 }
+
+/// What an environment does to surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum EnvironmentLight {
+    /// Rays see it, and that is all.
+    #[default]
+    None,
+    /// Surfaces scatter its light and rough `pbr` materials reflect it, blurred. It takes no sample, and nothing in the scene hides
+    /// it from them.
+    Fast,
+}
+
+/// A studio, the same for all: its front is in direction +z, its key light comes from the upper left there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Studio {}
 
 /// A sky: its colour changes from the horizon to the zenith. Below the horizon is ground of one colour.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -2,8 +2,8 @@
 
 use super::tokens::Place;
 use crate::scene::description::{Mesh, Vec3};
-use crate::scene::ear_clipping::{has_no_area, newell_normal, triangulate};
 use crate::scene::problem::{Code, Problem};
+use crate::shape::ear_clipping::{has_no_area, newell_normal, triangulate};
 use glam::DVec3;
 use hashbrown::hash_table::Entry;
 use hashbrown::{DefaultHashBuilder, HashTable};
@@ -90,7 +90,7 @@ impl Faces {
     pub(super) fn into_mesh(self, material: Option<String>) -> Mesh {
         let normals = (!self.normals.is_empty()).then_some(self.normals);
         let Self { vertices, faces, .. } = self;
-        Mesh { vertices, faces, normals, uvs: None, material, name: None, hollow: false }
+        Mesh { vertices, faces, normals, uvs: None, uvs1: None, colors: None, material, name: None, hollow: false }
     }
 
     pub(super) fn into_triangles(self) -> impl Iterator<Item = [Vec3; 3]> {

@@ -225,7 +225,7 @@ fn the_first_corner_tells_the_front() {
         .iter()
         .map(|object| {
             let Object::Polygon(polygon) = object else { panic!("{object:?}") };
-            crate::scene::ear_clipping::newell_normal(&polygon.vertices).z
+            crate::shape::ear_clipping::newell_normal(&polygon.vertices).z
         })
         .collect();
     assert!(fronts.iter().all(|z| *z > 0.0), "{fronts:?}");

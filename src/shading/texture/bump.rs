@@ -26,7 +26,12 @@ pub enum BumpMap {
         height: f64,
     },
     /// A picture of normals, z away from the surface.
-    Normals(ImageTexture),
+    Normals {
+        /// From -1 to 1.
+        picture: ImageTexture,
+        /// Factor on x and y.
+        strength: f64,
+    },
 }
 
 /// Smallest z of a normal: steeper slopes are cut off.
@@ -39,7 +44,7 @@ impl BumpMap {
         let gradient = match self {
             Self::Noise { fractal, height } => fractal.at(s, lookup.point, lookup.width()).1 * W::lit(s, *height),
             Self::Heights { picture, height } => picture.height_gradient(s, lookup) * W::lit(s, *height),
-            Self::Normals(picture) => picture.normal_gradient(s, lookup, normal),
+            Self::Normals { picture, strength } => picture.normal_gradient(s, lookup, normal, *strength),
         };
         let along = gradient - normal * normal.dot(gradient);
         let flat = along.eq(V3::splat(s, [0.0; 3])) | !along.is_finite(s);
@@ -82,16 +87,16 @@ impl ImageTexture {
 
     /// The slopes -x/z and -y/z of a normal map along the unit vectors of its tangent frame: the direction in which only
     /// u grows, and the one across it, on the side where v grows.
-    fn normal_gradient<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>) -> V3<W> {
+    fn normal_gradient<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>, strength: f64) -> V3<W> {
         W::vectorize(
             s,
             #[inline(always)]
-            || self.normal_gradient_in(s, lookup, normal),
+            || self.normal_gradient_in(s, lookup, normal, strength),
         )
     }
 
     #[inline(always)]
-    fn normal_gradient_in<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>) -> V3<W> {
+    fn normal_gradient_in<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>, strength: f64) -> V3<W> {
         let coord = self.coord(s, lookup);
         let V3 { x, y, z } = self.mipmap.average(s, coord.uv, coord.axes(lookup), self.wrap, lookup.lanes);
         let [of_u, of_v] = coord.gradients;
@@ -102,6 +107,7 @@ impl ImageTexture {
         let tangent = (of_v.cross(normal) * sign).unit_or(s, none);
         let bitangent = normal.cross(tangent) * sign;
         let z = z.max(W::lit(s, STEEPEST));
+        let (x, y) = (x * W::lit(s, strength), y * W::lit(s, strength));
         let gradient = tangent * (-x / z) + bitangent * (-y / z);
         V3::select(tangent.eq(none), none, gradient)
     }

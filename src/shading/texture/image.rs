@@ -45,7 +45,7 @@ impl ImageTexture {
     }
 
     /// The mean colours over the footprints.
-    pub(super) fn at<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> V3<W> {
+    pub fn at<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> V3<W> {
         W::vectorize(
             s,
             #[inline(always)]

@@ -28,6 +28,8 @@ pub enum Wrap {
     Repeat,
     /// Its last texel.
     Clamp,
+    /// The picture again, every other time mirrored.
+    Mirror,
 }
 
 /// Most samples along a footprint; longer footprints are blurred.
@@ -63,6 +65,12 @@ impl Mipmap {
     pub fn brightest(&self) -> [f64; 3] {
         let most = |most: [f32; 3], texel: &[f32; 3]| std::array::from_fn(|c| most[c].max(texel[c]));
         self.levels[0].texels.iter().fold([0.0; 3], most).map(f64::from)
+    }
+
+    /// The smallest of each channel over all texels.
+    pub fn darkest(&self) -> [f64; 3] {
+        let least = |least: [f32; 3], texel: &[f32; 3]| std::array::from_fn(|c| least[c].min(texel[c]));
+        self.levels[0].texels.iter().fold([f32::INFINITY; 3], least).map(f64::from)
     }
 
     /// The mean of all texels.
@@ -208,6 +216,8 @@ fn neighbours(place: f64, count: usize, wrap: Wrap) -> (usize, usize, f64) {
     let inside = match wrap {
         Wrap::Repeat => place - place.floor(),
         Wrap::Clamp => place.clamp(0.0, 1.0),
+        // From 0 to 1 and back; no number is 0.
+        Wrap::Mirror => (1.0 - (place - 2.0 * (place * 0.5).floor() - 1.0).abs()).max(0.0),
     };
     let x = inside * count as f64 - 0.5;
     let first = x.floor();
@@ -215,7 +225,8 @@ fn neighbours(place: f64, count: usize, wrap: Wrap) -> (usize, usize, f64) {
     let (below, last) = (first as i32, count as i32 - 1);
     let (left, right) = match wrap {
         Wrap::Repeat => (if below < 0 { last } else { below }, if below < last { below + 1 } else { 0 }),
-        Wrap::Clamp => (below.max(0), (below + 1).min(last)),
+        // Beyond an edge its mirror image begins with the same texel.
+        Wrap::Clamp | Wrap::Mirror => (below.max(0), (below + 1).min(last)),
     };
     (left as usize, right as usize, x - first)
 }

@@ -7,4 +7,5 @@ pub mod image;
 pub mod mipmap;
 pub mod noise;
 pub mod pattern;
+pub mod studio;
 pub mod uv;

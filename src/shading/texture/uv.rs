@@ -13,6 +13,15 @@ use std::f64::consts::PI;
 pub enum UvMapping {
     /// By the texture coordinates of a mesh's vertices.
     Uv,
+    /// By one of the two sets of texture coordinates of a mesh's vertices, moved: u and v are `rows` times those, and `offset`.
+    Moved {
+        /// Whether it is the second set.
+        second: bool,
+        /// Factors on u and v, for the new u and the new v.
+        rows: [[f64; 2]; 2],
+        /// What is added to them.
+        offset: [f64; 2],
+    },
     /// u = `right` . p, v = `up` . p.
     Planar {
         /// Gradient of u.
@@ -36,6 +45,17 @@ pub struct Face<W> {
     pub corners: [V3<W>; 3],
     /// u and v at the corners.
     pub uvs: [[W; 2]; 3],
+    /// What few meshes have.
+    pub attributes: Option<Attributes<W>>,
+}
+
+/// Other numbers at the corners of faces.
+#[derive(Debug, Clone, Copy)]
+pub struct Attributes<W> {
+    /// Other u and v.
+    pub uvs: [[W; 2]; 3],
+    /// Red, green, blue and alpha.
+    pub colors: [[W; 4]; 3],
 }
 
 /// Points in texture space.
@@ -68,6 +88,17 @@ impl UvMapping {
                 Some(face) => face.at(s, p),
                 None => TexCoord { uv: [zero; 2], gradients: [nothing; 2] },
             },
+            Self::Moved { second, rows, offset } => {
+                let Some(face) = face else { return TexCoord { uv: [zero; 2], gradients: [nothing; 2] } };
+                let TexCoord { uv: [u, v], gradients: [of_u, of_v] } = match &face.attributes {
+                    Some(attributes) if second => face.coordinates(s, p, &attributes.uvs),
+                    _ => face.at(s, p),
+                };
+                let row = |i: usize| [W::lit(s, rows[i][0]), W::lit(s, rows[i][1])];
+                let moved = |i: usize| row(i)[0] * u + row(i)[1] * v + W::lit(s, offset[i]);
+                let gradient = |i: usize| of_u * row(i)[0] + of_v * row(i)[1];
+                TexCoord { uv: [moved(0), moved(1)], gradients: [gradient(0), gradient(1)] }
+            }
             Self::Planar { right, up } => {
                 let gradients = [V3::splat(s, right.to_array()), V3::splat(s, up.to_array())];
                 TexCoord { uv: [gradients[0].dot(p), gradients[1].dot(p)], gradients }
@@ -113,11 +144,27 @@ impl<W: Double> Face<W> {
     /// n = e1 x e2.
     #[inline(always)]
     fn at(&self, s: W::Simd, p: V3<W>) -> TexCoord<W> {
+        self.coordinates(s, p, &self.uvs)
+    }
+
+    /// The colours of points, white where the mesh has none.
+    #[inline(always)]
+    pub fn colors(&self, s: W::Simd, p: V3<W>) -> Option<[W; 4]> {
+        let [a, b, c] = self.attributes.as_ref()?.colors;
+        let [red_green, blue_alpha] = [0, 2].map(
+            #[inline(always)]
+            |i| self.coordinates(s, p, &[[a[i], a[i + 1]], [b[i], b[i + 1]], [c[i], c[i + 1]]]).uv,
+        );
+        Some([red_green[0], red_green[1], blue_alpha[0], blue_alpha[1]])
+    }
+
+    #[inline(always)]
+    fn coordinates(&self, s: W::Simd, p: V3<W>, uvs: &[[W; 2]; 3]) -> TexCoord<W> {
         let [a, b, c] = self.corners;
         let (e1, e2) = (b - a, c - a);
         let n = e1.cross(e2);
         let square = n.dot(n);
-        let [first, second, third] = self.uvs;
+        let [first, second, third] = *uvs;
         // A face too thin to have a direction shows its first corner.
         let zero = W::lit(s, 0.0);
         let known = square.gt(zero) & square.lt(W::lit(s, f64::INFINITY));
@@ -176,8 +223,10 @@ mod tests {
             check(globe, None, DVec3::new(1.3, 2.9, 1.1), &axes);
         }
         let corners = [DVec3::ZERO, DVec3::new(2.0, 0.5, 0.0), DVec3::new(0.3, 3.0, 1.0)];
-        let face = Face { corners: corners.map(vector), uvs: [[0.1, 0.2], [0.9, 0.3], [0.0, 1.5]] };
+        let face = Face { corners: corners.map(vector), uvs: [[0.1, 0.2], [0.9, 0.3], [0.0, 1.5]], attributes: None };
         let [_, b, c] = corners;
+        let turned = UvMapping::Moved { second: false, rows: [[0.0, 2.0], [-3.0, 0.5]], offset: [0.25, 4.0] };
+        check(turned, Some(&face), (b + c) / 3.0, &[b.normalize(), c.normalize()]);
         check(UvMapping::Uv, Some(&face), (b + c) / 3.0, &[b.normalize(), c.normalize()]);
         for (corner, uv) in corners.iter().zip(face.uvs) {
             let got = at(&UvMapping::Uv, *corner, Some(&face)).uv;

@@ -10,9 +10,11 @@ mod combined;
 mod convergence;
 mod emission;
 mod environment;
+mod environment_light;
 mod film;
 mod fog;
 mod fresnel;
+mod metallic_roughness;
 mod motion;
 mod textures;
 

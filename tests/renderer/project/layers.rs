@@ -5,7 +5,7 @@ use crate::common::root;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The modules of `src/`; each may import those before it.
-const LAYERS: &str = "words math control lanes ray shape film metrics accel shading camera bound scene sequence trace render inspect plan tradeoff reference";
+const LAYERS: &str = "words math control lanes ray shape film metrics accel shading camera bound models scene sequence trace render inspect plan tradeoff reference";
 
 #[test]
 fn the_library_imports_downwards_only() {
@@ -25,7 +25,8 @@ const ROOMS: [(&str, &str); 3] = [
     ("", "service http cli"),
     (
         "service",
-        "values clock error concurrency_limit memory memory_budget limits tls storage scheduler scenes pictures sequences farm jobs tradeoff requests",
+        "values clock error tls addresses concurrency_limit memory memory_budget limits storage scheduler scenes pictures \
+          sequences farm jobs deliveries tradeoff requests",
     ),
     (
         "http",

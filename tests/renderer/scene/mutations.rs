@@ -6,24 +6,15 @@ use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 use strahl::film::Region;
 use strahl::render::{Control, render};
-use strahl::scene::nff::NffOptions;
 use strahl::scene::{Format, Overrides, load};
 
 const MUTATIONS: u64 = 100_000;
 
 /// Small pictures and shallow trees, whatever the mutated scene asks for.
-const SMALL: Overrides = Overrides {
-    width: Some(6),
-    height: Some(4),
-    max_depth: Some(4),
-    min_weight: None,
-    accuracy: None,
-    samples: Some(1),
-    antialias: Some(false),
-    precision: None,
-    seen_from: None,
-    nff: NffOptions { two_sided: false, spd_counts: false },
-};
+fn small() -> Overrides {
+    let (width, height) = (Some(6), Some(4));
+    Overrides { width, height, max_depth: Some(4), samples: Some(1), antialias: Some(false), ..Overrides::default() }
+}
 
 fn odd_value(random: &mut Random) -> Value {
     match random.below(18) {
@@ -109,7 +100,7 @@ fn check(text: &[u8], format: Format) {
     if let Err(problems) = load(text, format, &Overrides::default()) {
         assert!(!problems.0.is_empty(), "refused without a reason: {}", show());
     }
-    match load(text, format, &SMALL) {
+    match load(text, format, &small()) {
         Ok(loaded) => {
             let picture = render(&loaded.scene, Region::whole(6, 4), &Control::default()).unwrap();
             assert!(picture.film.pixels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0), "{}", show());

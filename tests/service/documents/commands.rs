@@ -23,6 +23,7 @@ use std::thread;
 
 /// Why a block is not run.
 const REASONS: &[(&str, &str)] = &[
+    ("skip-broker", "it needs a NATS server"),
     ("skip-docker", "it needs a container engine"),
     ("skip-itself", "it runs this test"),
     ("skip-minutes", "it takes minutes"),

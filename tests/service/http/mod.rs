@@ -4,6 +4,7 @@ mod access;
 mod answer_sizes;
 mod compare;
 mod contract;
+mod deliveries;
 mod embed;
 mod fairness;
 mod flood;

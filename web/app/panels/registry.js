@@ -1,6 +1,7 @@
 // The panels in the order of their tabs.
 import * as accuracy from "./accuracy.js";
 import * as compare from "./compare.js";
+import * as farm from "./farm.js";
 import * as jobs from "./jobs.js";
 import * as maps from "./maps.js";
 import * as pixel from "./pixel.js";
@@ -16,3 +17,5 @@ import * as plan from "./plan.js";
  */
 /** @type {Panel[]} */
 export const panels = [plan, pixel, accuracy, compare, maps, jobs];
+/** Panels that add themselves when there is something for them. @type {Panel[]} */
+export const later = [farm];

@@ -5,8 +5,9 @@ use crate::http::extract::body;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
-use crate::http::respond::job::{Claimed, JobView, accepted, claim, until_final};
+use crate::http::respond::job::{Claimed, JobView, accepted, claim, until_final, wishes_of};
 use crate::http::state::AppState;
+use crate::service::deliveries::key::KeyTemplate;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scheduler::task::{Class, PRIORITY};
 use schemars::{Schema, SchemaGenerator, json_schema};
@@ -60,6 +61,29 @@ struct JobRequest<'a> {
     #[serde(default)]
     #[schemars(length(max = 16))]
     labels: Vec<String>,
+    /// A receiver that hears how the job ends.
+    webhook: Option<WebhookRequest>,
+    /// Puts the picture and its cost report into the store of the service when the job has succeeded.
+    store: Option<StoreRequest>,
+}
+
+/// A receiver that hears how a job ends.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct WebhookRequest {
+    /// Where the message is posted, an address of the public network.
+    #[schemars(length(max = 2048))]
+    url: String,
+}
+
+/// Where the picture of a job goes in the store.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+struct StoreRequest {
+    /// Its name below `results/TENANT/`: parts of A-Z a-z 0-9 . _ - between slashes, with {job}, {scene}, {image}, {width},
+    /// {height}, {date} and {ext}. By default {job}.{ext}.
+    #[schemars(length(max = 200))]
+    key: Option<String>,
 }
 
 fn overrides(_: &mut SchemaGenerator) -> Schema {
@@ -77,11 +101,12 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
         app.drain.accepts_work()?;
         Query::of(&parts.uri)?.finish()?;
         match body::declared_format(&parts.headers)? {
-            Some(Format::Nff) => {
-                let detail = "a job is application/json; for NFF use POST /v1/render with Prefer: respond-async";
+            declared @ (None | Some(Format::Json)) => Ok(declared),
+            Some(_) => {
+                let detail =
+                    "a job is application/json; for NFF and models use POST /v1/render with Prefer: respond-async";
                 Err(Problem::new(Kind::UnsupportedMediaType, detail))
             }
-            declared => Ok(declared),
         }
     };
     let declared = match check() {
@@ -112,7 +137,7 @@ fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Pro
         let kind = if error.is_data() { Kind::InvalidRequest } else { Kind::InvalidJson };
         Problem::new(kind, format!("the body is {{\"scene\": {{...}}, \"settings\": {{...}}, ...}}: {error}"))
     })?;
-    let JobRequest { scene, frames, settings, output, priority, labels } = request;
+    let JobRequest { scene, frames, settings, output, priority, labels, webhook, store } = request;
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
     let priority = priority.unwrap_or(PRIORITY);
     if priority > 100 {
@@ -121,6 +146,8 @@ fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Pro
     if labels.len() > LABELS[0] || labels.iter().any(|label| label.is_empty() || label.chars().count() > LABELS[1]) {
         return Err(invalid(format!("at most {} labels of 1 to {} letters each", LABELS[0], LABELS[1])));
     }
+    let key = store.map(|store| store.key.as_deref().map_or(Ok(KeyTemplate::default()), str::parse)).transpose();
+    let wishes = wishes_of(app, tenant, key.map_err(invalid)?, webhook.map(|webhook| webhook.url))?;
     let mut query = Query::given(settings);
     let overrides = query.settings(Format::Json);
     query.finish()?;
@@ -129,5 +156,5 @@ fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Pro
     let output = query.picture_format(output, &HeaderMap::new())?;
     query.finish()?;
     let (form, scene) = form_of(app, tenant, scene.get().as_bytes())?;
-    Ok(WantedJob { scene: scene.into(), form, frames, overrides, output, priority, labels })
+    Ok(WantedJob { scene: scene.into(), form, frames, overrides, output, priority, labels, wishes })
 }

@@ -49,6 +49,8 @@ const FILES: &[Part] = web![
     "app/panels/compare-overlay.js",
     "app/panels/compare-pictures.js",
     "app/panels/compare.js",
+    "app/panels/farm-model.js",
+    "app/panels/farm.js",
     "app/panels/jobs-list.js",
     "app/panels/jobs-model.js",
     "app/panels/jobs-row.js",

@@ -26,6 +26,8 @@ pub(super) struct InFlight {
     pub(super) sequence: Option<u64>,
     /// When a node began with it, last.
     pub(super) begun: Option<Instant>,
+    /// The missing tile that nodes have begun with lately, and how often.
+    pub(super) tried: (Option<u32>, i64),
     /// When it was made, or something was heard of it.
     pub(super) heard: Instant,
     /// When it was looked after.
@@ -44,8 +46,16 @@ impl Flight {
             self.pixels += if holders.is_empty() { tile.region().pixels() } else { 0 };
             holders.push(number);
         }
-        let piece =
-            InFlight { tiles, predicted_ms, sequence: None, begun: None, heard: now, looked: now, is_doubled: false };
+        let piece = InFlight {
+            tiles,
+            predicted_ms,
+            sequence: None,
+            begun: None,
+            tried: (None, 0),
+            heard: now,
+            looked: now,
+            is_doubled: false,
+        };
         self.pieces.insert(number, piece);
         number
     }

@@ -302,6 +302,8 @@ impl<'a> Coordinator<'a> {
         if let Some(piece) = self.flight.pieces.get_mut(&begun.piece) {
             let now = Instant::now();
             (piece.begun, piece.heard) = (Some(now), now);
+            let first = piece.tiles.first().map(|tile| tile.0);
+            piece.tried = (first, if piece.tried.0 == first { piece.tried.1 + 1 } else { 1 });
         }
     }
 

@@ -153,6 +153,11 @@ impl Coordinator<'_> {
             self.send_again(number, "it was handed back too often");
             return Ok(());
         }
+        if piece.tried.1 < DELIVERIES {
+            // Nodes have ended, but one got on with it before: they did not end because of one tile.
+            self.send_again(number, "nodes ended with it too often");
+            return Ok(());
+        }
         let culprit = piece.tiles.first().map(|tile| tile.0);
         let reason = format!(
             "{DELIVERIES} nodes that began with tile {} of the picture ended or did not get on with it",

@@ -30,6 +30,10 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
+use strahl::camera::Window;
+use strahl::film::Region;
+use strahl::render::{Cancelled, Control, Picture, render_window};
+use strahl::scene::Scene;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -42,6 +46,9 @@ const BETWEEN_LOOKS: Duration = Duration::from_secs(1);
 /// Time for pieces that were stopped to be given back.
 const LAST_WAIT: Duration = Duration::from_secs(2);
 
+/// Makes the pixels of a tile. The simulation of large farms has another than [`render_window`].
+pub(crate) type Paint = fn(&Scene, &Window, Region, &Control) -> Result<Picture, Cancelled>;
+
 /// A node.
 #[derive(Debug)]
 struct Node {
@@ -51,6 +58,7 @@ struct Node {
     started: u64,
     /// How long the broker waits for a piece.
     lease: Duration,
+    paint: Paint,
     broker: Broker,
     results: Results,
     scenes: Arc<NodeScenes>,
@@ -89,19 +97,30 @@ pub(crate) fn run(settings: &NodeSettings, farm: &FarmSettings) -> Result<(), St
                 _ = interrupt.recv() => "SIGINT",
             }
         };
-        tokio::pin!(stopped);
-        let started = tokio::select! {
-            node = open(settings, farm) => node?,
-            _ = &mut stopped => return Ok(()),
-        };
-        serve(started, settings, stopped).await.map_err(machine)
+        work(settings, farm, render_window, stopped).await
     });
     runtime.shutdown_timeout(LAST_WAIT);
     result
 }
 
+/// Connects, and renders until it is told to stop.
+pub(crate) async fn work(
+    settings: &NodeSettings,
+    farm: &FarmSettings,
+    paint: Paint,
+    stopped: impl Future<Output = &'static str>,
+) -> Result<(), StartError> {
+    tokio::pin!(stopped);
+    let started = tokio::select! {
+        node = open(settings, farm, paint) => node?,
+        _ = &mut stopped => return Ok(()),
+    };
+    let machine = |error: io::Error| StartError::Machine(format!("the node cannot go on: {error}"));
+    serve(started, settings, stopped).await.map_err(machine)
+}
+
 /// Connects, and waits until a front has made the queues.
-async fn open(settings: &NodeSettings, farm: &FarmSettings) -> Result<Arc<Node>, StartError> {
+async fn open(settings: &NodeSettings, farm: &FarmSettings, paint: Paint) -> Result<Arc<Node>, StartError> {
     let name = settings.name();
     let store = farm.store.as_deref().ok_or_else(|| StartError::Settings("--store is needed".into()))?;
     let store = Objects::open(store).await?;
@@ -117,6 +136,7 @@ async fn open(settings: &NodeSettings, farm: &FarmSettings) -> Result<Arc<Node>,
         slots,
         started: unix_time().as_millis() as u64,
         lease: lease(&broker).await,
+        paint,
         broker,
         results,
         scenes: Arc::new(NodeScenes::new(store, &memory, settings.scene_cache_bytes, pool)),

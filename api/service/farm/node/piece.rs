@@ -15,7 +15,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use strahl::render::{Cancelled, render_window};
+use strahl::render::Cancelled;
 use tokio::task::JoinHandle;
 
 /// A piece that has failed at so many deliveries is given up.
@@ -112,10 +112,11 @@ async fn render(
             continue;
         }
         let (pool, scene, control) = (Arc::clone(pool), Arc::clone(&ready), lease.control.clone());
+        let paint = node.paint;
         let (owner, window, task) = (owner.clone(), piece.view.into(), Task::new(Class::Jobs, &piece.tenant, 1));
         let render = move || {
             let workers = pool.join(task, control.clone());
-            let picture = workers.work(|| render_window(&scene.scene, &window, tile.region(), &control))??;
+            let picture = workers.work(|| paint(&scene.scene, &window, tile.region(), &control))??;
             Ok::<_, Cancelled>(owner.write(&Tile { number: tile.0, picture }))
         };
         let rendered = tokio::task::spawn_blocking(|| catch_unwind(AssertUnwindSafe(render))).await;

@@ -6,13 +6,11 @@
 use super::disk;
 use crate::service::error::StartError;
 use crate::service::tls;
-use futures_util::TryStreamExt;
 use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::local::LocalFileSystem;
 use object_store::path::Path as Name;
 use object_store::{ClientConfigKey, ObjectStore, ObjectStoreExt, PutMode, PutOptions};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
@@ -35,8 +33,8 @@ pub(crate) struct Objects {
     prefix: Name,
     /// The URL of the prefix, without a slash at its end.
     url: String,
-    /// Whether lists are in the order of names.
-    sorted: bool,
+    /// Whether it is a bucket.
+    is_bucket: bool,
 }
 
 /// Why a blob is not read or written.
@@ -60,7 +58,9 @@ pub(crate) enum ObjectError {
 impl fmt::Display for ObjectError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Name(name) => write!(f, "{name:?} is no name for a blob: write parts of A-Z a-z 0-9 . _ - between slashes"),
+            Self::Name(name) => {
+                write!(f, "{name:?} is no name for a blob: write parts of A-Z a-z 0-9 . _ - between slashes")
+            }
             Self::TooLarge { bytes, max } => write!(f, "the blob has {bytes} bytes, more than {max}"),
             Self::Damaged(name) => write!(f, "the blob {name} is damaged: its SHA-256 is not the one of its name"),
             Self::Store(why) => f.write_str(why),
@@ -72,15 +72,6 @@ impl From<object_store::Error> for ObjectError {
     fn from(error: object_store::Error) -> Self {
         Self::Store(one_line(&error))
     }
-}
-
-/// Names of blobs in order.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Page {
-    /// The names.
-    pub(crate) names: Vec<String>,
-    /// Whether there are more after them.
-    pub(crate) more: bool,
 }
 
 impl Objects {
@@ -117,10 +108,14 @@ impl Objects {
         // A blob that a front was told of outlives a power cut.
         let store = LocalFileSystem::new_with_prefix(&absolute).map_err(|error| wrong(&error))?.with_fsync(true);
         let url = format!("file://{}", absolute.display());
-        Ok(Self { store: Arc::new(store), prefix: Name::default(), url, sorted: false })
+        Ok(Self { store: Arc::new(store), prefix: Name::default(), url, is_bucket: false })
     }
 
-    fn bucket(place: &str, rest: &str, environment: impl Iterator<Item = (String, String)>) -> Result<Self, StartError> {
+    fn bucket(
+        place: &str,
+        rest: &str,
+        environment: impl Iterator<Item = (String, String)>,
+    ) -> Result<Self, StartError> {
         let wrong = |why: &dyn fmt::Display| StartError::Settings(format!("--store {place}: {why}"));
         let (bucket, prefix) = rest.trim_end_matches('/').split_once('/').unwrap_or((rest.trim_end_matches('/'), ""));
         if bucket.is_empty() {
@@ -146,7 +141,7 @@ impl Objects {
         tls::install_provider();
         let store = builder.with_bucket_name(bucket).build().map_err(|error| wrong(&one_line(&error)))?;
         let url = format!("s3://{}", rest.trim_end_matches('/'));
-        Ok(Self { store: Arc::new(store), prefix, url, sorted: true })
+        Ok(Self { store: Arc::new(store), prefix, url, is_bucket: true })
     }
 
     /// Writes the marker, and once more: a store that lets the second one through would let a late result replace a first.
@@ -157,7 +152,7 @@ impl Objects {
                 object_store::Error::PermissionDenied { .. } | object_store::Error::Unauthenticated { .. } => {
                     "The keys in AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY must be allowed to get, put and delete there."
                 }
-                _ if self.sorted => {
+                _ if self.is_bucket => {
                     "Look at AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, and whether the \
                      store can be reached from here."
                 }
@@ -229,33 +224,6 @@ impl Objects {
             Err(object_store::Error::NotFound { .. }) => Ok(()),
             deleted => Ok(deleted?),
         }
-    }
-
-    /// At most so many names below a folder, in order, from the first after a name.
-    pub(crate) async fn list(&self, folder: &str, after: Option<&str>, most: usize) -> Result<Page, ObjectError> {
-        let folder = if folder.is_empty() { self.prefix.clone() } else { self.name(folder)? };
-        let mut found = match after {
-            Some(after) => self.store.list_with_offset(Some(&folder), &self.name(after)?),
-            None => self.store.list(Some(&folder)),
-        };
-        // A folder lists its files in no order: the first ones are known at the end.
-        let mut names = BTreeSet::new();
-        while let Some(object) = found.try_next().await? {
-            let parts: Option<Vec<_>> =
-                object.location.prefix_match(&self.prefix).map(|parts| parts.map(|part| part.as_ref().to_owned()).collect());
-            names.extend(parts.map(|parts| parts.join("/")).filter(|name| name != MARKER));
-            if names.len() > most {
-                if self.sorted {
-                    break;
-                }
-                // One more than asked for stays, to know that there is more.
-                if names.len() > most + 1 {
-                    names.pop_last();
-                }
-            }
-        }
-        let more = names.len() > most;
-        Ok(Page { names: names.into_iter().take(most).collect(), more })
     }
 
     /// The URL of a blob: `s3://BUCKET/PREFIX/NAME` or `file:///FOLDER/NAME`.

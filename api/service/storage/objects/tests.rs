@@ -24,20 +24,11 @@ async fn keeps_its_promises(objects: &Objects) {
     objects.delete(&named).await.unwrap();
     assert_eq!(objects.exists(&named).await, Ok(false));
 
-    let names: Vec<String> = (0..7).map(|i| format!("renders/j/{i:02}.png")).collect();
-    for name in names.iter().rev() {
-        objects.put(name, vec![]).await.unwrap();
-    }
     objects.put("renders/other/00.png", vec![1; 3 << 20]).await.unwrap();
-    let page = |after, most| objects.list("renders/j", after, most);
-    assert_eq!(page(None, 3).await, Ok(Page { names: names[..3].to_vec(), more: true }));
-    assert_eq!(page(Some(&names[2]), 3).await, Ok(Page { names: names[3..6].to_vec(), more: true }));
-    assert_eq!(page(Some(&names[5]), 3).await, Ok(Page { names: names[6..].to_vec(), more: false }));
-    assert_eq!(page(None, 7).await, Ok(Page { names: names.clone(), more: false }));
-    assert_eq!(objects.list("", None, 100).await.unwrap().names.len(), 8, "all, without the marker");
     assert_eq!(objects.get("renders/other/00.png", 3 << 20).await.unwrap().unwrap(), vec![1; 3 << 20]);
 
-    for name in ["", "/a", "a/", "a//b", "../a", "a/../b", "a/./b", "a b", "a#1", "ü", "a\\b", "a%2e", &"a".repeat(513)] {
+    for name in ["", "/a", "a/", "a//b", "../a", "a/../b", "a/./b", "a b", "a#1", "ü", "a\\b", "a%2e", &"a".repeat(513)]
+    {
         assert!(matches!(objects.put(name, vec![]).await, Err(ObjectError::Name(_))), "{name}");
         assert!(matches!(objects.get(name, 1).await, Err(ObjectError::Name(_))), "{name}");
     }

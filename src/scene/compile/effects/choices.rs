@@ -28,7 +28,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::of_material(
             Effect::Dispersion,
             OfMaterial {
-                asks: |material| (material.dispersion > 0.0).then_some("dispersion"),
+                asks: |material| match &material.pbr {
+                    Some(pbr) => (pbr.dispersion > 0.0).then_some("pbr"),
+                    None => (material.dispersion > 0.0).then_some("dispersion"),
+                },
                 shows: disperses,
                 follows: true,
                 on: "bodies bend and reflect wavelengths differently: each sample chooses one",
@@ -53,7 +56,8 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
 /// varnish, whose reflection depends on the index.
 pub(in crate::scene::compile) fn disperses<R: Real>(material: &Material<R>, used: Used) -> bool {
     let bends = used.filled && material.transmits();
-    let varnished = material.fresnel == Fresnel::Dielectric && (material.mirrors() || material.transmits());
+    let layered = matches!(material.fresnel, Fresnel::Dielectric | Fresnel::Layered);
+    let varnished = layered && (material.mirrors() || material.transmits());
     material.dispersion > R::from_f64(0.0) && (bends || varnished)
 }
 

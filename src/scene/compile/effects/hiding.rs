@@ -48,7 +48,7 @@ pub(in crate::scene::compile) fn hides_nothing<'w, R: Real>(
             Camera::Orthographic(_) => f64::INFINITY,
             _ => 0.0,
         };
-        let opaque = !item.lets_light_through() && item.sides != Sides::Inside;
+        let opaque = !item.lets_light_through() && !item.has_holes && item.sides != Sides::Inside;
         opaque && off > around_eye + CLEAR * (size + eye.abs().max_element())
     };
     match &item.shape {

@@ -5,7 +5,7 @@ use super::rule::{Facts, OfMaterial, Rule, Said, black, is_some};
 use crate::accel::{Blockers, Shape};
 use crate::lanes::Real;
 use crate::scene::description::Diffuse;
-use crate::scene::description::{self as d, Checker, Falloff, Gradient, Light, Noise, Shadows};
+use crate::scene::description::{self as d, Checker, EnvironmentLight, Falloff, Gradient, Light, Noise, Shadows};
 use crate::scene::effects::Effect;
 use crate::scene::usage::Used;
 use crate::scene::world::World;
@@ -46,7 +46,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::of_material(
             Effect::Emission,
             OfMaterial {
-                asks: |material| is_some(material.emission).then_some("emission"),
+                asks: |material| match &material.pbr {
+                    Some(pbr) => (pbr.unlit || is_some(pbr.emissive.factor())).then_some("pbr"),
+                    None => is_some(material.emission).then_some("emission"),
+                },
                 shows: |material, _| shows(material.emission),
                 follows: false,
                 on: "surfaces shine by themselves",
@@ -58,6 +61,8 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::new(Effect::Fog, |world| world.fog.is_some(), fog).without(|world| world.fog = None),
         Rule::new(Effect::EnvironmentMap, |world| world.environment.is_some(), environment)
             .without(|world| world.environment = None),
+        Rule::new(Effect::EnvironmentLight, |world| world.surroundings.is_some(), environment_light)
+            .without(|world| world.surroundings = None),
         Rule::new(
             Effect::SpotLights,
             |world| world.lights.iter().any(|light| shows(light.color) && matches!(light.source, Source::Spot { .. })),
@@ -82,6 +87,7 @@ fn ambient<R>(facts: &Facts<'_, R>, on: bool) -> Said {
             Said::asked_at("what surfaces gather takes its place", "/render/color_bleeding")
         }
         true => Said::asked_at("no surface has a colour for it", "/ambient"),
+        false if on => Said::asked_at("the environment has one colour: it is ambient light", "/environment/light"),
         false => Said::off("ambient is 0"),
     }
 }
@@ -99,7 +105,10 @@ fn is_colored(diffuse: &Diffuse) -> bool {
 
 fn diffuse_materials<R: Real>() -> OfMaterial<R> {
     OfMaterial {
-        asks: |material| is_colored(&material.diffuse).then_some("diffuse"),
+        asks: |material| match &material.pbr {
+            Some(pbr) => (!pbr.unlit).then_some("pbr"),
+            None => is_colored(&material.diffuse).then_some("diffuse"),
+        },
         shows: |material, _| match material.diffuse {
             BaseColor::Uniform(color) => shows(color),
             BaseColor::Checker { a, b, .. } => shows(a) || shows(b),
@@ -148,7 +157,10 @@ fn diffuse<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
 
 fn shiny_materials<R: Real>() -> OfMaterial<R> {
     OfMaterial {
-        asks: |material| is_some(material.specular).then_some("specular"),
+        asks: |material| match &material.pbr {
+            Some(pbr) => (!pbr.unlit).then_some("pbr"),
+            None => is_some(material.specular).then_some("specular"),
+        },
         shows: |material, _| shows(material.specular),
         follows: false,
         on: "lights mirror in shiny surfaces (Phong)",
@@ -199,7 +211,10 @@ fn transmissive_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
 
 fn absorbing_bodies<R: Real>() -> OfMaterial<R> {
     OfMaterial {
-        asks: |material| is_some(material.absorption).then_some("absorption"),
+        asks: |material| match &material.pbr {
+            Some(pbr) => pbr.attenuation.is_some().then_some("pbr"),
+            None => is_some(material.absorption).then_some("absorption"),
+        },
         shows: |material, used| {
             // Opaque bodies absorb light only around an eye that is inside of them.
             used.filled && shows(material.absorption) && (material.transmits() || used.around_eye)
@@ -244,6 +259,9 @@ fn environment<R>(facts: &Facts<'_, R>, on: bool) -> Said {
         Some(environment) if on && environment.sky.is_some() => {
             Said::asked_at("rays that hit nothing see a sky", "/environment/sky")
         }
+        Some(environment) if on && environment.studio.is_some() => {
+            Said::asked_at("rays that hit nothing see a studio", "/environment/studio")
+        }
         Some(_) if on => Said::asked_at("rays that hit nothing see a picture", "/environment"),
         Some(environment) if environment.intensity == 0.0 => {
             Said::asked_at("its intensity is 0: it is black", "/environment/intensity")
@@ -253,6 +271,25 @@ fn environment<R>(facts: &Facts<'_, R>, on: bool) -> Said {
             Said::asked_at("fog hides it: it is infinitely far away", "/environment")
         }
         Some(_) => Said::asked_at("it has one colour: it is a background", "/environment"),
+    }
+}
+
+fn environment_light<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let at = "/environment/light";
+    match &facts.description.environment {
+        Some(environment) if environment.light == EnvironmentLight::None => {
+            Said::off("the environment is seen, and lights nothing: environment.light is \"none\"")
+        }
+        None => Said::off("the scene has no environment"),
+        Some(_) if on => Said::asked_at(
+            "surfaces scatter the light of the environment, by 9 coefficients, about 0.5 codes off, and rough ones reflect it \
+             blurred; nothing hides it from them. What is proved about rays holds for that light, not for its error",
+            at,
+        ),
+        Some(environment) if environment.intensity == 0.0 => Said::asked_at("its intensity is 0: it is black", at),
+        Some(_) if facts.world.usage.enclosed => Said::asked_at("the eye is in a closed room", at),
+        Some(_) if facts.world.fog.is_some() => Said::asked_at("fog hides it: it is infinitely far away", at),
+        Some(_) => Said::asked_at("it has one colour: it is ambient light", at),
     }
 }
 

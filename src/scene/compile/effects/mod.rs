@@ -3,6 +3,7 @@
 //! An effect is on exactly if the world that the kernels read holds it. So rules look at the world, as it was built in its
 //! precision, and at the description only to say which keys ask for an effect and why it cannot show.
 
+mod approximations;
 mod choices;
 mod hiding;
 mod light;
@@ -29,11 +30,12 @@ use rule::Rule;
 pub(super) fn settle<R: Real>(world: &mut World<R>) {
     let any = |kind: fn(&Material<R>) -> bool| world.has_material(|material, _| kind(material));
     let (transmits, reflects) = (any(Material::transmits), any(Material::mirrors));
-    let conducts = world.has_material(|material, _| material.fresnel == Fresnel::Conductor);
+    let conducts = world.has_material(|material, _| matches!(material.fresnel, Fresnel::Conductor | Fresnel::Layered));
     (world.transmits, world.reflects) = (transmits, reflects);
-    if world.rules.shadows == Some(Blockers::Transmissive) && !transmits {
-        // Where no body transmits light, the first one on the way decides.
-        world.rules.shadows = Some(Blockers::Opaque);
+    let has_holes = world.has_material(|material, _| material.has_holes());
+    if world.rules.shadows.is_some_and(|blockers| blockers != Blockers::Transmissive || !transmits) {
+        // Where no body transmits light, the first one on the way decides, unless it may be only partly there.
+        world.rules.shadows = Some(if has_holes { Blockers::Holed } else { Blockers::Opaque });
     }
     world.effects = rules().iter().filter(|rule| rule.is_on(world)).map(|rule| rule.effect).collect();
     // Light that grazes a conductor is mirrored completely: where no ray is followed, this much is lacking.

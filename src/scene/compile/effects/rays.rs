@@ -6,6 +6,7 @@ use crate::scene::description as d;
 use crate::scene::effects::Effect;
 use crate::scene::usage::Used;
 use crate::scene::world::shows;
+use crate::shading::lobes::MIRROR;
 use crate::shading::material::{Fresnel, Material};
 
 pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
@@ -14,6 +15,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             Effect::Reflection,
             OfMaterial {
                 asks: |material| match material.fresnel {
+                    _ if material.pbr.is_some() => asked(material, mirrors),
                     _ if is_some(material.reflection) => Some("reflection"),
                     d::Fresnel::Conductor => Some("fresnel"),
                     _ => None,
@@ -21,7 +23,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 shows: |material, _| material.mirrors(),
                 follows: true,
                 on: "surfaces mirror their surroundings",
-                removed: "it is too little for single precision",
+                removed: "it is too little for single precision, or no part of the surface is smooth enough",
                 off: "reflection is 0 everywhere",
             },
         )
@@ -29,7 +31,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::of_material(
             Effect::Transmission,
             OfMaterial {
-                asks: |material| is_some(material.transmission).then_some("transmission"),
+                asks: |material| match material.pbr {
+                    Some(_) => asked(material, transmits),
+                    None => is_some(material.transmission).then_some("transmission"),
+                },
                 shows: |material, _| material.transmits(),
                 follows: true,
                 on: "light passes through bodies",
@@ -41,10 +46,13 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::of_material(
             Effect::Fresnel,
             OfMaterial {
-                asks: |material| (material.fresnel != d::Fresnel::None).then_some("fresnel"),
+                asks: |material| match material.pbr {
+                    Some(_) => asked(material, |pbr| mirrors(pbr) || transmits(pbr)),
+                    None => (material.fresnel != d::Fresnel::None).then_some("fresnel"),
+                },
                 shows: |material, _| match material.fresnel {
                     Fresnel::None => false,
-                    Fresnel::Dielectric => shows(material.reflection) || material.transmits(),
+                    Fresnel::Dielectric | Fresnel::Layered => shows(material.reflection) || material.transmits(),
                     Fresnel::Conductor => true,
                 },
                 follows: true,
@@ -61,10 +69,29 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
     ]
 }
 
+/// The key of a material as in glTF, if that asks for something.
+fn asked(material: &d::Material, asks: impl Fn(&d::Pbr) -> bool) -> Option<&'static str> {
+    material.pbr.as_deref().filter(|pbr| asks(pbr)).map(|_| "pbr")
+}
+
+/// Whether the surface or its lacquer may be smooth enough for a mirror ray.
+fn mirrors(pbr: &d::Pbr) -> bool {
+    let smooth = |roughness: &d::Channel<f64>| roughness.textured().is_some() || roughness.factor() <= MIRROR;
+    let lacquered = pbr.clearcoat.factor() > 0.0 && smooth(&pbr.clearcoat_roughness);
+    !pbr.unlit && (smooth(&pbr.roughness) || lacquered)
+}
+
+fn transmits(pbr: &d::Pbr) -> bool {
+    !pbr.unlit && pbr.transmission.factor() > 0.0
+}
+
 /// Bodies into which light is refracted. Sheets and hollow bodies do not bend it: behind their surface is what was in front.
 fn bending_bodies<R: Real>() -> OfMaterial<R> {
     OfMaterial {
-        asks: |material| is_some(material.transmission).then_some("ior"),
+        asks: |material| match material.pbr {
+            Some(_) => asked(material, transmits),
+            None => is_some(material.transmission).then_some("ior"),
+        },
         shows: bends,
         follows: true,
         on: "light bends by Snell's law",

@@ -57,7 +57,8 @@ fn heaviest<R: Real>(world: &World<R>) -> f64 {
 fn sends<R: Real>(material: &Material<R>) -> f64 {
     let channel = |c: usize| {
         let (r_s, r_t) = (material.reflection[c].to_f64(), material.transmission[c].to_f64());
-        if material.fresnel == Fresnel::Conductor { (r_s + r_t).max(1.0) } else { r_s + r_t }
+        let all_along = matches!(material.fresnel, Fresnel::Conductor | Fresnel::Layered);
+        if all_along { (r_s + r_t).max(1.0) } else { r_s + r_t }
     };
     (0..3).map(channel).fold(0.0, f64::max)
 }

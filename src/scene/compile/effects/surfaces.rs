@@ -1,10 +1,13 @@
 //! What surfaces look like.
 
+use super::approximations::metallic_roughness;
 use super::rule::{Facts, OfMaterial, Rule, Said};
 use crate::lanes::Real;
+use crate::scene::compile::pbr::forget_pictures;
 use crate::scene::description::Diffuse;
 use crate::scene::description::Material as Described;
-use crate::scene::effects::Effect;
+use crate::scene::effects::{Effect, MAX_POINTERS};
+use crate::scene::problem::push_token;
 use crate::shading::material::Material;
 use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::checker::BaseColor;
@@ -51,15 +54,23 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::of_material(
             Effect::ImageTexture,
             OfMaterial {
-                asks: |material| color_that(material, |color| matches!(color, Diffuse::Image(_))),
-                shows: |material, _| has_pattern(material, is_image),
+                asks: |material| match &material.pbr {
+                    Some(pbr) => pbr.has_pictures().then_some("pbr"),
+                    None => color_that(material, |color| matches!(color, Diffuse::Image(_))),
+                },
+                shows: |material, _| has_pattern(material, is_image) || has_pictures(material),
                 follows: false,
                 on: "pictures lie on surfaces, filtered by the footprint of each ray",
                 removed: "the picture has one colour, or no light shows it",
                 off: "no colour is a picture",
             },
         )
-        .without(|world| world.materials.iter_mut().for_each(|material| forget_patterns(material, is_image))),
+        .without(|world| {
+            for material in &mut world.materials {
+                forget_patterns(material, is_image);
+                material.pbr.as_deref_mut().into_iter().for_each(forget_pictures);
+            }
+        }),
         Rule::of_material(
             Effect::BumpMapping,
             OfMaterial {
@@ -75,7 +86,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::of_material(
             Effect::NormalMapping,
             OfMaterial {
-                asks: |material| material.normal_map.as_ref().map(|_| "normal_map"),
+                asks: |material| match &material.pbr {
+                    Some(pbr) => pbr.normal.is_some().then_some("pbr"),
+                    None => material.normal_map.as_ref().map(|_| "normal_map"),
+                },
                 shows: |material, _| bump(material).is_some_and(is_normal_map),
                 follows: false,
                 on: "pictures tilt the normals of surfaces",
@@ -84,8 +98,39 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             },
         )
         .without(|world| world.materials.iter_mut().for_each(|material| forget_bumps(material, is_normal_map))),
+        Rule::new(
+            Effect::MetallicRoughness,
+            |world| world.has_material(|material, _| material.pbr.is_some()),
+            metallic_roughness,
+        ),
+        Rule::of_material(
+            Effect::Opacity,
+            OfMaterial {
+                asks: |material| {
+                    let pbr = material.pbr.as_ref()?;
+                    (pbr.opacity.is_some() || pbr.shadow_catcher).then_some("pbr")
+                },
+                shows: |material, _| material.has_holes(),
+                follows: false,
+                on: "light goes straight on through what is only partly there, in any order, and so do shadow rays",
+                removed: "all of it is there: the cutoff is 0",
+                off: "all surfaces are there",
+            },
+        ),
+        Rule::new(
+            Effect::ShadowCatcher,
+            |world| {
+                let catches = world.has_material(|material, _| material.catches_shadows());
+                catches && world.is_lit() && world.rules.shadows.is_some()
+            },
+            shadow_catcher,
+        ),
         Rule::new(Effect::SmoothNormals, |world| world.usage.smooth, smooth_normals),
     ]
+}
+
+fn has_pictures<R>(material: &Material<R>) -> bool {
+    material.pbr.as_ref().is_some_and(|pbr| !pbr.pictures.is_empty())
 }
 
 /// The key of a colour that passes a test.
@@ -113,7 +158,7 @@ fn is_image(pattern: &Pattern) -> bool {
 }
 
 fn is_normal_map(bump: &BumpMap) -> bool {
-    matches!(bump, BumpMap::Normals(_))
+    matches!(bump, BumpMap::Normals { .. })
 }
 
 fn is_bump(bump: &BumpMap) -> bool {
@@ -160,6 +205,18 @@ fn change<R>(material: &mut Material<R>, change: impl Fn(&mut Textures)) {
     change(textures);
     if textures.is_plain() {
         material.textures = None;
+    }
+}
+
+fn shadow_catcher<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let asking =
+        facts.description.materials.iter().filter(|(_, m)| m.pbr.as_ref().is_some_and(|pbr| pbr.shadow_catcher));
+    let because: Vec<String> =
+        asking.map(|(name, _)| push_token(&push_token("/materials", name), "pbr")).take(MAX_POINTERS).collect();
+    match (on, because.is_empty()) {
+        (true, _) => Said::asked("surfaces show the shadows of lights alone", because),
+        (false, false) => Said::asked("no light casts shadows on them, or no object uses them", because),
+        (false, true) => Said::off("no surface shows shadows alone"),
     }
 }
 

@@ -45,7 +45,8 @@ impl<R: Real> Told<'_, R> {
         let most = |material: &Material<R>| {
             let channel = |c: usize| {
                 let (r_s, r_t) = (material.reflection[c].to_f64(), material.transmission[c].to_f64());
-                if material.fresnel == Fresnel::Conductor { 1.0 } else { r_s + r_t }
+                let all_along = matches!(material.fresnel, Fresnel::Conductor | Fresnel::Layered);
+                if all_along { 1.0 } else { r_s + r_t }
             };
             channel(0).max(channel(1)).max(channel(2))
         };
@@ -92,7 +93,8 @@ impl<R: Real> Told<'_, R> {
             Effect::Fog => world.fog.is_some(),
             Effect::Fresnel => {
                 let shows = |m: &Material<R>| bright(m.reflection) || bright(m.transmission);
-                let dielectric = |m: &Material<R>| m.fresnel == Fresnel::Dielectric && shows(m);
+                let layered = |m: &Material<R>| matches!(m.fresnel, Fresnel::Dielectric | Fresnel::Layered);
+                let dielectric = |m: &Material<R>| layered(m) && shows(m);
                 self.follows() && self.any(|m, _| dielectric(m) || m.fresnel == Fresnel::Conductor)
             }
             Effect::TotalReflection | Effect::Refraction => {
@@ -104,10 +106,19 @@ impl<R: Real> Told<'_, R> {
             Effect::CheckerTexture => self.any(|m, _| checks(&m.diffuse) || m.ambient.as_ref().is_some_and(checks)),
             Effect::GradientTexture => self.has_pattern(|pattern| matches!(pattern, Pattern::Gradient { .. })),
             Effect::NoiseTexture => self.has_pattern(|pattern| matches!(pattern, Pattern::Noise { .. })),
-            Effect::ImageTexture => self.has_pattern(|pattern| matches!(pattern, Pattern::Image(_))),
-            Effect::BumpMapping => self.has_bump(|bump| !matches!(bump, BumpMap::Normals(_))),
-            Effect::NormalMapping => self.has_bump(|bump| matches!(bump, BumpMap::Normals(_))),
+            Effect::ImageTexture => {
+                let on_channels = |m: &Material<R>| m.pbr.as_ref().is_some_and(|pbr| !pbr.pictures.is_empty());
+                self.has_pattern(|pattern| matches!(pattern, Pattern::Image(_))) || self.any(|m, _| on_channels(m))
+            }
+            Effect::BumpMapping => self.has_bump(|bump| !matches!(bump, BumpMap::Normals { .. })),
+            Effect::NormalMapping => self.has_bump(|bump| matches!(bump, BumpMap::Normals { .. })),
             Effect::EnvironmentMap => world.environment.is_some(),
+            Effect::EnvironmentLight => world.surroundings.is_some(),
+            Effect::MetallicRoughness => self.any(|m, _| m.pbr.is_some()),
+            Effect::ShadowCatcher => {
+                world.rules.shadows.is_some() && self.light(|_| true) && self.any(|m, _| m.catches_shadows())
+            }
+            Effect::Opacity => self.item(|item| item.has_holes) && self.any(|m, _| m.has_holes()),
             Effect::SmoothNormals => self.item(|item| item.is_smooth()),
             Effect::SpotLights => self.light(|light| matches!(light.source, Source::Spot { .. })),
             Effect::LightFalloff => self.light(|light| !matches!(light.falloff, Falloff::None)),
@@ -119,7 +130,8 @@ impl<R: Real> Told<'_, R> {
             Effect::Dispersion => {
                 self.follows()
                     && self.any(|m, used| {
-                        let varnished = m.fresnel == Fresnel::Dielectric && (mirrors(m) || bright(m.transmission));
+                        let layered = matches!(m.fresnel, Fresnel::Dielectric | Fresnel::Layered);
+                        let varnished = layered && (mirrors(m) || bright(m.transmission));
                         m.dispersion > zero && (used.filled && bright(m.transmission) || varnished)
                     })
             }

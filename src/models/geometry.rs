@@ -1,0 +1,97 @@
+//! Triangles over shared vertices, as every format gives them.
+
+use glam::{DMat3, DMat4, DVec3};
+
+/// Triangles. All lists of vertices are as long as `positions`; indices are below that.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Geometry {
+    /// Points.
+    pub positions: Vec<[f64; 3]>,
+    /// The triangles, with fronts counter-clockwise.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit normals; without them faces are flat.
+    pub normals: Option<Vec<[f64; 3]>>,
+    /// Unit tangents, and the side of the bitangent.
+    pub tangents: Option<Vec<[f64; 4]>>,
+    /// The sets of texture coordinates, of which the origin is the upper left corner of the picture.
+    pub uvs: [Option<Vec<[f64; 2]>>; 2],
+    /// Linear colours and opacity, which multiply those of the material.
+    pub colors: Option<Vec<[f64; 4]>>,
+}
+
+impl Geometry {
+    /// Unit normals in the place of those that are none; how many were. They are the means of their faces, weighted by area.
+    pub(super) fn mend_normals(&mut self) -> usize {
+        let Some(normals) = &mut self.normals else { return 0 };
+        let is_direction = |normal: &[f64; 3]| DVec3::from_array(*normal).length_squared() > 1e-12;
+        let broken = normals.iter().filter(|normal| !is_direction(normal)).count();
+        if broken > 0 {
+            let mut means = vec![DVec3::ZERO; normals.len()];
+            for triangle in &self.triangles {
+                let [a, b, c] = triangle.map(|i| DVec3::from_array(self.positions[i as usize]));
+                triangle.iter().for_each(|&i| means[i as usize] += (b - a).cross(c - a));
+            }
+            for (normal, mean) in normals.iter_mut().zip(means).filter(|(normal, _)| !is_direction(normal)) {
+                *normal = mean.try_normalize().unwrap_or(DVec3::Y).to_array();
+            }
+        }
+        for normal in normals {
+            *normal = DVec3::from_array(*normal).normalize().to_array();
+        }
+        broken
+    }
+
+    /// Drops the points that no triangle has: a box around all of them would be too large.
+    pub(super) fn drop_unused(&mut self) {
+        let mut places = vec![u32::MAX; self.positions.len()];
+        self.triangles.iter().flatten().for_each(|&i| places[i as usize] = 0);
+        let mut used = 0;
+        for place in places.iter_mut().filter(|place| **place == 0) {
+            *place = used;
+            used += 1;
+        }
+        if used as usize == places.len() {
+            return;
+        }
+        self.triangles.iter_mut().flatten().for_each(|i| *i = places[*i as usize]);
+        keep(&mut self.positions, &places);
+        self.normals.iter_mut().for_each(|list| keep(list, &places));
+        self.tangents.iter_mut().for_each(|list| keep(list, &places));
+        self.uvs.iter_mut().flatten().for_each(|list| keep(list, &places));
+        self.colors.iter_mut().for_each(|list| keep(list, &places));
+    }
+
+    /// The same with all points moved by a matrix each.
+    pub(crate) fn moved(&self, matrix: impl Fn(usize) -> DMat4) -> Self {
+        let mut moved = self.clone();
+        for (i, position) in moved.positions.iter_mut().enumerate() {
+            *position = matrix(i).transform_point3(DVec3::from_array(*position)).to_array();
+        }
+        let across = |i: usize| {
+            let linear = DMat3::from_mat4(matrix(i));
+            // The cofactors turn normals also where the matrix has no inverse.
+            let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+            let side = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+            DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * side
+        };
+        for (i, normal) in moved.normals.iter_mut().flatten().enumerate() {
+            let turned = across(i) * DVec3::from_array(*normal);
+            *normal = turned.try_normalize().unwrap_or(DVec3::Y).to_array();
+        }
+        for (i, tangent) in moved.tangents.iter_mut().flatten().enumerate() {
+            let [x, y, z, w] = *tangent;
+            let turned = matrix(i).transform_vector3(DVec3::new(x, y, z)).try_normalize().unwrap_or(DVec3::X);
+            *tangent = [turned.x, turned.y, turned.z, w];
+        }
+        moved
+    }
+}
+
+/// Keeps the elements that have a place.
+fn keep<T>(list: &mut Vec<T>, places: &[u32]) {
+    let mut i = 0;
+    list.retain(|_| {
+        i += 1;
+        places[i - 1] != u32::MAX
+    });
+}

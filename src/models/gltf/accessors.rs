@@ -1,0 +1,267 @@
+//! Accessors: typed lists in views (glTF 2.0, section 3.6.2). All ranges are checked in 64 bits before anything is read.
+
+use super::super::fault::{Fault, Faults, Kind};
+use super::buffers::Buffers;
+use super::json::{Accessor, Document};
+
+/// Types of the numbers of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn of(code: u32) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> u64 {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// A number, as it is or as a part of the largest.
+    fn number(self, bytes: &[u8], normalized: bool) -> f64 {
+        let most = |most: f64| if normalized { most } else { 1.0 };
+        let signed = |number: f64, most: f64| if normalized { (number / most).max(-1.0) } else { number };
+        match self {
+            Self::I8 => signed(f64::from(bytes[0] as i8), 127.0),
+            Self::U8 => f64::from(bytes[0]) / most(255.0),
+            Self::I16 => signed(f64::from(i16::from_le_bytes([bytes[0], bytes[1]])), 32_767.0),
+            Self::U16 => f64::from(u16::from_le_bytes([bytes[0], bytes[1]])) / most(65_535.0),
+            Self::U32 => {
+                f64::from(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])) / most(4_294_967_295.0)
+            }
+            Self::F32 => f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
+        }
+    }
+}
+
+/// How many numbers an element has.
+fn width(kind: &str) -> Option<usize> {
+    Some(match kind {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" | "MAT2" => 4,
+        "MAT3" => 9,
+        "MAT4" => 16,
+        _ => return None,
+    })
+}
+
+/// Elements in a view.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    view: usize,
+    offset: u64,
+    stride: u64,
+    count: u64,
+}
+
+/// Notes all accessors whose bytes are not there.
+pub(super) fn check_all(document: &Document, faults: &mut Faults) {
+    for (index, accessor) in document.accessors.iter().enumerate() {
+        let pointer = format!("/accessors/{index}");
+        let (Some(component), Some(width)) = (Component::of(accessor.component_type), width(&accessor.kind)) else {
+            let detail = format!("{} of {} is no type of glTF", accessor.kind, accessor.component_type);
+            faults.push(Fault::new(pointer, Kind::OutOfRange, detail));
+            continue;
+        };
+        if accessor.count == 0 {
+            faults.push(Fault::new(format!("{pointer}/count"), Kind::OutOfRange, "\"count\" must be at least 1"));
+        }
+        let size = component.size() * width as u64;
+        if let Some(view) = accessor.buffer_view {
+            let run = check_run(document, faults, &pointer, view, accessor.byte_offset, accessor.count, size);
+            if let Some(run) = run
+                && run.stride < size
+            {
+                let detail = format!("the stride of bufferView {view} is below the {size} bytes of an element");
+                faults.push(Fault::new(format!("/bufferViews/{view}/byteStride"), Kind::OutOfRange, detail));
+            }
+        }
+        let Some(sparse) = &accessor.sparse else { continue };
+        if sparse.count > accessor.count {
+            let detail = format!("{} elements replace those of only {}", sparse.count, accessor.count);
+            faults.push(Fault::new(format!("{pointer}/sparse/count"), Kind::OutOfRange, detail));
+        }
+        let Some(of_indices) = Component::of(sparse.indices.component_type).filter(|component| is_index(*component))
+        else {
+            let detail = "indices are unsigned bytes, shorts or ints";
+            faults.push(Fault::new(format!("{pointer}/sparse/indices/componentType"), Kind::OutOfRange, detail));
+            continue;
+        };
+        for (key, view, offset, size) in [
+            ("indices", sparse.indices.buffer_view, sparse.indices.byte_offset, of_indices.size()),
+            ("values", sparse.values.buffer_view, sparse.values.byte_offset, size),
+        ] {
+            let pointer = format!("{pointer}/sparse/{key}");
+            let strided = document.views.get(view).is_some_and(|view| view.byte_stride.is_some());
+            if strided {
+                let detail = "only views of vertices may have a stride";
+                faults.push(Fault::new(format!("{pointer}/bufferView"), Kind::OutOfRange, detail));
+            } else {
+                check_run(document, faults, &pointer, view, offset, sparse.count, size);
+            }
+        }
+    }
+}
+
+fn is_index(component: Component) -> bool {
+    matches!(component, Component::U8 | Component::U16 | Component::U32)
+}
+
+/// Where elements are in a view, if it has room for them.
+fn check_run(
+    document: &Document,
+    faults: &mut Faults,
+    pointer: &str,
+    index: usize,
+    offset: u64,
+    count: u64,
+    size: u64,
+) -> Option<Run> {
+    let Some(view) = document.views.get(index) else {
+        let detail = format!("there is no bufferView {index}");
+        faults.push(Fault::new(format!("{pointer}/bufferView"), Kind::UnknownReference, detail));
+        return None;
+    };
+    let stride = view.byte_stride.unwrap_or(size);
+    let end = stride.checked_mul(count.saturating_sub(1)).and_then(|end| end.checked_add(size)?.checked_add(offset));
+    if end.is_none_or(|end| end > view.byte_length) {
+        let needs = end.map_or_else(|| "more than 2^64".to_owned(), |end| (end - offset).to_string());
+        let detail = format!("needs {needs} bytes from {offset}, and bufferView {index} has {}", view.byte_length);
+        faults.push(Fault::new(format!("{pointer}/count"), Kind::OutOfBounds, detail));
+        return None;
+    }
+    Some(Run { view: index, offset, stride, count })
+}
+
+impl Buffers<'_> {
+    /// All elements of an accessor, of one of some widths; those of smaller ones are filled with zeros.
+    pub(super) fn elements<const N: usize>(
+        &self,
+        document: &Document,
+        index: usize,
+        widths: &[&str],
+    ) -> Result<Vec<[f64; N]>, Fault> {
+        let accessor = &document.accessors[index];
+        let (component, width) = self.typed(accessor, index, widths)?;
+        self.budget.take(accessor.count, size_of::<[f64; N]>())?;
+        let count = accessor.count as usize;
+        let mut elements = match accessor.buffer_view {
+            Some(view) => {
+                let size = component.size() * width as u64;
+                let stride = document.views[view].byte_stride.unwrap_or(size);
+                let run = Run { view, offset: accessor.byte_offset, stride, count: accessor.count };
+                self.run(run, component, width, accessor.normalized)?
+            }
+            None => vec![[0.0; N]; count],
+        };
+        if let Some(sparse) = &accessor.sparse {
+            let places = self.sparse_places(document, accessor, index)?;
+            let size = component.size() * width as u64;
+            let run = Run {
+                view: sparse.values.buffer_view,
+                offset: sparse.values.byte_offset,
+                stride: size,
+                count: sparse.count,
+            };
+            let values = self.run::<N>(run, component, width, accessor.normalized)?;
+            places.into_iter().zip(values).for_each(|(place, value)| elements[place as usize] = value);
+        }
+        if component == Component::F32
+            && let Some(at) = elements.iter().position(|element| element.iter().any(|number| !number.is_finite()))
+        {
+            let wrong = elements[at].iter().find(|number| !number.is_finite()).copied().unwrap_or_default();
+            let detail = format!("element {at} is {wrong}: numbers must be finite");
+            return Err(Fault::new(format!("/accessors/{index}"), Kind::OutOfRange, detail));
+        }
+        Ok(elements)
+    }
+
+    /// All elements as indices.
+    pub(super) fn indices(&self, document: &Document, index: usize) -> Result<Vec<u32>, Fault> {
+        let accessor = &document.accessors[index];
+        let (component, _) = self.typed(accessor, index, &["SCALAR"])?;
+        if !is_index(component) {
+            let detail = "indices are unsigned bytes, shorts or ints";
+            return Err(Fault::new(format!("/accessors/{index}/componentType"), Kind::OutOfRange, detail));
+        }
+        let elements = self.elements::<1>(document, index, &["SCALAR"])?;
+        Ok(elements.into_iter().map(|[number]| number as u32).collect())
+    }
+
+    fn typed(&self, accessor: &Accessor, index: usize, widths: &[&str]) -> Result<(Component, usize), Fault> {
+        let typed = Component::of(accessor.component_type).zip(width(&accessor.kind));
+        typed.filter(|_| widths.contains(&accessor.kind.as_str())).ok_or_else(|| {
+            let detail = format!("is {}, and must be {}", accessor.kind, widths.join(" or "));
+            Fault::new(format!("/accessors/{index}/type"), Kind::WrongType, detail)
+        })
+    }
+
+    /// The places of sparse elements: they rise, and are in range.
+    fn sparse_places(&self, document: &Document, accessor: &Accessor, index: usize) -> Result<Vec<u32>, Fault> {
+        let Some(sparse) = &accessor.sparse else { return Ok(Vec::new()) };
+        let wrong = |detail: String| Fault::new(format!("/accessors/{index}/sparse/indices"), Kind::OutOfRange, detail);
+        let component = Component::of(sparse.indices.component_type).filter(|component| is_index(*component));
+        let component = component.ok_or_else(|| wrong("indices are unsigned".into()))?;
+        let view = sparse.indices.buffer_view;
+        let stride = document.views[view].byte_stride.unwrap_or(component.size());
+        let run = Run { view, offset: sparse.indices.byte_offset, stride, count: sparse.count };
+        self.budget.take(sparse.count, 8)?;
+        let places = self.run::<1>(run, component, 1, false)?;
+        let places: Vec<u32> = places.into_iter().map(|[place]| place as u32).collect();
+        if let Some(at) = places.windows(2).position(|pair| pair[0] >= pair[1]) {
+            return Err(wrong(format!("the indices do not rise after the one at {at}")));
+        }
+        match places.last() {
+            Some(last) if u64::from(*last) >= accessor.count => {
+                Err(wrong(format!("the index {last} is not below the count of {}", accessor.count)))
+            }
+            _ => Ok(places),
+        }
+    }
+
+    fn run<const N: usize>(
+        &self,
+        run: Run,
+        component: Component,
+        width: usize,
+        normalized: bool,
+    ) -> Result<Vec<[f64; N]>, Fault> {
+        let bytes = self.view(run.view)?;
+        let size = component.size() as usize;
+        let (offset, stride) = (run.offset as usize, run.stride as usize);
+        let at = |i: usize| {
+            let start = offset + i * stride;
+            let element = bytes.get(start..start + size * width)?;
+            let mut numbers = [0.0; N];
+            for (c, number) in numbers.iter_mut().enumerate().take(width) {
+                *number = component.number(&element[c * size..], normalized);
+            }
+            Some(numbers)
+        };
+        let elements: Option<Vec<_>> = (0..run.count as usize).map(at).collect();
+        elements.ok_or_else(|| {
+            Fault::new(format!("/bufferViews/{}", run.view), Kind::OutOfBounds, "the view ends before its elements")
+        })
+    }
+}

@@ -1,0 +1,59 @@
+//! Pictures of a glTF file, as the bytes of their files.
+
+use super::super::Parts;
+use super::super::fault::{Fault, Faults, Kind};
+use super::super::model::Picture;
+use super::buffers::{Buffers, fetch};
+use super::json::Document;
+use image::ImageReader;
+use std::io::Cursor;
+
+/// Reads a picture; whether it is a part.
+pub(super) fn read(
+    document: &Document,
+    buffers: &Buffers<'_>,
+    parts: &Parts<'_>,
+    index: usize,
+) -> Result<(Picture, bool), Fault> {
+    let pointer = format!("/images/{index}");
+    let image = &document.images[index];
+    let (bytes, is_part) = match (&image.uri, image.buffer_view) {
+        (_, Some(view)) => (buffers.view(view)?.to_vec(), false),
+        (Some(uri), None) => fetch(uri, parts, &format!("{pointer}/uri"))?,
+        (None, None) => {
+            return Err(Fault::new(pointer, Kind::MissingKey, "a picture has a \"uri\" or a \"bufferView\""));
+        }
+    };
+    buffers.budget.take(bytes.len() as u64, 1)?;
+    if media_type(&bytes).is_none() {
+        let what =
+            if bytes.starts_with(b"\xabKTX 20\xbb") { "KTX2, which is not read yet" } else { "of no known format" };
+        return Err(Fault::new(pointer, Kind::Unsupported, format!("the picture is {what}: use PNG, JPEG or WebP")));
+    }
+    Ok((Picture { bytes, pointer }, is_part))
+}
+
+/// The media type of a picture by its first bytes, if it is one that is decoded.
+pub(crate) fn media_type(bytes: &[u8]) -> Option<&'static str> {
+    if bytes.starts_with(b"\x89PNG") {
+        Some("image/png")
+    } else if bytes.starts_with(b"\xff\xd8\xff") {
+        Some("image/jpeg")
+    } else if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
+        Some("image/webp")
+    } else {
+        None
+    }
+}
+
+/// Notes pictures that cannot be read, without decoding them.
+pub(super) fn check_all(document: &Document, buffers: &Buffers<'_>, parts: &Parts<'_>, faults: &mut Faults) {
+    for index in 0..document.images.len() {
+        let Some((picture, _)) = faults.note(read(document, buffers, parts, index)) else { continue };
+        let size = ImageReader::new(Cursor::new(&picture.bytes)).with_guessed_format().map_err(Into::into);
+        if let Err(error) = size.and_then(ImageReader::into_dimensions) {
+            let detail = format!("the picture cannot be decoded: {error}");
+            faults.push(Fault::new(picture.pointer, Kind::Degenerate, detail));
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Materials in the JSON of a glTF 2.0 file, with the extensions of Khronos.
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Material {
+    pub(super) name: Option<String>,
+    pub(super) pbr_metallic_roughness: Pbr,
+    pub(super) normal_texture: Option<TextureInfo>,
+    pub(super) occlusion_texture: Option<TextureInfo>,
+    pub(super) emissive_texture: Option<TextureInfo>,
+    pub(super) emissive_factor: [f64; 3],
+    pub(super) alpha_mode: Option<String>,
+    pub(super) alpha_cutoff: Option<f64>,
+    pub(super) double_sided: bool,
+    pub(super) extensions: Extensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Pbr {
+    pub(super) base_color_factor: Option<[f64; 4]>,
+    pub(super) base_color_texture: Option<TextureInfo>,
+    pub(super) metallic_factor: Option<f64>,
+    pub(super) roughness_factor: Option<f64>,
+    pub(super) metallic_roughness_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureInfo {
+    pub(super) index: usize,
+    #[serde(default)]
+    pub(super) tex_coord: usize,
+    pub(super) scale: Option<f64>,
+    pub(super) strength: Option<f64>,
+    #[serde(default)]
+    pub(super) extensions: InfoExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct InfoExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<Transform>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Transform {
+    #[serde(default)]
+    pub(super) offset: [f64; 2],
+    #[serde(default)]
+    pub(super) rotation: f64,
+    #[serde(default = "unscaled")]
+    pub(super) scale: [f64; 2],
+    pub(super) tex_coord: Option<usize>,
+}
+
+fn unscaled() -> [f64; 2] {
+    [1.0; 2]
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Extensions {
+    #[serde(rename = "KHR_materials_unlit")]
+    pub(super) unlit: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    pub(super) emissive_strength: Option<EmissiveStrength>,
+    #[serde(rename = "KHR_materials_ior")]
+    pub(super) ior: Option<Ior>,
+    #[serde(rename = "KHR_materials_specular")]
+    pub(super) specular: Option<Specular>,
+    #[serde(rename = "KHR_materials_transmission")]
+    pub(super) transmission: Option<Transmission>,
+    #[serde(rename = "KHR_materials_volume")]
+    pub(super) volume: Option<Volume>,
+    #[serde(rename = "KHR_materials_dispersion")]
+    pub(super) dispersion: Option<Dispersion>,
+    #[serde(rename = "KHR_materials_clearcoat")]
+    pub(super) clearcoat: Option<Clearcoat>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub(super) glossiness: Option<Glossiness>,
+    #[serde(rename = "KHR_materials_sheen")]
+    pub(super) sheen: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_iridescence")]
+    pub(super) iridescence: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_anisotropy")]
+    pub(super) anisotropy: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_diffuse_transmission")]
+    pub(super) diffuse_transmission: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_volume_scatter")]
+    pub(super) volume_scatter: Option<IgnoredAny>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct EmissiveStrength {
+    pub(super) emissive_strength: Option<f64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Ior {
+    pub(super) ior: Option<f64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Specular {
+    pub(super) specular_factor: Option<f64>,
+    pub(super) specular_texture: Option<TextureInfo>,
+    pub(super) specular_color_factor: Option<[f64; 3]>,
+    pub(super) specular_color_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Transmission {
+    pub(super) transmission_factor: f64,
+    pub(super) transmission_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Volume {
+    pub(super) thickness_factor: f64,
+    pub(super) attenuation_distance: Option<f64>,
+    pub(super) attenuation_color: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Dispersion {
+    pub(super) dispersion: f64,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Clearcoat {
+    pub(super) clearcoat_factor: f64,
+    pub(super) clearcoat_texture: Option<TextureInfo>,
+    pub(super) clearcoat_roughness_factor: f64,
+    pub(super) clearcoat_roughness_texture: Option<TextureInfo>,
+    pub(super) clearcoat_normal_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Glossiness {
+    pub(super) diffuse_factor: Option<[f64; 4]>,
+    pub(super) diffuse_texture: Option<TextureInfo>,
+    pub(super) specular_factor: Option<[f64; 3]>,
+    pub(super) glossiness_factor: Option<f64>,
+    pub(super) specular_glossiness_texture: Option<TextureInfo>,
+}

@@ -1,0 +1,106 @@
+//! The filters of EXT_meshopt_compression (appendix B of its specification): what is done to elements after unpacking.
+
+use super::budget::worked;
+
+type Filtered = Result<(), &'static str>;
+
+const WRONG_STRIDE: &str = "have a stride that the filter does not allow";
+const CANCELLED: &str = "were not filtered: loading was cancelled";
+
+/// Rounds half away from zero.
+fn rounded(number: f32) -> i32 {
+    (number + if number >= 0.0 { 0.5 } else { -0.5 }) as i32
+}
+
+/// Unit vectors of four bytes or four shorts, folded onto an octahedron.
+pub(super) fn octahedral(bytes: &mut [u8], stride: usize) -> Filtered {
+    worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
+    match stride {
+        4 => bytes.chunks_exact_mut(4).for_each(|element| {
+            let folded = [0, 1, 2].map(|i: usize| f32::from(element[i] as i8));
+            let unfolded = unfold(folded, 127.0);
+            (0..3).for_each(|i| element[i] = unfolded[i] as i8 as u8);
+        }),
+        8 => bytes.chunks_exact_mut(8).for_each(|element| {
+            let folded = [0, 1, 2].map(|i: usize| f32::from(short(element, i)));
+            let unfolded = unfold(folded, 32_767.0);
+            (0..3).for_each(|i| put_short(element, i, unfolded[i]));
+        }),
+        _ => return Err(WRONG_STRIDE),
+    }
+    Ok(())
+}
+
+/// From the octahedron, on which `one` is 1, to the sphere.
+fn unfold([x, y, one]: [f32; 3], most: f32) -> [i32; 3] {
+    let z = one - x.abs() - y.abs();
+    let fold = z.min(0.0);
+    let out = |c: f32| c + if c >= 0.0 { fold } else { -fold };
+    let [x, y] = [out(x), out(y)];
+    let length = (x * x + y * y + z * z).sqrt();
+    let scale = if length > 0.0 { most / length } else { 0.0 };
+    [x, y, z].map(|c| rounded(c * scale))
+}
+
+fn short(element: &[u8], i: usize) -> i16 {
+    i16::from_le_bytes([element[2 * i], element[2 * i + 1]])
+}
+
+fn put_short(element: &mut [u8], i: usize, number: i32) {
+    let [low, high] = (number.clamp(-32_768, 32_767) as i16).to_le_bytes();
+    (element[2 * i], element[2 * i + 1]) = (low, high);
+}
+
+/// Unit quaternions without their largest component.
+pub(super) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered {
+    worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
+    if stride != 8 {
+        return Err(WRONG_STRIDE);
+    }
+    for element in bytes.chunks_exact_mut(8) {
+        let packed = [0, 1, 2, 3].map(|i| short(element, i));
+        let largest = (packed[3] & 3) as usize;
+        let scale = std::f32::consts::FRAC_1_SQRT_2 / f32::from(packed[3] | 3);
+        let [x, y, z] = [0, 1, 2].map(|i| f32::from(packed[i]) * scale);
+        let w = (1.0 - x * x - y * y - z * z).max(0.0).sqrt();
+        for (i, c) in [w, x, y, z].into_iter().enumerate() {
+            put_short(element, (largest + i) & 3, rounded(c * 32_767.0));
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of 24 bits and a power of two, which become floats.
+pub(super) fn exponential(bytes: &mut [u8], stride: usize) -> Filtered {
+    worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
+    if stride % 4 != 0 {
+        return Err(WRONG_STRIDE);
+    }
+    for element in bytes.chunks_exact_mut(4) {
+        let packed = i32::from_le_bytes([element[0], element[1], element[2], element[3]]);
+        let (mantissa, exponent) = ((packed << 8) >> 8, packed >> 24);
+        let number = crate::math::scale_by_power(f64::from(mantissa), exponent) as f32;
+        element.copy_from_slice(&number.to_le_bytes());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn filters_undo_what_the_specification_packs() {
+        let mut up = [0, 0, 127, 5];
+        octahedral(&mut up, 4).unwrap();
+        assert_eq!(up, [0, 0, 127, 5]);
+        // 1.5 is 3 / 2.
+        let mut number = ((-1_i32 << 24) | 3).to_le_bytes();
+        exponential(&mut number, 4).unwrap();
+        assert_eq!(f32::from_le_bytes(number), 1.5);
+        // The largest component is w, the last: all others are 0.
+        let mut turn = [0, 0, 0, 0, 0, 0, 0xff, 0x7f];
+        quaternion(&mut turn, 8).unwrap();
+        assert_eq!(short(&turn, 3), 32_767);
+    }
+}

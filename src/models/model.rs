@@ -1,0 +1,141 @@
+//! A model as all readers give it: triangles, where they are placed, and what they look like.
+
+use super::fault::{Fault, Kind, Warning};
+use super::geometry::Geometry;
+use super::material::ModelMaterial;
+use glam::DMat4;
+
+/// A model.
+#[derive(Debug, Clone, Default)]
+pub struct Model {
+    /// A title, if the file has one.
+    pub name: Option<String>,
+    /// Which axis is up.
+    pub up: Up,
+    /// Triangles; those of equal data are listed once.
+    pub geometries: Vec<Geometry>,
+    /// Where they stand.
+    pub placements: Vec<Placement>,
+    /// Materials, which placements name by index.
+    pub materials: Vec<ModelMaterial>,
+    /// Pictures, which textures name by index. Only those that textures use have bytes.
+    pub pictures: Vec<Picture>,
+    /// Cameras that stand in the model.
+    pub cameras: Vec<ModelCamera>,
+    /// Lamps that stand in the model.
+    pub lamps: Vec<Lamp>,
+    /// What is not as the file says.
+    pub warnings: Vec<Warning>,
+    /// Whether any part was read, whose content may change.
+    pub has_parts: bool,
+}
+
+/// Which axis of a model is up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum Up {
+    #[default]
+    Y,
+    Z,
+}
+
+/// Triangles that stand at one or more places.
+#[derive(Debug, Clone)]
+pub struct Placement {
+    /// Index of the geometry.
+    pub geometry: usize,
+    /// Index of the material; none is the default material of the format.
+    pub material: Option<usize>,
+    /// The name of its node or group.
+    pub name: Option<String>,
+    /// From the geometry to the model, at least one.
+    pub transforms: Vec<DMat4>,
+}
+
+/// A picture file.
+#[derive(Debug, Clone, Default)]
+pub struct Picture {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// JSON pointer of it, or its name.
+    pub pointer: String,
+}
+
+/// A camera.
+#[derive(Debug, Clone)]
+pub struct ModelCamera {
+    /// Its name.
+    pub name: Option<String>,
+    /// From the camera, which looks along -z with +y up, to the model.
+    pub placed: DMat4,
+    /// Its projection.
+    pub projection: Projection,
+}
+
+/// How a camera projects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// Perspective.
+    Perspective {
+        /// Full vertical angle of view in radians.
+        vertical: f64,
+    },
+    /// Parallel.
+    Orthographic {
+        /// Height of the picture.
+        height: f64,
+    },
+}
+
+/// A lamp.
+#[derive(Debug, Clone)]
+pub struct Lamp {
+    /// From the lamp, which shines along -z, to the model.
+    pub placed: DMat4,
+    /// Linear colour.
+    pub color: [f64; 3],
+    /// In candela, or in lux where it shines from far away.
+    pub intensity: f64,
+    /// Distance at which it ends, if it does.
+    pub range: Option<f64>,
+    /// Its kind.
+    pub kind: LampKind,
+}
+
+/// Kinds of lamps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LampKind {
+    /// Shines from infinitely far away.
+    Directional,
+    /// Shines from a point in all directions.
+    Point,
+    /// Shines from a point into a cone; angles from its axis in radians.
+    Spot {
+        /// Of full light.
+        inner: f64,
+        /// Of any light.
+        outer: f64,
+    },
+}
+
+impl Model {
+    /// Triangles as they are placed.
+    pub fn triangles(&self) -> u64 {
+        let of = |placed: &Placement| {
+            self.geometries[placed.geometry].triangles.len() as u64 * placed.transforms.len() as u64
+        };
+        self.placements.iter().map(of).sum()
+    }
+
+    /// Why there is no picture of it.
+    pub(super) fn nothing_to_see(&self) -> Fault {
+        let skipped = self.warnings.iter().find(|warning| matches!(warning.what, "points" | "lines"));
+        let detail = match skipped {
+            Some(warning) => {
+                format!("the model has only {}, of which no picture is made: it needs triangles", warning.what)
+            }
+            None => "there is nothing to see: the model has no triangles".to_owned(),
+        };
+        Fault::new("", Kind::Degenerate, detail)
+    }
+}

@@ -1,0 +1,195 @@
+//! MTL: materials of OBJ files, by Phong's model or with the keys that PBR programs have added.
+
+use super::Parts;
+use super::fault::{Fault, Kind, Subject, warn};
+use super::material::{Alpha, Channel, ModelMaterial, Texture, Wrap};
+use super::model::{Model, Picture};
+use super::parts::{Uri, uri};
+use super::text::Text;
+use hashbrown::HashMap;
+
+/// Most materials and pictures of a model.
+const MATERIALS: usize = 1 << 16;
+
+/// Materials by name.
+#[derive(Default)]
+pub(super) struct Library {
+    pub(super) materials: Vec<ModelMaterial>,
+    names: HashMap<String, usize>,
+    pictures: HashMap<String, Option<usize>>,
+}
+
+impl Library {
+    /// The material of a name.
+    pub(super) fn find(&self, name: &str) -> Option<usize> {
+        self.names.get(name).copied()
+    }
+
+    /// Reads a file. Its faults have a place in it, and say its name.
+    pub(super) fn read(&mut self, file: &str, bytes: &[u8], parts: &Parts<'_>, model: &mut Model) -> Result<(), Fault> {
+        let mut text = Text::new(bytes);
+        let mut phong = Phong::default();
+        loop {
+            if let Some(word) = text.word() {
+                let read = self.statement(word.text, &mut text, &mut phong, parts, model);
+                read.map_err(|fault| {
+                    let shown: String = file.chars().take(60).collect();
+                    Fault { detail: format!("{shown}: {}", fault.detail), ..fault }
+                })?;
+            }
+            if !text.next_line() {
+                phong.finish(self.materials.last_mut());
+                return Ok(());
+            }
+        }
+    }
+
+    fn statement(
+        &mut self,
+        word: &[u8],
+        text: &mut Text<'_>,
+        phong: &mut Phong,
+        parts: &Parts<'_>,
+        model: &mut Model,
+    ) -> Result<(), Fault> {
+        if word == b"newmtl" {
+            std::mem::take(phong).finish(self.materials.last_mut());
+            if self.materials.len() >= MATERIALS {
+                let detail = format!("there are more than {MATERIALS} materials");
+                return Err(Fault::new("", Kind::Limit, detail).at(text.place()));
+            }
+            let name = text.name();
+            self.names.insert(name.clone(), self.materials.len());
+            self.materials.push(ModelMaterial { name: Some(name), ..ModelMaterial::plain(0.8) });
+            return Ok(());
+        }
+        // What stands before the first material belongs to none.
+        if self.materials.is_empty() {
+            return Ok(());
+        }
+        let last = self.materials.len() - 1;
+        let mut picture = |library: &mut Self, text: &mut Text<'_>| library.texture(text, parts, model);
+        let texture = match word.to_ascii_lowercase().as_slice() {
+            b"map_kd" | b"map_d" | b"map_ke" | b"map_pr" | b"map_pm" | b"map_bump" | b"bump" | b"norm" => {
+                picture(self, text)
+            }
+            _ => None,
+        };
+        let material = &mut self.materials[last];
+        match word.to_ascii_lowercase().as_slice() {
+            b"kd" => material.base_color.factor = color(text)?,
+            b"ks" => phong.specular = Some(color(text)?),
+            b"ns" => phong.exponent = Some(text.number()?),
+            b"ke" => material.emissive.factor = color(text)?,
+            b"ni" => material.ior = text.number()?.clamp(1.0, 100.0),
+            b"d" => material.opacity = text.number()?.clamp(0.0, 1.0),
+            b"tr" => material.opacity = 1.0 - text.number()?.clamp(0.0, 1.0),
+            b"tf" => phong.filter = Some(color(text)?),
+            b"illum" => phong.model = text.number()? as i64,
+            b"pr" => phong.roughness = Some(text.number()?.clamp(0.0, 1.0)),
+            b"pm" => material.metallic.factor = text.number()?.clamp(0.0, 1.0),
+            b"map_kd" => material.base_color.texture = texture,
+            b"map_ke" => {
+                material.emissive.texture = texture;
+                if material.emissive.factor == [0.0; 3] {
+                    material.emissive.factor = [1.0; 3];
+                }
+            }
+            b"map_pr" => material.roughness.texture = texture,
+            b"map_pm" => material.metallic.texture = texture,
+            b"norm" => material.normal = texture.map(|texture| (texture, 1.0)),
+            b"map_bump" | b"bump" if texture.is_some() => {
+                let detail = "bump maps of heights are left out: norm names a normal map";
+                warn(&mut model.warnings, Subject::NotSimulated, "bump", String::new(), detail);
+            }
+            b"map_d" if texture.is_some() => {
+                let detail = "pictures of opacity are left out: an alpha channel of map_Kd is not";
+                warn(&mut model.warnings, Subject::NotSimulated, "opacity-map", String::new(), detail);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The picture of a statement; options before its name are passed over. One that is missing is left out with a warning.
+    fn texture(&mut self, text: &mut Text<'_>, parts: &Parts<'_>, model: &mut Model) -> Option<Texture> {
+        let line = text.name();
+        let name =
+            line.rsplit_once(char::is_whitespace).filter(|_| line.starts_with('-')).map_or(&*line, |(_, name)| name);
+        let known = self.pictures.get(name).copied();
+        let picture = known.unwrap_or_else(|| {
+            let bytes = match uri(name) {
+                Ok(Uri::Name(plain)) => parts(name).or_else(|why| if plain == name { Err(why) } else { parts(&plain) }),
+                Ok(Uri::Data(bytes)) => Ok(bytes),
+                Err(why) => Err(why),
+            };
+            let place = match bytes {
+                Ok(bytes) if super::gltf::images::media_type(&bytes).is_some() && self.pictures.len() < MATERIALS => {
+                    model.has_parts = true;
+                    model.pictures.push(Picture { bytes, pointer: name.chars().take(60).collect() });
+                    Some(model.pictures.len() - 1)
+                }
+                Ok(_) => {
+                    skip_picture(model, name, "is no PNG, JPEG or WebP");
+                    None
+                }
+                Err(why) => {
+                    skip_picture(model, name, &why);
+                    None
+                }
+            };
+            self.pictures.insert(name.to_owned(), place);
+            place
+        })?;
+        Some(Texture { picture, uv: 0, transform: None, wrap: [Wrap::Repeat; 2], nearest: false })
+    }
+}
+
+fn skip_picture(model: &mut Model, name: &str, why: &str) {
+    let shown: String = name.chars().take(60).collect();
+    let detail = format!("the picture {shown:?} {why}");
+    warn(&mut model.warnings, Subject::Skipped, "textures", String::new(), &detail);
+}
+
+fn color(text: &mut Text<'_>) -> Result<[f64; 3], Fault> {
+    let red = text.number()?.max(0.0);
+    // One number is grey.
+    let Some(green) = text.word() else { return Ok([red; 3]) };
+    Ok([red, green.number()?.max(0.0), text.number()?.max(0.0)])
+}
+
+/// What of Phong's model becomes something else.
+#[derive(Default)]
+struct Phong {
+    specular: Option<[f64; 3]>,
+    exponent: Option<f64>,
+    roughness: Option<f64>,
+    filter: Option<[f64; 3]>,
+    model: i64,
+}
+
+impl Phong {
+    fn finish(self, material: Option<&mut ModelMaterial>) {
+        let Some(material) = material else { return };
+        let has_highlight = self.specular.is_none_or(|color| color.iter().any(|channel| *channel > 0.0));
+        // m = 2 / alpha^2 - 2, and alpha is the square of the roughness.
+        let of_exponent = |exponent: f64| (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt();
+        let roughness = self.roughness.or(self.exponent.map(of_exponent)).unwrap_or(0.5);
+        material.roughness = Channel { factor: roughness, ..material.roughness };
+        if !has_highlight {
+            material.specular = Channel::of(0.0);
+        }
+        // Glass: illumination models 4, 6, 7 and 9 trace what is seen through it.
+        let is_glass = matches!(self.model, 4 | 6 | 7 | 9) && material.opacity < 1.0;
+        if is_glass {
+            let tint = self.filter.unwrap_or([1.0; 3]);
+            material.base_color = Channel::of(tint);
+            material.transmission = Channel::of(1.0 - material.opacity);
+            material.has_volume = true;
+            material.opacity = 1.0;
+        }
+        if material.opacity < 1.0 {
+            material.alpha = Alpha::Blend;
+        }
+    }
+}

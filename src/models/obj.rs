@@ -1,0 +1,284 @@
+//! Wavefront OBJ: polygons over points, texture coordinates and normals with indices of their own, and materials by name.
+
+use super::Parts;
+use super::budget::{Budget, worked};
+use super::fault::{Fault, Faults, Kind, Subject, warn};
+use super::geometry::Geometry;
+use super::material::ModelMaterial;
+use super::model::{Model, Placement};
+use super::mtl;
+use super::text::{Text, Word};
+use crate::math;
+use crate::shape::ear_clipping::triangulate;
+use glam::DMat4;
+use hashbrown::HashMap;
+
+/// Most corners of a polygon.
+const CORNERS: usize = 10_000;
+/// Most of the sum of the squares of the corners of polygons, which bounds the time of ear clipping.
+const POLYGON_WORK: u64 = 200_000_000;
+/// Bytes of the text after which is looked whether anybody still waits.
+const LINES: u64 = 256;
+
+/// Reads a file and the materials that it names.
+pub(super) fn read(bytes: &[u8], parts: &Parts<'_>) -> Result<Model, Faults> {
+    let mut reader = Reader::default();
+    let mut text = Text::new(bytes);
+    let mut faults = Faults::default();
+    for line in 0_u64.. {
+        if line % LINES == 0 {
+            worked(LINES * 64)?;
+        }
+        if let Some(word) = text.word()
+            && let Err(fault) = reader.statement(word, &mut text, parts)
+            && !faults.push(fault)
+        {
+            break;
+        }
+        if !text.next_line() {
+            break;
+        }
+    }
+    faults.none_or_err()?;
+    Ok(reader.into_model())
+}
+
+/// Indices of what meets at a corner of a face, from 0.
+type Corner = (u32, Option<u32>, Option<u32>);
+
+/// Faces of one material.
+#[derive(Default)]
+struct Group {
+    geometry: Geometry,
+    normals: Vec<[f64; 3]>,
+    uvs: Vec<[f64; 2]>,
+    colors: Vec<[f64; 4]>,
+    has_normals: bool,
+    has_uvs: bool,
+    known: HashMap<Corner, u32>,
+}
+
+#[derive(Default)]
+struct Reader {
+    points: Vec<[f64; 3]>,
+    /// One for each point, once any has one.
+    colors: Vec<[f64; 3]>,
+    uvs: Vec<[f64; 2]>,
+    normals: Vec<[f64; 3]>,
+    groups: Vec<Group>,
+    /// Groups by the index of their material; the last is for faces without one.
+    of_material: HashMap<Option<usize>, usize>,
+    material: Option<usize>,
+    materials: mtl::Library,
+    model: Model,
+    budget: Budget,
+    work: u64,
+    corners: Vec<Corner>,
+}
+
+impl Reader {
+    fn statement(&mut self, word: Word<'_>, text: &mut Text<'_>, parts: &Parts<'_>) -> Result<(), Fault> {
+        match word.text {
+            b"v" => {
+                self.budget.take(1, 48)?;
+                let point = text.numbers::<3>()?;
+                self.point_color(text)?;
+                self.points.push(point);
+            }
+            b"vt" => {
+                self.budget.take(1, 16)?;
+                let u = text.number()?;
+                let v = text.word().map_or(Ok(0.0), |word| word.number())?;
+                self.uvs.push([u, 1.0 - v]);
+            }
+            b"vn" => {
+                self.budget.take(1, 24)?;
+                self.normals.push(text.numbers::<3>()?);
+            }
+            b"f" => self.face(word, text)?,
+            b"usemtl" => {
+                let name = text.name();
+                self.material = self.materials.find(&name);
+                if self.material.is_none() {
+                    let detail = "a material that no MTL file describes is grey";
+                    warn(&mut self.model.warnings, Subject::Assumed, "materials", String::new(), detail);
+                }
+            }
+            b"mtllib" => self.library(text, parts)?,
+            b"o" if self.model.name.is_none() => self.model.name = Some(text.name()),
+            b"p" => self.skip("points", "they have no surface and are left out"),
+            b"l" => self.skip("lines", "they have no surface and are left out"),
+            b"curv" | b"curv2" | b"surf" | b"cstype" => {
+                self.skip("curves", "free-form curves and surfaces are left out")
+            }
+            b"o" | b"g" | b"s" | b"vp" | b"mg" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv"
+            | b"sp" | b"end" | b"con" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"maplib" | b"usemap"
+            | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {}
+            _ => return Err(word.fault(Kind::Invalid, format!("{} is no statement of OBJ", word.quoted()))),
+        }
+        Ok(())
+    }
+
+    fn skip(&mut self, what: &'static str, detail: &str) {
+        warn(&mut self.model.warnings, Subject::Skipped, what, String::new(), detail);
+    }
+
+    /// Three numbers behind a point are its colour, as many programs write them; a single one is its weight.
+    fn point_color(&mut self, text: &mut Text<'_>) -> Result<(), Fault> {
+        let Some(first) = text.word() else {
+            if !self.colors.is_empty() {
+                self.colors.push([1.0; 3]);
+            }
+            return Ok(());
+        };
+        let Some(second) = text.word() else { return first.number().map(drop) };
+        let color = [first.number()?, second.number()?, text.number()?];
+        self.colors.resize(self.points.len(), [1.0; 3]);
+        self.colors.push(color.map(|channel| math::srgb_to_linear(channel.clamp(0.0, 1.0))));
+        Ok(())
+    }
+
+    fn library(&mut self, text: &mut Text<'_>, parts: &Parts<'_>) -> Result<(), Fault> {
+        let name = text.name();
+        // A name may have spaces, or there may be several.
+        let whole = parts(&name).map(|bytes| vec![(name.clone(), bytes)]);
+        let files = whole.or_else(|why| {
+            let names = name.split_ascii_whitespace();
+            let all: Result<Vec<_>, _> = names.map(|name| parts(name).map(|bytes| (name.to_owned(), bytes))).collect();
+            all.map_err(|_| why)
+        });
+        match files {
+            Ok(files) => {
+                for (name, bytes) in files {
+                    self.model.has_parts = true;
+                    self.budget.take(bytes.len() as u64, 1)?;
+                    self.materials.read(&name, &bytes, parts, &mut self.model)?;
+                }
+            }
+            Err(why) => {
+                let shown: String = name.chars().take(60).collect();
+                let detail = format!("{shown:?} {why}: the model is grey");
+                warn(&mut self.model.warnings, Subject::Skipped, "materials", String::new(), &detail);
+            }
+        }
+        Ok(())
+    }
+
+    fn face(&mut self, word: Word<'_>, text: &mut Text<'_>) -> Result<(), Fault> {
+        let mut corners = std::mem::take(&mut self.corners);
+        corners.clear();
+        while let Some(word) = text.word() {
+            corners.push(self.corner(word)?);
+            if corners.len() > CORNERS {
+                return Err(
+                    word.fault(Kind::Limit, format!("the face has more than {CORNERS} corners (polygon_vertices)"))
+                );
+            }
+        }
+        if corners.len() < 3 {
+            return Err(word.fault(Kind::Degenerate, format!("the face has {} corners, and needs 3", corners.len())));
+        }
+        self.budget.take(corners.len() as u64, 12 + 24 + 24 + 16 + 32)?;
+        let triangles = match corners.len() {
+            3 => vec![[0, 1, 2]],
+            count => {
+                self.work += (count * count) as u64;
+                if self.work > POLYGON_WORK {
+                    let detail = "the faces have too many corners (polygon_work)".to_owned();
+                    return Err(word.fault(Kind::Limit, detail));
+                }
+                let points: Vec<_> = corners.iter().map(|(point, ..)| self.points[*point as usize]).collect();
+                // Faces that are not flat enough are taken as fans.
+                triangulate(&points).unwrap_or_else(|| (2..count as u32).map(|i| [0, i - 1, i]).collect())
+            }
+        };
+        let groups = &mut self.groups;
+        let group = *self.of_material.entry(self.material).or_insert_with(|| {
+            groups.push(Group::default());
+            groups.len() - 1
+        });
+        let indices: Vec<u32> = corners.iter().map(|corner| self.index(group, *corner)).collect();
+        let faces = triangles.into_iter().map(|triangle| triangle.map(|i| indices[i as usize]));
+        let faces = faces.filter(|[a, b, c]| a != b && b != c && c != a);
+        self.groups[group].geometry.triangles.extend(faces);
+        self.corners = corners;
+        Ok(())
+    }
+
+    /// A corner: `point`, `point/uv`, `point//normal` or `point/uv/normal`, from 1, or from -1 backwards.
+    fn corner(&self, word: Word<'_>) -> Result<Corner, Fault> {
+        let mut indices = word.text.split(|byte| *byte == b'/');
+        let mut index = |count: usize, what: &str| -> Result<Option<u32>, Fault> {
+            let Some(text) = indices.next().filter(|text| !text.is_empty()) else { return Ok(None) };
+            let number = std::str::from_utf8(text).ok().and_then(|text| text.parse::<i64>().ok());
+            let place = match number {
+                Some(number) if number > 0 => usize::try_from(number - 1).ok(),
+                Some(number) if number < 0 => usize::try_from(count as i64 + number).ok(),
+                _ => None,
+            };
+            place.filter(|place| *place < count).map(|place| Some(place as u32)).ok_or_else(|| {
+                let detail = format!("{} names no {what}: there are {count} before it", word.quoted());
+                word.fault(Kind::UnknownReference, detail)
+            })
+        };
+        let point = index(self.points.len(), "point")?;
+        let uv = index(self.uvs.len(), "texture coordinates")?;
+        let normal = index(self.normals.len(), "normal")?;
+        match point.filter(|_| indices.next().is_none()) {
+            Some(point) => Ok((point, uv, normal)),
+            None => Err(word.fault(Kind::Invalid, format!("{} is no corner: write point/uv/normal", word.quoted()))),
+        }
+    }
+
+    fn index(&mut self, group: usize, corner: Corner) -> u32 {
+        let (points, all_uvs, all_normals, all_colors) = (&self.points, &self.uvs, &self.normals, &self.colors);
+        let group = &mut self.groups[group];
+        let Group { geometry, normals, uvs, colors, has_normals, has_uvs, known } = group;
+        *known.entry(corner).or_insert_with(|| {
+            let (point, uv, normal) = corner;
+            geometry.positions.push(points[point as usize]);
+            *has_normals |= normal.is_some();
+            *has_uvs |= uv.is_some();
+            normals.push(normal.map_or([0.0; 3], |normal| all_normals[normal as usize]));
+            uvs.push(uv.map_or([0.0; 2], |uv| all_uvs[uv as usize]));
+            if !all_colors.is_empty() {
+                let [r, g, b] = all_colors.get(point as usize).copied().unwrap_or([1.0; 3]);
+                colors.push([r, g, b, 1.0]);
+            }
+            geometry.positions.len() as u32 - 1
+        })
+    }
+
+    fn into_model(self) -> Model {
+        let mut model = self.model;
+        model.materials = self.materials.materials;
+        let mut grey = None;
+        let mut groups: Vec<_> = self.of_material.into_iter().collect();
+        // In the order in which they were first used.
+        groups.sort_by_key(|(_, group)| *group);
+        let mut built = self.groups;
+        for (material, group) in groups {
+            let Group { mut geometry, normals, uvs, colors, has_normals, has_uvs, .. } =
+                std::mem::take(&mut built[group]);
+            if geometry.triangles.is_empty() {
+                continue;
+            }
+            geometry.normals = has_normals.then_some(normals);
+            geometry.uvs[0] = has_uvs.then_some(uvs);
+            geometry.colors = (colors.len() == geometry.positions.len()).then_some(colors);
+            geometry.drop_unused();
+            geometry.mend_normals();
+            let material = material.unwrap_or_else(|| {
+                *grey.get_or_insert_with(|| {
+                    model.materials.push(ModelMaterial::plain(0.8));
+                    model.materials.len() - 1
+                })
+            });
+            model.geometries.push(geometry);
+            let geometry = model.geometries.len() - 1;
+            let transforms = vec![DMat4::IDENTITY];
+            model.placements.push(Placement { geometry, material: Some(material), name: None, transforms });
+        }
+        model
+    }
+}

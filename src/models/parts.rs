@@ -1,0 +1,177 @@
+//! The parts of a model: which names it may use, and a `multipart/form-data` body (RFC 7578) that holds all of them.
+//!
+//! Such a body is kept as it came. It names its boundary itself, in its first line, so it stands for the whole model: it has one
+//! hash, and jobs and caches need to know nothing of parts.
+
+use data_encoding::{BASE64, BASE64_NOPAD};
+
+/// Most parts of a body.
+const PARTS: usize = 4_096;
+/// Most bytes of the headers of a part.
+const HEADERS: usize = 4_096;
+/// Longest boundary (RFC 2046, section 5.1.1).
+const BOUNDARY: usize = 70;
+
+/// A file in a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part<'a> {
+    /// Its file name; without one, the name of the form's field.
+    pub name: &'a str,
+    /// What is in it.
+    pub bytes: &'a [u8],
+}
+
+/// Whether bytes begin as a body of parts does.
+pub fn is_multipart(bytes: &[u8]) -> bool {
+    boundary(bytes).is_some_and(|(boundary, rest)| {
+        let headers = &rest[..rest.len().min(HEADERS)];
+        boundary.len() <= BOUNDARY + 2 && find(&headers.to_ascii_lowercase(), b"content-disposition:").is_some()
+    })
+}
+
+/// The first line, which is the delimiter, and what follows it.
+fn boundary(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let start = bytes.get(..bytes.len().min(BOUNDARY + 4))?;
+    let end = find(start, b"\r\n").filter(|end| *end > 2 && start.starts_with(b"--"))?;
+    Some((&bytes[..end], &bytes[end + 2..]))
+}
+
+fn find(text: &[u8], what: &[u8]) -> Option<usize> {
+    let first = *what.first()?;
+    let mut at = 0;
+    loop {
+        at += text.get(at..)?.iter().position(|byte| *byte == first)?;
+        if text[at..].starts_with(what) {
+            return Some(at);
+        }
+        at += 1;
+    }
+}
+
+/// The parts of a body, in their order. An error says what is wrong with it.
+pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
+    let (boundary, mut rest) = boundary(bytes).ok_or("the body does not begin with a boundary")?;
+    let delimiter = [b"\r\n", boundary].concat();
+    let mut parts = Vec::new();
+    loop {
+        let head = rest.get(..rest.len().min(HEADERS)).unwrap_or_default();
+        // A part without headers begins with an empty line.
+        let end = if head.starts_with(b"\r\n") { Some(0) } else { find(head, b"\r\n\r\n").map(|end| end + 2) };
+        let number = parts.len() + 1;
+        let end = end.ok_or_else(|| format!("the headers of part {number} do not end within {HEADERS} bytes"))?;
+        let name = name_of(&rest[..end]).ok_or_else(|| format!("part {number} has no name in UTF-8"))?;
+        let content = &rest[end + 2..];
+        let length =
+            find(content, &delimiter).ok_or_else(|| format!("part {number} does not end with the boundary"))?;
+        parts.push(Part { name, bytes: &content[..length] });
+        rest = &content[length + delimiter.len()..];
+        if rest.starts_with(b"--") {
+            return Ok(parts);
+        }
+        rest = rest.strip_prefix(b"\r\n").ok_or_else(|| format!("the line after part {number} is no boundary"))?;
+        if parts.len() >= PARTS {
+            return Err(format!("there are more than {PARTS} parts"));
+        }
+    }
+}
+
+/// The file name of a part, or its name.
+fn name_of(headers: &[u8]) -> Option<&str> {
+    let headers = std::str::from_utf8(headers).ok()?;
+    let is_disposition =
+        |line: &&str| line.get(..20).is_some_and(|key| key.eq_ignore_ascii_case("content-disposition:"));
+    let line = headers.split("\r\n").find(is_disposition)?;
+    let parameter = |key: &str| {
+        let start = line.find(key).map(|at| at + key.len())?;
+        let value = &line[start..];
+        let end = value.find('"')?;
+        Some(&value[..end])
+    };
+    parameter(" filename=\"").filter(|name| !name.is_empty()).or_else(|| parameter(" name=\""))
+}
+
+/// The part that is the model: the first with a name that ends as those of models do, else the first.
+pub fn model_of<'a>(parts: &[Part<'a>]) -> Option<Part<'a>> {
+    const ENDINGS: [&str; 5] = [".gltf", ".glb", ".obj", ".stl", ".ply"];
+    let is_model = |part: &&Part<'_>| {
+        let name = part.name.to_ascii_lowercase();
+        ENDINGS.iter().any(|ending| name.ends_with(ending))
+    };
+    parts.iter().find(is_model).or(parts.first()).copied()
+}
+
+/// What a URI of a model says.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Uri {
+    /// Bytes.
+    Data(Vec<u8>),
+    /// The name of a part.
+    Name(String),
+}
+
+/// Reads a URI. Models never name what is on the network, nor what is outside of their folder.
+pub(super) fn uri(text: &str) -> Result<Uri, String> {
+    if text.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+        let Some((_, data)) = text.split_once(";base64,") else {
+            return Err("is a data URI without \";base64,\", which is not read".into());
+        };
+        let base64 = if data.ends_with('=') { BASE64 } else { BASE64_NOPAD };
+        let bytes = base64.decode(data.as_bytes());
+        return bytes.map(Uri::Data).map_err(|error| format!("is no base64: {error}"));
+    }
+    let name = percent_decoded(text);
+    if name.is_empty() {
+        return Err("names nothing".into());
+    }
+    if name.split('/').next().is_some_and(|first| first.contains(':')) {
+        return Err("has a scheme: nothing is ever fetched; send the file as a part, and write its name".into());
+    }
+    if name.starts_with('/') || name.contains('\\') || name.split('/').any(|folder| folder == "..") {
+        return Err("leads out of the model's folder: write a name relative to it, without \"..\"".into());
+    }
+    Ok(Uri::Name(name))
+}
+
+fn percent_decoded(text: &str) -> String {
+    let bytes = text.as_bytes();
+    let mut decoded = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while at < bytes.len() {
+        let code = bytes.get(at + 1..at + 3).filter(|_| bytes[at] == b'%');
+        let code =
+            code.and_then(|code| std::str::from_utf8(code).ok()).and_then(|code| u8::from_str_radix(code, 16).ok());
+        decoded.push(code.unwrap_or(bytes[at]));
+        at += if code.is_some() { 3 } else { 1 };
+    }
+    String::from_utf8(decoded).unwrap_or_else(|_| text.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BODY: &[u8] = b"--X1\r\nContent-Disposition: form-data; name=\"a\"; filename=\"box.gltf\"\r\n\
+        Content-Type: model/gltf+json\r\n\r\n{}\r\n--X1\r\ncontent-disposition: form-data; name=\"box.bin\"\r\n\r\n\
+        \r\n--X\r\n\r\n--X1--\r\n";
+
+    #[test]
+    fn a_body_is_taken_apart() {
+        assert!(is_multipart(BODY) && !is_multipart(b"--\r\n") && !is_multipart(b"glTF"));
+        let parts = split(BODY).unwrap();
+        assert_eq!(parts, [Part { name: "box.gltf", bytes: b"{}" }, Part { name: "box.bin", bytes: b"\r\n--X\r\n" }]);
+        assert_eq!(model_of(&parts).unwrap().name, "box.gltf");
+        for end in 0..BODY.len() - 4 {
+            assert!(split(&BODY[..end]).is_err(), "{end}");
+        }
+    }
+
+    #[test]
+    fn names_stay_in_their_folder() {
+        assert_eq!(uri("a%20b/c.png"), Ok(Uri::Name("a b/c.png".into())));
+        assert_eq!(uri("data:x/y;base64,AAE="), Ok(Uri::Data(vec![0, 1])));
+        assert_eq!(uri("data:;base64,AAE"), Ok(Uri::Data(vec![0, 1])));
+        for wrong in ["", ":", "http://a/b", "../a", "a/%2e%2e/b", "/etc/passwd", "a\\b", "data:,x", "data:;base64,!"] {
+            assert!(uri(wrong).is_err(), "{wrong}");
+        }
+    }
+}

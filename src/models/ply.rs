@@ -1,0 +1,462 @@
+//! PLY (G. Turk, 1994): lists of elements whose properties the header declares, as text or binary of either byte order.
+
+use super::budget::{Budget, worked};
+use super::fault::{Fault, Faults, Kind, Place, Subject, warn};
+use super::geometry::Geometry;
+use super::material::ModelMaterial;
+use super::model::{Model, Placement};
+use super::text::Text;
+use crate::math;
+use crate::shape::ear_clipping::triangulate;
+use glam::DMat4;
+
+/// Most corners of a polygon.
+const CORNERS: usize = 10_000;
+/// Most elements of any kind that a file declares, and most properties of one.
+const DECLARED: usize = 256;
+/// Most of the sum of the squares of the corners of polygons.
+const POLYGON_WORK: u64 = 200_000_000;
+
+/// Types of numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    fn named(name: &[u8]) -> Option<Self> {
+        Some(match name {
+            b"char" | b"int8" => Self::I8,
+            b"uchar" | b"uint8" => Self::U8,
+            b"short" | b"int16" => Self::I16,
+            b"ushort" | b"uint16" => Self::U16,
+            b"int" | b"int32" => Self::I32,
+            b"uint" | b"uint32" => Self::U32,
+            b"float" | b"float32" => Self::F32,
+            b"double" | b"float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+}
+
+/// A property of an element; a list has a type for its length.
+#[derive(Debug)]
+struct Property {
+    name: Vec<u8>,
+    length: Option<Scalar>,
+    scalar: Scalar,
+}
+
+#[derive(Debug)]
+struct Element {
+    name: Vec<u8>,
+    count: u64,
+    properties: Vec<Property>,
+    place: Place,
+}
+
+/// How numbers are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Encoding {
+    Text,
+    LittleEndian,
+    BigEndian,
+}
+
+/// Numbers one after the other.
+enum Numbers<'a> {
+    Text(Text<'a>),
+    Binary { bytes: &'a [u8], start: u64, at: usize, is_big: bool },
+}
+
+impl Numbers<'_> {
+    fn next(&mut self, scalar: Scalar) -> Result<f64, Fault> {
+        match self {
+            Self::Text(text) => {
+                let end = text.place();
+                let word = text.any_word().ok_or_else(|| ends_early().at(end))?;
+                word.number()
+            }
+            Self::Binary { bytes, start, at, is_big } => {
+                let place = Place::Offset(*start + *at as u64);
+                let size = scalar.size();
+                let taken = bytes.get(*at..*at + size).ok_or_else(|| ends_early().at(place))?;
+                *at += size;
+                let mut all = [0; 8];
+                all[..size].copy_from_slice(taken);
+                if *is_big {
+                    all[..size].reverse();
+                }
+                let [a, b, c, d, ..] = all;
+                let number = match scalar {
+                    Scalar::I8 => f64::from(a as i8),
+                    Scalar::U8 => f64::from(a),
+                    Scalar::I16 => f64::from(i16::from_le_bytes([a, b])),
+                    Scalar::U16 => f64::from(u16::from_le_bytes([a, b])),
+                    Scalar::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
+                    Scalar::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
+                    Scalar::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
+                    Scalar::F64 => f64::from_le_bytes(all),
+                };
+                if number.is_finite() {
+                    return Ok(number);
+                }
+                let detail = format!("{number} is no finite number");
+                Err(Fault::new("", Kind::OutOfRange, detail).at(place))
+            }
+        }
+    }
+
+    fn place(&self) -> Place {
+        match self {
+            Self::Text(text) => text.place(),
+            Self::Binary { start, at, .. } => Place::Offset(*start + *at as u64),
+        }
+    }
+
+    /// Bytes that are left.
+    fn left(&self) -> u64 {
+        match self {
+            Self::Text(text) => text.rest().len() as u64,
+            Self::Binary { bytes, at, .. } => (bytes.len() - at) as u64,
+        }
+    }
+}
+
+fn ends_early() -> Fault {
+    Fault::new("", Kind::OutOfBounds, "the file ends before its elements do")
+}
+
+/// Reads a file.
+pub(super) fn read(bytes: &[u8]) -> Result<Model, Faults> {
+    let mut text = Text::new(bytes);
+    let (encoding, elements) = header(&mut text)?;
+    let rest = text.rest();
+    let mut numbers = match encoding {
+        Encoding::Text => Numbers::Text(text),
+        _ => Numbers::Binary {
+            bytes: rest,
+            start: (bytes.len() - rest.len()) as u64,
+            at: 0,
+            is_big: encoding == Encoding::BigEndian,
+        },
+    };
+    let mut reader = Reader::default();
+    for element in elements.iter().filter(|element| !element.properties.is_empty()) {
+        // A number takes a byte or more, and in text a space too.
+        let least = |property: &Property| match encoding {
+            Encoding::Text => 2,
+            _ => property.length.unwrap_or(property.scalar).size() as u64,
+        };
+        let each: u64 = element.properties.iter().map(least).sum();
+        if element.count.checked_mul(each).is_none_or(|needs| needs > numbers.left() + 1) {
+            let detail = format!("{} elements do not fit into the {} bytes that follow", element.count, numbers.left());
+            return Err(Faults::one(Fault::new("", Kind::OutOfBounds, detail).at(element.place)));
+        }
+        reader.elements(element, &mut numbers)?;
+    }
+    Ok(reader.into_model())
+}
+
+fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fault> {
+    let mut encoding = None;
+    let mut elements: Vec<Element> = Vec::new();
+    text.word();
+    while text.next_line() {
+        let Some(word) = text.word() else { continue };
+        let is_full =
+            elements.len() > DECLARED || elements.last().is_some_and(|element| element.properties.len() > DECLARED);
+        if is_full {
+            return Err(word.fault(Kind::Limit, format!("the header declares more than {DECLARED} of a kind")));
+        }
+        match word.text {
+            b"format" => {
+                let name = text.expected("a format")?;
+                encoding = Some(match name.text {
+                    b"ascii" => Encoding::Text,
+                    b"binary_little_endian" => Encoding::LittleEndian,
+                    b"binary_big_endian" => Encoding::BigEndian,
+                    _ => return Err(name.fault(Kind::Unsupported, format!("the format {} is unknown", name.quoted()))),
+                });
+            }
+            b"comment" | b"obj_info" => {}
+            b"element" => {
+                let name = text.expected("the name of an element")?;
+                let count = text.expected("a number of elements")?;
+                let number = std::str::from_utf8(count.text).ok().and_then(|text| text.parse().ok());
+                let number: u64 = number.ok_or_else(|| {
+                    count.fault(Kind::WrongType, format!("{} is no number of elements", count.quoted()))
+                })?;
+                let (name, place) = (name.text.to_vec(), word.place);
+                elements.push(Element { name, count: number, properties: Vec::new(), place });
+            }
+            b"property" => {
+                let mut next = text.expected("a type")?;
+                let scalar = |text: &mut Text<'_>| -> Result<Scalar, Fault> {
+                    let word = text.expected("a type")?;
+                    Scalar::named(word.text)
+                        .ok_or_else(|| word.fault(Kind::Unsupported, format!("{} is no type", word.quoted())))
+                };
+                let (length, of) = if next.text == b"list" {
+                    (Some(scalar(text)?), scalar(text)?)
+                } else {
+                    let of = Scalar::named(next.text);
+                    (None, of.ok_or_else(|| next.fault(Kind::Unsupported, format!("{} is no type", next.quoted())))?)
+                };
+                next = text.expected("the name of a property")?;
+                let element = elements.last_mut();
+                let element =
+                    element.ok_or_else(|| word.fault(Kind::Invalid, "a property before any element".into()))?;
+                element.properties.push(Property { name: next.text.to_vec(), length, scalar: of });
+            }
+            b"end_header" => {
+                text.next_line();
+                let missing = || Fault::new("", Kind::MissingKey, "the header does not say the format").at(word.place);
+                return Ok((encoding.ok_or_else(missing)?, elements));
+            }
+            _ => return Err(word.fault(Kind::Invalid, format!("{} is no word of a header", word.quoted()))),
+        }
+    }
+    Err(Fault::new("", Kind::OutOfBounds, "the header does not end").at(text.place()))
+}
+
+/// What a property of a vertex is.
+#[derive(Debug, Clone, Copy)]
+enum Meaning {
+    Position(usize),
+    Normal(usize),
+    Uv(usize),
+    Color(usize),
+}
+
+impl Meaning {
+    fn of(name: &[u8]) -> Option<Self> {
+        Some(match name {
+            b"x" => Self::Position(0),
+            b"y" => Self::Position(1),
+            b"z" => Self::Position(2),
+            b"nx" => Self::Normal(0),
+            b"ny" => Self::Normal(1),
+            b"nz" => Self::Normal(2),
+            b"u" | b"s" | b"texture_u" => Self::Uv(0),
+            b"v" | b"t" | b"texture_v" => Self::Uv(1),
+            b"red" | b"r" | b"diffuse_red" => Self::Color(0),
+            b"green" | b"g" | b"diffuse_green" => Self::Color(1),
+            b"blue" | b"b" | b"diffuse_blue" => Self::Color(2),
+            b"alpha" | b"a" => Self::Color(3),
+            _ => return None,
+        })
+    }
+}
+
+#[derive(Default)]
+struct Reader {
+    geometry: Geometry,
+    has_vertices: bool,
+    budget: Budget,
+    work: u64,
+}
+
+impl Reader {
+    fn elements(&mut self, element: &Element, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+        match element.name.as_slice() {
+            b"vertex" => self.vertices(element, numbers),
+            b"face" | b"tristrips" => self.faces(element, numbers),
+            _ => {
+                for i in 0..element.count {
+                    pause(i)?;
+                    for property in &element.properties {
+                        skip(property, numbers)?;
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn vertices(&mut self, element: &Element, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+        let meanings: Vec<_> = element.properties.iter().map(|property| Meaning::of(&property.name)).collect();
+        let has = |wanted: fn(&Meaning) -> bool| meanings.iter().flatten().filter(|meaning| wanted(meaning)).count();
+        if has(|meaning| matches!(meaning, Meaning::Position(_))) < 3 {
+            let detail = "vertices need the properties x, y and z";
+            return Err(Fault::new("", Kind::MissingKey, detail).at(element.place));
+        }
+        let has_normals = has(|meaning| matches!(meaning, Meaning::Normal(_))) >= 3;
+        let has_uvs = has(|meaning| matches!(meaning, Meaning::Uv(_))) >= 2;
+        let has_colors = has(|meaning| matches!(meaning, Meaning::Color(_))) >= 3;
+        self.budget.take(element.count, 96)?;
+        let (mut points, mut normals) = (Vec::new(), Vec::new());
+        let (mut uvs, mut colors) = (Vec::new(), Vec::new());
+        for i in 0..element.count {
+            pause(i)?;
+            let (mut point, mut normal, mut uv, mut color) = ([0.0; 3], [0.0; 3], [0.0; 2], [1.0; 4]);
+            for (property, meaning) in element.properties.iter().zip(&meanings) {
+                let Some(meaning) = meaning.filter(|_| property.length.is_none()) else {
+                    skip(property, numbers)?;
+                    continue;
+                };
+                let number = numbers.next(property.scalar)?;
+                let most = match property.scalar {
+                    Scalar::U8 => 255.0,
+                    Scalar::U16 => 65_535.0,
+                    _ => 1.0,
+                };
+                match meaning {
+                    Meaning::Position(c) => point[c] = number,
+                    Meaning::Normal(c) => normal[c] = number,
+                    // The origin is the lower left corner here.
+                    Meaning::Uv(c) => uv[c] = if c == 1 { 1.0 - number } else { number },
+                    Meaning::Color(3) => color[3] = (number / most).clamp(0.0, 1.0),
+                    Meaning::Color(c) => color[c] = math::srgb_to_linear((number / most).clamp(0.0, 1.0)),
+                }
+            }
+            points.push(point);
+            normals.extend(has_normals.then_some(normal));
+            uvs.extend(has_uvs.then_some(uv));
+            colors.extend(has_colors.then_some(color));
+        }
+        self.geometry.positions = points;
+        self.geometry.normals = has_normals.then_some(normals);
+        self.geometry.uvs[0] = has_uvs.then_some(uvs);
+        self.geometry.colors = has_colors.then_some(colors);
+        self.has_vertices = true;
+        Ok(())
+    }
+
+    fn faces(&mut self, element: &Element, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+        if !self.has_vertices {
+            let detail = "vertices come before faces";
+            return Err(Fault::new("", Kind::Invalid, detail).at(element.place));
+        }
+        let mut corners = Vec::new();
+        for i in 0..element.count {
+            pause(i)?;
+            for property in &element.properties {
+                let is_list = matches!(property.name.as_slice(), b"vertex_indices" | b"vertex_index");
+                let Some(length) = property.length.filter(|_| is_list) else {
+                    skip(property, numbers)?;
+                    continue;
+                };
+                let place = numbers.place();
+                let count = numbers.next(length)?;
+                if count < 0.0 || count > numbers.left() as f64 {
+                    let detail = format!("a list of {count} numbers does not fit into the rest of the file");
+                    return Err(Fault::new("", Kind::OutOfBounds, detail).at(place));
+                }
+                corners.clear();
+                for _ in 0..count as usize {
+                    let place = numbers.place();
+                    let index = numbers.next(property.scalar)?;
+                    let is_known = index >= 0.0 && index < self.geometry.positions.len() as f64 && index % 1.0 == 0.0;
+                    // -1 ends a strip.
+                    if !is_known && !(index == -1.0 && element.name == b"tristrips") {
+                        let detail = format!("{index} is no vertex: there are {}", self.geometry.positions.len());
+                        return Err(Fault::new("", Kind::UnknownReference, detail).at(place));
+                    }
+                    corners.push(if is_known { index as u32 } else { u32::MAX });
+                }
+                if element.name == b"tristrips" {
+                    self.strips(&corners)?;
+                } else {
+                    self.polygon(&corners).map_err(|fault| fault.at(place))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn strips(&mut self, corners: &[u32]) -> Result<(), Fault> {
+        self.budget.take(corners.len() as u64, 12)?;
+        for strip in corners.split(|corner| *corner == u32::MAX) {
+            let triangles =
+                (0..strip.len().saturating_sub(2)).map(|i| [i, i + 1 + i % 2, i + 2 - i % 2].map(|at| strip[at]));
+            self.geometry.triangles.extend(triangles.filter(|[a, b, c]| a != b && b != c && c != a));
+        }
+        Ok(())
+    }
+
+    fn polygon(&mut self, corners: &[u32]) -> Result<(), Fault> {
+        let count = corners.len();
+        if count > CORNERS {
+            return Err(Fault::new(
+                "",
+                Kind::Limit,
+                format!("a face has more than {CORNERS} corners (polygon_vertices)"),
+            ));
+        }
+        self.budget.take(count as u64, 12)?;
+        let cut = match count {
+            0..3 => return Ok(()),
+            3 => vec![[0, 1, 2]],
+            _ => {
+                self.work += (count * count) as u64;
+                if self.work > POLYGON_WORK {
+                    return Err(Fault::new("", Kind::Limit, "the faces have too many corners (polygon_work)"));
+                }
+                let points: Vec<_> = corners.iter().map(|corner| self.geometry.positions[*corner as usize]).collect();
+                // Faces that are not flat enough are taken as fans.
+                triangulate(&points).unwrap_or_else(|| (2..count as u32).map(|i| [0, i - 1, i]).collect())
+            }
+        };
+        let triangles = cut.into_iter().map(|triangle| triangle.map(|i| corners[i as usize]));
+        self.geometry.triangles.extend(triangles.filter(|[a, b, c]| a != b && b != c && c != a));
+        Ok(())
+    }
+
+    fn into_model(mut self) -> Model {
+        let mut model = Model::default();
+        if self.geometry.triangles.is_empty() {
+            if !self.geometry.positions.is_empty() {
+                let detail = "they have no surface and are left out";
+                warn(&mut model.warnings, Subject::Skipped, "points", String::new(), detail);
+            }
+            return model;
+        }
+        let detail = "the file does not say which axis is up: up=z turns it";
+        warn(&mut model.warnings, Subject::Assumed, "up-y", String::new(), detail);
+        self.geometry.drop_unused();
+        self.geometry.mend_normals();
+        // Colours of vertices are the surface's own.
+        let grey = if self.geometry.colors.is_some() { 1.0 } else { 0.8 };
+        model.materials.push(ModelMaterial::plain(grey));
+        model.geometries.push(self.geometry);
+        let transforms = vec![DMat4::IDENTITY];
+        model.placements.push(Placement { geometry: 0, material: Some(0), name: None, transforms });
+        model
+    }
+}
+
+/// Looks now and then whether anybody still waits.
+fn pause(i: u64) -> Result<(), Fault> {
+    if i % 4_096 == 0 { worked(4_096 * 8) } else { Ok(()) }
+}
+
+fn skip(property: &Property, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+    let place = numbers.place();
+    let count = property.length.map_or(Ok(1.0), |length| numbers.next(length))?;
+    if count < 0.0 || count > numbers.left() as f64 {
+        let detail = format!("a list of {count} numbers does not fit into the rest of the file");
+        return Err(Fault::new("", Kind::OutOfBounds, detail).at(place));
+    }
+    for i in 0..count as u64 {
+        pause(i)?;
+        numbers.next(property.scalar)?;
+    }
+    Ok(())
+}

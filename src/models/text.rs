@@ -1,0 +1,145 @@
+//! Words of text formats that go by lines, each with its place.
+
+use super::fault::{Fault, Kind, Place};
+
+/// A word.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Word<'a> {
+    pub(super) text: &'a [u8],
+    pub(super) place: Place,
+}
+
+impl Word<'_> {
+    /// For messages: in quotes, and no longer than a line.
+    pub(super) fn quoted(&self) -> String {
+        const LONGEST: usize = 40;
+        let shown = &self.text[..self.text.len().min(LONGEST)];
+        let rest = if shown.len() < self.text.len() { "..." } else { "" };
+        format!("\"{}{rest}\"", shown.escape_ascii())
+    }
+
+    /// Its value, which is finite.
+    pub(super) fn number(&self) -> Result<f64, Fault> {
+        let number = fast_float2::parse(self.text).ok().filter(|number: &f64| number.is_finite());
+        number.ok_or_else(|| self.fault(Kind::WrongType, format!("expected a number, found {}", self.quoted())))
+    }
+
+    /// A fault at its place.
+    pub(super) fn fault(&self, kind: Kind, detail: String) -> Fault {
+        Fault::new("", kind, detail).at(self.place)
+    }
+}
+
+/// A text, read word by word within lines. `#` starts a comment; a line that ends with `\` goes on in the next one.
+#[derive(Debug)]
+pub(super) struct Text<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: u32,
+    line_start: usize,
+}
+
+impl<'a> Text<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        Self { bytes, at: 0, line: 1, line_start: 0 }
+    }
+
+    /// Where the next byte is.
+    pub(super) fn place(&self) -> Place {
+        Place::Line(self.line, u32::try_from(self.at - self.line_start + 1).unwrap_or(u32::MAX))
+    }
+
+    /// The bytes that are left.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
+    /// The next word of this line.
+    pub(super) fn word(&mut self) -> Option<Word<'a>> {
+        self.skip_spaces();
+        let place = self.place();
+        let start = self.at;
+        while self.bytes.get(self.at).is_some_and(|byte| !byte.is_ascii_whitespace() && *byte != b'#') {
+            self.at += 1;
+        }
+        let text = &self.bytes[start..self.at];
+        (!text.is_empty()).then_some(Word { text, place })
+    }
+
+    /// The next word of this line, which has to be there.
+    pub(super) fn expected(&mut self, what: &str) -> Result<Word<'a>, Fault> {
+        self.word().ok_or_else(|| Fault::new("", Kind::Invalid, format!("expected {what}")).at(self.place()))
+    }
+
+    /// The next number of this line, which has to be there.
+    pub(super) fn number(&mut self) -> Result<f64, Fault> {
+        self.expected("a number")?.number()
+    }
+
+    pub(super) fn numbers<const N: usize>(&mut self) -> Result<[f64; N], Fault> {
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            *number = self.number()?;
+        }
+        Ok(numbers)
+    }
+
+    /// The next word of any line.
+    pub(super) fn any_word(&mut self) -> Option<Word<'a>> {
+        loop {
+            if let Some(word) = self.word() {
+                return Some(word);
+            }
+            if !self.next_line() {
+                return None;
+            }
+        }
+    }
+
+    /// The rest of this line as it is written, for names with spaces.
+    pub(super) fn name(&mut self) -> String {
+        self.skip_spaces();
+        let rest = &self.bytes[self.at..];
+        let end = rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
+        self.at += end;
+        String::from_utf8_lossy(rest[..end].trim_ascii_end()).into_owned()
+    }
+
+    /// Goes to the next line; false at the end of the text.
+    pub(super) fn next_line(&mut self) -> bool {
+        while let Some(&byte) = self.bytes.get(self.at) {
+            self.at += 1;
+            let is_end = byte == b'\n' || (byte == b'\r' && self.bytes.get(self.at) != Some(&b'\n'));
+            if is_end {
+                self.line = self.line.saturating_add(1);
+                self.line_start = self.at;
+                return true;
+            }
+        }
+        false
+    }
+
+    fn skip_spaces(&mut self) {
+        loop {
+            match self.bytes.get(self.at) {
+                Some(b' ' | b'\t' | 0x0b | 0x0c) => self.at += 1,
+                Some(b'\r') if self.bytes.get(self.at + 1) != Some(&b'\n') => return,
+                Some(b'#') => {
+                    let rest = &self.bytes[self.at..];
+                    self.at += rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
+                    return;
+                }
+                Some(b'\\') if self.continues() => drop(self.next_line()),
+                _ => return,
+            }
+        }
+    }
+
+    /// Whether nothing but the end of the line follows.
+    fn continues(&self) -> bool {
+        let rest = &self.bytes[self.at + 1..];
+        let end = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
+        rest[..end].iter().all(u8::is_ascii_whitespace)
+    }
+}

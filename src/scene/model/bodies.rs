@@ -1,0 +1,79 @@
+//! Placed triangles as objects: what stands in one place is a mesh of the scene itself, what stands in several is an instance.
+
+use crate::models::{Geometry, Model};
+use crate::scene::description::{Instance, Mesh, Object, Transform};
+use crate::scene::limits::NAME_BYTES;
+use crate::scene::named::Named;
+use glam::DMat4;
+
+/// Definitions and objects. `names` are those of the materials in the scene.
+pub(super) fn objects(model: &mut Model, names: &[String]) -> (Named<Vec<Object>>, Vec<Object>) {
+    let (mut definitions, mut objects) = (Named::default(), Vec::new());
+    let mut uses = vec![0_usize; model.geometries.len()];
+    model.placements.iter().for_each(|placement| uses[placement.geometry] += 1);
+    for placement in std::mem::take(&mut model.placements) {
+        uses[placement.geometry] -= 1;
+        let geometry = &mut model.geometries[placement.geometry];
+        // The last that needs it takes it.
+        let own = if uses[placement.geometry] == 0 { std::mem::take(geometry) } else { geometry.clone() };
+        let material = placement.material.or(Some(names.len() - 1)).map(|index| names[index].clone());
+        let name = placement.name.as_deref().map(shortened);
+        if let [only] = placement.transforms.as_slice() {
+            // Its triangles are in the hierarchy of the scene: one level less for every ray.
+            let moved = if *only == DMat4::IDENTITY { own } else { baked(&own, only) };
+            objects.push(Object::Mesh(Box::new(mesh(moved, material, name))));
+            continue;
+        }
+        let definition = format!("mesh {}", definitions.len());
+        definitions.insert(definition.clone(), vec![Object::Mesh(Box::new(mesh(own, material, name)))]);
+        objects.extend(placement.transforms.iter().map(|matrix| {
+            let transform = Transform { matrix: Some(matrix.to_cols_array()), ..Transform::default() };
+            Object::Instance(Box::new(Instance { of: definition.clone(), transform, motion: None, name: None }))
+        }));
+    }
+    (definitions, objects)
+}
+
+/// Geometry where a matrix puts it. A mirroring one turns the triangles, so that their fronts stay outside.
+fn baked(geometry: &Geometry, matrix: &DMat4) -> Geometry {
+    let mut baked = geometry.moved(|_| *matrix);
+    if matrix.determinant() < 0.0 {
+        baked.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
+    }
+    baked
+}
+
+fn mesh(geometry: Geometry, material: Option<String>, name: Option<String>) -> Mesh {
+    // The origin of a scene's coordinates is the lower left corner of the picture.
+    let flipped = |uvs: Option<Vec<[f64; 2]>>| {
+        uvs.map(|mut uvs| {
+            uvs.iter_mut().for_each(|uv| uv[1] = 1.0 - uv[1]);
+            uvs
+        })
+    };
+    let Geometry { positions, triangles, normals, uvs: [uvs, uvs1], colors, .. } = geometry;
+    let colors = colors.map(|mut colors| {
+        colors.iter_mut().flatten().for_each(|channel| *channel = channel.clamp(0.0, 1.0));
+        colors
+    });
+    Mesh {
+        vertices: positions,
+        faces: triangles,
+        normals,
+        uvs: flipped(uvs),
+        uvs1: flipped(uvs1),
+        colors,
+        material,
+        name,
+        hollow: false,
+    }
+}
+
+/// A name, cut where scenes allow no more of it.
+pub(super) fn shortened(name: &str) -> String {
+    let mut end = name.len().min(NAME_BYTES.max as usize);
+    while !name.is_char_boundary(end) {
+        end -= 1;
+    }
+    name[..end].to_owned()
+}

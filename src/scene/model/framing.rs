@@ -1,0 +1,203 @@
+//! Where the camera stands: as near as possible with every vertex inside of the picture and air around it.
+//!
+//! A vertex is inside if it is on the inner side of four planes through the eye. Each plane only shifts as the eye moves along
+//! the view, so the extreme vertex in the direction of each decides, and one pass over the vertices finds the place exactly, for
+//! any shape of the picture.
+
+use super::view::View;
+use crate::math;
+use crate::models::{Model, ModelCamera, Projection};
+use crate::scene::description::{Camera, OrthographicCamera, PinholeCamera};
+use glam::{DMat4, DVec3};
+use std::f64::consts::PI;
+
+/// Full vertical angle of view in degrees, as model-viewer has it.
+const VERTICAL: f64 = 30.0;
+/// The part of the picture that the model may fill: 5 % are left at each edge.
+const FILLED: f64 = 0.9;
+/// Vertices, as they are placed, that are looked at one by one; of more the boxes around them are.
+const VERTICES: u64 = 50_000_000;
+
+/// What is to the right, up and back of a camera.
+struct Axes {
+    right: DVec3,
+    up: DVec3,
+    back: DVec3,
+}
+
+impl Axes {
+    fn of(view: View) -> Self {
+        let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = (turned(view.theta), turned(view.phi));
+        let back = DVec3::new(sin_phi * sin_theta, cos_phi, sin_phi * cos_theta);
+        let right = DVec3::new(cos_theta, 0.0, -sin_theta);
+        Self { right, up: back.cross(right), back }
+    }
+}
+
+/// Sine and cosine of an angle in degrees; those of right angles are exact.
+fn turned(degrees: f64) -> (f64, f64) {
+    match degrees.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        _ => math::sin_cos(degrees * PI / 180.0),
+    }
+}
+
+/// The largest and the smallest value of some linear functions over all vertices.
+struct Extremes<const N: usize> {
+    directions: [DVec3; N],
+    most: [f64; N],
+}
+
+impl<const N: usize> Extremes<N> {
+    fn of(model: &Model, directions: [DVec3; N]) -> Self {
+        let mut extremes = Self { directions, most: [f64::NEG_INFINITY; N] };
+        let vertices = |placed: &crate::models::Placement| {
+            model.geometries[placed.geometry].positions.len() as u64 * placed.transforms.len() as u64
+        };
+        let is_many = model.placements.iter().map(vertices).sum::<u64>() > VERTICES;
+        for placement in &model.placements {
+            let positions = &model.geometries[placement.geometry].positions;
+            let boxed = is_many.then(|| corners(positions));
+            let points = boxed.as_deref().unwrap_or(positions);
+            for matrix in &placement.transforms {
+                extremes.add(points, matrix);
+            }
+        }
+        extremes
+    }
+
+    fn add(&mut self, points: &[[f64; 3]], matrix: &DMat4) {
+        // A plane in the model is one in the geometry.
+        for (direction, most) in self.directions.iter().zip(&mut self.most) {
+            let inside = matrix.transpose().transform_vector3(*direction);
+            let shift = direction.dot(matrix.w_axis.truncate());
+            let farthest =
+                points.iter().map(|point| inside.dot(DVec3::from_array(*point))).fold(f64::NEG_INFINITY, f64::max);
+            *most = most.max(farthest + shift);
+        }
+    }
+}
+
+/// The corners of the box around points.
+pub(super) fn corners(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for point in points {
+        for c in 0..3 {
+            low[c] = low[c].min(point[c]);
+            high[c] = high[c].max(point[c]);
+        }
+    }
+    (0..8).map(|i| [0, 1, 2].map(|c| if i >> c & 1 == 0 { low[c] } else { high[c] })).collect()
+}
+
+/// A camera that sees all of the model.
+pub(super) fn framed(model: &Model, view: View, aspect: f64) -> Camera {
+    let Axes { right, up, back } = Axes::of(view);
+    let tall = math::tan(VERTICAL / 2.0 * PI / 180.0) * FILLED;
+    let wide = tall * aspect;
+    // A vertex (x, y, z) is seen from (ex, ey, ez) if x - ex <= wide (ez - z), and so on.
+    let Extremes { most, .. } = Extremes::of(
+        model,
+        [right + back * wide, back * wide - right, up + back * tall, back * tall - up, back, -back],
+    );
+    let [east, west, north, south, near, far] = most;
+    let (x, y) = ((east - west) / 2.0, (north - south) / 2.0);
+    let least = ((east + west) / (2.0 * wide)).max((north + south) / (2.0 * tall));
+    // A flat model that is seen from its edge has no extent across.
+    let depth = near + far;
+    let extent = depth.max(east + west).max(north + south).max(1e-6);
+    let distance = least.max(near + 1e-3 * extent);
+    let eye = right * x + up * y + back * distance;
+    let middle = (near - far) / 2.0;
+    let look_at = eye - back * (distance - middle);
+    Camera::Pinhole(PinholeCamera {
+        up: upright(view, up).to_array(),
+        vfov_deg: VERTICAL,
+        ..PinholeCamera::looking(eye.to_array(), look_at.to_array())
+    })
+}
+
+/// +y, but where the camera looks along it.
+fn upright(view: View, up: DVec3) -> DVec3 {
+    if view.phi > 0.01 && view.phi < 179.99 { DVec3::Y } else { up }
+}
+
+/// A camera of the file.
+pub(super) fn of_file(camera: &ModelCamera, model: &Model) -> Camera {
+    let matrix = camera.placed;
+    let eye = matrix.w_axis.truncate();
+    let back = matrix.transform_vector3(DVec3::Z).try_normalize().unwrap_or(DVec3::Z);
+    let up = matrix.transform_vector3(DVec3::Y).try_normalize().unwrap_or(DVec3::Y);
+    // What is in focus is as far as the middle of the model.
+    let Extremes { most: [near, far], .. } = Extremes::of(model, [back, -back]);
+    let distance = (back.dot(eye) - (near - far) / 2.0).max(1e-3 * (near + far).max(1e-6));
+    let look_at = (eye - back * distance).to_array();
+    match camera.projection {
+        Projection::Perspective { vertical } => Camera::Pinhole(PinholeCamera {
+            up: up.to_array(),
+            vfov_deg: (vertical * 180.0 / PI).clamp(0.1, 179.0),
+            ..PinholeCamera::looking(eye.to_array(), look_at)
+        }),
+        Projection::Orthographic { height } => {
+            Camera::Orthographic(OrthographicCamera { eye: eye.to_array(), look_at, up: up.to_array(), height })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::{Geometry, Placement};
+
+    fn model(positions: Vec<[f64; 3]>) -> Model {
+        let geometry = Geometry { positions, triangles: vec![[0, 1, 2]], ..Geometry::default() };
+        let placement = Placement { geometry: 0, material: None, name: None, transforms: vec![DMat4::IDENTITY] };
+        Model { geometries: vec![geometry], placements: vec![placement], ..Model::default() }
+    }
+
+    /// Where points are in the picture, from -1 to 1.
+    fn seen(camera: &PinholeCamera, aspect: f64, points: &[[f64; 3]]) -> Vec<[f64; 2]> {
+        let [eye, look_at, up] = [camera.eye, camera.look_at, camera.up].map(DVec3::from_array);
+        let back = (eye - look_at).normalize();
+        let right = up.cross(back).normalize();
+        let tall = math::tan(camera.vfov_deg / 2.0 * PI / 180.0);
+        let place = |point: &[f64; 3]| {
+            let way = DVec3::from_array(*point) - eye;
+            let depth = -way.dot(back);
+            [way.dot(right) / (depth * tall * aspect), way.dot(back.cross(right)) / (depth * tall)]
+        };
+        points.iter().map(place).collect()
+    }
+
+    #[test]
+    fn every_vertex_is_inside_and_some_touch_the_margin() {
+        let points: Vec<_> =
+            (0..40).map(|i| [f64::from(i * 7 % 11), f64::from(i * 5 % 13) * 3.0, f64::from(i % 4)]).collect();
+        let model = model(points.clone());
+        for (view, aspect) in
+            [("three_quarter", 1.0), ("top", 2.0), ("left", 0.25), ("-77,120", 16.0 / 9.0), ("bottom", 1.0)]
+        {
+            let Camera::Pinhole(camera) = framed(&model, view.parse().unwrap(), aspect) else { panic!("a pinhole") };
+            let seen = seen(&camera, aspect, &points);
+            let most = seen.iter().flatten().fold(0.0_f64, |most, at| most.max(at.abs()));
+            assert!((most - FILLED).abs() < 1e-9, "{view}: {most}");
+            // It cannot be nearer: both edges of one direction are touched.
+            let touched = |c: usize| {
+                let ends =
+                    seen.iter().map(|at| at[c]).fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+                (ends.0 + FILLED).abs() < 1e-9 && (ends.1 - FILLED).abs() < 1e-9
+            };
+            assert!(touched(0) || touched(1), "{view}");
+        }
+    }
+
+    #[test]
+    fn a_flat_model_seen_from_its_edge_is_in_front_of_the_camera() {
+        let model = model(vec![[0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]]);
+        let Camera::Pinhole(camera) = framed(&model, "front".parse().unwrap(), 1.0) else { panic!("a pinhole") };
+        assert!(camera.eye[2] > 2.0 && camera.look_at[2] == 1.0, "{camera:?}");
+    }
+}

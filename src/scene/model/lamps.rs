@@ -1,0 +1,100 @@
+//! Lights on a model: those of its file, or the studio's key light.
+
+use super::studio::surroundings;
+use super::{LightChoice, ModelOptions};
+use crate::math::Rgb;
+use crate::models::{Lamp, LampKind, Model, Subject, Warning};
+use crate::scene::description::{
+    AngularArea, Camera, Color, DirectionalLight, Environment, Falloff, Light, PointLight, SpotLight,
+};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Intensity of the studio beside its key light: together white shows about 0.8 to the camera.
+const BESIDE_KEY: f64 = 0.8;
+/// Intensity of the studio beside the lamps of a file.
+const BESIDE_LAMPS: f64 = 0.5;
+
+/// What lights a model.
+pub(super) struct LitBy {
+    pub(super) lights: Vec<Light>,
+    pub(super) surroundings: Option<Environment>,
+    /// Whether the key light is the studio's, which casts a shadow on the floor.
+    pub(super) is_studio: bool,
+}
+
+/// The lights of the scene. The radiance of a white surface is a light's illuminance divided by pi.
+pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera) -> LitBy {
+    let choice = options.light.unwrap_or_default();
+    let has_lamps = !model.lamps.is_empty();
+    let own = choice != LightChoice::Studio && (has_lamps || choice == LightChoice::File);
+    if !own {
+        return LitBy {
+            lights: vec![key(camera)],
+            surroundings: Some(surroundings(camera, BESIDE_KEY)),
+            is_studio: true,
+        };
+    }
+    let lamps = std::mem::take(&mut model.lamps);
+    for (what, detail, is) in [
+        (
+            "light-range",
+            "lights fade with the square of the distance, also where the file lets them end",
+            lamps.iter().any(|lamp| lamp.range.is_some()),
+        ),
+        (
+            "spot-edge",
+            "the light of a spot falls to its edge along another curve than the file's",
+            lamps.iter().any(|lamp| matches!(lamp.kind, LampKind::Spot { .. })),
+        ),
+    ] {
+        if is {
+            let (subject, detail, pointer) = (Subject::Approximated, detail.to_owned(), String::new());
+            model.warnings.push(Warning { subject, what, detail, pointer });
+        }
+    }
+    let surroundings = (choice == LightChoice::Auto).then(|| surroundings(camera, BESIDE_LAMPS));
+    LitBy { lights: lamps.iter().map(light).collect(), surroundings, is_studio: false }
+}
+
+fn light(lamp: &Lamp) -> Light {
+    let color = Color(Rgb::from_array(lamp.color));
+    let (intensity, falloff) = (lamp.intensity / PI, Falloff::InverseSquare);
+    let position = lamp.placed.w_axis.truncate().to_array();
+    let along = lamp.placed.transform_vector3(DVec3::NEG_Z).try_normalize().unwrap_or(DVec3::NEG_Z);
+    let direction = along.to_array();
+    match lamp.kind {
+        LampKind::Directional => Light::Directional(DirectionalLight { direction, color, intensity, area: None }),
+        LampKind::Point => Light::Point(PointLight { position, color, intensity, falloff, area: None }),
+        LampKind::Spot { inner, outer } => {
+            let degrees = |angle: f64| (angle * 180.0 / PI).min(90.0);
+            Light::Spot(SpotLight {
+                position,
+                direction,
+                inner_deg: degrees(inner),
+                outer_deg: degrees(outer),
+                color,
+                intensity,
+                falloff,
+                area: None,
+            })
+        }
+    }
+}
+
+/// A light from the upper left of the camera.
+fn key(camera: &Camera) -> Light {
+    let view = camera.view();
+    let [eye, look_at, up] = [view.eye, view.look_at, view.up].map(DVec3::from_array);
+    let back = (eye - look_at).try_normalize().unwrap_or(DVec3::Z);
+    let right = up.cross(back).try_normalize().unwrap_or(DVec3::X);
+    let over = back.cross(right);
+    let to_light = -0.5 * right + 0.8 * over + 0.6 * back;
+    let direction = (-to_light).to_array();
+    Light::Directional(DirectionalLight {
+        direction,
+        color: Color::WHITE,
+        intensity: 0.35,
+        area: Some(AngularArea { angle_deg: 12.0 }),
+    })
+}

@@ -1,0 +1,204 @@
+//! Materials of a model in the form `pbr` of scenes, which has the words of glTF.
+
+use super::bodies::shortened;
+use crate::models::{Alpha, Channel, Geometry, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
+use crate::scene::description::{self as d, AlphaMode, Color, Material, Pbr, TexelChannel, Textured, Wraps};
+use crate::scene::named::Named;
+use data_encoding::BASE64;
+use glam::DVec3;
+use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
+
+/// Materials by name, and the name of each of the model's. The last is that of what has none.
+pub(super) fn materials(model: &mut Model, warnings: &mut Vec<Warning>) -> (Named<Material>, Vec<String>) {
+    let open = open_volumes(model, warnings);
+    let sources: Vec<String> = std::mem::take(&mut model.pictures).iter().map(source).collect();
+    let has_default = model.placements.iter().any(|placement| placement.material.is_none());
+    let mut named = Named::default();
+    let mut names = Vec::new();
+    let fallback = has_default.then(ModelMaterial::new);
+    for (index, material) in model.materials.iter().chain(&fallback).enumerate() {
+        let name = free_name(&named, material.name.as_deref().unwrap_or("material"));
+        let pbr = Some(Box::new(pbr(material, &sources, open.contains(&index))));
+        named.insert(name.clone(), Material { pbr, ..Material::default() });
+        names.push(name);
+    }
+    note(model, warnings);
+    (named, names)
+}
+
+/// A name that no other material has.
+pub(super) fn free_name(named: &Named<Material>, wanted: &str) -> String {
+    let wanted = shortened(if wanted.is_empty() { "material" } else { wanted });
+    if !named.contains_key(&wanted) {
+        return wanted;
+    }
+    let stem: String = wanted.chars().take(50).collect();
+    let mut number = named.len();
+    loop {
+        let name = format!("{stem} {number}");
+        if !named.contains_key(&name) {
+            return name;
+        }
+        number += 1;
+    }
+}
+
+/// A picture inside of the scene, so that the scene is whole, and its id says what is in it.
+fn source(picture: &Picture) -> String {
+    let media_type = match picture.bytes.as_slice() {
+        [0xff, ..] => "image/jpeg",
+        [b'R', ..] => "image/webp",
+        _ => "image/png",
+    };
+    format!("data:{media_type};base64,{}", BASE64.encode(&picture.bytes))
+}
+
+fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
+    let number =
+        |channel: &Channel<f64>, texel| of_number(channel.factor.clamp(0.0, 1.0), channel.texture, texel, sources);
+    let color = |factor: [f64; 3], texture: Option<Texture>| {
+        let factor = Color(DVec3::from_array(factor.map(|channel| channel.max(0.0))));
+        match texture {
+            Some(texture) => d::Channel::Textured(Box::new(textured(factor, texture, None, sources))),
+            None => d::Channel::Value(factor),
+        }
+    };
+    let within = |factor: [f64; 3]| factor.map(|channel| channel.clamp(0.0, 1.0));
+    let map = |(texture, factor): (Texture, f64)| Box::new(textured(factor, texture, None, sources));
+    let transmits = material.transmission.factor > 0.0;
+    let coat = material.clearcoat.as_ref();
+    Pbr {
+        base_color: color(within(material.base_color.factor), material.base_color.texture),
+        metallic: number(&material.metallic, TexelChannel::B),
+        roughness: number(&material.roughness, TexelChannel::G),
+        normal: material.normal.map(map),
+        occlusion: material.occlusion.map(|(texture, strength)| map((texture, strength.clamp(0.0, 1.0)))),
+        emissive: color(material.emissive.factor, material.emissive.texture),
+        opacity: opacity(material, sources),
+        transmission: number(&material.transmission, TexelChannel::R),
+        thin: transmits && (!material.has_volume || is_open),
+        ior: material.ior.clamp(1.0, 100.0),
+        specular: number(&material.specular, TexelChannel::A),
+        specular_color: color(within(material.specular_color.factor), material.specular_color.texture),
+        attenuation: material.attenuation.filter(|_| transmits).map(|attenuation| d::Attenuation {
+            color: Color(DVec3::from_array(attenuation.color.map(|channel| channel.clamp(1e-6, 1.0)))),
+            distance: attenuation.distance,
+        }),
+        dispersion: material.dispersion.min(4.0 / (material.ior - 1.0).max(1e-9)),
+        clearcoat: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.factor, TexelChannel::R)),
+        clearcoat_roughness: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.roughness, TexelChannel::G)),
+        unlit: material.unlit,
+        shadow_catcher: false,
+    }
+}
+
+fn of_number(factor: f64, texture: Option<Texture>, texel: TexelChannel, sources: &[String]) -> d::Channel<f64> {
+    match texture {
+        Some(texture) => d::Channel::Textured(Box::new(textured(factor, texture, Some(texel), sources))),
+        None => d::Channel::Value(factor),
+    }
+}
+
+/// Opacity is the alpha of the base colour.
+fn opacity(material: &ModelMaterial, sources: &[String]) -> Option<Box<d::Opacity>> {
+    let (mode, cutoff) = match material.alpha {
+        Alpha::Opaque => return None,
+        Alpha::Mask(cutoff) => (AlphaMode::Mask, cutoff.clamp(0.0, 1.0)),
+        Alpha::Blend => (AlphaMode::Blend, 0.5),
+    };
+    let alpha = of_number(material.opacity.clamp(0.0, 1.0), material.base_color.texture, TexelChannel::A, sources);
+    Some(Box::new(d::Opacity { alpha, mode, cutoff }))
+}
+
+fn textured<T: d::Factor>(
+    factor: T,
+    texture: Texture,
+    channel: Option<TexelChannel>,
+    sources: &[String],
+) -> Textured<T> {
+    let transform = texture.transform.map_or_else(d::UvTransform::default, |it| d::UvTransform {
+        offset: it.offset,
+        rotate_deg: (it.rotation * 180.0 / PI) % 360.0,
+        scale: it.scale,
+    });
+    let wrap = texture.wrap.map(|wrap| match wrap {
+        Wrap::Repeat => d::Wrap::Repeat,
+        Wrap::Clamp => d::Wrap::Clamp,
+        Wrap::Mirror => d::Wrap::Mirror,
+    });
+    let wrap = if wrap[0] == wrap[1] { Wraps::Both(wrap[0]) } else { Wraps::Each(wrap) };
+    Textured { factor, image: sources[texture.picture].clone(), channel, uv: texture.uv as u32, transform, wrap }
+}
+
+/// Materials that bend light, but whose surfaces do not close. They are taken as thin sheets.
+fn open_volumes(model: &Model, warnings: &mut Vec<Warning>) -> HashSet<usize> {
+    let mut open = HashSet::new();
+    for placement in &model.placements {
+        let Some(index) = placement.material.filter(|index| !open.contains(index)) else { continue };
+        let material = &model.materials[index];
+        let bends = material.has_volume && material.transmission.factor > 0.0;
+        if bends && !is_closed(&model.geometries[placement.geometry]) {
+            open.insert(index);
+        }
+    }
+    if !open.is_empty() {
+        let detail = "glass whose surface is not closed is taken as a thin sheet, which bends no light";
+        warnings.push(warning(Subject::Approximated, "open-volume", detail));
+    }
+    open
+}
+
+/// Whether each edge is there once in each direction. Vertices at one place are one, whatever else they have.
+fn is_closed(geometry: &Geometry) -> bool {
+    let mut places = HashMap::new();
+    let place = |point: &[f64; 3]| point.map(|number| (number + 0.0).to_bits());
+    let ids: Vec<u32> = geometry
+        .positions
+        .iter()
+        .map(|point| {
+            let next = places.len() as u32;
+            *places.entry(place(point)).or_insert(next)
+        })
+        .collect();
+    let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
+    for triangle in &geometry.triangles {
+        let [a, b, c] = triangle.map(|i| ids[i as usize]);
+        if a == b || b == c || c == a {
+            continue;
+        }
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let (edge, step) = if from < to { ((from, to), 1) } else { ((to, from), -1) };
+            *edges.entry(edge).or_default() += step;
+        }
+    }
+    edges.values().all(|sum| *sum == 0)
+}
+
+fn warning(subject: Subject, what: &'static str, detail: &str) -> Warning {
+    Warning { subject, what, detail: detail.to_owned(), pointer: String::new() }
+}
+
+/// Notes what scenes cannot say.
+fn note(model: &Model, warnings: &mut Vec<Warning>) {
+    let materials = &model.materials;
+    let any = |is: fn(&ModelMaterial) -> bool| materials.iter().any(is);
+    if any(|material| material.clearcoat.is_some_and(|coat| coat.normal.is_some())) {
+        let detail = "a clear coat follows the normals of the surface, not its own normal map";
+        warnings.push(warning(Subject::Approximated, "clearcoat-normal", detail));
+    }
+    if any(|material| material.textures().any(|texture| texture.nearest)) {
+        let detail = "enlarged pixels of pictures are filtered, not shown as squares";
+        warnings.push(warning(Subject::Approximated, "nearest", detail));
+    }
+    let brightest = |material: &ModelMaterial| material.emissive.factor.iter().copied().fold(0.0, f64::max);
+    if any(|material| material.emissive.factor.iter().any(|channel| *channel > 1.0)) {
+        let most = materials.iter().map(brightest).fold(0.0, f64::max);
+        let detail = format!("bodies that glow (up to {most:.1}) light nothing else");
+        warnings.push(warning(Subject::NotSimulated, "emissive-light", &detail));
+    }
+    if any(|material| material.specular_color.factor.iter().any(|channel| *channel > 1.0)) {
+        let detail = "the color of a dielectric's reflection is at most 1";
+        warnings.push(warning(Subject::Approximated, "specular-color", detail));
+    }
+}

@@ -1,0 +1,66 @@
+//! Faults of models as problems of scenes, with their places.
+
+use crate::models::{Fault, Faults, Kind, ModelFormat, Place, Subject, Warning, gltf};
+use crate::scene::Problems;
+use crate::scene::locate::{innermost, locate, place};
+use crate::scene::problem::{Code, Problem};
+
+/// The faults of a file, located in it.
+pub(super) fn located(format: ModelFormat, bytes: &[u8], Faults(faults): Faults) -> Problems {
+    let json = if format == ModelFormat::Gltf { gltf::json_of(bytes) } else { &[] };
+    let mut problems: Vec<Problem> = faults.into_iter().map(|fault| problem(json, fault)).collect();
+    if format == ModelFormat::Gltf {
+        // Those in the binary have no line.
+        let (mut in_json, in_binary): (Vec<_>, Vec<_>) =
+            problems.into_iter().partition(|problem| problem.offset.is_none());
+        locate(json, &mut in_json);
+        in_json.extend(in_binary);
+        problems = in_json;
+    }
+    Problems(problems)
+}
+
+fn problem(json: &[u8], fault: Fault) -> Problem {
+    let Fault { pointer, kind, detail, place: at } = fault;
+    let problem = Problem::new(pointer, code(kind), detail);
+    match at {
+        Place::Pointer => problem,
+        Place::Line(line, column) => Problem { line: Some(line), column: Some(column), ..problem },
+        Place::Offset(offset) => Problem { offset: Some(offset), ..problem },
+        Place::Json(offset) => {
+            let (line, column) = place(json, offset);
+            let found = innermost(json, offset);
+            // A value that ends where the fault is belongs to what is known of its pointer.
+            let pointer = if found.starts_with(&problem.pointer) { found } else { problem.pointer };
+            Problem { pointer, line: Some(line), column: Some(column), ..problem }
+        }
+    }
+}
+
+fn code(kind: Kind) -> Code {
+    match kind {
+        Kind::Invalid => Code::InvalidModel,
+        Kind::WrongType => Code::WrongType,
+        Kind::MissingKey => Code::MissingKey,
+        Kind::OutOfRange => Code::OutOfRange,
+        Kind::OutOfBounds => Code::OutOfBounds,
+        Kind::UnknownReference => Code::UnknownReference,
+        Kind::MissingPart => Code::MissingPart,
+        Kind::Cycle => Code::Cycle,
+        Kind::Degenerate => Code::Degenerate,
+        Kind::Limit => Code::Limit,
+        Kind::Unsupported => Code::Unsupported,
+        Kind::Cancelled => Code::Cancelled,
+    }
+}
+
+/// A warning as scenes have them. It has no pointer: that would be one into another file than the scene's.
+pub(super) fn of_warning(warning: Warning) -> Problem {
+    let code = match warning.subject {
+        Subject::NotSimulated => Code::NotSimulated,
+        Subject::Approximated => Code::Approximated,
+        Subject::Skipped => Code::Skipped,
+        Subject::Assumed => Code::Assumed,
+    };
+    Problem::new("", code, warning.to_string())
+}

@@ -1,0 +1,203 @@
+//! What surfaces of metallic-roughness materials do with light (glTF 2.0, appendix B): a diffuse lobe below, a GGX lobe over it,
+//! and a second GGX lobe of lacquer over both.
+//!
+//! Highlights of lights have a closed form, so they need no sample. Rays are followed where a lobe is so narrow that one ray
+//! stands for it; wider lobes are to see light from all around instead (`split_sum.rs`).
+
+use super::pbr::Parameters;
+use super::split_sum::reflected_share;
+use crate::lanes::{Lanes, Mask, Real, V3};
+
+/// The roughness up to which a mirror ray stands for the lobe of what is no metal: 0.3 codes off on average, and of metals 0.3
+/// codes up to half of it.
+pub const MIRROR: f64 = 0.1;
+
+/// Narrowest lobe that lights have a highlight in: that of roughness 0.03.
+const NARROWEST: f64 = 1.0 / 1024.0;
+
+/// Least cosine between the eye and a normal that is turned away from it.
+const EDGE_ON: f64 = 1e-4;
+
+/// Most that a surface that is seen by way of others reflects of a light, as a factor on what white would scatter: by far more
+/// than white even if only 4 % of it is seen. Without a limit nothing could be proved about rays that are not followed.
+pub const BRIGHTEST: f64 = 64.0;
+
+/// What the surfaces under a packet do with light.
+#[derive(Debug, Clone, Copy)]
+pub struct Lobes<L: Lanes> {
+    /// The lanes with such materials; others hold anything.
+    pub lanes: u32,
+    /// What is scattered below the mirroring surface.
+    diffuse: V3<L>,
+    /// Reflectance of the surface at normal incidence and along it.
+    f0: V3<L>,
+    f90: L,
+    /// The share that is missing below because the surface has reflected it, at normal incidence and along it.
+    lost: [L; 2],
+    /// Width of the facets' distribution.
+    width: L,
+    /// What the lacquer reflects, and its width.
+    coat: L,
+    coat_width: L,
+    /// The normal of the lacquer, which bumps do not tilt.
+    pub coat_ns: V3<L>,
+    /// What all light from around is multiplied with: what is scattered, and what wide lobes reflect.
+    pub ambient: V3<L>,
+    /// The share that is scattered of light from all around.
+    pub scattered: V3<L>,
+    /// The share of it that a wide lobe of the surface reflects.
+    pub blurred: V3<L>,
+    /// Roughness of the surface.
+    pub roughness: L,
+    /// The share that a wide lobe of the lacquer reflects.
+    pub coat_blurred: L,
+    /// Roughness of the lacquer.
+    pub coat_roughness: L,
+    /// The share of light from all around that arrives.
+    pub occlusion: L,
+    /// The lanes whose mirror ray is followed.
+    pub mirrored: u32,
+    /// Factor on Fresnel's reflectance of a dielectric.
+    pub reflection: V3<L>,
+    /// Reflectance of metal at normal incidence and along the surface.
+    pub metal: [V3<L>; 2],
+    /// What the lacquer mirrors.
+    pub coat_mirror: L,
+    /// The share that passes what the surface does not reflect, and its colour.
+    pub passing: L,
+    /// That share in colour.
+    pub transmission: V3<L>,
+    /// Emitted radiance.
+    pub emission: V3<L>,
+    /// How much of the surface is there.
+    pub opacity: L,
+}
+
+impl<L: Lanes> Lobes<L> {
+    /// The lobes of some lanes. `to_eye` is unit, `ns` the normal with bumps and `coat_ns` that without.
+    #[inline(always)]
+    pub fn of(s: L::Simd, p: &Parameters<L>, lanes: u32, to_eye: V3<L>, ns: V3<L>, coat_ns: V3<L>) -> Self {
+        let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+        let nothing = V3 { x: zero, y: zero, z: zero };
+        let facing = |n: V3<L>| n.dot(to_eye).max(L::lit(s, EDGE_ON)).min(one);
+        let (cosine, coat_cosine) = (facing(ns), facing(coat_ns));
+        let coat = p.clearcoat * (L::lit(s, 0.04) + L::lit(s, 0.96) * fifth(one - coat_cosine)) * p.lit;
+        let below = (one - coat) * p.lit;
+        let (metal, other) = (p.metallic * below, (one - p.metallic) * below);
+        let tint = p.specular_color * p.normal_reflectance;
+        let tint = V3 { x: tint.x.min(one), y: tint.y.min(one), z: tint.z.min(one) } * p.specular;
+        let lost = [tint.x.max(tint.y).max(tint.z), p.specular];
+        let (f0, f90) = (tint * other + p.base_color * metal, p.specular * other + metal);
+        let diffuse = p.base_color * (other * (one - p.transmission));
+        let passing = other * p.transmission;
+
+        let smooth = p.roughness.le(L::lit(s, MIRROR) - L::lit(s, 0.5 * MIRROR) * p.metallic);
+        let coat_smooth = p.clearcoat_roughness.le(L::lit(s, MIRROR));
+        let [a, b] = reflected_share(s, cosine, p.roughness, lanes);
+        let scattered = diffuse * (one - (lost[0] * a + lost[1] * b));
+        let blurred = V3::select(smooth, nothing, f0 * a + V3 { x: f90, y: f90, z: f90 } * b);
+        let mut coat_blurred = zero;
+        let wide_coat = L::mask(s, lanes) & coat.gt(zero) & !coat_smooth;
+        if wide_coat.any() {
+            let [a, b] = reflected_share(s, coat_cosine, p.clearcoat_roughness, wide_coat.bits());
+            coat_blurred = L::select(wide_coat, coat * (a + b), zero);
+        }
+        let ambient = scattered + blurred + V3 { x: coat_blurred, y: coat_blurred, z: coat_blurred };
+        let reflection = V3::select(smooth, p.specular_color * (p.specular * other), nothing);
+        let all_metal = V3 { x: metal, y: metal, z: metal };
+        let metal = [p.base_color * metal, all_metal].map(
+            #[inline(always)]
+            |metal| V3::select(smooth, metal, nothing),
+        );
+        let coat_mirror = L::select(coat_smooth, coat, zero);
+        let mirrors = (smooth & p.lit.gt(zero)) | coat_mirror.gt(zero);
+        Self {
+            lanes,
+            diffuse,
+            f0,
+            f90,
+            lost,
+            width: (p.roughness * p.roughness).max(L::lit(s, NARROWEST)),
+            coat,
+            coat_width: (p.clearcoat_roughness * p.clearcoat_roughness).max(L::lit(s, NARROWEST)),
+            coat_ns,
+            ambient: ambient * p.occlusion,
+            scattered,
+            blurred,
+            roughness: p.roughness,
+            coat_blurred,
+            coat_roughness: p.clearcoat_roughness,
+            occlusion: p.occlusion,
+            mirrored: mirrors.bits() & lanes,
+            reflection,
+            metal,
+            coat_mirror,
+            passing,
+            transmission: p.base_color * passing,
+            emission: p.emissive * (one - coat),
+            opacity: p.opacity,
+        }
+    }
+
+    /// The share of a light's irradiance over pi that is reflected to the eye. All vectors are unit and point away from the
+    /// surface; `cosine` is that between light and normal, above 0 where it counts.
+    #[inline(always)]
+    pub fn reflected(&self, s: L::Simd, ns: V3<L>, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> V3<L> {
+        let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+        let half = Half::new(s, to_light, to_eye);
+        let grazing = fifth((one - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
+        let [normal, along] = self.lost;
+        let kept = one - (normal + (along - normal) * grazing);
+        let f90 = V3 { x: self.f90, y: self.f90, z: self.f90 };
+        let fresnel = self.f0 + (f90 - self.f0) * grazing;
+        let highlight = half.highlight(s, ns, cosine, self.width);
+        let mut reflected = self.diffuse * (kept * cosine) + fresnel * highlight;
+        if self.coat.gt(zero).bits() & self.lanes != 0 {
+            let cosine = self.coat_ns.dot(to_light).max(zero);
+            let lacquer = self.coat * half.highlight(s, self.coat_ns, cosine, self.coat_width);
+            reflected = reflected + V3 { x: lacquer, y: lacquer, z: lacquer };
+        }
+        reflected
+    }
+}
+
+/// The vector halfway between two unit vectors, of any length.
+struct Half<L> {
+    vector: V3<L>,
+    to_eye: V3<L>,
+    square: L,
+}
+
+impl<L: Lanes> Half<L> {
+    #[inline(always)]
+    fn new(s: L::Simd, to_light: V3<L>, to_eye: V3<L>) -> Self {
+        // Against each other they have no middle.
+        let vector = to_light + to_eye;
+        Self { vector, to_eye, square: vector.dot(vector).max(L::lit(s, 1e-12)) }
+    }
+
+    /// pi D V cos, with the distribution of GGX and Smith's shadowing. With |n x h|^2 in place of 1 - (n.h)^2 nothing
+    /// cancels in narrow lobes.
+    #[inline(always)]
+    fn highlight(&self, s: L::Simd, n: V3<L>, cosine: L, width: L) -> L {
+        let (one, square) = (L::lit(s, 1.0), width * width);
+        let (along, across) = (n.dot(self.vector), n.cross(self.vector));
+        let spread = (square * along * along + across.dot(across)) / self.square;
+        let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
+        let hidden = |c: L| c + (square + (one - square) * c * c).sqrt();
+        cosine * square / (spread * spread * (hidden(cosine) * hidden(seen)))
+    }
+}
+
+#[inline(always)]
+fn fifth<L: Lanes>(x: L) -> L {
+    let square = x * x;
+    square * square * x
+}
+
+/// Where a factor on a light's irradiance is beyond [`BRIGHTEST`], that.
+#[inline(always)]
+pub fn limited<L: Lanes>(s: L::Simd, reflected: V3<L>) -> V3<L> {
+    let most = L::splat(s, L::Real::from_f64(BRIGHTEST));
+    V3 { x: reflected.x.min(most), y: reflected.y.min(most), z: reflected.z.min(most) }
+}

@@ -1,0 +1,254 @@
+//! Materials as in glTF 2.0 (appendix B and its extensions): their channels at the points that rays hit.
+
+use super::texture::image::{ImageTexture, Lookup};
+use crate::lanes::{Double, Lanes, V3};
+use smallvec::SmallVec;
+
+/// A material of metal and of what is none, in double precision: few numbers, and pictures.
+#[derive(Debug, Clone)]
+pub struct Pbr {
+    /// The pictures of its channels, each once.
+    pub pictures: Vec<ImageTexture>,
+    /// Colour of what is scattered, or of a metal's reflection.
+    pub base_color: Channel<[f64; 3]>,
+    /// 1 for metals.
+    pub metallic: Channel<f64>,
+    /// Square root of the width of the GGX distribution.
+    pub roughness: Channel<f64>,
+    /// Strength of a picture of occlusion.
+    pub occlusion: Channel<f64>,
+    /// Emitted radiance.
+    pub emissive: Channel<[f64; 3]>,
+    /// How much of it is there.
+    pub opacity: Option<Opacity>,
+    /// Share of the light that is not mirrored and passes.
+    pub transmission: Channel<f64>,
+    /// Strength of a dielectric's reflection.
+    pub specular: Channel<f64>,
+    /// Its colour at normal incidence.
+    pub specular_color: Channel<[f64; 3]>,
+    /// Reflectance of a dielectric at normal incidence, ((ior - 1)/(ior + 1))^2.
+    pub normal_reflectance: f64,
+    /// Strength of the lacquer.
+    pub clearcoat: Channel<f64>,
+    /// Its roughness.
+    pub clearcoat_roughness: Channel<f64>,
+    /// Whether it shows its colour and nothing else.
+    pub unlit: bool,
+    /// Whether it emits nothing, not even if it is unlit.
+    pub dark: bool,
+    /// Whether it is there only where bodies hide lights from it.
+    pub catches_shadows: bool,
+}
+
+/// A factor, and the texel that it multiplies.
+#[derive(Debug, Clone, Copy)]
+pub struct Channel<T> {
+    /// The factor.
+    pub factor: T,
+    /// The texel, if a picture has it.
+    pub texel: Option<Texel>,
+}
+
+/// Where a texel is.
+#[derive(Debug, Clone, Copy)]
+pub struct Texel {
+    /// Index of the picture.
+    pub picture: usize,
+    /// Its channel, of numbers.
+    pub channel: usize,
+}
+
+/// How much of a surface is there.
+#[derive(Debug, Clone, Copy)]
+pub struct Opacity {
+    /// The share.
+    pub alpha: Channel<f64>,
+    /// The least alpha at which all of it is there, and none below; otherwise the share itself counts.
+    pub cutoff: Option<f64>,
+}
+
+/// How many numbers [`Parameters`] are.
+pub const NUMBERS: usize = 19;
+
+/// The channels at some points.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "as in Pbr")]
+pub struct Parameters<L> {
+    pub base_color: V3<L>,
+    pub specular_color: V3<L>,
+    pub emissive: V3<L>,
+    pub metallic: L,
+    pub roughness: L,
+    /// The share of the light from all around that arrives.
+    pub occlusion: L,
+    pub opacity: L,
+    pub transmission: L,
+    pub specular: L,
+    pub normal_reflectance: L,
+    pub clearcoat: L,
+    pub clearcoat_roughness: L,
+    /// 1 if it is lit, otherwise 0.
+    pub lit: L,
+}
+
+/// What pictures show at some points.
+type Texels<W> = SmallVec<[V3<W>; 6]>;
+
+impl Pbr {
+    /// Whether light may go straight through.
+    pub fn has_holes(&self) -> bool {
+        self.opacity.is_some()
+    }
+
+    /// The channels where rays hit.
+    #[inline(always)]
+    pub fn at<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> Parameters<W> {
+        let texels = self.texels(s, lookup);
+        let number = |channel: &Channel<f64>| number(s, channel, &texels);
+        let [red, green, blue, alpha] = colors_of_vertices(s, lookup);
+        let tint = V3 { x: red, y: green, z: blue };
+        let base_color = color(s, &self.base_color, &texels).times(tint);
+        let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
+        let occlusion = match self.occlusion.texel {
+            Some(texel) => one + W::lit(s, self.occlusion.factor) * (component(&texels, texel) - one),
+            None => one,
+        };
+        let black = V3 { x: zero, y: zero, z: zero };
+        let emissive = match (self.dark, self.unlit) {
+            (true, _) => black,
+            (false, true) => base_color,
+            (false, false) => color(s, &self.emissive, &texels),
+        };
+        Parameters {
+            base_color,
+            specular_color: color(s, &self.specular_color, &texels),
+            emissive,
+            metallic: number(&self.metallic),
+            roughness: number(&self.roughness),
+            occlusion,
+            opacity: self.opacity_of(s, &texels, alpha),
+            transmission: number(&self.transmission),
+            specular: number(&self.specular),
+            normal_reflectance: W::lit(s, self.normal_reflectance),
+            clearcoat: number(&self.clearcoat),
+            clearcoat_roughness: number(&self.clearcoat_roughness),
+            lit: if self.unlit { zero } else { one },
+        }
+    }
+
+    /// How much of the surface is there where rays hit, and the share of light that passes what is there.
+    #[inline(always)]
+    pub fn passage<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> (W, V3<W>) {
+        let texels = self.texels(s, lookup);
+        let [red, green, blue, alpha] = colors_of_vertices(s, lookup);
+        let one = W::lit(s, 1.0);
+        let passes = number(s, &self.transmission, &texels) * (one - number(s, &self.metallic, &texels));
+        let color = color(s, &self.base_color, &texels).times(V3 { x: red, y: green, z: blue });
+        (self.opacity_of(s, &texels, alpha), color * passes)
+    }
+
+    #[inline(always)]
+    fn texels<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> Texels<W> {
+        let mut texels = Texels::new();
+        for picture in &self.pictures {
+            texels.push(picture.at(s, lookup));
+        }
+        texels
+    }
+
+    /// How much of the surface is there; `alpha` is that of the mesh.
+    #[inline(always)]
+    fn opacity_of<W: Double>(&self, s: W::Simd, texels: &Texels<W>, alpha: W) -> W {
+        let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
+        let Some(Opacity { alpha: channel, cutoff }) = &self.opacity else { return one };
+        let alpha = (number(s, channel, texels) * alpha).max(zero).min(one);
+        match cutoff {
+            Some(cutoff) => W::select(alpha.ge(W::lit(s, *cutoff)), one, zero),
+            None => alpha,
+        }
+    }
+}
+
+#[inline(always)]
+fn colors_of_vertices<W: Double>(s: W::Simd, lookup: &Lookup<W>) -> [W; 4] {
+    let colors = lookup.face.as_ref().and_then(
+        #[inline(always)]
+        |face| face.colors(s, lookup.point),
+    );
+    colors.unwrap_or([W::lit(s, 1.0); 4])
+}
+
+#[inline(always)]
+fn component<W: Double>(texels: &Texels<W>, Texel { picture, channel }: Texel) -> W {
+    let V3 { x, y, z } = texels[picture];
+    [x, y, z][channel]
+}
+
+#[inline(always)]
+fn number<W: Double>(s: W::Simd, channel: &Channel<f64>, texels: &Texels<W>) -> W {
+    let factor = W::lit(s, channel.factor);
+    match channel.texel {
+        Some(texel) => factor * component(texels, texel),
+        None => factor,
+    }
+}
+
+#[inline(always)]
+fn color<W: Double>(s: W::Simd, channel: &Channel<[f64; 3]>, texels: &Texels<W>) -> V3<W> {
+    let factor = V3::splat(s, channel.factor);
+    match channel.texel {
+        Some(texel) => factor.times(texels[texel.picture]),
+        None => factor,
+    }
+}
+
+impl<L: Lanes> Parameters<L> {
+    /// One after the other.
+    #[inline(always)]
+    pub fn to_numbers(self) -> [L; NUMBERS] {
+        let (b, c, e) = (self.base_color, self.specular_color, self.emissive);
+        [
+            b.x,
+            b.y,
+            b.z,
+            c.x,
+            c.y,
+            c.z,
+            e.x,
+            e.y,
+            e.z,
+            self.metallic,
+            self.roughness,
+            self.occlusion,
+            self.opacity,
+            self.transmission,
+            self.specular,
+            self.normal_reflectance,
+            self.clearcoat,
+            self.clearcoat_roughness,
+            self.lit,
+        ]
+    }
+
+    /// The inverse of [`Self::to_numbers`].
+    #[inline(always)]
+    pub fn of_numbers(n: [L; NUMBERS]) -> Self {
+        let vector = |i: usize| V3 { x: n[i], y: n[i + 1], z: n[i + 2] };
+        Self {
+            base_color: vector(0),
+            specular_color: vector(3),
+            emissive: vector(6),
+            metallic: n[9],
+            roughness: n[10],
+            occlusion: n[11],
+            opacity: n[12],
+            transmission: n[13],
+            specular: n[14],
+            normal_reflectance: n[15],
+            clearcoat: n[16],
+            clearcoat_roughness: n[17],
+            lit: n[18],
+        }
+    }
+}

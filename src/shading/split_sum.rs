@@ -1,0 +1,133 @@
+//! How much of a uniform light a rough mirror reflects (Karis, Real Shading in Unreal Engine 4, 2013): with Schlick's law
+//! F = F0 + (F90 - F0)(1 - v.h)^5 that is F0 a + F90 b, where a and b depend on the angle and the roughness alone.
+//!
+//! They are means over visible facets (`microfacet.rs`), in a table.
+
+use super::microfacet::{unhidden, visible_facet};
+use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
+use std::sync::OnceLock;
+
+/// Steps of the cosine between ray and normal, and of the roughness.
+const COSINES: usize = 32;
+const ROUGHNESSES: usize = 16;
+
+/// Facets along each axis of the square that they are chosen from.
+const FACETS: u32 = 14;
+
+/// The cosine that stands for light along the surface, where no facet is seen.
+const ALONG: f64 = 1e-3;
+
+/// a and b by cosine and roughness.
+struct Table(Vec<[f64; 2]>);
+
+impl Table {
+    fn get() -> &'static Self {
+        static TABLE: OnceLock<Table> = OnceLock::new();
+        TABLE.get_or_init(|| {
+            let at =
+                |i: usize| integral(ratio(i / (ROUGHNESSES + 1), COSINES), ratio(i % (ROUGHNESSES + 1), ROUGHNESSES));
+            Self((0..(COSINES + 1) * (ROUGHNESSES + 1)).map(at).collect())
+        })
+    }
+
+    /// Bilinear.
+    fn at(&self, cosine: f64, roughness: f64) -> [f64; 2] {
+        let place = |x: f64, steps: usize| {
+            let x = x.clamp(0.0, 1.0) * steps as f64;
+            let whole = (x.floor() as usize).min(steps - 1);
+            (whole, x - whole as f64)
+        };
+        let ((i, across), (j, along)) = (place(cosine, COSINES), place(roughness, ROUGHNESSES));
+        let entry = |i: usize, j: usize| self.0[i * (ROUGHNESSES + 1) + j];
+        let mix = |a: [f64; 2], b: [f64; 2], part: f64| [0, 1].map(|k| a[k] * (1.0 - part) + b[k] * part);
+        mix(mix(entry(i, j), entry(i, j + 1), along), mix(entry(i + 1, j), entry(i + 1, j + 1), along), across)
+    }
+}
+
+fn ratio(i: usize, of: usize) -> f64 {
+    i as f64 / of as f64
+}
+
+fn integral(cosine: f64, roughness: f64) -> [f64; 2] {
+    let cosine = cosine.max(ALONG);
+    let ns = V3 { x: 0.0, y: 0.0, z: 1.0 };
+    let eye = V3 { x: (1.0 - cosine * cosine).max(0.0).sqrt(), y: 0.0, z: cosine };
+    let alpha = roughness * roughness;
+    let mut sums = [0.0; 2];
+    for i in 0..FACETS * FACETS {
+        let point = [i % FACETS, i / FACETS].map(|k| (f64::from(k) + 0.5) / f64::from(FACETS));
+        let facet = visible_facet((), ns, eye, alpha, point);
+        let versine = (1.0 - facet.dot(eye)).max(0.0);
+        let out = facet * (2.0 * facet.dot(eye)) - eye;
+        if out.z > 0.0 {
+            let (share, grazing) = (unhidden((), ns, out, alpha), versine * versine * versine * versine * versine);
+            sums[0] += share * (1.0 - grazing);
+            sums[1] += share * grazing;
+        }
+    }
+    sums.map(|sum| sum / f64::from(FACETS * FACETS))
+}
+
+/// a and b for some lanes.
+pub(super) fn reflected_share<L: Lanes>(s: L::Simd, cosine: L, roughness: L, lanes: u32) -> [L; 2] {
+    let table = Table::get();
+    let mut shares = [[L::Real::default(); MAX_LANES]; 2];
+    for lane in lanes_of(lanes) {
+        let [a, b] = table.at(cosine.lane(lane).to_f64(), roughness.lane(lane).to_f64());
+        (shares[0][lane], shares[1][lane]) = (L::Real::from_f64(a), L::Real::from_f64(b));
+    }
+    [L::load(s, &shares[0]), L::load(s, &shares[1])]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::sin_cos;
+    use std::f64::consts::PI;
+
+    /// a and b by their definition: D V cos over all directions of light, by a fine grid.
+    fn by_definition(cosine: f64, alpha: f64) -> [f64; 2] {
+        let view = [(1.0 - cosine * cosine).sqrt(), 0.0, cosine];
+        let visible = |c: f64| 1.0 / (c + (alpha * alpha + (1.0 - alpha * alpha) * c * c).sqrt());
+        let (rows, columns) = (1_200, 600);
+        let mut sums = [0.0; 2];
+        for row in 0..rows {
+            let z = (f64::from(row) + 0.5) / f64::from(rows);
+            for column in 0..columns {
+                let (sin, cos) = sin_cos((f64::from(column) + 0.5) / f64::from(columns) * PI);
+                let reach = (1.0 - z * z).sqrt();
+                let half = [view[0] + reach * cos, reach * sin, view[2] + z];
+                let length = half.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let nh = half[2] / length;
+                let d = nh * nh * (alpha * alpha - 1.0) + 1.0;
+                let value = alpha * alpha / (PI * d * d) * visible(z) * visible(cosine) * z;
+                let grazing = (1.0 - length / 2.0).powi(5);
+                sums[0] += value * (1.0 - grazing);
+                sums[1] += value * grazing;
+            }
+        }
+        sums.map(|sum| sum * 2.0 * PI / f64::from(rows * columns))
+    }
+
+    #[test]
+    fn the_table_is_the_integral() {
+        for (cosine, roughness) in [(1.0, 0.5), (0.9, 1.0), (0.5, 0.4), (0.3, 0.75), (0.7, 0.63), (0.15, 0.9)] {
+            let expected = by_definition(cosine, roughness * roughness);
+            let [a, b] = reflected_share((), cosine, roughness, 1);
+            let off = (a - expected[0]).abs().max((b - expected[1]).abs());
+            assert!(off < 6e-3, "cos {cosine}, roughness {roughness}: {a} {b} instead of {expected:?}");
+        }
+    }
+
+    #[test]
+    fn smooth_mirrors_follow_schlick_and_none_reflects_more_than_all() {
+        let [a, b] = reflected_share((), 0.5, 0.0, 1);
+        assert!((a - (1.0 - 1.0 / 32.0)).abs() < 1e-9 && (b - 1.0 / 32.0).abs() < 1e-9, "{a} {b}");
+        for i in 0..=100 {
+            for j in 0..=100 {
+                let [a, b] = reflected_share((), f64::from(i) / 100.0, f64::from(j) / 100.0, 1);
+                assert!(a >= 0.0 && b >= 0.0 && a + b <= 1.0 + 1e-12, "{i} {j}: {a} {b}");
+            }
+        }
+    }
+}

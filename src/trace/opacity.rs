@@ -1,0 +1,107 @@
+//! Surfaces that are only partly there: light goes straight on through the rest, rays and shadow rays alike. So layers of them
+//! need no order.
+
+use super::hits::Hits;
+use super::kernel::Tracer;
+use super::observer::Observer;
+use super::pbr::passage;
+use super::ray_packet::{RayKind, RayPacket};
+use super::sampling::child;
+use super::variants::Variant;
+use crate::accel::{Blockers, Coherence};
+use crate::lanes::{Lanes, Mask, V3};
+use crate::ray::Rays;
+use crate::scene::world::World;
+
+/// Most surfaces along a shadow ray; light passes those behind.
+const MAX_CROSSINGS: usize = 1000;
+
+/// Stacks the rays that go on where surfaces are only partly there, and forgets the hits where nothing is there.
+#[inline(never)]
+pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &mut Hits<L>,
+    opacity: L,
+    lanes: u32,
+    number: u32,
+) {
+    L::vectorize(
+        tracer.s,
+        #[inline(always)]
+        || {
+            let s = tracer.s;
+            let one = L::lit(s, 1.0);
+            let open = opacity.lt(one).bits() & lanes & hits.found;
+            if open == 0 {
+                return;
+            }
+            let weight = rays.weight * (one - opacity);
+            if rays.depth >= tracer.world.rules.max_depth {
+                tracer.record_omitted_rays(open, weight, rays.depth + 1);
+            } else {
+                let next = tracer.cones.next;
+                tracer.cones.go_on();
+                // The ray itself, from where it has got to: it has its own place among the rays that leave from here.
+                let on = RayPacket {
+                    t_min: hits.t,
+                    weight,
+                    active: open,
+                    depth: rays.depth + 1,
+                    kind: RayKind::Transmitted,
+                    path: child(rays.path, RayKind::Camera),
+                    parent: number,
+                    ..*rays
+                };
+                tracer.push(on);
+                tracer.cones.next = next;
+            }
+            hits.found &= !(opacity.le(L::lit(s, 0.0)).bits() & open);
+        },
+    );
+}
+
+/// The share of each channel that passes the surfaces along shadow rays which are only partly there. The rays end at `t_max`
+/// and have directions of any length; what blocks them has been looked for.
+#[inline(never)]
+pub(super) fn left_by_holes<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    blockers: Blockers,
+    rays: Rays<L>,
+    time: Option<L>,
+) -> V3<L> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || walk(s, world, blockers, rays, time),
+    )
+}
+
+#[inline(always)]
+fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, blockers: Blockers, mut rays: Rays<L>, time: Option<L>) -> V3<L> {
+    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+    let mut left = V3 { x: one, y: one, z: one };
+    let mut hits = Hits { time, ..Hits::none(s) };
+    for _ in 0..MAX_CROSSINGS {
+        if !rays.any() {
+            break;
+        }
+        hits.find(s, world, &mut rays, Coherence::Incoherent);
+        if hits.found == 0 {
+            break;
+        }
+        // What surfaces without holes let pass has been taken into account.
+        let (lanes, opacity, passed) = passage(s, world, rays.dir, &hits);
+        let open = one - opacity;
+        let mut through = V3 { x: open, y: open, z: open };
+        if blockers == Blockers::Transmissive {
+            through = through + passed * opacity;
+        }
+        left = V3::select(L::mask(s, lanes), left.times(through), left);
+        let found = L::mask(s, hits.found);
+        rays.t_min = L::select(found, hits.t, rays.t_min);
+        rays.active = found & left.x.max(left.y).max(left.z).gt(zero);
+    }
+    left
+}

@@ -1,0 +1,90 @@
+//! Surfaces that show shadows alone: light goes straight on through them, but for the share of the lights that other bodies hide.
+//! So a picture without a background has shadows in its alpha.
+
+use super::hits::Hits;
+use super::kernel::Tracer;
+use super::lighting::shadow_rays;
+use super::observer::Observer;
+use super::opacity::left_by_holes;
+use super::ray_packet::RayPacket;
+use super::sampling::Choice;
+use super::variants::Variant;
+use crate::accel::transmittance;
+use crate::lanes::{Ids, Lanes, Mask, Real};
+use crate::ray::Rays;
+use crate::scene::effects::Effect;
+use crate::scene::world::World;
+
+/// How much of each surface is there: of those that catch shadows the hidden share of the light, of others `opacity`.
+#[inline(never)]
+pub(super) fn caught<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    opacity: L,
+) -> L {
+    L::vectorize(
+        tracer.s,
+        #[inline(always)]
+        || caught_in(tracer, rays, hits, opacity),
+    )
+}
+
+#[inline(always)]
+fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    opacity: L,
+) -> L {
+    let (s, world) = (tracer.s, tracer.world);
+    let lanes = catchers(s, world, hits);
+    let Some(blockers) = world.rules.shadows.filter(|_| lanes != 0) else { return opacity };
+    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+    let from = hits.surface.leave(hits.ng);
+    let (mut all, mut arrived) = (zero, zero);
+    for (index, light) in world.lights.iter().enumerate() {
+        let mut place = light.middle(s);
+        if let Some(area) = &light.area {
+            let chosen = tracer.sampler.square(s, rays.path, Choice::Light(index));
+            place = light.place(s, area, hits.surface.point, chosen);
+        }
+        let arrival = light.arrive(s, hits.surface.point, &place);
+        let cosine = hits.ng.dot(arrival.to_light);
+        let lit = L::mask(s, lanes) & cosine.gt(zero) & arrival.strength.gt(zero);
+        if !lit.any() {
+            continue;
+        }
+        tracer.counts.shadow += u64::from(lit.bits().count_ones());
+        tracer.count_lanes(lit.bits(), 0);
+        let shadow = shadow_rays(s, &place, from, lit);
+        let (coherence, time) = (rays.coherence(), hits.time.as_ref());
+        let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time);
+        let open = lit & left.x.max(left.y).max(left.z).gt(zero);
+        if open.any() {
+            left = left.times(left_by_holes(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
+        }
+        let [red, green, blue] = light.color.map(Real::to_f64);
+        let brightness = cosine * arrival.strength * L::lit(s, red + green + blue);
+        let seen = (left.x + left.y + left.z) * L::lit(s, 1.0 / 3.0);
+        all = L::select(lit, all + brightness, all);
+        arrived = L::select(lit, arrived + brightness * seen, arrived);
+    }
+    let hidden = L::select(all.gt(zero), one - arrived / all, zero).max(zero).min(one);
+    L::select(L::mask(s, lanes), hidden, opacity)
+}
+
+/// The lanes that have hit what catches shadows.
+#[inline(always)]
+fn catchers<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>) -> u32 {
+    debug_assert!(world.effects.has(Effect::ShadowCatcher));
+    let (mut left, mut catching) = (hits.found, 0);
+    while left != 0 {
+        let (id, same) = hits.material.same_as_first(s, left);
+        left &= !same;
+        if world.materials[id as usize].catches_shadows() {
+            catching |= same;
+        }
+    }
+    catching
+}

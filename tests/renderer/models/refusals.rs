@@ -1,0 +1,115 @@
+//! Broken models: each is refused where a validator finds its fault, and nothing that a file says breaks the reader.
+
+use super::files::{format_of, model};
+use crate::common::{read as file, root};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use strahl::models::{Choice, Kind, Place, read};
+use strahl::scene::model::import;
+use strahl::scene::{NoFiles, Overrides};
+
+fn files(folder: &Path, ending: &[&str], into: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(&path, ending, into);
+        } else if path.extension().is_some_and(|found| ending.iter().any(|ending| found == *ending)) {
+            into.push(path);
+        }
+    }
+}
+
+/// The reports are those of the Khronos validator: errors have severity 0.
+#[test]
+fn broken_files_are_refused_where_the_validator_finds_their_faults() {
+    let mut broken = Vec::new();
+    files(&root().join("tests/inputs/models/bad"), &["gltf", "glb"], &mut broken);
+    broken.sort();
+    assert_eq!(broken.len(), 30);
+    for path in broken {
+        let name = path.strip_prefix(root().join("tests/inputs/models")).unwrap().to_str().unwrap().to_owned();
+        let faults = model(&name, Choice::default()).expect_err(&name);
+        let bytes = std::fs::read(&path).unwrap();
+        let problems = {
+            let folder = path.parent().unwrap().to_owned();
+            let parts = Beside(folder);
+            import(format_of(&name), &bytes, &Overrides::default(), &parts).expect_err(&name)
+        };
+        let report: Value =
+            serde_json::from_slice(&std::fs::read(format!("{}.report.json", path.display())).unwrap()).unwrap();
+        let issues = report["issues"]["messages"].as_array().unwrap();
+        // A picture of an unknown format is only a warning to the validator.
+        let is_picture = name.contains("unrecognized_format");
+        let errors = issues.iter().filter(|issue| issue["severity"] == 0 || is_picture);
+        let is_found = |issue: &Value| match (&issue["pointer"], &issue["offset"]) {
+            (Value::String(pointer), _) if !pointer.is_empty() => {
+                problems.0.iter().any(|problem| problem.pointer == *pointer)
+            }
+            (_, Value::Number(offset)) => problems.0.iter().any(|problem| problem.offset == offset.as_u64()),
+            _ => problems.0.iter().any(|problem| problem.line == Some(1)),
+        };
+        assert!(errors.into_iter().any(is_found), "{name}: {problems:?}\n{faults:?}");
+        assert!(problems.0.iter().all(|problem| !problem.detail.is_empty()), "{name}");
+    }
+}
+
+/// The files beside a model.
+struct Beside(PathBuf);
+
+impl strahl::scene::Files for Beside {
+    fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        std::fs::read(self.0.join(name)).map_err(|error| format!("cannot be read: {error}"))
+    }
+}
+
+#[test]
+fn what_is_not_read_is_refused_by_name() {
+    let refused = |name: &str| model(name, Choice::default()).unwrap_err().0[0].clone();
+    let draco = refused("Box_draco.glb");
+    assert!(
+        draco.pointer == "/extensionsRequired/0" && draco.detail.contains("KHR_draco_mesh_compression"),
+        "{draco:?}"
+    );
+    assert!(refused("ply/points_ascii.ply").detail.contains("only points"));
+    assert!(refused("stl/empty.stl").detail.contains("nothing to see"));
+    let relative = refused("obj/invalid-relative-vertex-index.obj");
+    assert_eq!((relative.kind, relative.place), (Kind::UnknownReference, Place::Line(1, 3)));
+    assert_eq!(refused("obj/number_formats.obj").place, Place::Line(11, 14));
+    assert_eq!(refused("assimp_IndexOutOfRange.glb").pointer, "/meshes/0/primitives/0/indices");
+    let normals = model("assimp_BoxBadNormals.glb", Choice::default()).unwrap();
+    assert_eq!(normals.warnings[0].what, "normals");
+    for (choice, pointer) in [
+        (Choice { scene: Some(7), ..Choice::default() }, "/scenes"),
+        (Choice { animation: Some(7), ..Choice::default() }, "/animations"),
+        (Choice { variant: Some(7), ..Choice::default() }, "/extensions/KHR_materials_variants"),
+    ] {
+        assert_eq!(model("Box.glb", choice).unwrap_err().0[0].pointer, pointer);
+    }
+}
+
+/// A cut-off file and a file with one changed byte are read or refused, and never more.
+#[test]
+fn cut_and_changed_files_break_nothing() {
+    let none = |_: &str| Err("is not there".to_owned());
+    for name in ["Box.glb", "SimpleSkin.glb", "SimpleSparseAccessor.glb", "ply/cube_binary.ply", "obj/cube.obj"] {
+        let whole = file(&format!("tests/inputs/models/{name}"));
+        for end in (0..whole.len()).step_by(7) {
+            let _ = read(format_of(name), &whole[..end], &none, Choice::default());
+        }
+        for at in (0..whole.len()).step_by(3) {
+            for flip in [0x01, 0x80, 0xff] {
+                let mut changed = whole.clone();
+                changed[at] ^= flip;
+                let _ = read(format_of(name), &changed, &none, Choice { animation: Some(0), ..Choice::default() });
+            }
+        }
+    }
+    // A claim of many bytes allocates nothing.
+    let claims =
+        br#"{"asset":{"version":"2.0"},"accessors":[{"componentType":5126,"count":9007199254740991,"type":"VEC3"}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]}"#;
+    let problems = import(format_of("a.gltf"), claims, &Overrides::default(), &NoFiles).unwrap_err();
+    assert!(problems.to_string().contains("decoded_bytes"), "{problems}");
+    let ply = b"ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    assert_eq!(read(format_of("a.ply"), ply, &none, Choice::default()).unwrap_err().0[0].kind, Kind::OutOfBounds);
+}

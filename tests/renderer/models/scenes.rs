@@ -1,0 +1,72 @@
+//! Models as scenes: what is written for them, and that their parts may come in one body.
+
+use super::files::format_of;
+use crate::common::read as file;
+use strahl::models::ModelFormat;
+use strahl::scene::description::Object;
+use strahl::scene::model::{Imported, ModelOptions, import};
+use strahl::scene::{Format, NoFiles, Overrides, load};
+
+fn imported(name: &str, model: ModelOptions) -> Imported {
+    let overrides = Overrides { model, ..Overrides::default() };
+    import(format_of(name), &file(&format!("tests/inputs/models/{name}")), &overrides, &NoFiles).unwrap()
+}
+
+#[test]
+fn instances_stay_instances() {
+    let description = imported("own_instances_1000.glb", ModelOptions::default()).description;
+    assert_eq!(description.definitions.len(), 1);
+    let instances = description.objects.iter().filter(|object| matches!(object, Object::Instance(_))).count();
+    assert_eq!(instances, 1_000);
+}
+
+/// What `strahl import` prints is the scene that is rendered.
+#[test]
+fn the_printed_scene_is_the_model() {
+    for name in ["Box.glb", "UnlitTest.glb", "LightsPoint.glb", "Cameras.glb"] {
+        let bytes = file(&format!("tests/inputs/models/{name}"));
+        let description = imported(name, ModelOptions::default()).description;
+        let text = serde_json::to_vec(&description).unwrap();
+        let again =
+            load(&text, Format::Json, &Overrides::default()).unwrap_or_else(|problems| panic!("{name}: {problems}"));
+        let direct = load(&bytes, Format::Gltf, &Overrides::default()).unwrap();
+        assert_eq!(again.description, direct.description, "{name}");
+    }
+}
+
+#[test]
+fn options_are_for_models_alone() {
+    let options = ModelOptions { view: Some("top".parse().unwrap()), ..ModelOptions::default() };
+    let overrides = Overrides { model: options, ..Overrides::default() };
+    let problems = load(b"{}", Format::Json, &overrides).unwrap_err();
+    assert!(problems.to_string().contains("are for models"), "{problems}");
+    let camera = |view: &str| {
+        let options = ModelOptions { view: Some(view.parse().unwrap()), ..ModelOptions::default() };
+        imported("Box.glb", options).description.camera.view().eye
+    };
+    let [front, left, top] = ["front", "left", "top"].map(camera);
+    assert!(front[2] > 1.0 && front[0].abs() < 1e-9 && front[1].abs() < 1e-9, "{front:?}");
+    assert!(left[0] > 1.0 && top[1] > 1.0, "{left:?} {top:?}");
+}
+
+#[test]
+fn the_parts_of_a_model_come_in_one_body() {
+    let part = |name: &str, bytes: &[u8]| {
+        let head = format!("--cut\r\nContent-Disposition: form-data; name=\"file\"; filename=\"{name}\"\r\n\r\n");
+        [head.as_bytes(), bytes, b"\r\n"].concat()
+    };
+    let [obj, mtl] = ["obj/cube.obj", "obj/cube.mtl"].map(|name| file(&format!("tests/inputs/models/{name}")));
+    let body = [part("cube.mtl", &mtl), part("cube.obj", &obj), b"--cut--\r\n".to_vec()].concat();
+    let loaded = load(&body, Format::Parts, &Overrides::default()).unwrap_or_else(|problems| panic!("{problems}"));
+    assert!(!loaded.scene.from_files && loaded.description.materials.len() >= 3);
+    // Without its materials it is grey, and says so.
+    let alone = [part("cube.obj", &obj), b"--cut--\r\n".to_vec()].concat();
+    let grey = load(&alone, Format::Parts, &Overrides::default()).unwrap();
+    assert!(grey.scene.warnings.iter().any(|warning| warning.detail.starts_with("skipped: materials")));
+    // A buffer that is missing is named.
+    let gltf = br#"{"asset":{"version":"2.0"},"buffers":[{"uri":"a b.bin","byteLength":4}]}"#;
+    let lonely = [part("a.gltf", gltf), b"--cut--\r\n".to_vec()].concat();
+    let problems = load(&lonely, Format::Parts, &Overrides::default()).unwrap_err();
+    assert!(problems.0[0].pointer == "/buffers/0/uri" && problems.to_string().contains("a b.bin"), "{problems}");
+    assert_eq!(format_of("cube.obj"), ModelFormat::Obj);
+}
