@@ -108,7 +108,7 @@ pub(crate) async fn animation(
         let (app, job) = (Arc::clone(app), Arc::clone(job));
         let work = {
             let app = Arc::clone(&app);
-            move |work: &Work| Ok::<_, Error>(work.workers.work(|| app.service.animation(&job, format))??)
+            move |work: &Work| -> Result<_, Error> { work.workers.work(|| app.service.animation(&job, format))? }
         };
         app.service.run(tenant.task(Class::Renders), work).await?.value
     };
@@ -146,7 +146,7 @@ pub(crate) async fn sheet(
 ) -> Result<Response, Problem> {
     frames_of(job)?;
     let (service, sequence) = (Arc::clone(&app.service), Arc::clone(job));
-    let work = move |work: &Work| Ok::<_, Error>(work.workers.work(|| service.sheet(&sequence, columns))??);
+    let work = move |work: &Work| -> Result<_, Error> { work.workers.work(|| service.sheet(&sequence, columns))? };
     let made = app.service.run(tenant.task(Class::Renders), work).await?.value;
     let png = made.ok_or_else(|| no_picture(job))?;
     let headers = [(header::CONTENT_TYPE, "image/png"), (header::CACHE_CONTROL, "no-cache")];

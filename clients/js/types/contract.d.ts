@@ -526,6 +526,26 @@ export interface paths {
         patch: operations["changeJob"];
         trace?: never;
     };
+    "/v1/jobs/{id}/animation": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * All frames of a sequence that has succeeded, as animated PNG or animated lossless WebP.
+         * @description Each frame has the codes of its own picture. The format is that of `format`, else the one that `Accept` asks for. Frames in EXR, PFM and JPEG make no animations.
+         */
+        get: operations["jobAnimation"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/jobs/{id}/cancel": {
         parameters: {
             query?: never;
@@ -560,6 +580,40 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/jobs/{id}/frames": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The finished frames of a sequence: what each cost, and how far it may be from the exact picture. */
+        get: operations["jobFrames"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{id}/frames/{number}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A frame of a sequence, as soon as it is finished: the picture that its scene gives alone. */
+        get: operations["jobFrame"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/jobs/{id}/image": {
         parameters: {
             query?: never;
@@ -567,7 +621,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The picture of a job that has succeeded. */
+        /** The picture of a job that has succeeded; of a sequence, its animation. */
         get: operations["jobImage"];
         put?: never;
         post?: never;
@@ -601,8 +655,25 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The newest preview, at most 1,024 pixels wide and high, as a PNG. The first one is a coarse picture of it all; until then the answer waits, up to 30 seconds. */
+        /** The newest preview, at most 1,024 pixels wide and high, as a PNG. The first one is a coarse picture of it all; until then the answer waits, up to 30 seconds. Of a sequence it is the frame that is rendered, and at the end the contact sheet. */
         get: operations["jobPreview"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{id}/sheet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A contact sheet: the finished frames of a sequence, small and side by side, as a PNG. */
+        get: operations["jobSheet"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1093,6 +1164,58 @@ export interface components {
         } | {
             cylinder: components["schemas"]["CylinderCamera"];
         };
+        /**
+         * @description What a camera is at a time. What a key does not say is between the keys before and after it that do, and what no key says is
+         *     as the scene says.
+         */
+        CameraKey: {
+            /**
+             * Format: double
+             * @description Diameter of the lens of a pinhole camera.
+             */
+            aperture?: number | null;
+            /**
+             * @description How fast it goes from here to the next key. Default: steady.
+             * @default linear
+             */
+            ease?: components["schemas"]["Ease"];
+            /** @description Eye point. */
+            eye?: number[] | null;
+            /**
+             * Format: double
+             * @description Distance of the plane in focus of a pinhole camera.
+             */
+            focus_distance?: number | null;
+            /**
+             * Format: double
+             * @description Angle across the circle of a fisheye or an omnimax.
+             */
+            fov_deg?: number | null;
+            /**
+             * Format: double
+             * @description Height of the picture of an orthographic camera, in scene units.
+             */
+            height?: number | null;
+            /**
+             * Format: double
+             * @description Horizontal angle of view of cameras that have one.
+             */
+            hfov_deg?: number | null;
+            /** @description Point in the middle of the picture. */
+            look_at?: number[] | null;
+            /**
+             * Format: double
+             * @description When, from 0, the first frame, to 1, the last one. On a closed path, below 1, where the path begins again.
+             */
+            t: number;
+            /** @description Up direction. */
+            up?: number[] | null;
+            /**
+             * Format: double
+             * @description Vertical angle of view of cameras that have one.
+             */
+            vfov_deg?: number | null;
+        };
         /** @description Checkerboard: tile `a` where the sum of floor(p / size) over the named axes is even, in object space. */
         Checker: {
             /** @description Colour of the even tiles. */
@@ -1341,6 +1464,8 @@ export interface components {
              */
             radius: number;
         };
+        /** @description The speed between two keys. All are polynomials, which give the same bits on every machine. */
+        Ease: "linear" | "in" | "out" | "in_out";
         /** @description One effect. */
         Effect: {
             /** @description Actual cost. */
@@ -1685,6 +1810,45 @@ export interface components {
             /** @description All formats. */
             formats: components["schemas"]["FormatEntry"][];
         };
+        /** @description Frames of a sequence. */
+        FrameList: {
+            /** @description Those that are finished. */
+            frames: components["schemas"]["FrameReport"][];
+            /** @description Their sums, and the worst of their bounds. */
+            sequence: components["schemas"]["SequenceReport"];
+        };
+        /** @description A finished frame. */
+        FrameReport: {
+            /**
+             * Format: double
+             * @description How many of 255 codes of sampling error are likely. Null where nothing is known of it.
+             */
+            estimated_codes: number | null;
+            /** @description Id of its picture, if it has one. */
+            image_id: string | null;
+            /**
+             * Format: uint32
+             * @description Its number, from 0.
+             */
+            number: number;
+            /** @description Its path. */
+            path: string;
+            /**
+             * Format: uint8
+             * @description How many of 255 codes it is proved to be off at most. Null where there is no proof.
+             */
+            proved_codes: number | null;
+            /**
+             * Format: uint64
+             * @description All its rays.
+             */
+            rays: number;
+            /**
+             * Format: double
+             * @description Milliseconds of tracing.
+             */
+            trace_ms: number;
+        };
         /** @description How reflection and transmission depend on the angle of incidence theta. */
         Fresnel: "none" | "dielectric" | "conductor";
         /** @description A colour that changes evenly from one point of object space to another, and is constant beyond them. */
@@ -1882,6 +2046,29 @@ export interface components {
              */
             type: string;
         };
+        /** @description What is known of a job's frames without its sequence. */
+        JobFrames: {
+            /**
+             * Format: uint32
+             * @description How many there are.
+             */
+            count: number;
+            /**
+             * Format: uint32
+             * @description How many are finished.
+             */
+            done: number;
+            /**
+             * Format: uint16
+             * @description How often animations are shown; 0: again and again.
+             */
+            loops: number;
+            /**
+             * Format: double
+             * @description Frames a second of animations.
+             */
+            rate: number;
+        };
         /** @description Limits of jobs, and how long they are kept. */
         JobLimits: {
             /**
@@ -1935,12 +2122,16 @@ export interface components {
         };
         /** @description Paths of a job and what belongs to it, and of its picture and tiles if they have ids. */
         JobLinks: {
+            /** @description All of them in one file. */
+            animation?: string | null;
             /** @description Stops it. */
             cancel: string;
             /** @description The description of the image for DZI. */
             dzi?: string | null;
             /** @description Its events. */
             events: string;
+            /** @description The frames of a sequence. */
+            frames?: string | null;
             /** @description The description of the image for IIIF. */
             iiif?: string | null;
             /** @description The picture. */
@@ -1953,6 +2144,8 @@ export interface components {
             scene?: string | null;
             /** @description The job. */
             self: string;
+            /** @description All of them on a contact sheet. */
+            sheet?: string | null;
             /** @description The description of the image's tiles for XYZ. */
             xyz?: string | null;
         };
@@ -1988,6 +2181,8 @@ export interface components {
         };
         /** @description A request for a job. */
         JobRequest: {
+            /** @description Frames of the scene: a sequence. Default: a single picture. */
+            frames?: components["schemas"]["Sequence"] | null;
             /**
              * @description Labels, by which jobs can be listed.
              * @default []
@@ -2071,6 +2266,8 @@ export interface components {
             expires_at: string | null;
             /** @description When it ended. */
             finished_at: string | null;
+            /** @description The frames of a sequence. */
+            frames?: components["schemas"]["JobFrames"] | null;
             /**
              * Format: uint32
              * @description Pixels down.
@@ -2105,6 +2302,11 @@ export interface components {
             report?: components["schemas"]["CostReport"] | null;
             /** @description Id of the scene with the settings in it. Null if its picture depends on a clock or on files. */
             scene_id: string | null;
+            /**
+             * @description What the frames of a sequence cost, and the worst of their bounds. Only in the answer about a single job that has
+             *     succeeded.
+             */
+            sequence?: components["schemas"]["SequenceReport"] | null;
             /** @description When it was first started. */
             started_at: string | null;
             /** @description Its state. */
@@ -3474,6 +3676,86 @@ export interface components {
             /** @description Its JSON pointer. Objects inside of what is placed, as instances are, have that of what places them. */
             pointer: string;
         };
+        /** @description Frames of a scene, and how they are shown. */
+        Sequence: {
+            /** @description Where the camera is at which time, in the order of time. Between them it takes a smooth path. Default: it stays. */
+            camera?: components["schemas"]["CameraKey"][];
+            /**
+             * @description Whether the path of `camera` goes back to where it begins, so that an animation can be shown again and again. Default:
+             *     false.
+             */
+            closed?: boolean;
+            /**
+             * Format: uint32
+             * @description How many, 1 to 3600. Default: as many as there are `patches`.
+             */
+            count?: number | null;
+            /**
+             * Format: uint16
+             * @description How often animations are shown; 0: again and again. Default 0.
+             * @default 0
+             */
+            loops?: number;
+            /**
+             * @description What is different in each frame: merge patches (RFC 7396) on the scene, one for each frame. Then the camera and the
+             *     bodies of the patched scene are moved. Default: nothing.
+             */
+            patches?: {
+                [key: string]: unknown;
+            }[];
+            /**
+             * Format: double
+             * @description Frames a second of animations, 0.1 to 100. Default 24.
+             * @default 24
+             */
+            rate?: number;
+            /**
+             * Format: double
+             * @description For which share of the time between two frames the shutter is open, above 0, at most 1. Then the `motion` of groups and
+             *     instances goes on from frame to frame. Default: all frames are of the same moment.
+             */
+            shutter?: number | null;
+            /** @description Takes the camera around the scene. Default: it stays. */
+            turntable?: components["schemas"]["Turntable"] | null;
+        };
+        /** @description The whole sequence: sums, and the worst of all bounds. */
+        SequenceReport: {
+            /**
+             * Format: double
+             * @description The largest sampling error of a frame that is likely, in codes. Null where one has no estimate.
+             */
+            estimated_codes: number | null;
+            /**
+             * Format: uint
+             * @description Finished frames.
+             */
+            frames: number;
+            /**
+             * Format: double
+             * @description Milliseconds that were predicted for all frames, on a machine that does nothing else.
+             */
+            predicted_ms: number;
+            /**
+             * Format: uint64
+             * @description Rays that were predicted for all frames.
+             */
+            predicted_rays: number;
+            /**
+             * Format: uint8
+             * @description How many of 255 codes every frame is proved to be off at most. Null where one has no proof.
+             */
+            proved_codes: number | null;
+            /**
+             * Format: uint64
+             * @description All their rays.
+             */
+            rays: number;
+            /**
+             * Format: double
+             * @description Milliseconds of tracing.
+             */
+            trace_ms: number;
+        };
         /** @description The estimates of several settings. */
         Several: {
             /** @description One for each of the settings, in their order. */
@@ -4022,6 +4304,22 @@ export interface components {
             name?: string | null;
             /** @description The corners. */
             vertices: number[][];
+        };
+        /**
+         * @description The camera goes around an axis, in equal steps from frame to frame. The frame after the last one would be at the whole angle,
+         *     so 360 degrees can be shown again and again. Lights stay with the scene.
+         */
+        Turntable: {
+            /** @description Direction of the axis. Default: the camera's `up`. */
+            axis?: number[] | null;
+            /** @description A point of the axis. Default: the camera's `look_at`. */
+            center?: number[] | null;
+            /**
+             * Format: double
+             * @description The whole angle, -36000 to 36000; above 0 counter-clockwise when the axis points at the viewer. Default 360.
+             * @default 360
+             */
+            degrees?: number;
         };
         /** @description Units of cost: one for each request, and one for each million rays. */
         Units: {
@@ -5104,6 +5402,35 @@ export interface operations {
             "5XX": components["responses"]["Problem"];
         };
     };
+    jobAnimation: {
+        parameters: {
+            query?: {
+                /** @description Format of the animation, whatever `Accept` says. */
+                format?: "png" | "webp";
+            };
+            header?: never;
+            path: {
+                /** @description The job's id. */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The animation */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/apng": components["schemas"]["Bytes"];
+                    "image/webp": components["schemas"]["Bytes"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
     cancelJob: {
         parameters: {
             query?: never;
@@ -5147,7 +5474,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Events: snapshot, queued, started, preview, tile, progress, succeeded, failed, canceled, shutdown, created, removed */
+            /** @description Events: snapshot, queued, started, preview, tile, progress, frame, succeeded, failed, canceled, shutdown, created, removed */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -5175,6 +5502,50 @@ export interface operations {
                 };
                 content?: never;
             };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    jobFrames: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The job's id. */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The frames, in their order */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FrameList"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    jobFrame: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The job's id. */
+                id: string;
+                /** @description Its number, from 0. */
+                number: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: components["responses"]["Picture"];
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];
         };
@@ -5267,6 +5638,34 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    jobSheet: {
+        parameters: {
+            query?: {
+                /** @description How many are side by side; without it the sheet is about as wide as high. */
+                columns?: number;
+            };
+            header?: never;
+            path: {
+                /** @description The job's id. */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The contact sheet */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": components["schemas"]["Bytes"];
+                };
             };
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];

@@ -5,11 +5,14 @@ use flate2::Crc;
 
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Type and contents of the chunks of a file, up to its end.
+/// Type and contents of a chunk.
+type Chunk<'a> = ([u8; 4], &'a [u8]);
+
+/// The chunks of a file, up to its end.
 struct Chunks<'a>(&'a [u8]);
 
 impl<'a> Iterator for Chunks<'a> {
-    type Item = ([u8; 4], &'a [u8]);
+    type Item = Chunk<'a>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let (head, rest) = self.0.split_first_chunk::<8>()?;
@@ -20,7 +23,7 @@ impl<'a> Iterator for Chunks<'a> {
     }
 }
 
-fn chunks(file: &[u8]) -> Result<Vec<([u8; 4], &[u8])>, NoAnimation> {
+fn chunks(file: &[u8]) -> Result<Vec<Chunk<'_>>, NoAnimation> {
     let chunks: Vec<_> = Chunks(file.strip_prefix(SIGNATURE).ok_or(NoAnimation::NoPicture)?).collect();
     let is_whole = chunks.first().is_some_and(|(kind, head)| kind == b"IHDR" && head.len() == 13)
         && chunks.last().is_some_and(|(kind, _)| kind == b"IEND");
