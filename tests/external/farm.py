@@ -225,7 +225,7 @@ class Farm:
                 time.sleep(0.2)
         self.counts[f"jobs {state}"] += 1
         if state != "succeeded":
-            return self.fail(f"a job has {state}: {answer[1][:600]}")
+            return self.fail(f"a job has {state}: {json.loads(answer[1]).get('problem') or answer[1][-400:]}")
         for _ in range(300):
             image = self.ask(tenant, "GET", f"/v1/jobs/{job}/image")
             if image and image[0] == 200:
@@ -301,12 +301,12 @@ class Farm:
 
 def undisturbed(program):
     """The right pictures of all scenes in all formats, without a farm."""
-    running = service.Service("--insecure-no-auth", program=program)
+    running = service.Service("--insecure-no-auth", "--timeout", "600", program=program)
     try:
         right = {}
         for which, output in itertools.product(range(len(SCENES)), range(len(OUTPUTS))):
             query = "&".join(f"{key}={value}" for key, value in OUTPUTS[output].items())
-            status, picture = ask(running.address, {}, "POST", f"/v1/render?{query}", JSON, different(SCENES[which], 0))
+            status, picture = ask(running.address, {}, "POST", f"/v1/render?{query}", JSON, different(SCENES[which], 0), timeout=600)
             assert status == 200, picture
             right[which, output] = picture
         return right
@@ -317,8 +317,8 @@ def undisturbed(program):
 def disturbed(chosen, farm, right, disturbances, count):
     """Tenants submit jobs while `count` things go wrong."""
     ended = threading.Event()
-    threads = [threading.Thread(target=farm.events, args=(ended,))]
-    threads += [threading.Thread(target=farm.jobs, args=(at % 2, right, ended, at)) for at in range(4)]
+    threads = [threading.Thread(target=farm.events, args=(ended,), daemon=True)]
+    threads += [threading.Thread(target=farm.jobs, args=(at % 2, right, ended, at), daemon=True) for at in range(4)]
     for each in threads:
         each.start()
     try:
@@ -367,7 +367,7 @@ def soak(chosen, farm):
             memory[node.name] = int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) / 1024
         return memory | {"broker": farm.brokers[0].memory(), "consumers": farm.brokers[0].consumers()}
 
-    threads = [threading.Thread(target=jobs, args=(at % 2,)) for at in range(8)]
+    threads = [threading.Thread(target=jobs, args=(at % 2,), daemon=True) for at in range(8)]
     for each in threads:
         each.start()
     begun = time.monotonic()
@@ -484,6 +484,8 @@ def main():
             farm = Farm(chosen, pathlib.Path(folder), *sizes)
             try:
                 run(chosen, farm)
+            except Exception as error:  # the processes' logs say why
+                farm.fail(f"{type(error).__name__}: {error}")
             finally:
                 farm.close()
         for what, count in sorted(farm.counts.items()):

@@ -93,10 +93,15 @@ fn a_farm_of_users_with_few_rights_renders_over_encrypted_connections() {
     wait_until("the job ends", || !["queued", "running"].contains(&front.get(&job).json()["state"].as_str().unwrap()));
     assert_eq!(front.get(&job).json()["state"], "succeeded", "{}\n{}", front.log(), node.log());
     assert!(front.get(&format!("{job}/image")).body == alone(query, BALL));
-    let figures = front.get("/v1/farm").json();
-    assert_eq!(figures["farm"]["nodes"]["ready"], 1, "{figures}");
-    assert_eq!(figures["farm"]["trouble"]["broker_errors"], 0, "{}", front.log());
-    assert!(figures["farm"]["done"]["tiles"].as_u64() > Some(0), "a node has rendered: {figures}");
+    let figures = || front.get("/v1/farm").json()["farm"].clone();
+    // A node says every few seconds what it has done.
+    wait_until("a node says that it has rendered", || {
+        let figures = figures();
+        figures["done"]["tiles"].as_u64() > Some(0) && figures["busy"] == 0
+    });
+    assert_eq!(figures()["nodes"]["ready"], 1);
+    assert_eq!(figures()["trouble"]["broker_errors"], 0, "{}", front.log());
+    assert_eq!(figures()["backlog_seconds"]["norm"].to_string(), "0.0");
     for log in [front.log(), node.log()] {
         assert!(!log.contains("refused"), "a right is missing:\n{log}");
     }

@@ -26,7 +26,8 @@ impl Backlog {
 
     /// Seconds of a slot that work of a class takes.
     pub(crate) fn seconds(&self, class: Class) -> f64 {
-        self.0.lock().values().filter(|(of, _)| *of == class).map(|(_, ms)| ms / 1e3).sum()
+        // A sum of nothing is -0.0.
+        self.0.lock().values().filter(|(of, _)| *of == class).fold(0.0, |sum, (_, ms)| sum + ms / 1e3)
     }
 }
 
