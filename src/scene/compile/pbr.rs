@@ -226,34 +226,3 @@ impl<'a> Most<'a> {
         Rgb::from_array(pbr.base_color.factor) * base * mean
     }
 }
-
-/// A material without its pictures: their means in their place.
-pub(super) fn forget_pictures(pbr: &mut Pbr) {
-    let means: Vec<[f64; 3]> = pbr.pictures.iter().map(|picture| picture.mipmap.mean()).collect();
-    for channel in [&mut pbr.base_color, &mut pbr.emissive, &mut pbr.specular_color] {
-        if let Some(texel) = channel.texel.take() {
-            channel.factor = std::array::from_fn(|c| channel.factor[c] * means[texel.picture][c]);
-        }
-    }
-    let alpha = pbr.opacity.as_mut().map(|opacity| &mut opacity.alpha);
-    let numbers = [
-        &mut pbr.metallic,
-        &mut pbr.roughness,
-        &mut pbr.transmission,
-        &mut pbr.specular,
-        &mut pbr.clearcoat,
-        &mut pbr.clearcoat_roughness,
-    ];
-    for channel in numbers.into_iter().chain(alpha) {
-        if let Some(texel) = channel.texel.take() {
-            channel.factor *= means[texel.picture][texel.channel];
-        }
-    }
-    pbr.occlusion.texel = None;
-    pbr.pictures = Vec::new();
-}
-
-/// Bytes of a material's channels, without its pictures.
-pub(super) fn bytes(pbr: &Pbr) -> usize {
-    size_of_val(pbr) + size_of_val(&pbr.pictures[..])
-}
