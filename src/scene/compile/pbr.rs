@@ -86,10 +86,13 @@ fn absorption<R: Real>(d::Attenuation { color, distance }: d::Attenuation) -> [R
     color.0.to_array().map(|share| R::from_f64((-natural(share) / distance).max(0.0)))
 }
 
+/// A picture and how it is laid on a surface.
+type Laid = (String, Meaning, u32, UvTransform, d::Wraps);
+
 /// The pictures of a material, each once.
 struct Album<'a, 'p> {
     pictures: &'a Pictures<'p>,
-    kept: Vec<((String, Meaning, u32, UvTransform, d::Wraps), ImageTexture)>,
+    kept: Vec<(Laid, ImageTexture)>,
 }
 
 impl Album<'_, '_> {
