@@ -101,6 +101,37 @@ impl Pbr {
         self.opacity.is_some()
     }
 
+    /// Puts means in the place of pictures.
+    pub fn forget_pictures(&mut self) {
+        let means: Vec<[f64; 3]> = self.pictures.iter().map(|picture| picture.mipmap.mean()).collect();
+        for channel in [&mut self.base_color, &mut self.emissive, &mut self.specular_color] {
+            if let Some(texel) = channel.texel.take() {
+                channel.factor = std::array::from_fn(|c| channel.factor[c] * means[texel.picture][c]);
+            }
+        }
+        let alpha = self.opacity.as_mut().map(|opacity| &mut opacity.alpha);
+        let numbers = [
+            &mut self.metallic,
+            &mut self.roughness,
+            &mut self.transmission,
+            &mut self.specular,
+            &mut self.clearcoat,
+            &mut self.clearcoat_roughness,
+        ];
+        for channel in numbers.into_iter().chain(alpha) {
+            if let Some(texel) = channel.texel.take() {
+                channel.factor *= means[texel.picture][texel.channel];
+            }
+        }
+        self.occlusion.texel = None;
+        self.pictures = Vec::new();
+    }
+
+    /// Bytes of memory it takes beside its pictures.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self) + size_of_val(&self.pictures[..])
+    }
+
     /// The channels where rays hit.
     #[inline(always)]
     pub fn at<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> Parameters<W> {

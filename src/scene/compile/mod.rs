@@ -197,7 +197,7 @@ impl Scene {
             let textures = world.materials.iter().filter(|material| material.textures.is_some()).count();
             let channels = world.materials.iter().filter_map(|material| material.pbr.as_deref());
             size_of_val(&world.materials[..])
-                + channels.map(|pbr| 2 * ALLOCATION + pbr::bytes(pbr)).sum::<usize>()
+                + channels.map(|pbr| 2 * ALLOCATION + pbr.bytes()).sum::<usize>()
                 + size_of_val(&world.usage.materials[..])
                 + textures * (ALLOCATION + size_of::<Textures>())
                 + size_of_val(&world.lights[..])

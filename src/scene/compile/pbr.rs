@@ -86,10 +86,13 @@ fn absorption<R: Real>(d::Attenuation { color, distance }: d::Attenuation) -> [R
     color.0.to_array().map(|share| R::from_f64((-natural(share) / distance).max(0.0)))
 }
 
+/// A picture and how it is laid on a surface.
+type Laid = (String, Meaning, u32, UvTransform, d::Wraps);
+
 /// The pictures of a material, each once.
 struct Album<'a, 'p> {
     pictures: &'a Pictures<'p>,
-    kept: Vec<((String, Meaning, u32, UvTransform, d::Wraps), ImageTexture)>,
+    kept: Vec<(Laid, ImageTexture)>,
 }
 
 impl Album<'_, '_> {
@@ -225,35 +228,4 @@ impl<'a> Most<'a> {
         let base = pbr.base_color.texel.map_or(Rgb::ONE, |t| Rgb::from_array(self.pictures[t.picture].mipmap.mean()));
         Rgb::from_array(pbr.base_color.factor) * base * mean
     }
-}
-
-/// A material without its pictures: their means in their place.
-pub(super) fn forget_pictures(pbr: &mut Pbr) {
-    let means: Vec<[f64; 3]> = pbr.pictures.iter().map(|picture| picture.mipmap.mean()).collect();
-    for channel in [&mut pbr.base_color, &mut pbr.emissive, &mut pbr.specular_color] {
-        if let Some(texel) = channel.texel.take() {
-            channel.factor = std::array::from_fn(|c| channel.factor[c] * means[texel.picture][c]);
-        }
-    }
-    let alpha = pbr.opacity.as_mut().map(|opacity| &mut opacity.alpha);
-    let numbers = [
-        &mut pbr.metallic,
-        &mut pbr.roughness,
-        &mut pbr.transmission,
-        &mut pbr.specular,
-        &mut pbr.clearcoat,
-        &mut pbr.clearcoat_roughness,
-    ];
-    for channel in numbers.into_iter().chain(alpha) {
-        if let Some(texel) = channel.texel.take() {
-            channel.factor *= means[texel.picture][texel.channel];
-        }
-    }
-    pbr.occlusion.texel = None;
-    pbr.pictures = Vec::new();
-}
-
-/// Bytes of a material's channels, without its pictures.
-pub(super) fn bytes(pbr: &Pbr) -> usize {
-    size_of_val(pbr) + size_of_val(&pbr.pictures[..])
 }

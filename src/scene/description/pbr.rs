@@ -53,8 +53,7 @@ pub struct Pbr {
     /// What a closed body absorbs. Default: nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub attenuation: Option<Attenuation>,
-    /// 20 over the Abbe number, 0 to 2 or more; 0 for no dispersion. The mean dispersion (ior - 1)/20 times this is at most 0.2.
-    /// Default 0.
+    /// 20 over the Abbe number. What follows, a mean dispersion of (ior - 1)/20 times this, is limited to 0.2. Default 0: none.
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0))]
     pub dispersion: f64,

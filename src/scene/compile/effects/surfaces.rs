@@ -3,12 +3,12 @@
 use super::approximations::metallic_roughness;
 use super::rule::{Facts, OfMaterial, Rule, Said};
 use crate::lanes::Real;
-use crate::scene::compile::pbr::forget_pictures;
 use crate::scene::description::Diffuse;
 use crate::scene::description::Material as Described;
 use crate::scene::effects::{Effect, MAX_POINTERS};
 use crate::scene::problem::push_token;
 use crate::shading::material::Material;
+use crate::shading::pbr::Pbr;
 use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::checker::BaseColor;
 use crate::shading::texture::pattern::{Pattern, Textures};
@@ -68,7 +68,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         .without(|world| {
             for material in &mut world.materials {
                 forget_patterns(material, is_image);
-                material.pbr.as_deref_mut().into_iter().for_each(forget_pictures);
+                material.pbr.as_deref_mut().into_iter().for_each(Pbr::forget_pictures);
             }
         }),
         Rule::of_material(
