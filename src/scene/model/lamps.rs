@@ -5,7 +5,7 @@ use super::{LightChoice, ModelOptions};
 use crate::math::Rgb;
 use crate::models::{Lamp, LampKind, Model, Subject, Warning};
 use crate::scene::description::{
-    AngularArea, Camera, Color, DirectionalLight, Environment, Falloff, Light, PointLight, SpotLight,
+    Camera, Color, DirectionalLight, Environment, Falloff, Light, PointLight, SpotLight,
 };
 use glam::DVec3;
 use std::f64::consts::PI;
