@@ -40,6 +40,7 @@ fn from_position(position: DVec3, radiance: Rgb, falloff: Falloff, point: DVec3)
         Falloff::None => 1.0,
         Falloff::Linear(linear) => (1.0 - distance / linear.reach).max(0.0),
         Falloff::InverseSquare => 1.0 / (distance * distance),
+        Falloff::Windowed(windowed) => (1.0 - (distance / windowed.range).powi(4)).max(0.0) / (distance * distance),
     };
     Some(Incident { to_light: (position - point) / distance, distance, radiance: radiance * factor })
 }

@@ -83,6 +83,11 @@ pub enum Falloff<R> {
     },
     /// 1/d^2.
     InverseSquare,
+    /// 1/d^2 (1 - (d/range)^4), never below 0.
+    Windowed {
+        /// Distance at which the light is 0.
+        range: R,
+    },
 }
 
 /// Light that arrives at points.
@@ -150,6 +155,10 @@ impl<R: Real> Light<R> {
             Falloff::None => one,
             Falloff::Linear { reach } => (one - distance / L::splat(s, reach)).max(zero),
             Falloff::InverseSquare => one / squared,
+            Falloff::Windowed { range } => {
+                let part = squared / (L::splat(s, range) * L::splat(s, range));
+                (one - part * part).max(zero) / squared
+            }
         };
         if let Source::Spot { axis, inner, outer, .. } = self.source {
             let (inner, outer) = (L::splat(s, inner), L::splat(s, outer));

@@ -356,6 +356,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 own = own + rays.weight.times(emission);
             }
             if self.world.effects.has(Effect::EnvironmentLight)
+                && !self.world.rules.straight
                 && let Some(surroundings) = &self.world.surroundings
             {
                 let gathers = self.world.effects.has(Effect::ColorBleeding) && !rays.gathered;

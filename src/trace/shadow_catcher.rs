@@ -1,4 +1,4 @@
-//! Surfaces that show shadows alone: light goes straight on through them, but for the share of the lights that other bodies hide.
+//! Surfaces that show shadows alone: light goes straight on through them, but for the share of all light that other bodies hide.
 //! So a picture without a background has shadows in its alpha.
 
 use super::hits::Hits;
@@ -10,7 +10,7 @@ use super::ray_packet::RayPacket;
 use super::sampling::Choice;
 use super::variants::Variant;
 use crate::accel::transmittance;
-use crate::lanes::{Ids, Lanes, Mask, Real};
+use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
@@ -42,7 +42,13 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
     let Some(blockers) = world.rules.shadows.filter(|_| lanes != 0) else { return opacity };
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let from = hits.surface.leave(hits.ng);
-    let (mut all, mut arrived) = (zero, zero);
+    // Light from around is hidden from no surface, so it brightens shadows.
+    let sum = |light: V3<L>| light.x + light.y + light.z;
+    let mut all = sum(V3::splat(s, world.ambient));
+    if let Some(surroundings) = &world.surroundings {
+        all = all + sum(surroundings.scattered(s, hits.ng));
+    }
+    let mut arrived = all;
     for (index, light) in world.lights.iter().enumerate() {
         let mut place = light.middle(s);
         if let Some(area) = &light.area {
@@ -66,7 +72,7 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
         }
         let [red, green, blue] = light.color.map(Real::to_f64);
         let brightness = cosine * arrival.strength * L::lit(s, red + green + blue);
-        let seen = (left.x + left.y + left.z) * L::lit(s, 1.0 / 3.0);
+        let seen = sum(left) * L::lit(s, 1.0 / 3.0);
         all = L::select(lit, all + brightness, all);
         arrived = L::select(lit, arrived + brightness * seen, arrived);
     }

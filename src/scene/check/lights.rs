@@ -50,8 +50,11 @@ pub(super) fn check_lights(findings: &mut Findings, lights: &[Light]) {
 }
 
 fn check_falloff(findings: &mut Findings, light: Path<'_>, falloff: Falloff) {
-    if let Falloff::Linear(linear) = falloff {
-        findings.length(light.key("falloff").key("linear").key("reach"), linear.reach);
+    let at = light.key("falloff");
+    match falloff {
+        Falloff::Linear(linear) => findings.length(at.key("linear").key("reach"), linear.reach),
+        Falloff::Windowed(windowed) => findings.length(at.key("windowed").key("range"), windowed.range),
+        Falloff::None | Falloff::InverseSquare => {}
     }
 }
 

@@ -86,7 +86,10 @@ fn of_light<R: Real>(world: &World<R>, light: &Light<R>) -> Vec<f64> {
     let everywhere = |strength: f64| vec![strength; world.materials.len()];
     match (light.falloff, light.source) {
         _ if dark => everywhere(0.0),
-        (Falloff::InverseSquare, Source::Point { position } | Source::Spot { position, .. }) => {
+        (
+            Falloff::InverseSquare | Falloff::Windowed { .. },
+            Source::Point { position } | Source::Spot { position, .. },
+        ) => {
             let reach = match light.area {
                 None => 0.0,
                 Some(Area::Disc { radius }) => radius.to_f64(),

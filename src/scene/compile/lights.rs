@@ -15,6 +15,7 @@ pub(super) fn light<R: Real>(light: &d::Light) -> Light<R> {
         d::Falloff::None => Falloff::None,
         d::Falloff::Linear(linear) => Falloff::Linear { reach: R::from_f64(linear.reach) },
         d::Falloff::InverseSquare => Falloff::InverseSquare,
+        d::Falloff::Windowed(windowed) => Falloff::Windowed { range: R::from_f64(windowed.range) },
     };
     let (source, color, intensity, falloff) = match light {
         d::Light::Point(l) => (Source::Point { position: point(l.position) }, l.color, l.intensity, fall(l.falloff)),

@@ -155,10 +155,10 @@ impl Scene {
 /// A world without light. Rays of less than a weight are not followed.
 fn darkened<R: Real>(world: &World<R>, least_weight: f64) -> World<R> {
     let mut world = world.clone();
-    (world.background, world.ambient, world.display) = (black(), black(), Display::default());
-    (world.environment, world.surroundings) = (None, None);
+    (world.background, world.environment, world.display) = (black(), None, Display::default());
+    // What catches shadows compares all light with what arrives.
     if !world.effects.has(Effect::ShadowCatcher) {
-        world.lights = Vec::new();
+        (world.ambient, world.surroundings, world.lights) = (black(), None, Vec::new());
     }
     for material in &mut world.materials {
         material.emission = black();
@@ -177,7 +177,7 @@ fn darkened<R: Real>(world: &World<R>, least_weight: f64) -> World<R> {
 /// A dark world in which some items of the scene itself shine, and their placed geometries.
 fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> {
     let mut world = darkened(world, LEAST_SHARE);
-    (world.behind, world.lights) = (None, Vec::new());
+    (world.behind, world.ambient, world.surroundings, world.lights) = (None, black(), None, Vec::new());
     let glow = world.materials.len() as u32;
     world.materials.push(Material { emission: [R::from_f64(1.0); 3], ..Material::black() });
     world.usage.materials.push(Used { anywhere: true, ..Used::default() });

@@ -157,6 +157,17 @@ pub enum Falloff {
     Linear(LinearFalloff),
     /// 1/d^2.
     InverseSquare,
+    /// 1/d^2 (1 - (d/range)^4), never below 0, as lights of glTF with a range.
+    Windowed(WindowedFalloff),
+}
+
+/// Parameters of the windowed falloff.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WindowedFalloff {
+    /// Distance at which the light is gone, above 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub range: f64,
 }
 
 /// Parameters of the linear falloff.

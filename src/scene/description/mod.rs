@@ -25,7 +25,7 @@ pub use film::{Film, FilmBackground};
 pub use fog::{Fog, FogHeight};
 pub use light::{
     AngularArea, Area, DirectionalLight, DiscArea, Falloff, Light, LinearFalloff, ParallelogramArea, PointLight,
-    SpotLight,
+    SpotLight, WindowedFalloff,
 };
 pub use material::{Axes, Checker, Fresnel, Material};
 pub(crate) use object::is_collapsed;

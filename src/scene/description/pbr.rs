@@ -67,7 +67,7 @@ pub struct Pbr {
     /// Whether the surface shows `base_color` whatever the light is, and nothing else. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub unlit: bool,
-    /// Whether the surface shows shadows alone: light goes straight on through it, but for the share of the lights that bodies hide
+    /// Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide
     /// from it, and no other key counts. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub shadow_catcher: bool,

@@ -400,11 +400,11 @@ fn what_is_written_wrong_is_said_with_its_place() {
 /// A floor that catches shadows is nowhere but where a lamp is hidden, in colours and in alpha.
 #[test]
 fn a_shadow_catcher_shows_shadows_alone() {
-    let scene = |light: Value, film: Value| {
+    let sunny = |ambient: f64, light: Value, film: Value| {
         json!({
             "version": 1, "image": { "width": 3, "height": 1 },
             "camera": { "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } },
-            "background": 0.5, "ambient": 1, "lights": [light], "film": film,
+            "background": 0.5, "ambient": ambient, "lights": [light], "film": film,
             "materials": { "floor": { "pbr": { "shadow_catcher": true } } },
             "objects": [
                 { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
@@ -413,6 +413,7 @@ fn a_shadow_catcher_shows_shadows_alone() {
             "render": { "antialias": false }
         })
     };
+    let scene = |light: Value, film: Value| sunny(0.0, light, film);
     // Light that comes from the left hides the middle, 4.5 below and beside the box.
     let sun = json!({ "directional": { "direction": [3.5, -4.5, 0] } });
     for precision in ["single", "double"] {
@@ -421,10 +422,30 @@ fn a_shadow_catcher_shows_shadows_alone() {
         let film = picture(&super::scene(scene(sun.clone(), json!({ "background": "transparent" })), precision)).film;
         assert_eq!((film.pixels, film.alpha), (vec![[0.0; 3]; 3], vec![0.0, 1.0, 0.0]), "{precision}");
     }
+    // Ambient light as bright as the sun on the floor brightens the shadow, in alpha too.
+    let height = 4.5 / f64::hypot(3.5, 4.5);
+    let film =
+        picture(&super::scene(sunny(height, sun.clone(), json!({ "background": "transparent" })), "double")).film;
+    assert!((film.alpha[1] - 0.5).abs() < 1e-6 && film.alpha[0] == 0.0, "{:?}", film.alpha);
     assert!(effects(&scene(sun.clone(), json!({}))).has(Effect::ShadowCatcher));
     // Without a lamp there is nothing to be seen of it.
     let mut dark = scene(sun, json!({}));
     dark["lights"] = json!([]);
     assert!(!effects(&dark).has(Effect::ShadowCatcher));
     assert_eq!(pixels(dark, "single"), [[0.5; 3]; 3]);
+}
+
+#[test]
+fn lights_with_a_range_fade_as_gltf_says() {
+    for (distance, range) in [(1.0, 2.0), (1.9, 2.0), (3.0, 2.0), (0.5, 100.0)] {
+        let mut scene =
+            onto([0.0, 0.0, 0.1], [0.0, 0.0, 1.0], json!({ "it": { "diffuse": 1 } }), json!([quad(0.0, "it")]));
+        let falloff = json!({ "windowed": { "range": range } });
+        scene["lights"] = json!([{ "point": { "position": [0, 0, distance], "falloff": falloff } }]);
+        let expected = f64::max(0.0, 1.0 - f64::powi(distance / range, 4)) / (distance * distance);
+        shows(&scene, [expected; 3], 1e-5, &format!("{distance} of {range}"));
+    }
+    let mut scene = onto([0.0, 0.0, 0.1], [0.0, 0.0, 1.0], json!({ "it": {} }), json!([quad(0.0, "it")]));
+    scene["lights"] = json!([{ "point": { "position": [0, 0, 1], "falloff": { "windowed": { "range": 0 } } } }]);
+    assert_eq!(problems(&scene), ["/lights/0/point/falloff/windowed/range"]);
 }

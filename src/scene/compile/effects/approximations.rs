@@ -43,6 +43,9 @@ pub(super) fn metallic_roughness<R: Real>(facts: &Facts<'_, R>, on: bool) -> Sai
 
 /// How a material is done.
 fn how(pbr: &Pbr, lit_by_surroundings: bool) -> String {
+    if pbr.shadow_catcher {
+        return "shadows alone".to_owned();
+    }
     if pbr.unlit {
         return "unlit".to_owned();
     }
