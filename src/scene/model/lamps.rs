@@ -2,17 +2,17 @@
 
 use super::studio::surroundings;
 use super::{LightChoice, ModelOptions};
-use crate::math::Rgb;
+use crate::math::{self, Rgb};
 use crate::models::{Lamp, LampKind, Model, Subject, Warning};
 use crate::scene::description::{
-    AngularArea, Camera, Color, DirectionalLight, Environment, Falloff, Light, PointLight, SpotLight,
+    Camera, Color, DirectionalLight, Environment, Falloff, Light, PointLight, SpotLight, WindowedFalloff,
 };
 use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Intensity of the studio beside its key light: together white shows about 0.8 to the camera.
 const BESIDE_KEY: f64 = 0.8;
-/// Intensity of the studio beside the lamps of a file.
+/// Intensity of the studio beside the lamps of a file, as a part of theirs if they are bright.
 const BESIDE_LAMPS: f64 = 0.5;
 
 /// What lights a model.
@@ -21,10 +21,13 @@ pub(super) struct LitBy {
     pub(super) surroundings: Option<Environment>,
     /// Whether the key light is the studio's, which casts a shadow on the floor.
     pub(super) is_studio: bool,
+    /// Stops of the film.
+    pub(super) exposure: f64,
 }
 
 /// The lights of the scene. The radiance of a white surface is a light's illuminance divided by pi.
 pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera) -> LitBy {
+    let middle = DVec3::from_array(camera.view().look_at);
     let choice = options.light.unwrap_or_default();
     let has_lamps = !model.lamps.is_empty();
     let own = choice != LightChoice::Studio && (has_lamps || choice == LightChoice::File);
@@ -33,33 +36,40 @@ pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera)
             lights: vec![key(camera)],
             surroundings: Some(surroundings(camera, BESIDE_KEY)),
             is_studio: true,
+            exposure: 0.0,
         };
     }
     let lamps = std::mem::take(&mut model.lamps);
-    for (what, detail, is) in [
-        (
-            "light-range",
-            "lights fade with the square of the distance, also where the file lets them end",
-            lamps.iter().any(|lamp| lamp.range.is_some()),
-        ),
-        (
-            "spot-edge",
-            "the light of a spot falls to its edge along another curve than the file's",
-            lamps.iter().any(|lamp| matches!(lamp.kind, LampKind::Spot { .. })),
-        ),
-    ] {
-        if is {
-            let (subject, detail, pointer) = (Subject::Approximated, detail.to_owned(), String::new());
-            model.warnings.push(Warning { subject, what, detail, pointer });
-        }
+    if lamps.iter().any(|lamp| matches!(lamp.kind, LampKind::Spot { .. })) {
+        let detail = "the light of a spot falls to its edge along another curve than the file's";
+        warn(&mut model.warnings, Subject::Approximated, "spot-edge", detail.to_owned());
     }
-    let surroundings = (choice == LightChoice::Auto).then(|| surroundings(camera, BESIDE_LAMPS));
-    LitBy { lights: lamps.iter().map(light).collect(), surroundings, is_studio: false }
+    // Lamps are as bright as in the world: hundreds of candela, or a sun.
+    let bright = brightness(&lamps, middle);
+    let exposure = if bright > 1.0 { -math::log2(bright).min(32.0) } else { 0.0 };
+    if exposure < 0.0 {
+        let detail =
+            format!("the film is exposed by {exposure:.1} stops, so that white in the middle of the model is white");
+        warn(&mut model.warnings, Subject::Assumed, "exposure", detail);
+    }
+    let surroundings = (choice == LightChoice::Auto).then(|| surroundings(camera, BESIDE_LAMPS * bright.max(1.0)));
+    LitBy { lights: lamps.iter().map(light).collect(), surroundings, is_studio: false, exposure }
+}
+
+/// The radiance of white in the middle of the model, if it faces all lamps.
+fn brightness(lamps: &[Lamp], middle: DVec3) -> f64 {
+    let of = |lamp: &Lamp| {
+        let squared = lamp.placed.w_axis.truncate().distance_squared(middle);
+        let fades = if lamp.kind == LampKind::Directional { 1.0 } else { squared.max(1e-12) };
+        lamp.intensity * lamp.color.iter().copied().fold(0.0, f64::max) / PI / fades
+    };
+    lamps.iter().map(of).sum()
 }
 
 fn light(lamp: &Lamp) -> Light {
     let color = Color(Rgb::from_array(lamp.color));
-    let (intensity, falloff) = (lamp.intensity / PI, Falloff::InverseSquare);
+    let intensity = lamp.intensity / PI;
+    let falloff = lamp.range.map_or(Falloff::InverseSquare, |range| Falloff::Windowed(WindowedFalloff { range }));
     let position = lamp.placed.w_axis.truncate().to_array();
     let along = lamp.placed.transform_vector3(DVec3::NEG_Z).try_normalize().unwrap_or(DVec3::NEG_Z);
     let direction = along.to_array();
@@ -91,10 +101,9 @@ fn key(camera: &Camera) -> Light {
     let over = back.cross(right);
     let to_light = -0.5 * right + 0.8 * over + 0.6 * back;
     let direction = (-to_light).to_array();
-    Light::Directional(DirectionalLight {
-        direction,
-        color: Color::WHITE,
-        intensity: 0.35,
-        area: Some(AngularArea { angle_deg: 12.0 }),
-    })
+    Light::Directional(DirectionalLight { direction, color: Color::WHITE, intensity: 0.35, area: None })
+}
+
+fn warn(warnings: &mut Vec<Warning>, subject: Subject, what: &'static str, detail: String) {
+    warnings.push(Warning { subject, what, detail, pointer: String::new() });
 }

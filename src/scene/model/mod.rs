@@ -196,8 +196,11 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     // The surroundings are all the light there is from all around.
     description.ambient = d::Color::BLACK;
     description.lights = lit_by.lights;
-    description.film =
-        d::Film { tone: ToneMapping::KhronosPbrNeutral, background: FilmBackground::Transparent, ..description.film };
+    description.film = d::Film {
+        exposure: lit_by.exposure,
+        tone: ToneMapping::KhronosPbrNeutral,
+        background: FilmBackground::Transparent,
+    };
     let warnings = warnings.into_iter().map(problems::of_warning).collect();
     Ok(Imported { description, warnings, from_files: model.has_parts })
 }
