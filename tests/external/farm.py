@@ -39,7 +39,7 @@ from hostile import ask  # noqa: E402
 from hostile_requests import JSON, box, different, hall, noise, scene  # noqa: E402
 
 LEASE = 3  # seconds until work of a dead node goes to another
-LOST_FOR = 120  # seconds that jobs have to end after the last disturbance
+LOST_FOR = 300  # seconds that jobs have to end after the last disturbance
 ENDS = ("succeeded", "failed", "canceled", "expired")
 # What is rendered: some seconds of work each, in many tiles, and in several formats.
 SCENES = [
