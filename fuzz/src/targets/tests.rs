@@ -133,6 +133,11 @@ fn any_nff_is_refused_or_rendered() {
 }
 
 #[test]
+fn any_sequence_is_refused_or_rendered() {
+    try_all("sequence", 20_000);
+}
+
+#[test]
 fn any_model_is_refused_or_rendered() {
     for format in ["gltf", "obj", "stl", "ply", "parts"] {
         try_all(format, 10_000);
