@@ -115,7 +115,7 @@ fn diffuse_materials<R: Real>() -> OfMaterial<R> {
         },
         follows: false,
         on: "surfaces scatter the lights",
-        removed: "the colours are too dark for single precision",
+        removed: "the colours are too dark for single precision, or all of it is metal",
         off: "no material has a diffuse colour",
     }
 }
