@@ -148,7 +148,8 @@ impl Jobs {
         }
         let files = &self.files;
         // In a store it is there if this front has put it, or a record names it: reading it would take longer than putting it.
-        let is_kept = if files.shared { files.scenes.size(&scene) } else { files.scenes.get(&scene).map(|_| 0) }.is_some();
+        let is_kept =
+            if files.shared { files.scenes.size(&scene) } else { files.scenes.get(&scene).map(|_| 0) }.is_some();
         let kept = if is_kept { Ok(()) } else { files.scenes.put(&scene, b"", text) };
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
         let kept = kept.map_err(Refused::Failed).and_then(|()| self.keep_new(&record, claim));
