@@ -205,7 +205,7 @@ class Farm:
                 return json.loads(answer[1])["id"]
             if answer:
                 self.counts[f"submit {answer[0]}"] += 1
-                if answer[0] not in (429, 503, 504):
+                if answer[0] not in (409, 429, 503, 504):  # 409: another front was accepting it
                     self.fail(f"submitting a job: {answer[0]} {answer[1][:200]}")
             time.sleep(0.2)
         return None
