@@ -35,7 +35,8 @@ impl Jobs {
         let is_up_to_date = self.catch_up().await;
         match self.find(id) {
             None if !is_up_to_date => {
-                let detail = "the broker of the farm does not answer, so it is not known whether there is such a job".into();
+                let detail =
+                    "the broker of the farm does not answer, so it is not known whether there is such a job".into();
                 Err(Error::Busy { detail, retry_after: 2 })
             }
             found => Ok(found),
