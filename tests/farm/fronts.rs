@@ -316,7 +316,7 @@ fn as_many_jobs_wait_as_may_however_many_fronts_are_asked() {
         sent.into_iter().map(|sent| sent.join().unwrap()).collect()
     });
     let (accepted, refused): (Vec<_>, Vec<_>) = answers.into_iter().partition(|answer| answer.status == 202);
-    assert_eq!(accepted.len(), 7, "{:?}", refused.iter().map(Answer::text).collect::<Vec<_>>());
+    assert_eq!(accepted.len(), 7, "{}\n{}", farm.fronts[0].log(), farm.fronts[1].log());
     assert!(refused.iter().all(|answer| answer.status == 429 && !answer.header("retry-after").is_empty()));
     let _node = farm.node();
     let get = |front: &Service, path: &str| front.send("GET", path, &headers, b"");

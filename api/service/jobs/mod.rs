@@ -29,6 +29,7 @@ mod shared;
 mod store;
 mod submission;
 mod tile_order;
+mod transitions;
 mod upgrade;
 
 pub(crate) use canvas::PREVIEW_SIDE;
@@ -37,18 +38,16 @@ pub(crate) use files::DATA;
 pub(crate) use job::{Job, Watcher};
 pub(crate) use submission::{Claim, KeyUse};
 
-use crate::service::clock::milliseconds;
 use crate::service::error::StartError;
 use crate::service::farm::Farm;
 use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
 use crate::service::storage::folder::Folder;
-use crate::service::storage::revisions::Refused;
-use event_log::{Herald, before_life};
+use event_log::Herald;
 use files::Files;
 use job::{Stopped, locked};
-use record::{Failure, Record, State, now};
+use record::{Record, State};
 use records::Records;
 use registry::Registry;
 use shared::Shared;
@@ -56,14 +55,10 @@ use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::{Duration, Instant};
 use store::Store;
 use tokio::sync::{Notify, watch};
+use transitions::abandoned;
 
-/// How often a record is changed again after another front has changed it first.
-const TRIES: u32 = 100;
-/// Time until the end of a job is written again, while it cannot be.
-const BETWEEN_WRITES: Duration = Duration::from_secs(1);
 /// A job fails after more ends of the process than this without a new tile.
 const CRASHES: u32 = 2;
 
@@ -253,201 +248,6 @@ impl Jobs {
         let _ = self.open.subscribe().wait_for(|open| *open == 0).await;
     }
 
-    /// Changes a record where records live, and then here. False if `change` says that it does not apply: it is asked again when
-    /// another front has changed the record.
-    fn change(&self, job: &Arc<Job>, change: impl Fn(&mut Record) -> bool) -> io::Result<bool> {
-        let _turn = locked(&job.changing);
-        for _ in 0..TRIES {
-            let (mut record, revision) = job.stored();
-            if !change(&mut record) {
-                return Ok(false);
-            }
-            // The record of a forgotten job is gone.
-            let is_gone = job.forgotten.load(Ordering::SeqCst);
-            match if is_gone { Ok(revision + 1) } else { self.records.replace(&record, revision) } {
-                Ok(revision) => {
-                    self.adopt(job, record, revision);
-                    return Ok(true);
-                }
-                Err(Refused::Changed) => match self.records.current(&record)? {
-                    Some((current, revision)) => self.adopt(job, current, revision),
-                    None => {
-                        self.vanished(&record.id);
-                        return Ok(false);
-                    }
-                },
-                Err(Refused::Failed(error)) => return Err(error),
-            }
-        }
-        Err(Refused::Changed.into())
-    }
-
-    /// Takes over a record that was written, here or elsewhere.
-    fn adopt(&self, job: &Arc<Job>, record: Record, revision: u64) {
-        let mut registry = locked(&self.registry);
-        let Some(before) = job.adopt(record, revision) else { return };
-        registry.follow(job, &before, &self.files);
-        let record = job.record().clone();
-        if registry.is_open(job) && (record.state.is_final() || !self.is_mine(&record)) {
-            job.stop(Stopped::Taken);
-        }
-        drop(registry);
-        if record.lives != before.lives {
-            job.events.begin(record.lives);
-        }
-        if record.state.is_final() {
-            *locked(&job.left) = Some(Instant::now());
-        }
-        job.events.ring();
-        if record.next_parcel().is_some() {
-            self.bell.notify_one();
-        }
-    }
-
-    /// Whether this process works on a job, or nobody does where no other could.
-    fn is_mine(&self, record: &Record) -> bool {
-        record.front.as_deref() == self.records.front()
-    }
-
-    /// Makes this process the one that works on a job. False if another does, or the job has ended.
-    fn begin(&self, job: &Arc<Job>) -> io::Result<bool> {
-        let done = job.done.load(Ordering::Relaxed) as u64;
-        let front = self.records.front();
-        let change = |record: &mut Record| {
-            // An answer of the broker may have been lost: then this front has it already.
-            let is_other = |owner: &str| Some(owner) != front && self.records.is_alive(owner);
-            if record.state.is_final() || record.front.as_deref().is_some_and(is_other) {
-                return false;
-            }
-            if let Some(front) = front {
-                if record.state == State::Running && record.front.as_deref() != Some(front) {
-                    record.count_crash(done);
-                }
-                record.front = Some(front.to_owned());
-                record.lives += 1;
-            }
-            record.state = State::Running;
-            if record.started.is_none() {
-                let started = now();
-                record.started = Some(started);
-                record.stats.queue_ms = started.saturating_sub(record.created) as f64;
-            }
-            true
-        };
-        let is_mine = loop {
-            match self.change(job, change) {
-                Err(error) if front.is_some() && !job.control().is_cancelled() => {
-                    tracing::error!(job = job.record().id, %error, "a record cannot be written");
-                    thread::sleep(BETWEEN_WRITES);
-                }
-                done => break done?,
-            }
-        };
-        if let (Some(_), true) = (front, is_mine) {
-            let record = job.record();
-            tracing::info!(job = record.id, life = record.lives, "this front begins");
-        }
-        Ok(is_mine)
-    }
-
-    /// Lets another process go on with a job: what is kept of it suffices. It waits again, since this end of the process is not
-    /// the job's fault.
-    fn suspend(&self, job: &Arc<Job>) {
-        let suspended = self.change(job, |record| {
-            let is_mine = self.is_mine(record) && !record.state.is_final();
-            (record.state, record.front) = (State::Queued, None);
-            is_mine
-        });
-        if let Err(error) = suspended {
-            tracing::error!(%error, "a record cannot be written");
-        }
-    }
-
-    /// Writes the final state of a job that this process works on, and tells observer and watchers. It counts only if no other
-    /// front has taken the job.
-    fn finish(&self, job: &Arc<Job>, state: State, failure: Option<Failure>) {
-        let change = |record: &mut Record| {
-            let is_mine = self.is_mine(record) && !record.state.is_final();
-            self.end_record(job, record, state, failure.clone());
-            is_mine
-        };
-        let life = job.record().lives;
-        let has_ended_in = |life: u64| {
-            let record = job.record();
-            record.lives == life && record.state.is_final()
-        };
-        let mut is_doubtful = false;
-        loop {
-            match self.change(job, change) {
-                Ok(true) => break,
-                // It was written, and only the answer was lost.
-                Ok(false) if is_doubtful && has_ended_in(life) => break,
-                Ok(false) => return tracing::info!(job = job.record().id, "a job was taken by another front"),
-                Err(error) => tracing::error!(job = job.record().id, %error, "a record cannot be written"),
-            }
-            is_doubtful = true;
-            if self.records.front().is_none() {
-                // It has ended all the same, until the service is started again.
-                let (mut record, revision) = job.stored();
-                change(&mut record);
-                self.adopt(job, record, revision + 1);
-                break;
-            }
-            if locked(&self.registry).closing {
-                return;
-            }
-            thread::sleep(BETWEEN_WRITES);
-        }
-        self.ended(job);
-    }
-
-    /// Ends a job that this process does not work on. False if it has ended already.
-    fn end(&self, job: &Arc<Job>, state: State) -> io::Result<bool> {
-        let has_ended = self.change(job, |record| {
-            let goes_on = !record.state.is_final();
-            self.end_record(job, record, state, None);
-            goes_on
-        })?;
-        if has_ended {
-            self.ended(job);
-        }
-        Ok(has_ended)
-    }
-
-    /// The final record of a job.
-    fn end_record(&self, job: &Job, record: &mut Record, state: State, failure: Option<Failure>) {
-        let last = if self.is_mine(record) {
-            job.events.last()
-        } else {
-            // Another front may be about to publish events: those of a later life come after all of them.
-            record.lives += 1;
-            before_life(record.lives)
-        };
-        record.state = state;
-        record.finished = Some(now());
-        record.ended = Some(self.records.time());
-        record.failure = failure;
-        record.last_event = Some(last + 1);
-        record.stats.rays = record.stats.rays.max(job.rays.load(Ordering::Relaxed));
-        let leaves_files = state != State::Succeeded;
-        record.front = self.records.front().filter(|_| leaves_files).map(str::to_owned);
-    }
-
-    /// A job has been ended by this process.
-    fn ended(&self, job: &Job) {
-        let record = job.record().clone();
-        self.files.remove_tiles_of(std::slice::from_ref(&record.id));
-        if let Some(farm) = &self.farm {
-            farm.forget_results(&job.work_name());
-        }
-        if let (false, Some(begun)) = (record.state == State::Succeeded, *locked(&job.begun)) {
-            self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
-        }
-        self.observer.ended(&record, record.state);
-        tracing::info!(job = record.id, state = record.state.name(), "a job has ended");
-        job.events.hear(end_of(&record, record.last_event.unwrap_or_default()));
-    }
-
     /// Opens waiting jobs while there is room for more.
     fn open_next(self: &Arc<Self>) {
         let mut registry = locked(&self.registry);
@@ -500,16 +300,4 @@ impl Jobs {
         drop(registry);
         self.open_next();
     }
-}
-
-/// The last event of a job, and its number. Every front makes it from the record.
-fn end_of(record: &Record, seq: u64) -> Event {
-    let data = serde_json::json!({ "stats": record.stats, "failure": record.failure });
-    Event { seq, name: record.state.name(), data }
-}
-
-/// Why a job is given up that no process gets on with.
-fn abandoned() -> Failure {
-    let detail = format!("the service ended {} times while it rendered this job, without a new tile", CRASHES + 1);
-    Failure { slug: "abandoned".into(), detail }
 }

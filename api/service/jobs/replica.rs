@@ -7,6 +7,7 @@ use super::job::{Job, locked};
 use super::record::{Record, State};
 use super::registry::Registry;
 use super::shared::Shared;
+use super::transitions::end_of;
 use super::{JobObserver, Jobs};
 use crate::service::error::StartError;
 use crate::service::farm::Farm;
@@ -197,7 +198,7 @@ impl Jobs {
         let Some(seq) = record.last_event.filter(|_| record.state.is_final()) else { return };
         let last = job.events.last();
         if last + 1 == seq || (late && last < seq) {
-            job.events.hear(super::end_of(&record, seq));
+            job.events.hear(end_of(&record, seq));
         }
     }
 

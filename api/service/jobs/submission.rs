@@ -128,7 +128,7 @@ impl Jobs {
             let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
             return Err(Error::Busy { detail, retry_after: locked(&self.registry).seconds_for_a_tenth() });
         }
-        let is_needed = {
+        {
             let mut registry = locked(&self.registry);
             let retry_after = registry.seconds_for_a_tenth();
             if made.is_none() {
@@ -141,15 +141,15 @@ impl Jobs {
                 return Err(Error::Busy { detail, retry_after });
             }
             // From here on the files of the scene and the picture are not removed.
-            let is_needed = registry.scenes.has(&scene);
             registry.scenes.add(&scene);
             if made.is_some() {
                 registry.pictures.add(&record.picture_name());
             }
-            is_needed
-        };
+        }
         let files = &self.files;
-        let is_kept = if files.shared { is_needed } else { files.scenes.get(&scene).is_some() };
+        // In a store it is there if this front has put it, or a record names it: reading it would take longer than putting it.
+        let is_kept =
+            if files.shared { files.scenes.size(&scene) } else { files.scenes.get(&scene).map(|_| 0) }.is_some();
         let kept = if is_kept { Ok(()) } else { files.scenes.put(&scene, b"", text) };
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
         let kept = kept.map_err(Refused::Failed).and_then(|()| self.keep_new(&record, claim));
