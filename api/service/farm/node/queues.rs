@@ -63,7 +63,9 @@ impl Queues {
     /// A piece that is there.
     async fn now(&self, queue: usize) -> Option<Message> {
         let ask = json!({ "batch": 1, "no_wait": true }).to_string();
-        let request = Request::new().payload(ask.into()).timeout(Some(LATE));
+        // Work arrives under its own subject, so the client does not find whose answer it is unless the inbox is for it alone.
+        let inbox = self.broker.client.new_inbox();
+        let request = Request::new().payload(ask.into()).timeout(Some(LATE)).inbox(inbox);
         let answer = self.broker.client.send_request(self.subjects[queue].clone(), request).await.ok()?;
         self.work_in(answer)
     }
