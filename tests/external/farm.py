@@ -36,7 +36,7 @@ sys.dont_write_bytecode = True  # leaves nothing beside this file
 import service  # noqa: E402
 from broker import Broker, Listener, free_ports  # noqa: E402
 from hostile import ask  # noqa: E402
-from hostile_requests import JSON, box, different, hall, noise, scene  # noqa: E402
+from hostile_requests import JSON, box, different, hall, noise, scene, sphere  # noqa: E402
 
 LEASE = 3  # seconds until work of a dead node goes to another
 LOST_FOR = 300  # seconds that jobs have to end after the last disturbance
@@ -48,7 +48,7 @@ SCENES = [
     noise().replace('"samples": 1024', '"samples": 16'),
 ]
 OUTPUTS = [{"format": "png"}, {"format": "exr"}]
-EMPTY = scene([], (16384, 16))  # 128 tiles
+EMPTY = scene([sphere([0, 0, 100], 1)], (16384, 16), materials={"glass": {}})  # 128 tiles, nothing in sight
 
 
 class Node:
