@@ -48,7 +48,7 @@ SCENES = [
     noise().replace('"samples": 1024', '"samples": 16'),
 ]
 OUTPUTS = [{"format": "png"}, {"format": "exr"}]
-EMPTY = scene([sphere([0, 0, 100], 1)], (16384, 16), materials={"glass": {}})  # 128 tiles, nothing in sight
+EMPTY = scene([sphere([0, 0, 100], 1)], (16384, 16), materials={"glass": {}})  # 256 tiles, nothing in sight
 
 
 class Node:
@@ -350,8 +350,8 @@ def leader(chosen, farm):
 
 
 def soak(chosen, farm):
-    """Jobs of 128 empty tiles each, eight at a time. What the processes hold is looked at after a tenth, and in the end."""
-    left, lock, ended, held = chosen.tiles // 128, threading.Lock(), threading.Event(), []
+    """Jobs of 256 empty tiles each, eight at a time. What the processes hold is looked at after a tenth, and in the end."""
+    left, lock, ended, held = chosen.tiles // 256, threading.Lock(), threading.Event(), []
     numbers = itertools.count()
 
     def jobs(tenant):
@@ -377,7 +377,7 @@ def soak(chosen, farm):
         if done >= len(held) * left / 10:
             with lock:
                 held.append(look())
-            print(f"{done * 128:7} tiles, {time.monotonic() - begun:4.0f} s:", {what: round(value) for what, value in held[-1].items()}, flush=True)
+            print(f"{done * 256:7} tiles, {time.monotonic() - begun:4.0f} s:", {what: round(value) for what, value in held[-1].items()}, flush=True)
     first, last = held[min(1, len(held) - 1)], look()
     print("after a tenth", first, "\nin the end   ", last)
     for what, value in last.items():
