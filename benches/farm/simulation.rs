@@ -33,7 +33,7 @@ const TILE: u32 = 8;
 /// Tiles of a row of the pictures.
 const ROW: u32 = 1_000;
 /// Nothing to see.
-const SCENE: &str = r#"{"version":1,"image":{"width":8000,"height":8000},"camera":{"pinhole":{"eye":[0,0,5],"look_at":[0,0,0]}},"objects":[]}"#;
+const SCENE: &str = r#"{"version":1,"image":{"width":8000,"height":8000},"camera":{"pinhole":{"eye":[0,0,5],"look_at":[0,0,0]}},"objects":[{"sphere":{"center":[0,0,100],"radius":1}}]}"#;
 
 /// Milliseconds that a tile takes on average.
 static TILE_MS: AtomicU64 = AtomicU64::new(0);

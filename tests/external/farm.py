@@ -36,7 +36,7 @@ sys.dont_write_bytecode = True  # leaves nothing beside this file
 import service  # noqa: E402
 from broker import Broker, Listener, free_ports  # noqa: E402
 from hostile import ask  # noqa: E402
-from hostile_requests import JSON, box, different, hall, noise, scene  # noqa: E402
+from hostile_requests import JSON, box, different, hall, noise, scene, sphere  # noqa: E402
 
 LEASE = 3  # seconds until work of a dead node goes to another
 LOST_FOR = 300  # seconds that jobs have to end after the last disturbance
@@ -48,7 +48,7 @@ SCENES = [
     noise().replace('"samples": 1024', '"samples": 16'),
 ]
 OUTPUTS = [{"format": "png"}, {"format": "exr"}]
-EMPTY = scene([], (16384, 16))  # 128 tiles
+EMPTY = scene([sphere([0, 0, 100], 1)], (16384, 16), materials={"glass": {}})  # 256 tiles, nothing in sight
 
 
 class Node:
@@ -205,7 +205,7 @@ class Farm:
                 return json.loads(answer[1])["id"]
             if answer:
                 self.counts[f"submit {answer[0]}"] += 1
-                if answer[0] not in (429, 503, 504):
+                if answer[0] not in (409, 429, 503, 504):  # 409: another front was accepting it
                     self.fail(f"submitting a job: {answer[0]} {answer[1][:200]}")
             time.sleep(0.2)
         return None
@@ -350,8 +350,8 @@ def leader(chosen, farm):
 
 
 def soak(chosen, farm):
-    """Jobs of 128 empty tiles each, eight at a time. What the processes hold is looked at after a tenth, and in the end."""
-    left, lock, ended, held = chosen.tiles // 128, threading.Lock(), threading.Event(), []
+    """Jobs of 256 empty tiles each, eight at a time. What the processes hold is looked at after a tenth, and in the end."""
+    left, lock, ended, held = chosen.tiles // 256, threading.Lock(), threading.Event(), []
     numbers = itertools.count()
 
     def jobs(tenant):
@@ -377,7 +377,7 @@ def soak(chosen, farm):
         if done >= len(held) * left / 10:
             with lock:
                 held.append(look())
-            print(f"{done * 128:7} tiles, {time.monotonic() - begun:4.0f} s:", {what: round(value) for what, value in held[-1].items()}, flush=True)
+            print(f"{done * 256:7} tiles, {time.monotonic() - begun:4.0f} s:", {what: round(value) for what, value in held[-1].items()}, flush=True)
     first, last = held[min(1, len(held) - 1)], look()
     print("after a tenth", first, "\nin the end   ", last)
     for what, value in last.items():

@@ -32,7 +32,7 @@ impl FromRequestParts<App> for NamedJob {
 
 /// The job of an id, if the tenant may see it.
 pub(crate) async fn find(app: &AppState, tenant: &Tenant, id: &str) -> Result<Arc<Job>, Problem> {
-    let found = app.service.jobs.find_lately(id).await.filter(|job| may_see(tenant, &job.record()));
+    let found = app.service.jobs.find_lately(id).await?.filter(|job| may_see(tenant, &job.record()));
     found.ok_or_else(|| missing(app, id))
 }
 

@@ -102,17 +102,18 @@ impl Records {
         self.runtime.block_on(self.wait_until(revision));
     }
 
-    async fn wait_until(&self, revision: u64) {
+    /// Whether a revision was heard of in time. Who was not told answers with what it knows.
+    async fn wait_until(&self, revision: u64) -> bool {
         let mut heard = self.heard.subscribe();
         let come = heard.wait_for(|heard| *heard >= revision);
-        // Who is not told in time answers with what it knows.
-        let _ = timeout(ECHO, come).await;
+        matches!(timeout(ECHO, come).await, Ok(Ok(_)))
     }
 
-    /// Waits until all that was written before has been heard of, for a while.
-    pub(crate) async fn catch_up(&self) {
-        if let Ok(Ok(info)) = timeout(ECHO, self.bucket.stream.get_info()).await {
-            self.wait_until(info.state.last_sequence).await;
+    /// Waits until all that was written before has been heard of, for a while; whether it has.
+    pub(crate) async fn catch_up(&self) -> bool {
+        match timeout(ECHO, self.bucket.stream.get_info()).await {
+            Ok(Ok(info)) => self.wait_until(info.state.last_sequence).await,
+            _ => false,
         }
     }
 

@@ -26,14 +26,21 @@ impl Jobs {
         locked(&self.registry).jobs.get(id).map(Arc::clone)
     }
 
-    /// A job, also one that another front has accepted a moment ago.
-    pub(crate) async fn find_lately(&self, id: &str) -> Option<Arc<Job>> {
+    /// A job, also one that another front has accepted a moment ago. An error says that it is not known whether there is one.
+    pub(crate) async fn find_lately(&self, id: &str) -> Result<Option<Arc<Job>>, Error> {
         let found = self.find(id);
         if found.is_some() || self.shared.is_none() || Uuid::try_parse(id).is_err() {
-            return found;
+            return Ok(found);
         }
-        self.catch_up().await;
-        self.find(id)
+        let is_up_to_date = self.catch_up().await;
+        match self.find(id) {
+            None if !is_up_to_date => {
+                let detail =
+                    "the broker of the farm does not answer, so it is not known whether there is such a job".into();
+                Err(Error::Busy { detail, retry_after: 2 })
+            }
+            found => Ok(found),
+        }
     }
 
     /// What a job with this scene id renders, if there is one: of an owner, or of anybody.

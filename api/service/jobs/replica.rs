@@ -84,9 +84,10 @@ impl Jobs {
     }
 
     /// Waits until this front knows what others have told before, for a while.
-    pub(crate) async fn catch_up(&self) {
-        if let Some(shared) = &self.shared {
-            shared.records.catch_up().await;
+    pub(crate) async fn catch_up(&self) -> bool {
+        match &self.shared {
+            Some(shared) => shared.records.catch_up().await,
+            None => true,
         }
     }
 
