@@ -31,7 +31,12 @@ fn problem(json: &[u8], fault: Fault) -> Problem {
             let (line, column) = place(json, offset);
             let found = innermost(json, offset);
             // A value that ends where the fault is belongs to what is known of its pointer.
-            let pointer = if found.starts_with(&problem.pointer) { found } else { problem.pointer };
+            let mut pointer = if found.starts_with(&problem.pointer) { found } else { problem.pointer.clone() };
+            // What lacks a key is the object around the last value.
+            if kind == Kind::MissingKey && pointer.len() > problem.pointer.len() {
+                pointer.truncate(pointer.rfind('/').unwrap_or(0));
+                return Problem { pointer, ..problem };
+            }
             Problem { pointer, line: Some(line), column: Some(column), ..problem }
         }
     }
