@@ -6,7 +6,7 @@ export CARGO_INCREMENTAL := "1"
 # Format, types and lints.
 check:
     cargo fmt --check
-    cargo clippy --release --all-targets -- -D warnings
+    cargo clippy --release --all-targets --all-features -- -D warnings
 
 # All tests, or some: `just test --test renderer fog`.
 test *args:

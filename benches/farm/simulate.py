@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A farm of hundreds of nodes whose rendering is a sleep, with a real broker: how much work it hands out, and how evenly.
 
-    cargo build --release --example farm_simulation && python3 benches/farm/simulate.py --nodes 500 --slots 4 --jobs 100
+    cargo build --release --features simulation --example farm_simulation && python3 benches/farm/simulate.py --nodes 500 --slots 4 --jobs 100
 
 Nodes and coordinators are those of the program; only pixels are not made. It runs all of them, and the broker, on this machine:
 the share of time that slots are busy falls where its processors are at their end. Figures are appended to benches/farm/farm.json

@@ -19,6 +19,7 @@ use service::farm::node::work;
 use service::farm::settings::FarmSettings;
 use service::farm::work::SceneSource;
 use service::pictures::tile_bytes::Tile;
+use service::storage::objects::Objects;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
@@ -121,12 +122,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     // Fronts and nodes are processes of their own, so each side has its threads.
     let (of_front, of_nodes) = (runtime(2, 512)?, runtime(2, slots as usize + 600)?);
-    let farm = Farm::open(&settings, None, of_front.handle()).map_err(|error| format!("{error:?}"))?.ok_or("--farm")?;
+    let refused = |error| format!("{error:?}");
+    let place = settings.store.as_deref().ok_or("--store")?;
+    let store = of_front.block_on(Objects::open(place)).map_err(refused)?;
+    let farm = Farm::open(&settings, Some(&store), None, of_front.handle()).map_err(refused)?.ok_or("--farm")?;
     let farm = Arc::new(farm);
     let scene = SceneSource {
         text: SceneSource::name_of(SCENE.as_bytes()),
         format: Format::Json,
         settings: Overrides::default(),
+        frame: None,
     };
     farm.share_scene(&scene, SCENE.as_bytes())?;
     let (stop, stopped) = tokio::sync::watch::channel(false);
