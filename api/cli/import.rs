@@ -8,6 +8,7 @@ use clap::Args;
 use std::path::PathBuf;
 use strahl::scene::nff::{NffOptions, read_nff};
 use strahl::scene::problem::{Code, Problem, Problems};
+use strahl::scene::recognise::recognise_start;
 use strahl::scene::{Description, Format, Overrides, model};
 
 /// `strahl import`.
@@ -45,6 +46,9 @@ fn read(args: &ImportArgs, file: &SceneFile) -> Result<Description, Problems> {
             return read_nff(&file.bytes, NffOptions { two_sided: args.two_sided, spd_counts: args.spd_counts });
         }
         None => {
+            if let Some(problem) = recognise_start(&file.bytes).refused_as(Format::Json) {
+                return Err(Problems::one(problem));
+            }
             let what = "this is scene JSON already: there is nothing to import";
             return Err(Problems::one(Problem::new("", Code::OtherFormat, what)));
         }

@@ -79,7 +79,8 @@ impl<L: Lanes> Lobes<L> {
     pub fn of(s: L::Simd, p: &Parameters<L>, lanes: u32, to_eye: V3<L>, ns: V3<L>, coat_ns: V3<L>) -> Self {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let nothing = V3 { x: zero, y: zero, z: zero };
-        let facing = |n: V3<L>| n.dot(to_eye).max(L::lit(s, EDGE_ON)).min(one);
+        let facing = #[inline(always)]
+        |n: V3<L>| n.dot(to_eye).max(L::lit(s, EDGE_ON)).min(one);
         let (cosine, coat_cosine) = (facing(ns), facing(coat_ns));
         let coat = p.clearcoat * (L::lit(s, 0.04) + L::lit(s, 0.96) * fifth(one - coat_cosine)) * p.lit;
         let below = (one - coat) * p.lit;
@@ -184,7 +185,8 @@ impl<L: Lanes> Half<L> {
         let (along, across) = (n.dot(self.vector), n.cross(self.vector));
         let spread = (square * along * along + across.dot(across)) / self.square;
         let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
-        let hidden = |c: L| c + (square + (one - square) * c * c).sqrt();
+        let hidden = #[inline(always)]
+        |c: L| c + (square + (one - square) * c * c).sqrt();
         cosine * square / (spread * spread * (hidden(cosine) * hidden(seen)))
     }
 }

@@ -29,7 +29,8 @@ pub(super) fn light_from_around<L: Lanes>(
                 light = coefficients.diffuse.times(surroundings.scattered(s, hits.ns));
             }
             let Some(lobes) = lobes else { return light };
-            let seen = |ns: V3<L>, roughness: L, share: V3<L>| {
+            let seen = #[inline(always)]
+            |ns: V3<L>, roughness: L, share: V3<L>| {
                 let lanes = share.x.max(share.y).max(share.z).gt(zero).bits() & lobes.lanes & hits.found;
                 share.times(around(s, surroundings, reflect(s, rays.dir, ns), roughness, lanes))
             };

@@ -3,7 +3,7 @@
 use crate::backends::alone;
 use crate::common::BALL;
 use crate::common::service::Service;
-use crate::harness::{Broker, Node, wait_until};
+use crate::harness::{Broker, Node, job, wait_until};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -88,11 +88,11 @@ fn a_farm_of_users_with_few_rights_renders_over_encrypted_connections() {
     let Some(farm) = Guarded::start() else { return };
     let front = farm.front(&farm.flags("front", "broker-ca.crt")).expect("it starts");
     let node = farm.node();
-    let query = "?width=300&height=200";
-    let job = front.post_json(&format!("/v1/jobs{query}"), BALL).header("location").to_owned();
+    let size = r#""settings": { "width": 300, "height": 200 }"#;
+    let job = front.post_json("/v1/jobs", &job(size, BALL)).header("location").to_owned();
     wait_until("the job ends", || !["queued", "running"].contains(&front.get(&job).json()["state"].as_str().unwrap()));
     assert_eq!(front.get(&job).json()["state"], "succeeded", "{}\n{}", front.log(), node.log());
-    assert!(front.get(&format!("{job}/image")).body == alone(query, BALL));
+    assert!(front.get(&format!("{job}/image")).body == alone(size, BALL));
     let figures = || front.get("/v1/farm").json()["farm"].clone();
     // A node says every few seconds what it has done.
     wait_until("a node says that it has rendered", || {
@@ -160,7 +160,7 @@ fn nodes_cannot_hand_out_work_or_hear_what_is_not_theirs() {
         });
     }
     // The streams are still there, with nothing in them.
-    let job = front.post_json("/v1/jobs", BALL).header("location").to_owned();
+    let job = front.post_json("/v1/jobs", &job("", BALL)).header("location").to_owned();
     let node = farm.node();
     wait_until("the job ends", || front.get(&job).json()["state"] == "succeeded");
     drop(node);

@@ -14,7 +14,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// One tile of `SLOW` that takes some seconds.
-const DEAR_TILE: &str = r#""settings": { "width": 32, "height": 32, "samples": 160 }"#;
+const DEAR_TILE: &str = r#""settings": { "width": 32, "height": 32, "samples": 400 }"#;
 
 /// T1.
 #[test]

@@ -206,7 +206,9 @@ mod tests {
         assert_eq!(declared_format(&HeaderMap::new()).ok(), Some(None));
         assert_eq!(check_content(None, b" \n{\"version\": 1}").ok(), Some(Format::Json));
         assert!(check_content(None, b"scene=1").is_err() && check_content(None, b"").is_err());
-        assert!(check_content(Some(Format::Json), b"glTF\x02").is_err() && check_content(None, b"v 1 2 3").is_err());
+        assert!(check_content(Some(Format::Json), b"glTF\x02").is_err());
+        assert_eq!(check_content(None, b"glTF\x02").ok(), Some(Format::Gltf));
+        assert_eq!(check_content(None, b"v 1 2 3").ok(), Some(Format::Obj));
         let mut encoded = with(header::CONTENT_TYPE, "application/json");
         encoded.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
         assert_eq!(declared_format(&encoded).ok(), Some(Some(Format::Json)));

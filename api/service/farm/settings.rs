@@ -25,13 +25,13 @@ pub(crate) struct FarmSettings {
     pub(crate) farm_ca: Option<PathBuf>,
     /// First part of the subjects on which the broker answers this process. Accounts that keep nodes from reading each
     /// other's answers give each its own.
-    #[arg(long, env = "STRAHL_FARM_INBOX", value_name = "SUBJECT", default_value = "_INBOX", value_parser = inbox, requires = "farm")]
+    #[arg(long, env = "STRAHL_FARM_INBOX", value_name = "SUBJECT", default_value = "_INBOX", value_parser = inbox)]
     pub(crate) farm_inbox: String,
     /// How many servers keep each message: 3 survive the loss of one.
-    #[arg(long, env = "STRAHL_FARM_REPLICAS", value_name = "SERVERS", default_value_t = 1, value_parser = value_parser!(u64).range(1..=5), requires = "farm")]
+    #[arg(long, env = "STRAHL_FARM_REPLICAS", value_name = "SERVERS", default_value_t = 1, value_parser = value_parser!(u64).range(1..=5))]
     pub(crate) farm_replicas: u64,
     /// Seconds after which work goes to another node if its own does not get on with it.
-    #[arg(long, env = "STRAHL_FARM_LEASE", value_name = "SECONDS", default_value = "15", value_parser = seconds, requires = "farm")]
+    #[arg(long, env = "STRAHL_FARM_LEASE", value_name = "SECONDS", default_value = "15", value_parser = seconds)]
     pub(crate) farm_lease: Duration,
     /// Where scenes and pictures of the farm are, and pictures of jobs that ask for it: a folder that all its machines see, or
     /// s3://BUCKET/PREFIX, with AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY of the environment.

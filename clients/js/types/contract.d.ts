@@ -404,6 +404,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/farm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The farm that renders for the service: nodes, slots, backlog, throughput, failures. Null if it renders itself. Single nodes are for keys with the scope `admin`. */
+        get: operations["farm"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/formats": {
         parameters: {
             query?: never;
@@ -1054,6 +1071,8 @@ export interface components {
         };
         /** @description All limits by the names that problems quote. */
         AllLimits: {
+            /** @description Limits of what is delivered after jobs. */
+            deliveries: components["schemas"]["DeliveryLimits"];
             /** @description Limits of jobs. */
             jobs: components["schemas"]["JobLimits"];
             /** @description Limits of one request: bytes, seconds (`_s`) and counts. Null: not available here. */
@@ -1065,6 +1084,8 @@ export interface components {
             /** @description Concurrency limits of the caller's tenant, and units in a minute. Null: unlimited. */
             tenant: components["schemas"]["TenantLimits"];
         };
+        /** @description What alpha means. */
+        AlphaMode: "blend" | "mask";
         /** @description A plan, and what rendering the picture has cost. */
         Analyzed: {
             /** @description Time and rays. */
@@ -1106,6 +1127,11 @@ export interface components {
              */
             angle_deg: number;
         };
+        /** @description The farm, if there is one. */
+        Answer: {
+            /** @description Null: the service renders itself. */
+            farm: components["schemas"]["Figures"] | null;
+        };
         /** @description What the rays hit, in their order. */
         Answers: {
             /** @description One for each ray. */
@@ -1116,6 +1142,16 @@ export interface components {
             disc: components["schemas"]["DiscArea"];
         } | {
             parallelogram: components["schemas"]["ParallelogramArea"];
+        };
+        /** @description What a body absorbs: it lets `color` pass over a length of `distance`. */
+        Attenuation: {
+            /** @description The share of light that passes, above 0 to 1 in each channel. */
+            color: components["schemas"]["Color"];
+            /**
+             * Format: double
+             * @description The length, in scene units, above 0.
+             */
+            distance: number;
         };
         /**
          * @description A set of axes.
@@ -1134,6 +1170,24 @@ export interface components {
             min: number[];
             /** @description A name, for people; answers and ray trees repeat it. At most 256 bytes. */
             name?: string | null;
+        };
+        /** @description Seconds of one slot. */
+        Backlog: {
+            /**
+             * Format: double
+             * @description Jobs of low priority.
+             */
+            bulk: number;
+            /**
+             * Format: double
+             * @description Renders that somebody waits for.
+             */
+            hi: number;
+            /**
+             * Format: double
+             * @description Jobs.
+             */
+            norm: number;
         };
         /** @description Bumps: the surface is shaded as if it were raised along its normal, but its outline stays. */
         Bump: {
@@ -1281,6 +1335,33 @@ export interface components {
         };
         /** @description A colour: a grey number, linear [r, g, b], or sRGB "#rrggbb". No channel below 0. */
         Color: number | number[] | string;
+        /** @description A value, or a picture times a value: {"factor": ..., "image": "..."}. */
+        ColorChannel: components["schemas"]["Color"] | {
+            /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+            channel?: components["schemas"]["TexelChannel"] | null;
+            /**
+             * @description Factor on the texels. Default 1.
+             * @default [
+             *       1,
+             *       1,
+             *       1
+             *     ]
+             */
+            factor?: components["schemas"]["Color"];
+            /** @description PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+            image: string;
+            /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
+            transform?: components["schemas"]["UvTransform"];
+            /**
+             * Format: uint32
+             * @description Which texture coordinates of the mesh, 0 for `uvs` or 1 for `uvs1`. Default 0.
+             */
+            uv?: number;
+            /** @description The texture beyond the edges of the picture, in both directions or `[across, along]`. Default `"repeat"`. */
+            wrap?: components["schemas"]["Wraps"];
+        };
+        /** @description How a node is. */
+        Condition: "ready" | "draining" | "excluded";
         /** @description Circular cone or its frustum from `base` to `top`. */
         Cone: {
             /** @description Centre of one end. */
@@ -1371,6 +1452,53 @@ export interface components {
              * @default 60
              */
             vfov_deg?: number;
+        };
+        /** @description What is delivered after jobs. */
+        DeliveryLimits: {
+            /** @description Whether pictures can be put into a store. */
+            store: boolean;
+            /**
+             * Format: uint32
+             * @description Attempts to send a message to a webhook, or a picture to the store, before it is given up.
+             */
+            webhook_attempts: number;
+            /** @description Accept webhooks of http://, whose messages anybody on the way can read. */
+            webhook_http: boolean;
+            /**
+             * Format: uint32
+             * @description Messages of one tenant that are sent at one time.
+             */
+            webhook_parallel: number;
+            /**
+             * Format: double
+             * @description Seconds from the first attempt to the second. Each later one waits four times as long, up to an hour.
+             */
+            webhook_retry_s: number;
+            /**
+             * Format: double
+             * @description Seconds that a receiver may take to answer.
+             */
+            webhook_timeout_s: number;
+        };
+        /** @description How far a delivery is. */
+        DeliveryState: "pending" | "delivered" | "dead";
+        /** @description A delivery after the end of a job. */
+        DeliveryView: {
+            /**
+             * Format: uint32
+             * @description Attempts so far.
+             */
+            attempts: number;
+            /** @description When it arrived or was given up (RFC 3339). */
+            ended_at?: string | null;
+            /** @description Why the last attempt failed. */
+            error?: string | null;
+            /** @description When it is tried next, after an attempt that failed (RFC 3339). */
+            next_attempt_at?: string | null;
+            /** @description How far it is. */
+            state: components["schemas"]["DeliveryState"];
+            /** @description Where it goes. */
+            url: string;
         };
         /** @description How long chains of rays get. */
         Depth: {
@@ -1464,6 +1592,29 @@ export interface components {
              */
             radius: number;
         };
+        /** @description What nodes have done since they were started. */
+        Done: {
+            /**
+             * Format: double
+             * @description Seconds that slots have rendered.
+             */
+            busy_seconds: number;
+            /**
+             * Format: uint64
+             * @description Pieces that failed.
+             */
+            failures: number;
+            /**
+             * Format: uint64
+             * @description Pieces of work.
+             */
+            pieces: number;
+            /**
+             * Format: uint64
+             * @description Tiles in them.
+             */
+            tiles: number;
+        };
         /** @description The speed between two keys. All are polynomials, which give the same bits on every machine. */
         Ease: "linear" | "in" | "out" | "in_out";
         /** @description One effect. */
@@ -1501,7 +1652,7 @@ export interface components {
             /** @description `depth`, `weight` or `budget`. */
             why: string;
         };
-        /** @description Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. Either `image` or `sky`. */
+        /** @description Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. One of `image`, `sky` and `studio`. */
         Environment: {
             /** @description Equirectangular PNG or JPEG, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a file beside the scene. Its middle is seen in direction -z, its upper edge in direction +y. */
             image?: string | null;
@@ -1511,6 +1662,8 @@ export interface components {
              * @default 1
              */
             intensity?: number;
+            /** @description Whether it lights surfaces. Default `"none"`. */
+            light?: components["schemas"]["EnvironmentLight"];
             /**
              * Format: double
              * @description Turns it around the y axis, in degrees, counter-clockwise seen from above, -360 to 360. Default 0.
@@ -1519,7 +1672,11 @@ export interface components {
             rotate_deg?: number;
             /** @description A clear sky over dull ground: `{}` for its colours by day. */
             sky?: components["schemas"]["Sky"] | null;
+            /** @description A photographer's studio with bright walls and soft panels of light: `{}`. */
+            studio?: components["schemas"]["Studio"] | null;
         };
+        /** @description What an environment does to surfaces. */
+        EnvironmentLight: "none" | "fast";
         /** @description Error bounds by how they are known. Null means unknown, not exact. */
         ErrorBounds: {
             /** @description Bounds that likely hold. Null where pixels have one sample and are not compared with their neighbours. */
@@ -1548,6 +1705,11 @@ export interface components {
              * @description Line in the body, from 1.
              */
             line?: number | null;
+            /**
+             * Format: uint64
+             * @description Offset in a binary body, from 0.
+             */
+            offset?: number | null;
             /** @description The query parameter that is wrong. */
             parameter?: string | null;
             /**
@@ -1696,7 +1858,34 @@ export interface components {
         /** @description How a light fades with the distance d. */
         Falloff: "none" | {
             linear: components["schemas"]["LinearFalloff"];
-        } | "inverse_square";
+        } | "inverse_square" | {
+            windowed: components["schemas"]["WindowedFalloff"];
+        };
+        /** @description The farm in figures. */
+        Figures: {
+            /** @description Seconds of one slot that the work takes which this front has for nodes, by how urgent it is. */
+            backlog_seconds: components["schemas"]["Backlog"];
+            /**
+             * Format: uint32
+             * @description Pieces that nodes render now.
+             */
+            busy: number;
+            /** @description Whether the service reaches the broker now. */
+            connected: boolean;
+            /** @description What the nodes there are have done. */
+            done: components["schemas"]["Done"];
+            /** @description Each node. Null without the scope `admin`. */
+            each: components["schemas"]["Node"][] | null;
+            /** @description Nodes by how they are. */
+            nodes: components["schemas"]["Nodes"];
+            /**
+             * Format: uint32
+             * @description Pieces that nodes which take work can render at one time.
+             */
+            slots: number;
+            /** @description What has gone wrong since this front was started. */
+            trouble: components["schemas"]["Trouble"];
+        };
         /** @description How the light of a picture becomes the colours of its file. Light itself does not change, nor what is proved about it. */
         Film: {
             /**
@@ -2205,6 +2394,10 @@ export interface components {
              * @default {}
              */
             settings?: components["schemas"]["Overrides"];
+            /** @description Puts the picture and its cost report into the store of the service when the job has succeeded. */
+            store?: components["schemas"]["StoreRequest"] | null;
+            /** @description A receiver that hears how the job ends. */
+            webhook?: components["schemas"]["WebhookRequest"] | null;
         };
         /** @description State of a job. */
         JobState: "queued" | "running" | "succeeded" | "failed" | "canceled" | "expired";
@@ -2313,6 +2506,8 @@ export interface components {
             state: components["schemas"]["JobState"];
             /** @description Its cost. */
             stats: components["schemas"]["JobStats"];
+            /** @description Its picture in the store, if it asked for that. */
+            store?: components["schemas"]["StoredView"] | null;
             /** @description The tenant that owns it. */
             tenant: string;
             /**
@@ -2320,6 +2515,8 @@ export interface components {
              * @description Edge of a tile in pixels; 0 if the picture is one tile.
              */
             tile: number;
+            /** @description The message about its end, if it has a webhook. */
+            webhook?: components["schemas"]["DeliveryView"] | null;
             /**
              * Format: uint32
              * @description Pixels across.
@@ -2447,6 +2644,8 @@ export interface components {
              * @default false
              */
             one_sided?: boolean;
+            /** @description A material as in glTF, in place of all keys above but `one_sided`. Default: none. */
+            pbr?: components["schemas"]["Pbr"] | null;
             /**
              * @description r_s, factor on the light of the reflected ray. Default 0.
              * @default [
@@ -2523,6 +2722,8 @@ export interface components {
         };
         /** @description Triangles over shared vertices; fronts see their corners counter-clockwise. The fronts bound one body. */
         Mesh: {
+            /** @description Colours, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity` of a `pbr` material; others ignore them. */
+            colors?: number[][] | null;
             /** @description Three indices of vertices each, from 0. */
             faces: number[][];
             /** @description Turns the body inside out: its inside is empty space (ior 1), like an air bubble in glass. Default false. */
@@ -2535,6 +2736,8 @@ export interface components {
             normals?: number[][] | null;
             /** @description Texture coordinates, one pair for each vertex. */
             uvs?: number[][] | null;
+            /** @description Other texture coordinates, one pair for each vertex. */
+            uvs1?: number[][] | null;
             /** @description The points. */
             vertices: number[][];
         };
@@ -2556,6 +2759,69 @@ export interface components {
             rotate_deg?: components["schemas"]["Rotation"] | null;
             /** @description Moved by. */
             translate?: number[] | null;
+        };
+        /** @description A node. */
+        Node: {
+            /**
+             * Format: uint32
+             * @description Pieces it renders now.
+             */
+            busy: number;
+            /**
+             * Format: uint64
+             * @description Pieces that failed.
+             */
+            failures: number;
+            /** @description Id of its process. */
+            id: string;
+            /** @description What people call it. */
+            name: string;
+            /**
+             * Format: uint64
+             * @description Pieces it has done.
+             */
+            pieces: number;
+            /** @description Why it is so. */
+            reason: string | null;
+            /** @description Whether it renders the same pixels as this front. Only then it gets work of this front. */
+            same_renderer: boolean;
+            /**
+             * Format: uint32
+             * @description Pieces it renders at one time.
+             */
+            slots: number;
+            /**
+             * Format: uint64
+             * @description Seconds since it was started.
+             */
+            started_s: number;
+            /** @description How it is. */
+            state: components["schemas"]["Condition"];
+            /**
+             * Format: uint64
+             * @description Tiles in them.
+             */
+            tiles: number;
+            /** @description The program's version. */
+            version: string;
+        };
+        /** @description Nodes by how they are. */
+        Nodes: {
+            /**
+             * Format: uint32
+             * @description They finish what they have, and end.
+             */
+            draining: number;
+            /**
+             * Format: uint32
+             * @description They take no work, since they do not trust themselves.
+             */
+            excluded: number;
+            /**
+             * Format: uint32
+             * @description They take work.
+             */
+            ready: number;
         };
         /** @description Clouds between two colours: Perlin's gradient noise (2002) in object space. Each octave has half the size and half the strength of the one before. */
         Noise: {
@@ -2580,6 +2846,28 @@ export interface components {
         NormalMap: {
             /** @description The picture. */
             image: components["schemas"]["ImageMap"];
+        };
+        /** @description A value, or a picture times a value: {"factor": ..., "image": "..."}. */
+        NumberChannel: number | {
+            /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+            channel?: components["schemas"]["TexelChannel"] | null;
+            /**
+             * Format: double
+             * @description Factor on the texels. Default 1.
+             * @default 1
+             */
+            factor?: number;
+            /** @description PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+            image: string;
+            /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
+            transform?: components["schemas"]["UvTransform"];
+            /**
+             * Format: uint32
+             * @description Which texture coordinates of the mesh, 0 for `uvs` or 1 for `uvs1`. Default 0.
+             */
+            uv?: number;
+            /** @description The texture beyond the edges of the picture, in both directions or `[across, along]`. Default `"repeat"`. */
+            wrap?: components["schemas"]["Wraps"];
         };
         /** @description Things in a scene. `sphere`, `box`, `torus`, `mesh`, capped `cylinder` and `cone` and the half-space of a `plane` are closed bodies: light that passes their surface is refracted. `disc`, `triangle`, `quad`, `polygon` and uncapped `cylinder` and `cone` enclose nothing: they are infinitely thin, and light passes them without bending. */
         Object: {
@@ -2651,6 +2939,19 @@ export interface components {
              */
             y: number;
         };
+        /** @description How much of a surface is there. */
+        Opacity: {
+            /** @description The share of the surface that is there, 0 to 1. The fourth number of a mesh's `colors` multiplies it. Default 1. */
+            alpha?: components["schemas"]["NumberChannel"];
+            /**
+             * Format: double
+             * @description With `"mask"`: the least alpha at which the surface is there, 0 to 1. Default 0.5.
+             * @default 0.5
+             */
+            cutoff?: number;
+            /** @description What `alpha` means. Default `"blend"`. */
+            mode?: components["schemas"]["AlphaMode"];
+        };
         /** @description Parallel projection. */
         OrthographicCamera: {
             /** @description Point in the middle of the plane on which the rays start. */
@@ -2676,13 +2977,28 @@ export interface components {
         Overrides: {
             /** @description What ends the recursion: `fixed`, `proved:CODES`, `time:MILLISECONDS`, `rays:COUNT`, or `statistical:CODES` with `,CONFIDENCE` after it or not. */
             accuracy?: string;
+            /**
+             * Format: int32
+             * @description Which animation of a model's file, from 0.
+             */
+            animation?: number;
             /** @description Whether pixels that differ from a neighbor get more samples. */
             antialias?: boolean;
+            /**
+             * Format: int32
+             * @description Which camera of a model's file sees it, from 0.
+             */
+            camera?: number;
             /**
              * Format: int32
              * @description Pixels down, in place of the scene's.
              */
             height?: number;
+            /**
+             * @description Which lights shine on a model.
+             * @enum {string}
+             */
+            light?: "auto" | "studio" | "file";
             /**
              * Format: int32
              * @description Longest chain of rays; the primary ray counts 1.
@@ -2703,6 +3019,30 @@ export interface components {
              * @description Samples for each pixel.
              */
             samples?: number;
+            /**
+             * Format: int32
+             * @description Which scene of a model's file, from 0.
+             */
+            scene?: number;
+            /** @description Whether what a model requires and is not simulated is refused. */
+            strict?: boolean;
+            /**
+             * Format: double
+             * @description Seconds since the start of the animation.
+             */
+            t?: number;
+            /**
+             * @description Which axis of a model is up.
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Format: int32
+             * @description Which variant of a model's materials, from 0.
+             */
+            variant?: number;
+            /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+            view?: string;
             /**
              * Format: int32
              * @description Pixels across, in place of the scene's.
@@ -2750,6 +3090,92 @@ export interface components {
             u: number[];
             /** @description The other edge. */
             v: number[];
+        };
+        /** @description A material of metal, plastic, glass or lacquer, as glTF 2.0 describes it in appendix B. Names, defaults and meanings are those of glTF. It replaces all other keys of a material but `one_sided`. */
+        Pbr: {
+            /** @description What a closed body absorbs. Default: nothing. */
+            attenuation?: components["schemas"]["Attenuation"] | null;
+            /** @description Colour of what is scattered, or of a metal's reflection, 0 to 1 in each channel. The `colors` of a mesh multiply it. Default white. */
+            base_color?: components["schemas"]["ColorChannel"];
+            /** @description Strength of a layer of lacquer over all, 0 to 1. Default 0. */
+            clearcoat?: components["schemas"]["NumberChannel"];
+            /** @description Roughness of the lacquer, 0 to 1. Default 0. */
+            clearcoat_roughness?: components["schemas"]["NumberChannel"];
+            /**
+             * Format: double
+             * @description 20 over the Abbe number. What follows, a mean dispersion of (ior - 1)/20 times this, is limited to 0.2. Default 0: none.
+             */
+            dispersion?: number;
+            /** @description Radiance that the surface emits. It lights no other surface. Default 0. */
+            emissive?: components["schemas"]["ColorChannel"];
+            /**
+             * Format: double
+             * @description Index of refraction, 1 to 100. Default 1.5.
+             * @default 1.5
+             */
+            ior?: number;
+            /** @description 1 for metals, 0 for all else. Default 1. */
+            metallic?: components["schemas"]["NumberChannel"];
+            /** @description Normals from a picture, as in `normal_map`; `factor` multiplies x and y. Default: none. */
+            normal?: {
+                /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+                channel?: components["schemas"]["TexelChannel"] | null;
+                /**
+                 * Format: double
+                 * @description Factor on the texels. Default 1.
+                 * @default 1
+                 */
+                factor?: number;
+                /** @description PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+                image: string;
+                /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
+                transform?: components["schemas"]["UvTransform"];
+                /**
+                 * Format: uint32
+                 * @description Which texture coordinates of the mesh, 0 for `uvs` or 1 for `uvs1`. Default 0.
+                 */
+                uv?: number;
+                /** @description The texture beyond the edges of the picture, in both directions or `[across, along]`. Default `"repeat"`. */
+                wrap?: components["schemas"]["Wraps"];
+            } | null;
+            /** @description The share of the light from all around that reaches the surface: 1 + factor (texel - 1). It does not dim lights. Default: all. */
+            occlusion?: {
+                /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+                channel?: components["schemas"]["TexelChannel"] | null;
+                /**
+                 * Format: double
+                 * @description Factor on the texels. Default 1.
+                 * @default 1
+                 */
+                factor?: number;
+                /** @description PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+                image: string;
+                /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
+                transform?: components["schemas"]["UvTransform"];
+                /**
+                 * Format: uint32
+                 * @description Which texture coordinates of the mesh, 0 for `uvs` or 1 for `uvs1`. Default 0.
+                 */
+                uv?: number;
+                /** @description The texture beyond the edges of the picture, in both directions or `[across, along]`. Default `"repeat"`. */
+                wrap?: components["schemas"]["Wraps"];
+            } | null;
+            /** @description How much of the surface is there; light goes straight through the rest, and so do shadow rays. Default: all. */
+            opacity?: components["schemas"]["Opacity"] | null;
+            /** @description Roughness, 0 to 1: the square root of the width alpha of the GGX distribution of facets. Default 1. */
+            roughness?: components["schemas"]["NumberChannel"];
+            /** @description Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide from it, and no other key counts. Default false. */
+            shadow_catcher?: boolean;
+            /** @description Strength of a dielectric's reflection, 0 to 1. Default 1. */
+            specular?: components["schemas"]["NumberChannel"];
+            /** @description Colour of a dielectric's reflection at normal incidence. Default white. */
+            specular_color?: components["schemas"]["ColorChannel"];
+            /** @description Whether the surface is a thin sheet that does not bend light, also if its mesh is closed. Default false. */
+            thin?: boolean;
+            /** @description The share of what a dielectric does not mirror that passes through it, coloured by `base_color`; the rest is scattered. Default 0. */
+            transmission?: components["schemas"]["NumberChannel"];
+            /** @description Whether the surface shows `base_color` whatever the light is, and nothing else. Default false. */
+            unlit?: boolean;
         };
         /** @description Milliseconds by phase, in order. */
         PhaseTimes: {
@@ -3662,11 +4088,19 @@ export interface components {
              * @description Line in the source, from 1.
              */
             line?: number | null;
-            /** @description JSON pointer (RFC 6901) of the offending value; empty for the whole document. NFF files have lines instead. */
+            /**
+             * Format: uint64
+             * @description Offset in a binary source, from 0.
+             */
+            offset?: number | null;
+            /**
+             * @description JSON pointer (RFC 6901) of the offending value; empty for the whole document. Files that are not JSON have lines or offsets
+             *     instead.
+             */
             pointer: string;
         };
         /** @description Kinds of problems. */
-        SceneProblemCode: ("invalid-json" | "invalid-nff" | "wrong-type" | "missing-key" | "unknown-key" | "duplicate-name" | "out-of-range" | "unknown-reference" | "cycle" | "degenerate" | "limit" | "unsupported") | "other-format" | "cancelled";
+        SceneProblemCode: ("invalid-json" | "invalid-nff" | "wrong-type" | "missing-key" | "unknown-key" | "duplicate-name" | "out-of-range" | "unknown-reference" | "cycle" | "degenerate" | "limit" | "unsupported") | "invalid-model" | "other-format" | "out-of-bounds" | "missing-part" | "not-simulated" | "approximated" | "skipped" | "assumed" | "cancelled";
         /** @description A scope of a key. */
         Scope: "render" | "jobs" | "read" | "admin";
         /** @description An object that is seen. */
@@ -3929,6 +4363,39 @@ export interface components {
              */
             half_width: number;
         };
+        /** @description Where the picture of a job goes in the store. */
+        StoreRequest: {
+            /**
+             * @description Its name below `results/TENANT/`: parts of A-Z a-z 0-9 . _ - between slashes, with {job}, {scene}, {image}, {width},
+             *     {height}, {date} and {ext}, and {frame} in jobs of frames. By default {job}.{ext}, or {job}/{frame}.{ext}.
+             * @default null
+             */
+            key?: string | null;
+        };
+        /** @description The picture of a job in the store. */
+        StoredView: {
+            /**
+             * Format: uint32
+             * @description Attempts so far.
+             */
+            attempts: number;
+            /** @description When it arrived or was given up (RFC 3339). */
+            ended_at?: string | null;
+            /** @description Why the last attempt failed. */
+            error?: string | null;
+            /** @description The picture's name in the store. */
+            key: string;
+            /** @description When it is tried next, after an attempt that failed (RFC 3339). */
+            next_attempt_at?: string | null;
+            /** @description The name of its cost report. */
+            report_key: string;
+            /** @description How far it is. */
+            state: components["schemas"]["DeliveryState"];
+            /** @description Where it goes. */
+            url: string;
+        };
+        /** @description A studio, the same for all: its front is in direction +z, its key light comes from the upper left there. */
+        Studio: Record<string, never>;
         /** @description What is varied while the rest stays. */
         Sweep: "as_asked" | "depth" | "weight" | "proved" | "samples" | "antialias";
         /** @description Limits of the caller's tenant. */
@@ -3949,6 +4416,11 @@ export interface components {
              */
             units_per_minute: number | null;
         };
+        /**
+         * @description A channel of a picture.
+         * @enum {string}
+         */
+        TexelChannel: "r" | "g" | "b" | "a";
         /** @description The description of an image's tiles: TileJSON, with pixels for coordinates. */
         TileJson: {
             /** @description `simple`. */
@@ -4305,6 +4777,39 @@ export interface components {
             /** @description The corners. */
             vertices: number[][];
         };
+        /** @description What has gone wrong. */
+        Trouble: {
+            /**
+             * Format: uint64
+             * @description What the broker has refused, such as missing permissions.
+             */
+            broker_errors: number;
+            /**
+             * Format: uint64
+             * @description Pieces that were given up; their jobs have failed.
+             */
+            dead_letters: number;
+            /**
+             * Format: uint64
+             * @description Tiles of which two nodes have made different pixels.
+             */
+            determinism_alarms: number;
+            /**
+             * Format: uint64
+             * @description How often the broker had no room for more work.
+             */
+            queue_full: number;
+            /**
+             * Format: uint64
+             * @description Slow pieces that a second node rendered, too.
+             */
+            rendered_twice: number;
+            /**
+             * Format: uint64
+             * @description Pieces that were lost, as when a node ends, and were sent again.
+             */
+            sent_again: number;
+        };
         /**
          * @description The camera goes around an axis, in equal steps from frame to frame. The frame after the last one would be at the whole angle,
          *     so 360 degrees can be shown again and again. Lights stay with the scene.
@@ -4338,6 +4843,31 @@ export interface components {
              * @description Units in a minute.
              */
             per_minute: number;
+        };
+        /** @description A transform of texture coordinates as in KHR_texture_transform: from the upper left corner of the picture, v down; scaled, then rotated, then moved. */
+        UvTransform: {
+            /**
+             * @description Moved by. Default [0, 0].
+             * @default [
+             *       0,
+             *       0
+             *     ]
+             */
+            offset?: number[];
+            /**
+             * Format: double
+             * @description Rotated by, in degrees, from -360 to 360; the picture turns clockwise. Default 0.
+             * @default 0
+             */
+            rotate_deg?: number;
+            /**
+             * @description Scaled by. Default [1, 1].
+             * @default [
+             *       1,
+             *       1
+             *     ]
+             */
+            scale?: number[];
         };
         /** @description The answer about a valid scene. */
         Valid: {
@@ -4384,8 +4914,23 @@ export interface components {
              */
             ttl?: number | null;
         };
+        /** @description A receiver that hears how a job ends. */
+        WebhookRequest: {
+            /** @description Where the message is posted, an address of the public network. */
+            url: string;
+        };
+        /** @description Parameters of the windowed falloff. */
+        WindowedFalloff: {
+            /**
+             * Format: double
+             * @description Distance at which the light is gone, above 0.
+             */
+            range: number;
+        };
         /** @description The texture beyond the edges of a picture. */
-        Wrap: "repeat" | "clamp";
+        Wrap: "repeat" | "clamp" | "mirror";
+        /** @description What lies beyond the edges of a picture. */
+        Wraps: components["schemas"]["Wrap"] | components["schemas"]["Wrap"][];
     };
     responses: {
         /** @description The picture, in the format that `Accept` or `format` asks for. */
@@ -5056,6 +5601,24 @@ export interface operations {
                 antialias?: boolean;
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, from 0. */
+                animation?: number;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, from 0. */
+                variant?: number;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
                 /** @description Whether to render the picture, too, and put its actual figures beside the estimates. */
                 analyze?: boolean;
             };
@@ -5063,12 +5626,18 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
+        /** @description The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
                 "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
+                "model/gltf+json": string;
+                "model/gltf-binary": components["schemas"]["Bytes"];
+                "model/obj": string;
+                "model/ply": components["schemas"]["Bytes"];
+                "model/stl": components["schemas"]["Bytes"];
+                "multipart/form-data": components["schemas"]["Bytes"];
                 "text/x-nff": string;
             };
         };
@@ -5080,6 +5649,28 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Explained"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    farm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The farm */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -5762,17 +6353,41 @@ export interface operations {
                 antialias?: boolean;
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, from 0. */
+                animation?: number;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, from 0. */
+                variant?: number;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
             };
             header?: never;
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
+        /** @description The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
                 "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
+                "model/gltf+json": string;
+                "model/gltf-binary": components["schemas"]["Bytes"];
+                "model/obj": string;
+                "model/ply": components["schemas"]["Bytes"];
+                "model/stl": components["schemas"]["Bytes"];
+                "multipart/form-data": components["schemas"]["Bytes"];
                 "text/x-nff": string;
             };
         };
@@ -5856,6 +6471,24 @@ export interface operations {
                 antialias?: boolean;
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, from 0. */
+                animation?: number;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, from 0. */
+                variant?: number;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
             };
             header?: never;
             path?: never;
@@ -5900,6 +6533,24 @@ export interface operations {
                 antialias?: boolean;
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, from 0. */
+                animation?: number;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, from 0. */
+                variant?: number;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
                 /** @description Format of the picture, whatever `Accept` says. */
                 format?: "png" | "jpg" | "webp" | "exr" | "pfm";
                 /** @description Bits for each channel of a PNG; other formats refuse it. */
@@ -5913,12 +6564,18 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
+        /** @description The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
                 "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
+                "model/gltf+json": string;
+                "model/gltf-binary": components["schemas"]["Bytes"];
+                "model/obj": string;
+                "model/ply": components["schemas"]["Bytes"];
+                "model/stl": components["schemas"]["Bytes"];
+                "multipart/form-data": components["schemas"]["Bytes"];
                 "text/x-nff": string;
             };
         };
@@ -5955,6 +6612,24 @@ export interface operations {
                 antialias?: boolean;
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, from 0. */
+                animation?: number;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, from 0. */
+                variant?: number;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
                 /** @description Format of the picture, whatever `Accept` says. */
                 format?: "png" | "jpg" | "webp" | "exr" | "pfm";
                 /** @description Bits for each channel of a PNG; other formats refuse it. */
@@ -5968,12 +6643,18 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
+        /** @description The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
                 "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
+                "model/gltf+json": string;
+                "model/gltf-binary": components["schemas"]["Bytes"];
+                "model/obj": string;
+                "model/ply": components["schemas"]["Bytes"];
+                "model/stl": components["schemas"]["Bytes"];
+                "multipart/form-data": components["schemas"]["Bytes"];
                 "text/x-nff": string;
             };
         };
@@ -6004,17 +6685,41 @@ export interface operations {
                 antialias?: boolean;
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, from 0. */
+                animation?: number;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, from 0. */
+                variant?: number;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
             };
             header?: never;
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
+        /** @description The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
                 "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
+                "model/gltf+json": string;
+                "model/gltf-binary": components["schemas"]["Bytes"];
+                "model/obj": string;
+                "model/ply": components["schemas"]["Bytes"];
+                "model/stl": components["schemas"]["Bytes"];
+                "multipart/form-data": components["schemas"]["Bytes"];
                 "text/x-nff": string;
             };
         };
@@ -6060,17 +6765,41 @@ export interface operations {
                 antialias?: boolean;
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, from 0. */
+                animation?: number;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, from 0. */
+                variant?: number;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
             };
             header?: never;
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
+        /** @description The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
                 "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
+                "model/gltf+json": string;
+                "model/gltf-binary": components["schemas"]["Bytes"];
+                "model/obj": string;
+                "model/ply": components["schemas"]["Bytes"];
+                "model/stl": components["schemas"]["Bytes"];
+                "multipart/form-data": components["schemas"]["Bytes"];
                 "text/x-nff": string;
             };
         };
@@ -6186,17 +6915,41 @@ export interface operations {
                 antialias?: boolean;
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, from 0. */
+                animation?: number;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, from 0. */
+                variant?: number;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
             };
             header?: never;
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
+        /** @description The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
                 "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
+                "model/gltf+json": string;
+                "model/gltf-binary": components["schemas"]["Bytes"];
+                "model/obj": string;
+                "model/ply": components["schemas"]["Bytes"];
+                "model/stl": components["schemas"]["Bytes"];
+                "multipart/form-data": components["schemas"]["Bytes"];
                 "text/x-nff": string;
             };
         };
@@ -6261,17 +7014,41 @@ export interface operations {
                 antialias?: boolean;
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, from 0. */
+                animation?: number;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, from 0. */
+                variant?: number;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
             };
             header?: never;
             path?: never;
             cookie?: never;
         };
-        /** @description The scene; NFF plain or gzip; or a variation of a known scene */
+        /** @description The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene */
         requestBody: {
             content: {
                 "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["Scene"];
                 "application/vnd.strahl.variation+json": components["schemas"]["Variation"];
+                "model/gltf+json": string;
+                "model/gltf-binary": components["schemas"]["Bytes"];
+                "model/obj": string;
+                "model/ply": components["schemas"]["Bytes"];
+                "model/stl": components["schemas"]["Bytes"];
+                "multipart/form-data": components["schemas"]["Bytes"];
                 "text/x-nff": string;
             };
         };

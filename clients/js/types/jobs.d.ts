@@ -80,6 +80,7 @@ export class Job {
         eta_ms: number | null;
         expires_at: string | null;
         finished_at: string | null;
+        frames?: import("../types/contract.js").components["schemas"]["JobFrames"] | null;
         height: number;
         id: string;
         image_id: string | null;
@@ -91,11 +92,14 @@ export class Job {
         progress: import("../types/contract.js").components["schemas"]["JobProgress"];
         report?: import("../types/contract.js").components["schemas"]["CostReport"] | null;
         scene_id: string | null;
+        sequence?: import("../types/contract.js").components["schemas"]["SequenceReport"] | null;
         started_at: string | null;
         state: import("../types/contract.js").components["schemas"]["JobState"];
         stats: import("../types/contract.js").components["schemas"]["JobStats"];
+        store?: import("../types/contract.js").components["schemas"]["StoredView"] | null;
         tenant: string;
         tile: number;
+        webhook?: import("../types/contract.js").components["schemas"]["DeliveryView"] | null;
         width: number;
     };
     get id(): string;

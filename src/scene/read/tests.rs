@@ -121,8 +121,8 @@ fn broken_rest() {
         ),
         (
             "\"lights\": [{\"point\": {\"position\": [0, 0, 0], \"falloff\": \"quadratic\"}}]",
-            "line 7, column 57: /lights/0/point/falloff: no such falloff \"quadratic\"; write \"none\", \"inverse_square\" or \
-                 {\"linear\": {...}} [WrongType]",
+            "line 7, column 57: /lights/0/point/falloff: no such falloff \"quadratic\"; write \"none\", \"inverse_square\", \
+                 {\"linear\": {...}} or {\"windowed\": {...}} [WrongType]",
         ),
         (
             "\"render\": {\"accuracy\": {\"guessed\": {\"max_codes\": 1}}, \"shadows\": \"soft\", \"antialias\": \"true\"}",

@@ -94,9 +94,12 @@ impl UvMapping {
                     Some(attributes) if second => face.coordinates(s, p, &attributes.uvs),
                     _ => face.at(s, p),
                 };
-                let row = |i: usize| [W::lit(s, rows[i][0]), W::lit(s, rows[i][1])];
-                let moved = |i: usize| row(i)[0] * u + row(i)[1] * v + W::lit(s, offset[i]);
-                let gradient = |i: usize| of_u * row(i)[0] + of_v * row(i)[1];
+                let row = #[inline(always)]
+                |i: usize| [W::lit(s, rows[i][0]), W::lit(s, rows[i][1])];
+                let moved = #[inline(always)]
+                |i: usize| row(i)[0] * u + row(i)[1] * v + W::lit(s, offset[i]);
+                let gradient = #[inline(always)]
+                |i: usize| of_u * row(i)[0] + of_v * row(i)[1];
                 TexCoord { uv: [moved(0), moved(1)], gradients: [gradient(0), gradient(1)] }
             }
             Self::Planar { right, up } => {
@@ -151,11 +154,11 @@ impl<W: Double> Face<W> {
     #[inline(always)]
     pub fn colors(&self, s: W::Simd, p: V3<W>) -> Option<[W; 4]> {
         let [a, b, c] = self.attributes.as_ref()?.colors;
-        let [red_green, blue_alpha] = [0, 2].map(
-            #[inline(always)]
-            |i| self.coordinates(s, p, &[[a[i], a[i + 1]], [b[i], b[i + 1]], [c[i], c[i + 1]]]).uv,
-        );
-        Some([red_green[0], red_green[1], blue_alpha[0], blue_alpha[1]])
+        // Not by `map`, which calls so large a closure as a function of its own.
+        let two = #[inline(always)]
+        |i: usize| self.coordinates(s, p, &[[a[i], a[i + 1]], [b[i], b[i + 1]], [c[i], c[i + 1]]]).uv;
+        let ([red, green], [blue, alpha]) = (two(0), two(2));
+        Some([red, green, blue, alpha])
     }
 
     #[inline(always)]

@@ -47,7 +47,8 @@ fn deployments_use_flags_that_there_are() {
     let mut seen = BTreeSet::new();
     for (path, text) in files() {
         for words in commands(&text) {
-            let command = if words[0] == "farm" { &words[..2] } else { &words[..1] };
+            let command = if words[0] == "farm" { words.get(..2) } else { words.get(..1) };
+            let Some(command) = command else { continue };
             let help = help(command);
             let flags = words.iter().filter(|word| word.starts_with("--"));
             for flag in flags {

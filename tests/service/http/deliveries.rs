@@ -111,11 +111,11 @@ fn receivers_inside_are_refused() {
     let port = receiver.port;
     for host in ["127.0.0.1", "[::1]", "[::ffff:127.0.0.1]", "2130706433", "0x7f.1", "169.254.169.254", "10.0.0.1"] {
         let refused = service.post_json("/v1/jobs", &body(BALL, &hook(&format!("http://{host}:{port}/"))));
-        let problem = refused.problem(400, "invalid-request");
+        let problem = refused.problem(422, "invalid-request");
         assert!(text(&problem["detail"]).contains("not public"), "{host}: {problem}");
     }
     for url in ["ftp://example.org/", "https://a:b@example.org/", "nonsense"] {
-        service.post_json("/v1/jobs", &body(BALL, &hook(url))).problem(400, "invalid-request");
+        service.post_json("/v1/jobs", &body(BALL, &hook(url))).problem(422, "invalid-request");
     }
     let by_name = submit(&service, BALL, &hook(&format!("http://localhost:{port}/")));
     let webhook = message_ended(&service, &by_name);
@@ -221,7 +221,7 @@ fn pictures_go_to_the_store_under_names_of_their_tenant() {
     assert_eq!(job["store"]["key"], format!("results/anonymous/{plain}.png"));
     for key in ["../other/a.png", "/a.png", "a/../../b.png", "{nobody}.png", "a b.png", "", "{frame}.png"] {
         let refused = service.post_json("/v1/jobs", &body(BALL, &format!(r#""store": {{ "key": "{key}" }}"#)));
-        assert_eq!(refused.status, 400, "{key}: {}", refused.text());
+        assert_eq!(refused.status, 422, "{key}: {}", refused.text());
     }
     let without = Service::start(&[]).post_json("/v1/jobs", &body(BALL, r#""store": {}"#));
     assert!(text(&without.problem(400, "invalid-request")["detail"]).contains("--store"));

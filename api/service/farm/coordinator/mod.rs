@@ -277,7 +277,7 @@ impl<'a> Coordinator<'a> {
             self.unsent_again(number);
             return Ok(());
         };
-        self.costs.learn(place.region(), tile.picture.trace_ms + tile.picture.refine_ms);
+        self.costs.learn(place.region(), tile.picture.trace_ms);
         self.farm.counts.tiles.fetch_add(1, Ordering::Relaxed);
         // They count for the tenant's quota, wherever they were traced.
         self.order.control.add_rays(tile.picture.rays.total());

@@ -37,6 +37,8 @@ class AdaptiveSamples(TypedDict):
 class AllLimits(TypedDict):
     """All limits by the names that problems quote."""
 
+    # Limits of what is delivered after jobs.
+    deliveries: DeliveryLimits
     # Limits of jobs.
     jobs: JobLimits
     # Limits of one request: bytes, seconds (`_s`) and counts. Null: not available here.
@@ -45,6 +47,10 @@ class AllLimits(TypedDict):
     scene: dict[str, float]
     # Concurrency limits of the caller's tenant, and units in a minute. Null: unlimited.
     tenant: TenantLimits
+
+
+# What alpha means.
+AlphaMode: TypeAlias = "Literal['blend'] | Literal['mask']"
 
 
 class Analyzed(TypedDict):
@@ -84,6 +90,13 @@ class AngularArea(TypedDict):
     angle_deg: float
 
 
+class Answer(TypedDict):
+    """The farm, if there is one."""
+
+    # Null: the service renders itself.
+    farm: Figures | None
+
+
 class Answers(TypedDict):
     """What the rays hit, in their order."""
 
@@ -94,6 +107,15 @@ class Answers(TypedDict):
 # Areas that light comes from, each point of them with the same share of its intensity, with no regard to the
 # angle it leaves at.
 Area: TypeAlias = "dict[Literal['disc'], DiscArea] | dict[Literal['parallelogram'], ParallelogramArea]"
+
+
+class Attenuation(TypedDict):
+    """What a body absorbs: it lets `color` pass over a length of `distance`."""
+
+    # The share of light that passes, above 0 to 1 in each channel.
+    color: Color
+    # The length, in scene units, above 0.
+    distance: float
 
 
 # A set of axes.
@@ -113,6 +135,17 @@ class AxisBox(TypedDict):
     min: list[float]
     # A name, for people; answers and ray trees repeat it. At most 256 bytes.
     name: NotRequired[str | None]
+
+
+class Backlog(TypedDict):
+    """Seconds of one slot."""
+
+    # Jobs of low priority.
+    bulk: float
+    # Renders that somebody waits for.
+    hi: float
+    # Jobs.
+    norm: float
 
 
 class Bump(TypedDict):
@@ -211,6 +244,14 @@ class CodeErrors(TypedDict):
 Color: TypeAlias = "float | list[float] | str"
 
 
+# A value, or a picture times a value: {"factor": ..., "image": "..."}.
+ColorChannel: TypeAlias = "Color | dict[Literal['channel'], TexelChannel | None] | dict[Literal['factor'], Color] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps]"
+
+
+# How a node is.
+Condition: TypeAlias = "Literal['ready'] | Literal['draining'] | Literal['excluded']"
+
+
 class Cone(TypedDict):
     """Circular cone or its frustum from `base` to `top`."""
 
@@ -277,6 +318,44 @@ class CylinderCamera(TypedDict):
     up: NotRequired[list[float]]
     # Angle down the picture's middle column in degrees, above 0 and below 180. Default 60.
     vfov_deg: NotRequired[float]
+
+
+class DeliveryLimits(TypedDict):
+    """What is delivered after jobs."""
+
+    # Whether pictures can be put into a store.
+    store: bool
+    # Attempts to send a message to a webhook, or a picture to the store, before it is given up.
+    webhook_attempts: int
+    # Accept webhooks of http://, whose messages anybody on the way can read.
+    webhook_http: bool
+    # Messages of one tenant that are sent at one time.
+    webhook_parallel: int
+    # Seconds from the first attempt to the second. Each later one waits four times as long, up to an hour.
+    webhook_retry_s: float
+    # Seconds that a receiver may take to answer.
+    webhook_timeout_s: float
+
+
+# How far a delivery is.
+DeliveryState: TypeAlias = "Literal['pending'] | Literal['delivered'] | Literal['dead']"
+
+
+class DeliveryView(TypedDict):
+    """A delivery after the end of a job."""
+
+    # Attempts so far.
+    attempts: int
+    # When it arrived or was given up (RFC 3339).
+    ended_at: NotRequired[str | None]
+    # Why the last attempt failed.
+    error: NotRequired[str | None]
+    # When it is tried next, after an attempt that failed (RFC 3339).
+    next_attempt_at: NotRequired[str | None]
+    # How far it is.
+    state: DeliveryState
+    # Where it goes.
+    url: str
 
 
 class Depth(TypedDict):
@@ -346,6 +425,19 @@ class DiscArea(TypedDict):
     radius: float
 
 
+class Done(TypedDict):
+    """What nodes have done since they were started."""
+
+    # Seconds that slots have rendered.
+    busy_seconds: float
+    # Pieces that failed.
+    failures: int
+    # Pieces of work.
+    pieces: int
+    # Tiles in them.
+    tiles: int
+
+
 # The speed between two keys. All are polynomials, which give the same bits on every machine.
 Ease: TypeAlias = "Literal['linear'] | Literal['in'] | Literal['out'] | Literal['in_out']"
 
@@ -387,18 +479,26 @@ class EndedRay(TypedDict):
 
 
 class Environment(TypedDict):
-    """Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. Either
-    `image` or `sky`."""
+    """Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. One of
+    `image`, `sky` and `studio`."""
 
     # Equirectangular PNG or JPEG, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a
     # file beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
     image: NotRequired[str | None]
     # Factor on its colours, at least 0. Default 1.
     intensity: NotRequired[float]
+    # Whether it lights surfaces. Default `"none"`.
+    light: NotRequired[EnvironmentLight]
     # Turns it around the y axis, in degrees, counter-clockwise seen from above, -360 to 360. Default 0.
     rotate_deg: NotRequired[float]
     # A clear sky over dull ground: `{}` for its colours by day.
     sky: NotRequired[Sky | None]
+    # A photographer's studio with bright walls and soft panels of light: `{}`.
+    studio: NotRequired[Studio | None]
+
+
+# What an environment does to surfaces.
+EnvironmentLight: TypeAlias = "Literal['none'] | Literal['fast']"
 
 
 class ErrorBounds(TypedDict):
@@ -423,6 +523,8 @@ class ErrorEntry(TypedDict):
     detail: str
     # Line in the body, from 1.
     line: NotRequired[int | None]
+    # Offset in a binary body, from 0.
+    offset: NotRequired[int | None]
     # The query parameter that is wrong.
     parameter: NotRequired[str | None]
     # Where it is in the body: a JSON pointer as a URI fragment.
@@ -528,7 +630,28 @@ Explained: TypeAlias = "Analyzed | Plan | Several"
 
 
 # How a light fades with the distance d.
-Falloff: TypeAlias = "Literal['none'] | dict[Literal['linear'], LinearFalloff] | Literal['inverse_square']"
+Falloff: TypeAlias = "Literal['none'] | dict[Literal['linear'], LinearFalloff] | Literal['inverse_square'] | dict[Literal['windowed'], WindowedFalloff]"
+
+
+class Figures(TypedDict):
+    """The farm in figures."""
+
+    # Seconds of one slot that the work takes which this front has for nodes, by how urgent it is.
+    backlog_seconds: Backlog
+    # Pieces that nodes render now.
+    busy: int
+    # Whether the service reaches the broker now.
+    connected: bool
+    # What the nodes there are have done.
+    done: Done
+    # Each node. Null without the scope `admin`.
+    each: list[Node] | None
+    # Nodes by how they are.
+    nodes: Nodes
+    # Pieces that nodes which take work can render at one time.
+    slots: int
+    # What has gone wrong since this front was started.
+    trouble: Trouble
 
 
 class Film(TypedDict):
@@ -898,6 +1021,10 @@ class JobRequest(TypedDict):
     scene: Scene
     # Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
     settings: NotRequired[Overrides]
+    # Puts the picture and its cost report into the store of the service when the job has succeeded.
+    store: NotRequired[StoreRequest | None]
+    # A receiver that hears how the job ends.
+    webhook: NotRequired[WebhookRequest | None]
 
 
 # State of a job.
@@ -972,10 +1099,14 @@ class JobView(TypedDict):
     state: JobState
     # Its cost.
     stats: JobStats
+    # Its picture in the store, if it asked for that.
+    store: NotRequired[StoredView | None]
     # The tenant that owns it.
     tenant: str
     # Edge of a tile in pixels; 0 if the picture is one tile.
     tile: int
+    # The message about its end, if it has a webhook.
+    webhook: NotRequired[DeliveryView | None]
     # Pixels across.
     width: int
 
@@ -1075,6 +1206,8 @@ class Material(TypedDict):
     normal_map: NotRequired[NormalMap | None]
     # Whether rays hit the surface only from its front. Default false.
     one_sided: NotRequired[bool]
+    # A material as in glTF, in place of all keys above but `one_sided`. Default: none.
+    pbr: NotRequired[Pbr | None]
     # r_s, factor on the light of the reflected ray. Default 0.
     reflection: NotRequired[Color]
     # Roughness for reflected and transmitted rays, 0 to 1: the square root of the width alpha of the GGX
@@ -1121,6 +1254,9 @@ class MeasuredErrors(TypedDict):
 class Mesh(TypedDict):
     """Triangles over shared vertices; fronts see their corners counter-clockwise. The fronts bound one body."""
 
+    # Colours, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity`
+    # of a `pbr` material; others ignore them.
+    colors: NotRequired[list[list[float]] | None]
     # Three indices of vertices each, from 0.
     faces: list[list[int]]
     # Turns the body inside out: its inside is empty space (ior 1), like an air bubble in glass. Default false.
@@ -1133,6 +1269,8 @@ class Mesh(TypedDict):
     normals: NotRequired[list[list[float]] | None]
     # Texture coordinates, one pair for each vertex.
     uvs: NotRequired[list[list[float]] | None]
+    # Other texture coordinates, one pair for each vertex.
+    uvs1: NotRequired[list[list[float]] | None]
     # The points.
     vertices: list[list[float]]
 
@@ -1158,6 +1296,46 @@ class Motion(TypedDict):
     translate: NotRequired[list[float] | None]
 
 
+class Node(TypedDict):
+    """A node."""
+
+    # Pieces it renders now.
+    busy: int
+    # Pieces that failed.
+    failures: int
+    # Id of its process.
+    id: str
+    # What people call it.
+    name: str
+    # Pieces it has done.
+    pieces: int
+    # Why it is so.
+    reason: str | None
+    # Whether it renders the same pixels as this front. Only then it gets work of this front.
+    same_renderer: bool
+    # Pieces it renders at one time.
+    slots: int
+    # Seconds since it was started.
+    started_s: int
+    # How it is.
+    state: Condition
+    # Tiles in them.
+    tiles: int
+    # The program's version.
+    version: str
+
+
+class Nodes(TypedDict):
+    """Nodes by how they are."""
+
+    # They finish what they have, and end.
+    draining: int
+    # They take no work, since they do not trust themselves.
+    excluded: int
+    # They take work.
+    ready: int
+
+
 class Noise(TypedDict):
     """Clouds between two colours: Perlin's gradient noise (2002) in object space. Each octave has half the size and
     half the strength of the one before."""
@@ -1178,6 +1356,10 @@ class NormalMap(TypedDict):
 
     # The picture.
     image: ImageMap
+
+
+# A value, or a picture times a value: {"factor": ..., "image": "..."}.
+NumberChannel: TypeAlias = "float | dict[Literal['channel'], TexelChannel | None] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps]"
 
 
 # Things in a scene. `sphere`, `box`, `torus`, `mesh`, capped `cylinder` and `cone` and the half-space of a
@@ -1211,6 +1393,18 @@ class ObjectMap(TypedDict):
     y: int
 
 
+class Opacity(TypedDict):
+    """How much of a surface is there."""
+
+    # The share of the surface that is there, 0 to 1. The fourth number of a mesh's `colors` multiplies it. Default
+    # 1.
+    alpha: NotRequired[NumberChannel]
+    # With `"mask"`: the least alpha at which the surface is there, 0 to 1. Default 0.5.
+    cutoff: NotRequired[float]
+    # What `alpha` means. Default `"blend"`.
+    mode: NotRequired[AlphaMode]
+
+
 class OrthographicCamera(TypedDict):
     """Parallel projection."""
 
@@ -1230,10 +1424,16 @@ class Overrides(TypedDict):
     # What ends the recursion: `fixed`, `proved:CODES`, `time:MILLISECONDS`, `rays:COUNT`, or `statistical:CODES`
     # with `,CONFIDENCE` after it or not.
     accuracy: NotRequired[str]
+    # Which animation of a model's file, from 0.
+    animation: NotRequired[int]
     # Whether pixels that differ from a neighbor get more samples.
     antialias: NotRequired[bool]
+    # Which camera of a model's file sees it, from 0.
+    camera: NotRequired[int]
     # Pixels down, in place of the scene's.
     height: NotRequired[int]
+    # Which lights shine on a model.
+    light: NotRequired[Literal['auto', 'studio', 'file']]
     # Longest chain of rays; the primary ray counts 1.
     max_depth: NotRequired[int]
     # Weight below which a ray is not followed.
@@ -1242,6 +1442,19 @@ class Overrides(TypedDict):
     precision: NotRequired[Literal['single', 'double']]
     # Samples for each pixel.
     samples: NotRequired[int]
+    # Which scene of a model's file, from 0.
+    scene: NotRequired[int]
+    # Whether what a model requires and is not simulated is refused.
+    strict: NotRequired[bool]
+    # Seconds since the start of the animation.
+    t: NotRequired[float]
+    # Which axis of a model is up.
+    up: NotRequired[Literal['y', 'z']]
+    # Which variant of a model's materials, from 0.
+    variant: NotRequired[int]
+    # From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles
+    # in degrees around it and from above, as 30,70.
+    view: NotRequired[str]
     # Pixels across, in place of the scene's.
     width: NotRequired[int]
 
@@ -1277,6 +1490,53 @@ class ParallelogramArea(TypedDict):
     u: list[float]
     # The other edge.
     v: list[float]
+
+
+class Pbr(TypedDict):
+    """A material of metal, plastic, glass or lacquer, as glTF 2.0 describes it in appendix B. Names, defaults and
+    meanings are those of glTF. It replaces all other keys of a material but `one_sided`."""
+
+    # What a closed body absorbs. Default: nothing.
+    attenuation: NotRequired[Attenuation | None]
+    # Colour of what is scattered, or of a metal's reflection, 0 to 1 in each channel. The `colors` of a mesh
+    # multiply it. Default white.
+    base_color: NotRequired[ColorChannel]
+    # Strength of a layer of lacquer over all, 0 to 1. Default 0.
+    clearcoat: NotRequired[NumberChannel]
+    # Roughness of the lacquer, 0 to 1. Default 0.
+    clearcoat_roughness: NotRequired[NumberChannel]
+    # 20 over the Abbe number. What follows, a mean dispersion of (ior - 1)/20 times this, is limited to 0.2.
+    # Default 0: none.
+    dispersion: NotRequired[float]
+    # Radiance that the surface emits. It lights no other surface. Default 0.
+    emissive: NotRequired[ColorChannel]
+    # Index of refraction, 1 to 100. Default 1.5.
+    ior: NotRequired[float]
+    # 1 for metals, 0 for all else. Default 1.
+    metallic: NotRequired[NumberChannel]
+    # Normals from a picture, as in `normal_map`; `factor` multiplies x and y. Default: none.
+    normal: NotRequired[dict[Literal['channel'], TexelChannel | None] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps] | None]
+    # The share of the light from all around that reaches the surface: 1 + factor (texel - 1). It does not dim
+    # lights. Default: all.
+    occlusion: NotRequired[dict[Literal['channel'], TexelChannel | None] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps] | None]
+    # How much of the surface is there; light goes straight through the rest, and so do shadow rays. Default: all.
+    opacity: NotRequired[Opacity | None]
+    # Roughness, 0 to 1: the square root of the width alpha of the GGX distribution of facets. Default 1.
+    roughness: NotRequired[NumberChannel]
+    # Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light
+    # that bodies hide from it, and no other key counts. Default false.
+    shadow_catcher: NotRequired[bool]
+    # Strength of a dielectric's reflection, 0 to 1. Default 1.
+    specular: NotRequired[NumberChannel]
+    # Colour of a dielectric's reflection at normal incidence. Default white.
+    specular_color: NotRequired[ColorChannel]
+    # Whether the surface is a thin sheet that does not bend light, also if its mesh is closed. Default false.
+    thin: NotRequired[bool]
+    # The share of what a dielectric does not mirror that passes through it, coloured by `base_color`; the rest is
+    # scattered. Default 0.
+    transmission: NotRequired[NumberChannel]
+    # Whether the surface shows `base_color` whatever the light is, and nothing else. Default false.
+    unlit: NotRequired[bool]
 
 
 class PhaseTimes(TypedDict):
@@ -1884,12 +2144,15 @@ class SceneProblem(TypedDict):
     detail: str
     # Line in the source, from 1.
     line: NotRequired[int | None]
-    # JSON pointer (RFC 6901) of the offending value; empty for the whole document. NFF files have lines instead.
+    # Offset in a binary source, from 0.
+    offset: NotRequired[int | None]
+    # JSON pointer (RFC 6901) of the offending value; empty for the whole document. Files that are not JSON have
+    # lines or offsets instead.
     pointer: str
 
 
 # Kinds of problems.
-SceneProblemCode: TypeAlias = "Literal['invalid-json', 'invalid-nff', 'wrong-type', 'missing-key', 'unknown-key', 'duplicate-name', 'out-of-range', 'unknown-reference', 'cycle', 'degenerate', 'limit', 'unsupported'] | Literal['other-format'] | Literal['cancelled']"
+SceneProblemCode: TypeAlias = "Literal['invalid-json', 'invalid-nff', 'wrong-type', 'missing-key', 'unknown-key', 'duplicate-name', 'out-of-range', 'unknown-reference', 'cycle', 'degenerate', 'limit', 'unsupported'] | Literal['invalid-model'] | Literal['other-format'] | Literal['out-of-bounds'] | Literal['missing-part'] | Literal['not-simulated'] | Literal['approximated'] | Literal['skipped'] | Literal['assumed'] | Literal['cancelled']"
 
 
 # A scope of a key.
@@ -2056,6 +2319,40 @@ class Statistical(TypedDict):
     half_width: float
 
 
+class StoreRequest(TypedDict):
+    """Where the picture of a job goes in the store."""
+
+    # Its name below `results/TENANT/`: parts of A-Z a-z 0-9 . _ - between slashes, with {job}, {scene}, {image},
+    # {width}, {height}, {date} and {ext}, and {frame} in jobs of frames. By default {job}.{ext}, or
+    # {job}/{frame}.{ext}.
+    key: NotRequired[str | None]
+
+
+class StoredView(TypedDict):
+    """The picture of a job in the store."""
+
+    # Attempts so far.
+    attempts: int
+    # When it arrived or was given up (RFC 3339).
+    ended_at: NotRequired[str | None]
+    # Why the last attempt failed.
+    error: NotRequired[str | None]
+    # The picture's name in the store.
+    key: str
+    # When it is tried next, after an attempt that failed (RFC 3339).
+    next_attempt_at: NotRequired[str | None]
+    # The name of its cost report.
+    report_key: str
+    # How far it is.
+    state: DeliveryState
+    # Where it goes.
+    url: str
+
+
+# A studio, the same for all: its front is in direction +z, its key light comes from the upper left there.
+Studio: TypeAlias = "dict[str, Any]"
+
+
 # What is varied while the rest stays.
 Sweep: TypeAlias = "Literal['as_asked'] | Literal['depth'] | Literal['weight'] | Literal['proved'] | Literal['samples'] | Literal['antialias']"
 
@@ -2069,6 +2366,10 @@ class TenantLimits(TypedDict):
     streams: int
     # Units of cost in a minute: one for each request, and one for each million rays.
     units_per_minute: int | None
+
+
+# A channel of a picture.
+TexelChannel: TypeAlias = "Literal['r', 'g', 'b', 'a']"
 
 
 class TileJson(TypedDict):
@@ -2351,6 +2652,23 @@ class Triangle(TypedDict):
     vertices: list[list[float]]
 
 
+class Trouble(TypedDict):
+    """What has gone wrong."""
+
+    # What the broker has refused, such as missing permissions.
+    broker_errors: int
+    # Pieces that were given up; their jobs have failed.
+    dead_letters: int
+    # Tiles of which two nodes have made different pixels.
+    determinism_alarms: int
+    # How often the broker had no room for more work.
+    queue_full: int
+    # Slow pieces that a second node rendered, too.
+    rendered_twice: int
+    # Pieces that were lost, as when a node ends, and were sent again.
+    sent_again: int
+
+
 class Turntable(TypedDict):
     """The camera goes around an axis, in equal steps from frame to frame. The frame after the last one would be at
     the whole angle, so 360 degrees can be shown again and again. Lights stay with the scene."""
@@ -2372,6 +2690,18 @@ class Units(TypedDict):
     left: int
     # Units in a minute.
     per_minute: int
+
+
+class UvTransform(TypedDict):
+    """A transform of texture coordinates as in KHR_texture_transform: from the upper left corner of the picture, v
+    down; scaled, then rotated, then moved."""
+
+    # Moved by. Default [0, 0].
+    offset: NotRequired[list[float]]
+    # Rotated by, in degrees, from -360 to 360; the picture turns clockwise. Default 0.
+    rotate_deg: NotRequired[float]
+    # Scaled by. Default [1, 1].
+    scale: NotRequired[list[float]]
 
 
 class Valid(TypedDict):
@@ -2417,5 +2747,23 @@ class Wanted(TypedDict):
     ttl: NotRequired[int | None]
 
 
+class WebhookRequest(TypedDict):
+    """A receiver that hears how a job ends."""
+
+    # Where the message is posted, an address of the public network.
+    url: str
+
+
+class WindowedFalloff(TypedDict):
+    """Parameters of the windowed falloff."""
+
+    # Distance at which the light is gone, above 0.
+    range: float
+
+
 # The texture beyond the edges of a picture.
-Wrap: TypeAlias = "Literal['repeat'] | Literal['clamp']"
+Wrap: TypeAlias = "Literal['repeat'] | Literal['clamp'] | Literal['mirror']"
+
+
+# What lies beyond the edges of a picture.
+Wraps: TypeAlias = "Wrap | list[Wrap]"
