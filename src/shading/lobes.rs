@@ -79,9 +79,7 @@ impl<L: Lanes> Lobes<L> {
     pub fn of(s: L::Simd, p: &Parameters<L>, lanes: u32, to_eye: V3<L>, ns: V3<L>, coat_ns: V3<L>) -> Self {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let nothing = V3 { x: zero, y: zero, z: zero };
-        let facing = #[inline(always)]
-        |n: V3<L>| n.dot(to_eye).max(L::lit(s, EDGE_ON)).min(one);
-        let (cosine, coat_cosine) = (facing(ns), facing(coat_ns));
+        let (cosine, coat_cosine) = (facing(s, ns, to_eye), facing(s, coat_ns, to_eye));
         let coat = p.clearcoat * (L::lit(s, 0.04) + L::lit(s, 0.96) * fifth(one - coat_cosine)) * p.lit;
         let below = (one - coat) * p.lit;
         let (metal, other) = (p.metallic * below, (one - p.metallic) * below);
@@ -181,14 +179,24 @@ impl<L: Lanes> Half<L> {
     /// cancels in narrow lobes.
     #[inline(always)]
     fn highlight(&self, s: L::Simd, n: V3<L>, cosine: L, width: L) -> L {
-        let (one, square) = (L::lit(s, 1.0), width * width);
+        let square = width * width;
         let (along, across) = (n.dot(self.vector), n.cross(self.vector));
         let spread = (square * along * along + across.dot(across)) / self.square;
         let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
-        let hidden = #[inline(always)]
-        |c: L| c + (square + (one - square) * c * c).sqrt();
-        cosine * square / (spread * spread * (hidden(cosine) * hidden(seen)))
+        cosine * square / (spread * spread * (hidden(s, cosine, square) * hidden(s, seen, square)))
     }
+}
+
+/// Cosine between a normal and the eye, which sees surfaces from their front.
+#[inline(always)]
+fn facing<L: Lanes>(s: L::Simd, n: V3<L>, to_eye: V3<L>) -> L {
+    n.dot(to_eye).max(L::lit(s, EDGE_ON)).min(L::lit(s, 1.0))
+}
+
+/// Smith's shadowing of GGX in one direction, of which 1 / (hidden(l) hidden(v)) is the whole.
+#[inline(always)]
+fn hidden<L: Lanes>(s: L::Simd, cosine: L, square: L) -> L {
+    cosine + (square + (L::lit(s, 1.0) - square) * cosine * cosine).sqrt()
 }
 
 #[inline(always)]

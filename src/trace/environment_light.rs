@@ -29,17 +29,29 @@ pub(super) fn light_from_around<L: Lanes>(
                 light = coefficients.diffuse.times(surroundings.scattered(s, hits.ns));
             }
             let Some(lobes) = lobes else { return light };
-            let seen = #[inline(always)]
-            |ns: V3<L>, roughness: L, share: V3<L>| {
-                let lanes = share.x.max(share.y).max(share.z).gt(zero).bits() & lobes.lanes & hits.found;
-                share.times(around(s, surroundings, reflect(s, rays.dir, ns), roughness, lanes))
-            };
             let [blurred, coat] =
                 [lobes.blurred, V3 { x: lobes.coat_blurred, y: lobes.coat_blurred, z: lobes.coat_blurred }];
-            let all = light + seen(hits.ns, lobes.roughness, blurred) + seen(lobes.coat_ns, lobes.coat_roughness, coat);
+            let here = lobes.lanes & hits.found;
+            let own = seen(s, surroundings, reflect(s, rays.dir, hits.ns), lobes.roughness, blurred, here);
+            let lacquer = reflect(s, rays.dir, lobes.coat_ns);
+            let all = light + own + seen(s, surroundings, lacquer, lobes.coat_roughness, coat, here);
             V3::select(L::mask(s, lobes.lanes), all * lobes.occlusion, light)
         },
     )
+}
+
+/// A share of what lobes of a roughness see around directions, in the lanes of some where it is not 0.
+#[inline(always)]
+fn seen<L: Lanes>(
+    s: L::Simd,
+    surroundings: &Surroundings,
+    dir: V3<L>,
+    roughness: L,
+    share: V3<L>,
+    lanes: u32,
+) -> V3<L> {
+    let lanes = share.x.max(share.y).max(share.z).gt(L::lit(s, 0.0)).bits() & lanes;
+    share.times(around(s, surroundings, dir, roughness, lanes))
 }
 
 /// What lobes of a roughness see around directions, in some lanes.

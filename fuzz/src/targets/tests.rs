@@ -140,7 +140,7 @@ fn any_sequence_is_refused_or_rendered() {
 #[test]
 fn any_model_is_refused_or_rendered() {
     for format in ["gltf", "obj", "stl", "ply", "parts"] {
-        try_all(format, 10_000);
+        try_all(format, 2_000);
     }
 }
 

@@ -94,13 +94,13 @@ impl UvMapping {
                     Some(attributes) if second => face.coordinates(s, p, &attributes.uvs),
                     _ => face.at(s, p),
                 };
-                let row = #[inline(always)]
-                |i: usize| [W::lit(s, rows[i][0]), W::lit(s, rows[i][1])];
-                let moved = #[inline(always)]
-                |i: usize| row(i)[0] * u + row(i)[1] * v + W::lit(s, offset[i]);
-                let gradient = #[inline(always)]
-                |i: usize| of_u * row(i)[0] + of_v * row(i)[1];
-                TexCoord { uv: [moved(0), moved(1)], gradients: [gradient(0), gradient(1)] }
+                let [[a, b], [c, d]] = rows;
+                let [a, b, c, d] = [W::lit(s, a), W::lit(s, b), W::lit(s, c), W::lit(s, d)];
+                let [right, up] = [W::lit(s, offset[0]), W::lit(s, offset[1])];
+                TexCoord {
+                    uv: [a * u + b * v + right, c * u + d * v + up],
+                    gradients: [of_u * a + of_v * b, of_u * c + of_v * d],
+                }
             }
             Self::Planar { right, up } => {
                 let gradients = [V3::splat(s, right.to_array()), V3::splat(s, up.to_array())];
@@ -153,12 +153,16 @@ impl<W: Double> Face<W> {
     /// The colours of points, white where the mesh has none.
     #[inline(always)]
     pub fn colors(&self, s: W::Simd, p: V3<W>) -> Option<[W; 4]> {
-        let [a, b, c] = self.attributes.as_ref()?.colors;
-        // Not by `map`, which calls so large a closure as a function of its own.
-        let two = #[inline(always)]
-        |i: usize| self.coordinates(s, p, &[[a[i], a[i + 1]], [b[i], b[i + 1]], [c[i], c[i + 1]]]).uv;
-        let ([red, green], [blue, alpha]) = (two(0), two(2));
+        let colors = &self.attributes.as_ref()?.colors;
+        let [red, green] = self.two_of(s, p, colors, 0);
+        let [blue, alpha] = self.two_of(s, p, colors, 2);
         Some([red, green, blue, alpha])
+    }
+
+    /// Two channels of colours at the corners. Not by `map`, which calls so large a closure as a function of its own.
+    #[inline(always)]
+    fn two_of(&self, s: W::Simd, p: V3<W>, [a, b, c]: &[[W; 4]; 3], i: usize) -> [W; 2] {
+        self.coordinates(s, p, &[[a[i], a[i + 1]], [b[i], b[i + 1]], [c[i], c[i + 1]]]).uv
     }
 
     #[inline(always)]
