@@ -8,7 +8,7 @@ use clap::Args;
 use std::path::PathBuf;
 use strahl::scene::nff::{NffOptions, read_nff};
 use strahl::scene::problem::{Code, Problem, Problems};
-use strahl::scene::recognise::recognise_start;
+use strahl::scene::recognise::{Recognised, recognise};
 use strahl::scene::{Description, Format, Overrides, model};
 
 /// `strahl import`.
@@ -42,11 +42,11 @@ fn read(args: &ImportArgs, file: &SceneFile) -> Result<Description, Problems> {
     let imported = match file.format.model().or_else(|| file.hidden_model()) {
         Some(kind) => model::import(kind, &file.bytes, &overrides, file.files())?,
         None if file.format == Format::Parts => model::import_parts(&file.bytes, &overrides)?,
-        None if file.format == Format::Nff => {
+        None if file.format == Format::Nff && recognise(&file.bytes) != Recognised::Json => {
             return read_nff(&file.bytes, NffOptions { two_sided: args.two_sided, spd_counts: args.spd_counts });
         }
         None => {
-            if let Some(problem) = recognise_start(&file.bytes).refused_as(Format::Json) {
+            if let Some(problem) = recognise(&file.bytes).refused_as(Format::Json) {
                 return Err(Problems::one(problem));
             }
             let what = "this is scene JSON already: there is nothing to import";

@@ -104,10 +104,7 @@ impl<L: Lanes> Lobes<L> {
         let ambient = scattered + blurred + V3 { x: coat_blurred, y: coat_blurred, z: coat_blurred };
         let reflection = V3::select(smooth, p.specular_color * (p.specular * other), nothing);
         let all_metal = V3 { x: metal, y: metal, z: metal };
-        let metal = [p.base_color * metal, all_metal].map(
-            #[inline(always)]
-            |metal| V3::select(smooth, metal, nothing),
-        );
+        let metal = [V3::select(smooth, p.base_color * metal, nothing), V3::select(smooth, all_metal, nothing)];
         let coat_mirror = L::select(coat_smooth, coat, zero);
         let mirrors = (smooth & p.lit.gt(zero)) | coat_mirror.gt(zero);
         Self {
