@@ -4,6 +4,8 @@
 //! It prints JSON: pieces and tiles a second, the share of the time that slots slept (which is what rendering would be), and how
 //! evenly jobs got slots (Jain's index).
 
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "this is a program for a terminal")]
+
 #[path = "../../api/service/mod.rs"]
 #[allow(dead_code, unused_imports, reason = "a simulation uses a part of the service")]
 mod service;

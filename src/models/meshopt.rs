@@ -48,7 +48,7 @@ fn unzigzag8(number: u8) -> u8 {
 
 /// Elements of `stride` bytes, as differences of each byte from that of the element before.
 pub(super) fn attributes(packed: &[u8], count: usize, stride: usize) -> Decoded {
-    if stride == 0 || stride > 256 || stride % 4 != 0 {
+    if stride == 0 || stride > 256 || !stride.is_multiple_of(4) {
         return Err("have a stride that is no multiple of 4 up to 256");
     }
     let mut stream = Stream(packed);
@@ -145,7 +145,7 @@ impl Indices {
 
 /// Indices of triangles, most of which share an edge with one shortly before.
 pub(super) fn triangles(packed: &[u8], count: usize, size: usize) -> Decoded {
-    if count % 3 != 0 {
+    if !count.is_multiple_of(3) {
         return Err("have a number of indices that is no multiple of 3");
     }
     let mut indices = Indices::new(count, size)?;

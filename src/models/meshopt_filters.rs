@@ -73,7 +73,7 @@ pub(super) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered {
 /// Numbers of 24 bits and a power of two, which become floats.
 pub(super) fn exponential(bytes: &mut [u8], stride: usize) -> Filtered {
     worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
-    if stride % 4 != 0 {
+    if !stride.is_multiple_of(4) {
         return Err(WRONG_STRIDE);
     }
     for element in bytes.chunks_exact_mut(4) {

@@ -365,7 +365,8 @@ impl Reader {
                     let index = numbers.next(property.scalar)?;
                     let is_known = index >= 0.0 && index < self.geometry.positions.len() as f64 && index % 1.0 == 0.0;
                     // -1 ends a strip.
-                    if !is_known && !(index == -1.0 && element.name == b"tristrips") {
+                    let is_end = index == -1.0 && element.name == b"tristrips";
+                    if !is_known && !is_end {
                         let detail = format!("{index} is no vertex: there are {}", self.geometry.positions.len());
                         return Err(Fault::new("", Kind::UnknownReference, detail).at(place));
                     }
@@ -444,7 +445,7 @@ impl Reader {
 
 /// Looks now and then whether anybody still waits.
 fn pause(i: u64) -> Result<(), Fault> {
-    if i % 4_096 == 0 { worked(4_096 * 8) } else { Ok(()) }
+    if i.is_multiple_of(4_096) { worked(4_096 * 8) } else { Ok(()) }
 }
 
 fn skip(property: &Property, numbers: &mut Numbers<'_>) -> Result<(), Fault> {

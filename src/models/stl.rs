@@ -96,7 +96,7 @@ pub(super) struct Corners {
 
 impl Corners {
     fn add(&mut self, points: &[[f64; 3]; 3]) -> Result<(), Fault> {
-        if self.geometry.triangles.len() % 4_096 == 0 {
+        if self.geometry.triangles.len().is_multiple_of(4_096) {
             worked(4_096)?;
             self.budget.take(4_096, 12 + 3 * 48)?;
         }

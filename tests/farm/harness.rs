@@ -43,6 +43,7 @@ impl Broker {
         Self::start_with(&[])
     }
 
+    #[expect(clippy::print_stdout, reason = "whoever runs the tests should know")]
     pub(crate) fn start_with(flags: &[&str]) -> Option<Self> {
         let Some(program) = servers().first().cloned() else {
             println!("SKIPPED: no nats-server; name one with STRAHL_NATS_SERVER, or let .ci/run fetch it");

@@ -65,6 +65,7 @@ impl Upload {
 
 /// The scene of a picture.
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each request")]
 pub(crate) enum Source {
     /// A scene that was sent with the request.
     Sent(Upload),

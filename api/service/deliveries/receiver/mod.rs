@@ -26,10 +26,13 @@ const LONGEST_WAIT: Duration = Duration::from_secs(3_600);
 /// Finds the addresses of a name.
 pub(crate) type Lookup = dyn Fn(String) -> BoxFuture<'static, io::Result<Vec<IpAddr>>> + Send + Sync;
 
+/// Makes a client when it is first asked for.
+type LateClient = LazyLock<Result<Client, String>, Box<dyn FnOnce() -> Result<Client, String> + Send>>;
+
 /// Sends messages.
 pub(crate) struct Receivers {
     /// Made for the first message: it reads all certificates of the system, which may have none.
-    client: LazyLock<Result<Client, String>, Box<dyn FnOnce() -> Result<Client, String> + Send>>,
+    client: LateClient,
     rules: Rules,
 }
 
