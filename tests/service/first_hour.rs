@@ -88,7 +88,6 @@ fn files_of_other_formats_are_refused_by_name() {
     let service = Service::start(&[]);
     let gltf = r#"{"scenes": [{"nodes": [0]}], "asset": {"version": "2.0"}}"#;
     for (kind, body, said) in [
-        ("application/json", gltf, "this is glTF,"),
         ("application/json", "v 0 0 1\nv 0 1 1", "this is Wavefront OBJ"),
         ("application/x-www-form-urlencoded", "#VRML V2.0 utf8", "this is VRML"),
         ("application/x-www-form-urlencoded", "v\nfrom 0 0 1\n", "this looks like Neutral File Format"),

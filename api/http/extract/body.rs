@@ -43,7 +43,7 @@ pub(crate) fn declared_format(headers: &HeaderMap) -> Result<Option<Format>, Pro
 pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<Format, Problem> {
     let recognised = recognise_start(body);
     let is_other = matches!(recognised, Recognised::Other(_));
-    let is_model = matches!(declared, Some(Format::Json)) && recognised.model().is_some();
+    let is_model = declared.is_some_and(|format| format != Format::Nff) && recognised.model().is_some();
     if (is_other || is_model)
         && let Some(problem) = recognised.refused_as(declared.unwrap_or(Format::Json))
     {

@@ -59,7 +59,7 @@ fn deployments_use_flags_that_there_are() {
             seen.insert(words[0].to_owned());
         }
     }
-    assert_eq!(seen, BTreeSet::from(["node", "serve"].map(str::to_owned)));
+    assert_eq!(seen, BTreeSet::from(["farm", "node", "serve"].map(str::to_owned)));
 }
 
 #[test]
