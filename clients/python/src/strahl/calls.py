@@ -35,6 +35,16 @@ class Settings(TypedDict, total=False):
     samples: int
     antialias: bool
     precision: Literal["single", "double"]
+    # Of models only.
+    animation: int
+    camera: int
+    light: str
+    scene: int
+    strict: bool
+    t: float
+    up: str
+    variant: int
+    view: str
 
 
 #: One of two pictures: an image id, a scene, or a scene with settings.
