@@ -417,16 +417,17 @@ def overhead(chosen, farm):
     try:
         for turn in range(chosen.rounds):
             body = b'{"scene": %s}' % different(box(size, {"samples": samples, "max_depth": 5}, lights=10), turn)
-            before = farm.brokers[0].streams()["FARM_T"]["state"]["last_seq"]
+            first = farm.brokers[0].streams()["FARM_T"]["state"]["last_seq"]
             row = {}
             for where in ("farm", "alone") if turn % 2 else ("alone", "farm"):
                 inside = [each.process for each in [*farm.nodes, *farm.fronts, *farm.brokers]] if where == "farm" else [alone.process]
                 address, key = (farm.addresses[0], farm.keys[0]) if where == "farm" else (alone.address, {})
-                spent = seconds_of(inside)
-                row[where] = run_job(address, key, body), seconds_of(inside) - spent
-            pieces = farm.brokers[0].streams()["FARM_T"]["state"]["last_seq"] - before
-            rows.append((row["farm"][0] / row["alone"][0], row["farm"][1] / row["alone"][1]))
-            print(f"{pieces} pieces; farm {row['farm'][0]:.1f} s ({row['farm'][1]:.1f} of processors), alone {row['alone'][0]:.1f} s ({row['alone'][1]:.1f})", flush=True)
+                spent = [seconds_of([each]) for each in inside]
+                row[where] = [run_job(address, key, body), [seconds_of([each]) - before for each, before in zip(inside, spent)]]
+            pieces = farm.brokers[0].streams()["FARM_T"]["state"]["last_seq"] - first
+            rows.append((row["farm"][0] / row["alone"][0], sum(row["farm"][1]) / sum(row["alone"][1])))
+            seconds = " + ".join(f"{each:.1f}" for each in row["farm"][1])
+            print(f"{pieces} pieces; farm {row['farm'][0]:.1f} s ({seconds} of processors: nodes, front, broker), alone {row['alone'][0]:.1f} s ({row['alone'][1][0]:.1f})", flush=True)
     finally:
         alone.stop()
     wall, processors = (statistics.median(column) for column in zip(*rows))

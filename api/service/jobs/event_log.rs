@@ -136,6 +136,11 @@ impl Events {
             .then(|| kept.events.iter().filter(|event| event.seq > seq).cloned().collect())
     }
 
+    /// Whether an event that was seen may have been published by another front, and not be heard of here yet.
+    pub(crate) fn may_lack(&self, seq: u64) -> bool {
+        self.herald.is_some() && seq > self.last()
+    }
+
     /// Number of the last event.
     pub(crate) fn last(&self) -> u64 {
         self.kept().last

@@ -41,6 +41,20 @@ impl Shared {
             })
         })
     }
+
+    /// What this front's claims say.
+    fn own(&self) -> Vec<u8> {
+        self.fronts.id.clone().into_bytes()
+    }
+}
+
+/// The revision of what was written; none if another front has written it.
+fn or_none(written: Result<u64, Refused>) -> io::Result<Option<u64>> {
+    match written {
+        Ok(revision) => Ok(Some(revision)),
+        Err(Refused::Changed) => Ok(None),
+        Err(Refused::Failed(error)) => Err(error),
+    }
 }
 
 fn key(record: &Record) -> String {
@@ -90,23 +104,25 @@ impl Records for Arc<Shared> {
     }
 
     fn claim(&self, tenant: &str, key: &str) -> io::Result<Option<u64>> {
-        match self.keys.create(&place(tenant, key), self.fronts.id.clone().into_bytes()) {
-            Ok(revision) => {
-                // Who had it before has written its job before.
-                self.records.catch_up_here();
-                Ok(Some(revision))
-            }
-            Err(Refused::Changed) => Ok(None),
-            Err(Refused::Failed(error)) => Err(error),
+        let place = place(tenant, key);
+        let mut claimed = self.keys.create(&place, self.own());
+        if matches!(claimed, Err(Refused::Changed))
+            && let Some((front, revision)) = self.keys.get(&place)?
+            && !str::from_utf8(&front).is_ok_and(|front| self.fronts.is_alive(front))
+        {
+            // Who had it is gone. If it is not, its job is not accepted: its claim has another revision now.
+            claimed = self.keys.replace(&place, self.own(), revision);
         }
+        let claimed = or_none(claimed)?;
+        if claimed.is_some() {
+            // Who had it before has written its job before.
+            self.records.catch_up_here();
+        }
+        Ok(claimed)
     }
 
     fn renew(&self, tenant: &str, key: &str, revision: u64) -> io::Result<Option<u64>> {
-        match self.keys.replace(&place(tenant, key), self.fronts.id.clone().into_bytes(), revision) {
-            Ok(revision) => Ok(Some(revision)),
-            Err(Refused::Changed) => Ok(None),
-            Err(Refused::Failed(error)) => Err(error),
-        }
+        or_none(self.keys.replace(&place(tenant, key), self.own(), revision))
     }
 
     fn give_up(&self, tenant: &str, key: &str, revision: u64) {

@@ -7,12 +7,26 @@
 use crate::common::{load_scene, read, render_whole, root, scene_names};
 use std::path::PathBuf;
 use strahl::film::{FileFormat, Film, encode};
-use strahl::scene::Overrides;
+use strahl::scene::{Format, Overrides, load};
 
 const WIDTH: u32 = 240;
 
-fn pixels(png: &[u8]) -> image::RgbImage {
-    image::load_from_memory(png).unwrap().to_rgb8()
+/// Models with their pictures: the first is that of the documents.
+const MODELS: [(&str, &str); 4] = [
+    ("model-figure", "RiggedFigure.glb"),
+    ("model-unlit", "UnlitTest.glb"),
+    ("model-lights", "LightsPoint.glb"),
+    ("model-instances", "own_instances_1000.glb"),
+];
+
+fn pixels(png: &[u8]) -> image::RgbaImage {
+    image::load_from_memory(png).unwrap().to_rgba8()
+}
+
+fn render_model(file: &str, side: u32) -> Film {
+    let overrides = Overrides { width: Some(side), height: Some(side), ..Overrides::default() };
+    let bytes = read(&format!("tests/inputs/models/{file}"));
+    render_whole(&load(&bytes, Format::Gltf, &overrides).unwrap_or_else(|problems| panic!("{file}: {problems}")))
 }
 
 /// Compares a film with its golden picture; says what differs.
@@ -66,11 +80,20 @@ fn the_hall_of_mirrors_shows_what_depth_buys() {
 }
 
 #[test]
+fn every_model_looks_as_it_did() {
+    report(MODELS.map(|(name, file)| compare(name, &render_model(file, WIDTH))));
+    let (name, file) = MODELS[0];
+    let side = pixels(&read(&format!("docs/pictures/{name}.png"))).width();
+    report([compare_in("docs/pictures", name, &render_model(file, side))]);
+}
+
+#[test]
 fn no_golden_picture_has_lost_its_scene() {
     let expected: Vec<String> = scene_names()
         .iter()
         .map(|name| name.replace('/', "-"))
         .chain([3, 5, 100].map(|depth| format!("mirrors-hall-depth-{depth}")))
+        .chain(MODELS.map(|(name, _)| name.to_owned()))
         .collect();
     for file in std::fs::read_dir(root().join("tests/golden")).unwrap() {
         let name = file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned();
@@ -86,7 +109,7 @@ fn pictures_of_the_documents_are_current() {
     let folder = std::fs::read_dir(root().join("docs/pictures")).unwrap().map(|file| file.unwrap().path());
     let names = folder.filter(is_picture).map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned());
     // Tests of their own hold those.
-    let is_other = |name: &String| ["naive-", "layer-"].iter().any(|start| name.starts_with(start));
+    let is_other = |name: &String| ["naive-", "layer-", "model-"].iter().any(|start| name.starts_with(start));
     report(names.filter(|name| !is_other(name)).map(|name| {
         let (scene, depth) =
             name.split_once("-depth-").map_or((name.as_str(), None), |(scene, n)| (scene, n.parse().ok()));

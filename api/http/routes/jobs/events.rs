@@ -309,8 +309,12 @@ impl Watched {
             self.next.extend(events);
             return;
         }
-        let last = self.job.events.last();
         let record = self.job.record().clone();
+        if !record.state.is_final() && self.gathered.is_some_and(|seen| self.job.events.may_lack(seen)) {
+            // What follows comes to this front later.
+            return;
+        }
+        let last = self.job.events.last();
         // A client that has seen the event before misses only the last one.
         let seq = record.last_event.map_or(last, |last| last - 1);
         let progress = self.job.progress();
