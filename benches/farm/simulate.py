@@ -2,6 +2,7 @@
 """A farm of hundreds of nodes whose rendering is a sleep, with a real broker: how much work it hands out, and how evenly.
 
     cargo build --release --features simulation --example farm_simulation && python3 benches/farm/simulate.py --nodes 500 --slots 4 --jobs 100
+    python3 benches/farm/simulate.py --nodes 4 --slots 1 --picture 96 --tile-ms 42     # a picture of 4 s on four nodes
 
 Nodes and coordinators are those of the program; only pixels are not made. It runs all of them, and the broker, on this machine:
 the share of time that slots are busy falls where its processors are at their end. Figures are appended to benches/farm/farm.json
@@ -31,12 +32,12 @@ def processor_seconds(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def run(nodes, slots, jobs, tile_ms, seconds):
+def run(nodes, slots, jobs, tile_ms, seconds, more=()):
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         broker = Broker(folder).until_healthy()
         try:
-            sizes = ["--nodes", nodes, "--slots", slots, "--jobs", jobs, "--tile-ms", tile_ms, "--seconds", seconds]
+            sizes = ["--nodes", nodes, "--slots", slots, "--jobs", jobs, "--tile-ms", tile_ms, "--seconds", seconds, *more]
             farm = ["--farm", f"nats://127.0.0.1:{broker.port}", "--store", folder / "store", "--memory-bytes", 1 << 30]
             process = subprocess.Popen([PROGRAM, *map(str, [*sizes, *farm])], stdout=subprocess.PIPE, text=True)
             most = [0.0]
@@ -69,11 +70,13 @@ def main():
     arguments.add_argument("--jobs", type=int, default=100)
     arguments.add_argument("--tile-ms", type=int, default=1000)
     arguments.add_argument("--seconds", type=int, default=60)
+    arguments.add_argument("--picture", type=int, metavar="TILES", help="pictures of so many tiles that somebody waits for, instead of jobs")
     arguments.add_argument("--write", action="store_true")
     chosen = arguments.parse_args()
     rows = []
     for nodes in chosen.nodes:
-        rows.append(run(nodes, chosen.slots, chosen.jobs, chosen.tile_ms, chosen.seconds))
+        more = ["--picture-tiles", chosen.picture] if chosen.picture else []
+        rows.append(run(nodes, chosen.slots, chosen.jobs, chosen.tile_ms, chosen.seconds, more))
         print({key: round(value, 3) for key, value in rows[-1].items()}, flush=True)
     if chosen.write:
         (ROOT / "benches" / "farm" / "farm.json").write_text(json.dumps(rows, indent=1) + "\n")

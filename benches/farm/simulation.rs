@@ -63,6 +63,9 @@ struct Simulation {
     warm_up: u64,
     #[arg(long, default_value_t = 60)]
     seconds: u64,
+    /// Instead of jobs without end: pictures that somebody waits for, one after the other, each of so many tiles.
+    #[arg(long)]
+    picture_tiles: Option<u32>,
 }
 
 /// Sleeps instead of rendering. What a tile takes follows from where it is.
@@ -85,9 +88,10 @@ fn sleep(scene: &Scene, window: &Window, region: Region, control: &Control) -> R
     Ok(picture)
 }
 
-/// Tiles without end.
+/// Tiles of a job, by default without end.
 struct Endless<'a> {
     next: u32,
+    end: u32,
     share: f64,
     finished: &'a AtomicU64,
     over: &'a AtomicBool,
@@ -95,13 +99,16 @@ struct Endless<'a> {
 
 impl Tiles for Endless<'_> {
     fn next(&mut self) -> Option<(u32, Region)> {
+        if self.next == self.end {
+            return None;
+        }
         let number = self.next % (ROW * ROW);
         self.next += 1;
         Some((number, Region { x: number % ROW * TILE, y: number / ROW * TILE, width: TILE, height: TILE }))
     }
 
     fn pixels_left(&self) -> u64 {
-        u64::from((ROW * ROW).saturating_sub(self.next) * TILE * TILE)
+        u64::from(self.end.min(ROW * ROW).saturating_sub(self.next) * TILE * TILE)
     }
 
     fn share(&self) -> f64 {
@@ -114,8 +121,23 @@ impl Tiles for Endless<'_> {
     }
 }
 
+/// What is asked of the farm.
+fn order<'a>(name: &'a str, class: Class, scene: &SceneSource, tile_ms: u64, control: &'a Control) -> Order<'a> {
+    Order {
+        name,
+        tenant: "simulation",
+        class,
+        scene: scene.clone(),
+        window: Window { origin: [0.0; 2], step: [1.0; 2], width: ROW * TILE, height: ROW * TILE },
+        pixel_ms: tile_ms as f64 / f64::from(TILE * TILE),
+        limit: Duration::from_secs(600),
+        control,
+    }
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let Simulation { farm: settings, node, nodes, jobs, tile_ms, warm_up, seconds } = Simulation::parse();
+    let Simulation { farm: settings, node, nodes, jobs, tile_ms, warm_up, seconds, picture_tiles } =
+        Simulation::parse();
     TILE_MS.store(tile_ms, Ordering::Relaxed);
     let slots = u64::from(nodes) * u64::from(node.slots.unwrap_or(4));
     let runtime = |threads, blocking| {
@@ -159,6 +181,29 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         thread::sleep(Duration::from_millis(200));
     }
     let joined = started.elapsed();
+    if let Some(end) = picture_tiles {
+        let (mut took, started) = (Vec::new(), Instant::now());
+        while started.elapsed() < Duration::from_secs(seconds) {
+            let (began, control, over) = (Instant::now(), Control::default(), AtomicBool::new(false));
+            let slept = SLEPT.load(Ordering::Relaxed);
+            let name = format!("simulated-{}", unix_time().as_millis());
+            let mut tiles = Endless { next: 0, end, share: 1.0, finished: &AtomicU64::new(0), over: &over };
+            farm.render(&order(&name, Class::Hi, &scene, tile_ms, &control), &mut tiles)
+                .map_err(|error| format!("{error:?}"))?;
+            let all = (SLEPT.load(Ordering::Relaxed) - slept) as f64 / 1e3;
+            took.push((began.elapsed().as_secs_f64() * 1e3, all));
+        }
+        took.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (median, worst) = (took[took.len() / 2], took[took.len() - 1]);
+        let figures = serde_json::json!({
+            "nodes": nodes, "slots": slots, "tiles": end, "tile_ms": tile_ms, "pictures": took.len(),
+            "tiles_took_ms": median.1, "picture_took_ms": median.0, "worst_ms": worst.0,
+        });
+        println!("{figures}");
+        stop.send_replace(true);
+        let _ = running.join();
+        return Ok(());
+    }
     let over = AtomicBool::new(false);
     let finished: Vec<AtomicU64> = (0..jobs).map(|_| AtomicU64::new(0)).collect();
     let controls: Mutex<Vec<Control>> = Mutex::default();
@@ -168,19 +213,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             scope.spawn(move || {
                 let control = Control::default();
                 controls.lock().push(control.clone());
-                let mut tiles = Endless { next: 0, share: 1.0 / f64::from(jobs), finished, over };
+                let mut tiles = Endless { next: 0, end: u32::MAX, share: 1.0 / f64::from(jobs), finished, over };
                 let name = format!("simulated-{job}-{}", unix_time().as_millis());
-                let order = Order {
-                    name: &name,
-                    tenant: "simulation",
-                    class: Class::Norm,
-                    scene,
-                    window: Window { origin: [0.0; 2], step: [1.0; 2], width: ROW * TILE, height: ROW * TILE },
-                    pixel_ms: tile_ms as f64 / f64::from(TILE * TILE),
-                    limit: Duration::from_secs(600),
-                    control: &control,
-                };
-                if let Err(error) = farm.render(&order, &mut tiles)
+                if let Err(error) = farm.render(&order(&name, Class::Norm, scene, tile_ms, &control), &mut tiles)
                     && !over.load(Ordering::Relaxed)
                 {
                     eprintln!("job {job}: {error:?}");

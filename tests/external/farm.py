@@ -7,6 +7,7 @@
 kills     nodes, fronts and the broker are killed, stopped and told to end, at random, while two tenants submit jobs
 leader    three brokers; the one that leads the work is killed, again and again
 soak      100,000 empty tiles: memory and consumers stay as they are
+waiting   100,000 tiles wait, and no node is there: memory of the front
 overhead  one job on two nodes of one core, and on one machine with two threads, in turn
 latency   from publishing a piece of work to the begin at a node
 
@@ -386,6 +387,24 @@ def soak(chosen, farm):
     farm.check_the_end()
 
 
+def waiting(chosen, farm):
+    """Jobs of 256 tiles each that nobody renders: what the front holds of each."""
+    held, jobs = [], chosen.tiles // 256
+    for number in range(jobs):
+        if number % (jobs // 10) == 0:
+            held.append(farm.fronts[0].memory("VmRSS"))
+        body = b'{"scene": %s}' % different(EMPTY, number)
+        status, text = ask(farm.addresses[0], farm.keys[number % 2], "POST", "/v1/jobs", JSON, body)
+        if status != 202:
+            return farm.fail(f"submitting job {number}: {status} {text}")
+    held.append(farm.fronts[0].memory("VmRSS"))
+    published = farm.brokers[0].streams()["FARM_T"]["state"]["messages"]
+    print(f"{jobs * 256} tiles wait, {published} of their pieces at the broker; MB of the front, at each tenth:", *map(round, held))
+    if held[-1] > 1.5 * held[1] + 50:
+        farm.fail(f"{held[1]:.0f} MB after a tenth, {held[-1]:.0f} in the end")
+    return None
+
+
 def seconds_of(processes):
     """Processor seconds that processes have taken."""
     total = 0
@@ -460,7 +479,7 @@ def latency(chosen, farm):
 
 
 # Each with its brokers, fronts and nodes.
-PARTS = {"kills": (kills, 1, 2, 3), "leader": (leader, 3, 2, 2), "soak": (soak, 1, 1, 2), "overhead": (overhead, 1, 1, 2), "latency": (latency, 1, 1, 2)}
+PARTS = {"kills": (kills, 1, 2, 3), "leader": (leader, 3, 2, 2), "soak": (soak, 1, 1, 2), "waiting": (waiting, 1, 1, 0), "overhead": (overhead, 1, 1, 2), "latency": (latency, 1, 1, 2)}
 
 
 def main():
@@ -470,7 +489,7 @@ def main():
     arguments.add_argument("--seed", type=int, default=1)
     arguments.add_argument("--kills", type=int, default=200)
     arguments.add_argument("--pause", type=float, nargs=2, default=(0.5, 4), metavar="SECONDS", help="shortest and longest between kills")
-    arguments.add_argument("--tiles", type=int, default=100_000, help="of the soak")
+    arguments.add_argument("--tiles", type=int, default=100_000, help="of the soak, and of those that wait")
     arguments.add_argument("--rounds", type=int, default=5, help="of the overhead")
     arguments.add_argument("--samples", type=int, default=16, help="of a pixel of the overhead's job")
     arguments.add_argument("--jobs", type=int, default=300, help="of the latency")

@@ -2,13 +2,14 @@
 
 use crate::backends::{MIRRORS, alone};
 use crate::common::BALL;
-use crate::common::service::{Answer, Service, request};
+use crate::common::service::{Answer, PROGRAM, Service, request};
 use crate::harness::{Broker, LEASE, Node, wait_until};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
+use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -408,4 +409,42 @@ fn a_short_job_does_not_wait_for_a_long_one() {
     wait_for(&farm.fronts[0], &short, "succeeded");
     assert_eq!(state(&farm.fronts[0], &long), "running");
     assert!(image(&farm.fronts[0], &short) == alone("", BALL));
+}
+
+/// T10: who asks for much has half of the farm, not all of it, while somebody else asks for something.
+#[test]
+fn one_tenant_does_not_wait_for_all_jobs_of_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = folder.path().join("keys.toml");
+    let [much, little] = ["much", "little"].map(|tenant| {
+        let made =
+            Command::new(PROGRAM).args(["key", "new", "--tenant", tenant, "--file"]).arg(&keys).output().unwrap();
+        assert!(made.status.success(), "{made:?}");
+        format!("Bearer {}", String::from_utf8(made.stdout).unwrap().trim())
+    });
+    let Some(farm) = Fronts::start(2, &["--keys", keys.to_str().unwrap()]) else { return };
+    let ask = |front: usize, key: &str, method: &str, path: &str, body: &str| {
+        let headers = [("Content-Type", "application/json"), ("Authorization", key)];
+        farm.fronts[front].send(method, path, &headers, body.as_bytes())
+    };
+    let submit = |front: usize, key: &str, width: u32| {
+        let answer = ask(front, key, "POST", "/v1/jobs", &order(MIRRORS, &json!({ "width": width })));
+        assert_eq!(answer.status, 202, "{}", answer.text());
+        id_of(&answer)
+    };
+    let job = |key: &str, id: &str| ask(0, key, "GET", &format!("/v1/jobs/{id}"), "").json();
+    let many: Vec<String> = (0..6).map(|at| submit(at % 2, &much, 600 + at as u32)).collect();
+    let _node = farm.node();
+    wait_until("the first has begun", || many.iter().any(|id| job(&much, id)["progress"]["fraction"] != 0.0));
+    let few: Vec<String> = (0..2).map(|at| submit(at, &little, 200 + at as u32)).collect();
+    for id in &few {
+        wait_until("a job of who asks for little ends", || job(&little, id)["state"] == "succeeded");
+    }
+    let waiting = many.iter().filter(|id| job(&much, id)["state"] != "succeeded").count();
+    assert!(waiting >= 3, "{waiting} of 6 were not finished when the two small ones were");
+    assert_eq!(
+        ask(1, &little, "GET", &format!("/v1/jobs/{}", many[0]), "").status,
+        404,
+        "it belongs to another tenant"
+    );
 }

@@ -13,3 +13,4 @@ mod failures;
 mod fronts;
 mod harness;
 mod sequences;
+mod versions;

@@ -1,9 +1,11 @@
 //! Frames over nodes: whoever renders their tiles, and whichever front goes on with them, they are the same.
 
 use crate::backends::MIRRORS;
+use crate::common::BALL;
 use crate::common::service::Service;
-use crate::harness::{Broker, LEASE, Node, wait_until};
+use crate::harness::{Broker, Ear, LEASE, Node, wait_until};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 const FRAMES: u32 = 12;
 
@@ -66,6 +68,34 @@ fn frames_over_nodes_are_those_of_one_machine_even_if_the_front_is_killed() {
     assert!(frames(&fronts[0], &second) == expected, "other pictures after a kill\n{}", fronts[0].log());
     let after = job(&fronts[0], &second);
     assert!(after["stats"]["tiles_recovered"].as_u64() > Some(0), "{after}\n{}", fronts[0].log());
+    assert_eq!(broker.messages("FARM_T"), 0, "work is left behind");
+}
+
+/// Small frames have fewer tiles than a farm has slots.
+#[test]
+fn several_frames_are_rendered_at_a_time() {
+    let Some(broker) = Broker::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let store = folder.path().to_str().unwrap();
+    let front = front(&broker, store);
+    let nodes = ["one", "two", "three"].map(|name| Node::start(&broker.url(), store, name, &["--slots", "2"]));
+    wait_until("the front knows its nodes", || front.get("/v1/farm").json()["slots"].as_u64() == Some(6));
+    let work = Ear::at(&broker, "farm.t.>");
+    nodes.iter().for_each(|node| node.signal("-STOP"));
+    let order =
+        json!({ "scene": serde_json::from_str::<Value>(BALL).unwrap(), "frames": { "turntable": { "frames": 12 } } });
+    let answer = front.post_json("/v1/jobs", &order.to_string());
+    assert_eq!(answer.status, 202, "{}", answer.text());
+    // Nothing is finished: what is published now is rendered at the same time.
+    work.wait_for(6);
+    let names: BTreeSet<String> = work.heard().iter().map(|message| message.subject.to_string()).collect();
+    assert!(names.len() >= 6, "{names:?}");
+    nodes.iter().for_each(|node| node.signal("-CONT"));
+    let id = answer.json()["id"].as_str().unwrap().to_owned();
+    let pictures = frames(&front, &id);
+    let alone = Service::start(&["--threads", "2"]);
+    let same = alone.post_json("/v1/jobs", &order.to_string()).json()["id"].as_str().unwrap().to_owned();
+    assert!(pictures == frames(&alone, &same), "other pictures\n{}", nodes[0].log());
     assert_eq!(broker.messages("FARM_T"), 0, "work is left behind");
 }
 

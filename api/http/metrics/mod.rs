@@ -9,6 +9,7 @@ mod gauges;
 pub(crate) mod render_cost;
 
 use crate::service::jobs::JobObserver;
+use crate::service::jobs::outbox::{DeliveryState, Parcel};
 use crate::service::jobs::record::{Record, State};
 use crate::service::requests::Service;
 use crate::service::scheduler::task::Class;
@@ -44,6 +45,7 @@ pub(crate) struct Metrics {
     encode_seconds: Family<Label, Histogram>,
     rays: Family<Label, Counter>,
     shed: Family<Label, Counter>,
+    deliveries: Family<[(&'static str, &'static str); 2], Counter>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
@@ -71,6 +73,7 @@ impl Default for Metrics {
             encode_seconds: Family::new_with_constructor(histogram),
             rays: Family::default(),
             shed: Family::default(),
+            deliveries: Family::default(),
         };
         metrics.register();
         metrics
@@ -91,6 +94,8 @@ impl Metrics {
         to.register("encode_seconds", "Seconds that writing pictures took", self.encode_seconds.clone());
         to.register("rays", "Rays traced for pictures", self.rays.clone());
         to.register("shed", "Requests refused for lack of room or allowance", self.shed.clone());
+        let help = "Attempts to deliver messages and pictures of jobs, by what came of them";
+        to.register("deliveries", help, self.deliveries.clone());
         self.gauges.register(to);
     }
 
@@ -169,6 +174,19 @@ impl JobObserver for Metrics {
             }
             _ => self.count_ended(Class::Jobs, "failed"),
         }
+    }
+
+    fn attempted(&self, parcel: Parcel, state: DeliveryState) {
+        let what = match parcel {
+            Parcel::Picture => "picture",
+            Parcel::Message => "message",
+        };
+        let outcome = match state {
+            DeliveryState::Pending => "retried",
+            DeliveryState::Delivered => "delivered",
+            DeliveryState::Dead => "dead",
+        };
+        self.deliveries.get_or_create(&[("what", what), ("outcome", outcome)]).inc();
     }
 }
 

@@ -386,7 +386,8 @@ pub(crate) async fn claim(
         }
         Err(KeyUse::Unknown(error)) => {
             tracing::error!(%error, "an idempotency key cannot be claimed");
-            Err(Problem::new(Kind::Internal, "the key cannot be kept; send the request again in a moment"))
+            let detail = "the farm's broker takes nothing now; the service's log says why";
+            Err(Problem::new(Kind::Saturated, detail).retry_after(5))
         }
     }
 }

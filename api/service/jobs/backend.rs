@@ -3,9 +3,9 @@
 
 use super::checkpoint::Tiles;
 use super::files::Files;
-use super::job::{Job, Stopped, locked};
+use super::job::{Job, Stopped};
 use super::record::{Failure, Record};
-use super::tile_order::TileOrder;
+use super::rendering::Rendering;
 use crate::service::farm::Farm;
 use crate::service::farm::coordinator::{self, Order};
 use crate::service::farm::names::Class;
@@ -28,11 +28,12 @@ const WAITING: usize = 4;
 /// Who renders the tiles of a job.
 pub(super) trait Backend {
     /// Calls `found` with tiles that were finished before.
-    fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped>;
-    /// Renders all tiles of the job's order, and calls `finished` with each once it is kept.
+    fn recover(&mut self, job: &Job, rendering: &Rendering, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped>;
+    /// Renders all tiles that are to come, and calls `finished` with each once it is kept.
     fn render(
         &mut self,
         job: &Job,
+        rendering: &Rendering,
         ready: &PreparedScene,
         workers: &Workers,
         finished: &(dyn Fn(&Tile) + Sync),
@@ -55,11 +56,11 @@ impl<'a> Local<'a> {
 }
 
 impl Backend for Local<'_> {
-    fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
+    fn recover(&mut self, job: &Job, rendering: &Rendering, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
         let Record { width, height, .. } = job.record().clone();
-        let (name, tiles) = (job.work_name(), job.tiles());
+        let Rendering { name, tiles, .. } = rendering;
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-        let file = Tiles::open(&self.files.tiles(&name), &name, [width, height], region, found);
+        let file = Tiles::open(&self.files.tiles(name), name, [width, height], region, found);
         self.tiles = Some(file.map_err(|error| disk(&error))?);
         Ok(())
     }
@@ -67,6 +68,7 @@ impl Backend for Local<'_> {
     fn render(
         &mut self,
         job: &Job,
+        rendering: &Rendering,
         ready: &PreparedScene,
         workers: &Workers,
         finished: &(dyn Fn(&Tile) + Sync),
@@ -76,12 +78,11 @@ impl Backend for Local<'_> {
         // Another thread writes, so that the pool does not wait for the disk.
         let rendered = thread::scope(|scope| {
             let writer = scope.spawn(move || persist(job, file, &to_keep, finished));
-            let next = || locked(&job.order).as_mut().and_then(TileOrder::next);
             let rendered = workers.work(|| {
-                while let Some((number, region)) = next() {
+                while let Some((number, region)) = rendering.next() {
                     let picture = render(&ready.scene, region, &job.control())?;
                     // It fails if the writer has stopped, which has cancelled the job.
-                    done.send(Tile { number: number as u32, picture }).map_err(|_| Cancelled)?;
+                    done.send(Tile { number, picture }).map_err(|_| Cancelled)?;
                 }
                 Ok(())
             });
@@ -124,19 +125,18 @@ pub(super) struct Remote<'a> {
 }
 
 impl Backend for Remote<'_> {
-    fn recover(&mut self, job: &Job, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
+    fn recover(&mut self, job: &Job, rendering: &Rendering, found: &mut dyn FnMut(Tile)) -> Result<(), Stopped> {
         let Record { width, height, lives, .. } = job.record().clone();
-        let name = job.work_name();
+        let Rendering { name, tiles, .. } = rendering;
         // The first front that takes a job begins its first life.
         if lives <= 1 {
             return Ok(());
         }
-        let tiles = job.tiles();
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-        let (owner, results) = (Owner::of(&name), &self.farm.results);
+        let (owner, results) = (Owner::of(name), &self.farm.results);
         let mut after = 0;
         let broker = |error| Stopped::Failed(Failure::internal(&format!("finished tiles cannot be read: {error}")));
-        while let Some((sequence, bytes)) = self.farm.runtime.block_on(results.next(&name, after)).map_err(broker)? {
+        while let Some((sequence, bytes)) = self.farm.runtime.block_on(results.next(name, after)).map_err(broker)? {
             after = sequence;
             // What is damaged is rendered again.
             if let Ok(Some((tile, _))) = owner.read(&mut bytes.as_slice(), [width, height], region) {
@@ -152,6 +152,7 @@ impl Backend for Remote<'_> {
     fn render(
         &mut self,
         job: &Job,
+        rendering: &Rendering,
         ready: &PreparedScene,
         workers: &Workers,
         finished: &(dyn Fn(&Tile) + Sync),
@@ -160,17 +161,17 @@ impl Backend for Remote<'_> {
         let (pixels, control) = (f64::from(record.width) * f64::from(record.height), job.control());
         let frames = record.frames.map_or(1.0, |frames| f64::from(frames.count));
         let order = Order {
-            name: &job.work_name(),
+            name: &rendering.name,
             tenant: &record.tenant,
             class: Class::of_job(record.priority),
-            scene: scene_of(job),
+            scene: scene_of(job, rendering.frame),
             window: Window::whole(ready.scene.width, ready.scene.height),
             // The estimate is for all threads of this process.
             pixel_ms: record.estimate_ms * workers.threads() as f64 / (pixels * frames),
             limit: self.limit,
             control: &control,
         };
-        let mut tiles = OfJob { job, share: self.share, finished };
+        let mut tiles = OfPicture { rendering, share: self.share, finished };
         self.farm.render(&order, &mut tiles).map_err(|stopped| match stopped {
             coordinator::Stopped::Cancelled => job.why_stopped(),
             coordinator::Stopped::Dead(Death::Killed, detail) => {
@@ -189,27 +190,25 @@ impl Backend for Remote<'_> {
 }
 
 /// The scene of a job, as nodes find it.
-pub(super) fn scene_of(job: &Job) -> SceneSource {
-    let frame = job.frame();
+pub(super) fn scene_of(job: &Job, frame: Option<u32>) -> SceneSource {
     let spec = &job.record().spec;
     SceneSource { text: spec.scene.clone(), format: spec.format, settings: spec.settings, frame }
 }
 
-/// The tiles of a job, as a coordinator takes them.
-struct OfJob<'a> {
-    job: &'a Job,
+/// The tiles of a picture, as a coordinator takes them.
+struct OfPicture<'a> {
+    rendering: &'a Rendering,
     share: &'a dyn Fn() -> f64,
     finished: &'a (dyn Fn(&Tile) + Sync),
 }
 
-impl coordinator::Tiles for OfJob<'_> {
+impl coordinator::Tiles for OfPicture<'_> {
     fn next(&mut self) -> Option<(u32, Region)> {
-        let next = locked(&self.job.order).as_mut().and_then(TileOrder::next);
-        next.map(|(number, region)| (number as u32, region))
+        self.rendering.next()
     }
 
     fn pixels_left(&self) -> u64 {
-        locked(&self.job.order).as_ref().map_or(0, TileOrder::pixels_left)
+        self.rendering.pixels_left()
     }
 
     fn share(&self) -> f64 {

@@ -1,5 +1,5 @@
-//! Rendering the frames of a sequence, one after the other, in tiles as any picture. While one is rendered, the one before is
-//! written to disk by another thread.
+//! Rendering the frames of a sequence in tiles as any picture: one after the other here, several at a time where a farm has more
+//! slots than a frame has tiles. Meanwhile finished ones are written to disk by another thread.
 //!
 //! A finished frame is a file like any picture, and is there after any crash; of the frame that was being rendered the finished
 //! tiles are.
@@ -12,6 +12,7 @@ use super::finish::{Coded, JobFiles, code};
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, JobSpec, Record};
 use super::registry::pixel_bytes;
+use super::rendering::tiles_of;
 use super::run::{Begun, backend, begin, farm_for, recover, scene_is_gone, tiles, when_there_is_room, whole};
 use crate::service::clock::milliseconds;
 use crate::service::farm::Farm;
@@ -22,15 +23,19 @@ use crate::service::scheduler::pool::Workers;
 use crate::service::sequences::report::FrameReport;
 use crate::service::sequences::text::split;
 use serde_json::json;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Instant;
+use std::vec;
 use strahl::film::sheet::{cell, small};
 use strahl::render::{Cancelled, sampling_bytes};
 use strahl::scene::Overrides;
 use strahl::sequence::Sequence;
+
+/// Frames of a job that are rendered at the same time, at most.
+const MOST_AT_ONCE: u64 = 16;
 
 /// A frame that is rendered, and not yet written.
 struct Traced {
@@ -51,6 +56,8 @@ struct Film<'a> {
     spec: &'a JobSpec,
     edge: u32,
     began: Instant,
+    /// Held by the frame that the pool of this process works on.
+    pool: Mutex<()>,
 }
 
 /// Works on a sequence until all of its frames are finished.
@@ -77,31 +84,72 @@ pub(super) fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let bytes = pixel_bytes(&job.record()) + base.scene.stack_bytes() * workers.threads() as u64 + sampling;
     let taken = when_there_is_room(job, || share.grow(bytes));
     taken.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    // As many more as there is memory for.
+    let of_frame = pixel_bytes(&job.record()) / 2;
+    let at_once =
+        1 + (1..lanes(jobs, job, farm)).take_while(|more| share.grow(bytes + of_frame * more).is_ok()).count();
     let rendering = Instant::now();
     *locked(&job.begun) = Some(rendering);
-    let film = Film { jobs, job, farm, workers: &workers, sequence: &sequence, base: &base, spec: &spec, edge, began };
-    film.all()?;
+    let film = Film {
+        jobs,
+        job,
+        farm,
+        workers: &workers,
+        sequence: &sequence,
+        base: &base,
+        spec: &spec,
+        edge,
+        began,
+        pool: Mutex::default(),
+    };
+    film.all(at_once)?;
     job.record().stats.render_ms = milliseconds(rendering);
     Ok(())
 }
 
 impl Film<'_> {
-    /// Renders all frames that are not there.
-    fn all(&self) -> Result<(), Stopped> {
-        let missing = self.take_up();
+    /// Renders all frames that are not there, so many at a time.
+    fn all(&self, at_once: usize) -> Result<(), Stopped> {
+        let missing = Mutex::new(self.take_up().into_iter());
         *locked(&self.job.tiling) = Some((Instant::now(), self.job.work_done()));
         let (traced, to_write) = sync_channel(0);
         thread::scope(|scope| {
             let writer = scope.spawn(|| self.write(to_write));
-            let rendered = missing.iter().try_for_each(|number| {
-                let frame = self.trace(*number)?;
-                // It fails if the writer has stopped, which has stopped the job.
-                traced.send(frame).map_err(|_| self.job.why_stopped())
-            });
+            let lane = |_| {
+                let (missing, traced) = (&missing, traced.clone());
+                scope.spawn(move || self.lane(missing, &traced, at_once))
+            };
+            let lanes: Vec<_> = (0..at_once).map(lane).collect();
             drop(traced);
-            let written = writer.join().unwrap_or_else(|_| Err(self.job.why_stopped()));
-            rendered.and(written)
+            let ends = lanes.into_iter().chain([writer]);
+            // All are waited for, whatever the first one says.
+            let ends: Vec<_> = ends.map(|end| end.join().unwrap_or_else(|_| Err(self.job.why_stopped()))).collect();
+            ends.into_iter().collect()
         })
+    }
+
+    /// Renders frames until there are no more to begin with.
+    fn lane(
+        &self,
+        missing: &Mutex<vec::IntoIter<u32>>,
+        traced: &SyncSender<Traced>,
+        at_once: usize,
+    ) -> Result<(), Stopped> {
+        let next = || locked(missing).next();
+        while let Some(number) = next() {
+            let frame = self.trace(number, at_once).inspect_err(|why| self.give_up(number, why))?;
+            // It fails if the writer has stopped, which has stopped the job.
+            traced.send(frame).map_err(|_| self.job.why_stopped())?;
+        }
+        Ok(())
+    }
+
+    /// A frame is not finished: the others need not be, and nobody needs its tiles if nobody goes on with it.
+    fn give_up(&self, number: u32, why: &Stopped) {
+        self.job.stop(why.clone());
+        if let (Some(farm), Stopped::Canceled | Stopped::Failed(_)) = (self.farm, why) {
+            farm.forget_results(&frame_name(&self.job.record().id, number));
+        }
     }
 
     /// Counts the frames that are there; the numbers of the others.
@@ -119,7 +167,7 @@ impl Film<'_> {
             }
         }
         let done = self.sequence.count() - missing.len() as u32;
-        let tiles = done as usize * job.tiles().len();
+        let tiles = done as usize * tiles_of(&job.record());
         job.done.store(tiles, Ordering::Relaxed);
         job.rays.store(rays, Ordering::Relaxed);
         let mut record = job.record();
@@ -129,24 +177,29 @@ impl Film<'_> {
         missing
     }
 
-    /// Renders a frame, all but its file.
-    fn trace(&self, number: u32) -> Result<Traced, Stopped> {
-        let Self { jobs, job, farm, workers, sequence, base, spec, edge, began } = *self;
+    /// Renders a frame, all but its file, beside others.
+    fn trace(&self, number: u32, at_once: usize) -> Result<Traced, Stopped> {
+        let Self { jobs, job, farm, workers, sequence, base, spec, edge, began, ref pool } = *self;
         let overrides: &Overrides = &spec.settings;
         let frame = sequence.frame(number);
+        let alone = locked(pool);
         let ready = when_there_is_room(job, || jobs.cache.frame(workers, base, frame, overrides, |_| Ok(())));
         let ready = ready.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
-        job.begin_frame(number);
+        let rendering = job.begin_picture(Some(number));
         if edge == 0 {
-            whole(job, &ready, spec.output, workers, began).map_err(|Cancelled| job.why_stopped())?;
+            whole(job, &rendering, &ready, spec.output, workers, began).map_err(|Cancelled| job.why_stopped())?;
+            drop(alone);
         } else {
             let tenant = job.record().tenant.clone();
-            let share = || locked(&jobs.registry).share(&tenant);
+            let share = || locked(&jobs.registry).share(&tenant) / at_once as f64;
             let mut backend = backend(jobs, farm, &share);
-            recover(job, &mut *backend)?;
-            tiles(job, &ready, workers, &mut *backend)?;
+            recover(job, &rendering, &mut *backend)?;
+            let alone = (!backend.is_elsewhere()).then_some(alone);
+            tiles(job, &rendering, &ready, workers, &mut *backend)?;
+            drop(alone);
         }
-        let canvas = locked(&job.canvas).take().ok_or_else(|| job.why_stopped())?;
+        let canvas = locked(&rendering.canvas).take().ok_or_else(|| job.why_stopped())?;
+        let _alone = locked(pool);
         let cell = cell(sequence.count(), [ready.scene.width, ready.scene.height]);
         let preview = |canvas: &Canvas| small(&canvas.picture.film, cell);
         let coded = code(canvas, preview, &ready, spec, workers, began).map_err(|Cancelled| job.why_stopped())?;
@@ -197,6 +250,14 @@ impl Film<'_> {
         }
         Ok(())
     }
+}
+
+/// How many frames keep the job's share of the farm busy: one of this process.
+fn lanes(jobs: &Jobs, job: &Job, farm: Option<&Arc<Farm>>) -> u64 {
+    let Some(farm) = farm else { return 1 };
+    let record = job.record().clone();
+    let slots = f64::from(farm.nodes.slots()) * locked(&jobs.registry).share(&record.tenant);
+    ((2.0 * slots / tiles_of(&record) as f64).ceil() as u64).clamp(1, MOST_AT_ONCE)
 }
 
 impl Jobs {

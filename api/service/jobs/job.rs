@@ -1,12 +1,11 @@
 //! A job in memory: its record, progress and watchers.
 
-use super::canvas::Canvas;
 use super::event_log::{Events, Herald};
-use super::files::frame_name;
 use super::record::{Failure, Record, State};
-use super::tile_order::{REMEMBERED, TileOrder, meet};
+use super::rendering::{Rendering, tiles_of};
+use super::tile_order::REMEMBERED;
 use serde_json::json;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use strahl::film::{Film, Region};
@@ -28,18 +27,12 @@ pub(crate) struct Job {
     pub(super) stopped: Mutex<Option<Stopped>>,
     /// Shared with its task in the scheduler.
     pub(super) priority: Arc<AtomicU8>,
-    /// The picture so far, while it is being rendered.
-    pub(super) canvas: Mutex<Option<Canvas>>,
-    /// Order of the tiles, while it is being rendered.
-    pub(super) order: Mutex<Option<TileOrder>>,
+    /// Its picture while it is being rendered; of a sequence the frame that was begun last.
+    rendering: Mutex<Option<Arc<Rendering>>>,
     /// Regions that clients asked for before it was started.
     pub(super) early_looks: Mutex<Vec<Region>>,
-    /// Tiles, and whether each is finished, until it has ended.
-    tiles: Mutex<Arc<[(Region, AtomicBool)]>>,
     /// Number of tiles, of all frames.
     pub(super) total: usize,
-    /// The frame that is rendered, of a sequence.
-    frame: AtomicU32,
     pub(super) done: AtomicUsize,
     pub(super) rays: AtomicU64,
     /// Number of changes of the preview.
@@ -88,10 +81,7 @@ pub(crate) struct Progress {
 impl Job {
     /// A job that this process has not started, at a revision of its record.
     pub(super) fn new(record: Record, revision: u64, herald: Option<Arc<dyn Herald>>) -> Self {
-        let picture = Region::whole(record.width, record.height);
-        let edge = if record.edge == 0 { picture.width.max(picture.height).max(1) } else { record.edge };
-        let of_picture = picture.width.div_ceil(edge) as usize * picture.height.div_ceil(edge) as usize;
-        let total = of_picture * record.frames.map_or(1, |frames| frames.count as usize);
+        let total = tiles_of(&record) * record.frames.map_or(1, |frames| frames.count as usize);
         let age = Duration::from_millis(super::record::now().saturating_sub(record.created));
         let events = Events::new(record.lives, herald.map(|herald| (herald, record.id.clone())));
         Self {
@@ -101,12 +91,9 @@ impl Job {
             control: Mutex::default(),
             stopped: Mutex::default(),
             priority: Arc::new(AtomicU8::new(record.priority)),
-            canvas: Mutex::default(),
-            order: Mutex::default(),
+            rendering: Mutex::default(),
             early_looks: Mutex::default(),
-            tiles: Mutex::default(),
             total,
-            frame: AtomicU32::new(0),
             done: AtomicUsize::new(0),
             rays: AtomicU64::new(record.stats.rays),
             revision: AtomicU64::new(0),
@@ -157,22 +144,23 @@ impl Job {
         *locked(&self.stopped) = None;
         *locked(&self.begun) = None;
         *locked(&self.tiling) = None;
-        *locked(&self.tiles) = Arc::new([]);
     }
 
-    /// Its tiles, and whether each is finished. They are listed when somebody asks: most of the jobs that wait are never looked
-    /// at, and a large picture has 100,000.
-    pub(super) fn tiles(&self) -> Arc<[(Region, AtomicBool)]> {
-        let (is_final, picture, edge) = {
-            let record = self.record();
-            (record.state.is_final(), Region::whole(record.width, record.height), record.edge)
-        };
-        let mut tiles = locked(&self.tiles);
-        if tiles.is_empty() && !is_final {
-            let edge = if edge == 0 { picture.width.max(picture.height).max(1) } else { edge };
-            *tiles = picture.tiles(edge).map(|region| (region, AtomicBool::new(false))).collect();
-        }
-        Arc::clone(&tiles)
+    /// From now on it shows this picture, or frame, of which nothing is done.
+    pub(super) fn begin_picture(&self, frame: Option<u32>) -> Arc<Rendering> {
+        let rendering = Arc::new(Rendering::of(&self.record(), frame));
+        *locked(&self.rendering) = Some(Arc::clone(&rendering));
+        rendering
+    }
+
+    /// The picture that is being rendered.
+    pub(super) fn rendering(&self) -> Option<Arc<Rendering>> {
+        locked(&self.rendering).clone()
+    }
+
+    /// It is not rendered any more.
+    pub(super) fn end_picture(&self) {
+        *locked(&self.rendering) = None;
     }
 
     /// Notes how far the front that renders it has come.
@@ -199,32 +187,10 @@ impl Job {
         }
     }
 
-    /// The frame that is rendered, if it is a sequence.
-    pub(super) fn frame(&self) -> Option<u32> {
-        let is_sequence = self.record().frames.is_some();
-        is_sequence.then(|| self.frame.load(Ordering::Relaxed))
-    }
-
-    /// Name of what is rendered: of the job, or of its frame.
-    pub(super) fn work_name(&self) -> String {
-        let id = self.record().id.clone();
-        self.frame().map_or_else(|| id.clone(), |frame| frame_name(&id, frame))
-    }
-
-    /// From now on its tiles are those of another frame.
-    pub(super) fn begin_frame(&self, number: u32) {
-        self.frame.store(number, Ordering::Relaxed);
-        *locked(&self.tiles) = Arc::new([]);
-    }
-
-    /// Forgets what a job that has ended needs no more: its tiles and its events.
+    /// Forgets what a job that has ended needs no more: its events.
     pub(super) fn rest(&self) {
-        let mut tiles = locked(&self.tiles);
-        if !tiles.is_empty() {
-            *tiles = Arc::new([]);
-            *locked(&self.early_looks) = Vec::new();
-            self.events.forget();
-        }
+        *locked(&self.early_looks) = Vec::new();
+        self.events.forget();
     }
 
     /// The work that is done, in tiles of as many rays as all have on average: dear tiles often come first. Counts finished tiles
@@ -257,29 +223,28 @@ impl Job {
 
     /// Renders the tiles of a region next, since a client has asked for it.
     pub(crate) fn look(&self, region: Region) {
-        match &mut *locked(&self.order) {
-            Some(order) => order.look(region),
-            None => {
-                let mut early = locked(&self.early_looks);
-                if early.len() < REMEMBERED {
-                    early.push(region);
-                }
-            }
+        if let Some(rendering) = self.rendering()
+            && let Some(order) = &mut *locked(&rendering.order)
+        {
+            order.look(region);
+            return;
+        }
+        let mut early = locked(&self.early_looks);
+        if early.len() < REMEMBERED {
+            early.push(region);
         }
     }
 
     /// A region of the picture, if all of it is finished.
     pub(crate) fn finished_part(&self, region: Region) -> Option<Film> {
-        let is_done = |(tile, done): &(Region, AtomicBool)| !meet(*tile, region) || done.load(Ordering::Acquire);
-        let canvas = locked(&self.canvas);
-        canvas.as_ref().filter(|_| self.tiles().iter().all(is_done)).map(|canvas| canvas.crop(region))
+        self.rendering()?.finished_part(region)
     }
 
     /// The preview and its revision, once anything has been rendered.
     pub(crate) fn preview(&self) -> Option<(Film, u64)> {
-        let canvas = locked(&self.canvas);
         let revision = self.revision();
-        canvas.as_ref().filter(|_| revision > 0).map(|canvas| (canvas.preview.clone(), revision))
+        let preview = self.rendering().filter(|_| revision > 0)?.preview()?;
+        Some((preview, revision))
     }
 
     /// Revision of the preview.
@@ -402,15 +367,17 @@ mod tests {
         let spec = JobSpec { scene: String::new(), format: Format::Json, settings, output };
         let record = Record { width: 100, height: 50, edge: 16, lives: 2, ..Record::new(spec) };
         let job = Job::new(record.clone(), 1, None);
-        assert_eq!((job.tiles().len(), job.progress().total), (28, 28));
+        assert_eq!((job.begin_picture(None).tiles.len(), job.progress().total), (28, 28));
+        job.end_picture();
         let first = job.events.publish("tile", json!({}));
         let last = job.events.publish("succeeded", json!({}));
         job.record().state = State::Succeeded;
         job.rest();
-        assert_eq!((job.tiles().len(), job.progress().done, job.progress().total), (0, 28, 28));
+        assert_eq!((job.progress().done, job.progress().total), (28, 28));
         assert_eq!((job.events.since(first), job.events.since(last)), (None, Some(Vec::new())));
         assert_eq!(job.events.last(), last);
         let whole = Job::new(Record { edge: 0, ..record }, 1, None);
-        assert_eq!((whole.tiles().len(), whole.tiles()[0].0), (1, Region::whole(100, 50)));
+        let tiles: Vec<Region> = whole.begin_picture(None).tiles.iter().map(|(region, _)| *region).collect();
+        assert_eq!(tiles, [Region::whole(100, 50)]);
     }
 }

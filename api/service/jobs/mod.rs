@@ -22,6 +22,7 @@ pub(crate) mod record;
 mod records;
 mod references;
 mod registry;
+mod rendering;
 mod replica;
 mod retention;
 mod run;
@@ -47,6 +48,7 @@ use crate::service::storage::folder::Folder;
 use event_log::Herald;
 use files::Files;
 use job::{Stopped, locked};
+use outbox::{DeliveryState, Parcel};
 use record::{Record, State};
 use records::Records;
 use registry::Registry;
@@ -66,6 +68,8 @@ const CRASHES: u32 = 2;
 pub(crate) trait JobObserver: Send + Sync {
     /// A job has ended in a final state.
     fn ended(&self, record: &Record, state: State);
+    /// An attempt to deliver something has ended: pending if there will be another.
+    fn attempted(&self, parcel: Parcel, state: DeliveryState);
 }
 
 /// All jobs.

@@ -154,7 +154,11 @@ impl Jobs {
             change(delivery);
             true
         });
-        changed.map(drop)
+        if changed? {
+            let state = job.record().outbox.delivery(parcel).map_or(DeliveryState::Dead, |delivery| delivery.state);
+            self.observer.attempted(parcel, state);
+        }
+        Ok(())
     }
 
     /// Whether no other front makes an attempt.

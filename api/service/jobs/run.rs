@@ -6,6 +6,7 @@ use super::finish::code;
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, JobSpec, Record, State};
 use super::registry::pixel_bytes;
+use super::rendering::Rendering;
 use super::tile_order::TileOrder;
 use super::transitions::abandoned;
 use super::{CRASHES, Jobs, frames};
@@ -53,8 +54,7 @@ pub(super) fn run(jobs: &Jobs, job: &Arc<Job>) {
             Some(Stopped::Failed(Failure::internal("the render failed; the service goes on, and its log says more")))
         }
     };
-    *locked(&job.canvas) = None;
-    *locked(&job.order) = None;
+    job.end_picture();
     match end {
         Some(Stopped::Taken) => {}
         Some(Stopped::Suspended) => jobs.suspend(job),
@@ -72,7 +72,8 @@ pub(super) fn run(jobs: &Jobs, job: &Arc<Job>) {
 
 /// A job that runs here.
 pub(super) struct Begun {
-    task: Task,
+    /// Who it is to the scheduler.
+    pub(super) task: Task,
     /// Its part of the pool.
     pub(super) workers: Workers,
     /// What it renders.
@@ -113,6 +114,7 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let ready = found.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?.ready;
     let farm = farm_for(jobs, job, edge, &ready, text.as_ref())?;
     drop(text);
+    let rendering = job.begin_picture(None);
     let bvh_ms = milliseconds(building);
     job.record().stats.bvh_ms = bvh_ms;
     job.events.publish("started", json!({ "threads": workers.threads(), "bvh_ms": bvh_ms }));
@@ -123,39 +125,40 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let bytes = pixel_bytes(&job.record()) + ready.scene.stack_bytes() * workers.threads() as u64 + sampling;
     let taken = when_there_is_room(job, || share.grow(bytes));
     taken.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
-    let rendering = Instant::now();
+    let rendering_since = Instant::now();
     job.done.store(0, Ordering::Relaxed);
     job.rays.store(0, Ordering::Relaxed);
     job.record().stats.tiles_recovered = 0;
     if edge == 0 {
-        whole(job, &ready, spec.output, &workers, began).map_err(|Cancelled| job.why_stopped())?;
+        whole(job, &rendering, &ready, spec.output, &workers, began).map_err(|Cancelled| job.why_stopped())?;
     } else {
         let tenant = job.record().tenant.clone();
         let slots = || locked(&jobs.registry).share(&tenant);
         let mut backend = backend(jobs, farm, &slots);
-        recover(job, &mut *backend)?;
-        *locked(&job.begun) = Some(rendering);
+        recover(job, &rendering, &mut *backend)?;
+        *locked(&job.begun) = Some(rendering_since);
         if job.done.load(Ordering::Relaxed) > 0 {
-            tiles(job, &ready, &workers, &mut *backend)?;
+            tiles(job, &rendering, &ready, &workers, &mut *backend)?;
         } else if backend.is_elsewhere() {
             // The coarse pictures are made here meanwhile, and given up when they are late.
             let control = Control::default();
             let beside = Arc::clone(&jobs.pool).join(task, control.clone());
             thread::scope(|scope| {
-                scope.spawn(|| _ = passes(job, &ready, &beside, &control, edge));
-                let done = tiles(job, &ready, &workers, &mut *backend);
+                scope.spawn(|| _ = passes(job, &rendering, &ready, &beside, &control, edge));
+                let done = tiles(job, &rendering, &ready, &workers, &mut *backend);
                 control.cancel();
                 done
             })?;
         } else {
-            passes(job, &ready, &workers, &job.control(), edge).map_err(|Cancelled| job.why_stopped())?;
-            tiles(job, &ready, &workers, &mut *backend)?;
+            let passed = passes(job, &rendering, &ready, &workers, &job.control(), edge);
+            passed.map_err(|Cancelled| job.why_stopped())?;
+            tiles(job, &rendering, &ready, &workers, &mut *backend)?;
         }
     }
-    job.record().stats.render_ms = milliseconds(rendering);
+    job.record().stats.render_ms = milliseconds(rendering_since);
 
     let encoding = Instant::now();
-    let canvas = locked(&job.canvas).take().ok_or_else(|| job.why_stopped())?;
+    let canvas = locked(&rendering.canvas).take().ok_or_else(|| job.why_stopped())?;
     let image = job.record().image_id.clone();
     let entered = job.control().enter();
     let preview = |canvas: &Canvas| canvas.preview.clone();
@@ -188,7 +191,7 @@ pub(super) fn farm_for<'a>(
     let is_remote = (1..=REMOTE_EDGE).contains(&edge) && !ready.scene.from_files;
     let farm = jobs.farm.as_ref().filter(|_| is_remote);
     if let Some(farm) = farm {
-        let shared = farm.share_scene(&scene_of(job), text);
+        let shared = farm.share_scene(&scene_of(job, None), text);
         let detail = |error| format!("the scene cannot be put into the farm's store: {error}");
         shared.map_err(|error| Stopped::Failed(Failure::internal(&detail(error))))?;
     }
@@ -220,6 +223,7 @@ pub(super) fn when_there_is_room<T>(job: &Job, mut work: impl FnMut() -> Result<
 /// A picture that a clock or a number of rays ends, or one that no tiles are made of.
 pub(super) fn whole(
     job: &Job,
+    rendering: &Rendering,
     ready: &PreparedScene,
     output: FileFormat,
     workers: &Workers,
@@ -228,10 +232,10 @@ pub(super) fn whole(
     *locked(&job.begun) = Some(Instant::now());
     let Scene { width, height, .. } = ready.scene;
     let (window, region) = (Window::whole(width, height), Region::whole(width, height));
-    *locked(&job.canvas) = Some(Canvas::of_preview(width, height));
+    *locked(&rendering.canvas) = Some(Canvas::of_preview(width, height));
     let mut pass = 0;
     let mut show = |film: Film, distance: u32| {
-        if let Some(canvas) = &mut *locked(&job.canvas) {
+        if let Some(canvas) = &mut *locked(&rendering.canvas) {
             canvas.fill(&film, 0);
         }
         pass += 1;
@@ -241,19 +245,19 @@ pub(super) fn whole(
     let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control(), watcher, |_| ())?;
     let rays = picture.rays.total();
     job.rays.fetch_add(rays, Ordering::Relaxed);
-    *locked(&job.canvas) = Some(Canvas::of(picture));
-    job.tiles()[0].1.store(true, Ordering::Release);
+    *locked(&rendering.canvas) = Some(Canvas::of(picture));
+    rendering.tiles[0].1.store(true, Ordering::Release);
     job.done.fetch_add(1, Ordering::Relaxed);
     Ok(())
 }
 
 /// Puts the tiles that were finished before onto a new canvas.
-pub(super) fn recover(job: &Job, backend: &mut dyn Backend) -> Result<(), Stopped> {
+pub(super) fn recover(job: &Job, rendering: &Rendering, backend: &mut dyn Backend) -> Result<(), Stopped> {
     let Record { width, height, .. } = job.record().clone();
     let mut canvas = Canvas::new(width, height);
     let (mut recovered, mut rays) = (0, 0);
-    let tiles = job.tiles();
-    backend.recover(job, &mut |Tile { number, picture }| {
+    let tiles = &rendering.tiles;
+    backend.recover(job, rendering, &mut |Tile { number, picture }| {
         let (_, done) = &tiles[number as usize];
         if !done.swap(true, Ordering::Release) {
             canvas.finish(&picture);
@@ -268,20 +272,27 @@ pub(super) fn recover(job: &Job, backend: &mut dyn Backend) -> Result<(), Stoppe
     let regions = tiles.iter().map(|(region, _)| *region).collect();
     let is_done = |number: usize| tiles[number].1.load(Ordering::Relaxed);
     let mut order = TileOrder::new(regions, Region::whole(width, height), is_done);
-    let mut current = locked(&job.order);
+    let mut current = locked(&rendering.order);
     locked(&job.early_looks).drain(..).for_each(|look| order.look(look));
     *current = Some(order);
     drop(current);
-    *locked(&job.canvas) = Some(canvas);
+    *locked(&rendering.canvas) = Some(canvas);
     Ok(())
 }
 
 /// Coarse pictures of it all, each finer than the one before. The last one is for watchers.
-fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, control: &Control, edge: u32) -> Result<(), Cancelled> {
+fn passes(
+    job: &Job,
+    rendering: &Rendering,
+    ready: &PreparedScene,
+    workers: &Workers,
+    control: &Control,
+    edge: u32,
+) -> Result<(), Cancelled> {
     let scene = &ready.scene;
-    let last = locked(&job.canvas).as_ref().map_or(1, |canvas| canvas.level().max(1));
+    let last = locked(&rendering.canvas).as_ref().map_or(1, |canvas| canvas.level().max(1));
     for (level, pass) in (last..last + PASSES).rev().zip(1..) {
-        let is_looked_at = || locked(&job.order).as_ref().is_some_and(TileOrder::is_looked_at);
+        let is_looked_at = || locked(&rendering.order).as_ref().is_some_and(TileOrder::is_looked_at);
         if is_looked_at() || (level == last && !job.is_watched()) {
             break;
         }
@@ -300,7 +311,7 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, control: &Control
         if !is_done {
             break;
         }
-        if let Some(canvas) = &mut *locked(&job.canvas) {
+        if let Some(canvas) = &mut *locked(&rendering.canvas) {
             canvas.fill(&coarse, level);
         }
         job.publish_preview(pass, 1 << level);
@@ -311,6 +322,7 @@ fn passes(job: &Job, ready: &PreparedScene, workers: &Workers, control: &Control
 /// All tiles that are not finished.
 pub(super) fn tiles(
     job: &Job,
+    rendering: &Rendering,
     ready: &PreparedScene,
     workers: &Workers,
     backend: &mut dyn Backend,
@@ -318,22 +330,21 @@ pub(super) fn tiles(
     let beginning = (Instant::now(), job.work_done());
     locked(&job.tiling).get_or_insert(beginning);
     let reported = Mutex::default();
-    backend.render(job, ready, workers, &|tile| show(job, tile, &reported))
+    backend.render(job, rendering, ready, workers, &|tile| show(job, rendering, tile, &reported))
 }
 
 /// Puts a finished tile onto the canvas, and publishes events.
-fn show(job: &Job, tile: &Tile, reported: &Mutex<Option<Instant>>) {
-    let tiles = job.tiles();
-    if let Some(canvas) = &mut *locked(&job.canvas) {
+fn show(job: &Job, rendering: &Rendering, tile: &Tile, reported: &Mutex<Option<Instant>>) {
+    if let Some(canvas) = &mut *locked(&rendering.canvas) {
         canvas.finish(&tile.picture);
     }
-    tiles[tile.number as usize].1.store(true, Ordering::Release);
+    rendering.tiles[tile.number as usize].1.store(true, Ordering::Release);
     job.rays.fetch_add(tile.picture.rays.total(), Ordering::Relaxed);
     let done = job.done.fetch_add(1, Ordering::Relaxed) + 1;
     let revision = job.revision.fetch_add(1, Ordering::Relaxed) + 1;
     let Region { x, y, width, height } = tile.picture.film.region;
     let mut data = json!({ "x": x, "y": y, "w": width, "h": height, "tiles_done": done });
-    if let Some(frame) = job.frame() {
+    if let Some(frame) = rendering.frame {
         data["frame"] = frame.into();
     }
     job.events.publish("tile", data);

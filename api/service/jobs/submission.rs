@@ -170,7 +170,12 @@ impl Jobs {
             },
             Refused::Failed(error) => {
                 tracing::error!(%error, "a job's record cannot be written");
-                Error::Internal("the job's record cannot be written; the service's log says why")
+                if self.records.front().is_some() {
+                    let detail = "the farm's broker or its store takes nothing now; the service's log says why";
+                    Error::Busy { detail: detail.into(), retry_after: 5 }
+                } else {
+                    Error::Internal("the job's record cannot be written; the service's log says why")
+                }
             }
         })?;
         // Other fronts may have accepted jobs at the same moment: the broker's order decides which are too many.

@@ -204,7 +204,7 @@ impl Jobs {
         let record = job.record().clone();
         self.files.remove_tiles_of(std::slice::from_ref(&record.id));
         if let Some(farm) = &self.farm {
-            farm.forget_results(&job.work_name());
+            farm.forget_results(&record.id);
         }
         if let (false, Some(begun)) = (record.state == State::Succeeded, *locked(&job.begun)) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);

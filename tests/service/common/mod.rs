@@ -1,5 +1,6 @@
 //! What several tests need: scenes, and the running service.
 
+pub(crate) mod farm;
 pub(crate) mod receiver;
 pub(crate) mod service;
 

@@ -1,5 +1,6 @@
 //! The real binary on a free port, and a client of plain sockets that sees every byte.
 
+use super::farm::TestFarm;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -9,12 +10,17 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
+/// The program that is tested.
+pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_strahl");
+
 /// A running service; it ends with its owner.
 pub(crate) struct Service {
     child: Child,
     pub(crate) address: SocketAddr,
     log: Arc<Mutex<String>>,
     first: String,
+    /// Who renders for it, if the tests want it.
+    farm: Option<TestFarm>,
 }
 
 impl Service {
@@ -33,7 +39,23 @@ impl Service {
     }
 
     fn try_start_in(folder: &Path, flags: &[&str]) -> Result<Self, (Option<i32>, String)> {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_strahl"))
+        let Some(farm) = TestFarm::wanted(flags) else {
+            return Self::try_start_program(Path::new(PROGRAM), folder, flags);
+        };
+        let of_farm = farm.flags();
+        let all: Vec<&str> = flags.iter().copied().chain(of_farm.iter().map(String::as_str)).collect();
+        let mut service = Self::try_start_program(Path::new(PROGRAM), folder, &all)?;
+        service.farm = Some(farm.with_node());
+        Ok(service)
+    }
+
+    /// Starts another program, or gives the exit code with which it ends and what it says.
+    pub(crate) fn try_start_program(
+        program: &Path,
+        folder: &Path,
+        flags: &[&str],
+    ) -> Result<Self, (Option<i32>, String)> {
+        let mut child = Command::new(program)
             .args(["serve", "--listen", "127.0.0.1:0"])
             .args(flags)
             .current_dir(folder)
@@ -59,7 +81,7 @@ impl Service {
                 sink.lock().unwrap().push_str(&(line + "\n"));
             }
         });
-        Ok(Self { child, address, log, first: listeners.swap_remove(0) })
+        Ok(Self { child, address, log, first: listeners.swap_remove(0), farm: None })
     }
 
     pub(crate) fn pid(&self) -> u32 {

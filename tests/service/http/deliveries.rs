@@ -2,6 +2,7 @@
 
 use super::access::{KeyFile, keyed};
 use super::jobs::{ENDLESS, LONG, body, mirrors, submit, succeeded, text, until};
+use super::operations::{metrics_with, with_admin};
 use crate::common::receiver::{Receiver, secret};
 use crate::common::service::Service;
 use crate::common::{BALL, SLOW};
@@ -63,7 +64,7 @@ fn a_job_says_how_it_ended_whatever_that_is() {
 fn a_message_is_tried_again_under_one_id_with_one_text_until_it_arrives() {
     let folder = tempfile::tempdir().unwrap();
     let (file, secret) = secret(&folder);
-    let service = Service::start(&[&LOCAL[..], &["--webhook-secret-file", file.to_str().unwrap()]].concat());
+    let (service, admin) = with_admin(&[&LOCAL[..], &["--webhook-secret-file", file.to_str().unwrap()]].concat());
     let receiver = Receiver::start(&["500 Oops", "302 Found", "503 Busy", "200 OK"]);
     let id = submit(&service, BALL, &hook(&receiver.url()));
     let webhook = message_ended(&service, &id);
@@ -74,6 +75,8 @@ fn a_message_is_tried_again_under_one_id_with_one_text_until_it_arrives() {
     let what: BTreeSet<_> =
         seen.iter().map(|message| (message.header("webhook-id").to_owned(), message.body.clone())).collect();
     assert_eq!(what.len(), 1, "{what:?}");
+    let counted = |outcome, count| format!("strahl_deliveries_total{{what=\"message\",outcome=\"{outcome}\"}} {count}");
+    metrics_with(admin, &[&counted("retried", 3), &counted("delivered", 1)]);
 }
 
 #[test]

@@ -134,7 +134,7 @@ pub(super) fn number(text: &str, series: &str) -> f64 {
 }
 
 /// The numbers, as soon as these lines are among them.
-fn metrics_with(admin: SocketAddr, lines: &[&str]) -> String {
+pub(super) fn metrics_with(admin: SocketAddr, lines: &[&str]) -> String {
     let started = Instant::now();
     loop {
         let text = get(admin, "/metrics").text();

@@ -1,0 +1,69 @@
+//! A picture that is rendered now: that of a job, or one frame of a sequence.
+
+use super::canvas::Canvas;
+use super::files::frame_name;
+use super::job::locked;
+use super::record::Record;
+use super::tile_order::{TileOrder, meet};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use strahl::film::{Film, Region};
+
+/// One picture.
+#[derive(Debug)]
+pub(super) struct Rendering {
+    /// Its number in a sequence.
+    pub(super) frame: Option<u32>,
+    /// The name of its files and of messages about it.
+    pub(super) name: String,
+    /// Its tiles, and whether each is finished.
+    pub(super) tiles: Box<[(Region, AtomicBool)]>,
+    /// Which of them are to come.
+    pub(super) order: Mutex<Option<TileOrder>>,
+    /// The picture so far.
+    pub(super) canvas: Mutex<Option<Canvas>>,
+}
+
+impl Rendering {
+    /// That of a job, or of a frame of it. Nothing of it is done.
+    pub(super) fn of(record: &Record, frame: Option<u32>) -> Self {
+        let picture = Region::whole(record.width, record.height);
+        let tiles = picture.tiles(edge(record)).map(|region| (region, AtomicBool::new(false))).collect();
+        let name = frame.map_or_else(|| record.id.clone(), |frame| frame_name(&record.id, frame));
+        Self { frame, name, tiles, order: Mutex::default(), canvas: Mutex::default() }
+    }
+
+    /// A region, if all of it is finished.
+    pub(super) fn finished_part(&self, region: Region) -> Option<Film> {
+        let is_done = |(tile, done): &(Region, AtomicBool)| !meet(*tile, region) || done.load(Ordering::Acquire);
+        let canvas = locked(&self.canvas);
+        canvas.as_ref().filter(|_| self.tiles.iter().all(is_done)).map(|canvas| canvas.crop(region))
+    }
+
+    /// The small picture of it.
+    pub(super) fn preview(&self) -> Option<Film> {
+        locked(&self.canvas).as_ref().map(|canvas| canvas.preview.clone())
+    }
+
+    /// Takes the next tile.
+    pub(super) fn next(&self) -> Option<(u32, Region)> {
+        let next = locked(&self.order).as_mut().and_then(TileOrder::next);
+        next.map(|(number, region)| (number as u32, region))
+    }
+
+    /// Pixels of the tiles to come.
+    pub(super) fn pixels_left(&self) -> u64 {
+        locked(&self.order).as_ref().map_or(0, TileOrder::pixels_left)
+    }
+}
+
+/// Number of the tiles of a job's picture, or of one frame.
+pub(super) fn tiles_of(record: &Record) -> usize {
+    let edge = edge(record);
+    record.width.div_ceil(edge) as usize * record.height.div_ceil(edge) as usize
+}
+
+/// The edge of its tiles: there is one tile if the picture has none.
+fn edge(record: &Record) -> u32 {
+    if record.edge == 0 { record.width.max(record.height).max(1) } else { record.edge }
+}
