@@ -17,6 +17,7 @@ use crate::service::deliveries::signature::Secret;
 use crate::service::error::StartError;
 use crate::service::farm::Farm;
 use crate::service::farm::settings::FarmSettings;
+use crate::service::farm::spending;
 use crate::service::jobs::Jobs;
 use crate::service::limits::Settings;
 use crate::service::requests::Service;
@@ -80,11 +81,17 @@ pub(crate) fn run(
             let (app, jobs) = (Arc::clone(&app), Arc::clone(&jobs));
             async move { jobs.answer_fronts(move |question| answer_front(Arc::clone(&app), question)).await }
         });
+        let spending = app.service.farm.as_ref().map(|farm| {
+            let (here, there) = (Arc::clone(&app.access), Arc::clone(&app.access));
+            let hear = move |tenant: &str, units| there.spent_elsewhere(tenant, units);
+            tokio::spawn(spending::exchange(farm.broker.clone(), move || here.spent(), hear))
+        });
         server::serve(clients, admin, signals, app, http).await;
         jobs.leave().await;
         answering.abort();
         reload.abort();
         deliveries.abort();
+        spending.iter().for_each(tokio::task::JoinHandle::abort);
         drop(stop);
         Ok(())
     });

@@ -448,3 +448,28 @@ fn one_tenant_does_not_wait_for_all_jobs_of_another() {
         "it belongs to another tenant"
     );
 }
+
+#[test]
+fn a_rate_limit_is_that_of_all_fronts() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = folder.path().join("keys.toml");
+    fs::write(&keys, "[tenants.acme]\nunits_per_minute = 60\n").unwrap();
+    let made = Command::new(PROGRAM).args(["key", "new", "--tenant", "acme", "--file"]).arg(&keys).output().unwrap();
+    let key = format!("Bearer {}", String::from_utf8(made.stdout).unwrap().trim());
+    let Some(farm) = Fronts::start(2, &["--keys", keys.to_str().unwrap()]) else { return };
+    let left = |front: usize| {
+        let answer = farm.fronts[front].send("GET", "/v1/jobs", &[("Authorization", &key)], b"");
+        assert_eq!(answer.status, 200, "{}", answer.text());
+        let units = answer.header("ratelimit").split("r=").nth(1).unwrap().split(';').next().unwrap();
+        units.parse::<u32>().unwrap()
+    };
+    (0..30).for_each(|_| _ = left(0));
+    // Each look costs a unit itself: so few of them cannot have spent what is missing.
+    let seen: Vec<u32> = (0..5)
+        .map(|_| {
+            thread::sleep(Duration::from_secs(1));
+            left(1)
+        })
+        .collect();
+    assert!(seen.iter().any(|left| *left < 50), "{seen:?}");
+}

@@ -121,6 +121,11 @@ impl Keys {
         bool::from(same).then(|| Arc::clone(&key.tenant))
     }
 
+    /// Tenants that have a rate limit.
+    pub(crate) fn limited(&self) -> impl Iterator<Item = (&str, &RateLimit)> {
+        self.readers.iter().filter_map(|(name, tenant)| Some((name.as_str(), tenant.rate_limit.as_deref()?)))
+    }
+
     /// A tenant as it may act through a capability: read-only.
     pub(crate) fn reader(&self, tenant: &str) -> Option<Arc<Tenant>> {
         self.readers.get(tenant).map(Arc::clone)

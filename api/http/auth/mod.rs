@@ -18,6 +18,7 @@ use axum::http::header;
 use capability::{Capability, Signers};
 use key_file::KeyFile;
 use keys::Keys;
+use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -59,6 +60,21 @@ impl Access {
     /// Whether requests need a key.
     pub(crate) fn needs_keys(&self) -> bool {
         self.keys.is_some()
+    }
+
+    /// Units that tenants have spent here since the last call.
+    pub(crate) fn spent(&self) -> BTreeMap<String, f64> {
+        let Some(keys) = self.keys() else { return BTreeMap::new() };
+        let spent = keys.limited().map(|(name, rate_limit)| (name.to_owned(), rate_limit.spent_here()));
+        spent.filter(|(_, units)| *units > 0.0).collect()
+    }
+
+    /// A tenant has spent units at another front.
+    pub(crate) fn spent_elsewhere(&self, tenant: &str, units: f64) {
+        let tenant = self.keys().and_then(|keys| keys.reader(tenant));
+        if let Some(rate_limit) = tenant.as_ref().and_then(|tenant| tenant.rate_limit.as_ref()) {
+            rate_limit.spent_elsewhere(units, Instant::now());
+        }
     }
 
     fn keys(&self) -> Option<Arc<Keys>> {

@@ -19,6 +19,8 @@ pub(crate) struct RateLimit {
 #[derive(Debug)]
 struct Bucket {
     units: f64,
+    /// What was taken here, and was not told to other fronts of a farm.
+    untold: f64,
     at: Instant,
 }
 
@@ -36,14 +38,17 @@ pub(crate) struct Left {
 impl RateLimit {
     /// A full bucket.
     pub(crate) fn new(per_minute: u32) -> Self {
-        Self { per_minute, bucket: Mutex::new(Bucket { units: f64::from(per_minute), at: Instant::now() }) }
+        Self {
+            per_minute,
+            bucket: Mutex::new(Bucket { units: f64::from(per_minute), untold: 0.0, at: Instant::now() }),
+        }
     }
 
     /// Takes one unit, or returns the seconds until there is one.
     pub(crate) fn enter(&self, now: Instant) -> Result<(), u32> {
         self.with(now, |bucket, per_second| {
             if bucket.units >= 1.0 {
-                bucket.units -= 1.0;
+                bucket.take(1.0);
                 Ok(())
             } else {
                 Err(whole((1.0 - bucket.units) / per_second).max(1))
@@ -53,7 +58,17 @@ impl RateLimit {
 
     /// Takes the cost of an answer's or a job's rays.
     pub(crate) fn charge(&self, rays: u64, now: Instant) {
-        self.with(now, |bucket, _| bucket.units -= (rays / RAYS) as f64);
+        self.with(now, |bucket, _| bucket.take((rays / RAYS) as f64));
+    }
+
+    /// Takes what was spent at another front.
+    pub(crate) fn spent_elsewhere(&self, units: f64, now: Instant) {
+        self.with(now, |bucket, _| bucket.units -= units.max(0.0));
+    }
+
+    /// What was taken here since the last call.
+    pub(crate) fn spent_here(&self) -> f64 {
+        std::mem::take(&mut self.bucket.lock().untold)
     }
 
     /// The state of the bucket.
@@ -73,6 +88,13 @@ impl RateLimit {
         bucket.units = (bucket.units + now.saturating_duration_since(bucket.at).as_secs_f64() * per_second).min(most);
         bucket.at = now;
         act(&mut bucket, per_second)
+    }
+}
+
+impl Bucket {
+    fn take(&mut self, units: f64) {
+        self.units -= units;
+        self.untold += units;
     }
 }
 
@@ -101,6 +123,18 @@ mod tests {
         assert_eq!(rate_limit.left(later), Left { per_minute: 60, units: 0, full_in: 89 });
         let much_later = later + Duration::from_secs(3_600);
         assert_eq!(rate_limit.left(much_later), Left { per_minute: 60, units: 60, full_in: 0 });
+    }
+
+    #[test]
+    fn what_is_spent_elsewhere_is_spent_and_not_told_again() {
+        let [here, there] = [60, 60].map(RateLimit::new);
+        let now = Instant::now();
+        assert_eq!(here.enter(now), Ok(()));
+        here.charge(9_000_000, now);
+        let told = here.spent_here();
+        there.spent_elsewhere(told, now);
+        assert_eq!((told, here.spent_here(), there.spent_here()), (10.0, 0.0, 0.0));
+        assert_eq!([&here, &there].map(|limit| limit.left(now).units), [50; 2]);
     }
 
     #[test]

@@ -12,6 +12,7 @@ pub(crate) mod nodes;
 pub(crate) mod records;
 pub(crate) mod results;
 pub(crate) mod settings;
+pub(crate) mod spending;
 pub(crate) mod summary;
 pub(crate) mod work;
 

@@ -162,6 +162,8 @@ pub(crate) fn cancel(job: &str) -> String {
     format!("farm.ctl.cancel.{job}")
 }
 
+/// What tenants have spent at one front. It is not kept.
+pub(crate) const SPENT: &str = "farm.spent";
 /// All that nodes publish: results, that they have begun, and what they give up.
 pub(crate) const BY_NODES: [&str; 3] = ["farm.r.>", "farm.b.*", "farm.dlq.>"];
 /// All that is said to nodes.
