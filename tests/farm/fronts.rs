@@ -298,7 +298,7 @@ fn one_key_is_one_job_at_whichever_front() {
 fn as_many_jobs_wait_as_may_however_many_fronts_are_asked() {
     let folder = tempfile::tempdir().unwrap();
     let keys = folder.path().join("keys.toml");
-    let made = std::process::Command::new(env!("CARGO_BIN_EXE_strahl"))
+    let made = Command::new(PROGRAM)
         .args(["key", "new", "--tenant", "acme", "--file", keys.to_str().unwrap()])
         .output()
         .unwrap();

@@ -20,7 +20,7 @@ const AGAIN: Duration = Duration::from_secs(1);
 #[derive(Debug, Serialize, Deserialize)]
 struct Spent {
     v: u32,
-    front: Uuid,
+    front: String,
     /// Units by tenant.
     units: BTreeMap<String, f64>,
 }
@@ -31,7 +31,7 @@ pub(crate) async fn exchange(
     spent: impl Fn() -> BTreeMap<String, f64> + Send,
     hear: impl Fn(&str, f64) + Send,
 ) {
-    let front = Uuid::new_v4();
+    let front = Uuid::now_v7().to_string();
     let mut ticks = interval(BETWEEN);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
@@ -53,7 +53,7 @@ pub(crate) async fn exchange(
                         if units.is_empty() {
                             continue;
                         }
-                        let json = serde_json::to_vec(&Spent { v: VERSION, front, units }).unwrap_or_default();
+                        let json = serde_json::to_vec(&Spent { v: VERSION, front: front.clone(), units }).unwrap_or_default();
                         if let Err(error) = broker.client.publish(SPENT, json.into()).await {
                             tracing::debug!(error = reasons(&error), "other fronts do not hear what was spent");
                         }
