@@ -7,7 +7,7 @@ use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::scene::description::{self as d, AlphaMode, Color, Factor, TexelChannel, Textured, UvTransform};
 use crate::scene::pictures::{Meaning, Pictures, number_of};
-use crate::shading::lobes::MIRROR;
+use crate::shading::lobes::{LACQUER, MIRROR};
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::pbr::{Channel, Opacity, Pbr, Texel};
 use crate::shading::texture::bump::BumpMap;
@@ -214,7 +214,7 @@ impl<'a> Most<'a> {
     /// Whether a mirror ray may be followed: the surface or the lacquer is smooth somewhere.
     fn mirrors(&self, pbr: &Pbr) -> bool {
         let smooth = self.least(&pbr.roughness) <= MIRROR - 0.5 * MIRROR * self.least(&pbr.metallic);
-        let lacquered = self.most(&pbr.clearcoat) > 0.0 && self.least(&pbr.clearcoat_roughness) <= MIRROR;
+        let lacquered = self.most(&pbr.clearcoat) > 0.0 && self.least(&pbr.clearcoat_roughness) < LACQUER[1];
         !pbr.unlit && (smooth || lacquered)
     }
 

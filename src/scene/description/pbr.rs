@@ -47,7 +47,8 @@ pub struct Pbr {
     /// Strength of a dielectric's reflection, 0 to 1. Default 1.
     #[serde(skip_serializing_if = "is_one")]
     pub specular: Channel<f64>,
-    /// Colour of a dielectric's reflection at normal incidence. Default white.
+    /// Colour of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected than `ior` says,
+    /// at most all. Default white.
     #[serde(skip_serializing_if = "is_white")]
     pub specular_color: Channel<Color>,
     /// What a closed body absorbs. Default: nothing.
