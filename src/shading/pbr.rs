@@ -143,6 +143,8 @@ impl Pbr {
         let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
         let occlusion = match self.occlusion.texel {
             Some(texel) => one + W::lit(s, self.occlusion.factor) * (component(&texels, texel) - one),
+            // What catches shadows shows only this much of them.
+            None if self.catches_shadows => alpha,
             None => one,
         };
         let black = V3 { x: zero, y: zero, z: zero };

@@ -68,7 +68,7 @@ pub struct Pbr {
     #[serde(skip_serializing_if = "is_false")]
     pub unlit: bool,
     /// Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide
-    /// from it, and no other key counts. Default false.
+    /// from it. No other key counts; the fourth number of a mesh's `colors` is how much of the shadows is seen. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub shadow_catcher: bool,
 }
