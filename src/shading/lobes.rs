@@ -101,7 +101,8 @@ impl<L: Lanes> Lobes<L> {
         let [a, b] = reflected_share(s, cosine, p.roughness, lanes);
         // What facets hide from the eye or the light they reflect on (Fdez-Agüera 2019): 1 + F0 (1/(a + b) - 1).
         let again = one / (a + b).max(L::lit(s, LEAST_SHARE)) - one;
-        let more = V3::splat(s, [L::Real::from_f64(1.0); 3]) + (tint * (one - p.metallic) + p.base_color * p.metallic) * again;
+        let more =
+            V3::splat(s, [L::Real::from_f64(1.0); 3]) + (tint * (one - p.metallic) + p.base_color * p.metallic) * again;
         let f90 = p.specular * other + metal;
         let (f0, f90) = ((tint * other + p.base_color * metal).times(more), more * f90);
         let scattered = diffuse * (one - (lost[0] * a + lost[1] * b) * (one + lost[0] * again));

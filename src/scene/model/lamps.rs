@@ -41,6 +41,10 @@ pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera)
             exposure: 0.0,
         };
     }
+    if !has_lamps {
+        let detail = "light=file shines with the lamps of the file, which has none: only what glows is seen; light=studio lights it";
+        warn(&mut model.warnings, Subject::Assumed, "no-lamps", detail.to_owned());
+    }
     let lamps = std::mem::take(&mut model.lamps);
     if lamps.iter().any(|lamp| matches!(lamp.kind, LampKind::Spot { .. })) {
         let detail = "the light of a spot falls to its edge along another curve than the file's";

@@ -13,6 +13,7 @@ mod view;
 pub use view::View;
 
 use super::description::{self as d, Camera, Description, FilmBackground, ImageSize};
+use super::limits::MAGNITUDE;
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
 use crate::film::ToneMapping;
@@ -179,14 +180,19 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
     let camera = camera(&model, options, aspect)?;
     let (low, high) = framing::bounds(&model);
-    let has_floor = (high - low).is_finite() && high != low;
+    let size = (high - low).max_element();
+    if !(size > 0.0 && size <= MAGNITUDE) {
+        let detail =
+            format!("the model is {size:e} units large: it can be seen if that is above 0 and at most {MAGNITUDE:e}");
+        return Err(Problems::one(Problem::new("", Code::Degenerate, detail)));
+    }
     let as_it_is = look::is_unlit(&model);
     let lit_by = lamps::lights(&mut model, options, &camera);
     let mut warnings = std::mem::take(&mut model.warnings);
     let (mut materials, names) = look::materials(&mut model, &mut warnings);
     let (definitions, mut objects) = bodies::objects(&mut model, &names);
     // From below it would be between the camera and the model.
-    if has_floor && lit_by.is_studio && camera.view().eye[1] > camera.view().look_at[1] {
+    if lit_by.is_studio && camera.view().eye[1] > camera.view().look_at[1] {
         let name = look::free_name(&materials, "floor");
         materials.insert(name.clone(), studio::catcher());
         objects.push(studio::floor((low, high), name));
