@@ -64,7 +64,8 @@ pub struct Pbr {
     /// Roughness of the lacquer, 0 to 1. Default 0.
     #[serde(skip_serializing_if = "is_nothing")]
     pub clearcoat_roughness: Channel<f64>,
-    /// Whether the surface shows `base_color` whatever the light is, and nothing else. Default false.
+    /// Whether the surface shows `base_color` whatever the light is, and nothing else. A film with `"khronos_pbr_neutral"` shows it as
+    /// it is, also if it is exposed, up to the code 226; brighter colours fade with all others. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub unlit: bool,
     /// Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide

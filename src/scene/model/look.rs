@@ -182,7 +182,7 @@ fn note(model: &Model, warnings: &mut Vec<Warning>) {
         warnings.push(warning(Subject::NotSimulated, "emissive-light", &detail));
     }
     if any(|material| material.unlit) && !is_unlit(model) {
-        let detail = "unlit materials beside lit ones pass the tone curve with them, and fade where they are bright";
+        let detail = "beside lit materials, unlit colors of more than 226 pass the tone curve, and fade";
         warnings.push(warning(Subject::Approximated, "unlit", detail));
     }
 }
