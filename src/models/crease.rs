@@ -4,6 +4,7 @@
 use super::budget::worked;
 use super::fault::Fault;
 use super::geometry::Geometry;
+use crate::math;
 use glam::DVec3;
 use hashbrown::HashMap;
 
@@ -15,15 +16,18 @@ const FLAT: f64 = 1.0 - 1e-9;
 const FACES: usize = 64;
 
 impl Geometry {
-    /// Gives each corner of a face the mean of the normals around it that are no crease away, weighted by area. Points at creases
-    /// become several. Without any smooth corner nothing changes, and the answer is false.
+    /// Gives each corner of a face the mean of the normals around it that are no crease away, weighted by the angles of faces at the
+    /// corner, which no cut of a polygon into triangles changes. Points at creases become several. Without any smooth corner nothing
+    /// changes, and the answer is false.
     pub(super) fn smooth(&mut self) -> Result<bool, Fault> {
-        let whole: Vec<DVec3> = self.triangles.iter().map(|triangle| self.area(*triangle)).collect();
-        let unit: Vec<DVec3> = whole.iter().map(|normal| normal.normalize_or_zero()).collect();
+        let unit: Vec<DVec3> = self.triangles.iter().map(|triangle| self.facing(*triangle)).collect();
         // Points that differ in texture coordinates alone are one point of the surface.
-        let mut around: HashMap<[u64; 3], Vec<u32>> = HashMap::new();
+        let mut around: HashMap<[u64; 3], Vec<(u32, f64)>> = HashMap::new();
         for (face, triangle) in (0..).zip(&self.triangles) {
-            triangle.iter().for_each(|&i| around.entry(self.key(i)).or_default().push(face));
+            let [a, b, c] = *triangle;
+            for [corner, next, last] in [[a, b, c], [b, c, a], [c, a, b]] {
+                around.entry(self.key(corner)).or_default().push((face, self.angle(corner, next, last)));
+            }
         }
         let mut points: HashMap<(u32, [u64; 3]), u32> = HashMap::new();
         let (mut sources, mut normals) = (Vec::new(), Vec::new());
@@ -34,13 +38,13 @@ impl Geometry {
             }
             for corner in triangle {
                 let faces = &around[&self.key(*corner)];
-                let meets = |other: &&u32| unit[**other as usize].dot(unit[face]) >= SMOOTH;
+                let meets = |(other, _): &&(u32, f64)| unit[*other as usize].dot(unit[face]) >= SMOOTH;
                 let sum: DVec3 = match faces.len() {
-                    0..=FACES => faces.iter().filter(meets).map(|other| whole[*other as usize]).sum(),
-                    _ => whole[face],
+                    0..=FACES => faces.iter().filter(meets).map(|(other, angle)| unit[*other as usize] * *angle).sum(),
+                    _ => unit[face],
                 };
                 let normal = sum.try_normalize().unwrap_or(unit[face]);
-                any |= normal.dot(unit[face]) < FLAT;
+                any |= unit[face] != DVec3::ZERO && normal.dot(unit[face]) < FLAT;
                 let normal = if normal == DVec3::ZERO { DVec3::Y } else { normal }.to_array();
                 let point = points.entry((*corner, normal.map(f64::to_bits))).or_insert_with(|| {
                     sources.push(*corner as usize);
@@ -65,10 +69,16 @@ impl Geometry {
         Ok(true)
     }
 
-    /// The normal of a triangle, as long as its area is large.
-    fn area(&self, triangle: [u32; 3]) -> DVec3 {
+    /// The unit normal of a triangle, 0 if it has no area.
+    fn facing(&self, triangle: [u32; 3]) -> DVec3 {
         let [a, b, c] = triangle.map(|i| DVec3::from_array(self.positions[i as usize]));
-        (b - a).cross(c - a)
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+
+    /// The angle of a triangle at its first corner.
+    fn angle(&self, corner: u32, next: u32, last: u32) -> f64 {
+        let [a, b, c] = [corner, next, last].map(|i| DVec3::from_array(self.positions[i as usize]));
+        math::atan2((b - a).cross(c - a).length(), (b - a).dot(c - a))
     }
 
     /// Equal for equal points; -0 is 0.
