@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Radius of the floor, as a part of the height or the diagonal of the model: about as far as pictures reach.
-const REACH: f64 = 0.56;
+const REACH: f64 = 0.58;
 /// Circles on the floor, as parts of its radius, and how much of a shadow is seen there.
 const FADE: [(f64, f64); 4] = [(0.5, 1.0), (0.67, 0.75), (0.83, 0.25), (1.0, 0.0)];
 /// Sides of the circles.
