@@ -82,7 +82,7 @@ pub(super) struct ModelArgs {
     #[arg(long, value_name = "INDEX")]
     animation: Option<u32>,
     /// Seconds since the start of the animation.
-    #[arg(short, value_name = "SECONDS")]
+    #[arg(short, value_name = "SECONDS", allow_negative_numbers = true)]
     t: Option<f64>,
     /// Which variant of its materials, from 0.
     #[arg(long, value_name = "INDEX")]

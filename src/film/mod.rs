@@ -25,7 +25,7 @@ pub use format::{DEFAULT_QUALITY, FileFormat, Misplaced, PictureFormat};
 pub use layers::{ID_CHANNELS, Layer};
 pub use pfm::encode_gray;
 pub use png::NOTE;
-pub use tone::ToneMapping;
+pub use tone::{ToneMapping, taken_by_khronos_pbr_neutral};
 
 use rayon::prelude::*;
 use std::borrow::Cow;

@@ -3,6 +3,7 @@
 //! Each curve comes twice: for a colour, and for an interval of each channel of a colour. The second follows the first step
 //! by step, and every step grows or falls in each of its inputs, so its ends are those of the inputs.
 
+use crate::lanes::Lanes;
 use crate::math::{log2, pow};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,14 @@ pub(super) fn khronos_pbr_neutral(color: [f64; 3]) -> [f64; 3] {
 /// The light that a mirroring surface has added to a colour with this least channel. It grows with it.
 fn fresnel(least: f64) -> f64 {
     if least < 0.08 { least - 6.25 * least * least } else { 0.04 }
+}
+
+/// What is added to colours with these least channels so that Khronos PBR Neutral takes it away again: [`fresnel`] of the sum.
+/// Colours whose brightest channel is below [`START`] are then shown as they are.
+#[inline(always)]
+pub fn taken_by_khronos_pbr_neutral<L: Lanes>(s: L::Simd, least: L) -> L {
+    let bright = L::lit(s, 0.04);
+    L::select(least.lt(bright), (least * L::lit(s, 0.16)).sqrt() - least, bright)
 }
 
 /// What becomes of the brightest channel, and how much a colour fades to white. Both grow with it.
@@ -154,6 +163,16 @@ mod tests {
         assert!(close(khronos_pbr_neutral([1.28; 3]), [0.92; 3]));
         let bright = khronos_pbr_neutral([1e6, 0.0, 0.0]);
         assert!(bright.iter().all(|channel| (0.99..=1.0).contains(channel)), "{bright:?}");
+    }
+
+    #[test]
+    fn what_neutral_takes_can_be_added_before() {
+        for least in [0.0, 1e-6, 0.01, 0.039, 0.04, 0.3, 0.7] {
+            let color = [0.75, least, 0.72];
+            let added = taken_by_khronos_pbr_neutral((), least);
+            let shown = khronos_pbr_neutral(color.map(|channel| channel + added));
+            assert!(shown.iter().zip(color).all(|(a, b)| (a - b).abs() < 1e-12), "{least}: {shown:?}");
+        }
     }
 
     #[test]

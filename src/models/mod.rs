@@ -5,6 +5,7 @@
 //! left out or approximated is a [`Warning`], never silent.
 
 mod budget;
+mod crease;
 mod fault;
 mod geometry;
 pub mod gltf;

@@ -40,7 +40,7 @@ pub(super) fn read(bytes: &[u8], parts: &Parts<'_>) -> Result<Model, Faults> {
         }
     }
     faults.none_or_err()?;
-    Ok(reader.into_model())
+    Ok(reader.into_model()?)
 }
 
 /// Indices of what meets at a corner of a face, from 0.
@@ -70,6 +70,7 @@ struct Reader {
     of_material: HashMap<Option<usize>, usize>,
     material: Option<usize>,
     materials: mtl::Library,
+    is_flat: bool,
     model: Model,
     budget: Budget,
     work: u64,
@@ -111,7 +112,9 @@ impl Reader {
             b"curv" | b"curv2" | b"surf" | b"cstype" => {
                 self.skip("curves", "free-form curves and surfaces are left out")
             }
-            b"o" | b"g" | b"s" | b"vp" | b"mg" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv"
+            // No group of faces that are smooth together.
+            b"s" => self.is_flat = text.word().is_some_and(|word| matches!(word.text, b"off" | b"0")),
+            b"o" | b"g" | b"vp" | b"mg" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv"
             | b"sp" | b"end" | b"con" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"maplib" | b"usemap"
             | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {}
             _ => return Err(word.fault(Kind::Invalid, format!("{} is no statement of OBJ", word.quoted()))),
@@ -249,8 +252,8 @@ impl Reader {
         })
     }
 
-    fn into_model(self) -> Model {
-        let mut model = self.model;
+    fn into_model(self) -> Result<Model, Fault> {
+        let (mut model, is_flat) = (self.model, self.is_flat);
         model.materials = self.materials.materials;
         let mut grey = None;
         let mut groups: Vec<_> = self.of_material.into_iter().collect();
@@ -267,7 +270,12 @@ impl Reader {
             geometry.uvs[0] = has_uvs.then_some(uvs);
             geometry.colors = (colors.len() == geometry.positions.len()).then_some(colors);
             geometry.drop_unused();
-            geometry.mend_normals();
+            if has_normals || is_flat {
+                geometry.mend_normals();
+            } else if geometry.smooth()? {
+                let detail = "the file has no normals: faces that meet at less than 40 degrees are one smooth surface";
+                warn(&mut model.warnings, Subject::Assumed, "normals", String::new(), detail);
+            }
             let material = material.unwrap_or_else(|| {
                 *grey.get_or_insert_with(|| {
                     model.materials.push(ModelMaterial::plain(0.8));
@@ -279,6 +287,6 @@ impl Reader {
             let transforms = vec![DMat4::IDENTITY];
             model.placements.push(Placement { geometry, material: Some(material), name: None, transforms });
         }
-        model
+        Ok(model)
     }
 }

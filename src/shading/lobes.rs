@@ -12,8 +12,15 @@ use crate::lanes::{Lanes, Mask, Real, V3};
 /// codes up to half of it.
 pub const MIRROR: f64 = 0.1;
 
+/// Roughness of lacquer up to which it is a mirror, and from which on its surroundings are blurred. In between it is some of both:
+/// where a picture makes it rougher, no edge is to be seen.
+pub const LACQUER: [f64; 2] = [0.08, 0.15];
+
 /// Narrowest lobe that lights have a highlight in: that of roughness 0.03.
 const NARROWEST: f64 = 1.0 / 1024.0;
+
+/// No lobe reflects less of white light that its facets do not absorb; lanes without a lobe have none.
+const LEAST_SHARE: f64 = 0.1;
 
 /// Least cosine between the eye and a normal that is turned away from it.
 const EDGE_ON: f64 = 1e-4;
@@ -29,9 +36,9 @@ pub struct Lobes<L: Lanes> {
     pub lanes: u32,
     /// What is scattered below the mirroring surface.
     diffuse: V3<L>,
-    /// Reflectance of the surface at normal incidence and along it.
+    /// Reflectance of the surface at normal incidence and along it, with what facets reflect on to each other.
     f0: V3<L>,
-    f90: L,
+    f90: V3<L>,
     /// The share that is missing below because the surface has reflected it, at normal incidence and along it.
     lost: [L; 2],
     /// Width of the facets' distribution.
@@ -86,26 +93,37 @@ impl<L: Lanes> Lobes<L> {
         let tint = p.specular_color * p.normal_reflectance;
         let tint = V3 { x: tint.x.min(one), y: tint.y.min(one), z: tint.z.min(one) } * p.specular;
         let lost = [tint.x.max(tint.y).max(tint.z), p.specular];
-        let (f0, f90) = (tint * other + p.base_color * metal, p.specular * other + metal);
         let diffuse = p.base_color * (other * (one - p.transmission));
         let passing = other * p.transmission;
 
         let smooth = p.roughness.le(L::lit(s, MIRROR) - L::lit(s, 0.5 * MIRROR) * p.metallic);
-        let coat_smooth = p.clearcoat_roughness.le(L::lit(s, MIRROR));
+        let coat_smooth = one - smoothstep(s, p.clearcoat_roughness, LACQUER);
         let [a, b] = reflected_share(s, cosine, p.roughness, lanes);
-        let scattered = diffuse * (one - (lost[0] * a + lost[1] * b));
-        let blurred = V3::select(smooth, nothing, f0 * a + V3 { x: f90, y: f90, z: f90 } * b);
+        // What facets hide from the eye or the light they reflect on (Fdez-Agüera 2019): 1 + F0 (1/(a + b) - 1).
+        let again = one / (a + b).max(L::lit(s, LEAST_SHARE)) - one;
+        let more =
+            V3::splat(s, [L::Real::from_f64(1.0); 3]) + (tint * (one - p.metallic) + p.base_color * p.metallic) * again;
+        let f90 = p.specular * other + metal;
+        let (f0, f90) = ((tint * other + p.base_color * metal).times(more), more * f90);
+        let scattered = diffuse * (one - (lost[0] * a + lost[1] * b) * (one + lost[0] * again));
+        let blurred = V3::select(smooth, nothing, f0 * a + f90 * b);
         let mut coat_blurred = zero;
-        let wide_coat = L::mask(s, lanes) & coat.gt(zero) & !coat_smooth;
+        let wide_coat = L::mask(s, lanes) & coat.gt(zero) & coat_smooth.lt(one);
         if wide_coat.any() {
             let [a, b] = reflected_share(s, coat_cosine, p.clearcoat_roughness, wide_coat.bits());
-            coat_blurred = L::select(wide_coat, coat * (a + b), zero);
+            coat_blurred = L::select(wide_coat, coat * (a + b) * (one - coat_smooth), zero);
         }
         let ambient = scattered + blurred + V3 { x: coat_blurred, y: coat_blurred, z: coat_blurred };
-        let reflection = V3::select(smooth, p.specular_color * (p.specular * other), nothing);
-        let all_metal = V3 { x: metal, y: metal, z: metal };
-        let metal = [V3::select(smooth, p.base_color * metal, nothing), V3::select(smooth, all_metal, nothing)];
-        let coat_mirror = L::select(coat_smooth, coat, zero);
+        // What reflects more than its index of refraction follows Schlick's law, as metal does.
+        let colour = p.specular_color;
+        let bright = colour.x.max(colour.y).max(colour.z).gt(one);
+        let reflection = V3::select(smooth & !bright, colour * (p.specular * other), nothing);
+        let shiny = L::select(bright, other, zero);
+        let all_metal = metal + shiny * p.specular;
+        let all_metal = V3 { x: all_metal, y: all_metal, z: all_metal };
+        let metal = p.base_color * metal + tint * shiny;
+        let metal = [V3::select(smooth, metal, nothing), V3::select(smooth, all_metal, nothing)];
+        let coat_mirror = coat * coat_smooth;
         let mirrors = (smooth & p.lit.gt(zero)) | coat_mirror.gt(zero);
         Self {
             lanes,
@@ -144,8 +162,7 @@ impl<L: Lanes> Lobes<L> {
         let grazing = fifth((one - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
         let [normal, along] = self.lost;
         let kept = one - (normal + (along - normal) * grazing);
-        let f90 = V3 { x: self.f90, y: self.f90, z: self.f90 };
-        let fresnel = self.f0 + (f90 - self.f0) * grazing;
+        let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
         let highlight = half.highlight(s, ns, cosine, self.width);
         let mut reflected = self.diffuse * (kept * cosine) + fresnel * highlight;
         if self.coat.gt(zero).bits() & self.lanes != 0 {
@@ -194,6 +211,14 @@ fn facing<L: Lanes>(s: L::Simd, n: V3<L>, to_eye: V3<L>) -> L {
 #[inline(always)]
 fn hidden<L: Lanes>(s: L::Simd, cosine: L, square: L) -> L {
     cosine + (square + (L::lit(s, 1.0) - square) * cosine * cosine).sqrt()
+}
+
+/// 0 up to the first edge, 1 from the second on, and smooth in between.
+#[inline(always)]
+fn smoothstep<L: Lanes>(s: L::Simd, x: L, [from, to]: [f64; 2]) -> L {
+    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+    let part = ((x - L::lit(s, from)) / L::lit(s, to - from)).max(zero).min(one);
+    part * part * (L::lit(s, 3.0) - part - part)
 }
 
 #[inline(always)]

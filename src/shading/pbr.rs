@@ -1,6 +1,7 @@
 //! Materials as in glTF 2.0 (appendix B and its extensions): their channels at the points that rays hit.
 
 use super::texture::image::{ImageTexture, Lookup};
+use crate::film::taken_by_khronos_pbr_neutral;
 use crate::lanes::{Double, Lanes, V3};
 use smallvec::SmallVec;
 
@@ -35,6 +36,8 @@ pub struct Pbr {
     pub clearcoat_roughness: Channel<f64>,
     /// Whether it shows its colour and nothing else.
     pub unlit: bool,
+    /// What its colour is multiplied with if it is unlit, so that a film with Khronos PBR Neutral shows it as it is.
+    pub undone: Option<f64>,
     /// Whether it emits nothing, not even if it is unlit.
     pub dark: bool,
     /// Whether it is there only where bodies hide lights from it.
@@ -143,12 +146,21 @@ impl Pbr {
         let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
         let occlusion = match self.occlusion.texel {
             Some(texel) => one + W::lit(s, self.occlusion.factor) * (component(&texels, texel) - one),
+            // What catches shadows shows only this much of them.
+            None if self.catches_shadows => alpha,
             None => one,
         };
         let black = V3 { x: zero, y: zero, z: zero };
         let emissive = match (self.dark, self.unlit) {
             (true, _) => black,
-            (false, true) => base_color,
+            (false, true) => match self.undone {
+                Some(gain) => {
+                    let least = base_color.x.min(base_color.y).min(base_color.z);
+                    let added = taken_by_khronos_pbr_neutral(s, least);
+                    (base_color + V3 { x: added, y: added, z: added }) * W::lit(s, gain)
+                }
+                None => base_color,
+            },
             (false, false) => color(s, &self.emissive, &texels),
         };
         Parameters {

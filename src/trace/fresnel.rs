@@ -134,6 +134,10 @@ fn at_angles_in<L: Lanes>(
             let inside = V3 { x: lobes.passing, y: lobes.passing, z: lobes.passing };
             r_s = V3::select(mask & L::mask(s, bent.lanes) & bent.refraction.total, inside, r_s);
         }
+        // A reflection may be brighter than the index of refraction makes it.
+        let left = V3 { x: (one - r_s.x).max(zero), y: (one - r_s.y).max(zero), z: (one - r_s.z).max(zero) };
+        let kept = V3 { x: r_t.x.min(left.x), y: r_t.y.min(left.y), z: r_t.z.min(left.z) };
+        r_t = V3::select(mask, kept, r_t);
     }
     if conductor != 0 {
         let grazing = grazing(s, rays.dir, n);

@@ -338,7 +338,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
                 let mut opacity = lobes.opacity;
                 if self.world.effects.has(Effect::ShadowCatcher) {
-                    opacity = caught(self, rays, hits, opacity);
+                    opacity = caught(self, rays, hits, opacity, lobes.occlusion);
                 }
                 go_on(self, rays, hits, opacity, lobes.lanes, number);
                 if hits.found == 0 {

@@ -15,18 +15,19 @@ use crate::ray::Rays;
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
 
-/// How much of each surface is there: of those that catch shadows the hidden share of the light, of others `opacity`.
+/// How much of each surface is there: of those that catch shadows `shown` times the hidden share of the light, of others `opacity`.
 #[inline(never)]
 pub(super) fn caught<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     opacity: L,
+    shown: L,
 ) -> L {
     L::vectorize(
         tracer.s,
         #[inline(always)]
-        || caught_in(tracer, rays, hits, opacity),
+        || caught_in(tracer, rays, hits, opacity, shown),
     )
 }
 
@@ -36,6 +37,7 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     opacity: L,
+    shown: L,
 ) -> L {
     let (s, world) = (tracer.s, tracer.world);
     let lanes = catchers(s, world, hits);
@@ -77,7 +79,7 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
         arrived = L::select(lit, arrived + brightness * seen, arrived);
     }
     let hidden = L::select(all.gt(zero), one - arrived / all, zero).max(zero).min(one);
-    L::select(L::mask(s, lanes), hidden, opacity)
+    L::select(L::mask(s, lanes), hidden * shown, opacity)
 }
 
 /// The lanes that have hit what catches shadows.

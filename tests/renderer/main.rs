@@ -22,6 +22,7 @@ mod metrics {
 }
 mod models {
     mod files;
+    mod look;
     mod refusals;
     mod scenes;
 }

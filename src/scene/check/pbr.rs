@@ -14,7 +14,7 @@ pub(super) fn check_pbr(findings: &mut Findings, at: Path<'_>, material: &Materi
     }
     let at = at.key("pbr");
     for (key, color) in pbr.colors() {
-        let most = if key == "emissive" { limits::MAGNITUDE } else { 1.0 };
+        let most = if key == "base_color" { 1.0 } else { limits::MAGNITUDE };
         findings.color_channel(at.key(key), color, most);
     }
     for (key, number) in pbr.numbers() {

@@ -205,7 +205,7 @@ impl<'a, R: Real> Builder<'a, R> {
             geometries: Vec::new(),
             expanded: Vec::new(),
             definitions: vec![None; description.definitions.len()],
-            materials: all().map(|m| material(m, pictures)).collect(),
+            materials: all().map(|m| material(m, pictures, &description.film)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
             thin: all().map(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.thin)).collect(),
             usage: Usage { materials: vec![Used::default(); all().count()], ..Usage::default() },
@@ -459,9 +459,11 @@ pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
     (math::scale_by_power(1.0, math::exponent(x)) == x).then(|| R::from_f64(1.0 / x))
 }
 
-fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Material<R> {
+fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>, film: &d::Film) -> Material<R> {
     if let Some(described) = &material.pbr {
-        return pbr::material(described, pictures);
+        let mut material = pbr::material(described, pictures);
+        pbr::show_unlit(&mut material, film);
+        return material;
     }
     let (ambient, diffuse, textures) = textures(material, pictures);
     Material {

@@ -3,11 +3,12 @@
 
 use super::build::narrow_rgb;
 use super::textures::wrap;
+use crate::film::ToneMapping;
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
 use crate::scene::description::{self as d, AlphaMode, Color, Factor, TexelChannel, Textured, UvTransform};
 use crate::scene::pictures::{Meaning, Pictures, number_of};
-use crate::shading::lobes::MIRROR;
+use crate::shading::lobes::{LACQUER, MIRROR};
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::pbr::{Channel, Opacity, Pbr, Texel};
 use crate::shading::texture::bump::BumpMap;
@@ -48,6 +49,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures<'_>) -> 
         clearcoat: album.number(&described.clearcoat),
         clearcoat_roughness: album.number(&described.clearcoat_roughness),
         unlit: described.unlit,
+        undone: None,
         dark: false,
         catches_shadows: false,
     };
@@ -77,6 +79,17 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures<'_>) -> 
         fresnel: if mirrors || passing.max_element() > 0.0 { Fresnel::Layered } else { Fresnel::None },
         textures,
         pbr: Some(Box::new(pbr)),
+    }
+}
+
+/// Makes what is unlit so bright that the film shows its colours as they are: exactly those that its tone curve does not compress.
+pub(super) fn show_unlit<R: Real>(material: &mut Material<R>, film: &d::Film) {
+    let Some(pbr) = material.pbr.as_mut().filter(|pbr| pbr.unlit && !pbr.dark) else { return };
+    if film.tone == ToneMapping::KhronosPbrNeutral {
+        let gain = math::pow(2.0, -film.exposure);
+        pbr.undone = Some(gain);
+        // At most 0.04 is added to any colour.
+        material.emission = narrow_rgb((Most::of(pbr).base + 0.04) * gain);
     }
 }
 
@@ -214,7 +227,7 @@ impl<'a> Most<'a> {
     /// Whether a mirror ray may be followed: the surface or the lacquer is smooth somewhere.
     fn mirrors(&self, pbr: &Pbr) -> bool {
         let smooth = self.least(&pbr.roughness) <= MIRROR - 0.5 * MIRROR * self.least(&pbr.metallic);
-        let lacquered = self.most(&pbr.clearcoat) > 0.0 && self.least(&pbr.clearcoat_roughness) <= MIRROR;
+        let lacquered = self.most(&pbr.clearcoat) > 0.0 && self.least(&pbr.clearcoat_roughness) < LACQUER[1];
         !pbr.unlit && (smooth || lacquered)
     }
 

@@ -47,7 +47,8 @@ pub struct Pbr {
     /// Strength of a dielectric's reflection, 0 to 1. Default 1.
     #[serde(skip_serializing_if = "is_one")]
     pub specular: Channel<f64>,
-    /// Colour of a dielectric's reflection at normal incidence. Default white.
+    /// Colour of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected than `ior` says,
+    /// at most all. Default white.
     #[serde(skip_serializing_if = "is_white")]
     pub specular_color: Channel<Color>,
     /// What a closed body absorbs. Default: nothing.
@@ -63,11 +64,12 @@ pub struct Pbr {
     /// Roughness of the lacquer, 0 to 1. Default 0.
     #[serde(skip_serializing_if = "is_nothing")]
     pub clearcoat_roughness: Channel<f64>,
-    /// Whether the surface shows `base_color` whatever the light is, and nothing else. Default false.
+    /// Whether the surface shows `base_color` whatever the light is, and nothing else. A film with `"khronos_pbr_neutral"` shows it as
+    /// it is, also if it is exposed, up to the code 226; brighter colours fade with all others. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub unlit: bool,
     /// Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide
-    /// from it, and no other key counts. Default false.
+    /// from it. No other key counts; the fourth number of a mesh's `colors` is how much of the shadows is seen. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub shadow_catcher: bool,
 }

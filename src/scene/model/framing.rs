@@ -45,15 +45,17 @@ fn turned(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// The largest and the smallest value of some linear functions over all vertices.
+/// The largest values of some linear functions over all vertices, as seen from an origin: what is far from that of the
+/// coordinates is as large as what is near.
 struct Extremes<const N: usize> {
+    origin: DVec3,
     directions: [DVec3; N],
     most: [f64; N],
 }
 
 impl<const N: usize> Extremes<N> {
-    fn of(model: &Model, directions: [DVec3; N]) -> Self {
-        let mut extremes = Self { directions, most: [f64::NEG_INFINITY; N] };
+    fn of(model: &Model, origin: DVec3, directions: [DVec3; N]) -> Self {
+        let mut extremes = Self { origin, directions, most: [f64::NEG_INFINITY; N] };
         let vertices = |placed: &crate::models::Placement| {
             model.geometries[placed.geometry].positions.len() as u64 * placed.transforms.len() as u64
         };
@@ -73,7 +75,7 @@ impl<const N: usize> Extremes<N> {
         // A plane in the model is one in the geometry.
         for (direction, most) in self.directions.iter().zip(&mut self.most) {
             let inside = matrix.transpose().transform_vector3(*direction);
-            let shift = direction.dot(matrix.w_axis.truncate());
+            let shift = direction.dot(matrix.w_axis.truncate() - self.origin);
             let farthest =
                 points.iter().map(|point| inside.dot(DVec3::from_array(*point))).fold(f64::NEG_INFINITY, f64::max);
             *most = most.max(farthest + shift);
@@ -81,16 +83,38 @@ impl<const N: usize> Extremes<N> {
     }
 }
 
-/// The corners of the box around points.
-pub(super) fn corners(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for point in points {
-        for c in 0..3 {
-            low[c] = low[c].min(point[c]);
-            high[c] = high[c].max(point[c]);
+/// The box around points.
+pub(super) fn box_of(points: &[[f64; 3]]) -> (DVec3, DVec3) {
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    points.iter().map(|point| DVec3::from_array(*point)).fold(none, |(low, high), p| (low.min(p), high.max(p)))
+}
+
+/// Its corners.
+fn corners(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let (low, high) = box_of(points);
+    (0..8_usize).map(|i| [0, 1, 2].map(|c| if i >> c & 1 == 0 { low[c] } else { high[c] })).collect()
+}
+
+/// The box around the model.
+pub(super) fn bounds(model: &Model) -> (DVec3, DVec3) {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for placement in &model.placements {
+        let positions = &model.geometries[placement.geometry].positions;
+        // Of what stands in few places each vertex counts, of what stands in many the box around it.
+        let boxed = (placement.transforms.len() > 16).then(|| corners(positions));
+        for matrix in &placement.transforms {
+            for point in boxed.as_ref().unwrap_or(positions) {
+                let placed = matrix.transform_point3(DVec3::from_array(*point));
+                (low, high) = (low.min(placed), high.max(placed));
+            }
         }
     }
-    (0..8).map(|i| [0, 1, 2].map(|c| if i >> c & 1 == 0 { low[c] } else { high[c] })).collect()
+    (low, high)
+}
+
+fn middle(model: &Model) -> DVec3 {
+    let (low, high) = bounds(model);
+    (low + high) / 2.0
 }
 
 /// A camera that sees all of the model.
@@ -98,21 +122,21 @@ pub(super) fn framed(model: &Model, view: View, aspect: f64) -> Camera {
     let Axes { right, up, back } = Axes::of(view);
     let tall = math::tan(VERTICAL / 2.0 * PI / 180.0) * FILLED;
     let wide = tall * aspect;
+    let origin = middle(model);
     // A vertex (x, y, z) is seen from (ex, ey, ez) if x - ex <= wide (ez - z), and so on.
     let Extremes { most, .. } = Extremes::of(
         model,
+        origin,
         [right + back * wide, back * wide - right, up + back * tall, back * tall - up, back, -back],
     );
     let [east, west, north, south, near, far] = most;
     let (x, y) = ((east - west) / 2.0, (north - south) / 2.0);
     let least = ((east + west) / (2.0 * wide)).max((north + south) / (2.0 * tall));
     // A flat model that is seen from its edge has no extent across.
-    let depth = near + far;
-    let extent = depth.max(east + west).max(north + south).max(1e-6);
+    let extent = (near + far).max(east + west).max(north + south).max(1e-6);
     let distance = least.max(near + 1e-3 * extent);
-    let eye = right * x + up * y + back * distance;
-    let middle = (near - far) / 2.0;
-    let look_at = eye - back * (distance - middle);
+    let axis = origin + right * x + up * y;
+    let (eye, look_at) = (axis + back * distance, axis + back * ((near - far) / 2.0));
     Camera::Pinhole(PinholeCamera {
         up: upright(view, up).to_array(),
         vfov_deg: VERTICAL,
@@ -132,8 +156,9 @@ pub(super) fn of_file(camera: &ModelCamera, model: &Model) -> Camera {
     let back = matrix.transform_vector3(DVec3::Z).try_normalize().unwrap_or(DVec3::Z);
     let up = matrix.transform_vector3(DVec3::Y).try_normalize().unwrap_or(DVec3::Y);
     // What is in focus is as far as the middle of the model.
-    let Extremes { most: [near, far], .. } = Extremes::of(model, [back, -back]);
-    let distance = (back.dot(eye) - (near - far) / 2.0).max(1e-3 * (near + far).max(1e-6));
+    let origin = middle(model);
+    let Extremes { most: [near, far], .. } = Extremes::of(model, origin, [back, -back]);
+    let distance = (back.dot(eye - origin) - (near - far) / 2.0).max(1e-3 * (near + far).max(1e-6));
     let look_at = (eye - back * distance).to_array();
     match camera.projection {
         Projection::Perspective { vertical } => Camera::Pinhole(PinholeCamera {
@@ -192,6 +217,19 @@ mod tests {
             };
             assert!(touched(0) || touched(1), "{view}");
         }
+    }
+
+    #[test]
+    fn distance_to_the_origin_does_not_matter() {
+        let at = |shift: f64| {
+            let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.25]];
+            let model = model(points.map(|[x, y, z]| [x + shift, y, z - 3.0 * shift]).to_vec());
+            let Camera::Pinhole(camera) = framed(&model, View::default(), 1.0) else { panic!("a pinhole") };
+            let moved = |[x, y, z]: [f64; 3]| DVec3::new(x - shift, y, z + 3.0 * shift);
+            [moved(camera.eye), moved(camera.look_at)]
+        };
+        let [near, far] = [at(0.0), at(1e6)];
+        assert!((0..2).all(|i| near[i].abs_diff_eq(far[i], 1e-8)), "{near:?} {far:?}");
     }
 
     #[test]

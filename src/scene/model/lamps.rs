@@ -10,10 +10,12 @@ use crate::scene::description::{
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Intensity of the studio beside its key light: together white shows about 0.8 to the camera.
+/// Intensity of the studio beside its key light: together white that faces the camera shows about 0.8 (code 231).
 const BESIDE_KEY: f64 = 0.8;
-/// Intensity of the studio beside the lamps of a file, as a part of theirs if they are bright.
-const BESIDE_LAMPS: f64 = 0.5;
+/// Intensity of the key light.
+const KEY: f64 = 0.5;
+/// Intensity of the studio beside the lamps of a file, as a part of theirs if they are bright: more washes out their colors.
+const BESIDE_LAMPS: f64 = 0.2;
 
 /// What lights a model.
 pub(super) struct LitBy {
@@ -38,6 +40,10 @@ pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera)
             is_studio: true,
             exposure: 0.0,
         };
+    }
+    if !has_lamps {
+        let detail = "light=file shines with the lamps of the file, which has none: only what glows is seen; light=studio lights it";
+        warn(&mut model.warnings, Subject::Assumed, "no-lamps", detail.to_owned());
     }
     let lamps = std::mem::take(&mut model.lamps);
     if lamps.iter().any(|lamp| matches!(lamp.kind, LampKind::Spot { .. })) {
@@ -92,16 +98,16 @@ fn light(lamp: &Lamp) -> Light {
     }
 }
 
-/// A light from the upper left of the camera.
+/// A light from the upper left of the camera, as much from its side as from above: tops are lit by the studio.
 fn key(camera: &Camera) -> Light {
     let view = camera.view();
     let [eye, look_at, up] = [view.eye, view.look_at, view.up].map(DVec3::from_array);
     let back = (eye - look_at).try_normalize().unwrap_or(DVec3::Z);
     let right = up.cross(back).try_normalize().unwrap_or(DVec3::X);
     let over = back.cross(right);
-    let to_light = -0.5 * right + 0.8 * over + 0.6 * back;
+    let to_light = -0.5 * right + 0.7 * over + 0.7 * back;
     let direction = (-to_light).to_array();
-    Light::Directional(DirectionalLight { direction, color: Color::WHITE, intensity: 0.35, area: None })
+    Light::Directional(DirectionalLight { direction, color: Color::WHITE, intensity: KEY, area: None })
 }
 
 fn warn(warnings: &mut Vec<Warning>, subject: Subject, what: &'static str, detail: String) {

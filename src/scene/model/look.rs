@@ -4,6 +4,7 @@ use super::bodies::shortened;
 use crate::models::{Alpha, Channel, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
 use crate::scene::check::is_closed;
 use crate::scene::description::{self as d, AlphaMode, Color, Material, Pbr, TexelChannel, Textured, Wraps};
+use crate::scene::limits::MAGNITUDE;
 use crate::scene::named::Named;
 use data_encoding::BASE64;
 use glam::DVec3;
@@ -21,11 +22,18 @@ pub(super) fn materials(model: &mut Model, warnings: &mut Vec<Warning>) -> (Name
     for (index, material) in model.materials.iter().chain(&fallback).enumerate() {
         let name = free_name(&named, material.name.as_deref().unwrap_or("material"));
         let pbr = Some(Box::new(pbr(material, &sources, open.contains(&index))));
-        named.insert(name.clone(), Material { pbr, ..Material::default() });
+        // Light must be able to leave what it has entered.
+        let one_sided = !material.double_sided && material.transmission.factor <= 0.0;
+        named.insert(name.clone(), Material { one_sided, pbr, ..Material::default() });
         names.push(name);
     }
     note(model, warnings);
     (named, names)
+}
+
+/// Whether nothing in the model asks for light: then its colours are what the picture is to show.
+pub(super) fn is_unlit(model: &Model) -> bool {
+    model.placements.iter().all(|placement| placement.material.is_some_and(|index| model.materials[index].unlit))
 }
 
 /// A name that no other material has.
@@ -65,12 +73,12 @@ fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
             None => d::Channel::Value(factor),
         }
     };
-    let within = |factor: [f64; 3]| factor.map(|channel| channel.clamp(0.0, 1.0));
+    let within = |factor: [f64; 3], most: f64| factor.map(|channel| channel.min(most));
     let map = |(texture, factor): (Texture, f64)| Box::new(textured(factor, texture, None, sources));
     let transmits = material.transmission.factor > 0.0;
     let coat = material.clearcoat.as_ref();
     Pbr {
-        base_color: color(within(material.base_color.factor), material.base_color.texture),
+        base_color: color(within(material.base_color.factor, 1.0), material.base_color.texture),
         metallic: number(&material.metallic, TexelChannel::B),
         roughness: number(&material.roughness, TexelChannel::G),
         normal: material.normal.map(map),
@@ -81,7 +89,7 @@ fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
         thin: transmits && (!material.has_volume || is_open),
         ior: material.ior.clamp(1.0, 100.0),
         specular: number(&material.specular, TexelChannel::A),
-        specular_color: color(within(material.specular_color.factor), material.specular_color.texture),
+        specular_color: color(within(material.specular_color.factor, MAGNITUDE), material.specular_color.texture),
         attenuation: material.attenuation.filter(|_| transmits).map(|attenuation| d::Attenuation {
             color: Color(DVec3::from_array(attenuation.color.map(|channel| channel.clamp(1e-6, 1.0)))),
             distance: attenuation.distance,
@@ -173,8 +181,8 @@ fn note(model: &Model, warnings: &mut Vec<Warning>) {
         let detail = format!("bodies that glow (up to {most:.1}) light nothing else");
         warnings.push(warning(Subject::NotSimulated, "emissive-light", &detail));
     }
-    if any(|material| material.specular_color.factor.iter().any(|channel| *channel > 1.0)) {
-        let detail = "the color of a dielectric's reflection is at most 1";
-        warnings.push(warning(Subject::Approximated, "specular-color", detail));
+    if any(|material| material.unlit) && !is_unlit(model) {
+        let detail = "beside lit materials, unlit colors of more than 226 pass the tone curve, and fade";
+        warnings.push(warning(Subject::Approximated, "unlit", detail));
     }
 }

@@ -5,6 +5,7 @@ mod bodies;
 mod framing;
 mod lamps;
 mod look;
+mod origin;
 mod problems;
 mod studio;
 mod view;
@@ -12,6 +13,7 @@ mod view;
 pub use view::View;
 
 use super::description::{self as d, Camera, Description, FilmBackground, ImageSize};
+use super::limits::MAGNITUDE;
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
 use crate::film::ToneMapping;
@@ -173,19 +175,27 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     if is_z_up {
         turn_up(&mut model);
     }
+    origin::moved_there(&mut model);
     let image = ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
     let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
     let camera = camera(&model, options, aspect)?;
-    let floor = studio::floor(&model);
+    let (low, high) = framing::bounds(&model);
+    let size = (high - low).max_element();
+    if !(size > 0.0 && size <= MAGNITUDE) {
+        let detail =
+            format!("the model is {size:e} units large: it can be seen if that is above 0 and at most {MAGNITUDE:e}");
+        return Err(Problems::one(Problem::new("", Code::Degenerate, detail)));
+    }
+    let as_it_is = look::is_unlit(&model);
     let lit_by = lamps::lights(&mut model, options, &camera);
     let mut warnings = std::mem::take(&mut model.warnings);
     let (mut materials, names) = look::materials(&mut model, &mut warnings);
     let (definitions, mut objects) = bodies::objects(&mut model, &names);
     // From below it would be between the camera and the model.
-    if let Some(floor) = floor.filter(|_| lit_by.is_studio && camera.view().eye[1] > camera.view().look_at[1]) {
+    if lit_by.is_studio && camera.view().eye[1] > camera.view().look_at[1] {
         let name = look::free_name(&materials, "floor");
         materials.insert(name.clone(), studio::catcher());
-        objects.push(floor(name));
+        objects.push(studio::floor((low, high), name));
     }
     let mut description = Description::new(camera, objects);
     description.name = model.name.map(|name| bodies::shortened(&name));
@@ -196,11 +206,10 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     // The surroundings are all the light there is from all around.
     description.ambient = d::Color::BLACK;
     description.lights = lit_by.lights;
-    description.film = d::Film {
-        exposure: lit_by.exposure,
-        tone: ToneMapping::KhronosPbrNeutral,
-        background: FilmBackground::Transparent,
-    };
+    // Colours that are no light are shown as they are.
+    let (exposure, tone) =
+        if as_it_is { (0.0, ToneMapping::None) } else { (lit_by.exposure, ToneMapping::KhronosPbrNeutral) };
+    description.film = d::Film { exposure, tone, background: FilmBackground::Transparent };
     let warnings = warnings.into_iter().map(problems::of_warning).collect();
     Ok(Imported { description, warnings, from_files: model.has_parts })
 }

@@ -1,15 +1,20 @@
 //! The studio around a model: light from all sides, and a floor that shows nothing but the shadow of the key light.
 
 use crate::math;
-use crate::models::Model;
-use crate::scene::description::{Camera, Environment, EnvironmentLight, Material, Object, Pbr, Quad, Studio};
+use crate::scene::description::{Camera, Environment, EnvironmentLight, Material, Mesh, Object, Pbr, Studio};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// How far the floor reaches beyond the model, as a multiple of its extent: further than its shadow.
-const FLOOR: f64 = 3.0;
+/// Radius of the floor, as a part of the height or the diagonal of the model: about as far as pictures reach.
+const REACH: f64 = 0.58;
+/// Circles on the floor, as parts of its radius, and how much of a shadow is seen there.
+const FADE: [(f64, f64); 4] = [(0.5, 1.0), (0.67, 0.75), (0.83, 0.25), (1.0, 0.0)];
+/// Sides of the circles.
+const SIDES: u32 = 32;
 /// How far below the model the floor is, as a part of its extent, so that no face of it lies in the floor.
 const GAP: f64 = 1e-4;
+/// Least height of a model's top over the floor, as a part of its extent.
+const LIFT: f64 = 0.03;
 
 /// The surroundings, turned so that their front is where the camera is.
 pub(super) fn surroundings(camera: &Camera, intensity: f64) -> Environment {
@@ -31,27 +36,41 @@ pub(super) fn catcher() -> Material {
     Material { pbr: Some(Box::new(Pbr { shadow_catcher: true, ..Pbr::default() })), ..Material::default() }
 }
 
-/// A floor under the model, once it is known what its material is called.
-pub(super) fn floor(model: &Model) -> Option<impl FnOnce(String) -> Object + use<>> {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for placement in &model.placements {
-        let positions = &model.geometries[placement.geometry].positions;
-        let corners = super::framing::corners(positions);
-        // Of what stands in few places each vertex counts, of what stands in many the box around it.
-        let points = if placement.transforms.len() > 16 { &corners } else { positions };
-        for matrix in &placement.transforms {
-            for point in points {
-                let placed = matrix.transform_point3(DVec3::from_array(*point));
-                (low, high) = (low.min(placed), high.max(placed));
+/// A floor under a model within a box, of which shadows fade before its edge: pictures end soon behind the model, and a shadow
+/// that ends there looks cut off.
+pub(super) fn floor((low, high): (DVec3, DVec3), material: String) -> Object {
+    let size = high - low;
+    let extent = size.max_element();
+    // What lies on the floor would hide its own shadow.
+    let gap = (GAP * extent).max(LIFT * extent - size.y);
+    let middle = ((low + high) / 2.0).with_y(low.y - gap);
+    let reach = REACH * size.y.max(math::hypot(size.x, size.z));
+    let (mut vertices, mut colors, mut faces) = (vec![middle.to_array()], vec![[1.0; 4]], Vec::new());
+    for (ring, (radius, shown)) in (0_u32..).zip(FADE) {
+        for side in 0..SIDES {
+            let (sin, cos) = math::sin_cos(f64::from(side) / f64::from(SIDES) * 2.0 * PI);
+            vertices.push((middle + DVec3::new(cos, 0.0, -sin) * (radius * reach)).to_array());
+            colors.push([1.0, 1.0, 1.0, shown]);
+            let at = |ring: u32, side: u32| 1 + ring * SIDES + side % SIDES;
+            let [from, to] = [at(ring, side), at(ring, side + 1)];
+            match ring.checked_sub(1) {
+                None => faces.push([0, from, to]),
+                Some(inner) => {
+                    let [inner_from, inner_to] = [at(inner, side), at(inner, side + 1)];
+                    faces.extend([[inner_from, from, to], [inner_from, to, inner_to]]);
+                }
             }
         }
     }
-    let extent = (high - low).max_element();
-    let is_there = extent.is_finite() && extent > 0.0;
-    is_there.then_some(move |material| {
-        let (middle, reach, y) = ((low + high) / 2.0, FLOOR * extent, low.y - GAP * extent);
-        let corner = |x: f64, z: f64| [middle.x + x * reach, y, middle.z + z * reach];
-        let vertices = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
-        Object::Quad(Box::new(Quad { vertices, material: Some(material), name: Some("floor".into()) }))
-    })
+    Object::Mesh(Box::new(Mesh {
+        vertices,
+        faces,
+        normals: None,
+        uvs: None,
+        uvs1: None,
+        colors: Some(colors),
+        material: Some(material),
+        name: Some("floor".into()),
+        hollow: false,
+    }))
 }

@@ -48,8 +48,9 @@ impl Plain {
         } })
     }
 
-    /// pi times the BRDF times the cosine of the light, on the plane z = 0.
-    fn reflected(&self, light: V, view: V) -> V {
+    /// pi times the BRDF times the cosine of the light, on the plane z = 0. Where facets reflect `share` of white light without
+    /// absorbing any, they pass the rest on to each other, and F0 of it gets on (Fdez-Agüera 2019).
+    fn reflected(&self, light: V, view: V, share: f64) -> V {
         let half = unit([light[0] + view[0], light[1] + view[1], light[2] + view[2]]);
         let grazing = (1.0 - dot(view, half)).powi(5);
         let specular = ggx(self.roughness, light[2], view[2], half[2]);
@@ -61,12 +62,27 @@ impl Plain {
         let lacquer = ggx(self.coat[1], light[2], view[2], half[2]);
         std::array::from_fn(|c| {
             let base = self.base[c];
+            let normal = f0[c] * (1.0 - self.metallic) + base * self.metallic;
+            let specular = specular * (1.0 + normal * (1.0 / share - 1.0));
             let dielectric = base / PI * (1.0 - most) + specular * fresnel[c];
             let metal = specular * (base + (1.0 - base) * grazing);
             let below = dielectric * (1.0 - self.metallic) + metal * self.metallic;
             PI * light[2] * (below * (1.0 - coat) + lacquer * coat)
         })
     }
+}
+
+/// The share of white light from all around that facets which absorb nothing reflect to the eye once, by what the renderer shows of
+/// a black metal, b, and of a grey one, (a/2 + b) (1 + (1/(a + b) - 1)/2).
+fn share_of(roughness: f64, view: V) -> f64 {
+    let [b, grey] = [0.0, 0.5].map(|base| {
+        let metal = Plain { base: [base; 3], metallic: 1.0, roughness, ..PLAIN };
+        let mut scene = onto(view, [0.0, 0.0, 1.0], json!({ "it": metal.json() }), json!([quad(0.0, "it")]));
+        (scene["ambient"], scene["lights"]) = (json!(1), json!([]));
+        f64::from(pixels(scene, "double")[0][0])
+    });
+    let middle = 4.0 * grey - 1.0 - b;
+    (middle + (middle * middle - 4.0 * b).sqrt()) / 2.0
 }
 
 /// D V.
@@ -121,13 +137,14 @@ fn lights_are_reflected_as_the_formulas_say() {
         Plain { specular: 0.5, tint: [1.0, 0.2, 0.0], ior: 2.0, roughness: 0.2, ..PLAIN },
         Plain { coat: [0.7, 0.3], roughness: 0.6, ..PLAIN },
         Plain { coat: [1.0, 0.5], metallic: 1.0, roughness: 0.8, ..PLAIN },
+        Plain { base: [0.0; 3], tint: [25.0, 5.0, 0.5], roughness: 0.7, ..PLAIN },
     ];
     for (i, material) in materials.iter().enumerate() {
         for (degrees, light, around) in [(0.0, 30.0, 0.0), (40.0, 45.0, 180.0), (40.0, 60.0, 90.0), (75.0, 70.0, 175.0)]
         {
             let (view, light) = (direction(degrees, 0.0), direction(light, around));
             let scene = onto(view, light, json!({ "it": material.json() }), json!([quad(0.0, "it")]));
-            let reflected = material.reflected(light, view);
+            let reflected = material.reflected(light, view, share_of(material.roughness, view));
             let expected = [reflected[0], reflected[1] * 0.5, reflected[2] * 2.0];
             shows(&scene, expected, 1e-5, &format!("material {i} from {degrees}"));
         }
@@ -142,16 +159,16 @@ fn narrow_highlights_lose_no_digits() {
     for off in [0.0, 0.2, 0.6, 1.5] {
         let light = direction(30.0 + off, 180.0);
         let scene = onto(view, light, json!({ "it": material.json() }), json!([quad(0.0, "it")]));
-        let reflected = material.reflected(light, view);
+        let reflected = material.reflected(light, view, share_of(0.1, view));
         shows(&scene, [reflected[0], reflected[1] * 0.5, reflected[2] * 2.0], 2e-3, &format!("{off} degrees off"));
     }
 }
 
-/// White furnace: light of 1 from everywhere leaves a white surface that is no metal as it came, and is never more.
+/// White furnace: light of 1 from everywhere leaves a white surface without lacquer as it came, and is never more.
 #[test]
 fn white_surfaces_neither_lose_nor_make_light() {
     for (metallic, roughness, coat) in
-        [(0.0, 0.3, 0.0), (0.0, 1.0, 0.0), (0.0, 0.6, 1.0), (1.0, 0.4, 0.0), (0.5, 0.8, 0.5)]
+        [(0.0, 0.3, 0.0), (0.0, 1.0, 0.0), (0.0, 0.6, 1.0), (1.0, 0.4, 0.0), (1.0, 1.0, 0.0), (0.5, 0.8, 0.5)]
     {
         for degrees in [0.0, 45.0, 80.0] {
             let material = Plain { base: [1.0; 3], metallic, roughness, coat: [coat, 0.5], ..PLAIN };
@@ -165,7 +182,7 @@ fn white_surfaces_neither_lose_nor_make_light() {
             for precision in ["single", "double"] {
                 let [red, ..] = pixels(scene.clone(), precision)[0];
                 assert!(red <= 1.0 + 1e-6, "{metallic} {roughness} {coat} at {degrees}: {red}");
-                let keeps_all = metallic == 0.0 && coat == 0.0;
+                let keeps_all = coat == 0.0;
                 assert!(red > if keeps_all { 1.0 - 1e-6 } else { 0.55 }, "{metallic} {roughness} {coat}: {red}");
             }
         }
@@ -186,6 +203,35 @@ fn smooth_metals_mirror_by_schlick_and_rough_ones_do_not() {
         let mirrored = PLAIN.base.map(|base| base + (1.0 - base) * grazing);
         shows(&scene(0.04), [mirrored[0], mirrored[1] * 0.5, mirrored[2] * 0.25], 2e-6, "smooth");
         shows(&scene(0.2), [0.0; 3], 0.0, "rough");
+    }
+}
+
+/// A colour above 1 makes a dielectric reflect more than its index of refraction, at most all.
+#[test]
+fn bright_colours_of_reflections_mirror_as_metals_do() {
+    for degrees in [0.0, 60.0] {
+        let view = direction(degrees, 0.0);
+        let material = Plain { base: [0.0; 3], roughness: 0.0, tint: [25.0, 12.5, 100.0], ..PLAIN };
+        let mut scene = onto(view, [0.0, 0.0, 1.0], json!({ "it": material.json() }), json!([quad(0.0, "it")]));
+        (scene["background"], scene["lights"]) = (json!([1, 0.5, 0.25]), json!([]));
+        let grazing = (1.0 - view[2]).powi(5);
+        shows(&scene, [1.0, 0.5 * (0.5 + 0.5 * grazing), 0.25], 2e-6, "spec-gloss chrome");
+    }
+}
+
+/// Between a mirror and blurred surroundings lacquer fades, and switches nowhere.
+#[test]
+fn lacquer_fades_from_mirror_to_blur() {
+    let mirrored = |roughness: f64| {
+        let material = Plain { base: [0.0; 3], specular: 0.0, coat: [1.0, roughness], ..PLAIN };
+        let view = [0.0, 0.0, 1.0];
+        let mut scene = onto(view, view, json!({ "it": material.json() }), json!([quad(0.0, "it")]));
+        (scene["background"], scene["lights"]) = (json!(1), json!([]));
+        f64::from(pixels(scene, "double")[0][0])
+    };
+    for (roughness, share) in [(0.0, 1.0), (0.08, 1.0), (0.0975, 0.84375), (0.115, 0.5), (0.15, 0.0), (0.5, 0.0)] {
+        let shown = mirrored(roughness);
+        assert!((shown - 0.04 * share).abs() < 1e-7, "{roughness}: {shown}");
     }
 }
 
@@ -428,6 +474,14 @@ fn a_shadow_catcher_shows_shadows_alone() {
         picture(&super::scene(sunny(height, sun.clone(), json!({ "background": "transparent" })), "double")).film;
     assert!((film.alpha[1] - 0.5).abs() < 1e-6 && film.alpha[0] == 0.0, "{:?}", film.alpha);
     assert!(effects(&scene(sun.clone(), json!({}))).has(Effect::ShadowCatcher));
+    // The fourth number of a mesh's colours is how much of it is seen.
+    let mut faded = scene(sun.clone(), json!({ "background": "transparent" }));
+    faded["objects"][0] = json!({ "mesh": {
+        "vertices": [[-9, 0, 9], [9, 0, 9], [0, 0, -18]], "faces": [[0, 1, 2]], "material": "floor",
+        "colors": [[1, 1, 1, 0.25], [1, 1, 1, 0.25], [1, 1, 1, 0.25]]
+    } });
+    let film = picture(&super::scene(faded, "double")).film;
+    assert!((film.alpha[1] - 0.25).abs() < 1e-6 && film.alpha[0] == 0.0, "{:?}", film.alpha);
     // Without a lamp there is nothing to be seen of it.
     let mut dark = scene(sun, json!({}));
     dark["lights"] = json!([]);
