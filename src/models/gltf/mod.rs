@@ -8,7 +8,9 @@ mod extensions;
 pub(crate) mod glb;
 pub(crate) mod images;
 mod json;
+mod json_data;
 mod json_materials;
+mod json_read;
 mod materials;
 mod meshes;
 mod nodes;
@@ -33,7 +35,7 @@ pub fn json_of(bytes: &[u8]) -> &[u8] {
 /// Reads a file.
 pub(super) fn read(bytes: &[u8], parts: &Parts<'_>, choice: Choice) -> Result<Model, Faults> {
     let chunks = glb::chunks(bytes)?;
-    let document = json::read(chunks.json)?;
+    let document = json_read::read(chunks.json)?;
     extensions::check(&document, choice.strict)?;
     check::check(&document)?;
     let buffers = Buffers::read(&document, chunks.bin, parts)?;
