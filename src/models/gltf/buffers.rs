@@ -1,11 +1,13 @@
-//! Buffers and their views: bytes of the file, of parts, of data URIs, or unpacked by meshopt.
+//! Buffers and their views: bytes of the file, of parts, of data URIs, or unpacked.
 
 use super::super::budget::Budget;
 use super::super::fault::{Fault, Faults, Kind};
 use super::super::parts::{Uri, uri};
 use super::super::{Parts, meshopt, meshopt_filters};
+use super::draco;
 use super::json::{Document, Meshopt};
 use std::borrow::Cow;
+use std::collections::HashMap;
 
 /// All bytes of a file.
 pub(super) struct Buffers<'a> {
@@ -14,6 +16,8 @@ pub(super) struct Buffers<'a> {
     bytes: Vec<Option<Cow<'a, [u8]>>>,
     /// What compressed views hold, by their index.
     unpacked: Vec<Option<Vec<u8>>>,
+    /// Elements of accessors that come out of Draco streams, one after the other, by the index of the accessor.
+    pub(super) from_draco: HashMap<usize, Vec<u8>>,
     /// What may still be decoded.
     pub(super) budget: Budget,
     /// Whether any part was read.
@@ -24,8 +28,14 @@ impl<'a> Buffers<'a> {
     /// Reads all buffers and unpacks all views. The ranges of views have been checked.
     pub(super) fn read(document: &'a Document, bin: Option<&'a [u8]>, parts: &Parts<'_>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
-        let mut buffers =
-            Self { document, bytes: Vec::new(), unpacked: Vec::new(), budget: Budget::default(), has_parts: false };
+        let mut buffers = Self {
+            document,
+            bytes: Vec::new(),
+            unpacked: Vec::new(),
+            from_draco: HashMap::new(),
+            budget: Budget::default(),
+            has_parts: false,
+        };
         for index in 0..document.buffers.len() {
             let bytes = buffers.buffer(index, bin, parts);
             buffers.bytes.push(faults.note(bytes).flatten());
@@ -42,6 +52,8 @@ impl<'a> Buffers<'a> {
             };
             buffers.unpacked.push(unpacked);
         }
+        faults.none_or_err()?;
+        buffers.from_draco = draco::unpack(document, &buffers, &mut faults);
         faults.none_or_err()?;
         Ok(buffers)
     }

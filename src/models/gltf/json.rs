@@ -100,6 +100,8 @@ pub(super) struct Primitive {
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_materials_variants")]
     pub(super) variants: Option<Mappings>,
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub(super) draco: Option<Draco>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -232,7 +234,7 @@ pub(super) struct Variant {
     pub(super) name: Option<String>,
 }
 
-pub(super) use super::json_data::{Accessor, Buffer, BufferView, Meshopt};
+pub(super) use super::json_data::{Accessor, Buffer, BufferView, Draco, Meshopt};
 pub(super) use super::json_materials::Material;
 
 fn yes() -> bool {

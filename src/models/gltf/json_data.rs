@@ -1,6 +1,7 @@
 //! Accessors, views and buffers in the JSON of a glTF 2.0 file: where its numbers are.
 
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -72,6 +73,15 @@ pub(super) struct Meshopt {
     pub(super) mode: String,
     #[serde(default = "no_filter")]
     pub(super) filter: String,
+}
+
+/// Attributes and triangles of a primitive in one stream.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Draco {
+    pub(super) buffer_view: usize,
+    /// The number in the stream of each attribute.
+    pub(super) attributes: BTreeMap<String, u32>,
 }
 
 #[derive(Debug, Deserialize)]

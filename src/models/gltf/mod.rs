@@ -4,6 +4,7 @@ mod accessors;
 mod animation;
 mod buffers;
 mod check;
+mod draco;
 mod extensions;
 pub(crate) mod glb;
 pub(crate) mod images;
