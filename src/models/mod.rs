@@ -10,7 +10,6 @@ mod geometry;
 pub mod gltf;
 mod material;
 mod meshopt;
-mod meshopt_filters;
 mod model;
 mod mtl;
 mod obj;

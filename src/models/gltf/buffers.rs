@@ -3,7 +3,7 @@
 use super::super::budget::Budget;
 use super::super::fault::{Fault, Faults, Kind};
 use super::super::parts::{Uri, uri};
-use super::super::{Parts, meshopt, meshopt_filters};
+use super::super::{Parts, meshopt};
 use super::draco;
 use super::json::{Document, Meshopt};
 use std::borrow::Cow;
@@ -121,9 +121,9 @@ impl<'a> Buffers<'a> {
         let mut unpacked = unpacked.map_err(|why| invalid(why.to_owned()))?;
         let filtered = match packed.filter.as_str() {
             "NONE" => Ok(()),
-            "OCTAHEDRAL" => meshopt_filters::octahedral(&mut unpacked, stride),
-            "QUATERNION" => meshopt_filters::quaternion(&mut unpacked, stride),
-            "EXPONENTIAL" => meshopt_filters::exponential(&mut unpacked, stride),
+            "OCTAHEDRAL" => meshopt::octahedral(&mut unpacked, stride),
+            "QUATERNION" => meshopt::quaternion(&mut unpacked, stride),
+            "EXPONENTIAL" => meshopt::exponential(&mut unpacked, stride),
             other => {
                 let detail = format!("the filter {other:?} is not read");
                 return Err(Fault::new("", Kind::Unsupported, detail));

@@ -1,6 +1,6 @@
 //! The filters of EXT_meshopt_compression (appendix B of its specification): what is done to elements after unpacking.
 
-use super::budget::worked;
+use super::super::budget::worked;
 
 type Filtered = Result<(), &'static str>;
 
@@ -13,7 +13,7 @@ fn rounded(number: f32) -> i32 {
 }
 
 /// Unit vectors of four bytes or four shorts, folded onto an octahedron.
-pub(super) fn octahedral(bytes: &mut [u8], stride: usize) -> Filtered {
+pub(in crate::models) fn octahedral(bytes: &mut [u8], stride: usize) -> Filtered {
     worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     match stride {
         4 => bytes.chunks_exact_mut(4).for_each(|element| {
@@ -52,7 +52,7 @@ fn put_short(element: &mut [u8], i: usize, number: i32) {
 }
 
 /// Unit quaternions without their largest component.
-pub(super) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered {
+pub(in crate::models) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered {
     worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     if stride != 8 {
         return Err(WRONG_STRIDE);
@@ -71,7 +71,7 @@ pub(super) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered {
 }
 
 /// Numbers of 24 bits and a power of two, which become floats.
-pub(super) fn exponential(bytes: &mut [u8], stride: usize) -> Filtered {
+pub(in crate::models) fn exponential(bytes: &mut [u8], stride: usize) -> Filtered {
     worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     if !stride.is_multiple_of(4) {
         return Err(WRONG_STRIDE);
