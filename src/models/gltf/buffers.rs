@@ -36,16 +36,25 @@ impl<'a> Buffers<'a> {
             budget: Budget::default(),
             has_parts: false,
         };
-        for index in 0..document.buffers.len() {
-            let bytes = buffers.buffer(index, bin, parts);
+        let mut is_read = vec![false; document.buffers.len()];
+        for view in &document.views {
+            match view.extensions.meshopt() {
+                Some((_, packed)) => is_read.get_mut(packed.buffer),
+                None => is_read.get_mut(view.buffer),
+            }
+            .into_iter()
+            .for_each(|is_read| *is_read = true);
+        }
+        for (index, is_read) in is_read.into_iter().enumerate() {
+            let bytes = buffers.buffer(index, is_read, bin, parts);
             buffers.bytes.push(faults.note(bytes).flatten());
         }
         faults.none_or_err()?;
         for (index, view) in document.views.iter().enumerate() {
             let pointer = format!("/bufferViews/{index}");
-            let unpacked = match &view.extensions.meshopt {
-                Some(packed) => {
-                    let pointer = format!("{pointer}/extensions/EXT_meshopt_compression");
+            let unpacked = match view.extensions.meshopt() {
+                Some((name, packed)) => {
+                    let pointer = format!("{pointer}/extensions/{name}");
                     faults.note(buffers.unpack(packed, view.byte_length).map_err(|fault| fault.under(&pointer)))
                 }
                 None => None,
@@ -61,6 +70,7 @@ impl<'a> Buffers<'a> {
     fn buffer(
         &mut self,
         index: usize,
+        is_read: bool,
         bin: Option<&'a [u8]>,
         parts: &Parts<'_>,
     ) -> Result<Option<Cow<'a, [u8]>>, Fault> {
@@ -73,7 +83,9 @@ impl<'a> Buffers<'a> {
                 self.budget.take(bytes.len() as u64, 1)?;
                 bytes.into()
             }
+            // Only there for readers that do not unpack views.
             None if buffer.extensions.meshopt.as_ref().is_some_and(|meshopt| meshopt.fallback) => return Ok(None),
+            None if index > 0 && !is_read => return Ok(None),
             None => match bin.filter(|_| index == 0) {
                 Some(bin) => bin.into(),
                 None => {
@@ -124,6 +136,7 @@ impl<'a> Buffers<'a> {
             "OCTAHEDRAL" => meshopt::octahedral(&mut unpacked, stride),
             "QUATERNION" => meshopt::quaternion(&mut unpacked, stride),
             "EXPONENTIAL" => meshopt::exponential(&mut unpacked, stride),
+            "COLOR" => meshopt::color(&mut unpacked, stride),
             other => {
                 let detail = format!("the filter {other:?} is not read");
                 return Err(Fault::new("", Kind::Unsupported, detail));

@@ -56,8 +56,18 @@ pub(super) struct BufferView {
 
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct ViewExtensions {
-    #[serde(rename = "EXT_meshopt_compression", alias = "KHR_meshopt_compression")]
-    pub(super) meshopt: Option<Meshopt>,
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext_meshopt: Option<Meshopt>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr_meshopt: Option<Meshopt>,
+}
+
+impl ViewExtensions {
+    /// How the view is compressed, and what says so.
+    pub(super) fn meshopt(&self) -> Option<(&'static str, &Meshopt)> {
+        let khr = self.khr_meshopt.as_ref().map(|packed| ("KHR_meshopt_compression", packed));
+        khr.or(self.ext_meshopt.as_ref().map(|packed| ("EXT_meshopt_compression", packed)))
+    }
 }
 
 /// A view whose bytes are compressed.

@@ -1,4 +1,4 @@
-//! Decoders of EXT_meshopt_compression, from the bit streams in appendix A of its specification.
+//! Decoders of EXT_meshopt_compression and KHR_meshopt_compression, from the bit streams in appendix A of their specifications.
 //!
 //! What is read is as long as the file says, which is known before; a stream that ends too early is an error.
 
@@ -7,7 +7,7 @@ mod filters;
 mod indices;
 
 pub(super) use attributes::attributes;
-pub(super) use filters::{exponential, octahedral, quaternion};
+pub(super) use filters::{color, exponential, octahedral, quaternion};
 pub(super) use indices::{indices, triangles};
 
 type Decoded = Result<Vec<u8>, &'static str>;
@@ -49,5 +49,9 @@ fn unzigzag(number: u32) -> u32 {
 }
 
 fn unzigzag8(number: u8) -> u8 {
+    (number >> 1) ^ (number & 1).wrapping_neg()
+}
+
+fn unzigzag16(number: u16) -> u16 {
     (number >> 1) ^ (number & 1).wrapping_neg()
 }
