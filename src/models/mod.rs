@@ -8,6 +8,7 @@ mod budget;
 mod fault;
 mod geometry;
 pub mod gltf;
+pub mod ktx2;
 mod material;
 mod meshopt;
 mod model;

@@ -8,9 +8,10 @@ use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token, quoted, unless_cancelled};
 use crate::control::{self, Cancelled};
 use crate::math;
+use crate::models::ktx2::{self, Ktx2};
 use crate::shading::texture::mipmap::Mipmap;
 use data_encoding::BASE64;
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, GenericImageView, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage};
 use std::collections::HashMap;
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
@@ -193,38 +194,23 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
 
 /// Decodes a picture, and subtracts its pixels from those that are `left`.
 fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> Result<Mipmap, Failure> {
-    let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
-    let mut reader = ImageReader::new(Interruptible(Cursor::new(bytes)))
-        .with_guessed_format()
-        .map_err(|error| (Code::Degenerate, format!("the picture cannot be read: {error}")))?;
-    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
-        return Err((Code::Unsupported, "the picture is neither PNG nor JPEG".into()));
-    }
-    let mut limits = Limits::default();
-    // At most four channels of 16 bits, and as much for the decoder.
-    limits.max_alloc = Some(16 * PICTURE_PIXELS.max);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(broken)?;
-    let (width, height) = decoder.dimensions();
-    let pixels = u64::from(width) * u64::from(height);
-    if u64::from(width.max(height)) > PICTURE_SIDE.max {
-        let (name, max) = (PICTURE_SIDE.name, PICTURE_SIDE.max);
-        return Err((Code::Limit, format!("a side of {width} x {height} pixels is over the limit of {max} ({name})")));
-    }
-    if pixels > *left {
-        let (name, max) = (PICTURE_PIXELS.name, PICTURE_PIXELS.max);
-        let detail =
-            format!("with these {width} x {height} pixels the scene's pictures are over the limit of {max} ({name})");
-        return Err((Code::Limit, detail));
-    }
-    if !files.has_room(bytes.len() as u64 + pixels * DECODING) {
-        return Err((Code::Limit, "there is no memory for the picture".into()));
-    }
-    // Also those of a picture that turns out to be broken, since they take as long.
-    *left -= pixels;
-    let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    let image = if bytes.starts_with(ktx2::MAGIC) {
+        let broken = |why: String| (Code::Degenerate, format!("the picture {why}"));
+        let picture = Ktx2::read(bytes).map_err(broken)?;
+        check_size(bytes, (picture.width, picture.height), left, files)?;
+        let pixels = picture.decode().map_err(broken)?;
+        let image = RgbaImage::from_raw(picture.width, picture.height, pixels.into_flattened());
+        DynamicImage::ImageRgba8(image.ok_or_else(|| broken("ends too early".into()))?)
+    } else {
+        let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
+        let decoder = decoder(bytes)?;
+        check_size(bytes, decoder.dimensions(), left, files)?;
+        DynamicImage::from_decoder(decoder).map_err(broken)?
+    };
     let wide = image.color().bytes_per_pixel() / image.color().channel_count() > 1;
     let most = if wide { u16::MAX } else { u8::MAX.into() };
+    let (width, height) = image.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
     // A table of all values takes milliseconds for 16 bits, longer than a small picture.
     let table: Vec<f32> =
         if pixels < u64::from(most) { Vec::new() } else { (0..=most).map(|code| value(meaning, code, most)).collect() };
@@ -242,6 +228,42 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> 
     };
     unless_cancelled().map_err(|_| (Code::Cancelled, String::new()))?;
     Ok(Mipmap::new(width, height, texels))
+}
+
+fn decoder(bytes: &[u8]) -> Result<impl ImageDecoder + '_, Failure> {
+    let mut reader = ImageReader::new(Interruptible(Cursor::new(bytes)))
+        .with_guessed_format()
+        .map_err(|error| (Code::Degenerate, format!("the picture cannot be read: {error}")))?;
+    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) {
+        return Err((Code::Unsupported, "the picture is none of PNG, JPEG, WebP and KTX 2.0".into()));
+    }
+    let mut limits = Limits::default();
+    // At most four channels of 16 bits, and as much for the decoder.
+    limits.max_alloc = Some(16 * PICTURE_PIXELS.max);
+    reader.limits(limits);
+    let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
+    reader.into_decoder().map_err(broken)
+}
+
+/// Checks that a picture may be so large, and takes its pixels from those that are left.
+fn check_size(bytes: &[u8], (width, height): (u32, u32), left: &mut u64, files: &dyn Files) -> Result<(), Failure> {
+    let pixels = u64::from(width) * u64::from(height);
+    if u64::from(width.max(height)) > PICTURE_SIDE.max {
+        let (name, max) = (PICTURE_SIDE.name, PICTURE_SIDE.max);
+        return Err((Code::Limit, format!("a side of {width} x {height} pixels is over the limit of {max} ({name})")));
+    }
+    if pixels > *left {
+        let (name, max) = (PICTURE_PIXELS.name, PICTURE_PIXELS.max);
+        let detail =
+            format!("with these {width} x {height} pixels the scene's pictures are over the limit of {max} ({name})");
+        return Err((Code::Limit, detail));
+    }
+    if !files.has_room(bytes.len() as u64 + pixels * DECODING) {
+        return Err((Code::Limit, "there is no memory for the picture".into()));
+    }
+    // Also those of a picture that turns out to be broken, since they take as long.
+    *left -= pixels;
+    Ok(())
 }
 
 /// Bytes that cannot be read any more once the work is cancelled, so that decoders stop.

@@ -22,6 +22,7 @@ mod metrics {
 }
 mod models {
     mod files;
+    mod pictures;
     mod refusals;
     mod scenes;
 }

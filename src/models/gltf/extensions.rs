@@ -4,7 +4,7 @@ use super::super::fault::{Fault, Faults, Kind, Subject, Warning, warn};
 use super::json::Document;
 
 /// Read completely, or without any meaning for a picture.
-const READ: [&str; 25] = [
+const READ: [&str; 26] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -23,6 +23,7 @@ const READ: [&str; 25] = [
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "KHR_xmp",
     "KHR_xmp_json_ld",
@@ -49,7 +50,6 @@ pub(super) fn check(document: &Document, strict: bool) -> Result<(), Faults> {
         let shown: String = name.chars().take(60).collect();
         let detail = match name.as_str() {
             name if READ.contains(&name) => continue,
-            "KHR_texture_basisu" => "KTX2 textures are not read yet: use PNG, JPEG or WebP".to_owned(),
             name => match LOOK.iter().find(|(known, ..)| *known == name) {
                 Some(_) if !strict => continue,
                 Some((_, _, missing)) => {

@@ -7,7 +7,7 @@ mod check;
 mod draco;
 mod extensions;
 pub(crate) mod glb;
-pub(crate) mod images;
+mod images;
 mod json;
 mod json_data;
 mod json_materials;
@@ -16,6 +16,8 @@ mod materials;
 mod meshes;
 mod nodes;
 mod skins;
+
+pub(crate) use images::media_type;
 
 use super::fault::{Fault, Faults, Kind, Subject, warn};
 use super::geometry::Geometry;

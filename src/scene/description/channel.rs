@@ -52,8 +52,8 @@ pub struct Textured<T: Factor> {
     /// Factor on the texels. Default 1.
     #[serde(default = "T::one")]
     pub factor: T,
-    /// PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours
-    /// are sRGB, all else is linear.
+    /// PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where
+    /// files may be read. Colours are sRGB, all else is linear.
     pub image: String,
     /// The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,6 +1,7 @@
 //! Materials of a model in the form `pbr` of scenes, which has the words of glTF.
 
 use super::bodies::shortened;
+use crate::models::gltf::media_type;
 use crate::models::{Alpha, Channel, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
 use crate::scene::check::is_closed;
 use crate::scene::description::{self as d, AlphaMode, Color, Material, Pbr, TexelChannel, Textured, Wraps};
@@ -47,11 +48,7 @@ pub(super) fn free_name(named: &Named<Material>, wanted: &str) -> String {
 
 /// A picture inside of the scene, so that the scene is whole, and its id says what is in it.
 fn source(picture: &Picture) -> String {
-    let media_type = match picture.bytes.as_slice() {
-        [0xff, ..] => "image/jpeg",
-        [b'R', ..] => "image/webp",
-        _ => "image/png",
-    };
+    let media_type = media_type(&picture.bytes).unwrap_or("image/png");
     format!("data:{media_type};base64,{}", BASE64.encode(&picture.bytes))
 }
 

@@ -1,0 +1,149 @@
+//! Pictures of models in all their formats.
+
+use crate::common::read as file;
+use data_encoding::BASE64;
+use image::codecs::webp::WebPEncoder;
+use image::{DynamicImage, ImageFormat, RgbaImage};
+use std::io::Cursor;
+use strahl::film::Region;
+use strahl::models::ktx2::{Ktx2, MAGIC};
+use strahl::render::{Control, render};
+use strahl::scene::{Format, Overrides, load};
+
+/// A square without light whose texture is a picture, from the front.
+fn square(extension: &str, media_type: &str, picture: &[u8]) -> String {
+    let points: Vec<u8> = [[-1.0_f32, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
+        .into_iter()
+        .flatten()
+        .chain([0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+        .flat_map(f32::to_le_bytes)
+        .chain([0, 1, 2, 0, 2, 3])
+        .collect();
+    let texture = match extension {
+        "" => r#"{"source": 0}"#.to_owned(),
+        name => format!(r#"{{"extensions": {{"{name}": {{"source": 0}}}}}}"#),
+    };
+    let required =
+        if extension.is_empty() { String::new() } else { format!(r#""extensionsRequired": ["{extension}"],"#) };
+    format!(
+        r#"{{"asset": {{"version": "2.0"}}, {required}
+        "buffers": [{{"byteLength": 86, "uri": "data:application/octet-stream;base64,{}"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 48}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 32}},
+            {{"buffer": 0, "byteOffset": 80, "byteLength": 6}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}},
+            {{"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"}},
+            {{"bufferView": 2, "componentType": 5121, "count": 6, "type": "SCALAR"}}],
+        "images": [{{"uri": "data:{media_type};base64,{}"}}], "textures": [{texture}],
+        "materials": [{{"pbrMetallicRoughness": {{"baseColorTexture": {{"index": 0}}}},
+            "extensions": {{"KHR_materials_unlit": {{}}}}}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "TEXCOORD_0": 1}}, "indices": 2, "material": 0}}]}}],
+        "nodes": [{{"mesh": 0}}], "scenes": [{{"nodes": [0]}}]}}"#,
+        BASE64.encode(&points),
+        BASE64.encode(picture)
+    )
+}
+
+fn shown(model: &str) -> Vec<[f32; 3]> {
+    let mut overrides = Overrides { width: Some(32), height: Some(32), antialias: Some(false), ..Overrides::default() };
+    overrides.model.view = Some("front".parse().unwrap());
+    let loaded = load(model.as_bytes(), Format::Gltf, &overrides).unwrap_or_else(|problems| panic!("{problems}"));
+    let picture = render(&loaded.scene, Region::whole(32, 32), &Control::default()).unwrap();
+    picture.film.pixels
+}
+
+/// Three blocks across and two down, all of one color, and their picture.
+fn blocks() -> (Vec<u8>, RgbaImage) {
+    let colors = [[255, 0, 0, 255], [0, 200, 0, 255], [0, 0, 120, 255], [9, 99, 199, 255], [250; 4], [17, 3, 88, 255]];
+    let mut level = Vec::new();
+    for color in colors {
+        // Five bits of the mode, then four bytes.
+        let bits = u128::from(u32::from_le_bytes(color)) << 5 | 0b1_0111;
+        level.extend(bits.to_le_bytes());
+    }
+    let picture = RgbaImage::from_fn(10, 8, |x, y| image::Rgba(colors[(x / 4 + 3 * (y / 4)) as usize]));
+    (level, picture)
+}
+
+/// KTX 2.0 with one level of UASTC.
+fn ktx2(width: u32, height: u32, level: &[u8]) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    let descriptor = 104_u32;
+    for word in [0, 1, width, height, 0, 0, 1, 1, 0, descriptor, 44, 0, 0, 0, 0, 0, 0] {
+        bytes.extend(u32::to_le_bytes(word));
+    }
+    for word in [148, level.len() as u64, level.len() as u64] {
+        bytes.extend(u64::to_le_bytes(word));
+    }
+    for word in [44, 0, 40 << 16 | 2, 166, 0x0303, 16, 0, 127 << 16, 0, 0, u32::MAX] {
+        bytes.extend(u32::to_le_bytes(word));
+    }
+    bytes.extend(level);
+    bytes
+}
+
+#[test]
+fn a_picture_is_the_same_in_all_formats() {
+    let (level, picture) = blocks();
+    let mut png = Vec::new();
+    picture.write_to(&mut Cursor::new(&mut png), ImageFormat::Png).unwrap();
+    let mut webp = Vec::new();
+    DynamicImage::from(picture.clone()).write_with_encoder(WebPEncoder::new_lossless(&mut webp)).unwrap();
+    let ktx2 = ktx2(10, 8, &level);
+    assert_eq!(Ktx2::read(&ktx2).unwrap().decode().unwrap().into_flattened(), picture.into_raw());
+    let expected = shown(&square("", "image/png", &png));
+    assert!(expected.iter().any(|pixel| *pixel != expected[0]));
+    assert_eq!(shown(&square("EXT_texture_webp", "image/webp", &webp)), expected);
+    assert_eq!(shown(&square("KHR_texture_basisu", "image/ktx2", &ktx2)), expected);
+}
+
+/// The KTX 2.0 file in a model of `tests/inputs`.
+fn inside(name: &str) -> Vec<u8> {
+    let model = file(&format!("tests/inputs/models/{name}"));
+    let at = model.windows(MAGIC.len()).position(|bytes| bytes == MAGIC).unwrap();
+    model[at..].to_vec()
+}
+
+/// Whatever is written in a file, it is read or refused.
+#[test]
+fn cut_and_changed_ktx2_files_break_nothing() {
+    for name in ["own_quad_ktx2_etc1s.glb", "own_quad_ktx2_uastc.glb"] {
+        let mut whole = inside(name);
+        // Small, so that there is time for many.
+        whole[20..24].copy_from_slice(&24_u32.to_le_bytes());
+        whole[24..28].copy_from_slice(&20_u32.to_le_bytes());
+        let decode = |bytes: &[u8]| {
+            let picture = Ktx2::read(bytes)?;
+            if u64::from(picture.width) * u64::from(picture.height) > 1 << 20 {
+                Err("is large".into())
+            } else {
+                picture.decode()
+            }
+        };
+        assert!(decode(&whole).is_ok());
+        for end in (0..whole.len()).step_by(61) {
+            let _ = decode(&whole[..end]);
+        }
+        for at in (0..whole.len()).step_by(37) {
+            for flip in [0x01, 0x80, 0xff] {
+                let mut changed = whole.clone();
+                changed[at] ^= flip;
+                let _ = decode(&changed);
+            }
+        }
+    }
+    for (at, byte, why) in [
+        (12, 37, "format"),
+        (36, 6, "two dimensions"),
+        (24, 0, "two dimensions"),
+        (0, 0, "no KTX"),
+        (44, 3, "Universal"),
+    ] {
+        let mut changed = inside("own_quad_ktx2_uastc.glb");
+        changed[at] = byte;
+        if at == 24 {
+            changed[24..28].fill(0);
+        }
+        let refusal = Ktx2::read(&changed).unwrap_err();
+        assert!(refusal.contains(why), "{refusal}");
+    }
+}
