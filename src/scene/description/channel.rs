@@ -68,6 +68,20 @@ pub struct Textured<T: Factor> {
     /// The texture beyond the edges of the picture, in both directions or `[across, along]`. Default `"repeat"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub wrap: Wraps,
+    /// What its pixels look like from near. Default `"smooth"`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub enlarged: Enlarged,
+}
+
+/// What pixels of a picture look like where they are larger than those of the rendered one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Enlarged {
+    /// One color goes over into the next.
+    #[default]
+    Smooth,
+    /// Squares of one color.
+    Nearest,
 }
 
 /// A channel of a picture.

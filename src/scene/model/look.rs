@@ -4,7 +4,7 @@ use super::bodies::shortened;
 use crate::models::gltf::media_type;
 use crate::models::{Alpha, Channel, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
 use crate::scene::check::is_closed;
-use crate::scene::description::{self as d, AlphaMode, Color, Material, Pbr, TexelChannel, Textured, Wraps};
+use crate::scene::description::{self as d, AlphaMode, Color, Enlarged, Material, Pbr, TexelChannel, Textured, Wraps};
 use crate::scene::named::Named;
 use data_encoding::BASE64;
 use glam::DVec3;
@@ -126,7 +126,9 @@ fn textured<T: d::Factor>(
         Wrap::Mirror => d::Wrap::Mirror,
     });
     let wrap = if wrap[0] == wrap[1] { Wraps::Both(wrap[0]) } else { Wraps::Each(wrap) };
-    Textured { factor, image: sources[texture.picture].clone(), channel, uv: texture.uv as u32, transform, wrap }
+    let enlarged = if texture.nearest { Enlarged::Nearest } else { Enlarged::Smooth };
+    let image = sources[texture.picture].clone();
+    Textured { factor, image, channel, uv: texture.uv as u32, transform, wrap, enlarged }
 }
 
 /// Materials that bend light, but whose surfaces do not close. They are taken as thin sheets.
@@ -159,10 +161,6 @@ fn note(model: &Model, warnings: &mut Vec<Warning>) {
     if any(|material| material.clearcoat.is_some_and(|coat| coat.normal.is_some())) {
         let detail = "a clear coat follows the normals of the surface, not its own normal map";
         warnings.push(warning(Subject::Approximated, "clearcoat-normal", detail));
-    }
-    if any(|material| material.textures().any(|texture| texture.nearest)) {
-        let detail = "enlarged pixels of pictures are filtered, not shown as squares";
-        warnings.push(warning(Subject::Approximated, "nearest", detail));
     }
     let brightest = |material: &ModelMaterial| material.emissive.factor.iter().copied().fold(0.0, f64::max);
     if any(|material| material.emissive.factor.iter().any(|channel| *channel > 1.0)) {

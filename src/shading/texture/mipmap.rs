@@ -45,6 +45,21 @@ pub enum Wrap {
     Mirror,
 }
 
+/// How a picture is looked up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sampler {
+    /// What lies beyond its edges, across and along.
+    pub wrap: [Wrap; 2],
+    /// Whether enlarged texels are squares. Otherwise there is a smooth way from one to the next.
+    pub nearest: bool,
+}
+
+impl From<[Wrap; 2]> for Sampler {
+    fn from(wrap: [Wrap; 2]) -> Self {
+        Self { wrap, nearest: false }
+    }
+}
+
 /// Most samples along a footprint; longer footprints are blurred.
 const MOST_LOOKS: f64 = 16.0;
 
@@ -219,10 +234,10 @@ impl Mipmap {
     /// Between the two nearest levels, bilinear in each, at (u, v) in a picture whose lower left corner is (0, 0) and
     /// whose upper right corner is (1, 1).
     #[inline(always)]
-    pub fn at<W: Double>(&self, s: W::Simd, [u, v]: [W; 2], level: W, wrap: [Wrap; 2], lanes: u32) -> V3<W> {
+    pub fn at<W: Double>(&self, s: W::Simd, [u, v]: [W; 2], level: W, sampler: Sampler, lanes: u32) -> V3<W> {
         let mut seen = [[0.0; MAX_LANES]; 3];
         for lane in lanes_of(lanes) {
-            let [r, g, b, _] = self.look([u.lane(lane), v.lane(lane)], level.lane(lane), wrap);
+            let [r, g, b, _] = self.look([u.lane(lane), v.lane(lane)], level.lane(lane), sampler);
             (seen[0][lane], seen[1][lane], seen[2][lane]) = (r, g, b);
         }
         V3 { x: W::load(s, &seen[0]), y: W::load(s, &seen[1]), z: W::load(s, &seen[2]) }
@@ -235,7 +250,7 @@ impl Mipmap {
         s: W::Simd,
         [u, v]: [W; 2],
         axes: [[W; 2]; 2],
-        wrap: [Wrap; 2],
+        sampler: Sampler,
         lanes: u32,
     ) -> V3<W> {
         let (one, most) = (W::lit(s, 1.0), W::lit(s, MOST_LOOKS));
@@ -254,7 +269,7 @@ impl Mipmap {
             let mut sum = [0.0; 4];
             for look in 0..looks as u32 {
                 let along = (f64::from(look) + 0.5) / looks - 0.5;
-                let texel = self.look([uv[0] + longer[0] * along, uv[1] + longer[1] * along], level, wrap);
+                let texel = self.look([uv[0] + longer[0] * along, uv[1] + longer[1] * along], level, sampler);
                 for i in 0..4 {
                     sum[i] += texel[i] / looks;
                 }
@@ -274,23 +289,24 @@ impl Mipmap {
 
     /// One look for one lane; the fourth channel is nothing.
     #[inline(always)]
-    fn look(&self, uv: [f64; 2], level: f64, wrap: [Wrap; 2]) -> [f64; 4] {
+    fn look(&self, uv: [f64; 2], level: f64, sampler: Sampler) -> [f64; 4] {
         let whole = level.floor();
         let below = (whole as usize).min(self.levels.len() - 1);
-        let fine = self.bilinear(below, uv, wrap);
         let part = level - whole;
+        let fine = self.bilinear(below, uv, Sampler { nearest: sampler.nearest && level == 0.0, ..sampler });
         if below + 1 < self.levels.len() && part > 0.0 {
-            mix(fine, self.bilinear(below + 1, uv, wrap), part)
+            mix(fine, self.bilinear(below + 1, uv, sampler.wrap.into()), part)
         } else {
             fine
         }
     }
 
     #[inline(always)]
-    fn bilinear(&self, level: usize, [u, v]: [f64; 2], wrap: [Wrap; 2]) -> [f64; 4] {
+    fn bilinear(&self, level: usize, [u, v]: [f64; 2], Sampler { wrap, nearest }: Sampler) -> [f64; 4] {
         let Level { width, height, .. } = self.levels[level];
         let (left, right, across) = neighbours(u, width, wrap[0]);
         let (upper, lower, down) = neighbours(1.0 - v, height, wrap[1]);
+        let (across, down) = if nearest { (side(across), side(down)) } else { (across, down) };
         let [a, b, c, d] = self.four(level, [left, right], [upper, lower]);
         let above = mix(wide(a), wide(b), across);
         let below = mix(wide(c), wide(d), across);
@@ -354,6 +370,12 @@ fn neighbours(place: f64, count: usize, wrap: Wrap) -> (usize, usize, f64) {
     (left as usize, right as usize, x - first)
 }
 
+/// The nearer end of a way: 0 or 1.
+#[inline(always)]
+fn side(part: f64) -> f64 {
+    if part < 0.5 { 0.0 } else { 1.0 }
+}
+
 /// From `a` to `b`.
 #[inline(always)]
 fn mix(a: [f64; 4], b: [f64; 4], part: f64) -> [f64; 4] {
@@ -369,11 +391,11 @@ mod tests {
     use super::*;
 
     fn average(mipmap: &Mipmap, uv: [f64; 2], axes: [[f64; 2]; 2], wrap: [Wrap; 2]) -> [f64; 3] {
-        mipmap.average((), uv, axes, wrap, 1).lane(0)
+        mipmap.average((), uv, axes, wrap.into(), 1).lane(0)
     }
 
     fn at(mipmap: &Mipmap, uv: [f64; 2], level: f64, wrap: [Wrap; 2]) -> [f64; 3] {
-        mipmap.at((), uv, level, wrap, 1).lane(0)
+        mipmap.at((), uv, level, wrap.into(), 1).lane(0)
     }
 
     fn ramp(width: u32, height: u32) -> Mipmap {
@@ -409,6 +431,23 @@ mod tests {
             assert!((x - (u * 8.0 - 0.5)).abs() < 1e-12 && (y - ((1.0 - v) * 4.0 - 0.5)).abs() < 1e-12 && one == 1.0);
         }
         assert_eq!(at(&mipmap, [-3.0, 9.0], 0.0, clamp), [0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn enlarged_texels_may_be_squares() {
+        let mipmap = ramp(8, 4);
+        let sampler = Sampler { wrap: [Wrap::Repeat; 2], nearest: true };
+        let small = [[0.01, 0.0], [0.0, 0.02]];
+        for (u, v) in [(0.001, 0.999), (0.3, 0.4), (0.124, 0.26), (0.126, 0.24), (0.999, 0.001), (1.3, -0.6)] {
+            let [x, y, _] = mipmap.average((), [u, v], small, sampler, 1).lane(0);
+            let expected = [(u * 8.0_f64).floor().rem_euclid(8.0), ((1.0 - v) * 4.0_f64).floor().rem_euclid(4.0)];
+            assert_eq!([x, y], expected, "{u} {v}");
+        }
+        // Far away they are means, as all others.
+        let large = [[0.5, 0.0], [0.0, 0.5]];
+        let [mean, smooth] =
+            [sampler, sampler.wrap.into()].map(|sampler| mipmap.average((), [0.3, 0.4], large, sampler, 1).lane(0));
+        assert_eq!(mean, smooth);
     }
 
     /// The same texel by texel, from the definitions.
