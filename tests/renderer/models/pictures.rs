@@ -97,6 +97,65 @@ fn a_picture_is_the_same_in_all_formats() {
     assert_eq!(shown(&square("KHR_texture_basisu", "image/ktx2", &ktx2)), expected);
 }
 
+fn png(picture: &RgbaImage) -> Vec<u8> {
+    let mut png = Vec::new();
+    picture.write_to(&mut Cursor::new(&mut png), ImageFormat::Png).unwrap();
+    png
+}
+
+#[test]
+fn enlarged_pixels_are_squares_where_the_sampler_says_nearest() {
+    let picture = RgbaImage::from_fn(2, 1, |x, _| image::Rgba([[255, 0, 0, 255], [0, 255, 0, 255]][x as usize]));
+    let smooth = square("", "image/png", &png(&picture));
+    let textures = r#""textures": [{"source": 0}]"#;
+    assert!(smooth.contains(textures));
+    let sampler = r#""samplers": [{"magFilter": 9728}], "textures": [{"source": 0, "sampler": 0}]"#;
+    let mixed = |model: &str| shown(model).into_iter().filter(|[r, g, _]| r.min(*g) > 0.05).count();
+    assert!(mixed(&smooth) > 100);
+    assert_eq!(mixed(&smooth.replace(textures, sampler)), 0);
+}
+
+/// A lit square with a normal map that is the same everywhere.
+fn bumpy(normal: [u8; 3], tangent: Option<[f32; 4]>) -> Vec<[f32; 3]> {
+    let [x, y, z] = normal;
+    let model = square("", "image/png", &png(&RgbaImage::from_pixel(2, 2, image::Rgba([x, y, z, 255]))));
+    let model = model.replace(
+        r#""pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},"#,
+        r#""pbrMetallicRoughness": {"metallicFactor": 0}, "normalTexture": {"index": 0},"#,
+    );
+    let model = model.replace(r#""KHR_materials_unlit": {}"#, "");
+    let Some(tangent) = tangent else { return shown(&model) };
+    let bytes: Vec<u8> = [tangent; 4].as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect();
+    let buffer = format!(r#""buffers": [{{"byteLength": 64, "uri": "data:;base64,{}"}}, "#, BASE64.encode(&bytes));
+    let model = model
+        .replace(r#""buffers": ["#, &buffer)
+        .replace(r#""buffer": 0"#, r#""buffer": 1"#)
+        .replace(r#""byteLength": 6}]"#, r#""byteLength": 6}, {"buffer": 0, "byteLength": 64}]"#)
+        .replace(
+            r#""type": "SCALAR"}]"#,
+            r#""type": "SCALAR"}, {"bufferView": 3, "componentType": 5126, "count": 4, "type": "VEC4"}]"#,
+        )
+        .replace(r#""TEXCOORD_0": 1"#, r#""TEXCOORD_0": 1, "TANGENT": 3"#);
+    shown(&model)
+}
+
+#[test]
+fn tangents_of_a_model_turn_its_normal_map() {
+    let differ = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+        let pairs = a.as_flattened().iter().zip(b.as_flattened());
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    };
+    let normal = [200, 160, 230];
+    let by_texture = bumpy(normal, None);
+    assert!(differ(&by_texture, &bumpy(normal, Some([1.0, 0.0, 0.0, 1.0]))) < 1e-5);
+    // Turned half around, and with the other hand.
+    for (tangent, same) in [([-1.0, 0.0, 0.0, 1.0], [56, 96, 230]), ([1.0, 0.0, 0.0, -1.0], [200, 96, 230])] {
+        let turned = bumpy(normal, Some(tangent));
+        assert!(differ(&turned, &bumpy(same, None)) < 1e-5, "{tangent:?}");
+        assert!(differ(&turned, &by_texture) > 0.01, "{tangent:?}");
+    }
+}
+
 /// The KTX 2.0 file in a model of `tests/inputs`.
 fn inside(name: &str) -> Vec<u8> {
     let model = file(&format!("tests/inputs/models/{name}"));
