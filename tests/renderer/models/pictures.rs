@@ -194,11 +194,8 @@ fn pixels_are_those_of_the_transcoder_of_basis_universal() {
 /// Whatever is written in a file, it is read or refused.
 #[test]
 fn cut_and_changed_ktx2_files_break_nothing() {
-    for name in ["own_quad_ktx2_etc1s.glb", "own_quad_ktx2_uastc.glb"] {
-        let mut whole = inside(name);
-        // Small, so that there is time for many.
-        whole[20..24].copy_from_slice(&24_u32.to_le_bytes());
-        whole[24..28].copy_from_slice(&20_u32.to_le_bytes());
+    for name in ["alpha_etc1s.ktx2", "grey_etc1s.ktx2", "alpha_uastc.ktx2", "modes_uastc.ktx2"] {
+        let whole = file(&format!("tests/inputs/models/ktx2/{name}"));
         let decode = |bytes: &[u8]| {
             let picture = Ktx2::read(bytes)?;
             if u64::from(picture.width) * u64::from(picture.height) > 1 << 20 {
